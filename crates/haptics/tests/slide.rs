@@ -332,3 +332,47 @@ fn random_slides_with_turn_keep_to_the_accelerations_of_the_joints() {
     println!("{hindered} of {done} stopped by the arm, {worst:.3} of the accelerations used");
     assert!(hindered > 30, "{hindered}");
 }
+
+#[test]
+fn a_slide_that_ends_before_a_joint_limit_does_not_swing_back() {
+    let arm = arm();
+    let mut sampler = Sampler::new(18);
+    let (mut stops, mut worst) = (0, 0.0_f64);
+    for _ in 0..300 {
+        let mut start = JointPositions::from_deg(START);
+        for joint in 0..7 {
+            start[joint] += sampler.uniform(-0.4, 0.4);
+        }
+        start[6] = sampler.uniform(-1.0, 1.0) * arm.limits()[6].max_rad;
+        let mut follower =
+            Follower::new(Arc::new(arm.clone()), FollowerConfig::default(), &start).unwrap();
+        let turned = sampler.uniform(0.0, 2.0 * PI);
+        let [x, y] = surface_axes(arm.forward(&start).rotation().z_axis).unwrap();
+        let way = x * turned.cos() + y * turned.sin();
+        // Either along, or about the normal: of both at once neither is a way that could be gone back.
+        let turns = sampler.bool();
+        let slide = Slide {
+            velocity_m_per_s: if turns { DVec3::ZERO } else { way * 0.1 },
+            turn_rad_per_s: if turns { 0.7 } else { 0.0 },
+        };
+        let normal = arm.forward(&start).rotation().z_axis;
+        let (mut peak, mut back, mut stopped) = (0.0_f64, 0.0_f64, false);
+        for _ in 0..2500 {
+            stopped |= follower.slide(DT_S, &slide).unwrap().is_some();
+            let twist = follower.commanded_twist();
+            let speed = match turns {
+                true => twist.angular_rad_per_s.dot(normal),
+                false => twist.linear_m_per_s.dot(way),
+            };
+            peak = peak.max(speed);
+            back = back.max(-speed);
+        }
+        if stopped && peak > 0.0 {
+            stops += 1;
+            worst = worst.max(back / peak);
+        }
+    }
+    println!("{stops} stopped by the arm, back with {worst:.4} of the speed");
+    assert!(stops > 30, "{stops}");
+    assert!(worst < 0.01, "{worst}");
+}

@@ -116,20 +116,25 @@ fn commands_are_cut_to_the_limits_of_joints() {
     beyond[0] += 0.4;
     bench.command = ArmCommand::Position(beyond);
     let most = SrsArm::iiwa7().max_velocity_rad_per_s()[0];
-    let mut from = home();
-    for _ in 0..50 {
+    let hardest = GuardLimits::of_arm(&SrsArm::iiwa7()).acceleration_rad_per_s2[0];
+    let (mut from, mut speed) = (home(), 0.0);
+    for k in 0..5000 {
         let step = bench.step();
         let ArmCommand::Position(q) = step.command else {
             panic!("{step:?}");
         };
-        assert!((q[0] - from[0]).abs() <= most * DT_S * 1.001);
-        assert_eq!(step.state.name(), "slowed");
+        let now = (q[0] - from[0]) / DT_S;
+        assert!(now.abs() <= most * 1.001);
+        assert!((now - speed).abs() <= hardest * DT_S * (1.0 + 1e-6), "{k}");
         let SafeRequest::Go { speed_share } = step.request else {
             panic!("{step:?}");
         };
-        assert!(speed_share < 1.0);
-        (from, bench.state.q) = (q, q);
+        // Told once; while the arm makes up for it, it stays slowed.
+        assert_eq!(speed_share < 1.0, k == 0);
+        assert!(k > 50 || step.state.name() == "slowed");
+        (from, bench.state.q, speed) = (q, q, now);
     }
+    assert!((from[0] - beyond[0]).abs() < 1e-9, "{from:?}");
     // Beyond the limit of an angle.
     let mut bench = Bench::new();
     let limit = SrsArm::iiwa7().limits()[6].max_rad;
@@ -268,9 +273,8 @@ fn a_retreat_goes_back_and_slowly() {
         let mut ahead = home();
         ahead[3] += 1e-6;
         let outwards = (place(&ahead) - place(&home())).dot(normal).signum();
-        let mut q = home();
-        for _ in 0..20 {
-            let mut to = q;
+        let (mut q, mut to) = (home(), home());
+        for k in 0..60 {
             to[3] += sign * outwards * 1e-3;
             bench.command = ArmCommand::Position(to);
             let step = bench.step_with(lost);
@@ -279,7 +283,8 @@ fn a_retreat_goes_back_and_slowly() {
             };
             let speed = place(&out).distance(place(&q)) / DT_S;
             assert!(speed <= 0.101, "{speed}");
-            assert_eq!(speed > 0.05, moves, "{sign}: {speed}");
+            // It takes its time to be that fast.
+            assert!(k < 30 || (speed > 0.05) == moves, "{sign}: {speed}");
             (q, bench.state.q) = (out, out);
         }
     }
@@ -481,4 +486,85 @@ fn targets_below_the_table_or_inside_the_base_get_no_command() {
         }
         assert!(named.is_some_and(is_reason), "{named:?}");
     }
+}
+
+/// A bias is found although the hand was lost before, and takes over.
+#[test]
+fn a_bias_is_found_whatever_else_is_wrong() {
+    let mut bench = Bench::new();
+    bench.supervisor.set_out_of_reach(true);
+    bench.run(20);
+    let mut named = None;
+    for _ in 0..2000 {
+        let step = bench.step_with(|bench, _| {
+            bench.person.clear();
+            let mut torque = JointTorques::default();
+            torque[1] = 20.0;
+            bench.state.external_torque = Some(torque);
+        });
+        if let Some(SafeReason::TorqueBias { joint, bias_n_m }) = step.state.reason() {
+            named = Some((joint, bias_n_m));
+        }
+    }
+    let (joint, bias_n_m) = named.expect("it is named");
+    assert!(joint == 1 && (bias_n_m - 20.0).abs() < 1e-9, "{bias_n_m}");
+}
+
+/// A person who comes near makes a moving arm slow down; neither that nor going on is a leap of its speed.
+#[test]
+fn a_cut_of_speed_is_no_leap_of_speed() {
+    let arm = SrsArm::iiwa7().carrying(Board::default().flange_from_board_face().unwrap());
+    let normal = arm.forward(&home()).rotation().z_axis;
+    let hardest = GuardLimits::of_arm(&SrsArm::iiwa7()).acceleration_rad_per_s2;
+    let mut bench = Bench::new();
+    bench.run(5);
+    bench.supervisor.forget(PersonPart::Fingertip);
+    let place = |q: &JointPositions| arm.forward(q).position_m();
+    // Joints 2 and 4 bring the face outwards.
+    let outwards = [1, 3].map(|joint| {
+        let mut ahead = home();
+        ahead[joint] += 1e-6;
+        let way = (place(&ahead) - place(&home())).dot(normal).signum();
+        (joint, way)
+    });
+    let (mut to, mut from, mut before) = (home(), home(), [0.0; 7]);
+    let (mut rate, mut slowest, mut slowed) = (0.0_f64, f64::INFINITY, 0);
+    for k in 0..1500 {
+        // Soon fast, for a while, and to rest.
+        rate = match k {
+            0..400 => (rate + 0.005).min(1.0),
+            _ => (rate - 0.005).max(0.0),
+        };
+        for (joint, way) in outwards {
+            to[joint] += way * rate * DT_S;
+        }
+        bench.command = ArmCommand::Position(to);
+        let near = (200..300).contains(&k);
+        let step = bench.step_with(|bench, _| {
+            let away_m = if near { 0.03 } else { 2.0 };
+            // The point itself is as sound as the others: only its distance counts here.
+            bench.person[0].position_m = place(&from) + normal * away_m;
+            if k == 200 || k == 300 {
+                bench.supervisor.forget(PersonPart::Fingertip);
+            }
+        });
+        let ArmCommand::Position(q) = step.command else {
+            panic!("{k}: {step:?}");
+        };
+        let rates: [f64; 7] = std::array::from_fn(|i| (q[i] - from[i]) / DT_S);
+        for joint in 0..7 {
+            let change = (rates[joint] - before[joint]).abs() / DT_S;
+            assert!(change <= hardest[joint] * 1.001, "{k}, {joint}: {change}");
+        }
+        if near {
+            slowed += usize::from(step.state.name() == "slowed");
+            let closing = (place(&q) - place(&from)).dot(normal) / DT_S;
+            slowest = slowest.min(closing);
+        }
+        (from, bench.state.q, before) = (q, q, rates);
+        bench.state.qd = JointVelocities(rates);
+    }
+    println!("{slowed} of 100 slowed, {slowest} m/s");
+    assert!(slowed > 90 && slowest < 0.32, "{slowed}, {slowest} m/s");
+    assert!(from.max_abs_difference(&to) < 1e-9);
 }

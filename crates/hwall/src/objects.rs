@@ -110,6 +110,12 @@ pub fn objects_of(scene: &Scene) -> Result<Vec<SceneObject>, SessionError> {
     Ok(objects)
 }
 
+/// How the moving surfaces of a scene move.
+pub(crate) fn paths_of(scene: &Scene) -> Result<Vec<(SurfaceId, ObjectPath)>, SessionError> {
+    let objects = objects_of(scene)?.into_iter();
+    Ok(objects.map(|found| (found.surface, found.path)).collect())
+}
+
 fn config_of(mechanics: &Mechanics, defaults: &Defaults, range: [f64; 2]) -> ObjectConfig {
     let detents = mechanics.detents.iter().map(|d| Detent {
         position: d.position,

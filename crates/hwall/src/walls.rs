@@ -10,7 +10,7 @@ use hwall_arrival::{
 };
 use hwall_haptics::{Barrier, Board, MotionConfig, MotionLimits, surface_axes};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
-use hwall_numeric::check::{all_finite, that};
+use hwall_numeric::check::{all_finite, finite, that};
 use hwall_reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_scene::{Facet, Scene};
 use std::sync::Arc;
@@ -206,26 +206,42 @@ const LEAST_BARRIER_M: f64 = 0.3;
 pub fn barriers_of(scene: &Scene) -> Result<Vec<Barrier>, SessionError> {
     let mut barriers = Vec::new();
     for facet in scene.vertical_facets() {
-        let distance_m = facet.normal.dot(facet.point_m);
-        // A plane that passes close to the base has no side that is clearly the arm's.
-        if distance_m.abs() < LEAST_BARRIER_M {
-            continue;
-        }
-        let outwards = facet.normal * distance_m.signum();
-        let [x, y] = surface_axes(outwards)?;
-        let along = |axis: DVec3| {
-            let at = facet.outline_m.iter().map(|corner| corner.dot(axis));
-            let (least, most) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| {
-                (a.min(s), b.max(s))
-            });
-            (0.5 * (least + most), 0.5 * (most - least))
-        };
-        let ((at_x, half_x), (at_y, half_y)) = (along(x), along(y));
-        let middle_m = x * at_x + y * at_y + outwards * facet.point_m.dot(outwards);
-        // A facet without extent cannot be met.
-        if half_x > 0.0 && half_y > 0.0 {
-            barriers.push(Barrier::new(middle_m, outwards, [half_x, half_y])?);
-        }
+        barriers.extend(barrier_of(facet.point_m, facet.normal, &facet.outline_m)?);
     }
     Ok(barriers)
+}
+
+/// A flat piece of a surface in the base frame as a barrier; `None` for one whose plane passes close to the base, or without
+/// extent.
+///
+/// # Errors
+/// NaN, infinity, or no direction.
+pub(crate) fn barrier_of(
+    point_m: DVec3,
+    normal: DVec3,
+    outline_m: &[DVec3],
+) -> Result<Option<Barrier>, SessionError> {
+    let distance_m = normal.dot(point_m);
+    // A plane that passes close to the base has no side that is clearly the arm's.
+    if distance_m.abs() < LEAST_BARRIER_M {
+        return Ok(None);
+    }
+    finite("distance of a surface", distance_m)?;
+    let outwards = normal * distance_m.signum();
+    let [x, y] = surface_axes(outwards)?;
+    let along = |axis: DVec3| {
+        let at = outline_m.iter().map(|corner| corner.dot(axis));
+        let (least, most) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| {
+            (a.min(s), b.max(s))
+        });
+        (0.5 * (least + most), 0.5 * (most - least))
+    };
+    let ((at_x, half_x), (at_y, half_y)) = (along(x), along(y));
+    let middle_m = x * at_x + y * at_y + outwards * point_m.dot(outwards);
+    // A facet without extent cannot be met.
+    if half_x > 0.0 && half_y > 0.0 {
+        Ok(Some(Barrier::new(middle_m, outwards, [half_x, half_y])?))
+    } else {
+        Ok(None)
+    }
 }

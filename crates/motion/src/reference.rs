@@ -349,6 +349,13 @@ impl ReferenceMotion {
         self.planned_share
     }
 
+    /// Does the motion in force go as slowly as the share of the speeds asks for? One that still slows down on its way does not.
+    #[must_use]
+    pub fn has_slowed_on_way(&self) -> bool {
+        let wanted = (self.speed_share / self.planned_share).min(1.0);
+        self.course != Course::Planned || self.pace <= wanted
+    }
+
     /// The share of the speeds for motions that are planned from now on.
     #[must_use]
     pub const fn speed_share(&self) -> f64 {

@@ -78,6 +78,10 @@ fn words(kind: &EventKind) -> (&'static str, String) {
         EventKind::Resumed => ("resumed", "the inputs are sound again".to_owned()),
         EventKind::WorldMovedWhileTouched => ("world", "the world moved under the hand".to_owned()),
         EventKind::WorldRefused => ("world", "a place of the world was refused".to_owned()),
+        EventKind::SurfacesUnknown => (
+            "world",
+            "where the surfaces are is not known: the board holds".to_owned(),
+        ),
         EventKind::TextureStarted(_) => ("texture", "the board moves with the scan".to_owned()),
         EventKind::TextureEnded => ("texture", "the end of the stroke".to_owned()),
         other => ("other", format!("{other:?}")),

@@ -40,8 +40,26 @@ impl Barrier {
         })
     }
 
+    /// Its middle, m.
+    #[must_use]
+    pub const fn middle_m(&self) -> DVec3 {
+        self.middle_m
+    }
+
+    /// Unit normal, towards the person.
+    #[must_use]
+    pub const fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    /// Horizontal and vertical half extents, m.
+    #[must_use]
+    pub const fn half_extent_m(&self) -> [f64; 2] {
+        self.half_extent_m
+    }
+
     /// Distance of a point in front of the plane, m, and how far it is beside the rectangle, m.
-    fn place_of(&self, point_m: DVec3) -> Beside {
+    pub(super) fn place_of(&self, point_m: DVec3) -> Beside {
         let off = point_m - self.middle_m;
         let beyond = |i: usize| (off.dot(self.axes[i]).abs() - self.half_extent_m[i]).max(0.0);
         Beside {
@@ -67,13 +85,13 @@ const EDGE_M: f64 = 1e-9;
 
 /// Where a point is with regard to a rectangle.
 #[derive(Debug, Clone, Copy)]
-struct Beside {
-    in_front_m: f64,
+pub(super) struct Beside {
+    pub(super) in_front_m: f64,
     beside_m: f64,
 }
 
 impl Beside {
-    fn distance_m(self) -> f64 {
+    pub(super) fn distance_m(self) -> f64 {
         self.in_front_m.hypot(self.beside_m)
     }
 }
@@ -97,6 +115,14 @@ impl Footprint {
         }
     }
 
+    /// The same carried along with a world that moved.
+    pub(super) fn carried(&self, moved: &Pose) -> Self {
+        Self {
+            face: *moved * self.face,
+            ..*self
+        }
+    }
+
     /// Is a face so near that some of its points are eased, or may be before long?
     pub(super) fn is_under(&self, board: &Board, face: &Pose) -> bool {
         corners_and_middle(board, face).into_iter().any(|point_m| {
@@ -104,6 +130,21 @@ impl Footprint {
             let beyond_m = (p.x.abs() - self.half_m[0]).max(p.y.abs() - self.half_m[1]);
             beyond_m.max(p.z.abs()) < self.margin_m
         })
+    }
+
+    /// How far a point is beside the face, the larger of both ways, m; below zero over it.
+    pub(super) fn beyond_m(&self, point_m: DVec3) -> f64 {
+        let p = self.face.inverse_transform_point(point_m);
+        (p.x.abs() - self.half_m[0]).max(p.y.abs() - self.half_m[1])
+    }
+
+    /// How far a point is before the plane of the face, m.
+    pub(super) fn before_face_m(&self, point_m: DVec3) -> f64 {
+        self.face.inverse_transform_point(point_m).z
+    }
+
+    pub(super) const fn margin_m(&self) -> f64 {
+        self.margin_m
     }
 
     /// What a point that is so far before the nearest surface counts as; `None` beyond the margin.
@@ -159,7 +200,7 @@ impl FacePoint {
 pub(super) type FacePoints = [Option<FacePoint>; 5];
 
 /// Middle and corners of a face, m.
-fn corners_and_middle(board: &Board, face: &Pose) -> [DVec3; 5] {
+pub(super) fn corners_and_middle(board: &Board, face: &Pose) -> [DVec3; 5] {
     let points = [
         (0.0, 0.0),
         (1.0, 1.0),
@@ -183,6 +224,15 @@ pub(super) struct Barriers {
 }
 
 impl Barriers {
+    pub(super) fn all(&self) -> &[Barrier] {
+        &self.all
+    }
+
+    /// So many will be set without an allocation.
+    pub(super) fn reserve(&mut self, count: usize) {
+        self.all.reserve(count.saturating_sub(self.all.len()));
+    }
+
     pub(super) fn set(&mut self, barriers: &[Barrier]) {
         self.all.clear();
         self.all.extend_from_slice(barriers);

@@ -97,8 +97,10 @@ pub struct Follower {
     has_drifted: bool,
     since_plan_s: f64,
     sliding: Option<Sliding>,
-    /// The direction in which a slide had to end, and why.
-    blocked: Option<(DVec3, Unreachable)>,
+    /// A slide is over, and the joints that it moved are coming to rest.
+    ends_slide: bool,
+    /// The slide that had to end, and why: one that goes on in its direction is none.
+    blocked: Option<(Slide, Unreachable)>,
 }
 
 impl Follower {
@@ -132,6 +134,7 @@ impl Follower {
             has_drifted: false,
             since_plan_s: f64::INFINITY,
             sliding: None,
+            ends_slide: false,
             blocked: None,
         })
     }
@@ -147,6 +150,17 @@ impl Follower {
     /// Surfaces that the board stays behind, besides the one that it serves.
     pub fn set_barriers(&mut self, barriers: &[Barrier]) {
         self.route.set_barriers(barriers);
+    }
+
+    /// The same after the world has moved, by `moved` in the base frame: places that the board served go with their surfaces. Nothing
+    /// is planned anew.
+    pub fn move_barriers(&mut self, barriers: &[Barrier], moved: &Pose) {
+        self.route.move_barriers(barriers, moved);
+    }
+
+    /// So many barriers will be set without an allocation.
+    pub fn reserve_barriers(&mut self, count: usize) {
+        self.route.reserve_barriers(count);
     }
 
     /// How far corners or middle of the commanded face are in front of a surface, m, negative behind all of them; around the
@@ -213,6 +227,7 @@ impl Follower {
                 if let Some(before) = before.filter(|_| !drifted) {
                     self.route.leave(&before, &self.arm().forward(&here));
                 }
+                self.route.set_goal(goal);
                 self.destination = Some(Destination::Goal(*goal));
                 self.has_drifted = true;
                 self.is_to_plan |= !drifted;
@@ -339,9 +354,12 @@ impl Follower {
         Ok(())
     }
 
-    /// Are all joints within the share of the speeds that was set last?
+    /// Are all joints within the share of the speeds that was set last, and does the motion go as slowly as it asks for?
     #[must_use]
     pub fn has_slowed(&self) -> bool {
+        if !self.reference.has_slowed_on_way() {
+            return false;
+        }
         let share = self.reference.speed_share() * (1.0 + SLOWED);
         let most = &self.reference.limits().velocity_rad_per_s;
         let qd = &self.reference.state().qd.0;
@@ -395,17 +413,46 @@ impl Follower {
     /// As for [`Follower::step`].
     pub fn brake(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
         non_negative("dt_s", dt_s)?;
+        let ends_slide = self.ends_slide || self.sliding.is_some();
         self.end_slide();
+        if ends_slide {
+            self.brake_together(dt_s)?;
+            return Ok(self.commanded());
+        }
         self.reference.brake();
         let q = self.reference.step(dt_s)?.q;
         Ok(self.legal(q))
+    }
+
+    /// All joints lose the same share of their speeds, the slowest to stop as fast as it can: the board goes on the way that it
+    /// was going, and ends there. Joints that each stopped as soon as they could would make it swing back.
+    fn brake_together(&mut self, dt_s: f64) -> Result<(), HapticsError> {
+        let mut state = *self.reference.state();
+        let stop_s = (state.qd.0.iter().zip(&self.bounds))
+            .map(|(qd, bounds)| qd.abs() / bounds.acceleration_rad_per_s2())
+            .fold(0.0, f64::max);
+        state.qdd_rad_per_s2 = [0.0; 7];
+        // The mean speed lasts for as long as there is one.
+        let (share, lasts_s) = match dt_s < stop_s {
+            true => (1.0 - dt_s / stop_s, dt_s),
+            false => (0.0, stop_s),
+        };
+        for joint in 0..7 {
+            let before = state.qd[joint];
+            state.qd[joint] = share * before;
+            state.q[joint] += 0.5 * (1.0 + share) * before * lasts_s;
+        }
+        state.q = self.legal(state.q);
+        self.reference.restart(&state)?;
+        self.ends_slide = share > 0.0;
+        Ok(())
     }
 
     fn end_slide(&mut self) {
         if self.sliding.take().is_some() {
             self.is_to_plan = true;
         }
-        self.blocked = None;
+        (self.ends_slide, self.blocked) = (false, None);
     }
 }
 
@@ -422,8 +469,7 @@ impl Follower {
     pub fn slide(&mut self, dt_s: f64, slide: &Slide) -> Result<Option<Unreachable>, HapticsError> {
         slide.validate()?;
         non_negative("dt_s", dt_s)?;
-        let way = slide.velocity_m_per_s;
-        let blocked = self.blocked.filter(|(blocked, _)| blocked.dot(way) > 0.0);
+        let blocked = self.blocked.filter(|(blocked, _)| slide.goes_on(blocked));
         let next = match blocked {
             Some((_, reason)) => Err(Stop::Unreachable(reason)),
             None => {
@@ -436,11 +482,12 @@ impl Follower {
                 let (q, rate) = (next.sliding.q(), next.rate_rad_per_s);
                 self.advance_beside(dt_s, &q, &rate)?;
                 (self.sliding, self.blocked) = (Some(next.sliding), None);
+                self.ends_slide = false;
                 Ok(next.unreachable)
             }
             Err(Stop::Unreachable(reason)) => {
                 self.brake(dt_s)?;
-                self.blocked = Some((way, reason));
+                self.blocked = Some((*slide, reason));
                 Ok(Some(reason))
             }
             Err(Stop::Error(error)) => Err(error),

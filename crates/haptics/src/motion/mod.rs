@@ -1,6 +1,7 @@
 //! From places of the board to joint commands within the limits of the arm.
 
 mod barrier;
+mod between;
 mod follower;
 mod goals;
 mod profile;

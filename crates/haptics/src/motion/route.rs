@@ -70,8 +70,6 @@ const GOOD_ENOUGH: f64 = 1.15;
 const GOOD_ENOUGH_S: f64 = 0.02;
 /// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
 const SOONER_S: f64 = 0.02;
-/// Places whose planes count although no barrier is there: of the destination, of the motion in force, and the one left last.
-const PLANES: usize = 3;
 /// How often a bend is mended.
 const MOST_BENDS: usize = 8;
 /// A bend overshoots by this share and this length, because the worst place moves with it.
@@ -95,6 +93,27 @@ impl Destination {
     }
 }
 
+/// What a place is to the way of the board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// The destination is there.
+    Ahead,
+    /// The motion in force leads there.
+    UnderWay,
+    /// The board served it, or was on its way there, last.
+    LeftLast,
+    /// The board left it before that, and is still over it.
+    LeftBefore,
+}
+
+impl Role {
+    /// Does the plane of the place count although no barrier is there? Surfaces that nobody knows, of places left long ago, would
+    /// hem the board in.
+    const fn has_plane(self) -> bool {
+        !matches!(self, Self::LeftBefore)
+    }
+}
+
 /// What the board must stay behind, and whether it is on a detour.
 #[derive(Debug, Clone)]
 pub(super) struct Route {
@@ -105,8 +124,8 @@ pub(super) struct Route {
     left: [Option<Place>; PLACES],
     /// The place that the motion in force leads to: while no way leads to a new destination, it goes on.
     under_way: Option<Place>,
-    /// The place that was under way when its surface went.
-    gone: Option<Place>,
+    /// The goal whose surface was known when it was set: left without that surface it is no place any more.
+    on_known: Option<Place>,
     /// The face where its way was last planned, if it was before a surface there: a goal may change while the board is in a
     /// shelf.
     departed: Option<Footprint>,
@@ -125,7 +144,7 @@ impl Route {
             barriers: Barriers::default(),
             left: [None; PLACES],
             under_way: None,
-            gone: None,
+            on_known: None,
             departed: None,
             detour_m: None,
             is_blocked: false,
@@ -133,13 +152,24 @@ impl Route {
         }
     }
 
-    /// A place whose surface is gone (a door that opened, a world that moved) is forgotten with it.
+    /// A place whose surface is gone (a door that opened, a world that leapt) is forgotten with it.
     pub(super) fn set_barriers(&mut self, barriers: &[Barrier]) {
+        self.move_barriers(barriers, &Pose::IDENTITY);
+    }
+
+    /// The same surfaces after the world moved: places go with them.
+    pub(super) fn move_barriers(&mut self, barriers: &[Barrier], moved: &Pose) {
         let known = |barriers: &Barriers, place: Option<Place>| {
             place.is_some_and(|place| barriers.have(place.point_m, place.normal))
         };
         let were_known = self.left.map(|place| known(&self.barriers, place));
         let was_known = known(&self.barriers, self.under_way);
+        if *moved != Pose::IDENTITY {
+            let carried = |place: Option<Place>| place.map(|place| place.carried(moved));
+            self.left = self.left.map(carried);
+            self.under_way = carried(self.under_way);
+            self.departed = self.departed.map(|face| face.carried(moved));
+        }
         self.barriers.set(barriers);
         for (place, was_known) in self.left.iter_mut().zip(were_known) {
             if was_known && !known(&self.barriers, *place) {
@@ -147,8 +177,13 @@ impl Route {
             }
         }
         if was_known && !known(&self.barriers, self.under_way) {
-            self.gone = self.under_way.take();
+            self.under_way = None;
         }
+    }
+
+    /// So many barriers will be set without an allocation.
+    pub(super) fn reserve_barriers(&mut self, count: usize) {
+        self.barriers.reserve(count);
     }
 
     pub(super) const fn is_detour(&self) -> bool {
@@ -168,7 +203,7 @@ impl Route {
 
     pub(super) const fn forget(&mut self) {
         (self.left, self.under_way, self.departed) = ([None; PLACES], None, None);
-        self.gone = None;
+        self.on_known = None;
         (self.detour_m, self.is_blocked) = (None, false);
     }
 
@@ -176,6 +211,13 @@ impl Route {
     pub(super) fn is_retry_due(&mut self, dt_s: f64, is_bent: bool) -> bool {
         self.retry_in_s -= dt_s;
         (self.is_detour() || self.is_blocked || is_bent) && self.retry_in_s <= 0.0
+    }
+
+    /// A goal is set.
+    pub(super) fn set_goal(&mut self, goal: &Goal) {
+        let place = goal.on_surface();
+        let is_known = self.barriers.have(place.point_m, place.normal);
+        self.on_known = is_known.then_some(place);
     }
 
     /// The place of a goal is left for another destination; `face`: where the board is.
@@ -186,7 +228,7 @@ impl Route {
     /// Puts a place before those that are left; of these, the ones that the board is still over count on.
     fn keep(&mut self, place: Place, face: &Pose) {
         let Some(board) = self.board else { return };
-        if self.gone == Some(place) {
+        if self.on_known == Some(place) && !self.barriers.have(place.point_m, place.normal) {
             return;
         }
         let mut kept = [None; PLACES];
@@ -211,6 +253,18 @@ impl Route {
         Some(check.most_in_front(face)?.in_front_m)
     }
 
+    /// The places that count on the way to a goal, with their roles: no more than [`PLACES`] and two more.
+    fn places(&self, goal: Option<&Goal>) -> impl Iterator<Item = (Role, Place)> {
+        let ahead = goal.map(Goal::on_surface);
+        let under_way = self.under_way.filter(|place| ahead != Some(*place));
+        let roles = std::iter::once(Role::LeftLast).chain(std::iter::repeat(Role::LeftBefore));
+        let left = roles.zip(self.left);
+        [(Role::Ahead, ahead), (Role::UnderWay, under_way)]
+            .into_iter()
+            .chain(left)
+            .filter_map(|(role, place)| Some((role, place?)))
+    }
+
     fn check<'a>(
         &'a self,
         board: &'a Board,
@@ -222,15 +276,11 @@ impl Route {
             footprints: [None; PLACES + 3],
             planes: [None; PLACES + 2],
         };
-        let ahead = goal.map(Goal::on_surface);
-        let under_way = self.under_way.filter(|place| ahead != Some(*place));
-        let places = [ahead, under_way].into_iter().chain(self.left).flatten();
-        for (i, place) in places.enumerate() {
+        for (i, (role, place)) in self.places(goal).enumerate() {
             let face = board_pose(place.point_m, place.normal, place.roll_rad)?;
             check.footprints[i] = Some(Footprint::new(face, board, self.config.footprint_m));
-            // Surfaces that nobody knows, of places left long ago, would hem the board in.
-            let known = i >= PLANES || self.barriers.have(place.point_m, place.normal);
-            check.planes[i] = (!known).then_some(Plane {
+            let unknown = !self.barriers.have(place.point_m, place.normal);
+            check.planes[i] = (role.has_plane() && unknown).then_some(Plane {
                 point_m: place.point_m,
                 normal: place.normal,
                 radius_m: self.config.extent_m,
@@ -427,7 +477,6 @@ impl Route {
             self.keep(place, here);
         }
         self.under_way = leads_to;
-        self.gone = self.gone.filter(|place| leads_to == Some(*place));
         Ok(())
     }
 }
@@ -477,4 +526,45 @@ fn pushed_behind(
         q[joint] = (q[joint] - change).clamp(limit.min_rad, limit.max_rad);
     }
     Some(q)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Places left on planes that nobody knows, one behind the other at x, the newest first.
+    fn left(x_m: [f64; 3]) -> [Option<Place>; PLACES] {
+        let mut left = [None; PLACES];
+        for (slot, x_m) in left.iter_mut().zip(x_m) {
+            *slot = Some(Place {
+                point_m: DVec3::new(x_m, 0.0, 0.5),
+                normal: DVec3::X,
+                roll_rad: 0.0,
+            });
+        }
+        left
+    }
+
+    #[test]
+    fn only_the_place_left_last_keeps_its_plane_whether_there_is_a_goal_or_not() {
+        let board = Board::default();
+        let mut route = Route::new(ApproachConfig::default(), Some(board));
+        route.left = left([0.6, 0.5, 0.4]);
+        let counts = |route: &Route, goal: Option<&Goal>| {
+            let planes = route.check(&board, goal).expect("poses are finite").planes;
+            let at_m = planes.into_iter().flatten().map(|plane| plane.point_m.x);
+            at_m.collect::<Vec<_>>()
+        };
+        // On the way to a posture there is no place ahead, and none under way.
+        assert_eq!(counts(&route, None), [0.6]);
+        route.under_way = route.left[1];
+        assert_eq!(counts(&route, None), [0.5, 0.6]);
+        let roles: Vec<Role> = route.places(None).map(|(role, _)| role).collect();
+        let before = Role::LeftBefore;
+        assert_eq!(roles, [Role::UnderWay, Role::LeftLast, before, before]);
+        // A newest place that was forgotten with its surface passes its role on to nobody.
+        route.left[0] = None;
+        route.under_way = None;
+        assert!(counts(&route, None).is_empty());
+    }
 }

@@ -47,6 +47,12 @@ impl Slide {
         finite("turn_rad_per_s", self.turn_rad_per_s)?;
         Ok(())
     }
+
+    /// Does it go on in the direction of another one?
+    pub(super) fn goes_on(&self, other: &Self) -> bool {
+        let turns = EDGE_M * EDGE_M * self.turn_rad_per_s * other.turn_rad_per_s;
+        self.velocity_m_per_s.dot(other.velocity_m_per_s) + turns > 0.0
+    }
 }
 
 /// A velocity and a turn within a plane.

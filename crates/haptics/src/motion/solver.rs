@@ -129,6 +129,18 @@ pub(super) struct Place {
     pub(super) roll_rad: f64,
 }
 
+impl Place {
+    /// The same carried along with a world that moved, m and rad in the base frame. The roll is kept: it is told from the
+    /// horizontal, which a world that stays upright keeps.
+    pub(super) fn carried(&self, moved: &Pose) -> Self {
+        Self {
+            point_m: moved.transform_point(self.point_m),
+            normal: moved.transform_vector(self.normal),
+            ..*self
+        }
+    }
+}
+
 /// Why there is no configuration to go on with.
 pub(super) enum Stop {
     Unreachable(Unreachable),

@@ -1,11 +1,13 @@
 //! A way of the board, looked at before it is taken.
 
-use super::barrier::{Barriers, FacePoint, FacePoints, Footprint, Plane};
+use super::barrier::{Barriers, FacePoint, FacePoints, Footprint, Plane, corners_and_middle};
+use super::between::Stretch;
 use super::solver::Solver;
 use crate::board::Board;
 use crate::error::HapticsError;
+use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_kinematics::JointPositions;
+use hwall_kinematics::{JointPositions, MOST_JOINTS};
 use hwall_motion::ReferenceMotion;
 
 /// A way that comes in front of a surface by this much more than allowed is taken if there is none better, m; beyond it the
@@ -17,8 +19,11 @@ const HERE_M: f64 = 1e-3;
 const SAMPLES: usize = 12;
 /// How far a way that stays behind where it is looked at closely may come in front in between, m.
 const BETWEEN_M: f64 = 2.5e-4;
-/// A path is longer than its chord by no more than this share; 20 ms of a joint at its largest acceleration are 1 %.
-const CURVED: f64 = 1.05;
+/// Longest time between two close looks, s.
+const LONGEST_S: f64 = 0.02;
+/// Between two close looks no point of the face comes further from a joint's axis by more than this, m: it moves by no more than 2.5 m/s
+/// against the axis, which is half the time away from a look.
+const LEVER_M: f64 = 0.05;
 /// How often a way is looked at closely at most, and the least time between two looks, s.
 const MOST_LOOKS: usize = 900;
 const CLOSEST_S: f64 = 1.25e-4;
@@ -67,30 +72,42 @@ struct Look {
     points: FacePoints,
 }
 
-impl Look {
-    /// How far any of the points may be in front between two looks, m.
-    fn most_between_m(&self, to: &Self) -> f64 {
-        let pairs = self.points.iter().zip(&to.points);
-        let most = pairs.map(|(a, b)| match (a, b) {
-            (Some(a), Some(b)) => {
-                let way_m = CURVED * a.point_m.distance(b.point_m);
-                0.5 * (a.in_front_m + b.in_front_m + way_m)
-            }
-            (one, other) => one
-                .or(*other)
-                .map_or(f64::NEG_INFINITY, |point| point.in_front_m),
-        });
-        most.fold(f64::NEG_INFINITY, f64::max)
-    }
+/// The same, with how fast it moves there.
+#[derive(Debug, Clone, Copy)]
+struct CloseLook {
+    look: Look,
+    at_m: [DVec3; 5],
+    speed_m_per_s: [f64; 5],
+    qd_rad_per_s: [f64; MOST_JOINTS],
+    /// Largest distance of a point of the face from the axis of each joint, m.
+    lever_m: [f64; MOST_JOINTS],
+    /// Largest accelerations, rad/s².
+    qdd_rad_per_s2: [f64; MOST_JOINTS],
+}
 
-    /// Takes it that the points were as far in front on the way from another look as they may have been.
-    fn count_as_far_as(&mut self, from: &Self) {
-        let most_m = from.most_between_m(self);
-        for point in self.points.iter_mut().flatten() {
-            point.in_front_m = point.in_front_m.max(most_m);
+impl CloseLook {
+    /// Lengths that the ways of the points to another look do not exceed, m.
+    ///
+    /// A point is no faster than at either end and what its acceleration adds from there; the acceleration of a point of a
+    /// chain is at most `Σ r_i (a_i + w_i (w_i + 2 Σ_{j<i} w_j))` for joints at distances `r`, with accelerations `a` and speeds `w`.
+    fn ways_m(&self, to: &Self) -> [f64; 5] {
+        let dt_s = to.look.t_s - self.look.t_s;
+        let (mut most, mut before) = (0.0, 0.0);
+        for i in 0..MOST_JOINTS {
+            let lever_m = self.lever_m[i].max(to.lever_m[i]) + LEVER_M;
+            let a = self.qdd_rad_per_s2[i].max(to.qdd_rad_per_s2[i]);
+            let w = self.qd_rad_per_s[i].abs().max(to.qd_rad_per_s[i].abs()) + 0.5 * a * dt_s;
+            most += lever_m * (a + w * (w + 2.0 * before));
+            before += w;
         }
+        std::array::from_fn(|i| {
+            let mean = 0.5 * (self.speed_m_per_s[i] + to.speed_m_per_s[i]);
+            dt_s * (mean + 0.25 * most * dt_s)
+        })
     }
+}
 
+impl Look {
     fn make_worse(&self, worst: &mut Option<Worst>) {
         for point in self.points.into_iter().flatten() {
             if worst.is_none_or(|worst| point.in_front_m > worst.point.in_front_m) {
@@ -169,11 +186,56 @@ impl Check<'_> {
         worst
     }
 
-    /// The same, looked at so closely that if it stays within `enough_m` it stays within [`BETWEEN_M`] more in between.
-    ///
-    /// How far a point is in front changes no faster than the point moves: on a stretch of length s, no point is further in front
-    /// than the mean of the ends of the stretch and s / 2. So stretches are short where the board is fast and near a surface. A
-    /// way that needs too many looks counts as far in front as it might be.
+    /// The considered motion at an instant, with its speed.
+    fn look_closely(&self, t_s: f64, reference: &ReferenceMotion, solver: &Solver) -> CloseLook {
+        let state = reference.considered(t_s);
+        let face = solver.arm().forward(&state.q);
+        let jacobian = solver.arm().jacobian(&state.q);
+        let twist = jacobian.twist(&state.qd);
+        let at_m = corners_and_middle(self.board, &face);
+        let corner_m = self.board.half_width_m.hypot(self.board.half_height_m);
+        let limits = reference.limits();
+        CloseLook {
+            look: Look {
+                t_s,
+                q: state.q,
+                points: self.barriers.all_in_front(
+                    self.board,
+                    &face,
+                    &self.footprints,
+                    &self.planes,
+                ),
+            },
+            speed_m_per_s: at_m.map(|m| {
+                let lever_m = m - face.position_m();
+                (twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever_m)).length()
+            }),
+            at_m,
+            qd_rad_per_s: state.qd.0,
+            lever_m: jacobian.linear.map(|v| v.length() + corner_m),
+            qdd_rad_per_s2: std::array::from_fn(|i| {
+                limits.acceleration_rad_per_s2[i].max(state.qdd_rad_per_s2[i].abs())
+            }),
+        }
+    }
+
+    /// How far each point of the face may come in front of a surface between two looks, m; `enough_m` where it stays within that.
+    fn most_between_m(&self, from: &CloseLook, to: &CloseLook, enough_m: f64) -> [f64; 5] {
+        let ways_m = from.ways_m(to);
+        std::array::from_fn(|i| {
+            let stretch = Stretch {
+                from_m: from.at_m[i],
+                to_m: to.at_m[i],
+                way_m: ways_m[i],
+            };
+            self.barriers
+                .most_between_m(&stretch, enough_m, &self.footprints, &self.planes)
+        })
+    }
+
+    /// The same, looked at so closely that if it stays within `enough_m` it stays within [`BETWEEN_M`] more in between, see
+    /// [`Barriers::most_between_m`]. Stretches are short where the board is fast and near a surface. What even short ones leave open, and a
+    /// way that needs too many looks, counts as far in front as it might be.
     fn worst_closely(
         &self,
         duration_s: f64,
@@ -182,30 +244,41 @@ impl Check<'_> {
         solver: &Solver,
     ) -> Option<Worst> {
         let mut worst: Option<Worst> = None;
-        let longest_s = duration_s / SAMPLES as f64;
+        let longest_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
+        let bound_m = enough_m.max(0.0) + BETWEEN_M;
         let mut dt_s = longest_s;
-        let mut from = self.look(0.0, reference, solver);
+        let mut from = self.look_closely(0.0, reference, solver);
         for looks in 1.. {
-            if from.t_s >= duration_s {
+            if from.look.t_s >= duration_s {
                 break;
             }
-            let to_s = (from.t_s + dt_s).min(duration_s);
-            let mut to = self.look(to_s, reference, solver);
+            let to_s = (from.look.t_s + dt_s).min(duration_s);
+            let mut to = self.look_closely(to_s, reference, solver);
             let is_out = worst.is_some_and(|worst| worst.point.in_front_m > enough_m);
-            let is_close = from.most_between_m(&to) <= enough_m + BETWEEN_M;
+            if is_out {
+                // One look more than enough: how far it is out at worst is not asked that closely.
+                to.look.make_worse(&mut worst);
+                (dt_s, from) = (longest_s, to);
+                continue;
+            }
+            let between_m = self.most_between_m(&from, &to, bound_m);
+            let is_close = between_m.iter().all(|m| *m <= bound_m);
             let is_last = looks >= MOST_LOOKS;
-            if !is_close && !is_out && !is_last && dt_s > CLOSEST_S {
+            if !is_close && !is_last && dt_s > CLOSEST_S {
                 dt_s *= 0.5;
                 continue;
             }
-            if is_last && !is_close {
-                to.count_as_far_as(&from);
+            if !is_close {
+                for (point, most_m) in to.look.points.iter_mut().zip(between_m) {
+                    if let Some(point) = point.as_mut().filter(|_| most_m > bound_m) {
+                        point.in_front_m = point.in_front_m.max(most_m);
+                    }
+                }
             }
-            to.make_worse(&mut worst);
-            dt_s = if is_last || is_out {
-                longest_s
-            } else {
-                (2.0 * dt_s).min(longest_s)
+            to.look.make_worse(&mut worst);
+            dt_s = match is_last {
+                true => longest_s,
+                false => (2.0 * dt_s).min(longest_s),
             };
             from = to;
         }

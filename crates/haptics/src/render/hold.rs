@@ -28,6 +28,8 @@ pub enum HoldReason {
         /// Its age, s; negative if its stamp lies ahead.
         age_s: f64,
     },
+    /// Where the surfaces are that the board stays behind is not known.
+    UnknownSurfaces,
     /// There is no target.
     NoTarget,
     /// The target holds NaN, an infinity, or a normal without a direction.
@@ -49,6 +51,7 @@ impl HoldReason {
             Self::NonFiniteState { .. } => "non_finite_state",
             Self::ImplausibleForce { .. } => "implausible_force",
             Self::StaleState { .. } => "stale_state",
+            Self::UnknownSurfaces => "unknown_surfaces",
             Self::NoTarget => "no_target",
             Self::InvalidTarget => "invalid_target",
             Self::StaleTarget { .. } => "stale_target",

@@ -207,7 +207,8 @@ impl ObjectRendering {
     /// How they move when the object moves at a velocity (rad/s or m/s), rad/s.
     #[must_use]
     pub fn qd_at(&self, velocity: f64) -> JointVelocities {
-        JointVelocities(self.follower.joint_rates().map(|rate| rate * velocity))
+        let rates = self.follower.joint_rates().unwrap_or_default();
+        JointVelocities(rates.map(|rate| rate * velocity))
     }
 
     /// Least inertia with which the object is stable under the stiffest hand, kg m² or kg: at the face `(k + 1000 N/m) t²`, with the hand's
@@ -314,7 +315,8 @@ impl ObjectRendering {
         let command = match &mut self.impedance {
             None => ArmCommand::Position(q),
             Some(impedance) => {
-                let rates = self.follower.joint_rates();
+                // Where there are none, the object stands.
+                let rates = self.follower.joint_rates().unwrap_or_default();
                 let pose = self.follower.face_at(self.follower.reached());
                 // Across the path the stiffness holds the face: a counteracted wrench that is late would make it swing there.
                 let way = rendered

@@ -7,10 +7,10 @@ use crate::object::ObjectPath;
 use glam::{DVec2, DVec3};
 use hwall_geometry::{Pose, Twist};
 use hwall_kinematics::{
-    ArmKinematics, ArmScratch, BranchPolicy, JointPositions, KinematicsError, NearestConfig,
-    Unreachable,
+    ArmKinematics, ArmScratch, BranchPolicy, JointPositions, JointVelocities, KinematicsError,
+    NearestConfig, Unreachable,
 };
-use hwall_numeric::check::{all_finite, positive};
+use hwall_numeric::check::{all_finite, finite, positive};
 use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transposed};
 use std::sync::Arc;
 
@@ -46,6 +46,8 @@ const KEPT_RAD: f64 = 0.2;
 const LEAST_SLIDE: f64 = 0.02;
 /// Keeps joint rates finite near singular poses; m² rad²/s².
 const DAMPING: f64 = 1e-6;
+/// Rates that miss more than this share of a motion of the face do not make it.
+const MISSING: f64 = 0.5;
 
 /// Carries the face along with an object: from its position to joint angles, within the speeds of the joints.
 #[derive(Debug, Clone)]
@@ -158,8 +160,21 @@ impl PathFollower {
         mut limited: impl FnMut(f64) -> Result<f64, HapticsError>,
     ) -> Result<Followed, HapticsError> {
         positive("dt_s", dt_s)?;
+        finite("wanted", wanted)?;
+        finite("rate", rate)?;
         self.spare_joints();
-        let rates = self.joint_rates();
+        let Some(rates) = self.joint_rates() else {
+            // No joints take the face along here: the object stands.
+            (self.rate, self.slide) = (0.0, self.slide.stopped());
+            return Ok(Followed {
+                share: 0.0,
+                allowed: 1.0,
+                rate: 0.0,
+                cannot_slide: None,
+                unreachable: Some(Unreachable::OtherBranch),
+                most_acceleration: 0.0,
+            });
+        };
         let most = self.largest_acceleration(&rates);
         let free = self.next_rate(wanted, rate, most, dt_s);
         let before_limits = (2.0 * BEFORE_LIMITS * most * self.left(&rates, free)).sqrt();
@@ -297,25 +312,29 @@ impl PathFollower {
     }
 
     /// How the board slides now, base axes, and the joint velocities for that, rad/s.
+    ///
+    /// A board that no joints can slide stands.
     pub(super) fn slide_motion(&self) -> (Twist, [f64; 7]) {
         let place = self.path.moved(&self.face, self.reached - self.position);
         let twist = self.slide.twist(&place);
-        let rates = match self.slide.is_moving() {
-            true => self.rates_for(&twist),
-            false => [0.0; 7],
-        };
-        (twist, rates)
+        let found = self.slide.is_moving().then(|| self.rates_for(&twist));
+        match found.flatten() {
+            Some(rates) => (twist, rates),
+            None => (Twist::default(), [0.0; 7]),
+        }
     }
 
     /// Share of the wanted slide from which every joint can still brake before its limit, while the object takes the face along its path
-    /// at a rate.
+    /// at a rate; 0 where no joints slide it.
     fn slide_share(&self, rates: &[f64; 7], rate: f64) -> f64 {
         let size = self.wanted_slide.size();
         if size == 0.0 {
             return 1.0;
         }
         let place = self.path.moved(&self.face, self.reached - self.position);
-        let wanted = self.rates_for(&self.wanted_slide.twist(&self.slide.on(&place)));
+        let Some(wanted) = self.rates_for(&self.wanted_slide.twist(&self.slide.on(&place))) else {
+            return 0.0;
+        };
         let limits = self.arm.limits();
         let share = |i: usize| {
             let towards = wanted[i].signum();
@@ -371,13 +390,14 @@ impl PathFollower {
     }
 
     /// Change of the joint angles with the position, rad for each rad or m: the least that moves the face along its path, joints
-    /// weighted as in [`follow`](Self::follow). Zero where the arm is singular.
-    pub(super) fn joint_rates(&self) -> [f64; 7] {
+    /// weighted as in [`follow`](Self::follow). `None` where the arm is singular.
+    pub(super) fn joint_rates(&self) -> Option<[f64; 7]> {
         let at_m = self.face_at(self.reached).position_m();
         self.rates_for(&self.path.velocity_at(at_m, 1.0))
     }
 
-    fn rates_for(&self, twist: &Twist) -> [f64; 7] {
+    /// Rates of the joints for a motion of the face; `None` where none make it, or it is not finite.
+    fn rates_for(&self, twist: &Twist) -> Option<[f64; 7]> {
         let joints = self.arm.joint_count();
         let jacobian = self.arm.jacobian(&self.q);
         let wanted = twist.to_array();
@@ -398,19 +418,22 @@ impl PathFollower {
             }
             square[7 * a] += DAMPING;
         }
-        if cholesky_in_place(6, &mut square).is_err() {
-            return [0.0; 7];
-        }
+        cholesky_in_place(6, &mut square).ok()?;
         let mut forces = wanted;
         solve_lower(&square, &mut forces);
         solve_lower_transposed(&square, &mut forces);
-        std::array::from_fn(|i| {
+        let rates: [f64; 7] = std::array::from_fn(|i| {
             if i >= joints {
                 return 0.0;
             }
             let pull: f64 = (0..6).map(|k| row(k, i) * forces[k]).sum();
             pull / weights[i]
-        })
+        });
+        // The damping leaves out what no joints can do.
+        let made = jacobian.twist(&JointVelocities(rates)).to_array();
+        let size = |v: &[f64; 6]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let missing: [f64; 6] = std::array::from_fn(|k| wanted[k] - made[k]);
+        (size(&missing) <= MISSING * size(&wanted)).then_some(rates)
     }
 
     /// Goes to a position on the path, which is near; why the face cannot be there, if so. The joints then stay.
@@ -442,6 +465,67 @@ impl PathFollower {
             Ok(_) => Ok(Err(Unreachable::OtherBranch)),
             Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
             Err(other) => Err(other.into()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_kinematics::SrsArm;
+
+    fn follower(deg: [f64; 7]) -> PathFollower {
+        let arm = Arc::new(SrsArm::iiwa7());
+        let most = hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2;
+        let mut follower = PathFollower::new(arm, most);
+        let path = ObjectPath::sliding(DVec3::X).unwrap();
+        let q = JointPositions::from_deg(deg);
+        follower.begin(path, 0.0, &q).unwrap();
+        follower
+    }
+
+    const BENT: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
+
+    #[test]
+    fn where_no_joints_slide_the_board_its_share_is_zero() {
+        let slide = InFace {
+            linear: DVec2::X * 0.1,
+            angular: 0.0,
+        };
+        let mut bent = follower(BENT);
+        bent.wanted_slide = slide;
+        let rates = bent.joint_rates().expect("away from singular poses");
+        assert!(bent.slide_share(&rates, 0.0) > 0.0);
+        // NaN never comes out as a share.
+        bent.wanted_slide.linear.x = f64::NAN;
+        assert_eq!(bent.slide_share(&rates, 0.0), 0.0);
+        bent.wanted_slide = slide;
+        bent.q[1] = f64::NAN;
+        assert_eq!(bent.slide_share(&rates, 0.0), 0.0);
+        assert_eq!(bent.joint_rates(), None);
+    }
+
+    #[test]
+    fn a_straight_arm_cannot_go_on_and_says_so() {
+        // Straight up: no joint lifts the face.
+        let mut straight = follower([0.0; 7]);
+        let path = ObjectPath::sliding(DVec3::Z).unwrap();
+        straight
+            .begin(path, 0.0, &JointPositions::default())
+            .unwrap();
+        assert_eq!(straight.joint_rates(), None);
+        let followed = straight.follow((0.01, 0.1), 1e-3, Ok).unwrap();
+        assert_eq!((followed.share, followed.rate), (0.0, 0.0));
+        assert!(followed.unreachable.is_some() && followed.most_acceleration == 0.0);
+    }
+
+    #[test]
+    fn positions_that_are_not_finite_are_refused_and_move_nothing() {
+        let mut bent = follower(BENT);
+        let before = *bent.q();
+        for wanted in [(f64::NAN, 0.0), (0.0, f64::NAN), (f64::INFINITY, 0.0)] {
+            assert!(bent.follow(wanted, 1e-3, Ok).is_err(), "{wanted:?}");
+            assert_eq!(*bent.q(), before);
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::error::HapticsError;
 use crate::motion::{Barrier, Follower};
 use crate::safety::SafeRequest;
 use glam::DVec3;
-use hwall_geometry::Wrench;
+use hwall_geometry::{Pose, Wrench};
 use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable, WrenchConfig};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
@@ -69,6 +69,7 @@ pub struct Renderer {
     withdrawal: Withdrawal,
     /// The speed that a supervisor asked for.
     cap: SpeedCap,
+    knows_surfaces: bool,
 }
 
 /// How far the command may be from the arm.
@@ -125,6 +126,7 @@ impl Renderer {
             usual_s: None,
             withdrawal: Withdrawal::new(arm),
             cap: SpeedCap::default(),
+            knows_surfaces: true,
         })
     }
 
@@ -162,7 +164,25 @@ impl Renderer {
 
     /// Surfaces that the board stays behind on its way, besides the one that it presents.
     pub fn set_barriers(&mut self, barriers: &[Barrier]) {
+        self.knows_surfaces = true;
         self.follower.set_barriers(barriers);
+    }
+
+    /// The same after the world has moved, see [`Follower::move_barriers`].
+    pub fn move_barriers(&mut self, barriers: &[Barrier], moved: &Pose) {
+        self.knows_surfaces = true;
+        self.follower.move_barriers(barriers, moved);
+    }
+
+    /// So many barriers will be set without an allocation.
+    pub fn reserve_barriers(&mut self, count: usize) {
+        self.follower.reserve_barriers(count);
+    }
+
+    /// Nobody knows where the surfaces are: the board comes to rest and holds ([`HoldReason::UnknownSurfaces`]) until barriers are
+    /// set again. A touch goes on.
+    pub const fn lose_barriers(&mut self) {
+        self.knows_surfaces = false;
     }
 
     /// Moving objects of the scene, base frame, and how the arm goes along with a touched one. They move by themselves, too: a
@@ -503,6 +523,9 @@ impl Renderer {
             (None, Some(posture)) => posture.stamp_s,
             (None, None) => return Err(HoldReason::NoTarget),
         };
+        if !self.knows_surfaces {
+            return Err(HoldReason::UnknownSurfaces);
+        }
         let age_s = now_s - stamp_s;
         let is_place = |target: &BoardTarget| {
             target.point_m.is_finite() && target.normal.try_normalize().is_some()

@@ -6,6 +6,8 @@ use hwall_kinematics::{JointPositions, MOST_JOINTS};
 
 /// States may differ by this beyond what joints turn meanwhile, rad.
 const SAME_RAD: f64 = 0.02;
+/// States further apart than this in time say nothing about each other, s: meanwhile a joint may be anywhere.
+const TOGETHER_S: f64 = 0.1;
 
 /// Counts states that agree with the one before. A single one may be wrong by any amount, and a command that starts from it would send
 /// the arm there.
@@ -33,7 +35,8 @@ impl Agreement {
         if dt_s == 0.0 && q == state.q {
             return self.count;
         }
-        let agrees = dt_s >= 0.0
+        let agrees = dt_s > 0.0
+            && dt_s <= TOGETHER_S
             && (0..MOST_JOINTS).all(|i| {
                 let most_rad = SAME_RAD + limits.velocity_rad_per_s[i] * dt_s;
                 (state.q[i] - q[i]).abs() <= most_rad
@@ -45,5 +48,44 @@ impl Agreement {
             1
         };
         self.count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_kinematics::SrsArm;
+
+    /// What a sequence of states (time, s, and angle of joint 2, rad) counts as.
+    fn counted(states: &[(f64, f64)]) -> u32 {
+        let limits = GuardLimits::of_arm(&SrsArm::iiwa7());
+        let mut agreement = Agreement::default();
+        let mut last = 0;
+        for (t_s, q_rad) in states {
+            let mut state = ArmState {
+                t_s: *t_s,
+                q: JointPositions::default(),
+                qd: hwall_kinematics::JointVelocities::default(),
+                external_torque: None,
+            };
+            state.q[1] = *q_rad;
+            last = agreement.step(7, &state, &limits);
+        }
+        last
+    }
+
+    #[test]
+    fn a_state_wrong_in_angle_and_time_does_not_agree() {
+        assert_eq!(counted(&[(1.0, 0.0), (1.001, 0.001), (1.002, 0.002)]), 3);
+        // Joint 2 turns 1 rad in 0.6 s at its full speed.
+        for t_s in [1.6, 2.0, 1000.0] {
+            assert_eq!(counted(&[(1.0, 0.0), (t_s, 1.0)]), 1, "{t_s} s");
+        }
+        assert_eq!(counted(&[(1.0, 0.0), (1.101, 0.0)]), 1);
+        // Two states of one time that are not the same.
+        assert_eq!(counted(&[(1.0, 0.0), (1.0, 0.01)]), 1);
+        assert_eq!(counted(&[(1.0, 0.0), (0.999, 0.0)]), 1);
+        // The same state again says nothing new, and takes nothing back.
+        assert_eq!(counted(&[(1.0, 0.0), (1.001, 0.0), (1.001, 0.0)]), 2);
     }
 }

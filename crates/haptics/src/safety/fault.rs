@@ -22,6 +22,17 @@ pub(super) struct Fault {
     pub(super) severity: Severity,
 }
 
+impl Fault {
+    /// The worse of two; of equals the first.
+    pub(super) fn worse(a: Option<Self>, b: Option<Self>) -> Option<Self> {
+        match (a, b) {
+            (Some(a), Some(b)) if b.severity > a.severity => Some(b),
+            (None, b) => b,
+            (a, _) => a,
+        }
+    }
+}
+
 /// What the fault machine is in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trouble {

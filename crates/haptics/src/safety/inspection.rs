@@ -33,6 +33,15 @@ struct Watches {
     force: Watch,
 }
 
+/// What was found in a cycle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    /// The worst fault.
+    pub(super) worst: Option<Fault>,
+    /// Is the arm's own state believed?
+    pub(super) arm_is_sound: bool,
+}
+
 /// Everything that is looked at, with what was seen last.
 #[derive(Debug, Clone)]
 pub(super) struct Inspection {
@@ -113,26 +122,30 @@ impl Inspection {
         }
     }
 
-    /// All faults, the worst first.
+    /// Looks at everything.
     pub(super) fn look(
         &mut self,
         input: &SupervisorInput<'_>,
         sent: Sent,
         elapsed_s: f64,
-    ) -> Option<Fault> {
-        let worse = |a: Option<Fault>, b: Option<Fault>| match (a, b) {
-            (Some(a), Some(b)) if b.severity > a.severity => Some(b),
-            (None, b) => b,
-            (a, _) => a,
-        };
+    ) -> Found {
         let arm = self.look_at_arm(input, sent);
         let command = self.look_at_command(input, sent);
-        let arm_is_known = arm.is_none();
-        let found = worse(arm, command);
-        let found = worse(found, self.look_at_person(input, elapsed_s));
-        if !arm_is_known {
-            return found;
+        let arm_is_sound = arm.is_none();
+        let found = Fault::worse(arm, command);
+        let found = Fault::worse(found, self.look_at_person(input, elapsed_s));
+        let worst = match arm_is_sound {
+            true => Fault::worse(found, self.look_at_forces(input, elapsed_s)),
+            false => found,
+        };
+        Found {
+            worst,
+            arm_is_sound,
         }
+    }
+
+    /// What needs a sound state of the arm: the force, and whether it does what it is told.
+    fn look_at_forces(&mut self, input: &SupervisorInput<'_>, elapsed_s: f64) -> Option<Fault> {
         let force = self.look_at_force(input, elapsed_s);
         let joints = self.arm.joint_count();
         let obeys = self
@@ -143,7 +156,7 @@ impl Inspection {
             reason: SafeReason::NotObeyed,
             severity: Severity::Broken,
         });
-        worse(worse(found, force), astray)
+        Fault::worse(force, astray)
     }
 
     fn look_at_arm(&mut self, input: &SupervisorInput<'_>, sent: Sent) -> Option<Fault> {

@@ -1,6 +1,7 @@
 //! Limits for contact with people, and the supervisor that stands between a renderer and the arm.
 
 mod agreement;
+mod braking;
 mod capsule;
 mod clock;
 mod contact_limits;

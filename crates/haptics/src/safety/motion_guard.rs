@@ -48,6 +48,8 @@ pub struct GuardLimits {
     pub position: [JointLimit; MOST_JOINTS],
     /// Commanded speeds stay within, rad/s.
     pub velocity_rad_per_s: [f64; MOST_JOINTS],
+    /// Commands are cut, and make up for it, no harder than this, rad/s²; default those of the iiwa 7.
+    pub acceleration_rad_per_s2: [f64; MOST_JOINTS],
     /// Commanded torques (beyond gravity) and external torques stay within, N m.
     pub torque_n_m: [f64; MOST_JOINTS],
     /// Commanded torques change no faster, N m/s; default 1000 (1 N m per ms).
@@ -72,6 +74,7 @@ impl GuardLimits {
         Self {
             position: *arm.limits(),
             velocity_rad_per_s: *arm.max_velocity_rad_per_s(),
+            acceleration_rad_per_s2: hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2,
             torque_n_m: IIWA7_TORQUE_N_M,
             torque_rate_n_m_per_s: 1000.0,
             position_slack_rad: 0.01,
@@ -97,6 +100,9 @@ impl GuardLimits {
         }
         for velocity in self.velocity_rad_per_s {
             positive("velocity_rad_per_s", velocity)?;
+        }
+        for acceleration in self.acceleration_rad_per_s2 {
+            positive("acceleration_rad_per_s2", acceleration)?;
         }
         for torque in self.torque_n_m {
             positive("torque_n_m", torque)?;
@@ -151,21 +157,18 @@ impl GuardLimits {
         (out, cut)
     }
 
-    /// Share of a step that keeps all speeds within the limits, and the joint that is first to meet one.
-    pub(super) fn share_of_step(
+    /// Share of joint rates that keeps them all within the limits of speed, and the joint that is first to meet one.
+    pub(super) fn share_of_rates(
         &self,
-        from: &JointPositions,
-        to: &JointPositions,
-        dt_s: f64,
+        rates_rad_per_s: &[f64; MOST_JOINTS],
     ) -> (f64, Option<SafeReason>) {
         // Rounding of a motion that is planned at the limit is no excess.
         const ROUNDING: f64 = 1.0 + 1e-6;
         let (mut share, mut cut) = (1.0, None);
-        for joint in 0..MOST_JOINTS {
-            let step = (to[joint] - from[joint]).abs();
-            let most = self.velocity_rad_per_s[joint] * dt_s;
-            if step * share > most * ROUNDING {
-                share = most / step;
+        for (joint, rate) in rates_rad_per_s.iter().enumerate() {
+            let most = self.velocity_rad_per_s[joint];
+            if rate.abs() * share > most * ROUNDING {
+                share = most / rate.abs();
                 cut = Some(SafeReason::CommandLimit {
                     channel: Channel::Velocity,
                     joint,

@@ -1,6 +1,7 @@
 //! Between renderer and arm: every input watched, every command limited, every fault a named safe state.
 
 use super::agreement::Agreement;
+use super::braking::Braking;
 use super::clock::Clock;
 use super::cycle::{Sent, SupervisorInput, SupervisorStep};
 use super::fault::{Fault, FaultMachine, Severity, Stage};
@@ -15,7 +16,7 @@ use crate::board::Board;
 use crate::error::HapticsError;
 use crate::render::distance_and_closing;
 use hwall_geometry::{Pose, Twist};
-use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities, MOST_JOINTS};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
 
 /// Takes each command and gives back the one to send.
@@ -34,6 +35,10 @@ pub struct Supervisor {
     bias: Option<TorqueBias>,
     out_of_reach: bool,
     sent: Sent,
+    /// How the positions that are sent follow what is wanted; `None` while none are.
+    braking: Option<Braking>,
+    /// Why they are behind it, if they are.
+    cut_for: Option<SafeReason>,
     /// Does the arm take torques?
     torque_level: bool,
     speed_cap_m_per_s: f64,
@@ -65,6 +70,8 @@ impl Supervisor {
             bias: config.bias.map(TorqueBias::new),
             out_of_reach: false,
             sent: Sent::Nothing,
+            braking: None,
+            cut_for: None,
             torque_level: false,
             speed_cap_m_per_s,
             config,
@@ -139,7 +146,7 @@ impl Supervisor {
             }),
             Ok(_) => {
                 let found = self.inspection.look(input, self.sent, self.clock.elapsed_s);
-                found.or_else(|| self.biased(input, dt_s))
+                Fault::worse(found.worst, self.biased(input, found.arm_is_sound, dt_s))
             }
         };
         let timing = &self.config.timing;
@@ -171,10 +178,16 @@ impl Supervisor {
         self.answer(command, slowed)
     }
 
-    /// Do the torque sensors of a resting arm say more than they may?
-    fn biased(&mut self, input: &SupervisorInput<'_>, dt_s: f64) -> Option<Fault> {
+    /// Do the torque sensors of a resting arm say more than they may? Whatever else is wrong, as long as the arm's own state is
+    /// sound.
+    fn biased(
+        &mut self,
+        input: &SupervisorInput<'_>,
+        arm_is_sound: bool,
+        dt_s: f64,
+    ) -> Option<Fault> {
         let bias = self.bias.as_mut()?;
-        bias.step(input.state, self.out_of_reach, dt_s);
+        bias.step(input.state, self.out_of_reach && arm_is_sound, dt_s);
         let (joint, bias_n_m) = bias.beyond(self.arm.joint_count(), &self.guard)?;
         Some(Fault {
             reason: SafeReason::TorqueBias { joint, bias_n_m },
@@ -209,7 +222,7 @@ impl Supervisor {
 
     /// The renderer's command within all limits. `retreat`: the speed of one, m/s.
     fn limited(
-        &self,
+        &mut self,
         input: &SupervisorInput<'_>,
         dt_s: f64,
         retreat: Option<f64>,
@@ -230,39 +243,47 @@ impl Supervisor {
         }
     }
 
+    /// Cuts slow the arm down as hard as its joints may, not harder; the share is what was allowed.
     fn limited_position(
-        &self,
+        &mut self,
         input: &SupervisorInput<'_>,
         wanted: &JointPositions,
         dt_s: f64,
         retreat: Option<f64>,
     ) -> (ArmCommand, Option<(f64, SafeReason)>) {
-        let from = match self.sent {
-            Sent::Position(q) => q,
-            _ => input.state.q,
-        };
-        let (wanted, mut cut) = self.guard.within(wanted);
+        let (wanted, cut) = self.guard.within(wanted);
         let mut slowed = cut.map(|reason| (1.0, reason));
-        let (mut share, joint_cut) = self.guard.share_of_step(&from, &wanted, dt_s);
-        if joint_cut.is_some() {
-            cut = joint_cut;
-            slowed = cut.map(|reason| (share, reason));
+        let state = input.state;
+        let last = match (self.braking, self.sent) {
+            (Some(braking), Sent::Position(_)) => braking,
+            _ => Braking::from_state(&state.q, &state.qd.0),
+        };
+        if dt_s <= 0.0 {
+            // No time passes: where it was sent, it stays.
+            self.braking = Some(last);
+            return (ArmCommand::Position(*last.sent()), slowed);
         }
-        if dt_s > 0.0 {
-            let rate = share / dt_s;
-            let qd = JointVelocities(std::array::from_fn(|i| (wanted[i] - from[i]) * rate));
-            if let Some((less, reason)) = self.near(input, &from, &qd, retreat) {
-                share *= less;
-                slowed = Some((share, reason));
-            }
+        let most = self.guard.acceleration_rad_per_s2;
+        let rates = last.rates_rad_per_s(&wanted, &most, dt_s);
+        let (mut share, joint_cut) = self.guard.share_of_rates(&rates);
+        if let Some(reason) = joint_cut {
+            slowed = Some((share, reason));
         }
-        let mut out = wanted;
-        if share < 1.0 {
-            for i in 0..MOST_JOINTS {
-                out[i] = from[i] + share * (wanted[i] - from[i]);
-            }
+        let qd = JointVelocities(rates.map(|rate| share * rate));
+        if let Some((less, reason)) = self.near(input, last.sent(), &qd, retreat) {
+            share *= less;
+            slowed = Some((share, reason));
         }
-        (ArmCommand::Position(out), slowed)
+        let next = last.next(&wanted, &rates, share, &most, dt_s);
+        // While it makes up for a cut it is slowed for the same reason, and asks for nothing more.
+        self.cut_for = match slowed {
+            Some((_, reason)) => Some(reason),
+            None => self.cut_for.filter(|_| next.sent() != &wanted),
+        };
+        let slowed = slowed.or(self.cut_for.map(|reason| (1.0, reason)));
+        let (sent, _) = self.guard.within(next.sent());
+        self.braking = Some(next.sending(sent));
+        (ArmCommand::Position(sent), slowed)
     }
 
     /// Share of a joint motion that the person's points (and a retreat) allow, and the tightest reason; `None`: all of it.
@@ -333,6 +354,9 @@ impl Supervisor {
             ArmCommand::Torque(torque) => Sent::Torque(torque),
             _ => Sent::Nothing,
         };
+        if !matches!(self.sent, Sent::Position(_)) {
+            (self.braking, self.cut_for) = (None, None);
+        }
         let held = command == ArmCommand::Hold;
         let now_s = self.clock.elapsed_s;
         self.inspection

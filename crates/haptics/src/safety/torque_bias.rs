@@ -18,6 +18,8 @@ pub struct BiasConfig {
     pub rest_s: f64,
     /// Time constant of the estimate, s; default 0.3.
     pub filter_s: f64,
+    /// The estimate is the mean of so many samples at least, from the last fifth of the rest on; default 50.
+    pub least_samples: u32,
 }
 
 impl Default for BiasConfig {
@@ -27,6 +29,7 @@ impl Default for BiasConfig {
             rest_rad_per_s: 0.02,
             rest_s: 0.5,
             filter_s: 0.3,
+            least_samples: 50,
         }
     }
 }
@@ -45,12 +48,20 @@ impl BiasConfig {
     }
 }
 
+/// From this share of the rest on samples count: until then what they say may be an echo of the motion.
+const SETTLED: f64 = 0.8;
+
 /// Averages external torques while the arm rests and the board is out of everybody's reach.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TorqueBias {
     config: BiasConfig,
     /// For how long so far, s.
     rested_s: f64,
+    /// Mean of the samples of this rest, until it is the bias, and their number.
+    mean: JointTorques,
+    samples: u32,
+    /// Stamp of the newest sample, s: the same one again is none.
+    last_s: Option<f64>,
     bias: Option<JointTorques>,
 }
 
@@ -59,6 +70,9 @@ impl TorqueBias {
         Self {
             config,
             rested_s: 0.0,
+            mean: JointTorques([0.0; MOST_JOINTS]),
+            samples: 0,
+            last_s: None,
             bias: None,
         }
     }
@@ -68,31 +82,38 @@ impl TorqueBias {
         self.bias
     }
 
-    /// One cycle; states are finite. `out_of_reach`: nobody can touch the board.
+    /// One cycle. `out_of_reach`: nobody can touch the board. A state that is not finite ends the rest.
     pub(super) fn step(&mut self, state: &ArmState, out_of_reach: bool, dt_s: f64) {
         let slow = |qd: &f64| qd.abs() <= self.config.rest_rad_per_s;
-        let torque = state
-            .external_torque
-            .filter(|_| out_of_reach && state.qd.0.iter().all(slow));
+        let torque = state.external_torque.filter(|torque| {
+            out_of_reach
+                && state.qd.0.iter().all(slow)
+                && torque.0.iter().all(|torque| torque.is_finite())
+        });
         let Some(torque) = torque else {
-            self.rested_s = 0.0;
+            (self.rested_s, self.samples) = (0.0, 0);
             return;
         };
         self.rested_s += dt_s;
-        // Until then what it says may be an echo of the motion.
-        if self.rested_s < self.config.rest_s {
+        let is_new = self.last_s.replace(state.t_s) != Some(state.t_s);
+        if !is_new || self.rested_s < SETTLED * self.config.rest_s {
             return;
         }
-        let Some(bias) = &mut self.bias else {
-            self.bias = Some(torque);
-            return;
-        };
-        let share = match self.config.filter_s > 0.0 {
+        self.samples = self.samples.saturating_add(1);
+        if self.samples == 1 {
+            self.mean = torque;
+        }
+        // The plain mean at first, of the newest samples later.
+        let filtered = match self.config.filter_s > 0.0 {
             true => -(-dt_s / self.config.filter_s).exp_m1(),
             false => 1.0,
         };
+        let share = filtered.max(1.0 / f64::from(self.samples));
         for joint in 0..MOST_JOINTS {
-            bias[joint] += share * (torque[joint] - bias[joint]);
+            self.mean[joint] += share * (torque[joint] - self.mean[joint]);
+        }
+        if self.samples >= self.config.least_samples && self.rested_s >= self.config.rest_s {
+            self.bias = Some(self.mean);
         }
     }
 
@@ -102,5 +123,53 @@ impl TorqueBias {
         (0..joints.min(MOST_JOINTS))
             .find(|i| bias[*i].abs() > self.config.most_share * limits.torque_n_m[*i])
             .map(|i| (i, bias[i]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_kinematics::{JointPositions, JointVelocities};
+    use hwall_testkit::Sampler;
+
+    fn state(t_s: f64, torque_n_m: f64) -> ArmState {
+        ArmState {
+            t_s,
+            q: JointPositions::default(),
+            qd: JointVelocities::default(),
+            external_torque: Some(JointTorques([torque_n_m; MOST_JOINTS])),
+        }
+    }
+
+    #[test]
+    fn a_bias_is_a_mean_of_many_samples_from_the_beginning() {
+        let mut sampler = Sampler::new(5);
+        let mut bias = TorqueBias::new(BiasConfig::default());
+        for k in 0..2000 {
+            let t_s = 1e-3 * f64::from(k);
+            bias.step(&state(t_s, 5.0 + 3.0 * sampler.normal()), true, 1e-3);
+            if let Some(found) = bias.bias() {
+                assert!((found[0] - 5.0).abs() < 1.5, "{t_s} s: {found:?}");
+            } else {
+                assert!(t_s < 0.51, "{t_s} s");
+            }
+        }
+        // Each rest begins anew: no sample of the last one is left over.
+        bias.step(&state(2.0, 5.0), false, 1e-3);
+        assert_eq!(bias.samples, 0);
+    }
+
+    #[test]
+    fn the_same_sample_again_and_one_that_is_not_finite_are_none() {
+        let mut bias = TorqueBias::new(BiasConfig::default());
+        for _ in 0..2000 {
+            bias.step(&state(1.0, 5.0), true, 1e-3);
+        }
+        assert_eq!(bias.bias(), None);
+        for k in 0..2000 {
+            let torque_n_m = if k % 40 == 0 { f64::NAN } else { 5.0 };
+            bias.step(&state(1e-3 * f64::from(k), torque_n_m), true, 1e-3);
+        }
+        assert_eq!(bias.bias(), None);
     }
 }

@@ -1,8 +1,10 @@
 //! The arm's side of a session: states in, commands out.
 
+use super::barriers::BarrierReceiver;
 use super::event::{Event, EventKind, EventQueue};
 use super::guidance::Guidance;
 use super::handover::Receiver;
+use super::openings::OpeningSender;
 use super::safety::{Safety, same_fault};
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, SurfaceMotion, TextureInput};
@@ -32,6 +34,8 @@ pub struct Control {
     #[cfg(feature = "texture")]
     pub(super) texture: Option<BoardTexture>,
     pub(super) receiver: Receiver,
+    pub(super) barriers: BarrierReceiver,
+    pub(super) openings: OpeningSender,
     pub(super) guidance: Guidance,
     pub(super) events: EventQueue,
     /// The surfaces of the moving objects, in the order in which the renderer has them.
@@ -117,6 +121,7 @@ impl Control {
     /// If an input is missing or wrong, the state is [`SessionState::Holding`] with the reason ([`HoldReason`]); motion
     /// resumes once the inputs are good again.
     pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        self.barriers.renew(&mut self.renderer);
         if let Some(guidance) = self.receiver.newest() {
             let same = same_place(self.guidance.target, guidance.target);
             self.late &= same;
@@ -168,6 +173,7 @@ impl Control {
         step.command = self
             .safety
             .step(now_s, state, &self.guidance, is_touched, &step);
+        self.openings.tell(self.renderer.objects());
         self.report(now_s, state, &step);
         self.step = Some(step);
         step.command

@@ -55,6 +55,9 @@ pub enum EventKind {
     /// A place of the virtual world came with a time stamp that is NaN or older than the one before; the world stays where
     /// it was.
     WorldRefused,
+    /// Where the surfaces are that the board stays behind cannot be made out (a world at a place too far to compute with): the
+    /// board comes to rest and holds until they are known again.
+    SurfacesUnknown,
     /// The touched board starts to move so that it feels as rough as the surface that it stands for.
     #[cfg(feature = "texture")]
     TextureStarted(crate::texture::TexturedTouch),

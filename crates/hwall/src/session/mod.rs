@@ -1,5 +1,6 @@
 //! Hand in, board out.
 
+mod barriers;
 mod config;
 mod control;
 mod drive;
@@ -7,9 +8,11 @@ mod event;
 mod guidance;
 mod handover;
 mod looks;
+mod openings;
 mod perception;
 mod policy;
 mod safety;
+mod sequence_lock;
 mod target_control;
 mod world;
 
@@ -26,11 +29,11 @@ use crate::error::SessionError;
 use crate::objects::objects_of;
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, Presenter, TextureLevels};
-use crate::walls::{Walls, barriers_of};
+use crate::walls::Walls;
+use barriers::WorldBarriers;
 use event::EventQueue;
 use handover::handover;
 use hwall_contact::{ContactPrediction, Predictor};
-use hwall_geometry::Pose;
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::{
     Arm, ArmCommand, ArmState, Board, MovingObject, ObjectCommand, ObjectRenderingConfig,
@@ -38,6 +41,7 @@ use hwall_haptics::{
 };
 use hwall_kinematics::ArmKinematics;
 use hwall_scene::{Scene, SurfaceId};
+use openings::openings;
 use perception::Newest;
 use policy::Policy;
 use safety::Safety;
@@ -56,10 +60,6 @@ use world::World;
 pub struct Session<P> {
     perception: Perception<P>,
     control: Control,
-    /// The openings that the barriers are of, by surface.
-    barriers_at: Vec<f64>,
-    /// Where the world stood then.
-    barriers_in: Pose,
 }
 
 impl<P: Predictor> Session<P> {
@@ -82,13 +82,16 @@ impl<P: Predictor> Session<P> {
         let mut renderer = Renderer::new(arm, board, config.renderer)?;
         let walls = walls.into();
         walls.validate(&**renderer.arm())?;
-        renderer.set_barriers(&barriers_of(&scene)?);
+        let (barriers, barrier_receiver) = WorldBarriers::new(&scene)?;
+        renderer.reserve_barriers(barriers.most());
+        renderer.set_barriers(barriers.all());
         let objects = if config.objects {
             touchable_objects(&scene, &mut renderer, config.object_command)?
         } else {
             Vec::new()
         };
         let (sender, receiver) = handover();
+        let (opening_sender, opening_receiver) = openings(&objects);
         #[cfg(feature = "texture")]
         let levels = match config.texture {
             true => TextureLevels::for_scene(&scene, board)?,
@@ -111,6 +114,8 @@ impl<P: Predictor> Session<P> {
             levels: levels.clone(),
             arm_minus_tracker_s: 0.0,
             sender,
+            barriers,
+            openings: opening_receiver,
             events: EventQueue::new(),
             newest: Newest::default(),
         };
@@ -132,6 +137,8 @@ impl<P: Predictor> Session<P> {
             #[cfg(feature = "texture")]
             texture,
             receiver,
+            barriers: barrier_receiver,
+            openings: opening_sender,
             objects,
             touched_object: None,
             #[cfg(feature = "texture")]
@@ -150,19 +157,11 @@ impl<P: Predictor> Session<P> {
             unreachable: None,
         };
         Ok(Self {
-            barriers_at: vec![0.0; perception.scene.surfaces().len()],
-            barriers_in: Pose::IDENTITY,
             perception,
             control,
         })
     }
 }
-
-/// Doors that opened by more than this since, rad or m, are barriers elsewhere.
-const BARRIER_STEP: f64 = 0.01;
-/// So are all surfaces of a world that moved by more than this at the base of the arm, m and rad.
-const BARRIER_MOVE_M: f64 = 2e-3;
-const BARRIER_TURN_RAD: f64 = 2e-3;
 
 /// The moving surfaces of a scene, given to the renderer.
 fn touchable_objects(
@@ -189,7 +188,6 @@ fn touchable_objects(
 impl<P: Predictor> Session<P> {
     /// Takes one frame of the tracker, see [`Perception::frame`].
     pub fn frame(&mut self, frame: &HandFrame) {
-        self.keep_barriers(frame.t_s);
         self.perception.frame(frame);
     }
 
@@ -204,49 +202,8 @@ impl<P: Predictor> Session<P> {
     /// The command for the coming cycle, see [`Control::step`].
     pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         let command = self.control.step(now_s, state);
-        // What the hand has opened is open for the predictor, too.
-        for moved in self.control.moving() {
-            let scene = &mut self.perception.scene;
-            if scene.opening(moved.surface) != Some(moved.position) {
-                // The object keeps to the range of its surface.
-                let _ = scene.set_opening(moved.surface, moved.position);
-            }
-        }
+        self.perception.take_openings();
         command
-    }
-
-    /// The board stays behind surfaces where they are now; those of a world in motion are taken anew when it comes to rest.
-    fn keep_barriers(&mut self, t_s: f64) {
-        let base_from_world = self.perception.world.base_from_world();
-        // Seen from the base: a turn about a far origin moves the walls near the arm little.
-        let world_moved = base_from_world
-            .inverse()
-            .distance(&self.barriers_in.inverse());
-        let elsewhere = !self.perception.world.is_moving(t_s)
-            && (world_moved.position_m > BARRIER_MOVE_M
-                || world_moved.angle_rad > BARRIER_TURN_RAD);
-        let moved = self.control.moving().any(|moving| {
-            let known = self.barriers_at.get(moving.surface.0).copied();
-            known.is_some_and(|at| (at - moving.position).abs() > BARRIER_STEP)
-        });
-        if !moved && !elsewhere {
-            return;
-        }
-        let scene = &self.perception.scene;
-        let barriers = if base_from_world == Pose::IDENTITY {
-            barriers_of(scene)
-        } else {
-            barriers_of(&scene.placed(&base_from_world))
-        };
-        if let Ok(barriers) = barriers {
-            self.control.renderer.set_barriers(&barriers);
-        }
-        self.barriers_in = base_from_world;
-        for moving in self.control.moving() {
-            if let Some(at) = self.barriers_at.get_mut(moving.surface.0) {
-                *at = moving.position;
-            }
-        }
     }
 
     /// Runs the loop for an arm until the surroundings end it, see [`drive`].
@@ -324,7 +281,7 @@ impl<P: Predictor> Session<P> {
     }
 
     /// The two halves, each for a thread of its own. The findings of the tracker's half reach the other by a hand-over in which
-    /// the latest wins and neither side waits.
+    /// the latest wins and neither side waits; so do the places of doors and world, each way.
     #[must_use]
     pub fn split(self) -> (Perception<P>, Control) {
         (self.perception, self.control)

@@ -1,8 +1,10 @@
 //! The tracker's side of a session: frames in, guidance out.
 
+use super::barriers::WorldBarriers;
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
 use super::guidance::Guidance;
 use super::handover::Sender;
+use super::openings::OpeningReceiver;
 use super::policy::{Decision, Policy};
 use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
@@ -37,6 +39,10 @@ pub struct Perception<P> {
     /// What is added to the tracker's time to have the arm's, s.
     pub(super) arm_minus_tracker_s: f64,
     pub(super) sender: Sender,
+    /// The surfaces that the board stays behind.
+    pub(super) barriers: WorldBarriers,
+    /// How far the control half has opened doors.
+    pub(super) openings: OpeningReceiver,
     pub(super) events: EventQueue,
     pub(super) newest: Newest,
 }
@@ -78,6 +84,8 @@ impl<P: Predictor> Perception<P> {
         let tracking = self.hand.step(frame);
         let gaze = self.gaze.step(frame.t_s, frame.gaze_ray().as_ref());
         let arm_s = frame.t_s + self.arm_minus_tracker_s;
+        self.take_openings();
+        self.keep_barriers(arm_s);
         // Surfaces keep their coordinates in the virtual world: the hand is transformed into it.
         let world_from_base = self.world.world_from_base();
         let (frame_there, hand_there);
@@ -163,10 +171,25 @@ impl<P: Predictor> Perception<P> {
                 self.newest.intent = None;
             }
         }
+        self.keep_barriers(arm_s);
         let foreseen = self.foreseen();
         self.events.push(arm_s, EventKind::Predicted(foreseen));
         self.guide(foreseen);
         Ok(())
+    }
+
+    /// What the hand has opened is open for the predictor, too.
+    pub(super) fn take_openings(&mut self) {
+        self.openings.take(&mut self.scene);
+    }
+
+    /// The board stays behind surfaces where they are now: those of doors that opened, and those of a world in motion.
+    fn keep_barriers(&mut self, arm_s: f64) {
+        let place = self.world.base_from_world();
+        let kept = self.barriers.keep(&self.scene, &place, self.world.leaps());
+        if kept.is_err() {
+            self.events.push(arm_s, EventKind::SurfacesUnknown);
+        }
     }
 
     /// The difference of the clocks, s: added to the tracker's time it gives the arm's.

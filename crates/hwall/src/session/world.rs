@@ -51,6 +51,7 @@ pub(super) struct World {
     base_from_world: Option<Pose>,
     motion: Option<Motion>,
     moves: u64,
+    leaps: u64,
 }
 
 /// The last step of a world in motion.
@@ -83,6 +84,7 @@ impl World {
         let steered = STEERING_PER_S * took_s.min(STEERING_S);
         if moved.position_m > LEAP_M + steered || moved.angle_rad > LEAP_RAD + steered {
             self.motion = None;
+            self.leaps += 1;
             return Ok(WorldChange::Leapt);
         }
         self.motion = (took_s > 0.0).then_some(Motion {
@@ -96,6 +98,11 @@ impl World {
     /// How often the world was moved by more than the noise of a tracker.
     pub(super) const fn moves(&self) -> u64 {
         self.moves
+    }
+
+    /// How often it leapt.
+    pub(super) const fn leaps(&self) -> u64 {
+        self.leaps
     }
 
     /// `None` while the frames of world and base agree, so that nothing need be transformed.
@@ -135,11 +142,6 @@ impl World {
             covariance_m2: contact.covariance_m2.map(|c| r * c * r.transpose()),
             ..contact
         }
-    }
-
-    /// Has it moved on just now? A leap is no motion.
-    pub(super) fn is_moving(&self, t_s: f64) -> bool {
-        self.motion.is_some_and(|motion| t_s <= motion.until_s)
     }
 
     /// The frame of the scene in the base frame.

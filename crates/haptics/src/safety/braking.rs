@@ -1,0 +1,152 @@
+//! Cuts of a command that an arm can follow.
+
+use hwall_kinematics::{JointPositions, MOST_JOINTS};
+
+/// Time constant with which a command that was cut catches up with what is wanted, s.
+const CATCHING_S: f64 = 0.05;
+/// Share of the accelerations that catching up counts upon to brake with.
+const CATCHING: f64 = 0.5;
+/// A command that is behind by less than this share of what a joint's acceleration makes of a cycle is behind no more.
+const BEHIND: f64 = 0.01;
+
+/// What was wanted and what was sent last: a cut slows the joints down as hard as they may, not harder, and what is missing
+/// afterwards is made up for in the same way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Braking {
+    wanted: JointPositions,
+    sent: JointPositions,
+    rate_rad_per_s: [f64; MOST_JOINTS],
+}
+
+impl Braking {
+    /// An arm that nothing was sent to so far: where it is, and how it moves.
+    pub(super) fn from_state(q: &JointPositions, qd: &[f64; MOST_JOINTS]) -> Self {
+        Self {
+            wanted: *q,
+            sent: *q,
+            rate_rad_per_s: qd.map(|v| if v.is_finite() { v } else { 0.0 }),
+        }
+    }
+
+    /// Is the command that was sent last the one that was wanted?
+    fn is_beside(&self, acceleration_rad_per_s2: &[f64; MOST_JOINTS], dt_s: f64) -> bool {
+        (0..MOST_JOINTS).all(|i| {
+            let least = BEHIND * acceleration_rad_per_s2[i] * dt_s * dt_s;
+            (self.wanted[i] - self.sent[i]).abs() <= least
+        })
+    }
+
+    /// How fast the joints would have to be now, rad/s: as is wanted, and faster if something is missing. `dt_s` is positive.
+    pub(super) fn rates_rad_per_s(
+        &self,
+        wanted: &JointPositions,
+        acceleration_rad_per_s2: &[f64; MOST_JOINTS],
+        dt_s: f64,
+    ) -> [f64; MOST_JOINTS] {
+        if self.is_beside(acceleration_rad_per_s2, dt_s) {
+            return std::array::from_fn(|i| (wanted[i] - self.sent[i]) / dt_s);
+        }
+        std::array::from_fn(|i| {
+            let most = CATCHING * acceleration_rad_per_s2[i] * CATCHING_S;
+            let missing = (self.wanted[i] - self.sent[i]) / CATCHING_S.max(dt_s);
+            (wanted[i] - self.wanted[i]) / dt_s + missing.clamp(-most, most)
+        })
+    }
+
+    /// The command for rates of which a share is allowed, no harder on the joints than they bear. All change alike, so that
+    /// the board keeps to its way. What nobody cuts and nothing is missing from goes out as it is.
+    pub(super) fn next(
+        &self,
+        wanted: &JointPositions,
+        rates_rad_per_s: &[f64; MOST_JOINTS],
+        share: f64,
+        acceleration_rad_per_s2: &[f64; MOST_JOINTS],
+        dt_s: f64,
+    ) -> Self {
+        if share >= 1.0 && self.is_beside(acceleration_rad_per_s2, dt_s) {
+            return Self {
+                wanted: *wanted,
+                sent: *wanted,
+                rate_rad_per_s: *rates_rad_per_s,
+            };
+        }
+        let change: [f64; MOST_JOINTS] =
+            std::array::from_fn(|i| share * rates_rad_per_s[i] - self.rate_rad_per_s[i]);
+        let part = (0..MOST_JOINTS)
+            .filter(|i| change[*i] != 0.0)
+            .map(|i| acceleration_rad_per_s2[i] * dt_s / change[i].abs())
+            .fold(1.0, f64::min);
+        let rate_rad_per_s: [f64; MOST_JOINTS] =
+            std::array::from_fn(|i| self.rate_rad_per_s[i] + part * change[i]);
+        Self {
+            wanted: *wanted,
+            sent: JointPositions(std::array::from_fn(|i| {
+                self.sent[i] + rate_rad_per_s[i] * dt_s
+            })),
+            rate_rad_per_s,
+        }
+    }
+
+    /// What is sent.
+    pub(super) const fn sent(&self) -> &JointPositions {
+        &self.sent
+    }
+
+    /// The same with another command sent instead, which a limit of angle asks for.
+    pub(super) fn sending(self, sent: JointPositions) -> Self {
+        Self { sent, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT_S: f64 = 1e-3;
+    const MOST: [f64; MOST_JOINTS] = [8.0, 5.0, 5.0, 10.0, 10.0, 12.0, 12.0];
+
+    /// Joint rates of a second at a share of a steady motion, and how far the command is behind at the end, rad.
+    fn run(share: impl Fn(usize) -> f64) -> (Vec<[f64; MOST_JOINTS]>, f64) {
+        let rate = [0.5, -0.4, 0.3, 0.9, 0.0, -1.0, 0.2];
+        let start = JointPositions::default();
+        let mut braking = Braking::from_state(&start, &rate);
+        let mut wanted = start;
+        let mut rates = vec![rate];
+        for k in 0..1000 {
+            for (q, rate) in wanted.0.iter_mut().zip(rate) {
+                *q += rate * DT_S;
+            }
+            let asked = braking.rates_rad_per_s(&wanted, &MOST, DT_S);
+            braking = braking.next(&wanted, &asked, share(k), &MOST, DT_S);
+            rates.push(braking.rate_rad_per_s);
+        }
+        (rates, wanted.max_abs_difference(braking.sent()))
+    }
+
+    #[test]
+    fn cuts_and_what_makes_up_for_them_keep_to_the_accelerations() {
+        for least in [0.0, 0.3, 0.9] {
+            let (rates, behind_rad) = run(|k| if (100..200).contains(&k) { least } else { 1.0 });
+            for pair in rates.windows(2) {
+                for joint in 0..MOST_JOINTS {
+                    let change = (pair[1][joint] - pair[0][joint]).abs() / DT_S;
+                    assert!(change <= MOST[joint] * (1.0 + 1e-9), "{joint}: {change}");
+                }
+            }
+            assert!(behind_rad < 1e-5, "{least}: {behind_rad} rad behind");
+            // As hard as the slowest joint to stop may: joint 4 needs 90 ms. The share is one of what is missing, too.
+            let slowed = rates[200][0] / rates[0][0];
+            assert!(
+                (least - 1e-9..1.5 * least + 1e-9).contains(&slowed),
+                "{least}: {slowed}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_nobody_cuts_is_sent_as_it_is() {
+        let (rates, behind_rad) = run(|_| 1.0);
+        assert_eq!(behind_rad, 0.0);
+        assert!(rates.iter().all(|rates| (rates[0] - 0.5).abs() < 1e-9));
+    }
+}

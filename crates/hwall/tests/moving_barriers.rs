@@ -1,0 +1,178 @@
+//! Surfaces that the board stays behind, in worlds and rooms that move.
+
+mod common;
+
+use common::{Bench, GazeSession, Hand, session, wall};
+use hwall::geometry::Pose;
+use hwall::glam::DVec3;
+use hwall::haptics::HoldReason;
+use hwall::scene::Scene;
+use hwall::{Control, EventKind, SessionState, WorldPose};
+
+const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
+
+fn at(t_s: f64, by_m: DVec3) -> WorldPose {
+    WorldPose {
+        t_s,
+        base_from_world: Pose::from_translation(by_m).expect("finite"),
+    }
+}
+
+/// A hand that waits for as long as the tests last.
+fn resting() -> Hand {
+    Hand {
+        start_s: 50.0,
+        press_s: 51.0,
+        leave_s: 52.0,
+        end_s: 53.0,
+        ..Hand::reaching_in(1.0, TARGET_M)
+    }
+}
+
+/// How far the board, as it stands, is before the surfaces that the control half knows, m.
+fn in_front_m(control: &Control, bench: &Bench) -> f64 {
+    let follower = control.renderer().follower();
+    follower.protrusion_at_m(&bench.servo.q()).expect("a wall")
+}
+
+/// A wall that never stops moving is where it is now, also for halves that were split.
+#[test]
+fn barriers_go_with_a_world_that_never_stops() {
+    let (mut perception, control) = session(wall(0.6)).split();
+    let mut bench = Bench::new(resting());
+    let home_m = |control: &Control| in_front_m(control, &Bench::new(resting()));
+    let before_m = home_m(&control);
+    perception.world(&at(0.0, DVec3::ZERO)).expect("in order");
+    let mut halves = (perception, control);
+    for k in 0..500 {
+        // 0.2 m/s towards the arm.
+        let by_m = DVec3::NEG_X * 2e-4 * f64::from(k);
+        let pose = at(bench.now_s(), by_m);
+        halves.0.world(&pose).expect("in order");
+        let (now_s, state) = (bench.now_s(), bench.state());
+        let command = halves.1.step(now_s, &state);
+        bench.obey(command);
+        // The noise of a tracked origin is borne.
+        let moved_m = home_m(&halves.1) - before_m;
+        assert!(
+            (moved_m - 2e-4 * f64::from(k)).abs() < 1e-3,
+            "{k}: {moved_m} m"
+        );
+    }
+}
+
+/// A place that no number can hold: the board stands, and says why; it goes on once the world is back.
+#[test]
+fn surfaces_that_nobody_knows_are_told_and_the_board_holds() {
+    let mut session = session(wall(0.6));
+    let mut bench = Bench::new(Hand::reaching_in(3.0, TARGET_M));
+    session.world(&at(0.0, DVec3::ZERO)).expect("in order");
+    while session.state() != SessionState::Approaching {
+        bench.cycle(&mut session);
+        assert!(bench.now_s() < 3.0);
+    }
+    let told = |session: &mut GazeSession| {
+        let kinds = std::iter::from_fn(|| session.next_event()).map(|event| event.kind);
+        kinds
+            .filter(|kind| *kind == EventKind::SurfacesUnknown)
+            .count()
+    };
+    let far = at(bench.now_s(), DVec3::X * 1.5e308);
+    session.world(&far).expect("it is finite");
+    for _ in 0..100 {
+        bench.cycle(&mut session);
+    }
+    assert_eq!(told(&mut session), 1);
+    let unknown = SessionState::Holding(HoldReason::UnknownSurfaces);
+    let holds = [unknown, SessionState::Holding(HoldReason::NoTarget)];
+    assert!(holds.contains(&session.state()), "{:?}", session.state());
+    let stood = bench.servo.q();
+    for _ in 0..300 {
+        bench.cycle(&mut session);
+    }
+    assert!(bench.servo.q().max_abs_difference(&stood) < 0.2);
+    session
+        .world(&at(bench.now_s(), DVec3::ZERO))
+        .expect("in order");
+    bench.run(&mut session, 3.7);
+    assert_eq!(session.state(), SessionState::Touched);
+    assert_eq!(told(&mut session), 0);
+}
+
+/// A scene with a door whose world moves, and whose door is pushed open.
+fn door() -> Scene {
+    let obj = "o door\nv 0.6 -0.4 0\nv 0.6 0.4 0\nv 0.6 0.4 2\nv 0.6 -0.4 2\nf 1 2 3 4\n\
+               o wall\nv 0.6 0.4 0\nv 0.6 1.4 0\nv 0.6 1.4 2\nv 0.6 0.4 2\nf 5 6 7 8\n";
+    let sidecar = "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [0.6, 0.4, 0.0]\n\
+                   hinge_axis = [0.0, 0.0, 1.0]\nrange_deg = [-60.0, 60.0]\n";
+    Scene::from_obj_str(obj, Some(sidecar)).expect("a door").0
+}
+
+#[test]
+fn frames_and_steps_with_moving_doors_and_worlds_do_not_allocate() {
+    let (mut perception, mut control) = session(door()).split();
+    let id = perception.scene().find("door").expect("it is there");
+    let mut bench = Bench::new(resting());
+    let mut moved = 0;
+    for k in 0..600 {
+        let by_m = DVec3::new(-1e-4, 5e-5, 0.0) * f64::from(k);
+        let pose = at(bench.now_s(), by_m);
+        perception
+            .scene_mut()
+            .set_opening(id, 1e-3 * f64::from(k))
+            .expect("in range");
+        let frame = bench.next_frame();
+        let info = allocation_counter::measure(|| {
+            let _ = perception.world(&pose);
+            if let Some(frame) = &frame {
+                perception.frame(frame);
+            }
+        });
+        // The first prediction may.
+        assert!(k < 100 || info.count_total == 0, "{info:?}, {k}");
+        while perception.next_event().is_some() {}
+        let (now_s, state) = (bench.now_s(), bench.state());
+        let mut command = hwall::haptics::ArmCommand::Hold;
+        let info = allocation_counter::measure(|| command = control.step(now_s, &state));
+        assert_eq!(info.count_total, 0, "{k}");
+        bench.obey(command);
+        moved += 1;
+    }
+    assert_eq!(moved, 600);
+}
+
+/// A world whose origin shakes moves its surfaces to and fro; the board arrives all the same, and stands.
+#[test]
+fn a_shaking_world_neither_stops_the_board_nor_makes_it_wander() {
+    for (shakes_m, hz) in [(0.002, 4.0), (0.005, 7.0), (0.01, 3.0)] {
+        let mut session = session(wall(0.6));
+        let mut bench = Bench::new(Hand::reaching_in(2.5, TARGET_M));
+        let (mut way_m, mut last_m) = (0.0, bench.servo.pose().position_m());
+        let start_m = last_m;
+        let (mut gap_m, mut states) = (0.0_f64, Vec::new());
+        while bench.now_s() < 2.5 {
+            let t_s = bench.now_s();
+            let by_m = DVec3::X * shakes_m * (std::f64::consts::TAU * hz * t_s).sin();
+            session.world(&at(t_s, by_m)).expect("in order");
+            bench.cycle(&mut session);
+            let here_m = bench.servo.pose().position_m();
+            way_m += here_m.distance(last_m);
+            last_m = here_m;
+            if t_s > 1.8 {
+                gap_m = gap_m.max((here_m.x - 0.6 - by_m.x).abs());
+            }
+            if states.last() != Some(&session.state()) {
+                states.push(session.state());
+            }
+        }
+        let straight_m = start_m.distance(last_m);
+        println!(
+            "{shakes_m} m, {hz} Hz: gap {gap_m:.4} m, way {way_m:.3} of {straight_m:.3} m, {} states, {:?}",
+            states.len(),
+            session.state()
+        );
+        assert!(gap_m < 0.005 + 2.0 * shakes_m, "{gap_m}");
+        let shaken_m = 4.0 * shakes_m * hz * 2.5;
+        assert!(way_m < 1.5 * straight_m + 1.5 * shaken_m, "{way_m} m");
+    }
+}
