@@ -23,6 +23,9 @@ use std::sync::Arc;
 /// Angles that leap further than this need a person, rad.
 const LOST_RAD: f64 = 0.3;
 
+/// Friction may keep a joint this far from where it is told to be, rad.
+const STICKS_RAD: f64 = 1e-3;
+
 #[derive(Debug, Clone)]
 struct Watches {
     position: Watch,
@@ -166,7 +169,10 @@ impl Inspection {
             severity: Severity::Blind,
         };
         let commanded_to_move = match (input.command, sent) {
-            (ArmCommand::Position(to), Sent::Position(from)) => to.max_abs_difference(&from) > 1e-5,
+            (ArmCommand::Position(to), Sent::Position(from)) => {
+                // An arm that is nearly there may be kept by its friction.
+                to.max_abs_difference(&from) > 1e-5 && to.max_abs_difference(&state.q) > STICKS_RAD
+            }
             _ => false,
         };
         let turned = self.last_q.is_some_and(|last| last != state.q);
@@ -197,13 +203,14 @@ impl Inspection {
         let joints = self.arm.joint_count();
         if let Err(doubt) = self.whereabouts.find(state) {
             let channel = Channel::Position;
-            return Some(match doubt {
-                Doubt::StillFrozen(for_s) => blind(SafeReason::Frozen { channel, for_s }),
-                Doubt::Elsewhere(by) => Fault {
-                    reason: (self.guard.check_state(joints, state).err())
-                        .unwrap_or(SafeReason::Jump { channel, by }),
-                    severity: Severity::Broken,
-                },
+            let beyond = self.guard.check_state(joints, state).err();
+            // Nobody but a person can say where the arm is.
+            return Some(Fault {
+                reason: beyond.unwrap_or(match doubt {
+                    Doubt::StillFrozen(for_s) => SafeReason::Frozen { channel, for_s },
+                    Doubt::Elsewhere(by) => SafeReason::Jump { channel, by },
+                }),
+                severity: Severity::Broken,
             });
         }
         let (ticked, shown) = (

@@ -12,7 +12,9 @@ use hwall::haptics::safety::Channel;
 use hwall::haptics::{
     Arm, ArmCommand, ArmState, Board, ContactLimits, HoldReason, SafeReason, SafeState,
 };
-use hwall::{EventKind, Session, SessionConfig, SessionState, Walls, maps_of, session_supervisor};
+use hwall::{
+    EventKind, Session, SessionConfig, SessionState, Walls, WallsConfig, session_supervisor,
+};
 use hwall_geometry::Wrench;
 use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
@@ -72,8 +74,8 @@ impl Setup {
         };
         let scene = |obj: String, sidecar: Option<&str>| -> anyhow::Result<(Scene, Walls)> {
             let (scene, _) = Scene::from_obj_str(&obj, sidecar)?;
-            let mut walls = Walls::from(maps_of(&scene, &srs)?);
-            walls.waiting = Some(arm.start());
+            // As in the main job: the arm waits behind the surface.
+            let walls = Walls::of(&scene, &srs, &board, &WallsConfig::default())?;
             Ok((scene, walls))
         };
         let hinge = format!(
@@ -194,7 +196,7 @@ impl Bench {
             config,
         )?;
         let model = Arc::clone(session.control().arm());
-        let start = setup.arm.start();
+        let start = walls.waiting.unwrap_or(setup.arm.start());
         let hand = HandBodyConfig::default();
         Ok(Self {
             arm: SimulatedArm::new(level, &setup.arm, model, &setup.board, start, seed)?,
