@@ -57,6 +57,9 @@ pub(super) struct Inspection {
     /// Since when the force is above what may last, s.
     pressed_since_s: Option<f64>,
     last_q: Option<JointPositions>,
+    /// What was sent last; and did it differ from what was sent before? A command that the supervisor cuts to nothing moves nothing.
+    last_sent: Sent,
+    told_to_move: bool,
     /// Filtered force and moment, and the stamp of the last, s.
     located: Option<(Wrench, f64)>,
 }
@@ -90,6 +93,8 @@ impl Inspection {
             leapt: TargetLeaps::default(),
             pressed_since_s: None,
             last_q: None,
+            last_sent: Sent::Nothing,
+            told_to_move: false,
             located: None,
         })
     }
@@ -106,6 +111,11 @@ impl Inspection {
 
     /// Keeps the angles to compare the next ones with, and what is sent. `held`: the arm was told to hold.
     pub(super) fn remember(&mut self, state: &ArmState, sent: Sent, held: bool, elapsed_s: f64) {
+        self.told_to_move = match (self.last_sent, sent) {
+            (Sent::Position(from), Sent::Position(to)) => to.max_abs_difference(&from) > 1e-5,
+            _ => false,
+        };
+        self.last_sent = sent;
         if let Some(obedience) = &mut self.obedience {
             obedience.remember(sent, held, &state.q, elapsed_s);
         }
@@ -121,7 +131,7 @@ impl Inspection {
         sent: Sent,
         elapsed_s: f64,
     ) -> Found {
-        let arm = self.look_at_arm(input, sent);
+        let arm = self.look_at_arm(input);
         let command = self.look_at_command(input, sent);
         let arm_is_sound = arm.is_none();
         let found = Fault::worse(arm, command);
@@ -151,20 +161,16 @@ impl Inspection {
         Fault::worse(force, astray)
     }
 
-    fn look_at_arm(&mut self, input: &SupervisorInput<'_>, sent: Sent) -> Option<Fault> {
+    fn look_at_arm(&mut self, input: &SupervisorInput<'_>) -> Option<Fault> {
         let SupervisorInput { now_s, state, .. } = *input;
         let blind = |reason| Fault {
             reason,
             severity: Severity::Blind,
         };
-        let commanded_to_move = match (input.command, sent) {
-            (ArmCommand::Position(to), Sent::Position(from)) => to.max_abs_difference(&from) > 1e-5,
-            _ => false,
-        };
         let turned = self.last_q.is_some_and(|last| last != state.q);
         let moving = turned || state.qd.0.iter().any(|qd| qd.abs() > 0.01);
         let q = &mut self.watches.position;
-        let should_move = commanded_to_move || moving;
+        let should_move = self.told_to_move || moving;
         if let Err(fault) = q.check(now_s, state.t_s, &state.q.0, should_move) {
             // The velocity is watched all the same, so that both start from the same sample afterwards.
             let _ = self
