@@ -52,7 +52,7 @@ impl Barriers {
         }
         let mut nearest_m = None;
         for barrier in self.all() {
-            let in_front_m = |m| barrier.place_of(m).in_front_m;
+            let in_front_m = |m| barrier.in_front_m(m);
             let mut at_most_m = stretch.most(in_front_m, 1.0);
             if at_most_m <= most_m {
                 continue;

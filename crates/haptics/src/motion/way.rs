@@ -20,10 +20,12 @@ const SAMPLES: usize = 12;
 /// How far a way that stays behind where it is looked at closely may come in front in between, m.
 const BETWEEN_M: f64 = 2.5e-4;
 /// Longest time between two close looks, s.
-const LONGEST_S: f64 = 0.02;
+const LONGEST_S: f64 = 0.03;
 /// Between two close looks no point of the face comes further from a joint's axis by more than this, m: it moves by no more than 2.5 m/s
 /// against the axis, which is half the time away from a look.
-const LEVER_M: f64 = 0.05;
+const LEVER_M: f64 = 0.075;
+/// After so many stretches of the same length longer ones are tried.
+const CALM: usize = 3;
 /// How often a way is looked at closely at most, and the least time between two looks, s.
 const MOST_LOOKS: usize = 900;
 const CLOSEST_S: f64 = 1.25e-4;
@@ -247,6 +249,7 @@ impl Check<'_> {
         let longest_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
         let bound_m = enough_m.max(0.0) + BETWEEN_M;
         let mut dt_s = longest_s;
+        let mut calm = 0;
         let mut from = self.look_closely(0.0, reference, solver);
         for looks in 1.. {
             if from.look.t_s >= duration_s {
@@ -265,7 +268,7 @@ impl Check<'_> {
             let is_close = between_m.iter().all(|m| *m <= bound_m);
             let is_last = looks >= MOST_LOOKS;
             if !is_close && !is_last && dt_s > CLOSEST_S {
-                dt_s *= 0.5;
+                (dt_s, calm) = (0.5 * dt_s, 0);
                 continue;
             }
             if !is_close {
@@ -276,9 +279,12 @@ impl Check<'_> {
                 }
             }
             to.look.make_worse(&mut worst);
-            dt_s = match is_last {
-                true => longest_s,
-                false => (2.0 * dt_s).min(longest_s),
+            calm += 1;
+            dt_s = match (is_last, calm >= CALM) {
+                (true, _) => longest_s,
+                // A longer stretch that is likely to be cut again costs a look.
+                (false, true) => (2.0 * dt_s).min(longest_s),
+                (false, false) => dt_s,
             };
             from = to;
         }
