@@ -4,10 +4,12 @@ mod common;
 
 use common::{Bench, GazeSession, Hand, session, wall};
 use hwall::geometry::Pose;
-use hwall::glam::DVec3;
-use hwall::haptics::HoldReason;
+use hwall::glam::{DQuat, DVec3};
+use hwall::haptics::{ArmCommand, HoldReason};
+use hwall::kinematics::JointPositions;
 use hwall::scene::Scene;
 use hwall::{Control, EventKind, SessionState, WorldPose};
+use hwall_testkit::Sampler;
 
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
 
@@ -175,4 +177,87 @@ fn a_shaking_world_neither_stops_the_board_nor_makes_it_wander() {
         let shaken_m = 4.0 * shakes_m * hz * 2.5;
         assert!(way_m < 1.5 * straight_m + 1.5 * shaken_m, "{way_m} m");
     }
+}
+
+/// Worlds that leap, shake, tilt, run away and come back, at any time of a touch. As many as wanted:
+/// `HWALL_FAULTED_RUNS=10000 cargo test --release -p hwall --test moving_barriers random`.
+#[test]
+fn random_worlds_end_in_a_named_state_and_no_command_leaps() {
+    let runs = std::env::var("HWALL_FAULTED_RUNS").ok();
+    let runs: usize = runs.and_then(|runs| runs.parse().ok()).unwrap_or(60);
+    let mut sampler = Sampler::new(31);
+    let (mut served, mut unknown, mut most_step_rad) = (0, 0, 0.0_f64);
+    for run in 0..runs {
+        let (mut session, mut bench) = (
+            session(wall(0.6)),
+            Bench::new(Hand::reaching_in(1.5, TARGET_M)),
+        );
+        let from_s = sampler.uniform(0.0, 2.5);
+        let to_s = from_s + sampler.uniform(0.02, 1.0);
+        let every_s = [0.001, 0.011, 0.1][sampler.index(3)];
+        let size_m = [0.002, 0.02, 0.3, 5.0, 1e6, 1e200, 1.5e308][sampler.index(7)];
+        let tilt_rad = [0.0, 0.0, 0.01, 0.3, 3.0][sampler.index(5)];
+        let mut due_s = from_s;
+        let mut last: Option<JointPositions> = None;
+        while bench.now_s() < 4.5 {
+            let t_s = bench.now_s();
+            let is_at_fault = (from_s..to_s).contains(&t_s);
+            if t_s >= due_s && (is_at_fault || due_s < f64::INFINITY) {
+                let pose = if is_at_fault {
+                    let turn = DQuat::from_axis_angle(
+                        sampler.unit_vector(),
+                        tilt_rad * sampler.uniform(-1.0, 1.0),
+                    );
+                    Pose::from_quat(turn, sampler.unit_vector() * size_m).expect("a pose")
+                } else {
+                    due_s = f64::INFINITY;
+                    Pose::IDENTITY
+                };
+                due_s += every_s;
+                let base_from_world = pose;
+                let _ = session.world(&WorldPose {
+                    t_s,
+                    base_from_world,
+                });
+            }
+            let what = || {
+                format!(
+                    "run {run}: {size_m} m, {tilt_rad} rad every {every_s} s, {from_s}..{to_s}, {t_s} s"
+                )
+            };
+            let command = bench.cycle(&mut session);
+            if let ArmCommand::Position(q) = command {
+                assert!(q.0.iter().all(|q| q.is_finite()), "{}", what());
+                if let Some(before) = last {
+                    let step_rad = q.max_abs_difference(&before);
+                    most_step_rad = most_step_rad.max(step_rad);
+                    assert!(step_rad <= 3.2e-3, "{}: {step_rad} rad", what());
+                }
+                last = Some(q);
+            } else {
+                last = None;
+            }
+            served += usize::from(session.state() == SessionState::InPlace);
+            unknown += std::iter::from_fn(|| session.next_event())
+                .filter(|event| event.kind == EventKind::SurfacesUnknown)
+                .count();
+        }
+        // The world is back: the board serves the next look, or still stands under the hand.
+        let state = session.state();
+        let goes_on = matches!(
+            state,
+            SessionState::InPlace
+                | SessionState::Approaching
+                | SessionState::Late
+                | SessionState::Waiting
+        );
+        assert!(
+            goes_on,
+            "run {run}: {state:?}, {size_m} m, {tilt_rad} rad, {from_s}..{to_s}"
+        );
+    }
+    println!(
+        "{runs} worlds: {served} cycles in place, {unknown} times unknown, {most_step_rad:.4} rad in a cycle"
+    );
+    assert!(served > 0 && unknown > 0);
 }

@@ -2,14 +2,16 @@
 
 mod error;
 mod joint;
+mod joint_state;
 mod limits;
 mod reference;
 mod travel_time;
 
 pub use error::MotionError;
 pub use joint::{JointBounds, JointPoint};
+pub use joint_state::JointState;
 pub use limits::{IIWA7_ACCELERATION_RAD_PER_S2, MotionConfig, MotionLimits};
-pub use reference::{JointState, JointTiming, ReferenceMotion};
+pub use reference::{JointTiming, ReferenceMotion};
 
 pub use hwall_kinematics as kinematics;
 pub use hwall_numeric::ArgumentError;

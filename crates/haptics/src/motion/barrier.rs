@@ -58,6 +58,11 @@ impl Barrier {
         self.half_extent_m
     }
 
+    /// Distance of a point in front of the plane, m.
+    pub(super) fn in_front_m(&self, point_m: DVec3) -> f64 {
+        (point_m - self.middle_m).dot(self.normal)
+    }
+
     /// Distance of a point in front of the plane, m, and how far it is beside the rectangle, m.
     pub(super) fn place_of(&self, point_m: DVec3) -> Beside {
         let off = point_m - self.middle_m;

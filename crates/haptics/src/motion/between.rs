@@ -52,7 +52,7 @@ impl Barriers {
         }
         let mut nearest_m = None;
         for barrier in self.all() {
-            let in_front_m = |m| barrier.place_of(m).in_front_m;
+            let in_front_m = |m| barrier.in_front_m(m);
             let mut at_most_m = stretch.most(in_front_m, 1.0);
             if at_most_m <= most_m {
                 continue;
@@ -142,7 +142,7 @@ mod tests {
             ..Board::default()
         };
         let (mut jumps, mut tight) = (0, 0);
-        for _ in 0..3000 {
+        for _ in 0..1000 {
             let barriers = soup(&mut sampler);
             let mut place = || {
                 let (at_m, normal) = (sampler.point_in_box(-corner, corner), sampler.unit_vector());
@@ -175,8 +175,8 @@ mod tests {
             };
             let mut most_m = f64::NEG_INFINITY;
             for pair in points_m.windows(2) {
-                for k in 0..=200 {
-                    most_m = most_m.max(is_at(pair[0].lerp(pair[1], f64::from(k) / 200.0)));
+                for k in 0..=150 {
+                    most_m = most_m.max(is_at(pair[0].lerp(pair[1], f64::from(k) / 150.0)));
                 }
             }
             assert!(
@@ -187,9 +187,9 @@ mod tests {
             jumps += usize::from(most_m > ends_m + 1e-9 && most_m > 1e-3);
             tight += usize::from(bound_m <= most_m.max(1e-3) + 2.0 * stretch.way_m);
         }
-        println!("{jumps} of 3000 leap above what their ends say, {tight} bounds are close");
+        println!("{jumps} of 1000 leap above what their ends say, {tight} bounds are close");
         // What the ends say of the nearest surfaces alone is no bound.
-        assert!(jumps > 30, "{jumps}");
-        assert!(tight > 2000, "{tight}");
+        assert!(jumps > 10, "{jumps}");
+        assert!(tight > 700, "{tight}");
     }
 }

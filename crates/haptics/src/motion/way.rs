@@ -20,10 +20,12 @@ const SAMPLES: usize = 12;
 /// How far a way that stays behind where it is looked at closely may come in front in between, m.
 const BETWEEN_M: f64 = 2.5e-4;
 /// Longest time between two close looks, s.
-const LONGEST_S: f64 = 0.02;
+const LONGEST_S: f64 = 0.03;
 /// Between two close looks no point of the face comes further from a joint's axis by more than this, m: it moves by no more than 2.5 m/s
 /// against the axis, which is half the time away from a look.
-const LEVER_M: f64 = 0.05;
+const LEVER_M: f64 = 0.075;
+/// After so many stretches of the same length longer ones are tried.
+const CALM: usize = 3;
 /// How often a way is looked at closely at most, and the least time between two looks, s.
 const MOST_LOOKS: usize = 900;
 const CLOSEST_S: f64 = 1.25e-4;
@@ -247,6 +249,7 @@ impl Check<'_> {
         let longest_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
         let bound_m = enough_m.max(0.0) + BETWEEN_M;
         let mut dt_s = longest_s;
+        let mut calm = 0;
         let mut from = self.look_closely(0.0, reference, solver);
         for looks in 1.. {
             if from.look.t_s >= duration_s {
@@ -265,7 +268,7 @@ impl Check<'_> {
             let is_close = between_m.iter().all(|m| *m <= bound_m);
             let is_last = looks >= MOST_LOOKS;
             if !is_close && !is_last && dt_s > CLOSEST_S {
-                dt_s *= 0.5;
+                (dt_s, calm) = (0.5 * dt_s, 0);
                 continue;
             }
             if !is_close {
@@ -276,9 +279,12 @@ impl Check<'_> {
                 }
             }
             to.look.make_worse(&mut worst);
-            dt_s = match is_last {
-                true => longest_s,
-                false => (2.0 * dt_s).min(longest_s),
+            calm += 1;
+            dt_s = match (is_last, calm >= CALM) {
+                (true, _) => longest_s,
+                // A longer stretch that is likely to be cut again costs a look.
+                (false, true) => (2.0 * dt_s).min(longest_s),
+                (false, false) => dt_s,
             };
             from = to;
         }
@@ -313,5 +319,74 @@ impl Check<'_> {
             duration_s,
             worst,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_kinematics::SrsArm;
+    use hwall_motion::{MotionConfig, MotionLimits};
+    use hwall_testkit::Sampler;
+    use std::sync::Arc;
+
+    #[test]
+    fn no_way_between_two_looks_is_longer_than_its_bound() {
+        let board = Board::default();
+        let face = board.flange_from_board_face().unwrap();
+        let arm = Arc::new(SrsArm::iiwa7().with_tool(face));
+        let limits = MotionLimits::of_arm(&*arm, &MotionConfig::default()).unwrap();
+        let solver = Solver::new(arm.clone());
+        let barriers = Barriers::default();
+        let check = Check {
+            board: &board,
+            barriers: &barriers,
+            footprints: [None; PLACES + 3],
+            planes: [None; PLACES + 2],
+        };
+        let mut sampler = Sampler::new(91);
+        let mut anywhere = || {
+            JointPositions(
+                arm.limits()
+                    .map(|l| sampler.uniform(0.9 * l.min_rad, 0.9 * l.max_rad)),
+            )
+        };
+        let (mut longest, mut crooked) = (0.0_f64, 0);
+        for k in 0..200 {
+            let (from, to, by_way_of) = (anywhere(), anywhere(), anywhere());
+            let mut reference = ReferenceMotion::new(&*arm, &limits, &from).unwrap();
+            // Bends turn round: their ways are much longer than their chords.
+            let by_way_of = (k % 2 == 0).then_some(&by_way_of);
+            let Ok(duration_s) = reference.consider(&to, by_way_of) else {
+                continue;
+            };
+            for i in 0..40 {
+                let dt_s = [LONGEST_S, 5e-3, 1e-3, CLOSEST_S][i % 4];
+                let t_s = (duration_s - dt_s) * i as f64 / 40.0;
+                let look = |t_s| check.look_closely(t_s, &reference, &solver);
+                let (a, b) = (look(t_s), look(t_s + dt_s));
+                let bounds_m = a.ways_m(&b);
+                let mut ways_m = [0.0; 5];
+                let mut before = a.at_m;
+                for step in 1..=20 {
+                    let at_m = look(t_s + dt_s * f64::from(step) / 20.0).at_m;
+                    for (way_m, (to, from)) in ways_m.iter_mut().zip(at_m.iter().zip(&before)) {
+                        *way_m += to.distance(*from);
+                    }
+                    before = at_m;
+                }
+                for p in 0..5 {
+                    let chord_m = a.at_m[p].distance(b.at_m[p]);
+                    crooked += usize::from(ways_m[p] > 1.05 * chord_m + 1e-9);
+                    longest = longest.max(ways_m[p] / bounds_m[p]);
+                    assert!(
+                        ways_m[p] <= bounds_m[p] + 1e-12,
+                        "{k}, {i}: {ways_m:?}, {bounds_m:?}"
+                    );
+                }
+            }
+        }
+        println!("at most {longest:.4} of the bound, {crooked} ways 5 % longer than their chords");
+        assert!(longest > 0.9, "{longest}");
     }
 }

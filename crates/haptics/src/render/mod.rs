@@ -1,5 +1,6 @@
 //! What the arm does now: follow, wait, hold, or slide under the hand.
 
+mod aim;
 mod config;
 mod contact;
 mod face_slide;

@@ -1,5 +1,6 @@
 //! One control step: watch the inputs, feel for a touch, move or hold.
 
+use super::aim::aimed_at;
 use super::config::{ForceConfig, RendererConfig, WatchdogConfig};
 use super::contact::{ContactDetector, ContactState};
 use super::hold::HoldReason;
@@ -260,17 +261,19 @@ impl Renderer {
         }
         let phase = match contact {
             ContactState::Contact { since_s } => Phase::Contact { since_s },
-            ContactState::NonContact => match self.check_aim(now_s, input) {
-                Err(reason) => Phase::Hold(reason),
-                Ok(()) if is_asked_to => Phase::NonContact,
-                Ok(()) => match self.aim(input) {
-                    Ok(aimed) => {
-                        (unreachable, obstructed) = (aimed.unreachable, aimed.obstructed);
-                        Phase::NonContact
-                    }
+            ContactState::NonContact => {
+                match aimed_at(now_s, input, &self.watchdog, self.knows_surfaces) {
                     Err(reason) => Phase::Hold(reason),
-                },
-            },
+                    Ok(()) if is_asked_to => Phase::NonContact,
+                    Ok(()) => match self.aim(input) {
+                        Ok(aimed) => {
+                            (unreachable, obstructed) = (aimed.unreachable, aimed.obstructed);
+                            Phase::NonContact
+                        }
+                        Err(reason) => Phase::Hold(reason),
+                    },
+                }
+            }
         };
         let mut sliding = false;
         let command = if is_asked_to {
@@ -514,29 +517,6 @@ impl Renderer {
             Some(wrench) if force_n.abs() <= MAX_FORCE_N => Ok(Some(wrench)),
             _ => Err(HoldReason::ImplausibleForce { force_n }),
         }
-    }
-
-    /// Is there something to aim at, and is it recent?
-    fn check_aim(&self, now_s: f64, input: &RenderInput<'_>) -> Result<(), HoldReason> {
-        let stamp_s = match (input.target, input.posture) {
-            (Some(target), _) => target.stamp_s,
-            (None, Some(posture)) => posture.stamp_s,
-            (None, None) => return Err(HoldReason::NoTarget),
-        };
-        if !self.knows_surfaces {
-            return Err(HoldReason::UnknownSurfaces);
-        }
-        let age_s = now_s - stamp_s;
-        let is_place = |target: &BoardTarget| {
-            target.point_m.is_finite() && target.normal.try_normalize().is_some()
-        };
-        if !age_s.is_finite() || !input.target.is_none_or(is_place) {
-            return Err(HoldReason::InvalidTarget);
-        }
-        if age_s.abs() > self.watchdog.max_target_age_s {
-            return Err(HoldReason::StaleTarget { age_s });
-        }
-        Ok(())
     }
 
     fn aim(&mut self, input: &RenderInput<'_>) -> Result<Aimed, HoldReason> {

@@ -91,6 +91,8 @@ pub(super) struct SpeedCap {
     most: f64,
     /// Since nothing was cut, s.
     sound_s: f64,
+    /// Since the last cut that counted, s.
+    since_cut_s: f64,
 }
 
 impl Default for SpeedCap {
@@ -98,9 +100,13 @@ impl Default for SpeedCap {
         Self {
             most: 1.0,
             sound_s: 0.0,
+            since_cut_s: f64::INFINITY,
         }
     }
 }
+
+/// What is cut within this time of the last cut is the same one, s: a motion takes that long to slow down, even where no joint is fast.
+const CUT_S: f64 = 0.02;
 
 /// Nothing was cut for so long: the next larger share is tried, s.
 const GIVEN_BACK_S: f64 = 0.1;
@@ -109,9 +115,11 @@ impl SpeedCap {
     /// `asked`: share of the last command that went through; `in_force`: share of the joint speeds that it was made with;
     /// `has_slowed`: no joint is faster than that.
     pub(super) fn step(&mut self, asked: f64, in_force: f64, has_slowed: bool, dt_s: f64) -> f64 {
+        self.since_cut_s += dt_s;
         if asked < 1.0 {
             // A cut in a motion that is slowing down already is not another one.
-            if self.most >= in_force && has_slowed {
+            if self.most >= in_force && has_slowed && self.since_cut_s >= CUT_S {
+                self.since_cut_s = 0.0;
                 let fitting = SHARES.into_iter().filter(|share| *share < in_force);
                 self.most = fitting.fold(SHARES[0], f64::max);
             }
@@ -125,5 +133,43 @@ impl SpeedCap {
             }
         }
         self.most
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::FollowerConfig;
+    use hwall_kinematics::SrsArm;
+
+    #[test]
+    fn cuts_in_a_row_are_one_until_the_motion_has_slowed_down() {
+        const DT_S: f64 = 1e-3;
+        let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
+        let goal = JointPositions::from_deg([40.0, 50.0, 20.0, -60.0, 30.0, -50.0, 40.0]);
+        // Just begun, on its way, and before its end, where no joint is fast.
+        for steps in [5, 60, 200, 900] {
+            let arm = Arc::new(SrsArm::iiwa7());
+            let mut follower = Follower::new(arm, FollowerConfig::default(), &start).unwrap();
+            follower.set_posture(&goal).unwrap();
+            follower.set_speed_share(0.5).unwrap();
+            for _ in 0..steps {
+                follower.step(DT_S).unwrap();
+            }
+            let (mut cap, mut share) = (SpeedCap::default(), 0.5);
+            for k in 0..20 {
+                share = cap.step(0.5, share, follower.has_slowed(), DT_S);
+                follower.set_speed_share(share).unwrap();
+                follower.step(DT_S).unwrap();
+                assert!(share >= 0.35, "{steps} steps, {k}: {share}");
+            }
+            // Cuts that last slow it down further.
+            for _ in 0..400 {
+                share = cap.step(0.5, share, follower.has_slowed(), DT_S);
+                follower.set_speed_share(share).unwrap();
+                follower.step(DT_S).unwrap();
+            }
+            assert!(share < 0.2, "{steps} steps: {share}");
+        }
     }
 }

@@ -54,22 +54,23 @@ impl Braking {
     }
 
     /// The command for rates of which a share is allowed, no harder on the joints than they bear. All change alike, so that
-    /// the board keeps to its way. What nobody cuts and nothing is missing from goes out as it is.
+    /// the board keeps to its way. What nobody cuts (`share` is `None`) and nothing is missing from goes out as it is.
     pub(super) fn next(
         &self,
         wanted: &JointPositions,
         rates_rad_per_s: &[f64; MOST_JOINTS],
-        share: f64,
+        share: Option<f64>,
         acceleration_rad_per_s2: &[f64; MOST_JOINTS],
         dt_s: f64,
     ) -> Self {
-        if share >= 1.0 && self.is_beside(acceleration_rad_per_s2, dt_s) {
+        if share.is_none() && self.is_beside(acceleration_rad_per_s2, dt_s) {
             return Self {
                 wanted: *wanted,
                 sent: *wanted,
                 rate_rad_per_s: *rates_rad_per_s,
             };
         }
+        let share = share.unwrap_or(1.0);
         let change: [f64; MOST_JOINTS] =
             std::array::from_fn(|i| share * rates_rad_per_s[i] - self.rate_rad_per_s[i]);
         let part = (0..MOST_JOINTS)
@@ -117,7 +118,8 @@ mod tests {
                 *q += rate * DT_S;
             }
             let asked = braking.rates_rad_per_s(&wanted, &MOST, DT_S);
-            braking = braking.next(&wanted, &asked, share(k), &MOST, DT_S);
+            let share = Some(share(k)).filter(|share| *share < 1.0);
+            braking = braking.next(&wanted, &asked, share, &MOST, DT_S);
             rates.push(braking.rate_rad_per_s);
         }
         (rates, wanted.max_abs_difference(braking.sent()))

@@ -62,6 +62,9 @@ pub(super) struct Inspection {
     /// Since when the force is above what may last, s.
     pressed_since_s: Option<f64>,
     last_q: Option<JointPositions>,
+    /// What was sent last; and did it differ from what was sent before? A command that the supervisor cuts to nothing moves nothing.
+    last_sent: Sent,
+    told_to_move: bool,
     /// Filtered force and moment, and the stamp of the last, s.
     located: Option<(Wrench, f64)>,
 }
@@ -96,6 +99,8 @@ impl Inspection {
             leapt: TargetLeaps::default(),
             pressed_since_s: None,
             last_q: None,
+            last_sent: Sent::Nothing,
+            told_to_move: false,
             located: None,
         })
     }
@@ -117,6 +122,11 @@ impl Inspection {
 
     /// Keeps the angles to compare the next ones with, and what is sent. `held`: the arm was told to hold.
     pub(super) fn remember(&mut self, state: &ArmState, sent: Sent, held: bool, elapsed_s: f64) {
+        self.told_to_move = match (self.last_sent, sent) {
+            (Sent::Position(from), Sent::Position(to)) => to.max_abs_difference(&from) > 1e-5,
+            _ => false,
+        };
+        self.last_sent = sent;
         if let Some(obedience) = &mut self.obedience {
             obedience.remember(sent, held, &state.q, elapsed_s);
         }
@@ -132,7 +142,7 @@ impl Inspection {
         sent: Sent,
         elapsed_s: f64,
     ) -> Found {
-        let arm = self.look_at_arm(input, sent);
+        let arm = self.look_at_arm(input);
         let command = self.look_at_command(input, sent);
         let arm_is_sound = arm.is_none();
         let found = Fault::worse(arm, command);
@@ -162,23 +172,21 @@ impl Inspection {
         Fault::worse(force, astray)
     }
 
-    fn look_at_arm(&mut self, input: &SupervisorInput<'_>, sent: Sent) -> Option<Fault> {
+    fn look_at_arm(&mut self, input: &SupervisorInput<'_>) -> Option<Fault> {
         let SupervisorInput { now_s, state, .. } = *input;
         let blind = |reason| Fault {
             reason,
             severity: Severity::Blind,
         };
-        let commanded_to_move = match (input.command, sent) {
-            (ArmCommand::Position(to), Sent::Position(from)) => {
-                // An arm that is nearly there may be kept by its friction.
-                to.max_abs_difference(&from) > 1e-5 && to.max_abs_difference(&state.q) > STICKS_RAD
-            }
+        // An arm that is nearly there may be kept by its friction.
+        let is_there = match self.last_sent {
+            Sent::Position(to) => to.max_abs_difference(&state.q) <= STICKS_RAD,
             _ => false,
         };
         let turned = self.last_q.is_some_and(|last| last != state.q);
         let moving = turned || state.qd.0.iter().any(|qd| qd.abs() > 0.01);
         let q = &mut self.watches.position;
-        let should_move = commanded_to_move || moving;
+        let should_move = self.told_to_move && !is_there || moving;
         if let Err(fault) = q.check(now_s, state.t_s, &state.q.0, should_move) {
             // The velocity is watched all the same, so that both start from the same sample afterwards.
             let _ = self

@@ -274,7 +274,9 @@ impl Supervisor {
             share *= less;
             slowed = Some((share, reason));
         }
-        let next = last.next(&wanted, &rates, share, &most, dt_s);
+        // A way back begins at rest, wherever the arm was going.
+        let is_cut = share < 1.0 || retreat.is_some();
+        let next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
         // While it makes up for a cut it is slowed for the same reason, and asks for nothing more.
         self.cut_for = match slowed {
             Some((_, reason)) => Some(reason),

@@ -128,8 +128,8 @@ impl WorldBarriers {
     /// Has the world tilted since it was looked at?
     fn is_tilted(&self) -> bool {
         let moved = self.base_from_world * self.base_from_seen.inverse();
-        // NaN counts as tilted.
-        !(moved.rotation().z_axis.z >= TILTED)
+        let upright = moved.rotation().z_axis.z;
+        upright.is_nan() || upright < TILTED
     }
 
     /// How many there may be.

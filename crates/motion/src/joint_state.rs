@@ -1,0 +1,51 @@
+//! Where all joints are, and how they move.
+
+use crate::error::MotionError;
+use crate::joint::JointPoint;
+use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
+use hwall_numeric::check::all_finite;
+
+/// Position, velocity and acceleration of all joints at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointState {
+    /// rad.
+    pub q: JointPositions,
+    /// rad/s.
+    pub qd: JointVelocities,
+    /// rad/s².
+    pub qdd_rad_per_s2: [f64; MOST_JOINTS],
+}
+
+impl JointState {
+    /// Standing still.
+    #[must_use]
+    pub fn at_rest(q: JointPositions) -> Self {
+        Self {
+            q,
+            ..Self::default()
+        }
+    }
+
+    /// One joint of it.
+    #[must_use]
+    pub fn joint(&self, joint: usize) -> JointPoint {
+        JointPoint {
+            q_rad: self.q[joint],
+            qd_rad_per_s: self.qd[joint],
+            qdd_rad_per_s2: self.qdd_rad_per_s2[joint],
+        }
+    }
+
+    pub(crate) fn set_joint(&mut self, joint: usize, to: &JointPoint) {
+        self.q[joint] = to.q_rad;
+        self.qd[joint] = to.qd_rad_per_s;
+        self.qdd_rad_per_s2[joint] = to.qdd_rad_per_s2;
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), MotionError> {
+        all_finite("q", &self.q.0)?;
+        all_finite("qd", &self.qd.0)?;
+        all_finite("qdd_rad_per_s2", &self.qdd_rad_per_s2)?;
+        Ok(())
+    }
+}
