@@ -58,7 +58,7 @@ impl WallRegion {
     /// Traces many planes, on all cores with the feature `parallel`.
     ///
     /// Planes at one distance are alike, but for the limits of joint 1: where these provably make no difference one of
-    /// them is traced for all. That moves corners by no more than a thousandth of the accuracy.
+    /// them is traced for all. Corners may then differ from those of [`of_plane`](Self::of_plane), within the accuracy.
     ///
     /// # Errors
     /// As [`of_plane`](Self::of_plane).
