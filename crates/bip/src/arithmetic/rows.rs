@@ -1,6 +1,6 @@
 //! Rows of evidence.
 
-use super::tile::{LANES, Tile, all_finite, lane_sum, tiles};
+use super::tile::{AlignedTile, LANES, Tile, all_finite, lane_sum, tiles};
 
 /// Rows `A x = e` of evidence with unit noise, stored tile by tile: a tile column is contiguous.
 #[derive(Debug, Clone)]
@@ -8,7 +8,7 @@ pub(crate) struct Rows {
     capacity: usize,
     pub(super) len: usize,
     /// The tile of all rows for the first columns, then that for the next ...
-    pub(super) a: Vec<Tile>,
+    pub(super) a: Vec<AlignedTile>,
     /// Right-hand sides.
     pub(crate) e: Vec<f64>,
 }
@@ -18,7 +18,7 @@ impl Rows {
         Self {
             capacity,
             len: 0,
-            a: vec![[0.0; LANES]; tiles(n) * capacity],
+            a: vec![AlignedTile::ZERO; tiles(n) * capacity],
             e: vec![0.0; capacity],
         }
     }
@@ -37,7 +37,7 @@ impl Rows {
     /// Makes a row zero.
     pub(crate) fn clear(&mut self, row: usize) {
         for column in self.a.chunks_exact_mut(self.capacity) {
-            column[row] = [0.0; LANES];
+            column[row] = AlignedTile::ZERO;
         }
     }
 
@@ -49,7 +49,7 @@ impl Rows {
     pub(crate) fn dot(&self, i: usize, j: usize, width: usize) -> f64 {
         let mut sum: Tile = [0.0; LANES];
         for column in self.a.chunks_exact(self.capacity).take(width) {
-            for ((s, a), b) in sum.iter_mut().zip(&column[i]).zip(&column[j]) {
+            for ((s, a), b) in sum.iter_mut().zip(&column[i].0).zip(&column[j].0) {
                 *s += a * b;
             }
         }
@@ -69,11 +69,11 @@ impl Rows {
                 for j in 0..i {
                     let l = lower[i * m + j];
                     let from = column[j];
-                    for (x, y) in column[i].iter_mut().zip(from) {
+                    for (x, y) in column[i].iter_mut().zip(from.0) {
                         *x -= l * y;
                     }
                 }
-                for x in &mut column[i] {
+                for x in column[i].iter_mut() {
                     *x /= lower[i * m + i];
                 }
             }
@@ -91,7 +91,7 @@ impl Rows {
         let mut sum: Tile = [0.0; LANES];
         for column in self.a.chunks_exact(self.capacity.max(1)) {
             for row in &column[..self.len] {
-                for (s, x) in sum.iter_mut().zip(row) {
+                for (s, x) in sum.iter_mut().zip(&row.0) {
                     *s += 0.0 * x;
                 }
             }

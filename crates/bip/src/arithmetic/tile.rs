@@ -1,11 +1,36 @@
 //! Vectors padded to whole tiles, which compilers turn into wide instructions.
 
 use pulp::Simd;
+use std::ops::{Deref, DerefMut};
 
 /// Doubles handled together.
 pub(crate) const LANES: usize = 8;
 /// `LANES` neighbouring columns of one row.
 pub(crate) type Tile = [f64; LANES];
+
+/// A tile on a line of the cache, for the matrices that are read and written most: elsewhere each wide access may
+/// touch two lines.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct AlignedTile(pub(crate) Tile);
+
+impl AlignedTile {
+    pub(crate) const ZERO: Self = Self([0.0; LANES]);
+}
+
+impl Deref for AlignedTile {
+    type Target = Tile;
+
+    fn deref(&self) -> &Tile {
+        &self.0
+    }
+}
+
+impl DerefMut for AlignedTile {
+    fn deref_mut(&mut self) -> &mut Tile {
+        &mut self.0
+    }
+}
 
 /// Number of tiles that hold `n` columns.
 pub(crate) fn tiles(n: usize) -> usize {
@@ -53,10 +78,10 @@ pub(crate) fn lane_sum(t: &Tile) -> f64 {
 }
 
 /// Dot product of two padded vectors.
-pub(super) fn tile_dot(a: &[Tile], b: &[Tile]) -> f64 {
+pub(super) fn tile_dot(a: &[AlignedTile], b: &[Tile]) -> f64 {
     let mut sum: Tile = [0.0; LANES];
     for (a, b) in a.iter().zip(b) {
-        for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
+        for ((s, a), b) in sum.iter_mut().zip(&a.0).zip(b) {
             *s += a * b;
         }
     }

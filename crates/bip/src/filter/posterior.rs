@@ -162,7 +162,7 @@ impl Posterior {
         let (c2, s2) = (h / h2, a0 / h2);
         top[0][1] = shifted;
         for (top, second) in top.iter_mut().zip(second) {
-            for (x, y) in top.iter_mut().zip(second) {
+            for (x, y) in top.iter_mut().zip(second.iter_mut()) {
                 let noise_row = s * *y;
                 *y *= c;
                 *x = c2 * *x - s2 * noise_row;
@@ -188,7 +188,7 @@ impl Posterior {
         let h = top[0][1].hypot(second[0][1]);
         let (c, s) = (top[0][1] / h, second[0][1] / h);
         for (top, second) in top.iter_mut().zip(second.iter_mut()) {
-            for (x, y) in top.iter_mut().zip(second) {
+            for (x, y) in top.iter_mut().zip(second.iter_mut()) {
                 *x = s * *x - c * *y;
                 *y = 0.0;
             }

@@ -1,7 +1,7 @@
 //! Rows of the measurement matrix: only what is observed, only in the span of the demonstrations.
 
 use super::posterior::PHASE_STATES;
-use crate::arithmetic::{LANES, Tile, add_multiple, lane_sum, tiles};
+use crate::arithmetic::{AlignedTile, LANES, Tile, add_multiple, lane_sum, tiles};
 use crate::model::{Model, WeightLayout};
 use hwall_numeric::dense::dot;
 use pulp::{Arch, Simd, WithSimd};
@@ -21,7 +21,7 @@ pub(super) struct Projector {
     offset: Vec<f64>,
     mean: Vec<f64>,
     /// Factor in state columns. For each degree of freedom: tile after tile, in each the weights in order.
-    factor: Vec<Tile>,
+    factor: Vec<AlignedTile>,
     values: Vec<Vec<f64>>,
     slopes: Vec<Vec<f64>>,
     raw: Vec<f64>,
@@ -32,7 +32,7 @@ impl Projector {
         let parts = model.parts();
         let layout = parts.layout.clone();
         let width = tiles(PHASE_STATES + model.rank());
-        let mut factor = vec![[0.0; LANES]; layout.weights() * width];
+        let mut factor = vec![AlignedTile::ZERO; layout.weights() * width];
         for d in 0..layout.dofs() {
             let weights = layout.range(d);
             for (b, w) in weights.clone().enumerate() {

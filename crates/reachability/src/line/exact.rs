@@ -9,6 +9,7 @@
 
 use super::config::ExactConfig;
 use super::family::ArmFamily;
+use super::images::{family_of_images, mirrored_rolls};
 use super::interval::Interval;
 use super::reachability::LineReachability;
 use super::search::{FamilyVerdict, LineSearch};
@@ -52,17 +53,37 @@ impl ExactSolver {
     /// An accuracy outside its range, a roll that is NaN or infinite, an empty list of rolls,
     /// a negative extent.
     pub fn new(arm: &SrsArm, config: &ExactConfig) -> Result<Self, ReachabilityError> {
-        Self::for_family(arm, arm, config)
+        let family = ArmFamily::new(arm, config)?;
+        Ok(Self { family })
     }
 
-    /// For a family of arms that differ in their limits: what is proven holds for all of them.
-    pub(crate) fn for_family(
-        narrow: &SrsArm,
-        wide: &SrsArm,
-        config: &ExactConfig,
-    ) -> Result<Self, ReachabilityError> {
-        let family = ArmFamily::new(narrow, wide, config)?;
-        Ok(Self { family })
+    /// Does every wall look the same in the mirror through base axis and normal?
+    pub(crate) fn has_mirror(&self) -> bool {
+        mirrored_rolls(self.arm(), self.rolls_rad()).is_some()
+    }
+
+    /// For the wall at heading 0 that stands for those at the given headings, rad, and with `mirror` for their mirror
+    /// images: what is proven holds for all of them. `None` where they have no angle of some joint in common, or no
+    /// mirror.
+    pub(crate) fn of_images(
+        &self,
+        headings: &[f64],
+        mirror: bool,
+    ) -> Result<Option<Self>, ReachabilityError> {
+        let rolls = if mirror {
+            let rolls = mirrored_rolls(self.arm(), self.rolls_rad());
+            if rolls.is_none() {
+                return Ok(None);
+            }
+            rolls
+        } else {
+            None
+        };
+        let images = family_of_images(self.arm(), headings, rolls.as_deref())?;
+        Ok(images.map(|(narrow, wide)| {
+            let family = self.family.with_limits_of(narrow, wide);
+            Self { family }
+        }))
     }
 
     /// The same for another accuracy, m; not checked.
@@ -85,7 +106,7 @@ impl ExactSolver {
     /// # Errors
     /// As for [`line`](Self::line).
     pub fn plane_line(&self, line: &PlaneLine) -> Result<LineReachability, ReachabilityError> {
-        let found = self.search(line, false)?;
+        let found = self.search(line, |search| search.run(false))?;
         // A single arm agrees with itself.
         Ok(found.unwrap_or_default())
     }
@@ -97,16 +118,27 @@ impl ExactSolver {
         line: &WallLine,
         mirror: bool,
     ) -> Result<Option<LineReachability>, ReachabilityError> {
-        self.search(&(*line).into(), mirror)
+        self.search(&(*line).into(), |search| search.run(mirror))
+    }
+
+    /// As [`line_of_family`](Self::line_of_family), with branches that mean nothing.
+    pub(crate) fn spans_of_family(
+        &self,
+        line: &WallLine,
+        mirror: bool,
+    ) -> Result<Option<LineReachability>, ReachabilityError> {
+        self.search(&(*line).into(), |search| {
+            search.run_without_branches(mirror)
+        })
     }
 
     fn search(
         &self,
         line: &PlaneLine,
-        mirror: bool,
+        run: impl FnOnce(&mut LineSearch) -> Option<LineReachability>,
     ) -> Result<Option<LineReachability>, ReachabilityError> {
         let half_width_m = self.family.half_width_m;
-        let found = LineSearch::new(&self.family, line)?.run(mirror);
+        let found = run(&mut LineSearch::new(&self.family, line)?);
         Ok(found.map(|found| {
             if half_width_m > 0.0 {
                 found.dilated(half_width_m)

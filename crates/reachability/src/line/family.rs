@@ -48,14 +48,10 @@ impl Freedom {
 }
 
 impl ArmFamily {
-    /// Checks what is asked for; `narrow` and `wide` may be the same.
-    pub(super) fn new(
-        narrow: &SrsArm,
-        wide: &SrsArm,
-        config: &ExactConfig,
-    ) -> Result<Self, ReachabilityError> {
+    /// One arm; checks what is asked for.
+    pub(super) fn new(arm: &SrsArm, config: &ExactConfig) -> Result<Self, ReachabilityError> {
         let accuracy_m = positive("accuracy_m", config.accuracy_m)?;
-        let size = size_m(narrow);
+        let size = size_m(arm);
         that(
             (FINEST * size..=COARSEST * size).contains(&accuracy_m),
             "accuracy_m",
@@ -80,7 +76,7 @@ impl ArmFamily {
             let wanted = "at most 100 lengths of the stretched arm";
             that(half_m <= 100.0 * size, what, half_m, wanted)?;
         }
-        let (mut narrow, mut wide) = (narrow.clone(), wide.clone());
+        let mut arm = arm.clone();
         let at_roll = |roll: f64, half_roll: f64| Freedom {
             roll,
             half_roll,
@@ -89,13 +85,11 @@ impl ArmFamily {
         let freedoms: Vec<Freedom> = match &config.roll {
             Roll::Fixed(roll) => vec![at_roll(*roll, 0.0)],
             Roll::AnyOf(rolls) => rolls.iter().map(|roll| at_roll(*roll, 0.0)).collect(),
-            Roll::Free if rolls_about_flange(&narrow) => {
+            Roll::Free if rolls_about_flange(&arm) => {
                 // The last joint alone turns the board: without its limit any roll will do.
-                for arm in [&mut narrow, &mut wide] {
-                    let mut limits = *arm.limits();
-                    limits[6] = JointLimit::FREE;
-                    *arm = arm.with_limits(limits)?;
-                }
+                let mut limits = *arm.limits();
+                limits[6] = JointLimit::FREE;
+                arm = arm.with_limits(limits)?;
                 vec![at_roll(0.0, 0.0)]
             }
             Roll::Free => {
@@ -132,13 +126,23 @@ impl ArmFamily {
             "at least 5e-7 lengths of the stretched arm where a height or a roll is free",
         )?;
         Ok(Self {
-            is_family: narrow != wide,
-            narrow,
-            wide,
+            is_family: false,
+            narrow: arm.clone(),
+            wide: arm,
             freedoms,
             accuracy_m,
             half_width_m,
         })
+    }
+
+    /// The same for a family of arms.
+    pub(super) fn with_limits_of(&self, narrow: SrsArm, wide: SrsArm) -> Self {
+        Self {
+            is_family: narrow != wide,
+            narrow,
+            wide,
+            ..self.clone()
+        }
     }
 
     /// Must a height or a roll be searched?

@@ -3,6 +3,7 @@
 mod config;
 mod exact;
 mod family;
+mod images;
 mod interval;
 mod margin;
 mod nearest;
@@ -12,6 +13,7 @@ mod search;
 pub use config::{BoardPart, ExactConfig, Roll};
 pub use exact::{ExactSolver, HeldStretch};
 pub(crate) use family::{Freedom, size_m};
+pub(crate) use images::sectors;
 pub use interval::Interval;
 pub(crate) use interval::total_m;
 pub use margin::{orientation_margin_rad, position_margin_m};

@@ -97,6 +97,22 @@ impl<'a> LineSearch<'a> {
     /// The intervals; `None` where the arms of the family differ. With `mirror` only s ≥ 0 is
     /// searched.
     pub(super) fn run(&mut self, mirror: bool) -> Option<LineReachability> {
+        let mut found = self.run_without_branches(mirror)?;
+        // Cells keep the first branches they meet; where those have none in common, all are looked for.
+        if !self.family.is_free() {
+            for i in found.intervals.iter_mut().filter(|i| i.branches.is_empty()) {
+                i.branches = self.branches_along(i.span).branches;
+            }
+        } else {
+            for interval in &mut found.intervals {
+                interval.branches = BranchSet::EMPTY;
+            }
+        }
+        Some(found)
+    }
+
+    /// The same, without the branches that hold an interval where those of its cells have none in common.
+    pub(super) fn run_without_branches(&mut self, mirror: bool) -> Option<LineReachability> {
         // The rounding of the ends themselves makes a very narrow band. What a freedom adds to the
         // domain is an estimate from above, whose ends mean nothing.
         let possible = self.domain(HAIR);
@@ -141,18 +157,7 @@ impl<'a> LineSearch<'a> {
             pieces.append(&mut self.pieces);
             self.pieces = pieces;
         }
-        let mut found = LineReachability::from_pieces(&self.pieces);
-        // Cells keep the first branches they meet; where those have none in common, all are looked for.
-        if !self.family.is_free() {
-            for i in found.intervals.iter_mut().filter(|i| i.branches.is_empty()) {
-                i.branches = self.branches_along(i.span).branches;
-            }
-        } else {
-            for interval in &mut found.intervals {
-                interval.branches = BranchSet::EMPTY;
-            }
-        }
-        Some(found)
+        Some(LineReachability::from_pieces(&self.pieces))
     }
 
     /// Where the wrist's distance from the shoulder is possible, up to a share `hair` beyond its

@@ -7,12 +7,14 @@
 //! bisected near the chords. Where ends do not continue, an interval begins, ends, parts or merges:
 //! there the line of the cut is solved as the first ones were, and a strip that is lower than the
 //! accuracy gets a level lid.
+//!
+//! Where the plane looks the same in the mirror only the half at s > 0 is traced.
 
+use super::images::{Images, Stop};
 use super::rings::{Contour, Line, Link, connect, goes_on, join};
 use crate::error::ReachabilityError;
-use crate::line::{ExactSolver, Interval, LineReachability};
-use crate::wall::{WallPlane, WallPoint};
-use hwall_kinematics::Pose;
+use crate::line::Interval;
+use crate::wall::WallPoint;
 
 /// Share of the accuracy by which chords may be off where they are tested; strips lower than this
 /// are not cut.
@@ -26,7 +28,7 @@ const CHORD_SHARE: f64 = 0.6;
 const TESTS_APART: f64 = 20.0;
 
 /// Share of the accuracy for the ends of the lines.
-const LINE_SHARE: f64 = 1.0 / 16.0;
+pub(super) const LINE_SHARE: f64 = 1.0 / 16.0;
 
 /// In strips lower than `SAMPLED_SHARE` accuracies, stretches that end or begin are sampled at `SAMPLES`
 /// places: a tip narrower than their distance reaches beyond by `SAMPLED_SHARE / SAMPLES` accuracies at most.
@@ -45,11 +47,8 @@ fn too_many() -> ReachabilityError {
 }
 
 /// The lines of a plane, as many as the accuracy asks for.
-pub(super) struct Tracer {
-    solver: ExactSolver,
-    plane: WallPlane,
-    /// Tool poses at the wall's origin of which one must be possible, where nothing else is free.
-    poses: Option<Vec<Pose>>,
+pub(super) struct Tracer<'a> {
+    images: &'a Images,
     /// How far chords may be off where they are tested; no lower strips are cut, m.
     tolerance: f64,
     /// Ends are looked for no further than twice this from their chord, m.
@@ -62,29 +61,16 @@ pub(super) struct Tracer {
     lines: Vec<Line>,
 }
 
-impl Tracer {
+impl<'a> Tracer<'a> {
     /// With lines no further than `spacing_m` apart at first.
     pub(super) fn new(
-        solver: &ExactSolver,
-        plane: WallPlane,
+        images: &'a Images,
         accuracy_m: f64,
         spacing_m: f64,
         heights: Interval,
-    ) -> Result<Self, ReachabilityError> {
-        let solver = solver.with_accuracy(LINE_SHARE * accuracy_m);
-        let family = solver.family();
-        let poses = if family.half_width_m > 0.0 || family.is_free() {
-            None
-        } else {
-            let origin = WallPoint::new(0.0, 0.0);
-            let freedoms = family.freedoms.iter();
-            let poses = freedoms.map(|f| plane.board_pose(origin, f.roll));
-            Some(poses.collect::<Result<_, _>>()?)
-        };
+    ) -> Result<Self, Stop> {
         let mut tracer = Self {
-            solver,
-            plane,
-            poses,
+            images,
             tolerance: CHORD_SHARE * accuracy_m,
             furthest: spacing_m,
             sampled: SAMPLED_SHARE * accuracy_m,
@@ -93,21 +79,21 @@ impl Tracer {
         };
         let steps = (heights.length_m() / spacing_m).ceil().max(1.0);
         if steps > MOST_LINES as f64 {
-            return Err(too_many());
+            return Err(too_many().into());
         }
-        let lowest = tracer.solve(heights.lo_m)?;
+        let lowest = images.line(heights.lo_m)?;
         tracer.lines.push(lowest);
         for step in 1..=steps as usize {
             let share = step as f64 / steps;
             let z = heights.lo_m * (1.0 - share) + heights.hi_m * share;
-            let line = tracer.solve(z)?;
+            let line = images.line(z)?;
             tracer.refine_to(line)?;
         }
         Ok(tracer)
     }
 
     /// Puts in lines at more heights, sorted upwards, and what they lead to.
-    pub(super) fn insert(&mut self, heights: &[f64]) -> Result<(), ReachabilityError> {
+    pub(super) fn insert(&mut self, heights: &[f64]) -> Result<(), Stop> {
         let mut heights = heights.iter().copied().peekable();
         let old = std::mem::take(&mut self.lines);
         for line in old {
@@ -119,7 +105,7 @@ impl Tracer {
             let mut changed = false;
             while let Some(z) = heights.next_if(|&z| z < line.z) {
                 if low < z {
-                    let more = self.solve(z)?;
+                    let more = self.images.line(z)?;
                     self.refine_to(more)?;
                     (low, changed) = (z, true);
                 }
@@ -138,23 +124,13 @@ impl Tracer {
         connect(&self.lines)
     }
 
-    fn solve(&self, z: f64) -> Result<Line, ReachabilityError> {
-        let found = self.solver.line(&self.plane.line(z))?;
-        let ends = ends(&found, 1e-3 * self.solver.accuracy_m());
-        Ok(Line { z, ends })
-    }
-
-    fn is_reachable(&self, at: WallPoint) -> Result<bool, ReachabilityError> {
-        let Some(poses) = &self.poses else {
-            return self.solver.is_reachable(&self.plane.line(at.z_m), at.s_m);
-        };
-        let point_m = self.plane.point_m(at);
-        let arm = self.solver.arm();
-        Ok(poses.iter().any(|pose| arm.is_reachable(&pose.at(point_m))))
+    /// The first of so many ends that has no mirror image before it.
+    fn first_end(&self, count: usize) -> usize {
+        if self.images.mirror() { count / 2 } else { 0 }
     }
 
     /// Appends lines from the last one up to the given one, as many as it takes.
-    fn refine_to(&mut self, line: Line) -> Result<(), ReachabilityError> {
+    fn refine_to(&mut self, line: Line) -> Result<(), Stop> {
         // Lines above the last one that are yet to be joined, the nearest at the end.
         let mut above = vec![line];
         while let (Some(lower), Some(upper)) = (self.lines.last(), above.last()) {
@@ -163,13 +139,13 @@ impl Tracer {
             if low || middle <= lower.z || middle >= upper.z || self.is_straight(lower, upper)? {
                 self.lines.extend(above.pop());
                 if self.lines.len() > MOST_LINES {
-                    return Err(too_many());
+                    return Err(too_many().into());
                 }
                 continue;
             }
             let line = match self.follow(lower, upper, middle)? {
                 Some(line) => line,
-                None => self.solve(middle)?,
+                None => self.images.line(middle)?,
             };
             above.push(line);
         }
@@ -177,12 +153,13 @@ impl Tracer {
     }
 
     /// Do the chords between two lines pass the test?
-    fn is_straight(&self, lower: &Line, upper: &Line) -> Result<bool, ReachabilityError> {
+    fn is_straight(&self, lower: &Line, upper: &Line) -> Result<bool, Stop> {
         if !goes_on(&lower.ends, &upper.ends) {
             return Ok(false);
         }
         let rise = upper.z - lower.z;
-        for (i, (&a, &b)) in lower.ends.iter().zip(&upper.ends).enumerate() {
+        let first = self.first_end(lower.ends.len());
+        for (i, (&a, &b)) in lower.ends.iter().zip(&upper.ends).enumerate().skip(first) {
             let length = rise.hypot(b - a);
             // Along the line this is as far as the tolerance across the chord.
             let aside = self.tolerance * length / rise;
@@ -191,8 +168,8 @@ impl Tracer {
             for part in 1..parts as usize {
                 let share = part as f64 / parts;
                 let (z, at) = (lower.z + share * rise, a + share * (b - a));
-                if !self.is_reachable(WallPoint::new(at + inwards, z))?
-                    || self.is_reachable(WallPoint::new(at - inwards, z))?
+                if !self.images.is_reachable(WallPoint::new(at + inwards, z))?
+                    || self.images.is_reachable(WallPoint::new(at - inwards, z))?
                 {
                     return Ok(false);
                 }
@@ -203,28 +180,35 @@ impl Tracer {
 
     /// The line between two others without a search along all of it: ends that continue are bisected
     /// near their chord, stretches that end in a low strip are sampled. `None` where that is not safe.
-    fn follow(
-        &self,
-        lower: &Line,
-        upper: &Line,
-        z: f64,
-    ) -> Result<Option<Line>, ReachabilityError> {
+    fn follow(&self, lower: &Line, upper: &Line, z: f64) -> Result<Option<Line>, Stop> {
         let rise = upper.z - lower.z;
         let (mut chords, mut lids) = (Vec::new(), Vec::new());
         let mut sides = [false; 2];
         let (low, up) = (&lower.ends[..], &upper.ends[..]);
+        let (first_low, first_up) = (self.first_end(low.len()), self.first_end(up.len()));
+        // Stretches whose mirror image is not before them; the one in the middle is its own.
+        let mut lid = |line: &[f64], i: usize, first: usize| {
+            if i + 1 >= first {
+                let from = if i < first { 0.0 } else { line[i] };
+                lids.push((from, line[i + 1], i.is_multiple_of(2), i < first));
+            }
+        };
         join(
             (low, 0..low.len()),
             (up, 0..up.len()),
             &mut |link| match link {
-                Link::Across { lower: i, upper: k } => chords.push((low[i], up[k], i % 2 == 0)),
+                Link::Across { lower: i, upper: k } => {
+                    if i >= first_low {
+                        chords.push((low[i], up[k], i % 2 == 0));
+                    }
+                }
                 Link::LowerLid(i) => {
                     sides[0] = true;
-                    lids.push((low[i], low[i + 1], i % 2 == 0));
+                    lid(low, i, first_low);
                 }
                 Link::UpperLid(k) => {
                     sides[1] = true;
-                    lids.push((up[k], up[k + 1], k % 2 == 0));
+                    lid(up, k, first_up);
                 }
             },
         );
@@ -237,21 +221,25 @@ impl Tracer {
             let aside = self.tolerance * rise.hypot(b - a) / rise;
             ends.push((self.end_near(z, 0.5 * (a + b), aside, is_lower)?, is_lower));
         }
-        for (a, b, is_interval) in lids {
-            let step = (b - a) / f64::from(SAMPLES);
+        for (a, b, is_interval, is_middle) in lids {
+            let samples = if is_middle { SAMPLES / 2 } else { SAMPLES };
+            let step = (b - a) / f64::from(samples);
             let mut found: Option<(f64, f64)> = None;
-            for i in 0..SAMPLES {
+            for i in 0..samples {
                 let at = a + (f64::from(i) + 0.5) * step;
-                if self.is_reachable(WallPoint::new(at, z))? == is_interval {
+                if self.images.is_reachable(WallPoint::new(at, z))? == is_interval {
                     // In two parts: something begins within what ends.
-                    if found.is_some_and(|(_, last)| at - last > 1.5 * step) {
+                    let last = found.map_or(if is_middle { a } else { at }, |f| f.1);
+                    if at - last > 1.5 * step {
                         return Ok(None);
                     }
                     found = Some((found.map_or(at, |f| f.0), at));
                 }
             }
             if let Some((first, last)) = found {
-                ends.push((self.end_near(z, first, step, is_interval)?, is_interval));
+                if !is_middle {
+                    ends.push((self.end_near(z, first, step, is_interval)?, is_interval));
+                }
                 ends.push((self.end_near(z, last, step, !is_interval)?, !is_interval));
             }
         }
@@ -262,6 +250,16 @@ impl Tracer {
         let Some(mut ends) = ends else {
             return Ok(None);
         };
+        if self.images.mirror() {
+            if ends.iter().any(|end| end.0 <= 0.0) {
+                return Ok(None);
+            }
+            ends.extend_from_within(..);
+            let images = ends.len() / 2;
+            ends[images..]
+                .iter_mut()
+                .for_each(|end| *end = (-end.0, !end.1));
+        }
         ends.sort_by(|a, b| a.0.total_cmp(&b.0));
         let in_order = ends
             .iter()
@@ -281,9 +279,9 @@ impl Tracer {
         at: f64,
         mut step: f64,
         is_lower: bool,
-    ) -> Result<Option<f64>, ReachabilityError> {
-        let is_left_of_end = |s| -> Result<bool, ReachabilityError> {
-            Ok(self.is_reachable(WallPoint::new(s, z))? != is_lower)
+    ) -> Result<Option<f64>, Stop> {
+        let is_left_of_end = |s| -> Result<bool, Stop> {
+            Ok(self.images.is_reachable(WallPoint::new(s, z))? != is_lower)
         };
         let go_right = is_left_of_end(at)?;
         let (mut near, mut far) = (at, at);
@@ -298,7 +296,7 @@ impl Tracer {
             near = far;
             step *= 2.0;
         }
-        while (far - near).abs() > self.solver.accuracy_m() {
+        while (far - near).abs() > self.images.accuracy_m() {
             let middle = 0.5 * (near + far);
             if is_left_of_end(middle)? == go_right {
                 near = middle;
@@ -308,23 +306,4 @@ impl Tracer {
         }
         Ok(Some(0.5 * (near + far)))
     }
-}
-
-/// The ends of the intervals; parts and gaps no wider than `hair` are rounding.
-fn ends(found: &LineReachability, hair: f64) -> Vec<f64> {
-    let mut ends: Vec<f64> = Vec::with_capacity(2 * found.intervals.len());
-    for span in found.intervals.iter().map(|i| i.span) {
-        match ends.last_mut() {
-            Some(last) if span.lo_m - *last <= hair => *last = span.hi_m,
-            _ if span.length_m() > hair => ends.extend([span.lo_m, span.hi_m]),
-            _ => {}
-        }
-    }
-    // Numbers next to zero would underflow in exact predicates.
-    for end in &mut ends {
-        if end.abs() < f64::EPSILON * hair {
-            *end = 0.0;
-        }
-    }
-    ends
 }

@@ -3,6 +3,7 @@
 mod config;
 mod contour;
 mod extent;
+mod images;
 mod proof;
 mod region;
 mod rings;

@@ -1,12 +1,10 @@
 //! A proof that a traced region holds between its lines, by squares.
 
 use super::extent::Extent;
+use super::images::{Cell, Images};
 use super::strips::{Strips, meets_square};
-use crate::error::ReachabilityError;
-use crate::line::{ExactSolver, Interval};
-use crate::wall::{WallPlane, WallPoint};
-use glam::DVec3;
-use hwall_kinematics::{Pose, PoseRegion, RegionVerdict};
+use crate::line::Interval;
+use crate::wall::WallPoint;
 
 /// Sides of the first squares are at most this, in lengths of the stretched wrist.
 const FIRST_SIDE: f64 = 0.1;
@@ -34,9 +32,20 @@ pub struct RegionProof {
     pub squares: usize,
 }
 
+impl RegionProof {
+    fn add_mirror_image(&mut self) {
+        self.proven_m2 *= 2.0;
+        self.outline_m2 *= 2.0;
+        self.unproven_m2 *= 2.0;
+        self.contradicted_m2 *= 2.0;
+        let images = self.contradictions.iter();
+        let images: Vec<_> = images.map(|at| WallPoint::new(-at.s_m, at.z_m)).collect();
+        self.contradictions.extend(images);
+    }
+}
+
 /// A region that was traced along lines.
 pub(super) struct TracedRegion<'a> {
-    pub(super) plane: WallPlane,
     pub(super) strips: &'a Strips,
     /// All edges of its rings.
     pub(super) edges: &'a [[WallPoint; 2]],
@@ -45,86 +54,86 @@ pub(super) struct TracedRegion<'a> {
 }
 
 /// Compares a region with the arm wherever its outline is further than `beyond_m` away.
-pub(super) fn prove(
-    solver: &ExactSolver,
-    region: &TracedRegion,
-    beyond_m: f64,
-) -> Result<RegionProof, ReachabilityError> {
+pub(super) fn prove(images: &Images, region: &TracedRegion, beyond_m: f64) -> RegionProof {
     let TracedRegion {
-        plane,
         strips,
         edges,
         extent,
     } = *region;
-    let longest = solver.family().wide.shoulder_wrist_range().longest_m;
-    let freedoms = solver.family().freedoms.iter();
-    let poses = freedoms.map(|free| plane.board_pose(WallPoint::new(0.0, 0.0), free.roll));
     let mut prover = Prover {
-        solver,
-        plane,
+        images,
         strips,
-        poses: poses.collect::<Result<_, _>>()?,
         // A square with a corner this near and a diagonal of the same length is near enough.
         margin: 0.5 * beyond_m,
         smallest: 0.5 * beyond_m / std::f64::consts::SQRT_2,
+        edges: edges.to_vec(),
         proof: RegionProof::default(),
     };
-    let first = FIRST_SIDE * longest;
+    let along = if images.mirror() {
+        Interval::new(0.0, extent.s.hi_m.max(-extent.s.lo_m))
+    } else {
+        extent.s
+    };
+    let first = FIRST_SIDE * images.longest_m();
     let [columns, rows] =
-        [extent.s, extent.heights].map(|side| (side.length_m() / first).ceil().max(1.0) as usize);
+        [along, extent.heights].map(|side| (side.length_m() / first).ceil().max(1.0) as usize);
     let part = |side: Interval, i: usize, n: usize| {
         let at = |i| side.lo_m + side.length_m() * (i as f64 / n as f64);
         (0.5 * (at(i) + at(i + 1)), 0.5 * (at(i + 1) - at(i)))
     };
     for row in 0..rows {
         for column in 0..columns {
-            let (s, half_s) = part(extent.s, column, columns);
+            let (s, half_s) = part(along, column, columns);
             let (z, half_z) = part(extent.heights, row, rows);
             let cell = Cell {
                 middle: WallPoint::new(s, z),
                 half: [half_s, half_z],
             };
-            prover.visit(cell, edges, EXTRA_DEPTH);
+            prover.visit(cell, 0, EXTRA_DEPTH);
         }
     }
-    Ok(prover.proof)
-}
-
-#[derive(Clone, Copy)]
-struct Cell {
-    middle: WallPoint,
-    /// Half width and half height, m.
-    half: [f64; 2],
+    if images.mirror() {
+        prover.proof.add_mirror_image();
+    }
+    prover.proof
 }
 
 struct Prover<'a> {
-    solver: &'a ExactSolver,
-    plane: WallPlane,
+    images: &'a Images,
     strips: &'a Strips,
-    /// Tool poses at the origin of the wall, one for each freedom.
-    poses: Vec<Pose>,
     /// Nothing is tested nearer to the outline than this, m.
     margin: f64,
     /// Side of squares beside the outline, m.
     smallest: f64,
+    /// All parts of the outline, then for each square around the present one those that may come near it.
+    edges: Vec<[WallPoint; 2]>,
     proof: RegionProof,
 }
 
 impl Prover<'_> {
-    /// `edges`: all parts of the outline that may come near the cell.
-    fn visit(&mut self, cell: Cell, edges: &[[WallPoint; 2]], depth: usize) {
+    /// `first`: from there on the edges are all that may come near the cell.
+    fn visit(&mut self, cell: Cell, first: usize, depth: usize) {
         self.proof.squares += 1;
         let Cell { middle, half } = cell;
         let area = 4.0 * half[0] * half[1];
         let wide = half.map(|half| half + self.margin);
-        let near = edges.iter().filter(|e| meets_square(e, middle, wide));
-        let near: Vec<[WallPoint; 2]> = near.copied().collect();
         let small = 2.0 * half[0].max(half[1]) <= self.smallest;
+        let end = self.edges.len();
+        for i in first..end {
+            let edge = self.edges[i];
+            if meets_square(&edge, middle, wide) {
+                self.edges.push(edge);
+                if small {
+                    break;
+                }
+            }
+        }
+        let is_near = self.edges.len() > end;
         let mut left = depth;
-        if near.is_empty() {
+        if !is_near {
             // All of the cell is inside, or all of it outside.
             let expected = self.strips.contains(middle);
-            match self.verdict(cell) {
+            match self.images.verdict(cell) {
                 Some(verdict) if verdict == expected => {
                     self.proof.proven_m2 += area;
                     return;
@@ -141,47 +150,15 @@ impl Prover<'_> {
                 None => left -= usize::from(small),
             }
         } else if small {
+            self.edges.truncate(end);
             self.proof.outline_m2 += area;
             return;
         }
         let half = half.map(|half| 0.5 * half);
         for (s, z) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
             let middle = WallPoint::new(middle.s_m + s * half[0], middle.z_m + z * half[1]);
-            self.visit(Cell { middle, half }, &near, left);
+            self.visit(Cell { middle, half }, end, left);
         }
-    }
-
-    /// Is all of the cell reachable, or none of it?
-    fn verdict(&self, cell: Cell) -> Option<bool> {
-        let (family, plane) = (self.solver.family(), self.plane);
-        let along = plane.along();
-        let sides = |wider: f64, higher: f64| {
-            [
-                along * (cell.half[0] + wider),
-                DVec3::Z * (cell.half[1] + higher),
-            ]
-        };
-        let mut impossible = true;
-        for (pose, free) in self.poses.iter().zip(&family.freedoms) {
-            let pose = pose.at(plane.point_m(cell.middle));
-            // The middle of what is free, for all of the cell.
-            let held = PoseRegion::rectangle(pose, sides(0.0, 0.0));
-            match family.narrow.region_verdict_between(&family.wide, &held) {
-                RegionVerdict::Reachable(_) => return Some(true),
-                RegionVerdict::Undecided => impossible = false,
-                RegionVerdict::Unreachable(_) => {}
-            }
-            if free.half_roll > 0.0 || free.half_rise > 0.0 || family.half_width_m > 0.0 {
-                let everything = PoseRegion {
-                    angle_rad: free.half_roll,
-                    ..PoseRegion::rectangle(pose, sides(family.half_width_m, free.half_rise))
-                };
-                let none = family
-                    .narrow
-                    .region_verdict_between(&family.wide, &everything);
-                impossible &= matches!(none, RegionVerdict::Unreachable(_));
-            }
-        }
-        impossible.then_some(false)
+        self.edges.truncate(end);
     }
 }

@@ -1,19 +1,20 @@
 //! The reachable part of a wall as polygons with holes.
 
 use super::config::PolygonConfig;
-use super::contour::Tracer;
+use super::contour::{LINE_SHARE, Tracer};
 use super::extent::extent;
+use super::images::{Images, Stop};
 use super::proof::{RegionProof, TracedRegion, prove};
 use super::rings::Contour;
 use super::strips::Strips;
 use super::triangulation::triangulate;
 use super::wall_polygon::{WallPolygon, edges, nested, signed_area_m2};
 use crate::error::ReachabilityError;
-use crate::line::{ExactSolver, Interval, size_m};
+use crate::line::{ExactSolver, Interval, sectors, size_m};
 use crate::progress::{Progress, map_indexed};
 use crate::wall::{WallPlane, WallPoint};
 use hwall_numeric::check::{finite, positive, that};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::ControlFlow;
 
 /// A plane is searched along at least this many lines.
@@ -54,7 +55,10 @@ pub struct WallRegion {
 }
 
 impl WallRegion {
-    /// Traces many planes, on all cores with the feature `parallel`; equal planes only once.
+    /// Traces many planes, on all cores with the feature `parallel`.
+    ///
+    /// Planes at one distance are alike, but for the limits of joint 1: where these provably make no difference one of
+    /// them is traced for all. Corners may then differ from those of [`of_plane`](Self::of_plane), within the accuracy.
     ///
     /// # Errors
     /// As [`of_plane`](Self::of_plane).
@@ -63,26 +67,47 @@ impl WallRegion {
         planes: &[WallPlane],
         config: &PolygonConfig,
     ) -> Result<Vec<Self>, ReachabilityError> {
-        let mut first_of = HashMap::new();
-        let mut different = Vec::new();
-        let place_of: Vec<usize> = planes
-            .iter()
-            .map(|plane| {
-                let key = [plane.heading_rad(), plane.distance_m()].map(f64::to_bits);
-                *first_of.entry(key).or_insert_with(|| {
-                    different.push(*plane);
-                    different.len() - 1
-                })
-            })
-            .collect();
         let silent = |_: Progress| ControlFlow::Continue(());
-        let regions = map_indexed(different.len(), &silent, |i| {
-            Self::of_plane(solver, &different[i], config)
+        let groups = alike(planes);
+        let found = map_indexed(groups.len(), &silent, |i| {
+            let headings: Vec<f64> = groups[i].iter().map(|plane| plane.heading_rad()).collect();
+            Self::of_images(solver, &headings, groups[i][0].distance_m(), config)
         })?;
-        Ok(place_of.iter().map(|&i| regions[i].clone()).collect())
+        let mut regions = HashMap::new();
+        let mut open = Vec::new();
+        for (group, found) in groups.iter().zip(found) {
+            for &plane in group {
+                match &found {
+                    Some(region) => {
+                        regions.insert(
+                            key(plane),
+                            Self {
+                                plane: *plane,
+                                ..region.clone()
+                            },
+                        );
+                    }
+                    None => open.push((plane, group.len() > 1)),
+                }
+            }
+        }
+        let singly = map_indexed(open.len(), &silent, |i| match open[i] {
+            (plane, true) => Self::of_plane(solver, plane, config),
+            (plane, false) => Self::of_plane_itself(solver, plane, config),
+        })?;
+        for ((plane, _), region) in open.into_iter().zip(singly) {
+            regions.insert(key(plane), region);
+        }
+        Ok(planes
+            .iter()
+            .map(|plane| regions[&key(plane)].clone())
+            .collect())
     }
 
     /// Traces what the solver's arm can reach of a plane.
+    ///
+    /// Where the plane provably looks the same in the mirror through base axis and normal, one half stands for the
+    /// other.
     ///
     /// # Errors
     /// Settings outside their ranges, a NaN or reversed height range, more than a million lines.
@@ -91,8 +116,51 @@ impl WallRegion {
         plane: &WallPlane,
         config: &PolygonConfig,
     ) -> Result<Self, ReachabilityError> {
+        match Self::of_images(solver, &[plane.heading_rad()], plane.distance_m(), config)? {
+            Some(region) => Ok(Self {
+                plane: *plane,
+                ..region
+            }),
+            None => Self::of_plane_itself(solver, plane, config),
+        }
+    }
+
+    fn of_plane_itself(
+        solver: &ExactSolver,
+        plane: &WallPlane,
+        config: &PolygonConfig,
+    ) -> Result<Self, ReachabilityError> {
+        let solver = solver.with_accuracy(LINE_SHARE * config.accuracy_m);
+        match Self::trace(&Images::none(&solver, *plane)?, config) {
+            Ok(region) => Ok(region),
+            Err(Stop::Failed(error)) => Err(error),
+            // Never: there are no images.
+            Err(Stop::ImagesDiffer) => Err(ReachabilityError::Empty { what: "images" }),
+        }
+    }
+
+    /// The plane at heading 0 that stands for those at the given headings and for their mirror images; `None` where they
+    /// are not all alike.
+    fn of_images(
+        solver: &ExactSolver,
+        headings: &[f64],
+        distance_m: f64,
+        config: &PolygonConfig,
+    ) -> Result<Option<Self>, ReachabilityError> {
+        let solver = solver.with_accuracy(LINE_SHARE * config.accuracy_m);
+        let Some(images) = Images::of_headings(&solver, headings, distance_m)? else {
+            return Ok(None);
+        };
+        match Self::trace(&images, config) {
+            Ok(region) => Ok(Some(region)),
+            Err(Stop::ImagesDiffer) => Ok(None),
+            Err(Stop::Failed(error)) => Err(error),
+        }
+    }
+
+    fn trace(images: &Images, config: &PolygonConfig) -> Result<Self, Stop> {
         let accuracy_m = positive("accuracy_m", config.accuracy_m)?;
-        let size = size_m(&solver.family().wide);
+        let size = size_m(images.direct().arm());
         that(
             (1e-8 * size..=0.1 * size).contains(&accuracy_m),
             "accuracy_m",
@@ -101,13 +169,13 @@ impl WallRegion {
         )?;
         let spacing_m = positive("spacing_m", config.spacing_m)?;
         let clip_m = checked_clip(config.heights_m)?;
-        let extent = extent(solver, plane, clip_m)?;
+        let extent = extent(images.direct(), images.plane(), clip_m)?;
         let (mut contour, mut proof) = (Contour::default(), None);
         if let Some(extent) = extent {
             // At least some lines where only little is in reach.
             let most_m = (extent.heights.length_m() / LEAST_LINES).max(accuracy_m);
             let spacing_m = spacing_m.min(most_m);
-            let mut tracer = Tracer::new(solver, *plane, accuracy_m, spacing_m, extent.heights)?;
+            let mut tracer = Tracer::new(images, accuracy_m, spacing_m, extent.heights)?;
             contour = tracer.contour();
             if let Some(beyond_m) = config.proof_m {
                 let beyond_m = positive("proof_m", beyond_m)?.max(10.0 * accuracy_m);
@@ -115,21 +183,20 @@ impl WallRegion {
                     let rings = contour.rings.iter().map(Vec::as_slice);
                     let edges: Vec<_> = rings.flat_map(edges).collect();
                     let region = TracedRegion {
-                        plane: *plane,
                         strips: &contour.strips,
                         edges: &edges,
                         extent,
                     };
-                    prove(solver, &region, beyond_m)
+                    prove(images, &region, beyond_m)
                 };
-                let mut found = check(&contour)?;
+                let mut found = check(&contour);
                 for _ in 0..REPAIRS {
                     if found.contradictions.is_empty() {
                         break;
                     }
                     tracer.insert(&heights(&found.contradictions, 0.1 * beyond_m))?;
                     contour = tracer.contour();
-                    found = check(&contour)?;
+                    found = check(&contour);
                 }
                 proof = Some(found);
             }
@@ -144,7 +211,7 @@ impl WallRegion {
         let rings = || polygons.iter().flat_map(WallPolygon::rings);
         let triangles = triangulate(rings())?;
         Ok(Self {
-            plane: *plane,
+            plane: *images.plane(),
             accuracy_m,
             clip_m,
             vertices: rings().flatten().copied().collect(),
@@ -229,12 +296,11 @@ impl WallRegion {
         let rings = self.polygons.iter().flat_map(WallPolygon::rings);
         let edges: Vec<[WallPoint; 2]> = rings.flat_map(edges).collect();
         let region = TracedRegion {
-            plane: self.plane,
             strips: &self.strips,
             edges: &edges,
             extent,
         };
-        prove(solver, &region, beyond_m)
+        Ok(prove(&Images::none(solver, self.plane)?, &region, beyond_m))
     }
 
     /// [`PolygonConfig::accuracy_m`] that was asked for, m.
@@ -263,6 +329,37 @@ impl WallRegion {
     }
 }
 
+/// Equal planes have equal keys.
+fn key(plane: &WallPlane) -> [u64; 2] {
+    [plane.heading_rad(), plane.distance_m()].map(f64::to_bits)
+}
+
+/// Different planes, those that may stand for each other together.
+fn alike(planes: &[WallPlane]) -> Vec<Vec<&WallPlane>> {
+    let mut seen = HashSet::new();
+    let mut distances: Vec<Vec<&WallPlane>> = Vec::new();
+    let mut place_of = HashMap::new();
+    for plane in planes.iter().filter(|plane| seen.insert(key(plane))) {
+        let place = *place_of.entry(key(plane)[1]).or_insert_with(|| {
+            distances.push(Vec::new());
+            distances.len() - 1
+        });
+        distances[place].push(plane);
+    }
+    let mut groups = Vec::new();
+    for at_distance in distances {
+        let headings: Vec<f64> = at_distance.iter().map(|p| p.heading_rad()).collect();
+        let sector_of = sectors(&headings);
+        let first = groups.len();
+        let count = sector_of.iter().max().map_or(0, |last| last + 1);
+        groups.resize(first + count, Vec::new());
+        for (plane, sector) in at_distance.into_iter().zip(sector_of) {
+            groups[first + sector].push(plane);
+        }
+    }
+    groups
+}
+
 /// Sorted heights of points, without those less than `apart_m` above another.
 fn heights(points: &[WallPoint], apart_m: f64) -> Vec<f64> {
     let mut heights: Vec<f64> = points.iter().map(|p| p.z_m).collect();
@@ -278,4 +375,89 @@ fn checked_clip(clip: Option<Interval>) -> Result<Option<Interval>, Reachability
         that(hi_m > lo_m, "highest height", hi_m, "above the lowest")?;
     }
     Ok(clip)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::line::ExactConfig;
+    use hwall_kinematics::{JointLimit, SrsArm};
+    use hwall_testkit::Sampler;
+
+    fn solver(limits: impl Fn(usize, JointLimit) -> JointLimit) -> ExactSolver {
+        let arm = SrsArm::iiwa7();
+        let mut all = *arm.limits();
+        for (joint, limit) in all.iter_mut().enumerate() {
+            *limit = limits(joint, *limit);
+        }
+        let arm = arm.with_limits(all).expect("limits");
+        ExactSolver::new(&arm, &ExactConfig::default()).expect("valid")
+    }
+
+    /// A half of one wall against all of each: same areas, same verdicts, same proof.
+    #[test]
+    fn a_half_stands_for_all_of_its_images() {
+        let solver = solver(|_, limit| limit);
+        let config = PolygonConfig::default();
+        let headings = [0.0, 0.5, -1.0];
+        let mut sampler = Sampler::new(4);
+        for distance_m in [0.9, 0.626, 0.3, 0.026, -0.3] {
+            let one = WallRegion::of_images(&solver, &headings, distance_m, &config)
+                .expect("traced")
+                .expect("the limits of joint 1 make no difference");
+            for heading in headings {
+                let plane = WallPlane::new(heading, distance_m).expect("finite");
+                let whole = WallRegion::of_plane_itself(&solver, &plane, &config).expect("traced");
+                let outline: f64 = whole
+                    .polygons()
+                    .iter()
+                    .flat_map(WallPolygon::rings)
+                    .flat_map(edges)
+                    .map(|[a, b]| a.distance_m(b))
+                    .sum();
+                let off = (one.area_m2() - whole.area_m2()).abs();
+                assert!(
+                    off < 0.02 * config.accuracy_m * outline,
+                    "{distance_m}: {off}"
+                );
+                let mut others = 0;
+                for _ in 0..4_000 {
+                    let at = WallPoint::new(sampler.uniform(-0.9, 0.9), sampler.uniform(-0.5, 1.2));
+                    let truth = solver
+                        .is_reachable(&plane.line(at.z_m), at.s_m)
+                        .expect("finite");
+                    others += usize::from(one.contains(at) != truth);
+                }
+                assert!(others < 8, "{others}");
+                let (one, whole) = (one.proof().expect("asked"), whole.proof().expect("asked"));
+                assert_eq!(one.contradicted_m2, 0.0);
+                assert!(one.unproven_m2 <= whole.unproven_m2 + 1e-9);
+                let all = |p: &RegionProof| p.proven_m2 + p.outline_m2 + p.unproven_m2;
+                assert!((all(one) - all(whole)).abs() < 1e-9);
+            }
+        }
+    }
+
+    /// Limits that differ from their mirror images end the half; all of the wall is traced then.
+    #[test]
+    fn images_that_differ_are_traced_one_by_one() {
+        let uneven = solver(|joint, limit| match joint {
+            0 => JointLimit {
+                min_rad: -0.3,
+                max_rad: 1.5,
+            },
+            _ => limit,
+        });
+        let config = PolygonConfig::default();
+        let found = WallRegion::of_images(&uneven, &[0.0], 0.4, &config).expect("traced");
+        assert!(found.is_none());
+        let planes = [0.0, 0.2].map(|heading| WallPlane::new(heading, 0.4).expect("finite"));
+        let together = WallRegion::of_planes(&uneven, &planes, &config).expect("traced");
+        for (plane, region) in planes.iter().zip(&together) {
+            let alone = WallRegion::of_plane_itself(&uneven, plane, &config).expect("traced");
+            assert_eq!(region.plane(), *plane);
+            assert_eq!(alone.vertices(), region.vertices());
+        }
+        assert!((together[0].area_m2() - together[1].area_m2()).abs() > 1e-3);
+    }
 }

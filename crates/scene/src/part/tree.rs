@@ -289,10 +289,17 @@ impl Tree {
                         u64::from(distances[lane].to_bits()) << 32 | u64::from(children[lane]);
                     if hits >> lane & 1 == 1 { entry } else { 0 }
                 };
-                let entries = descending([entry(0), entry(1), entry(2), entry(3)]);
+                let entries = [entry(0), entry(1), entry(2), entry(3)];
                 // Always four: a branch on their number would be mispredicted half of the time.
-                stack[top..top + 4].copy_from_slice(&entries);
-                top += hits.count_ones() as usize;
+                stack[top..top + 4].copy_from_slice(&descending(entries));
+                if hits != 0 {
+                    // The nearest is not fetched from the stack, so that the next node waits neither for that nor for
+                    // the order of the others. What is zero becomes the largest number.
+                    let [a, b, c, d] = entries.map(|entry| entry.wrapping_sub(1));
+                    child = a.min(b).min(c.min(d)).wrapping_add(1) as u32;
+                    top += hits.count_ones() as usize - 1;
+                    continue;
+                }
             } else {
                 max = leaf(triangles_of(child), max);
             }
