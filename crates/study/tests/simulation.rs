@@ -2,12 +2,17 @@
 
 use hwall::psychophysics::ErrorModel;
 use hwall_study::{
-    Adaptive, AdaptiveThreshold, Durability, Fault, ParticipantConfig, Procedure, Protocol,
+    Adaptive, AdaptiveThreshold, Durability, Fault, ParticipantConfig, Participants, Procedure, Protocol,
     Roughness, SimulatedStage, Simulation, Stimulus, Study, StudyFactor, StudyReport, Surface,
     promised_power, simulate, write_attempts, write_trials,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// All of these studies present each condition once.
+const ONCE: Participants = Participants::Simulated {
+    once_per_condition: true,
+};
 
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("study-run-{name}"));
@@ -85,7 +90,7 @@ fn a_killed_study_resumes_to_the_same_tables() {
     };
     let whole = {
         let mut study =
-            Study::create(&folder("whole"), protocol(3, 5), Durability::System).unwrap();
+            Study::create(&folder("whole"), protocol(3, 5), ONCE, Durability::System).unwrap();
         let presented = simulate(&mut study, &stage, &simulation).unwrap();
         assert_eq!(presented, 3 * 8);
         tables(&study)
@@ -95,7 +100,7 @@ fn a_killed_study_resumes_to_the_same_tables() {
         kill_after: Some(5),
         ..simulation.clone()
     };
-    let mut study = Study::create(&folder, protocol(3, 5), Durability::System).unwrap();
+    let mut study = Study::create(&folder, protocol(3, 5), ONCE, Durability::System).unwrap();
     while simulate(&mut study, &stage, &killed).unwrap() == 5 {
         drop(study);
         study = Study::resume(&folder, Durability::System).unwrap();
@@ -138,9 +143,9 @@ fn planted_effects_come_back() {
     for seed in 0..SEEDS {
         let folder = folder(&format!("seed-{seed}"));
         let mut study =
-            Study::create(&folder, protocol(SUBJECTS, seed), Durability::System).unwrap();
+            Study::create(&folder, protocol(SUBJECTS, seed), ONCE, Durability::System).unwrap();
         simulate(&mut study, &stage, &simulation).unwrap();
-        let report = StudyReport::of(study.protocol(), study.trials()).unwrap();
+        let report = StudyReport::of(&study.record()).unwrap();
         let analysis = report.analysis.as_ref().unwrap();
         for (count, effect) in found.iter_mut().zip(["angle", "speed"]) {
             let effect = analysis
@@ -191,6 +196,7 @@ fn other_procedures_run_to_their_end() {
         let mut study = Study::create(
             &folder(&format!("{procedure:?}").replace(' ', "")),
             protocol,
+            ONCE,
             Durability::System,
         )
         .unwrap();
@@ -244,7 +250,7 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
             ..Protocol::default()
         };
         let folder = folder(&format!("threshold-{procedure:?}"));
-        let mut study = Study::create(&folder, protocol.clone(), Durability::System).unwrap();
+        let mut study = Study::create(&folder, protocol.clone(), ONCE, Durability::System).unwrap();
         // Stopped and resumed on the way, as trials depend on the answers before them.
         let killed = Simulation {
             kill_after: Some(100),
@@ -254,7 +260,7 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
             drop(study);
             study = Study::resume(&folder, Durability::System).unwrap();
         }
-        let text = StudyReport::of(&protocol, study.trials())
+        let text = StudyReport::of(&study.record())
             .unwrap()
             .to_markdown(&[]);
         // The interval of the Weber fraction holds the planted one: three quarters at 0.6745 standard deviations.
@@ -325,9 +331,9 @@ fn the_study_of_the_dissertation_comes_back() {
             ..Protocol::default()
         };
         let folder = folder(&format!("dissertation-{seed}"));
-        let mut study = Study::create(&folder, protocol, Durability::System).unwrap();
+        let mut study = Study::create(&folder, protocol, ONCE, Durability::System).unwrap();
         simulate(&mut study, &stage, &simulation).unwrap();
-        let report = StudyReport::of(study.protocol(), study.trials()).unwrap();
+        let report = StudyReport::of(&study.record()).unwrap();
         let analysis = report.analysis.as_ref().unwrap();
         let f = |name: &str, errors| {
             let effect = analysis
@@ -396,9 +402,9 @@ fn studies_find_a_weak_effect_as_often_as_promised() {
     let mut found = 0;
     for seed in 0..SEEDS {
         let folder = folder(&format!("weak-{seed}"));
-        let mut study = Study::create(&folder, protocol(12, seed), Durability::System).unwrap();
+        let mut study = Study::create(&folder, protocol(12, seed), ONCE, Durability::System).unwrap();
         simulate(&mut study, &stage, &simulation).unwrap();
-        let report = StudyReport::of(study.protocol(), study.trials()).unwrap();
+        let report = StudyReport::of(&study.record()).unwrap();
         let analysis = report.analysis.unwrap();
         let effect = analysis
             .effects
