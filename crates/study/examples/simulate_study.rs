@@ -3,8 +3,8 @@
 //! `cargo run --release -p hwall-study --example simulate_study`
 
 use hwall_study::{
-    Durability, Participants, Protocol, SimulatedStage, Simulation, Study, StudyError, StudyFactor, StudyReport,
-    simulate,
+    Durability, Participants, Protocol, SimulatedStage, Simulation, Study, StudyError, StudyFactor,
+    StudyReport, simulate,
 };
 use std::time::Instant;
 

@@ -1,8 +1,8 @@
 //! The log survives every cut, and finds every change.
 
 use hwall_study::{
-    Answer, Durability, Event, EventLog, NextStep, Participants, Presentation, Procedure, Protocol, Rendered,
-    Study, StudyError, StudyFactor, TrialRecord,
+    Answer, Durability, Event, EventLog, NextStep, Participants, Presentation, Procedure, Protocol,
+    Rendered, Study, StudyError, StudyFactor, TrialRecord,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -72,7 +72,8 @@ fn whole(name: &str, subjects: usize) -> (Vec<TrialRecord>, Vec<u8>) {
         subjects,
         ..protocol()
     };
-    let mut study = Study::create(&folder, protocol, Participants::People, Durability::System).unwrap();
+    let mut study =
+        Study::create(&folder, protocol, Participants::People, Durability::System).unwrap();
     run(&mut study, usize::MAX);
     let bytes = fs::read(Study::log_path(&folder)).unwrap();
     (study.trials().to_vec(), bytes)
@@ -184,7 +185,8 @@ fn every_changed_byte_is_found() {
 fn a_study_is_stopped_and_resumed_at_every_step() {
     let (expected, _) = whole("steps", 2);
     let folder = folder("stops");
-    let mut study = Study::create(&folder, protocol(), Participants::People, Durability::Disk).unwrap();
+    let mut study =
+        Study::create(&folder, protocol(), Participants::People, Durability::Disk).unwrap();
     while run(&mut study, 1) == 1 {
         drop(study);
         study = Study::resume(&folder, Durability::Disk).unwrap();
@@ -202,7 +204,13 @@ fn a_study_is_stopped_and_resumed_at_every_step() {
 #[test]
 fn spoilt_trials_come_again_at_the_end_of_their_block() {
     let folder = folder("spoilt");
-    let mut study = Study::create(&folder, protocol(), Participants::People, Durability::System).unwrap();
+    let mut study = Study::create(
+        &folder,
+        protocol(),
+        Participants::People,
+        Durability::System,
+    )
+    .unwrap();
     run(&mut study, 2);
     let NextStep::Present { trial, .. } = study.next_step() else {
         panic!("a trial comes after the practice");
@@ -244,7 +252,13 @@ fn spoilt_trials_come_again_at_the_end_of_their_block() {
 #[test]
 fn what_is_not_due_is_refused() {
     let folder = folder("refused");
-    let mut study = Study::create(&folder, protocol(), Participants::People, Durability::System).unwrap();
+    let mut study = Study::create(
+        &folder,
+        protocol(),
+        Participants::People,
+        Durability::System,
+    )
+    .unwrap();
     let answer = |value: f64| Answer {
         value,
         answered_s: 1.0,
@@ -297,7 +311,13 @@ fn what_is_not_due_is_refused() {
         };
         let path = folder.join("other");
         assert!(
-            Study::create(&path, protocol.clone(), Participants::People, Durability::System).is_err(),
+            Study::create(
+                &path,
+                protocol.clone(),
+                Participants::People,
+                Durability::System
+            )
+            .is_err(),
             "{:?}",
             protocol.factors
         );
@@ -325,7 +345,10 @@ fn a_second_run_is_refused_while_the_first_goes_on() {
     run(&mut study, 2);
     for _ in 0..2 {
         let second = Study::resume(&folder, Durability::Disk);
-        assert!(matches!(second, Err(StudyError::InUse { .. })), "{second:?}");
+        assert!(
+            matches!(second, Err(StudyError::InUse { .. })),
+            "{second:?}"
+        );
         let new = Study::create(&folder, protocol(), Participants::People, Durability::Disk);
         assert!(matches!(new, Err(StudyError::InUse { .. })), "{new:?}");
     }
@@ -349,7 +372,10 @@ fn what_is_no_log_is_left_as_it_is() {
     ] {
         fs::write(&path, &bytes).unwrap();
         let opened = EventLog::open(&path, Durability::System);
-        assert!(matches!(opened, Err(StudyError::NotALog { .. })), "{opened:?}");
+        assert!(
+            matches!(opened, Err(StudyError::NotALog { .. })),
+            "{opened:?}"
+        );
         let created = Study::create(
             &folder,
             protocol(),
@@ -483,11 +509,7 @@ fn people_and_simulated_participants_do_not_mix() {
     assert_eq!(study.participants(), once);
     struct Nobody;
     impl hwall_study::Presenter for Nobody {
-        fn present(
-            &mut self,
-            _: &hwall_study::Stimulus,
-            _: u64,
-        ) -> Result<Rendered, StudyError> {
+        fn present(&mut self, _: &hwall_study::Stimulus, _: u64) -> Result<Rendered, StudyError> {
             Ok(Rendered::default())
         }
     }

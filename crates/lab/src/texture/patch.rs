@@ -154,6 +154,14 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
     if findings.iter().any(|f| matches!(f, Finding::Tile { .. })) {
         writeln!(out, "  --tile-mm cuts the patch into smaller tiles")?;
     }
+    if let Some(printer) = request.wanted.printer {
+        let lacks = printer.lacks(&texture);
+        let kind = if lacks.is_empty() { "can" } else { "cannot" };
+        writeln!(out, "\n{printer:?} {kind} print these bumps")?;
+        for lack in &lacks {
+            writeln!(out, "  {lack}")?;
+        }
+    }
     writeln!(out, "\n{}", encounters(&texture)?)?;
     if let Some(folder) = &request.figures {
         let (plan, spacing) = (folder.join(FIGURES[0]), folder.join(FIGURES[1]));
@@ -380,7 +388,7 @@ mod tests {
             wanted: WantedArgs {
                 levels: Vec::new(),
                 for_scene: None,
-                printer: PrinterKind::Sla,
+                printer: Some(PrinterKind::Sla),
                 model: ModelKind::Vibration,
                 table: None,
                 weber: 0.1,

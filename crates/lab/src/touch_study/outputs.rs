@@ -60,7 +60,11 @@ fn again(folder: &Path, study: &StudyRecord, incomplete: bool) -> String {
         Procedure::Magnitude => "geometric",
         _ => "none",
     };
-    let missing = if incomplete { " --missing complete" } else { "" };
+    let missing = if incomplete {
+        " --missing complete"
+    } else {
+        ""
+    };
     format!(
         "\n## The same analysis from the table\n\n```sh\ncargo run --release --example psychophysics -- analyse {} \
          --subject subject --factors {} --value answer --round block --normalise {scale} --errors both --art --posthoc holm{missing}\n```\n",

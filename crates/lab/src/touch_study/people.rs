@@ -126,16 +126,13 @@ fn conduct_and_write(
     let answered = conducted?;
     if study.next_step() != NextStep::Done {
         let text = format!(
-            "{answered} trials answered, {} are left; {} has what there is, and --run with it goes on",
+            "answered now: {answered}; left: {}; {folder} has the tables and a report so far, and --run {folder} goes on",
             study.left(),
-            folder.display()
+            folder = folder.display()
         );
         return Ok((text, false));
     }
-    let text = format!(
-        "done: {} has the tables and the report",
-        folder.display()
-    );
+    let text = format!("done: {} has the tables and the report", folder.display());
     Ok((text, true))
 }
 
@@ -282,10 +279,13 @@ mod tests {
         };
         // The first subject answers once, mistypes, and the line is cut.
         let (text, said) = session(study, "\n5\nrough\n-1\n");
-        assert!(text.starts_with("1 trials answered, 3 are left"), "{text}");
+        assert!(text.starts_with("answered now: 1; left: 3"), "{text}");
         assert!(said.contains("Trial 1: touch the board.") && said.matches("again").count() == 2);
         assert!(said.contains("\"rough\" is not a number"), "{said}");
-        assert!(said.contains("the answer -1 is not a number above zero"), "{said}");
+        assert!(
+            said.contains("the answer -1 is not a number above zero"),
+            "{said}"
+        );
         // What there is stands in the tables already.
         let trials = std::fs::read_to_string(folder.join("trials.csv")).unwrap();
         assert_eq!(trials.lines().count(), 2);

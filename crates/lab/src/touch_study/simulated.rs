@@ -41,6 +41,10 @@ pub struct Request<'a> {
 pub fn run(request: &Request<'_>, out: &mut impl Write) -> anyhow::Result<bool> {
     let kept = request.out.map(Path::to_owned);
     let folder = kept.clone().unwrap_or_else(passing);
+    if kept.is_none() {
+        // Of a program with the same number that was killed.
+        let _ = std::fs::remove_dir_all(&folder);
+    }
     let result = run_in(&folder, request, out);
     if kept.is_none() {
         let _ = std::fs::remove_dir_all(&folder);
@@ -97,9 +101,13 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
     let presented = simulate_and_tell(&mut study, &stage, &simulation, &mut tell)?;
     if study.next_step() != NextStep::Done {
         outputs::tables(folder, &study.record())?;
+        let how = match request.out {
+            Some(_) => "; --resume goes on",
+            None => "",
+        };
         writeln!(
             out,
-            "stopped after {presented} trials, {} are left; --resume goes on",
+            "stopped after {presented} trials, {} are left{how}",
             study.left()
         )?;
         return Ok(request.kill_after == Some(presented));

@@ -29,14 +29,19 @@ pub(super) fn is_cut_first_line(bytes: &[u8]) -> bool {
         .iter()
         .all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'));
     let mut begin = b" ".iter().chain(FIRST);
-    lower && rest.iter().all(|b| begin.next().is_none_or(|wanted| wanted == b)) && !rest.contains(&b'\n')
+    lower
+        && rest
+            .iter()
+            .all(|b| begin.next().is_none_or(|wanted| wanted == b))
+        && !rest.contains(&b'\n')
 }
 
 /// Does any line look like one of a log, whatever its checksum?
 pub(super) fn holds_log_lines(bytes: &[u8]) -> bool {
     bytes.split(|b| *b == b'\n').any(|line| {
         let json = line.get(HEAD..).unwrap_or_default();
-        json.starts_with(b"{\"event\":\"") && is_cut_first_line(line.get(..HEAD).unwrap_or_default())
+        json.starts_with(b"{\"event\":\"")
+            && is_cut_first_line(line.get(..HEAD).unwrap_or_default())
     })
 }
 

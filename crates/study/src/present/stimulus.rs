@@ -249,7 +249,12 @@ impl Rendered {
             that(holds, "rendered angle_deg", deg, "0 to 90")?;
         }
         let contact_s = self.contact_s;
-        that(contact_s >= 0.0, "rendered contact_s", contact_s, "zero or above")?;
+        that(
+            contact_s >= 0.0,
+            "rendered contact_s",
+            contact_s,
+            "zero or above",
+        )?;
         Ok(())
     }
 

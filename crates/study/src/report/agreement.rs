@@ -33,14 +33,20 @@ pub(super) fn sentence(procedure: Procedure, done: &[TrialRecord]) -> String {
     if off.is_empty() {
         return String::new();
     }
-    let pairs = format!("\nOf {} conditions that were asked again right away, ", off.len());
+    let pairs = format!(
+        "\nOf {} conditions that were asked again right away, ",
+        off.len()
+    );
     let what = match procedure {
         Procedure::Magnitude => format!(
             "the median of the larger answer by the smaller is {:.3}.",
             median(&mut off).exp()
         ),
         Procedure::Likert { .. } => {
-            format!("the median difference of the two answers is {}.", median(&mut off))
+            format!(
+                "the median difference of the two answers is {}.",
+                median(&mut off)
+            )
         }
         _ => {
             let same = off.iter().filter(|d| **d == 0.0).count();
@@ -56,4 +62,69 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
     let upper = values.get(values.len() / 2).copied();
     let lower = values.get(values.len().saturating_sub(1) / 2).copied();
     0.5 * (upper.unwrap_or_default() + lower.unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::present::{Presentation, Stimulus};
+    use crate::protocol::PlannedTrial;
+
+    fn record(
+        number: usize,
+        kind: TrialKind,
+        condition: usize,
+        answer: Option<f64>,
+    ) -> TrialRecord {
+        TrialRecord {
+            subject: 0,
+            trial: PlannedTrial {
+                number,
+                block: 1,
+                kind,
+                condition,
+                second: false,
+            },
+            attempt: 1,
+            wanted: Stimulus::default(),
+            shown: Presentation::default(),
+            answer,
+            answered_s: 1.0,
+            why_not: answer.is_none().then(|| "late".to_owned()),
+        }
+    }
+
+    /// A catch trial that was spoilt comes again after another condition: it still belongs to the trial before it in the plan.
+    #[test]
+    fn catch_trials_that_come_again_keep_their_partners() {
+        let done = [
+            record(1, TrialKind::Main, 4, Some(2.0)),
+            record(2, TrialKind::Catch, 4, None),
+            record(3, TrialKind::Main, 1, Some(50.0)),
+            record(2, TrialKind::Catch, 4, Some(4.0)),
+        ];
+        let text = sentence(Procedure::Magnitude, &done);
+        assert!(
+            text.contains("Of 1 conditions") && text.contains("2.000"),
+            "{text}"
+        );
+        let text = sentence(Procedure::Likert { points: 7 }, &done);
+        assert!(
+            text.contains("difference of the two answers is 2"),
+            "{text}"
+        );
+        // A rule placed the trial elsewhere when it came again: no pair.
+        let moved = [
+            record(1, TrialKind::Main, 4, None),
+            record(2, TrialKind::Catch, 4, Some(1.0)),
+            record(1, TrialKind::Main, 3, Some(1.0)),
+        ];
+        assert_eq!(sentence(Procedure::Quest, &moved), "");
+    }
+
+    #[test]
+    fn medians_of_even_numbers_lie_between() {
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), 2.5);
+    }
 }

@@ -195,7 +195,7 @@ fn rendered(out: &mut String, valid: &[&TrialRecord]) -> std::fmt::Result {
     };
     writeln!(
         out,
-        "\n| rendered | mean | sd | largest |\n| --- | --- | --- | --- |"
+        "\n| rendered | mean | sd | largest size |\n| --- | --- | --- | --- |"
     )?;
     let angle = |r: &TrialRecord| Some(r.shown.rendered.angle_deg? - r.wanted.angle_deg);
     let speed = |r: &TrialRecord| Some(r.shown.rendered.speed_mm_per_s? - r.wanted.speed_mm_per_s);
@@ -212,6 +212,8 @@ fn rendered(out: &mut String, valid: &[&TrialRecord]) -> std::fmt::Result {
     ];
     for (name, of) in rows {
         if let Some([mean, sd, largest]) = spread(of) {
+            // No negative zeros.
+            let mean = (1e3 * mean).round() / 1e3 + 0.0;
             writeln!(out, "| {name} | {mean:.3} | {sd:.3} | {largest:.3} |")?;
         }
     }

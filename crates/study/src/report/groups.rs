@@ -23,7 +23,12 @@ impl LevelGroups {
         let (Some(a), Some(b)) = (place(less), place(more)) else {
             return false;
         };
-        let of = |place: usize| self.groups.get(place).map(Vec::as_slice).unwrap_or_default();
+        let of = |place: usize| {
+            self.groups
+                .get(place)
+                .map(Vec::as_slice)
+                .unwrap_or_default()
+        };
         a < b && !of(a).iter().any(|group| of(b).contains(group))
     }
 
@@ -72,7 +77,9 @@ pub fn level_groups(pairs: &[Comparison], adjustment: Adjustment, alpha: f64) ->
             own.map(|(group, _)| group).collect()
         };
         let own: Vec<Vec<usize>> = order.iter().map(of_level).collect();
-        let letters = own.iter().map(|own| own.iter().map(|g| letter(*g)).collect());
+        let letters = own
+            .iter()
+            .map(|own| own.iter().map(|g| letter(*g)).collect());
         let letters = letters.collect();
         groups.push(LevelGroups {
             factor: of_factor
@@ -139,4 +146,35 @@ fn absorbed(sets: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
         kept.push(set);
     }
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_do_not_come_again() {
+        let all: Vec<String> = (0..200).map(letter).collect();
+        assert_eq!((all[0].as_str(), all[51].as_str()), ("a", "Z"));
+        assert_eq!((all[52].as_str(), all[104].as_str()), ("a'", "a''"));
+        for (place, one) in all.iter().enumerate() {
+            assert!(!all[..place].contains(one), "{one}");
+        }
+    }
+
+    /// Sixty levels that all differ: the first and the 53rd are in groups of their own.
+    #[test]
+    fn sixty_levels_have_sixty_groups() {
+        let levels: Vec<String> = (0..60).map(|i| i.to_string()).collect();
+        let groups: Vec<Vec<usize>> = (0..60).map(|i| vec![i]).collect();
+        let letters = (0..60).map(letter).collect();
+        let of = LevelGroups {
+            factor: "angle".to_owned(),
+            order: levels,
+            letters,
+            groups,
+        };
+        assert!(of.is_less("0", "52") && of.is_less("1", "53"));
+        assert!(!of.is_less("52", "0") && !of.is_less("0", "none"));
+    }
 }

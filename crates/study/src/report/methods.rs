@@ -83,7 +83,10 @@ fn who(study: &StudyRecord) -> String {
 }
 
 fn order(p: &Protocol) -> String {
-    let blocks = count(p.repeats, "block");
+    let blocks = match p.repeats {
+        1 => "once".to_owned(),
+        n => format!("once in each of {n} blocks"),
+    };
     let trials = count(p.repeats * p.conditions(), "trial");
     match (p.procedure, p.order) {
         (Procedure::Staircase, _) => format!(
@@ -93,10 +96,10 @@ fn order(p: &Protocol) -> String {
             format!("The condition of each of a subject's {trials} was placed by QUEST+.")
         }
         (_, TrialOrder::Random) => format!(
-            "Each subject met each of them once in each of {blocks}, in a random order of its own, none twice in a row."
+            "Each subject met each of them {blocks}, in a random order of its own, none twice in a row."
         ),
         (_, TrialOrder::Latin) => format!(
-            "Each subject met each of them once in each of {blocks}, in the order of a row of a balanced Latin square."
+            "Each subject met each of them {blocks}, in the order of a row of a balanced Latin square."
         ),
     }
 }

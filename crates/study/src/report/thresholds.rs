@@ -73,7 +73,10 @@ pub(super) fn section(p: &Protocol, records: &[TrialRecord]) -> Result<String, S
         Procedure::Staircase => "places among the levels at which 70.7 % are right",
         _ => "levels halfway between guessing and certainty",
     };
-    let _ = writeln!(out, "\nThresholds of the subjects ({what}), with 95 % intervals:\n");
+    let _ = writeln!(
+        out,
+        "\nThresholds of the subjects ({what}), with 95 % intervals:\n"
+    );
     for subject in 0..p.subjects {
         let own = records.iter().filter(|r| r.subject == subject);
         if own.clone().next().is_none() {

@@ -131,7 +131,10 @@ impl Progress {
                 before.map_or(trial.condition, |r| r.trial.condition)
             }
         };
-        PlannedTrial { condition, ..*trial }
+        PlannedTrial {
+            condition,
+            ..*trial
+        }
     }
 
     fn attempt(&self, trial: &PlannedTrial) -> u32 {
