@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release --example study -- --simulate 25`
 
+use anyhow::ensure;
 use clap::Parser;
 use hwall_lab::touch_study::people;
 use hwall_lab::touch_study::settings::ProtocolArgs;
@@ -9,6 +10,7 @@ use hwall_lab::touch_study::simulated::{self, Request};
 use hwall_stage::exit;
 use hwall_stage::input::address::socket_address;
 use hwall_stage::numbers::count_within;
+use hwall_study::Study;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -44,8 +46,8 @@ struct Args {
     /// Folder of a simulated study [default: nothing is kept]
     #[arg(long, conflicts_with = "run")]
     out: Option<PathBuf>,
-    /// Go on with the simulated study of that folder where it stopped
-    #[arg(long, requires = "out")]
+    /// Go on with the study of that folder where it stopped; --run does so anyway, and with this begins no new one
+    #[arg(long)]
     resume: bool,
     /// Stop after so many trials, as if killed
     #[arg(long, requires = "out")]
@@ -83,6 +85,8 @@ fn run(args: &Args) -> anyhow::Result<bool> {
     })?;
     let out = &mut std::io::stdout().lock();
     if let Some(folder) = &args.run {
+        let there = Study::log_path(folder).exists();
+        ensure!(there || !args.resume, "{}: no study", folder.display());
         return people::run(folder, args.subjects, &args.protocol, args.page, out);
     }
     let request = Request {

@@ -61,6 +61,13 @@ pub(super) fn section(p: &Protocol, records: &[TrialRecord]) -> Result<String, S
                 t.weber_ci[0],
                 t.weber_ci[1]
             );
+            let last = levels.last().copied().unwrap_or_default();
+            if !(levels[0]..=last).contains(&t.function.pse) || t.function.jnd > last - levels[0] {
+                let _ = writeln!(
+                    out,
+                    "\nThey lie outside of the levels that were presented: these answers hardly place them."
+                );
+            }
         }
         Err(error) => {
             let _ = writeln!(out, "\nNo function fits all subjects together: {error}.");

@@ -68,7 +68,7 @@ pub(super) enum Taken {
     Resumed,
     Shown(Presentation),
     Answered {
-        record: TrialRecord,
+        record: Box<TrialRecord>,
         rule: Option<Adaptive>,
         again: bool,
         next: Option<NextSubject>,
@@ -197,7 +197,7 @@ impl Progress {
                         true => None,
                         false => self.after_last_step()?,
                     },
-                    record,
+                    record: Box::new(record),
                     rule,
                     again,
                 })
@@ -238,7 +238,7 @@ impl Progress {
                     self.try_again(record.trial);
                 }
                 self.adaptive = rule;
-                self.records.push(record);
+                self.records.push(*record);
                 next
             }
             Taken::Rested { next } => {
