@@ -9,7 +9,7 @@ use hwall_study::{
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// All of these studies present each condition once.
+/// Each condition once.
 const ONCE: Participants = Participants::Simulated {
     once_per_condition: true,
 };
@@ -59,7 +59,7 @@ fn what_is_rendered_is_what_was_wanted() {
                 assert!(shown.contact_s > 0.5);
                 // A door gives way while its texture moves.
                 if surface == Surface::Door {
-                    assert!(shown.moved.unwrap().abs() > 0.01);
+                    assert!(shown.moved.unwrap().abs() > 0.003);
                 }
                 // A panel goes along with the finger.
                 if surface == Surface::Panel {
@@ -420,6 +420,23 @@ fn studies_find_a_weak_effect_as_often_as_promised() {
         (share - power).abs() <= 2.6 * (power * (1.0 - power) / n).sqrt(),
         "{found}"
     );
+}
+
+/// A door that ran ahead of the finger was not felt long enough: more than a third of such trials were spoilt.
+#[test]
+fn doors_stay_under_the_finger() {
+    let stage = SimulatedStage::new().unwrap();
+    for seed in 0..12 {
+        let stimulus = Stimulus {
+            surface: Surface::Door,
+            angle_deg: if seed % 2 == 0 { 0.0 } else { 90.0 },
+            speed_mm_per_s: 40.0,
+        };
+        let shown = stage.present(&stimulus, seed).unwrap();
+        assert_eq!(shown.fault, Fault::None, "seed {seed}: {shown:?}");
+        let (force_n, moved) = (shown.force_n.unwrap(), shown.moved.unwrap());
+        assert!(force_n > 1.0 && moved.abs() > 0.002, "{seed}: {shown:?}");
+    }
 }
 
 /// Whoever takes part, and however wildly, gives an answer that the procedure has.
