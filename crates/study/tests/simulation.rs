@@ -405,8 +405,7 @@ fn studies_find_a_weak_effect_as_often_as_promised() {
         let mut study =
             Study::create(&folder, protocol(12, seed), ONCE, Durability::System).unwrap();
         simulate(&mut study, &stage, &simulation).unwrap();
-        let report = StudyReport::of(&study.record()).unwrap();
-        let analysis = report.analysis.unwrap();
+        let analysis = StudyReport::of(&study.record()).unwrap().analysis.unwrap();
         let effect = analysis
             .effects
             .iter()
