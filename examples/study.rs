@@ -2,22 +2,27 @@
 //!
 //! `cargo run --release --example study -- --simulate 25`
 
+use anyhow::ensure;
 use clap::Parser;
 use hwall_lab::touch_study::people;
 use hwall_lab::touch_study::settings::ProtocolArgs;
 use hwall_lab::touch_study::simulated::{self, Request};
 use hwall_stage::exit;
+use hwall_stage::input::address::socket_address;
 use hwall_stage::numbers::count_within;
+use hwall_study::Study;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Runs a study of roughness: every subject touches the board in every condition and says how rough it was.
 ///
 /// With --simulate the participants are simulated, too: each has a modulus, noise, lapses and fatigue of its own, and feels
 /// what a session on the simulated arm rendered. In the folder of a study are its log, to which every event is appended
 /// before the next one, `trials.csv` (what `psychophysics analyse` reads), `attempts.csv` (also practice and spoilt trials),
-/// `report.md` and figures.
+/// `report.md` and figures. Exit status: 0 when the study is done, 1 when it ended before, 130 after Ctrl-C, 2 for what cannot be
+/// done.
 #[derive(Parser)]
 struct Args {
     /// So many simulated participants
@@ -32,17 +37,17 @@ struct Args {
     /// Run the study of this folder with people, or go on with it
     #[arg(long, value_name = "DIR")]
     run: Option<PathBuf>,
-    /// Subjects of a new study with people
-    #[arg(long, default_value_t = 25, requires = "run", value_parser = count_within::<1, 1000>)]
-    subjects: usize,
-    /// They answer on a page that listens here, and not on the terminal: 127.0.0.1:8081
-    #[arg(long, requires = "run")]
+    /// Subjects of a new study with people [default: 25]
+    #[arg(long, requires = "run", value_parser = count_within::<1, 1000>)]
+    subjects: Option<usize>,
+    /// They answer on a page that listens here, and not on the terminal: localhost:8081
+    #[arg(long, requires = "run", value_name = "HOST:PORT", value_parser = socket_address)]
     page: Option<SocketAddr>,
     /// Folder of a simulated study [default: nothing is kept]
     #[arg(long, conflicts_with = "run")]
     out: Option<PathBuf>,
-    /// Go on with the simulated study of that folder where it stopped
-    #[arg(long, requires = "out")]
+    /// Go on with the study of that folder where it stopped; --run does so anyway, and with this begins no new one
+    #[arg(long)]
     resume: bool,
     /// Stop after so many trials, as if killed
     #[arg(long, requires = "out")]
@@ -54,13 +59,34 @@ struct Args {
     protocol: ProtocolArgs,
 }
 
+/// Ctrl-C was pressed.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// The status of a program that ended by Ctrl-C.
+const INTERRUPTED: u8 = 130;
+
 fn main() -> ExitCode {
-    exit(run(&Args::parse()))
+    match run(&Args::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) if STOP.load(Ordering::Relaxed) => ExitCode::from(INTERRUPTED),
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => exit(Err(error)),
+    }
 }
 
-fn run(args: &Args) -> anyhow::Result<()> {
+/// Is the study done, or stopped as was asked for?
+fn run(args: &Args) -> anyhow::Result<bool> {
+    let with_people = args.run.is_some();
+    ctrlc::set_handler(move || {
+        // A second one ends it at once, as the first does where a person is asked: tables and log are written by then.
+        if with_people || STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(INTERRUPTED.into());
+        }
+    })?;
     let out = &mut std::io::stdout().lock();
     if let Some(folder) = &args.run {
+        let there = Study::log_path(folder).exists();
+        ensure!(there || !args.resume, "{}: no study", folder.display());
         return people::run(folder, args.subjects, &args.protocol, args.page, out);
     }
     let request = Request {
@@ -70,6 +96,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         resume: args.resume,
         kill_after: args.kill_after,
         once: args.once,
+        stop: &STOP,
     };
     simulated::run(&request, out)
 }

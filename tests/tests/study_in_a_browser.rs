@@ -3,7 +3,7 @@
 use anyhow::{Context, ensure};
 use hwall_bridge::QuestionServer;
 use hwall_lab::touch_study::people;
-use hwall_lab::touch_study::settings::{OrderKind, ProcedureKind, ProtocolArgs};
+use hwall_lab::touch_study::settings::ProtocolArgs;
 use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::Path;
@@ -18,15 +18,13 @@ fn a_person_judges_three_conditions() -> anyhow::Result<()> {
     let protocol = ProtocolArgs {
         factors: vec!["angle".to_owned()],
         levels: vec!["0,45,90".to_owned()],
-        repeats: 1,
-        order: OrderKind::Random,
-        procedure: ProcedureKind::Magnitude,
-        practice: 1,
-        catch_per_block: 0,
-        break_after: 2,
-        seed: 2,
+        practice: Some(1),
+        catch_per_block: Some(0),
+        break_after: Some(2),
+        seed: Some(2),
+        ..ProtocolArgs::default()
     };
-    let study = people::open(&folder, 1, &protocol)?;
+    let study = people::open(&folder, Some(1), &protocol)?;
     let server = QuestionServer::start(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)), Vec::new())?;
     let url = server.url();
     let visitor = std::thread::spawn(move || Command::new("node").arg(script).arg(url).output());

@@ -238,3 +238,225 @@ fn intervals_of_effect_sizes() {
     assert!(cohen_dz_interval(1.0, 1, 0.95).is_err() && cohen_dz_interval(1.0, 9, 1.0).is_err());
     assert!(EffectSize::of(effect, 0.0).is_err());
 }
+
+#[test]
+fn wide_tables_with_one_factor_take_named_columns() {
+    let columns = Columns::new("who", ["angle"], "y");
+    let read = |text: &str| Study::from_wide_csv_str(text, &columns, "_");
+    let taken = |text: &str| Study::wide_columns(text, &columns, "_").unwrap();
+    let named = "who,age,angle_0,angle_90,speed_0\na,30,1,2,9\nb,31,2,4,9\n";
+    assert_eq!(taken(named), ["angle_0", "angle_90"]);
+    let study = read(named).unwrap();
+    assert_eq!(study.values(), [1.0, 2.0, 2.0, 4.0]);
+    assert_eq!(study.within()[0].levels, ["0", "90"]);
+    let numbers = "who,age,0,90\na,30,1,2\nb,31,2,4\n";
+    assert_eq!(taken(numbers), ["0", "90"]);
+    assert_eq!(read(numbers).unwrap().values(), study.values());
+    let words = "who,low,high\na,1,2\nb,2,4\n";
+    assert_eq!(taken(words), ["low", "high"]);
+    assert_eq!(read(words).unwrap().values(), study.values());
+    let twice = "who,0,0\na,1,2\n";
+    assert!(matches!(
+        read(twice),
+        Err(PsychophysicsError::ColumnTwice { .. })
+    ));
+}
+
+#[test]
+fn errors_of_wide_tables_name_their_own_lines() {
+    let columns = Columns::new("who", ["angle", "speed"], "y");
+    let wide = "who;0_20;0_40;90_20;90_40\na;1;2;3;4\n\nb;1;2;?;5\n";
+    let refused = Study::from_wide_csv_str(wide, &columns, "_");
+    let Err(PsychophysicsError::NotANumber { line, column, text }) = refused else {
+        panic!("{refused:?}");
+    };
+    assert_eq!((line, column.as_str(), text.as_str()), (4, "90_20", "?"));
+    let twice = "who;0_20;0_40;90_20;90_40\na;1;2;3;4\nb;1;2;3;5\na;1;2;3;4\n";
+    let refused = Study::from_wide_csv_str(twice, &columns, "_");
+    let Err(PsychophysicsError::Duplicate {
+        line, first_line, ..
+    }) = refused
+    else {
+        panic!("{refused:?}");
+    };
+    assert_eq!((line, first_line), (4, 2));
+    let short = "who;0_20;0_40;90_20;90_40\na;1;2;3;4\nb;1;2\n";
+    let refused = Study::from_wide_csv_str(short, &columns, "_");
+    assert!(
+        matches!(
+            refused,
+            Err(PsychophysicsError::CellCount {
+                line: 3,
+                got: 3,
+                expected: 5
+            })
+        ),
+        "{refused:?}"
+    );
+}
+
+/// Ends of intervals are finite, or the confidence is refused.
+#[test]
+fn intervals_of_mean_differences_end_somewhere() {
+    for confidence in [0.5, 0.95, 0.999_999, 1.0 - 1e-12] {
+        for pairs in [2, 3, 10, 1000] {
+            for t in [-199.0, -20.0, 0.0, 1.0, 199.0] {
+                let dz = t / (pairs as f64).sqrt();
+                match cohen_dz_interval(dz, pairs, confidence) {
+                    Ok([low, high]) => {
+                        assert!(low.is_finite() && high.is_finite() && low < high);
+                        assert!(low < dz && dz < high, "{dz}: {low} to {high}");
+                    }
+                    Err(error) => assert!(confidence > 0.99, "{dz}, {pairs}: {error}"),
+                }
+            }
+        }
+    }
+    assert!(cohen_dz_interval(100.0, 2, 1.0 - 1e-12).is_err());
+}
+
+/// Probabilities by SciPy 1.17.1 (Boost), intervals from them by bisection; those of t by quadrature over the chi distribution,
+/// as SciPy's own noncentral t is NaN for negative t.
+#[test]
+fn noncentral_distributions_agree_with_scipy() {
+    for (f, df1, df2, lambda, p) in [
+        (3.0, 2.0, 27.0, 5.0, 0.487_380_450_818_184_54),
+        (71.667, 4.0, 96.0, 200.0, 0.954_066_617_909_212_5),
+        (0.437, 16.0, 384.0, 3.0, 0.010_790_420_965_824_5),
+        (15.873, 4.0, 576.0, 40.0, 0.917_710_617_288_643_2),
+        (1.0, 1.0, 10.0, 0.1, 0.636_450_676_133_344_9),
+        (300.0, 4.0, 96.0, 1000.0, 0.858_225_309_935_275_2),
+    ] {
+        let got = noncentral_f_cdf(f, df1, df2, lambda);
+        assert!((got - p).abs() < 1e-10, "{f}: {got}, {p}");
+    }
+    for (t, df, delta, p) in [
+        (2.0, 10.0, 1.5, 0.659_154_072_442_190_9),
+        (-1.0, 24.0, 0.5, 0.070_159_416_841_927_95),
+        (8.0, 24.0, 6.0, 0.897_076_680_066_703_8),
+        (0.3, 1.0, 2.0, 0.041_755_679_956_955_95),
+        (50.0, 9.0, 40.0, 0.762_892_181_742_294_6),
+        (3.0, 99.0, -1.0, 0.999_953_164_833_691_1),
+    ] {
+        let got = noncentral_t_cdf(t, df, delta);
+        assert!((got - p).abs() < 1e-10, "{t}: {got}, {p}");
+    }
+    for (dz, pairs, confidence, ends) in [
+        (
+            0.5,
+            25,
+            0.95,
+            [0.078_918_586_245_187_45, 0.911_871_629_199_830_8],
+        ),
+        (
+            -1.2,
+            10,
+            0.9,
+            [-1.869_263_211_455_792_3, -0.482_781_578_382_833],
+        ),
+        (
+            0.0,
+            12,
+            0.95,
+            [-0.565_792_867_038_089, 0.565_792_867_038_085_7],
+        ),
+        (
+            2.5,
+            25,
+            0.99,
+            [1.456_194_485_230_935_2, 3.568_391_683_798_203],
+        ),
+        (
+            10.0,
+            4,
+            0.95,
+            [2.598_877_696_655_274_7, 17.704_487_714_411_744],
+        ),
+    ] {
+        let got = cohen_dz_interval(dz, pairs, confidence).unwrap();
+        for (got, end) in got.iter().zip(ends) {
+            assert!((got - end).abs() < 1e-8, "{dz}: {got}, {end}");
+        }
+    }
+}
+
+/// Three groups of 7, 5 and 9 subjects, four levels within. Everything but the effect within subjects by pingouin 0.7.0
+/// (`mixed_anova`), which weighs groups by their size there; that effect, of type III, by least squares over orthonormal contrasts
+/// with NumPy 2.4.6.
+#[test]
+fn a_mixed_design_with_unequal_groups_agrees_with_others() {
+    let table = include_str!("data/mixed_unequal.csv");
+    let columns = Columns::new("who", ["dose"], "y").with_between("group");
+    let study = Study::from_csv_str(table, &columns).unwrap();
+    let effects = anova(&study, ErrorModel::Strata).unwrap();
+    let close = |got: f64, want: f64| assert!((got / want - 1.0).abs() < 1e-9, "{got}, {want}");
+    for (name, ss, df1, df2, f, p, p_gg) in [
+        (
+            "group",
+            36.494_132_952_380_944,
+            2,
+            18,
+            8.470_443_381_436_855,
+            0.002_555_331_457_701_234,
+            None,
+        ),
+        (
+            "dose",
+            33.485_189_639_382_84,
+            3,
+            54,
+            25.138_050_026_956_023,
+            2.590_641_344_942_93e-10,
+            None,
+        ),
+        (
+            "group:dose",
+            3.044_200_482_539_679_3,
+            6,
+            54,
+            1.142_673_295_960_115_1,
+            0.350_638_436_753_450_63,
+            Some(0.351_878_607_163_221),
+        ),
+    ] {
+        let effect = effects.iter().find(|e| e.name == name).unwrap();
+        assert_eq!((effect.df1, effect.df2), (df1, df2));
+        close(effect.ss, ss);
+        close(effect.f.finite().unwrap(), f);
+        close(effect.p.unwrap(), p);
+        if let Some(p_gg) = p_gg {
+            close(effect.p_gg.unwrap(), p_gg);
+        }
+        if name != "group" {
+            close(effect.gg.unwrap(), 0.863_732_245_781_977_8);
+            let mauchly = effect.mauchly.unwrap();
+            close(mauchly.w, 0.741_400_472_285_100_5);
+            close(mauchly.p, 0.416_154_176_525_344_75);
+        }
+    }
+    for (f, df1, df2, ends) in [
+        (
+            71.667,
+            4.0,
+            96.0,
+            [0.650_673_371_414_505_1, 0.797_219_545_536_911_1],
+        ),
+        (
+            15.873,
+            4.0,
+            96.0,
+            [0.227_621_817_320_809_4, 0.500_012_265_470_792_2],
+        ),
+        (
+            4.8461,
+            2.0,
+            27.0,
+            [0.009_904_175_851_436_523, 0.463_896_898_268_064_5],
+        ),
+    ] {
+        for (end, p) in ends.iter().zip([0.975, 0.025]) {
+            let lambda = end / (1.0 - end) * (df1 + df2 + 1.0);
+            assert!((noncentral_f_cdf(f, df1, df2, lambda) - p).abs() < 1e-9);
+        }
+    }
+}

@@ -269,3 +269,28 @@ fn intervals_of_thresholds_hold_the_truth() {
     assert!(threshold(&answers, Sigmoid::Logistic, 0.0, 0.95).is_err());
     assert!(threshold(&answers, Sigmoid::Logistic, 1.0, 1.0).is_err());
 }
+
+/// What comes next is known without going through the table again, and copies share it.
+#[test]
+fn the_next_stimulus_is_the_one_that_tells_most() {
+    let mut quest = QuestPlus::new(QuestGrid::over([1.0, 20.0], 20, 0.5)).unwrap();
+    for trial in 0..40 {
+        let expected: Vec<f64> = (0..20).map(|place| quest.expected_entropy(place)).collect();
+        let least = expected.iter().copied().fold(f64::INFINITY, f64::min);
+        let next = quest.next_place();
+        assert_eq!(expected[next], least, "trial {trial}");
+        // By its definition: entropies after either answer, weighted by how likely that is.
+        let after = |right: bool| {
+            let mut copy = quest.clone();
+            copy.answer(next, right).unwrap();
+            copy.estimate(0.95).unwrap().entropy
+        };
+        let [no, yes] = [false, true].map(after);
+        let before = quest.estimate(0.95).unwrap().entropy;
+        assert!(no.min(yes) - 1e-9 <= least && least <= no.max(yes) + 1e-9);
+        assert!(least <= before + 1e-9);
+        quest.answer(next, trial % 4 != 0).unwrap();
+    }
+    let huge = QuestGrid::over([1.0, 2.0], 2000, 0.5);
+    assert!(QuestPlus::new(huge).is_err(), "24 million entries");
+}

@@ -1,5 +1,6 @@
 //! The one error type of the crate.
 
+use crate::protocol::Participants;
 use hwall::numeric::ArgumentError;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -27,6 +28,30 @@ pub enum StudyError {
         /// The folder.
         name: String,
     },
+    /// A new study in a folder that holds something else.
+    #[error("{name} is not empty and holds no study; choose another folder")]
+    NotEmpty {
+        /// The folder.
+        name: String,
+    },
+    /// A log in which another program is writing.
+    #[error("{name} is in use: another run is going on with this study")]
+    InUse {
+        /// The log.
+        name: String,
+    },
+    /// A file that is no log.
+    #[error("{name} is not the log of a study; it was left as it is")]
+    NotALog {
+        /// The file.
+        name: String,
+    },
+    /// A log that was cut before its first line was whole: nothing was recorded, and a new study may begin there.
+    #[error("{name} holds no event: the study was cut before anything was recorded")]
+    NothingRecorded {
+        /// The log.
+        name: String,
+    },
     /// A line of the log that was changed after it was written.
     #[error(
         "line {line} of the log does not match its checksum, but lines follow it: the file was changed"
@@ -34,6 +59,29 @@ pub enum StudyError {
     Changed {
         /// The line, from 1.
         line: usize,
+    },
+    /// The last line of the log, whole with its line feed, but not as it was written. A cut leaves no line feed.
+    #[error(
+        "line {line}, the last of the log, does not match its checksum though it is whole: it was changed, not cut; \
+         the study goes on when that line is removed"
+    )]
+    DamagedEnd {
+        /// The line, from 1.
+        line: usize,
+    },
+    /// An event that would not come back from its line as it was, as one with NaN.
+    #[error("the event {event} cannot be stored: it does not come back as it was written")]
+    NotStorable {
+        /// The kind of event.
+        event: &'static str,
+    },
+    /// A study with people that is to be simulated, or the other way round.
+    #[error("the study is one with {stored}, not with {asked}")]
+    OtherParticipants {
+        /// Who takes part by the log.
+        stored: Participants,
+        /// Who was to take part.
+        asked: Participants,
     },
     /// A log that does not begin with a protocol, or with one of another version.
     #[error("the log holds no study: {why}")]
@@ -54,6 +102,16 @@ pub enum StudyError {
     UnknownFactor {
         /// The factor.
         factor: String,
+    },
+    /// Two factors that set the same quantity.
+    #[error("factors {first:?} and {second:?} both set the {quantity}")]
+    SameQuantity {
+        /// The first of them.
+        first: String,
+        /// The second.
+        second: String,
+        /// What they set.
+        quantity: &'static str,
     },
     /// A level that cannot be presented.
     #[error("level {level:?} of {factor} is not {wanted}")]

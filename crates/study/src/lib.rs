@@ -13,13 +13,13 @@ pub use error::StudyError;
 
 // What is to be done, and in which order.
 pub use protocol::{
-    Planned, PlannedTrial, Procedure, Protocol, StudyFactor, TrialKind, TrialOrder,
+    Participants, Planned, PlannedTrial, Procedure, Protocol, StudyFactor, TrialKind, TrialOrder,
 };
 // What was done: an append-only log, and the study that it holds.
 pub use log::{Durability, Event, EventLog, Recovered};
 pub use run::{
     Adaptive, AdaptiveThreshold, Answer, Ask, NextStep, Presenter, Respondent, Simulation, Study,
-    TrialRecord, conduct, simulate,
+    StudyRecord, TrialRecord, conduct, simulate, simulate_and_tell,
 };
 // Who presents, and who answers.
 pub use participant::{ParticipantConfig, Roughness, SimulatedParticipant, promised_power};

@@ -1,8 +1,8 @@
 //! The log survives every cut, and finds every change.
 
 use hwall_study::{
-    Answer, Durability, Event, EventLog, NextStep, Presentation, Procedure, Protocol, Rendered,
-    Study, StudyError, StudyFactor, TrialRecord,
+    Answer, Durability, Event, EventLog, NextStep, Participants, Presentation, Procedure, Protocol,
+    Rendered, Study, StudyError, StudyFactor, TrialRecord,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -72,7 +72,8 @@ fn whole(name: &str, subjects: usize) -> (Vec<TrialRecord>, Vec<u8>) {
         subjects,
         ..protocol()
     };
-    let mut study = Study::create(&folder, protocol, Durability::System).unwrap();
+    let mut study =
+        Study::create(&folder, protocol, Participants::People, Durability::System).unwrap();
     run(&mut study, usize::MAX);
     let bytes = fs::read(Study::log_path(&folder)).unwrap();
     (study.trials().to_vec(), bytes)
@@ -89,12 +90,21 @@ fn a_cut_at_any_byte_resumes_to_the_same_study() {
     for cut in 0..=bytes.len() {
         fs::write(&path, &bytes[..cut]).unwrap();
         let resumed = Study::resume(&folder, Durability::System);
-        if cut < first {
-            // Without its protocol there is no study, and nothing had been done.
-            assert!(matches!(resumed, Err(StudyError::NoStudy { .. })), "{cut}");
-            continue;
-        }
-        let mut study = resumed.unwrap_or_else(|error| panic!("cut at {cut}: {error}"));
+        let mut study = if cut < first {
+            // Without its protocol there is no study, and nothing had been done: it begins anew in the same folder.
+            assert!(
+                matches!(resumed, Err(StudyError::NothingRecorded { .. })),
+                "{cut}: {resumed:?}"
+            );
+            let protocol = Protocol {
+                subjects: 1,
+                ..protocol()
+            };
+            Study::create(&folder, protocol, Participants::People, Durability::System)
+                .unwrap_or_else(|error| panic!("cut at {cut}: {error}"))
+        } else {
+            resumed.unwrap_or_else(|error| panic!("cut at {cut}: {error}"))
+        };
         // Whole lines are never lost: what was answered by then is still there.
         let answered = |b: &[u8]| {
             b.split_inclusive(|b| *b == b'\n')
@@ -110,8 +120,9 @@ fn a_cut_at_any_byte_resumes_to_the_same_study() {
         // And the log that went on is a log.
         let (_, recovered) = EventLog::open(&path, Durability::System).unwrap();
         assert_eq!(recovered.dropped_bytes, 0);
-        let (_, again) = Study::records(&recovered.events).unwrap();
-        assert_eq!(again, expected);
+        let again = Study::record_of(&recovered.events).unwrap();
+        assert_eq!(again.trials, expected);
+        assert!(again.done);
     }
     assert!(lost.iter().all(|lost| *lost == 0));
     println!("{} cuts", lost.len());
@@ -132,14 +143,23 @@ fn every_changed_byte_is_found() {
         spoilt[place] ^= 1 << (place % 8);
         fs::write(&path, &spoilt).unwrap();
         let opened = EventLog::open(&path, Durability::System);
-        if place < last_line {
+        if place + 1 < last_line {
             assert!(
                 matches!(opened, Err(StudyError::Changed { .. })),
-                "byte {place}"
+                "byte {place}: {opened:?}"
             );
-        } else if let Ok((_, recovered)) = opened {
-            // Like a line that was cut: dropped, never believed.
-            assert!(recovered.dropped_bytes > 0, "byte {place}");
+        } else if place + 1 < bytes.len() {
+            // Whole, but not as it was written: no cut. Without the line feed before it, it is longer.
+            assert!(
+                matches!(opened, Err(StudyError::DamagedEnd { .. })),
+                "byte {place}: {opened:?}"
+            );
+        } else {
+            // Without its line feed it is a line that was cut.
+            assert!(opened.unwrap().1.dropped_bytes > 0);
+        }
+        if place + 1 < bytes.len() {
+            assert_eq!(fs::read(&path).unwrap(), spoilt, "byte {place}");
         }
     }
     // Lines that are left out, doubled or exchanged.
@@ -165,7 +185,8 @@ fn every_changed_byte_is_found() {
 fn a_study_is_stopped_and_resumed_at_every_step() {
     let (expected, _) = whole("steps", 2);
     let folder = folder("stops");
-    let mut study = Study::create(&folder, protocol(), Durability::Disk).unwrap();
+    let mut study =
+        Study::create(&folder, protocol(), Participants::People, Durability::Disk).unwrap();
     while run(&mut study, 1) == 1 {
         drop(study);
         study = Study::resume(&folder, Durability::Disk).unwrap();
@@ -175,14 +196,21 @@ fn a_study_is_stopped_and_resumed_at_every_step() {
         }
     }
     assert_eq!(study.trials(), expected);
-    let again = Study::create(&folder, protocol(), Durability::Disk);
+    drop(study);
+    let again = Study::create(&folder, protocol(), Participants::People, Durability::Disk);
     assert!(matches!(again, Err(StudyError::Exists { .. })));
 }
 
 #[test]
 fn spoilt_trials_come_again_at_the_end_of_their_block() {
     let folder = folder("spoilt");
-    let mut study = Study::create(&folder, protocol(), Durability::System).unwrap();
+    let mut study = Study::create(
+        &folder,
+        protocol(),
+        Participants::People,
+        Durability::System,
+    )
+    .unwrap();
     run(&mut study, 2);
     let NextStep::Present { trial, .. } = study.next_step() else {
         panic!("a trial comes after the practice");
@@ -224,7 +252,13 @@ fn spoilt_trials_come_again_at_the_end_of_their_block() {
 #[test]
 fn what_is_not_due_is_refused() {
     let folder = folder("refused");
-    let mut study = Study::create(&folder, protocol(), Durability::System).unwrap();
+    let mut study = Study::create(
+        &folder,
+        protocol(),
+        Participants::People,
+        Durability::System,
+    )
+    .unwrap();
     let answer = |value: f64| Answer {
         value,
         answered_s: 1.0,
@@ -261,6 +295,15 @@ fn what_is_not_due_is_refused() {
             StudyFactor::new("angle", ["0", "1"]),
             StudyFactor::new("angle", ["0", "1"]),
         ],
+        vec![
+            StudyFactor::new("angle", ["0", "1"]),
+            StudyFactor::new("orientation_deg", ["0", "90"]),
+        ],
+        vec![
+            StudyFactor::new("speed", ["20", "40"]),
+            StudyFactor::new("velocity", ["20", "40"]),
+        ],
+        vec![StudyFactor::new("angle", ["0", "0.0"])],
     ] {
         let protocol = Protocol {
             factors,
@@ -268,7 +311,13 @@ fn what_is_not_due_is_refused() {
         };
         let path = folder.join("other");
         assert!(
-            Study::create(&path, protocol.clone(), Durability::System).is_err(),
+            Study::create(
+                &path,
+                protocol.clone(),
+                Participants::People,
+                Durability::System
+            )
+            .is_err(),
             "{:?}",
             protocol.factors
         );
@@ -286,4 +335,227 @@ fn what_is_not_due_is_refused() {
         Study::resume(&folder.join("foreign"), Durability::System),
         Err(StudyError::NoStudy { .. })
     ));
+}
+
+#[test]
+fn a_second_run_is_refused_while_the_first_goes_on() {
+    let folder = folder("lock");
+    let mut study =
+        Study::create(&folder, protocol(), Participants::People, Durability::Disk).unwrap();
+    run(&mut study, 2);
+    for _ in 0..2 {
+        let second = Study::resume(&folder, Durability::Disk);
+        assert!(
+            matches!(second, Err(StudyError::InUse { .. })),
+            "{second:?}"
+        );
+        let new = Study::create(&folder, protocol(), Participants::People, Durability::Disk);
+        assert!(matches!(new, Err(StudyError::InUse { .. })), "{new:?}");
+    }
+    // Whoever only looks may.
+    assert_eq!(Study::read(&folder).unwrap(), study.record());
+    let before = study.trials().to_vec();
+    drop(study);
+    let again = Study::resume(&folder, Durability::Disk).unwrap();
+    assert_eq!(again.trials(), before);
+}
+
+#[test]
+fn what_is_no_log_is_left_as_it_is() {
+    let folder = folder("foreign-file");
+    let path = Study::log_path(&folder);
+    for bytes in [
+        b"notes of a study".to_vec(),
+        b"subject,answer\nS01,3\n".to_vec(),
+        b"0badcafe {\"event\":\"other\"".to_vec(),
+        vec![0xff; 40],
+    ] {
+        fs::write(&path, &bytes).unwrap();
+        let opened = EventLog::open(&path, Durability::System);
+        assert!(
+            matches!(opened, Err(StudyError::NotALog { .. })),
+            "{opened:?}"
+        );
+        let created = Study::create(
+            &folder,
+            protocol(),
+            Participants::People,
+            Durability::System,
+        );
+        assert!(
+            matches!(created, Err(StudyError::NotALog { .. })),
+            "{created:?}"
+        );
+        assert_eq!(fs::read(&path).unwrap(), bytes);
+    }
+    fs::remove_file(&path).unwrap();
+    fs::write(folder.join("holiday.jpg"), b"x").unwrap();
+    let created = Study::create(
+        &folder,
+        protocol(),
+        Participants::People,
+        Durability::System,
+    );
+    assert!(
+        matches!(created, Err(StudyError::NotEmpty { .. })),
+        "{created:?}"
+    );
+    assert!(!path.exists());
+}
+
+#[test]
+fn what_would_not_come_back_is_not_written() {
+    let folder = folder("nan");
+    let path = Study::log_path(&folder);
+    let mut study = Study::create(
+        &folder,
+        protocol(),
+        Participants::People,
+        Durability::System,
+    )
+    .unwrap();
+    let before = fs::read(&path).unwrap();
+    let with = |change: &dyn Fn(&mut Rendered)| {
+        let mut shown = shown(0.0);
+        change(&mut shown.rendered);
+        shown
+    };
+    for wrong in [
+        with(&|r| r.contact_s = f64::NAN),
+        with(&|r| r.contact_s = -1.0),
+        with(&|r| r.force_n = Some(f64::NAN)),
+        with(&|r| r.angle_deg = Some(f64::INFINITY)),
+        with(&|r| r.angle_deg = Some(91.0)),
+        with(&|r| r.moved = Some(f64::NEG_INFINITY)),
+        Presentation {
+            reference: Some(Rendered {
+                speed_mm_per_s: Some(f64::NAN),
+                ..Rendered::default()
+            }),
+            ..shown(0.0)
+        },
+    ] {
+        let refused = study.presented(&wrong);
+        assert!(
+            matches!(refused, Err(StudyError::Argument(_))),
+            "{refused:?}"
+        );
+    }
+    assert_eq!(fs::read(&path).unwrap(), before);
+    // Every number comes back bit by bit.
+    study
+        .presented(&with(&|r| r.force_n = Some(0.1 + 0.2)))
+        .unwrap();
+    let value = 1e-9 * (1.0 + f64::EPSILON);
+    let answered_s = 2.0 / 3.0;
+    study.answered(Answer { value, answered_s }).unwrap();
+    assert_eq!(Study::read(&folder).unwrap(), study.record());
+    assert_eq!(study.trials()[0].answer, Some(value));
+    // The log itself takes no such event either.
+    let path = folder.join("other.log");
+    let mut log = EventLog::create(&path, Durability::System).unwrap();
+    for answer in [Some(f64::NAN), Some(1.0)] {
+        let event = Event::Answered {
+            subject: 0,
+            trial: 1,
+            answer,
+            answered_s: f64::NAN,
+            why_not: None,
+        };
+        let refused = log.append(&event);
+        assert_eq!(refused, Err(StudyError::NotStorable { event: "answered" }));
+    }
+    log.append(&Event::Rested { subject: 0 }).unwrap();
+    drop(log);
+    let (_, found) = EventLog::open(&path, Durability::System).unwrap();
+    assert_eq!(found.events, [Event::Rested { subject: 0 }]);
+}
+
+#[test]
+fn a_refused_event_never_is_in_the_log() {
+    let folder = folder("order");
+    let path = Study::log_path(&folder);
+    let mut study = Study::create(
+        &folder,
+        protocol(),
+        Participants::People,
+        Durability::System,
+    )
+    .unwrap();
+    run(&mut study, 1);
+    let before = fs::read(&path).unwrap();
+    let answer = |value: f64| Answer {
+        value,
+        answered_s: 1.0,
+    };
+    assert!(study.answered(answer(-3.0)).is_err());
+    assert!(study.answered(answer(f64::NAN)).is_err());
+    assert!(study.presented(&shown(0.0)).is_err());
+    assert!(study.rested().is_err());
+    assert_eq!(fs::read(&path).unwrap(), before);
+    let record = Study::read(&folder).unwrap();
+    assert_eq!(record.trials, study.trials());
+}
+
+#[test]
+fn people_and_simulated_participants_do_not_mix() {
+    let once = Participants::Simulated {
+        once_per_condition: true,
+    };
+    let folder = folder("who");
+    let study = Study::create(&folder, protocol(), once, Durability::System).unwrap();
+    drop(study);
+    let mut study = Study::resume(&folder, Durability::System).unwrap();
+    assert_eq!(study.participants(), once);
+    struct Nobody;
+    impl hwall_study::Presenter for Nobody {
+        fn present(&mut self, _: &hwall_study::Stimulus, _: u64) -> Result<Rendered, StudyError> {
+            Ok(Rendered::default())
+        }
+    }
+    impl hwall_study::Respondent for Nobody {
+        fn tell(&mut self, _: &str) -> Result<(), StudyError> {
+            Ok(())
+        }
+        fn ask(&mut self, _: &str, _: hwall_study::Ask) -> Result<Option<Answer>, StudyError> {
+            Ok(None)
+        }
+    }
+    let refused = hwall_study::conduct(&mut study, &mut Nobody, &mut Nobody);
+    let people = StudyError::OtherParticipants {
+        stored: once,
+        asked: Participants::People,
+    };
+    assert_eq!(refused, Err(people));
+    assert!(study.trials().is_empty());
+}
+
+#[test]
+fn a_new_study_makes_all_its_folders() {
+    let folder = folder("deep").join("a/b/c");
+    let study = Study::create(&folder, protocol(), Participants::People, Durability::Disk);
+    assert!(study.is_ok(), "{study:?}");
+    assert!(Study::log_path(&folder).exists());
+}
+
+/// The plan of one subject does not take longer with more subjects; a study of the largest size begins at once.
+#[test]
+fn plans_are_those_of_the_whole_schedule() {
+    for order in [
+        hwall_study::TrialOrder::Random,
+        hwall_study::TrialOrder::Latin,
+    ] {
+        let of = |subjects| Protocol {
+            subjects,
+            order,
+            ..protocol()
+        };
+        for subject in 0..3 {
+            assert_eq!(
+                of(3).plan(subject).unwrap(),
+                of(1000).plan(subject).unwrap()
+            );
+        }
+        assert!(of(3).plan(3).unwrap().is_empty());
+    }
 }

@@ -2,12 +2,17 @@
 
 use hwall::psychophysics::ErrorModel;
 use hwall_study::{
-    Adaptive, AdaptiveThreshold, Durability, Fault, ParticipantConfig, Procedure, Protocol,
-    Roughness, SimulatedStage, Simulation, Stimulus, Study, StudyFactor, StudyReport, Surface,
-    promised_power, simulate, write_attempts, write_trials,
+    Adaptive, AdaptiveThreshold, Durability, Fault, ParticipantConfig, Participants, Procedure,
+    Protocol, Roughness, SimulatedStage, Simulation, Stimulus, Study, StudyFactor, StudyReport,
+    Surface, promised_power, simulate, write_attempts, write_trials,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Each condition once.
+const ONCE: Participants = Participants::Simulated {
+    once_per_condition: true,
+};
 
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("study-run-{name}"));
@@ -54,7 +59,7 @@ fn what_is_rendered_is_what_was_wanted() {
                 assert!(shown.contact_s > 0.5);
                 // A door gives way while its texture moves.
                 if surface == Surface::Door {
-                    assert!(shown.moved.unwrap().abs() > 0.01);
+                    assert!(shown.moved.unwrap().abs() > 0.003);
                 }
                 // A panel goes along with the finger.
                 if surface == Surface::Panel {
@@ -85,7 +90,7 @@ fn a_killed_study_resumes_to_the_same_tables() {
     };
     let whole = {
         let mut study =
-            Study::create(&folder("whole"), protocol(3, 5), Durability::System).unwrap();
+            Study::create(&folder("whole"), protocol(3, 5), ONCE, Durability::System).unwrap();
         let presented = simulate(&mut study, &stage, &simulation).unwrap();
         assert_eq!(presented, 3 * 8);
         tables(&study)
@@ -95,7 +100,7 @@ fn a_killed_study_resumes_to_the_same_tables() {
         kill_after: Some(5),
         ..simulation.clone()
     };
-    let mut study = Study::create(&folder, protocol(3, 5), Durability::System).unwrap();
+    let mut study = Study::create(&folder, protocol(3, 5), ONCE, Durability::System).unwrap();
     while simulate(&mut study, &stage, &killed).unwrap() == 5 {
         drop(study);
         study = Study::resume(&folder, Durability::System).unwrap();
@@ -138,9 +143,9 @@ fn planted_effects_come_back() {
     for seed in 0..SEEDS {
         let folder = folder(&format!("seed-{seed}"));
         let mut study =
-            Study::create(&folder, protocol(SUBJECTS, seed), Durability::System).unwrap();
+            Study::create(&folder, protocol(SUBJECTS, seed), ONCE, Durability::System).unwrap();
         simulate(&mut study, &stage, &simulation).unwrap();
-        let report = StudyReport::of(study.protocol(), study.trials()).unwrap();
+        let report = StudyReport::of(&study.record()).unwrap();
         let analysis = report.analysis.as_ref().unwrap();
         for (count, effect) in found.iter_mut().zip(["angle", "speed"]) {
             let effect = analysis
@@ -159,7 +164,9 @@ fn planted_effects_come_back() {
         );
         ordered += usize::from(right);
         let text = report.to_markdown(&[("means.svg", "Means")]);
-        assert!(text.contains("12 subjects met 6 conditions") && text.contains("(means.svg)"));
+        assert!(
+            text.contains("12 simulated subjects met 6 conditions") && text.contains("(means.svg)")
+        );
     }
     let promised = promised_power(&protocol(SUBJECTS, 1), &participants, 2000).unwrap();
     for (effect, found) in promised.iter().zip(found) {
@@ -191,6 +198,7 @@ fn other_procedures_run_to_their_end() {
         let mut study = Study::create(
             &folder(&format!("{procedure:?}").replace(' ', "")),
             protocol,
+            ONCE,
             Durability::System,
         )
         .unwrap();
@@ -244,7 +252,7 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
             ..Protocol::default()
         };
         let folder = folder(&format!("threshold-{procedure:?}"));
-        let mut study = Study::create(&folder, protocol.clone(), Durability::System).unwrap();
+        let mut study = Study::create(&folder, protocol.clone(), ONCE, Durability::System).unwrap();
         // Stopped and resumed on the way, as trials depend on the answers before them.
         let killed = Simulation {
             kill_after: Some(100),
@@ -254,9 +262,7 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
             drop(study);
             study = Study::resume(&folder, Durability::System).unwrap();
         }
-        let text = StudyReport::of(&protocol, study.trials())
-            .unwrap()
-            .to_markdown(&[]);
+        let text = StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
         // The interval of the Weber fraction holds the planted one: three quarters at 0.6745 standard deviations.
         let after = text.split("Weber fraction ").nth(1).unwrap();
         let numbers = after.split(|c: char| !c.is_ascii_digit() && c != '.');
@@ -325,9 +331,9 @@ fn the_study_of_the_dissertation_comes_back() {
             ..Protocol::default()
         };
         let folder = folder(&format!("dissertation-{seed}"));
-        let mut study = Study::create(&folder, protocol, Durability::System).unwrap();
+        let mut study = Study::create(&folder, protocol, ONCE, Durability::System).unwrap();
         simulate(&mut study, &stage, &simulation).unwrap();
-        let report = StudyReport::of(study.protocol(), study.trials()).unwrap();
+        let report = StudyReport::of(&study.record()).unwrap();
         let analysis = report.analysis.as_ref().unwrap();
         let f = |name: &str, errors| {
             let effect = analysis
@@ -396,10 +402,10 @@ fn studies_find_a_weak_effect_as_often_as_promised() {
     let mut found = 0;
     for seed in 0..SEEDS {
         let folder = folder(&format!("weak-{seed}"));
-        let mut study = Study::create(&folder, protocol(12, seed), Durability::System).unwrap();
+        let mut study =
+            Study::create(&folder, protocol(12, seed), ONCE, Durability::System).unwrap();
         simulate(&mut study, &stage, &simulation).unwrap();
-        let report = StudyReport::of(study.protocol(), study.trials()).unwrap();
-        let analysis = report.analysis.unwrap();
+        let analysis = StudyReport::of(&study.record()).unwrap().analysis.unwrap();
         let effect = analysis
             .effects
             .iter()
@@ -413,4 +419,182 @@ fn studies_find_a_weak_effect_as_often_as_promised() {
         (share - power).abs() <= 2.6 * (power * (1.0 - power) / n).sqrt(),
         "{found}"
     );
+}
+
+/// A door that ran ahead of the finger was not felt long enough: more than a third of such trials were spoilt.
+#[test]
+fn doors_stay_under_the_finger() {
+    let stage = SimulatedStage::new().unwrap();
+    for seed in 0..12 {
+        let stimulus = Stimulus {
+            surface: Surface::Door,
+            angle_deg: if seed % 2 == 0 { 0.0 } else { 90.0 },
+            speed_mm_per_s: 40.0,
+        };
+        let shown = stage.present(&stimulus, seed).unwrap();
+        assert_eq!(shown.fault, Fault::None, "seed {seed}: {shown:?}");
+        let (force_n, moved) = (shown.force_n.unwrap(), shown.moved.unwrap());
+        assert!(force_n > 1.0 && moved.abs() > 0.002, "{seed}: {shown:?}");
+    }
+}
+
+/// Whoever takes part, and however wildly, gives an answer that the procedure has.
+#[test]
+fn answers_of_extreme_participants_are_answers() {
+    use hwall_study::{PlannedTrial, Presentation, Rendered, SimulatedParticipant, TrialKind};
+    let rendered = Rendered {
+        angle_deg: Some(90.0),
+        speed_mm_per_s: Some(80.0),
+        force_n: Some(1e-3),
+        contact_s: 0.7,
+        ..Rendered::default()
+    };
+    let shown = Presentation {
+        rendered,
+        reference: Some(rendered),
+    };
+    for (modulus_sd, noise_sd, force_exponent) in [
+        (0.0, 0.0, 0.0),
+        (10.0, 10.0, 0.1),
+        (10.0, 10.0, 1e3),
+        (10.0, 0.0, -1e3),
+    ] {
+        let config = ParticipantConfig {
+            modulus_sd,
+            noise_sd,
+            roughness: Roughness {
+                force_exponent,
+                ..Roughness::default()
+            },
+            ..ParticipantConfig::default()
+        };
+        for procedure in [
+            Procedure::Magnitude,
+            Procedure::Likert { points: 7 },
+            Procedure::TwoIntervals,
+        ] {
+            for number in 0..200 {
+                let who = SimulatedParticipant::new(&config, 3, number).unwrap();
+                let trial = PlannedTrial {
+                    number: number + 1,
+                    block: 1,
+                    kind: TrialKind::Main,
+                    condition: 0,
+                    second: number % 2 == 0,
+                };
+                let (answer, took_s) = who.answer(procedure, &trial, &shown).unwrap();
+                assert!(procedure.check(answer).is_ok(), "{procedure:?}: {answer}");
+                assert!((0.1..20.0).contains(&took_s), "{took_s}");
+            }
+        }
+    }
+    let wild = Roughness {
+        per_100_mm_per_s: 1e300,
+        ..Roughness::default()
+    };
+    assert!(wild.validate().is_err());
+}
+
+/// The methods are told from what was done, zero counts and what is missing included.
+#[test]
+fn the_methods_are_told_from_the_log() {
+    let folder = folder("methods");
+    let plain = Protocol {
+        factors: vec![StudyFactor::new("angle", ["0", "90"])],
+        subjects: 3,
+        practice: 0,
+        catch_per_block: 0,
+        break_after: 0,
+        most_attempts: 2,
+        ..Protocol::default()
+    };
+    let people = Participants::People;
+    let mut study = Study::create(&folder, plain, people, Durability::System).unwrap();
+    let said = |study: &Study| StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
+    let text = said(&study);
+    for part in [
+        "0 subjects of 3 met 2 conditions",
+        "There was no practice.",
+        "No condition was asked again right away.",
+        "There were no breaks.",
+        "No trial was spoilt.",
+        "It is not finished.",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(!text.contains(" 0 practice") && !text.contains("1 blocks"));
+    // The second subject fails twice at one condition.
+    let mut answer = 0.0;
+    loop {
+        match study.next_step() {
+            hwall_study::NextStep::Present { subject, trial, .. } => {
+                let mut shown = hwall_study::Presentation {
+                    rendered: hwall_study::Rendered {
+                        angle_deg: Some(0.0),
+                        speed_mm_per_s: Some(40.0),
+                        force_n: Some(7.0),
+                        contact_s: 0.7,
+                        ..hwall_study::Rendered::default()
+                    },
+                    reference: None,
+                };
+                if subject == 1 && trial.condition == 0 {
+                    shown.rendered.fault = Fault::Late;
+                }
+                study.presented(&shown).unwrap();
+            }
+            hwall_study::NextStep::Answer { .. } => {
+                answer += 1.5;
+                let answered_s = 1.0;
+                let value = answer;
+                study
+                    .answered(hwall_study::Answer { value, answered_s })
+                    .unwrap();
+            }
+            _ => break,
+        }
+    }
+    let text = said(&study);
+    for part in [
+        "3 subjects met 2 conditions",
+        "A trial was spoilt 2 times and came again at the end of its block; 1 trial was left out after 2 attempts.",
+        "S02 is left out of the analysis: no valid answer for angle=0",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(!text.contains("not finished"));
+}
+
+/// A catch trial repeats what the rule placed before it.
+#[test]
+fn catch_trials_follow_the_rule() {
+    let stage = SimulatedStage::new().unwrap();
+    let simulation = Simulation {
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    for procedure in [Procedure::Staircase, Procedure::Quest] {
+        let protocol = Protocol {
+            factors: vec![StudyFactor::new("speed", ["20", "40", "60", "80"])],
+            subjects: 2,
+            repeats: 3,
+            catch_per_block: 2,
+            procedure,
+            ..Protocol::default()
+        };
+        let folder = folder(&format!("catch-{procedure:?}"));
+        let mut study = Study::create(&folder, protocol, ONCE, Durability::System).unwrap();
+        simulate(&mut study, &stage, &simulation).unwrap();
+        let mut catches = 0;
+        for pair in study.trials().windows(2) {
+            if pair[1].trial.kind == hwall_study::TrialKind::Catch {
+                assert_eq!(pair[1].trial.condition, pair[0].trial.condition);
+                catches += 1;
+            }
+        }
+        assert_eq!(catches, 2 * 3 * 2);
+        let text = StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
+        assert!(text.contains("were judged the same way twice"), "{text}");
+        assert!(text.contains("placed by"), "{text}");
+    }
 }

@@ -194,6 +194,14 @@ pub enum TextonError {
         /// The largest ratio that is possible.
         nearest: f64,
     },
+    /// Levels that lie within what textures reach, but in gaps of what is predicted, or whose errors are not known.
+    #[error(
+        "no texture within the limits has all of the {asked} levels: they lie in gaps of what is predicted"
+    )]
+    NoSuchLevels {
+        /// Levels wanted.
+        asked: usize,
+    },
     /// A magnitude that no texture within the limits presents together with the others.
     #[error("magnitude {wanted:.4} is out of reach, the nearest that is possible is {nearest:.4}")]
     MagnitudeOutOfReach {

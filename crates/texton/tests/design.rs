@@ -264,3 +264,114 @@ fn hostile_numbers_are_refused_by_name() {
         Err(TextonError::RatioTooWide { nearest: 1.0, .. })
     ));
 }
+
+/// A model that jumps, or says nothing, within a part of the speeds.
+struct Gap {
+    silent: bool,
+}
+
+impl RoughnessModel for Gap {
+    fn info(&self) -> &'static hwall_texton::ModelInfo {
+        TemporalFrequency.info()
+    }
+
+    fn predict(
+        &self,
+        texture: &Texture,
+        scan: hwall_texton::ScanAngle,
+        speed_mm_per_s: f64,
+    ) -> Result<hwall_texton::Prediction, TextonError> {
+        let flat = scan.deg() < 44.0;
+        if self.silent && flat && (30.5..31.5).contains(&speed_mm_per_s) {
+            return GrooveRidge.predict(texture, scan, f64::NAN);
+        }
+        let speed = match !self.silent && flat && speed_mm_per_s > 31.0 {
+            true => speed_mm_per_s + 40.0,
+            false => speed_mm_per_s,
+        };
+        TemporalFrequency.predict(texture, scan, speed)
+    }
+}
+
+#[test]
+fn a_bracket_with_a_gap_is_not_the_end() {
+    for silent in [false, true] {
+        let model = Gap { silent };
+        let request = DesignRequest::of_ratios(vec![1.0, 2.0, 4.0], &model, PrintProcess::Sla);
+        let candidates = design(&request).unwrap();
+        assert!(!candidates.is_empty());
+        for c in &candidates {
+            assert!(round_trip(c, &model, 1.0) < 4e-9);
+        }
+    }
+}
+
+#[test]
+fn the_best_of_every_path_is_kept_where_there_is_room() {
+    let model = Vibration::default();
+    let of = |most_candidates| {
+        let request = DesignRequest {
+            most_candidates,
+            ..DesignRequest::of_ratios(vec![1.0, 1.5], &model, PrintProcess::Fdm)
+        };
+        design(&request).unwrap()
+    };
+    let all = of(1000);
+    let first = |path| all.iter().find(|c| c.path == path).unwrap();
+    for most in 1..20 {
+        let kept = of(most);
+        assert_eq!(kept.len(), most.min(all.len()));
+        assert_eq!(kept[0], all[0], "the best of all is among {most}");
+        if most >= 3 {
+            for path in [LevelPath::Speed, LevelPath::Angle, LevelPath::Both] {
+                assert!(kept.contains(first(path)), "{path:?} among {most}");
+            }
+        }
+    }
+}
+
+#[test]
+fn ratios_are_never_widened() {
+    // Predictions of nothing but a single value, and of nothing at all.
+    struct Nothing;
+    impl RoughnessModel for Nothing {
+        fn info(&self) -> &'static hwall_texton::ModelInfo {
+            TemporalFrequency.info()
+        }
+        fn predict(
+            &self,
+            texture: &Texture,
+            scan: hwall_texton::ScanAngle,
+            speed_mm_per_s: f64,
+        ) -> Result<hwall_texton::Prediction, TextonError> {
+            // Two islands, far apart: the ratio is reached, levels between are not.
+            let speed = match speed_mm_per_s < 40.0 {
+                true => 1.0,
+                false => 1000.0,
+            };
+            let scan_at = hwall_texton::ScanAngle::from_deg(0.0 * scan.deg())?;
+            TemporalFrequency.predict(texture, scan_at, speed)
+        }
+    }
+    let mut request = DesignRequest::of_ratios(vec![1.0, 2.0, 3.0], &Nothing, PrintProcess::Sla);
+    for compression in [Compression::Refuse, Compression::Allow] {
+        request.compression = compression;
+        let refused = design(&request);
+        assert!(
+            matches!(refused, Err(TextonError::NoSuchLevels { asked: 3 })),
+            "{refused:?}"
+        );
+    }
+}
+
+#[test]
+fn an_error_that_is_not_known_is_not_zero() {
+    // Gaps of 0.2 mm and a tolerance of 0.6 mm: bumps may run into each other, and thinner ones still be predicted.
+    let model = Vibration::default();
+    let mut request = DesignRequest::of_ratios(vec![1.0, 2.0], &model, PrintProcess::PolyJet);
+    request.printer.least_gap_mm = 0.2;
+    request.printer.tolerance_mm = 0.6;
+    for c in design(&request).unwrap() {
+        assert!(c.worst_error_jnd > 0.0 && c.worst_error_jnd.is_finite());
+    }
+}

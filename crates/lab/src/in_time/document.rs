@@ -45,7 +45,9 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
             number(s.gap_median_m, 1e3, 2),
             number(s.gap_p90_m, 1e3, 1),
             number(s.felt_median_s, 1e3, 0),
-            number(s.reversals_median, 1.0, 0),
+            // A median of whole numbers: halves are not rounded away.
+            s.reversals_median
+                .map_or("none".to_owned(), |median| median.to_string()),
             number(s.in_vain_per_touch, 1.0, 2),
             number(s.step_p99_us, 1.0, 1),
         ];

@@ -34,7 +34,8 @@ pub struct Args {
     /// Columns that number repeated trials, which are averaged: a,b
     #[arg(long, value_delimiter = ',')]
     round: Vec<String>,
-    /// The table is wide, one row a subject: columns of answers are named by levels joined by this text, such as 0_20
+    /// The table is wide, one row a subject: columns of answers are named by levels joined by this text, such as 0_20; with one
+    /// factor by the factor and a level, such as angle_0, or by numbers. Those that are taken are named
     #[arg(long, value_name = "JOINT", conflicts_with = "round")]
     wide: Option<String>,
     /// What is done about missing answers
@@ -149,6 +150,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let study = match &args.wide {
         Some(joint) => {
             let table = fs::read_to_string(&args.table).with_context(name)?;
+            let taken = Study::wide_columns(&table, &columns, joint).with_context(name)?;
+            eprintln!("columns of answers: {}", taken.join(", "));
             Study::from_wide_csv_str(&table, &columns, joint)
         }
         None => Study::read_csv(fs::File::open(&args.table).with_context(name)?, &columns),

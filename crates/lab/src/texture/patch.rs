@@ -154,6 +154,15 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
     if findings.iter().any(|f| matches!(f, Finding::Tile { .. })) {
         writeln!(out, "  --tile-mm cuts the patch into smaller tiles")?;
     }
+    if let Some(printer) = request.wanted.printer {
+        let lacks = printer.lacks(&texture);
+        let kind = if lacks.is_empty() { "can" } else { "cannot" };
+        let name = format!("{printer:?}").to_lowercase();
+        writeln!(out, "\n{name} {kind} print these bumps")?;
+        for lack in &lacks {
+            writeln!(out, "  {lack}")?;
+        }
+    }
     writeln!(out, "\n{}", encounters(&texture)?)?;
     if let Some(folder) = &request.figures {
         let (plan, spacing) = (folder.join(FIGURES[0]), folder.join(FIGURES[1]));
@@ -266,12 +275,13 @@ fn patch(request: &Request, texture: Texture) -> anyhow::Result<Patch> {
 fn describe(patch: &Patch, out: &mut impl Write) -> anyhow::Result<()> {
     let texture = patch.texture();
     let [a, b] = texture.texton().radii().to_array();
-    let [long, short] = texture.layout().pitch_mm();
+    // Pitches of a design have more digits than anybody needs.
+    let [long, short] = texture.layout().pitch_mm().map(|p| (1e4 * p).round() / 1e4);
     let [x, y] = patch.spec().size_mm;
     writeln!(
         out,
         "patch {x} x {y} mm on a plate of {} mm: {} bumps of {a} x {b} mm radius, {} mm high, pitch {long} x \
-         {short:.4} mm, gap {:.3} mm, {:.1} % covered",
+         {short} mm, gap {:.3} mm, {:.1} % covered",
         patch.spec().plate_mm,
         patch.counts().placed,
         texture.texton().height_mm(),
@@ -380,7 +390,7 @@ mod tests {
             wanted: WantedArgs {
                 levels: Vec::new(),
                 for_scene: None,
-                printer: PrinterKind::Sla,
+                printer: Some(PrinterKind::Sla),
                 model: ModelKind::Vibration,
                 table: None,
                 weber: 0.1,

@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use hwall_scene::Scene;
 use hwall_testkit::MarkdownTable;
 use hwall_texton::{
-    Calibration, Compression, DesignCandidate, DesignRequest, LevelPath, MagnitudeScale,
+    Calibration, Compression, DesignCandidate, DesignRequest, GivenUp, LevelPath, MagnitudeScale,
     PrintProcess, RoughnessModel, RoughnessSource, TemporalFrequency, Texture, Vibration, Wanted,
     design,
 };
@@ -21,6 +21,40 @@ pub enum PrinterKind {
     Sla,
     /// Drops of resin
     Polyjet,
+}
+
+impl PrinterKind {
+    /// The process of which it is one.
+    #[must_use]
+    pub const fn process(self) -> PrintProcess {
+        match self {
+            Self::Fdm => PrintProcess::Fdm,
+            Self::Sla => PrintProcess::Sla,
+            Self::Polyjet => PrintProcess::PolyJet,
+        }
+    }
+
+    /// What of a texture it cannot make, in a line each.
+    #[must_use]
+    pub fn lacks(self, texture: &Texture) -> Vec<String> {
+        let limits = self.process().limits();
+        let [_, short_mm] = texture.texton().radii().to_array();
+        let parts = [
+            ("gaps", texture.gap_mm(), limits.least_gap_mm),
+            ("short radii", short_mm, limits.least_radius_mm),
+            (
+                "heights",
+                texture.texton().height_mm(),
+                limits.least_height_mm,
+            ),
+        ];
+        let short = parts
+            .into_iter()
+            .filter(|(_, is, needs)| *is < needs * (1.0 - 1e-9));
+        short
+            .map(|(what, is, needs)| format!("{what} of {is:.2} mm, it needs {needs:.2} mm"))
+            .collect()
+    }
 }
 
 /// The model that predicts roughness: those that reproduce the order of the dissertation's study.
@@ -46,9 +80,9 @@ pub struct WantedArgs {
     /// Design it for the roughnesses of the touchable surfaces of this OBJ scene and its sidecar
     #[arg(long, value_name = "FILE", group = "wished")]
     pub for_scene: Option<PathBuf>,
-    /// How it will be printed: sets the smallest gap, radius and height
-    #[arg(long, value_enum, default_value = "sla", requires = "wished")]
-    pub printer: PrinterKind,
+    /// How it will be printed: sets the smallest gap, radius and height of a design [default: sla]; a preset is judged by them
+    #[arg(long, value_enum)]
+    pub printer: Option<PrinterKind>,
     /// The model that predicts roughness
     #[arg(long, value_enum, default_value = "vibration", requires = "wished")]
     pub model: ModelKind,
@@ -86,16 +120,13 @@ impl WantedArgs {
         if levels.is_empty() {
             return Ok(None);
         }
+        ensure!(self.candidate > 0, "--candidate: they count from 1");
         let (vibration, frequency) = (Vibration::default(), TemporalFrequency);
         let model: &dyn RoughnessModel = match self.model {
             ModelKind::Vibration => &vibration,
             ModelKind::Frequency => &frequency,
         };
-        let process = match self.printer {
-            PrinterKind::Fdm => PrintProcess::Fdm,
-            PrinterKind::Sla => PrintProcess::Sla,
-            PrinterKind::Polyjet => PrintProcess::PolyJet,
-        };
+        let process = self.printer.unwrap_or(PrinterKind::Sla).process();
         let mut request = DesignRequest {
             weber_fraction: self.weber,
             compression: match self.narrow {
@@ -122,13 +153,13 @@ impl WantedArgs {
             request.wanted = Wanted::Magnitudes(levels);
         }
         let candidates = design(&request).context("--for")?;
-        describe(&candidates, model, out)?;
         let count = candidates.len();
         ensure!(
-            (1..=count).contains(&self.candidate),
+            self.candidate <= count,
             "--candidate {}: there are {count}",
             self.candidate
         );
+        describe(&candidates, model, out)?;
         Ok(candidates.get(self.candidate - 1).map(|c| c.texture))
     }
 }
@@ -162,6 +193,7 @@ fn describe(
         "height, mm",
         "pitch, mm",
         "varies",
+        "levels in range",
         "least step, jnd",
         "largest error, jnd",
     ]);
@@ -179,6 +211,7 @@ fn describe(
                 LevelPath::Both => "both",
             }
             .to_owned(),
+            format!("{} of {}", c.levels.len() - beyond(c), c.levels.len()),
             c.least_step_jnd
                 .map_or("none".to_owned(), |s| format!("{s:.2}")),
             format!("{:.2}", c.worst_error_jnd),
@@ -202,8 +235,8 @@ fn describe(
                 format!("{}", l.wanted),
                 format!("{:.2}", l.scan.deg()),
                 format!("{:.2}", l.speed_mm_per_s),
-                format!("{:.5}", l.magnitude),
-                format!("{:.5}", l.jnd),
+                significant(l.magnitude, 5),
+                significant(l.jnd, 3),
                 or_none(l.jnd_deg),
                 or_none(l.jnd_mm_per_s),
                 format!("{:.2}", l.error_jnd),
@@ -218,6 +251,25 @@ fn describe(
     Ok(())
 }
 
+/// Levels outside the range in which the model was measured.
+fn beyond(candidate: &DesignCandidate) -> usize {
+    let levels = candidate.given_up.iter().map(|g| match g {
+        GivenUp::ModelRange { levels, .. } => *levels,
+        _ => 0,
+    });
+    levels.sum::<usize>().min(candidate.levels.len())
+}
+
+/// A number above zero with so many digits that count.
+fn significant(value: f64, digits: i32) -> String {
+    let before = value.abs().log10().floor();
+    let behind = f64::from(digits) - 1.0 - before;
+    if !(0.0..=12.0).contains(&behind) {
+        return format!("{value:.*e}", (digits - 1).max(0) as usize);
+    }
+    format!("{value:.*}", behind as usize)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -226,7 +278,7 @@ mod tests {
         WantedArgs {
             levels,
             for_scene: None,
-            printer,
+            printer: Some(printer),
             model: ModelKind::Vibration,
             table: None,
             weber: 0.1,
@@ -265,7 +317,39 @@ mod tests {
             "{}",
             String::from_utf8_lossy(&text)
         );
+        // A candidate that does not exist is refused before anything is printed.
+        for candidate in [0, 6] {
+            let mut text = Vec::new();
+            let wrong = WantedArgs {
+                candidate,
+                ..args(vec![1.0, 2.0], PrinterKind::Sla)
+            };
+            assert!(wrong.texture(&mut text).is_err() && text.is_empty());
+        }
         let none = args(Vec::new(), PrinterKind::Sla).texture(&mut Vec::new());
         assert_eq!(none.unwrap(), None);
+    }
+
+    #[test]
+    fn digits_are_those_that_count() {
+        for (value, text) in [
+            (0.000_123_456, "0.00012346"),
+            (1.0, "1.0000"),
+            (12345.6, "12346"),
+            (1e9, "1.0000e9"),
+            (9.999_999, "10.0000"),
+        ] {
+            assert_eq!(significant(value, 5), text);
+        }
+    }
+
+    #[test]
+    fn a_printer_says_what_it_lacks() {
+        assert_eq!(PrinterKind::Fdm.lacks(&Texture::released()).len(), 2);
+        assert!(
+            PrinterKind::Polyjet
+                .lacks(&Texture::spaced_3_mm())
+                .is_empty()
+        );
     }
 }

@@ -4,27 +4,20 @@ use super::figures;
 use crate::psychophysics::figures as answers;
 use anyhow::Context;
 use hwall_psychophysics::Normalisation;
-use hwall_study::{Procedure, Protocol, StudyReport, TrialRecord, write_attempts, write_trials};
+use hwall_study::{Procedure, StudyRecord, StudyReport, write_attempts, write_trials};
 use std::path::Path;
 
 /// Writes `trials.csv`, `attempts.csv`, `report.md` and the figures, each whole or not at all; returns the report's text.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(super) fn write(
-    folder: &Path,
-    protocol: &Protocol,
-    records: &[TrialRecord],
-    remarks: &str,
-) -> anyhow::Result<String> {
-    let report = StudyReport::of(protocol, records)?;
-    let (mut trials, mut attempts) = (Vec::new(), Vec::new());
-    write_trials(protocol, records, &mut trials)?;
-    write_attempts(protocol, records, &mut attempts)?;
+pub(super) fn write(folder: &Path, study: &StudyRecord, remarks: &str) -> anyhow::Result<String> {
+    tables(folder, study)?;
+    let report = StudyReport::of(study)?;
     let mut shown = vec![("rendered.svg", "What was wanted beside what was rendered")];
-    figures::rendered(&folder.join("rendered.svg"), records)?;
+    figures::rendered(&folder.join("rendered.svg"), &study.trials)?;
     if let Some(table) = &report.table {
-        let how = match protocol.procedure {
+        let how = match study.protocol.procedure {
             Procedure::Magnitude => Normalisation::Geometric,
             _ => Normalisation::None,
         };
@@ -34,14 +27,57 @@ pub(super) fn write(
         shown.push(("means.svg", "Mean answers with intervals within subjects"));
         shown.push(("boxes.svg", "Answers of the subjects"));
     }
-    let text = report.to_markdown(&shown) + remarks;
-    for (name, bytes) in [
-        ("trials.csv", trials),
-        ("attempts.csv", attempts),
-        ("report.md", text.clone().into_bytes()),
-    ] {
-        let path = folder.join(name);
-        hwall_files::write(&path, bytes).with_context(|| path.display().to_string())?;
+    let mut text = report.to_markdown(&shown) + remarks;
+    if report.table.is_some() {
+        text += &again(folder, study, !report.left_out.is_empty());
     }
+    put(folder, "report.md", text.clone().into_bytes())?;
     Ok(text)
+}
+
+/// Writes `trials.csv` and `attempts.csv` as the study stands.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(super) fn tables(folder: &Path, study: &StudyRecord) -> anyhow::Result<()> {
+    let (mut trials, mut attempts) = (Vec::new(), Vec::new());
+    write_trials(&study.protocol, &study.trials, &mut trials)?;
+    write_attempts(&study.protocol, &study.trials, &mut attempts)?;
+    put(folder, "trials.csv", trials)?;
+    put(folder, "attempts.csv", attempts)
+}
+
+fn put(folder: &Path, name: &str, bytes: Vec<u8>) -> anyhow::Result<()> {
+    let path = folder.join(name);
+    hwall_files::write(&path, bytes).with_context(|| path.display().to_string())
+}
+
+/// The command that makes the same analysis from the table.
+fn again(folder: &Path, study: &StudyRecord, incomplete: bool) -> String {
+    let varied = study.protocol.factors.iter().filter(|f| f.levels.len() > 1);
+    let factors: Vec<&str> = varied.map(|f| f.name.as_str()).collect();
+    let scale = match study.protocol.procedure {
+        Procedure::Magnitude => "geometric",
+        _ => "none",
+    };
+    let missing = if incomplete {
+        " --missing complete"
+    } else {
+        ""
+    };
+    format!(
+        "\n## The same analysis from the table\n\n```sh\ncargo run --release --example psychophysics -- analyse {} \
+         --subject subject --factors {} --value answer --round block --normalise {scale} --errors both --art --posthoc holm{missing}\n```\n",
+        quoted(&folder.join("trials.csv").display().to_string()),
+        factors.join(",")
+    )
+}
+
+/// A word for a shell.
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
+    if text.chars().all(plain) {
+        return text.to_owned();
+    }
+    format!("'{}'", text.replace('\'', "'\\''"))
 }

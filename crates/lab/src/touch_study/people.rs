@@ -5,8 +5,8 @@ use super::settings::ProtocolArgs;
 use anyhow::Context;
 use hwall_bridge::{Answering, Question, QuestionServer};
 use hwall_study::{
-    Answer, Ask, Durability, NextStep, Procedure, Respondent, SimulatedStage, Study, StudyError,
-    conduct,
+    Answer, Ask, Durability, NextStep, Participants, Procedure, Protocol, Respondent,
+    SimulatedStage, Study, StudyError, conduct,
 };
 use std::io::{BufRead, Write};
 use std::net::SocketAddr;
@@ -16,18 +16,18 @@ use std::time::{Duration, Instant};
 /// How long a page waits for an answer before the session ends by itself: longer than any break.
 const PATIENCE: Duration = Duration::from_secs(3600);
 
-/// Runs or goes on with the study of a folder. `subjects`: of a new one. `page`: where the page of questions listens; without
-/// it questions are asked on the terminal.
+/// Runs or goes on with the study of a folder; returns whether it is done. `subjects`: of a new one, 25 by default. `page`: where
+/// the page of questions listens; without it questions are asked on the terminal.
 ///
 /// # Errors
-/// A protocol that cannot be run; a folder or an address that cannot be used.
+/// A protocol that cannot be run; flags that differ from those of the study; a folder or an address that cannot be used.
 pub fn run(
     folder: &Path,
-    subjects: usize,
+    subjects: Option<usize>,
     protocol: &ProtocolArgs,
     page: Option<SocketAddr>,
     out: &mut impl Write,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<bool> {
     let study = open(folder, subjects, protocol)?;
     writeln!(
         out,
@@ -42,32 +42,56 @@ pub fn run(
         }
         None => {
             let mut keyboard = Keyboard {
+                folder,
                 input: std::io::stdin().lock(),
                 output: out,
             };
-            conduct_and_write(folder, study, &mut keyboard)
-                .and_then(|text| Ok(writeln!(keyboard.output, "{text}")?))
+            let (text, done) = conduct_and_write(folder, study, &mut keyboard)?;
+            writeln!(keyboard.output, "{text}")?;
+            Ok(done)
         }
     }
 }
 
-/// The study of a folder; a new one if it holds none.
+/// The study of a folder; a new one if it holds none, or one that was cut before anything was recorded.
 ///
 /// # Errors
 /// As [`run`].
-pub fn open(folder: &Path, subjects: usize, protocol: &ProtocolArgs) -> anyhow::Result<Study> {
+pub fn open(
+    folder: &Path,
+    subjects: Option<usize>,
+    protocol: &ProtocolArgs,
+) -> anyhow::Result<Study> {
+    let name = || folder.display().to_string();
     if Study::log_path(folder).exists() {
-        return Study::resume(folder, Durability::Disk)
-            .with_context(|| folder.display().to_string());
+        match Study::read(folder) {
+            Err(StudyError::NothingRecorded { .. }) => {}
+            Err(error) => return Err(error).with_context(name),
+            Ok(record) => {
+                // Before it is resumed, which its log would tell.
+                if record.participants != Participants::People {
+                    return Err(StudyError::OtherParticipants {
+                        stored: record.participants,
+                        asked: Participants::People,
+                    })
+                    .with_context(name);
+                }
+                protocol
+                    .check_against(&record.protocol, subjects)
+                    .with_context(name)?;
+                return Study::resume(folder, Durability::Disk).with_context(name);
+            }
+        }
     }
     Ok(Study::create(
         folder,
-        protocol.protocol(subjects)?,
+        protocol.protocol(subjects.unwrap_or(Protocol::default().subjects))?,
+        Participants::People,
         Durability::Disk,
     )?)
 }
 
-/// Asks on a page until the study is done, or nobody answers for so long.
+/// Asks on a page until the study is done, or nobody answers for so long; returns whether it is done.
 ///
 /// # Errors
 /// As [`run`].
@@ -77,36 +101,54 @@ pub fn by_page(
     server: &QuestionServer,
     patience: Duration,
     out: &mut impl Write,
-) -> anyhow::Result<()> {
-    let mut page = Page { server, patience };
-    let text = conduct_and_write(folder, study, &mut page)?;
+) -> anyhow::Result<bool> {
+    let mut page = Page {
+        folder,
+        server,
+        patience,
+    };
+    let (text, done) = conduct_and_write(folder, study, &mut page)?;
     // The page shows its last text before the server goes.
     std::thread::sleep(Duration::from_millis(200));
-    Ok(writeln!(out, "{text}")?)
+    writeln!(out, "{text}")?;
+    Ok(done)
 }
 
+/// Also a session that ends early leaves tables and a report.
 fn conduct_and_write(
     folder: &Path,
     mut study: Study,
     respondent: &mut dyn Respondent,
-) -> anyhow::Result<String> {
+) -> anyhow::Result<(String, bool)> {
     let mut stage = SimulatedStage::new()?;
-    let answered = conduct(&mut study, &mut stage, respondent)?;
+    let conducted = conduct(&mut study, &mut stage, respondent);
+    outputs::write(folder, &study.record(), "")?;
+    let answered = conducted?;
     if study.next_step() != NextStep::Done {
-        return Ok(format!(
-            "{answered} trials answered, {} are left; the same command goes on",
-            study.left()
-        ));
+        let text = format!(
+            "answered now: {answered}; left: {}; {folder} has the tables and a report so far, and --run {folder} goes on",
+            study.left(),
+            folder = folder.display()
+        );
+        return Ok((text, false));
     }
-    outputs::write(folder, study.protocol(), study.trials(), "")?;
-    Ok(format!(
-        "done: {} has the tables and the report",
-        folder.display()
-    ))
+    let text = format!("done: {} has the tables and the report", folder.display());
+    Ok((text, true))
+}
+
+/// The tables, for whoever looks at a study under way, and should the session be killed.
+fn keep_tables(folder: &Path, study: &Study) -> Result<(), StudyError> {
+    let written = outputs::tables(folder, &study.record());
+    written.map_err(|error| StudyError::File {
+        name: folder.display().to_string(),
+        kind: std::io::ErrorKind::Other,
+        message: format!("{error:#}"),
+    })
 }
 
 /// Questions on the terminal.
-struct Keyboard<R, W> {
+struct Keyboard<'a, R, W> {
+    folder: &'a Path,
     input: R,
     output: W,
 }
@@ -119,7 +161,11 @@ fn broken(name: &str, error: &std::io::Error) -> StudyError {
     }
 }
 
-impl<R: BufRead, W: Write> Respondent for Keyboard<R, W> {
+impl<R: BufRead, W: Write> Respondent for Keyboard<'_, R, W> {
+    fn recorded(&mut self, study: &Study) -> Result<(), StudyError> {
+        keep_tables(self.folder, study)
+    }
+
     fn tell(&mut self, text: &str) -> Result<(), StudyError> {
         writeln!(self.output, "{text}").map_err(|error| broken("terminal", &error))
     }
@@ -131,6 +177,7 @@ impl<R: BufRead, W: Write> Respondent for Keyboard<R, W> {
             let hint = match ask {
                 Ask::GoOn => "Enter",
                 Ask::Procedure(procedure) if procedure.is_two_intervals() => "1 or 2",
+                Ask::Procedure(Procedure::Likert { points }) => &format!("1 to {points}"),
                 Ask::Procedure(_) => "a number",
             };
             write!(self.output, "{text} [{hint}] ").map_err(failed)?;
@@ -140,28 +187,41 @@ impl<R: BufRead, W: Write> Respondent for Keyboard<R, W> {
                 return Ok(None);
             }
             let answered_s = began.elapsed().as_secs_f64();
-            let value = match ask {
-                Ask::GoOn => Some(1.0),
-                Ask::Procedure(procedure) => {
-                    let typed = line.trim().replace(',', ".").parse().ok();
-                    typed.filter(|v| procedure.check(*v).is_ok())
+            let procedure = match ask {
+                Ask::GoOn => {
+                    return Ok(Some(Answer {
+                        value: 1.0,
+                        answered_s,
+                    }));
                 }
+                Ask::Procedure(procedure) => procedure,
             };
-            if let Some(value) = value {
-                return Ok(Some(Answer { value, answered_s }));
-            }
-            self.tell("Please try again.")?;
+            let typed = line.trim();
+            let why = match typed.replace(',', ".").parse() {
+                Err(_) if typed.is_empty() => "nothing was typed".to_owned(),
+                Err(_) => format!("{typed:?} is not a number"),
+                Ok(value) => match procedure.check(value) {
+                    Ok(value) => return Ok(Some(Answer { value, answered_s })),
+                    Err(error) => error.to_string(),
+                },
+            };
+            self.tell(&format!("Please try again: {why}."))?;
         }
     }
 }
 
 /// Questions on a page.
 struct Page<'a> {
+    folder: &'a Path,
     server: &'a QuestionServer,
     patience: Duration,
 }
 
 impl Respondent for Page<'_> {
+    fn recorded(&mut self, study: &Study) -> Result<(), StudyError> {
+        keep_tables(self.folder, study)
+    }
+
     fn tell(&mut self, text: &str) -> Result<(), StudyError> {
         self.server.tell(text);
         Ok(())
@@ -190,7 +250,6 @@ impl Respondent for Page<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hwall_study::Protocol;
     use hwall_study::StudyFactor;
 
     #[test]
@@ -205,20 +264,32 @@ mod tests {
             break_after: 0,
             ..Protocol::default()
         };
-        let study = Study::create(&folder, protocol, Durability::System).unwrap();
+        let people = Participants::People;
+        let study = Study::create(&folder, protocol, people, Durability::System).unwrap();
         let session = |study: Study, typed: &str| {
             let mut output = Vec::new();
             let mut keyboard = Keyboard {
+                folder: &folder,
                 input: typed.as_bytes(),
                 output: &mut output,
             };
-            let text = conduct_and_write(&folder, study, &mut keyboard).unwrap();
+            let (text, done) = conduct_and_write(&folder, study, &mut keyboard).unwrap();
+            assert_eq!(done, text.starts_with("done"));
             (text, String::from_utf8(output).unwrap())
         };
         // The first subject answers once, mistypes, and the line is cut.
         let (text, said) = session(study, "\n5\nrough\n-1\n");
-        assert!(text.starts_with("1 trials answered, 3 are left"), "{text}");
+        assert!(text.starts_with("answered now: 1; left: 3"), "{text}");
         assert!(said.contains("Trial 1: touch the board.") && said.matches("again").count() == 2);
+        assert!(said.contains("\"rough\" is not a number"), "{said}");
+        assert!(
+            said.contains("the answer -1 is not a number above zero"),
+            "{said}"
+        );
+        // What there is stands in the tables already.
+        let trials = std::fs::read_to_string(folder.join("trials.csv")).unwrap();
+        assert_eq!(trials.lines().count(), 2);
+        assert!(folder.join("report.md").exists());
         // Nothing about the condition.
         assert!(!said.contains("angle") && !said.contains("90"), "{said}");
         let study = Study::resume(&folder, Durability::System).unwrap();

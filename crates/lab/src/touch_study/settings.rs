@@ -1,6 +1,6 @@
 //! From flags to a protocol.
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_stage::numbers::count_within;
 use hwall_study::{Procedure, Protocol, StudyFactor, TrialOrder};
@@ -19,7 +19,7 @@ pub enum OrderKind {
 pub enum ProcedureKind {
     /// A number in proportion to what was felt
     Magnitude,
-    /// A point of a scale from 1 to 7
+    /// A point of a scale, see --points
     Likert,
     /// Which of two was rougher, the condition or the study's first
     Intervals,
@@ -29,88 +29,213 @@ pub enum ProcedureKind {
     Quest,
 }
 
-/// Flags of a protocol.
-#[derive(Debug, Clone, clap::Args)]
+/// Flags of a protocol. Those that are not given are the usual ones, or those of the study that goes on.
+#[derive(Debug, Clone, Default, clap::Args)]
 pub struct ProtocolArgs {
-    /// Factors: angle (degrees from the long axis of the bumps), speed (mm/s), surface (wall, door, panel)
-    #[arg(long, value_delimiter = ',', default_value = "angle,speed")]
+    /// Factors: angle (degrees from the long axis of the bumps), speed (mm/s), surface (wall, door, panel) [default: angle,speed]
+    #[arg(long, value_delimiter = ',')]
     pub factors: Vec<String>,
     /// Levels of the factors: 0,45,90/20,60, one list for each [default: the dissertation's five angles and five speeds]
     #[arg(long, value_delimiter = '/')]
     pub levels: Vec<String>,
-    /// Blocks; each holds every condition once
-    #[arg(long, default_value_t = 1, value_parser = count_within::<1, 1000>)]
-    pub repeats: usize,
-    /// Order within a block
-    #[arg(long, value_enum, default_value = "random")]
-    pub order: OrderKind,
-    /// What is asked
-    #[arg(long, value_enum, default_value = "magnitude")]
-    pub procedure: ProcedureKind,
-    /// Practice trials
-    #[arg(long, default_value_t = 3)]
-    pub practice: usize,
-    /// Trials of a block that are repeated right away
-    #[arg(long = "catch", default_value_t = 2)]
-    pub catch_per_block: usize,
-    /// A break after so many trials; 0: none
-    #[arg(long, default_value_t = 50)]
-    pub break_after: usize,
-    /// Seed of all orders
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// Blocks; each holds every condition once [default: 1]
+    #[arg(long, value_parser = count_within::<1, 1000>)]
+    pub repeats: Option<usize>,
+    /// Order within a block [default: random]
+    #[arg(long, value_enum)]
+    pub order: Option<OrderKind>,
+    /// What is asked [default: magnitude]
+    #[arg(long, value_enum)]
+    pub procedure: Option<ProcedureKind>,
+    /// Points of the scale of --procedure likert [default: 7]
+    #[arg(long, value_parser = count_within::<2, 100>)]
+    pub points: Option<usize>,
+    /// Practice trials [default: 3]
+    #[arg(long)]
+    pub practice: Option<usize>,
+    /// Trials of a block that are repeated right away [default: 2]
+    #[arg(long = "catch")]
+    pub catch_per_block: Option<usize>,
+    /// A break after so many trials; 0: none [default: 50]
+    #[arg(long)]
+    pub break_after: Option<usize>,
+    /// Seed of all orders [default: 1]
+    #[arg(long)]
+    pub seed: Option<u64>,
 }
 
 impl ProtocolArgs {
-    /// The protocol for so many subjects.
+    /// The protocol of a new study for so many subjects.
     ///
     /// # Errors
     /// Levels that do not match the factors; a protocol that cannot be run.
     pub fn protocol(&self, subjects: usize) -> anyhow::Result<Protocol> {
         let usual = Protocol::default();
-        let factors = if self.levels.is_empty() {
-            let known = |name: &String| {
-                let found = usual.factors.iter().find(|f| f.name == *name).cloned();
-                found.with_context(|| format!("--levels: none for {name:?}"))
-            };
-            self.factors
-                .iter()
-                .map(known)
-                .collect::<anyhow::Result<_>>()?
-        } else {
-            let (factors, lists) = (self.factors.len(), self.levels.len());
-            ensure!(
-                factors == lists,
-                "--levels: {lists} lists for {factors} factors; write 0,45,90/20,60"
-            );
-            let lists = self.factors.iter().zip(&self.levels);
-            lists
-                .map(|(name, list)| StudyFactor::new(name.trim(), list.split(',').map(str::trim)))
-                .collect()
-        };
-        let protocol = Protocol {
-            title: format!("roughness by {}", self.factors.join(" and ")),
-            factors,
-            subjects,
-            repeats: self.repeats,
-            order: match self.order {
-                OrderKind::Random => TrialOrder::Random,
-                OrderKind::Latin => TrialOrder::Latin,
-            },
-            procedure: match self.procedure {
-                ProcedureKind::Magnitude => Procedure::Magnitude,
-                ProcedureKind::Likert => Procedure::Likert { points: 7 },
-                ProcedureKind::Intervals => Procedure::TwoIntervals,
-                ProcedureKind::Staircase => Procedure::Staircase,
-                ProcedureKind::Quest => Procedure::Quest,
-            },
-            practice: self.practice,
-            catch_per_block: self.catch_per_block,
-            break_after: self.break_after,
-            seed: self.seed,
-            ..usual
-        };
+        let protocol = self.applied_to(&usual, Some(subjects))?;
         protocol.validate()?;
         Ok(protocol)
+    }
+
+    /// Refuses flags that say something else than the protocol of a study that goes on, and names them.
+    ///
+    /// # Errors
+    /// As said; levels that do not match the factors.
+    pub fn check_against(&self, stored: &Protocol, subjects: Option<usize>) -> anyhow::Result<()> {
+        let asked = self.applied_to(stored, subjects)?;
+        let factors = |p: &Protocol| -> String {
+            let each = p.factors.iter();
+            let each = each.map(|f| format!("{} {}", f.name, f.levels.join(",")));
+            each.collect::<Vec<_>>().join(" / ")
+        };
+        let mut others = Vec::new();
+        let mut compare = |what: &str, [asked, there]: [String; 2]| {
+            if asked != there {
+                others.push(format!("{what} {asked} (there: {there})"));
+            }
+        };
+        let both = [&asked, stored];
+        compare("factors", both.map(factors));
+        compare("subjects", both.map(|p| p.subjects.to_string()));
+        compare("--repeats", both.map(|p| p.repeats.to_string()));
+        compare(
+            "--order",
+            both.map(|p| format!("{:?}", p.order).to_lowercase()),
+        );
+        compare("--procedure", both.map(|p| in_words(p.procedure)));
+        compare("--practice", both.map(|p| p.practice.to_string()));
+        compare("--catch", both.map(|p| p.catch_per_block.to_string()));
+        compare("--break-after", both.map(|p| p.break_after.to_string()));
+        compare("--seed", both.map(|p| p.seed.to_string()));
+        ensure!(
+            others.is_empty(),
+            "the study there has other settings: {}; leave these flags out to go on with it",
+            others.join(", ")
+        );
+        Ok(())
+    }
+
+    /// A protocol with what was given in place of its own.
+    fn applied_to(&self, base: &Protocol, subjects: Option<usize>) -> anyhow::Result<Protocol> {
+        let own = base.factors.iter().map(|f| f.name.clone());
+        let names: Vec<String> = match self.factors.is_empty() {
+            true => own.collect(),
+            false => self.factors.iter().map(|f| f.trim().to_owned()).collect(),
+        };
+        let factors = if self.levels.is_empty() {
+            let usual = Protocol::default();
+            let known = |name: &String| {
+                let mut all = base.factors.iter().chain(&usual.factors);
+                let found = all.find(|f| f.name == *name).cloned();
+                found.with_context(|| format!("--levels: none for {name:?}"))
+            };
+            names.iter().map(known).collect::<anyhow::Result<_>>()?
+        } else {
+            let (factors, lists) = (names.len(), self.levels.len());
+            ensure!(
+                factors == lists,
+                "--levels: {lists} lists for {factors} factors ({}); write 0,45,90/20,60, and --factors if it is others",
+                names.join(",")
+            );
+            let lists = names.iter().zip(&self.levels);
+            lists
+                .map(|(name, list)| StudyFactor::new(name, list.split(',').map(str::trim)))
+                .collect()
+        };
+        let procedure = match self.procedure {
+            None => base.procedure,
+            Some(ProcedureKind::Magnitude) => Procedure::Magnitude,
+            Some(ProcedureKind::Likert) => match base.procedure {
+                Procedure::Likert { .. } => base.procedure,
+                _ => Procedure::Likert { points: 7 },
+            },
+            Some(ProcedureKind::Intervals) => Procedure::TwoIntervals,
+            Some(ProcedureKind::Staircase) => Procedure::Staircase,
+            Some(ProcedureKind::Quest) => Procedure::Quest,
+        };
+        let procedure = match (procedure, self.points) {
+            (Procedure::Likert { .. }, Some(points)) => Procedure::Likert {
+                points: points.try_into().context("--points")?,
+            },
+            (_, Some(_)) => bail!("--points is for --procedure likert"),
+            (_, None) => procedure,
+        };
+        Ok(Protocol {
+            title: format!("roughness by {}", names.join(" and ")),
+            factors,
+            subjects: subjects.unwrap_or(base.subjects),
+            repeats: self.repeats.unwrap_or(base.repeats),
+            order: match self.order {
+                None => base.order,
+                Some(OrderKind::Random) => TrialOrder::Random,
+                Some(OrderKind::Latin) => TrialOrder::Latin,
+            },
+            procedure,
+            practice: self.practice.unwrap_or(base.practice),
+            catch_per_block: self.catch_per_block.unwrap_or(base.catch_per_block),
+            break_after: self.break_after.unwrap_or(base.break_after),
+            seed: self.seed.unwrap_or(base.seed),
+            ..base.clone()
+        })
+    }
+}
+
+fn in_words(procedure: Procedure) -> String {
+    match procedure {
+        Procedure::Magnitude => "magnitude".to_owned(),
+        Procedure::Likert { points } => format!("likert with {points} points"),
+        Procedure::TwoIntervals => "intervals".to_owned(),
+        Procedure::Staircase => "staircase".to_owned(),
+        Procedure::Quest => "quest".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_that_differ_from_the_study_are_named() {
+        let first = ProtocolArgs {
+            factors: vec!["angle".to_owned()],
+            levels: vec!["0,90".to_owned()],
+            seed: Some(4),
+            ..ProtocolArgs::default()
+        };
+        let stored = first.protocol(3).expect("a protocol");
+        first.check_against(&stored, Some(3)).expect("the same");
+        let none = ProtocolArgs::default();
+        none.check_against(&stored, None).expect("nothing given");
+        let other = ProtocolArgs {
+            levels: vec!["0,45".to_owned()],
+            seed: Some(5),
+            order: Some(OrderKind::Latin),
+            ..ProtocolArgs::default()
+        };
+        let refused = other.check_against(&stored, Some(7)).expect_err("others");
+        let refused = refused.to_string();
+        for named in [
+            "factors angle 0,45 (there: angle 0,90)",
+            "subjects 7 (there: 3)",
+            "--order latin (there: random)",
+            "--seed 5 (there: 4)",
+        ] {
+            assert!(refused.contains(named), "{refused}");
+        }
+        assert!(!refused.contains("--repeats"), "{refused}");
+    }
+
+    #[test]
+    fn points_belong_to_a_scale() {
+        let args = ProtocolArgs {
+            points: Some(5),
+            ..ProtocolArgs::default()
+        };
+        assert!(args.protocol(2).is_err());
+        let args = ProtocolArgs {
+            procedure: Some(ProcedureKind::Likert),
+            ..args
+        };
+        let protocol = args.protocol(2).expect("a protocol");
+        assert_eq!(protocol.procedure, Procedure::Likert { points: 5 });
     }
 }

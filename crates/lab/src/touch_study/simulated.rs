@@ -2,14 +2,16 @@
 
 use super::outputs;
 use super::settings::ProtocolArgs;
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use hwall_study::{
-    Durability, NextStep, ParticipantConfig, SimulatedStage, Simulation, Study, promised_power,
-    simulate,
+    Durability, NextStep, ParticipantConfig, Participants, SimulatedStage, Simulation, Study,
+    StudyError, promised_power, simulate_and_tell,
 };
 use std::fmt::Write as _;
 use std::io::Write;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Studies drawn for the promised power.
 const STUDIES: usize = 1000;
@@ -28,15 +30,21 @@ pub struct Request<'a> {
     pub kill_after: Option<usize>,
     /// Present each condition once only.
     pub once: bool,
+    /// Ends the study after the trial under way when it becomes true.
+    pub stop: &'a AtomicBool,
 }
 
-/// Runs it, writes what it gives and prints the report.
+/// Runs it, writes what it gives and prints the report; returns whether it was done or stopped as was asked for.
 ///
 /// # Errors
 /// A protocol that cannot be run; a folder that holds another study or cannot be written.
-pub fn run(request: &Request<'_>, out: &mut impl Write) -> anyhow::Result<()> {
+pub fn run(request: &Request<'_>, out: &mut impl Write) -> anyhow::Result<bool> {
     let kept = request.out.map(Path::to_owned);
     let folder = kept.clone().unwrap_or_else(passing);
+    if kept.is_none() {
+        // Of a program with the same number that was killed.
+        let _ = std::fs::remove_dir_all(&folder);
+    }
     let result = run_in(&folder, request, out);
     if kept.is_none() {
         let _ = std::fs::remove_dir_all(&folder);
@@ -49,23 +57,36 @@ fn passing() -> PathBuf {
     std::env::temp_dir().join(format!("hwall_study_{}", std::process::id()))
 }
 
-fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow::Result<()> {
-    let asked = request.protocol.protocol(request.subjects)?;
+fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow::Result<bool> {
+    let participants = Participants::Simulated {
+        once_per_condition: request.once,
+    };
+    let create = || -> anyhow::Result<Study> {
+        let protocol = request.protocol.protocol(request.subjects)?;
+        Ok(Study::create(
+            folder,
+            protocol,
+            participants,
+            Durability::System,
+        )?)
+    };
     let mut study = if request.resume {
         ensure!(
             request.out.is_some(),
             "--resume needs --out, the folder of the study"
         );
-        let study = Study::resume(folder, Durability::System)?;
-        ensure!(
-            *study.protocol() == asked,
-            "{}: the study there has other settings; give the same flags",
-            folder.display()
-        );
-        writeln!(out, "resumed: {} trials are done", study.trials().len())?;
-        study
+        match resumed(folder, request, participants)? {
+            Some(study) => {
+                writeln!(out, "resumed: {} trials are done", study.trials().len())?;
+                study
+            }
+            None => {
+                writeln!(out, "nothing was recorded there; the study begins anew")?;
+                create()?
+            }
+        }
     } else {
-        Study::create(folder, asked, Durability::System)?
+        create()?
     };
     let simulation = Simulation {
         participants: ParticipantConfig::default(),
@@ -73,14 +94,23 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         kill_after: request.kill_after,
     };
     let stage = SimulatedStage::new()?;
-    let presented = simulate(&mut study, &stage, &simulation)?;
+    let mut tell = |_: &Study| match request.stop.load(Ordering::Relaxed) {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    };
+    let presented = simulate_and_tell(&mut study, &stage, &simulation, &mut tell)?;
     if study.next_step() != NextStep::Done {
+        outputs::tables(folder, &study.record())?;
+        let how = match request.out {
+            Some(_) => "; --resume goes on",
+            None => "",
+        };
         writeln!(
             out,
-            "stopped after {presented} trials, {} are left",
+            "stopped after {presented} trials, {} are left{how}",
             study.left()
         )?;
-        return Ok(());
+        return Ok(request.kill_after == Some(presented));
     }
     let mut remarks = String::from("\n## Simulated participants\n\n");
     writeln!(
@@ -104,30 +134,54 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
             )?;
         }
     }
-    let text = outputs::write(folder, study.protocol(), study.trials(), &remarks)?;
+    let text = outputs::write(folder, &study.record(), &remarks)?;
     write!(out, "{text}")?;
     if request.out.is_some() {
         writeln!(out, "\nwrote {}", folder.display())?;
     }
-    Ok(())
+    Ok(true)
+}
+
+/// The study of a folder, if its settings are those that were given; `None` if it was cut before anything was recorded.
+fn resumed(
+    folder: &Path,
+    request: &Request<'_>,
+    participants: Participants,
+) -> anyhow::Result<Option<Study>> {
+    let name = || folder.display().to_string();
+    let record = match Study::read(folder) {
+        Err(StudyError::NothingRecorded { .. }) => return Ok(None),
+        read => read.with_context(name)?,
+    };
+    if record.participants != participants {
+        return Err(StudyError::OtherParticipants {
+            stored: record.participants,
+            asked: participants,
+        })
+        .with_context(name);
+    }
+    let subjects = Some(request.subjects);
+    let flags = request.protocol.check_against(&record.protocol, subjects);
+    flags.with_context(name)?;
+    let study = Study::resume(folder, Durability::System).with_context(name)?;
+    Ok(Some(study))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::settings::{OrderKind, ProcedureKind};
     use super::*;
+
+    static NEVER: AtomicBool = AtomicBool::new(false);
 
     fn args() -> ProtocolArgs {
         ProtocolArgs {
             factors: vec!["angle".to_owned(), "speed".to_owned()],
             levels: vec!["0,90".to_owned(), "20,80".to_owned()],
-            repeats: 1,
-            order: OrderKind::Random,
-            procedure: ProcedureKind::Magnitude,
-            practice: 0,
-            catch_per_block: 0,
-            break_after: 0,
-            seed: 3,
+            practice: Some(0),
+            catch_per_block: Some(0),
+            break_after: Some(0),
+            seed: Some(3),
+            ..ProtocolArgs::default()
         }
     }
 
@@ -146,8 +200,9 @@ mod tests {
                 resume,
                 kill_after,
                 once: true,
+                stop: &NEVER,
             };
-            run(&request, &mut text).unwrap();
+            assert!(run(&request, &mut text).unwrap());
             (folder, String::from_utf8(text).unwrap())
         };
         let (whole, text) = run_to("whole", false, None);

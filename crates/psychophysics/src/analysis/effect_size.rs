@@ -25,6 +25,8 @@ const HALVINGS: usize = 200;
 /// Largest noncentrality that is looked for, and the largest t: sums of some thousand terms.
 const MOST: f64 = 1e5;
 const MOST_T: f64 = 200.0;
+/// Largest noncentrality of t that is looked for.
+const MOST_DELTA: f64 = 1000.0;
 
 impl EffectSize {
     /// Of an effect that was tested; `None` without a finite F, or with one so large that its noncentrality would be above 1e5.
@@ -77,7 +79,8 @@ impl Analysis {
 /// Error: 1e-8. Source: Cumming and Finch 2001, by the noncentral t distribution.
 ///
 /// # Errors
-/// A number that is not finite, or whose `t = dz √pairs` is beyond 200; fewer than two pairs; a confidence outside (0, 1).
+/// A number that is not finite, or whose `t = dz √pairs` is beyond 200; fewer than two pairs; a confidence outside (0, 1), or so
+/// near to 1 that an end would lie beyond a noncentrality of 1000.
 pub fn cohen_dz_interval(
     dz: f64,
     pairs: usize,
@@ -102,11 +105,21 @@ pub fn cohen_dz_interval(
     let tail = 0.5 * (1.0 - confidence);
     // Wide enough for any confidence: t lies within some standard deviations of its noncentrality.
     let reach = 50.0 + 4.0 * t.abs();
-    let ends = [1.0 - tail, tail].map(|p| {
-        let (mut low, mut high) = (t - reach, t + reach);
+    let mut ends = [0.0; 2];
+    for (end, p) in ends.iter_mut().zip([1.0 - tail, tail]) {
+        let off = |delta: f64| noncentral_t_cdf(t, df, delta) - p;
+        let mut low = (t - reach).max(-MOST_DELTA);
+        let mut high = (t + reach).min(MOST_DELTA);
+        let inside = off(low) >= 0.0 && off(high) <= 0.0;
+        that(
+            inside,
+            "confidence",
+            confidence,
+            "less: an end of the interval is out of reach",
+        )?;
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if noncentral_t_cdf(t, df, middle) > p {
+            if off(middle) > 0.0 {
                 low = middle;
             } else {
                 high = middle;
@@ -115,8 +128,8 @@ pub fn cohen_dz_interval(
                 break;
             }
         }
-        0.5 * (low + high) / n.sqrt()
-    });
+        *end = 0.5 * (low + high) / n.sqrt();
+    }
     Ok(ends)
 }
 

@@ -18,23 +18,40 @@ const MOST_CONDITIONS: usize = 2000;
 /// # Errors
 /// No condition, or more than 2000.
 pub fn balanced_latin_square(conditions: usize) -> Result<Vec<Vec<usize>>, PsychophysicsError> {
+    check_conditions(conditions)?;
+    Ok((0..row_count(conditions))
+        .map(|row| square_row(conditions, row))
+        .collect())
+}
+
+/// Refuses squares that are empty or too large.
+pub(super) fn check_conditions(conditions: usize) -> Result<(), PsychophysicsError> {
+    let holds = (1..=MOST_CONDITIONS).contains(&conditions);
+    let what = "conditions of a Latin square";
+    that(holds, what, conditions as f64, "1 to 2000")?;
+    Ok(())
+}
+
+/// Rows of the square of so many conditions.
+pub(super) const fn row_count(conditions: usize) -> usize {
+    match conditions % 2 == 1 && conditions > 1 {
+        true => 2 * conditions,
+        false => conditions,
+    }
+}
+
+/// One row of the square alone, from 0.
+pub(super) fn square_row(conditions: usize, row: usize) -> Vec<usize> {
     let n = conditions;
-    that(
-        (1..=MOST_CONDITIONS).contains(&n),
-        "conditions of a Latin square",
-        n as f64,
-        "1 to 2000",
-    )?;
     let zigzag = |place: usize| match place {
         p if p % 2 == 1 => p.div_ceil(2),
         0 => 0,
         p => n - p / 2,
     };
-    let row = |k: usize| -> Vec<usize> { (0..n).map(|p| (zigzag(p) + k) % n).collect() };
-    let mut rows: Vec<Vec<usize>> = (0..n).map(row).collect();
-    if n % 2 == 1 && n > 1 {
-        let mirrored = |k: usize| -> Vec<usize> { rows[k].iter().rev().copied().collect() };
-        rows.extend((0..n).map(mirrored).collect::<Vec<_>>());
+    let order = (0..n).map(|place| (zigzag(place) + row) % n);
+    // The second half is the mirror image of the first.
+    match row < n {
+        true => order.collect(),
+        false => order.rev().collect(),
     }
-    Ok(rows)
 }

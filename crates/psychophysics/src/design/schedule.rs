@@ -1,6 +1,6 @@
 //! The order of the conditions for each subject.
 
-use super::latin::balanced_latin_square;
+use super::latin::{check_conditions, row_count, square_row};
 use super::random::generator;
 use crate::error::PsychophysicsError;
 use crate::study::{Factor, count_cells};
@@ -68,6 +68,33 @@ impl Schedule {
     /// No factor, level, subject or round; more than 1e8 trials, or than 2000 conditions in a Latin
     /// square; a factor with the name of another or of a column of the script.
     pub fn trials(&self) -> Result<Vec<ScheduledTrial>, PsychophysicsError> {
+        self.validate()?;
+        let mut trials = Vec::with_capacity(self.subjects * self.rounds * self.conditions());
+        for subject in 0..self.subjects {
+            self.append_trials_of(subject, &mut trials);
+        }
+        Ok(trials)
+    }
+
+    /// The trials of one subject, in order; none for a subject beyond the schedule. Takes no longer with more subjects.
+    ///
+    /// # Errors
+    /// As [`Schedule::trials`].
+    pub fn trials_of(&self, subject: usize) -> Result<Vec<ScheduledTrial>, PsychophysicsError> {
+        self.validate()?;
+        let mut trials = Vec::new();
+        if subject < self.subjects {
+            trials.reserve_exact(self.rounds * self.conditions());
+            self.append_trials_of(subject, &mut trials);
+        }
+        Ok(trials)
+    }
+
+    /// Rejects a schedule that has no trials or too many.
+    ///
+    /// # Errors
+    /// As [`Schedule::trials`].
+    pub fn validate(&self) -> Result<(), PsychophysicsError> {
         for (what, count) in [
             ("factors", self.factors.len()),
             ("conditions", self.conditions()),
@@ -88,30 +115,32 @@ impl Schedule {
         let all = [self.rounds, self.conditions()];
         let all = all.into_iter().fold(self.subjects, usize::saturating_mul);
         that(all <= MOST_TRIALS, "trials", all as f64, "at most 1e8")?;
-        let square = match self.order {
-            TrialOrder::RandomisedBlocks => Vec::new(),
-            TrialOrder::BalancedLatinSquare => balanced_latin_square(self.conditions())?,
-        };
-        let mut trials = Vec::with_capacity(all);
-        for subject in 0..self.subjects {
-            let mut numbers = generator(self.seed, subject);
-            let mut order: Vec<usize> = (0..self.conditions()).collect();
-            for round in 0..self.rounds {
-                if square.is_empty() {
-                    shuffle(&mut order, round > 0, &mut numbers);
-                } else {
-                    order.clone_from(&square[(subject * self.rounds + round) % square.len()]);
-                }
-                let places = order.iter().enumerate();
-                trials.extend(places.map(|(place, &condition)| ScheduledTrial {
-                    subject,
-                    round,
-                    place,
-                    condition,
-                }));
-            }
+        if self.order == TrialOrder::BalancedLatinSquare {
+            check_conditions(self.conditions())?;
         }
-        Ok(trials)
+        Ok(())
+    }
+
+    fn append_trials_of(&self, subject: usize, trials: &mut Vec<ScheduledTrial>) {
+        let conditions = self.conditions();
+        let mut numbers = generator(self.seed, subject);
+        let mut order: Vec<usize> = (0..conditions).collect();
+        for round in 0..self.rounds {
+            match self.order {
+                TrialOrder::RandomisedBlocks => shuffle(&mut order, round > 0, &mut numbers),
+                TrialOrder::BalancedLatinSquare => {
+                    let row = (subject * self.rounds + round) % row_count(conditions);
+                    order = square_row(conditions, row);
+                }
+            }
+            let places = order.iter().enumerate();
+            trials.extend(places.map(|(place, &condition)| ScheduledTrial {
+                subject,
+                round,
+                place,
+                condition,
+            }));
+        }
     }
 
     /// Level of every factor in a condition; `None` unless it is one of [`Schedule::conditions`].

@@ -3,9 +3,10 @@
 use crate::error::PsychophysicsError;
 use crate::models::Sigmoid;
 use hwall_numeric::check::{all_finite, finite, that};
+use std::sync::Arc;
 
-/// Most entries of the table of likelihoods.
-const MOST_ENTRIES: usize = 10_000_000;
+/// Most entries of the table of likelihoods: after each answer all of them are gone through, in a few milliseconds.
+const MOST_ENTRIES: usize = 2_000_000;
 
 /// What may be presented, and what is held possible of the observer.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,7 +71,7 @@ impl QuestGrid {
             entries <= MOST_ENTRIES,
             "stimuli x thresholds x scales x lapses",
             entries as f64,
-            "at most 1e7",
+            "at most 2e6",
         )?;
         Ok(())
     }
@@ -84,17 +85,27 @@ struct Observer {
     lapse: f64,
 }
 
-/// A run of QUEST+: the posterior over observers, from a flat prior.
-///
-/// Source: Watson 2017, QUEST+.
-#[derive(Debug, Clone, PartialEq)]
-pub struct QuestPlus {
+/// What does not change during a run.
+#[derive(Debug, PartialEq)]
+struct Table {
     grid: QuestGrid,
     observers: Vec<Observer>,
     /// Share of right answers of each observer, stimulus by stimulus.
     right: Vec<f64>,
+    /// `Σ s ln s` over the shares of both answers, in the same places.
+    certainty: Vec<f64>,
+}
+
+/// A run of QUEST+: the posterior over observers, from a flat prior. A copy shares the table of likelihoods.
+///
+/// Source: Watson 2017, QUEST+.
+#[derive(Debug, Clone, PartialEq)]
+pub struct QuestPlus {
+    table: Arc<Table>,
     posterior: Vec<f64>,
     trials: usize,
+    /// Place of the stimulus that comes next.
+    next: usize,
 }
 
 /// What the posterior says.
@@ -139,28 +150,39 @@ impl QuestPlus {
         };
         let stimuli = grid.stimuli.iter();
         let right = stimuli.flat_map(|x| observers.iter().map(move |o| share(*x, o)));
-        let right = right.collect();
-        let posterior = vec![1.0 / observers.len() as f64; observers.len()];
-        Ok(Self {
-            observers,
-            right,
-            posterior,
-            grid,
+        let right: Vec<f64> = right.collect();
+        let certainty = right.iter().map(|s| x_ln_x(*s) + x_ln_x(1.0 - s));
+        let mut run = Self {
+            posterior: vec![1.0 / observers.len() as f64; observers.len()],
+            table: Arc::new(Table {
+                certainty: certainty.collect(),
+                observers,
+                right,
+                grid,
+            }),
             trials: 0,
-        })
+            next: 0,
+        };
+        run.next = run.best_place();
+        Ok(run)
     }
 
-    fn shares(&self, stimulus: usize) -> &[f64] {
-        let n = self.observers.len();
-        self.right
-            .get(stimulus * n..(stimulus + 1) * n)
-            .unwrap_or_default()
+    /// The part of a table that belongs to the stimulus of a place.
+    fn of_stimulus<'a>(&self, table: &'a [f64], place: usize) -> &'a [f64] {
+        let n = self.posterior.len();
+        let range = place.saturating_mul(n)..place.saturating_add(1).saturating_mul(n);
+        table.get(range).unwrap_or_default()
     }
 
     /// Place of the stimulus whose answer leaves the least entropy in the mean, the first of equal ones.
     #[must_use]
-    pub fn next_place(&self) -> usize {
-        let expected = (0..self.grid.stimuli.len()).map(|s| self.expected_entropy(s));
+    pub const fn next_place(&self) -> usize {
+        self.next
+    }
+
+    fn best_place(&self) -> usize {
+        let known = self.known();
+        let expected = (0..self.table.grid.stimuli.len()).map(|s| self.left_after(s, known));
         let best = expected
             .enumerate()
             .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
@@ -170,26 +192,31 @@ impl QuestPlus {
     /// That stimulus.
     #[must_use]
     pub fn next_stimulus(&self) -> f64 {
-        let stimulus = self.grid.stimuli.get(self.next_place());
+        let stimulus = self.table.grid.stimuli.get(self.next);
         stimulus.copied().unwrap_or_default()
     }
 
     /// Entropy that is left in the mean after a trial with the stimulus of a place, nat.
     #[must_use]
     pub fn expected_entropy(&self, place: usize) -> f64 {
-        let (mut sums, mut logs) = ([0.0_f64; 2], [0.0_f64; 2]);
-        for (p, right) in self.posterior.iter().zip(self.shares(place)) {
-            for (k, share) in [*right, 1.0 - right].into_iter().enumerate() {
-                let joint = p * share;
-                sums[k] += joint;
-                if joint > 0.0 {
-                    logs[k] += joint * joint.ln();
-                }
-            }
+        self.left_after(place, self.known())
+    }
+
+    /// `Σ p ln p` over the observers.
+    fn known(&self) -> f64 {
+        self.posterior.iter().map(|p| x_ln_x(*p)).sum()
+    }
+
+    fn left_after(&self, place: usize, known: f64) -> f64 {
+        // With j = p s for each observer and answer: H = Σ s̄ ln s̄ - Σ j ln j, and Σ j ln j = Σ p ln p + Σ p Σ s ln s.
+        let right = self.of_stimulus(&self.table.right, place);
+        let certainty = self.of_stimulus(&self.table.certainty, place);
+        let (mut share, mut sum) = (0.0, 0.0);
+        for ((p, right), certainty) in self.posterior.iter().zip(right).zip(certainty) {
+            share += p * right;
+            sum += p * certainty;
         }
-        // H = -Σ (j/s) ln (j/s), weighted by s: s ln s - Σ j ln j.
-        let part = |s: f64, j: f64| if s > 0.0 { s * s.ln() - j } else { 0.0 };
-        part(sums[0], logs[0]) + part(sums[1], logs[1])
+        x_ln_x(share) + x_ln_x(1.0 - share) - known - sum
     }
 
     /// The answer to the stimulus of a place.
@@ -197,14 +224,14 @@ impl QuestPlus {
     /// # Errors
     /// No such place; an answer that no observer of the grid could give.
     pub fn answer(&mut self, place: usize, right: bool) -> Result<(), PsychophysicsError> {
-        let count = self.grid.stimuli.len();
+        let count = self.table.grid.stimuli.len();
         that(
             place < count,
             "place of the stimulus",
             place as f64,
             "within the grid",
         )?;
-        let shares = self.shares(place).iter();
+        let shares = self.of_stimulus(&self.table.right, place).iter();
         let weights: Vec<f64> = shares
             .zip(&self.posterior)
             .map(|(share, p)| p * if right { *share } else { 1.0 - share })
@@ -216,6 +243,7 @@ impl QuestPlus {
         }
         self.posterior = weights.into_iter().map(|w| w / sum).collect();
         self.trials += 1;
+        self.next = self.best_place();
         Ok(())
     }
 
@@ -226,13 +254,13 @@ impl QuestPlus {
     pub fn estimate(&self, confidence: f64) -> Result<QuestEstimate, PsychophysicsError> {
         crate::error::inner_probability("confidence", confidence)?;
         let mean = |of: &dyn Fn(&Observer) -> f64| -> f64 {
-            let parts = self.observers.iter().zip(&self.posterior);
+            let parts = self.table.observers.iter().zip(&self.posterior);
             parts.map(|(o, p)| p * of(o)).sum()
         };
         let threshold = mean(&|o| o.threshold);
         let variance = mean(&|o| (o.threshold - threshold).powi(2));
         let mut marginal: Vec<(f64, f64)> = Vec::new();
-        for (o, p) in self.observers.iter().zip(&self.posterior) {
+        for (o, p) in self.table.observers.iter().zip(&self.posterior) {
             match marginal.last_mut() {
                 Some((at, sum)) if *at == o.threshold => *sum += p,
                 _ => marginal.push((o.threshold, *p)),
@@ -250,7 +278,6 @@ impl QuestPlus {
             }
             threshold
         };
-        let ln = |p: &f64| if *p > 0.0 { -p * p.ln() } else { 0.0 };
         Ok(QuestEstimate {
             threshold,
             threshold_sd: variance.sqrt(),
@@ -260,8 +287,13 @@ impl QuestPlus {
             ],
             scale: mean(&|o| o.scale),
             lapse: mean(&|o| o.lapse),
-            entropy: self.posterior.iter().map(ln).sum(),
+            entropy: -self.known(),
             trials: self.trials,
         })
     }
+}
+
+/// `x ln x`, zero at zero.
+fn x_ln_x(x: f64) -> f64 {
+    if x > 0.0 { x * x.ln() } else { 0.0 }
 }

@@ -68,14 +68,14 @@ impl Columns {
 }
 
 /// Cells of one row, by role.
-struct Trial {
-    line: u64,
-    subject: String,
-    group: String,
-    levels: Vec<String>,
-    round: Vec<String>,
+pub(super) struct Trial {
+    pub(super) line: u64,
+    pub(super) subject: String,
+    pub(super) group: String,
+    pub(super) levels: Vec<String>,
+    pub(super) round: Vec<String>,
     /// None for an answer that is missing and may be.
-    value: Option<f64>,
+    pub(super) value: Option<f64>,
 }
 
 impl Study {
@@ -116,16 +116,7 @@ impl Study {
         source
             .read_to_end(&mut bytes)
             .map_err(|error| PsychophysicsError::io("table", &error))?;
-        let decimal_commas = delimiter_of(&bytes) != b',';
-        Self::read_long(&bytes, columns, decimal_commas)
-    }
-
-    pub(super) fn read_long(
-        bytes: &[u8],
-        columns: &Columns,
-        decimal_commas: bool,
-    ) -> Result<Self, PsychophysicsError> {
-        assemble(read_trials(bytes, columns, decimal_commas)?, columns)
+        assemble(read_trials(&bytes, columns)?, columns)
     }
 }
 
@@ -150,16 +141,14 @@ pub(super) fn delimiter_of(text: &[u8]) -> u8 {
     }
 }
 
-fn read_trials(
-    bytes: &[u8],
-    columns: &Columns,
-    decimal_commas: bool,
-) -> Result<Vec<Trial>, PsychophysicsError> {
+fn read_trials(bytes: &[u8], columns: &Columns) -> Result<Vec<Trial>, PsychophysicsError> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut lines = LineCounter::of(text);
+    let delimiter = delimiter_of(text);
+    let decimal_commas = delimiter != b',';
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
-        .delimiter(delimiter_of(text))
+        .delimiter(delimiter)
         .from_reader(text);
     let header: Vec<String> = reader
         .headers()
@@ -207,28 +196,8 @@ fn read_trials(
         let levels = within_at.iter().map(key).collect::<Result<_, _>>()?;
         let group = between_at.as_ref().map(key).transpose()?;
         let round = rounds_at.iter().map(key).collect::<Result<_, _>>()?;
-        let text = &record[value_at];
-        let absent = matches!(text, "" | "NA") && columns.missing == Missing::CompleteCases;
-        let value = if absent {
-            None
-        } else {
-            let point = decimal_commas && !text.contains('.');
-            let number = if point {
-                text.replacen(',', ".", 1).parse()
-            } else {
-                text.parse()
-            };
-            let value = number.ok().filter(|v: &f64| v.is_finite());
-            Some(value.ok_or_else(|| PsychophysicsError::NotANumber {
-                line,
-                column: header[value_at].clone(),
-                text: text.chars().take(40).collect(),
-            })?)
-        };
-        // Checked here, as the mean over rounds has no line.
-        if let Some(value) = value.filter(|v| v.abs() > MOST_SIZE) {
-            return Err(PsychophysicsError::Scale { line, value });
-        }
+        let place = (line, header[value_at].as_str());
+        let value = answer_of(&record[value_at], place, columns.missing, decimal_commas)?;
         trials.push(Trial {
             line,
             subject,
@@ -244,7 +213,34 @@ fn read_trials(
     Ok(trials)
 }
 
-fn find(header: &[String], column: &str) -> Result<usize, PsychophysicsError> {
+/// The number of a cell of answers; `None` where it is missing and may be. `place`: line and column, for the error.
+pub(super) fn answer_of(
+    text: &str,
+    (line, column): (u64, &str),
+    missing: Missing,
+    decimal_commas: bool,
+) -> Result<Option<f64>, PsychophysicsError> {
+    if matches!(text, "" | "NA") && missing == Missing::CompleteCases {
+        return Ok(None);
+    }
+    let number = match decimal_commas && !text.contains('.') {
+        true => text.replacen(',', ".", 1).parse(),
+        false => text.parse(),
+    };
+    let value = number.ok().filter(|v: &f64| v.is_finite());
+    let value = value.ok_or_else(|| PsychophysicsError::NotANumber {
+        line,
+        column: column.to_owned(),
+        text: text.chars().take(40).collect(),
+    })?;
+    // Checked here, as the mean over rounds has no line.
+    if value.abs() > MOST_SIZE {
+        return Err(PsychophysicsError::Scale { line, value });
+    }
+    Ok(Some(value))
+}
+
+pub(super) fn find(header: &[String], column: &str) -> Result<usize, PsychophysicsError> {
     let places = |same: &dyn Fn(&str) -> bool| -> Vec<usize> {
         (0..header.len()).filter(|&i| same(&header[i])).collect()
     };
@@ -314,7 +310,7 @@ impl Levels {
     }
 }
 
-fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, PsychophysicsError> {
+pub(super) fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, PsychophysicsError> {
     let subjects = Levels::appeared(trials.iter().map(|t| &t.subject));
     let level = |f: usize| Levels::ordered(trials.iter().map(move |t| &t.levels[f]));
     let levels: Vec<Levels> = (0..columns.within.len()).map(level).collect();

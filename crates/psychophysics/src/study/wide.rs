@@ -1,86 +1,171 @@
 //! Reading a study from a wide table: one row per subject, one column per combination of levels.
 
 use super::complete::Study;
-use super::table::Columns;
+use super::lines::LineCounter;
+use super::table::{Columns, Trial, answer_of, assemble, delimiter_of, find};
 use crate::error::PsychophysicsError;
+
+/// A column of answers: where it stands, and the level of every factor.
+struct AnswerColumn {
+    place: usize,
+    levels: Vec<String>,
+}
 
 impl Study {
     /// Reads a wide table: a header line, then one row per subject. The columns of answers are named by the levels of the
     /// factors of `columns` in their order, joined by `joint`: `0_20`, `0_40`, `45_20` for the factors angle and speed and
-    /// the joint `_`. Other columns are ignored; [`Columns::value`] is only what the answers are called.
+    /// the joint `_`. With one factor they are named by it and its levels, `angle_0`, `angle_45`; without such columns those whose
+    /// names are numbers are taken, and without those, too, all. Other columns are ignored; [`Study::wide_columns`] says which
+    /// are taken. [`Columns::value`] is only what the answers are called.
     ///
     /// # Errors
-    /// As [`Study::from_csv_str`]; no column of answers; rounds, which a wide table does not have.
+    /// As [`Study::from_csv_str`], with the lines and columns of this table; no column of answers; rounds, which a wide table does
+    /// not have.
     pub fn from_wide_csv_str(
         text: &str,
         columns: &Columns,
         joint: &str,
     ) -> Result<Self, PsychophysicsError> {
-        let refused = |why: &'static str| PsychophysicsError::Wide { why };
-        if !columns.rounds.is_empty() {
-            return Err(refused("it has no rounds"));
-        }
-        if joint.is_empty() && columns.within.len() > 1 {
-            return Err(refused("levels need a text that joins them"));
-        }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let delimiter = super::table::delimiter_of(text.as_bytes());
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .delimiter(delimiter)
-            .from_reader(text.as_bytes());
-        let malformed = |error: csv::Error| PsychophysicsError::Malformed {
-            line: error.position().map_or(0, csv::Position::line),
-            message: error.to_string(),
-        };
-        let header = reader.headers().map_err(malformed)?.clone();
-        let named = [Some(&columns.subject), columns.between.as_ref()];
-        let kept = |name: &str| named.iter().flatten().any(|n| n.eq_ignore_ascii_case(name));
-        let levels: Vec<Option<Vec<&str>>> = header
-            .iter()
-            .map(|name| {
-                let parts: Vec<&str> = match columns.within.len() {
-                    1 => vec![name],
-                    _ => name.split(joint).collect(),
-                };
-                let fits =
-                    parts.len() == columns.within.len() && parts.iter().all(|p| !p.is_empty());
-                (fits && !kept(name)).then_some(parts)
-            })
-            .collect();
-        if levels.iter().all(Option::is_none) {
-            return Err(refused("no column is named by a level of every factor"));
-        }
-        let mut long = csv::Writer::from_writer(Vec::new());
-        let mut head: Vec<&str> = named.iter().flatten().map(|n| n.as_str()).collect();
-        head.extend(columns.within.iter().map(String::as_str));
-        head.push(&columns.value);
-        long.write_record(&head).map_err(malformed)?;
-        let places: Vec<usize> = named
-            .iter()
-            .flatten()
-            .map(|name| {
-                let found = header.iter().position(|h| h.eq_ignore_ascii_case(name));
-                found.ok_or_else(|| PsychophysicsError::UnknownColumn {
-                    column: (*name).clone(),
-                    header: header.iter().collect::<Vec<_>>().join(","),
-                })
-            })
-            .collect::<Result<_, _>>()?;
+        let mut lines = LineCounter::of(text.as_bytes());
+        let delimiter = delimiter_of(text.as_bytes());
+        let mut reader = reader(text, delimiter);
+        let header = reader.headers();
+        let header = header.map_err(|error| lines.refused(&error))?;
+        let header: Vec<String> = header.iter().map(str::to_owned).collect();
+        let answers = answer_columns(&header, columns, joint)?;
+        let subject_at = find(&header, &columns.subject)?;
+        let between_at = columns.between.as_ref().map(|name| find(&header, name));
+        let between_at = between_at.transpose()?;
+        let mut trials = Vec::new();
         for record in reader.records() {
-            let record = record.map_err(malformed)?;
-            for (cell, levels) in record.iter().zip(&levels) {
-                let Some(levels) = levels else {
-                    continue;
-                };
-                let mut row: Vec<&str> = places.iter().filter_map(|p| record.get(*p)).collect();
-                row.extend(levels);
-                row.push(cell);
-                long.write_record(&row).map_err(malformed)?;
+            let record = record.map_err(|error| lines.refused(&error))?;
+            let line = lines.at(record.position());
+            let key = |place: usize| {
+                let text = record.get(place).filter(|text| !text.is_empty());
+                text.map(str::to_owned)
+                    .ok_or_else(|| PsychophysicsError::EmptyCell {
+                        line,
+                        column: header.get(place).cloned().unwrap_or_default(),
+                    })
+            };
+            let (subject, group) = (key(subject_at)?, between_at.map(key).transpose()?);
+            for column in &answers {
+                let cell = record.get(column.place).unwrap_or_default();
+                let name = header.get(column.place).map_or("", String::as_str);
+                let value = answer_of(cell, (line, name), columns.missing, delimiter != b',')?;
+                trials.push(Trial {
+                    line,
+                    subject: subject.clone(),
+                    group: group.clone().unwrap_or_default(),
+                    levels: column.levels.clone(),
+                    round: Vec::new(),
+                    value,
+                });
             }
         }
-        let bytes = long.into_inner().map_err(|_| refused("it is too large"))?;
-        let decimal_commas = delimiter != b',';
-        Self::read_long(&bytes, columns, decimal_commas)
+        if trials.is_empty() {
+            return Err(PsychophysicsError::NoRows);
+        }
+        assemble(trials, columns)
     }
+
+    /// The columns of a wide table that [`Study::from_wide_csv_str`] takes for answers.
+    ///
+    /// # Errors
+    /// A header that it refuses.
+    pub fn wide_columns(
+        text: &str,
+        columns: &Columns,
+        joint: &str,
+    ) -> Result<Vec<String>, PsychophysicsError> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut reader = reader(text, delimiter_of(text.as_bytes()));
+        let header = reader.headers();
+        let mut lines = LineCounter::of(text.as_bytes());
+        let header = header.map_err(|error| lines.refused(&error))?;
+        let header: Vec<String> = header.iter().map(str::to_owned).collect();
+        let taken = answer_columns(&header, columns, joint)?;
+        Ok(taken
+            .into_iter()
+            .filter_map(|column| header.get(column.place).cloned())
+            .collect())
+    }
+}
+
+fn reader(text: &str, delimiter: u8) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .delimiter(delimiter)
+        .from_reader(text.as_bytes())
+}
+
+fn answer_columns(
+    header: &[String],
+    columns: &Columns,
+    joint: &str,
+) -> Result<Vec<AnswerColumn>, PsychophysicsError> {
+    let refused = |why: &'static str| PsychophysicsError::Wide { why };
+    if !columns.rounds.is_empty() {
+        return Err(refused("it has no rounds"));
+    }
+    if joint.is_empty() && columns.within.len() > 1 {
+        return Err(refused("levels need a text that joins them"));
+    }
+    let named = [Some(&columns.subject), columns.between.as_ref()];
+    let is_named = |name: &str| named.iter().flatten().any(|n| n.eq_ignore_ascii_case(name));
+    let others = header.iter().enumerate();
+    let others: Vec<(usize, &str)> = others
+        .map(|(place, name)| (place, name.as_str()))
+        .filter(|(_, name)| !name.is_empty() && !is_named(name))
+        .collect();
+    let taken: Vec<AnswerColumn> = match &columns.within[..] {
+        [factor] => of_one_factor(&others, factor, joint),
+        several => others
+            .iter()
+            .filter_map(|(place, name)| {
+                let levels: Vec<String> = name.split(joint).map(str::to_owned).collect();
+                let fits = levels.len() == several.len() && levels.iter().all(|l| !l.is_empty());
+                let place = *place;
+                fits.then_some(AnswerColumn { place, levels })
+            })
+            .collect(),
+    };
+    if taken.is_empty() {
+        return Err(refused("no column is named by a level of every factor"));
+    }
+    for (i, column) in taken.iter().enumerate() {
+        if taken[..i].iter().any(|other| other.levels == column.levels) {
+            let column = header.get(column.place).cloned().unwrap_or_default();
+            return Err(PsychophysicsError::ColumnTwice { column });
+        }
+    }
+    Ok(taken)
+}
+
+/// Columns named by the factor and a level; else those whose names are numbers; else all.
+fn of_one_factor(others: &[(usize, &str)], factor: &str, joint: &str) -> Vec<AnswerColumn> {
+    let take = |level_of: &dyn Fn(&str) -> Option<String>| -> Vec<AnswerColumn> {
+        let found = others.iter().filter_map(|(place, name)| {
+            let levels = vec![level_of(name)?];
+            let place = *place;
+            Some(AnswerColumn { place, levels })
+        });
+        found.collect()
+    };
+    let named = take(&|name| {
+        let level = name.strip_prefix(factor)?.strip_prefix(joint)?;
+        (!level.is_empty()).then(|| level.to_owned())
+    });
+    if !named.is_empty() {
+        return named;
+    }
+    let numbers = take(&|name| {
+        let number = name.parse::<f64>().ok().filter(|v| v.is_finite());
+        number.map(|_| name.to_owned())
+    });
+    if !numbers.is_empty() {
+        return numbers;
+    }
+    take(&|name| Some(name.to_owned()))
 }

@@ -69,7 +69,7 @@ pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> Markdown
     row(
         "board turned back on its way before a touch, median; boards sent in vain for each touch",
         match (summary.reversals_median, summary.in_vain_per_touch) {
-            (Some(reversals), Some(vain)) => format!("{reversals:.0}; {vain:.2}"),
+            (Some(reversals), Some(vain)) => format!("{reversals}; {vain:.2}"),
             _ => "none".to_owned(),
         },
     );

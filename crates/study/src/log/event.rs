@@ -1,7 +1,7 @@
 //! What the log holds.
 
 use crate::present::Presentation;
-use crate::protocol::Protocol;
+use crate::protocol::{Participants, Protocol};
 use serde::{Deserialize, Serialize};
 
 /// Something that happened in a study.
@@ -14,6 +14,9 @@ pub enum Event {
         version: u32,
         /// The study.
         protocol: Protocol,
+        /// Who takes part; people in logs of version 1, which did not say.
+        #[serde(default)]
+        participants: Participants,
     },
     /// The study goes on after its program had ended.
     Resumed {
@@ -47,4 +50,18 @@ pub enum Event {
         /// Subject, from 0.
         subject: usize,
     },
+}
+
+impl Event {
+    /// Its kind, in a word.
+    #[must_use]
+    pub const fn word(&self) -> &'static str {
+        match self {
+            Self::Opened { .. } => "opened",
+            Self::Resumed { .. } => "resumed",
+            Self::Presented { .. } => "presented",
+            Self::Answered { .. } => "answered",
+            Self::Rested { .. } => "rested",
+        }
+    }
 }

@@ -1,10 +1,10 @@
 //! The file of the log.
 
 use super::event::Event;
-use super::line::{START, decode, encode};
+use super::line::{START, decode, encode, holds_log_lines, is_cut_first_line};
 use crate::error::StudyError;
-use std::fs::{File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 /// When an event counts as written.
@@ -38,48 +38,50 @@ pub struct Recovered {
 }
 
 impl EventLog {
-    /// A new log.
+    /// A new log, under a lock of its own: no other run writes to it while this one has it. What a cut left of the first line
+    /// of an earlier log is overwritten.
     ///
     /// # Errors
-    /// A file that exists already or cannot be made.
+    /// A file that cannot be made; [`StudyError::InUse`]; [`StudyError::Exists`] for a log with events,
+    /// [`StudyError::NotALog`] for a file that is something else.
     pub fn create(path: &Path, durability: Durability) -> Result<Self, StudyError> {
-        let file = OpenOptions::new()
-            .read(true)
-            .append(true)
-            .create_new(true)
-            .open(path);
-        let file = file.map_err(|error| StudyError::io(path, &error))?;
-        let log = Self {
+        let failed = |error: std::io::Error| StudyError::io(path, &error);
+        let mut options = OpenOptions::new();
+        let (file, bytes) = locked(path, options.create(true))?;
+        match read(&bytes) {
+            Err(Unreadable::Nothing) => {}
+            Err(Unreadable::NotALog) => return Err(not_a_log(path)),
+            Ok(_) | Err(Unreadable::Changed(_) | Unreadable::DamagedEnd(_)) => {
+                return Err(StudyError::Exists {
+                    name: path.display().to_string(),
+                });
+            }
+        }
+        file.set_len(0).map_err(failed)?;
+        if durability == Durability::Disk {
+            file.sync_all().map_err(failed)?;
+        }
+        Ok(Self {
             path: path.to_owned(),
             file,
             sum: START,
             durability,
             broken: false,
-        };
-        if durability == Durability::Disk
-            && let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty())
-            && let Ok(folder) = File::open(folder)
-        {
-            // The name of the file, too; where a system cannot, it does so by itself.
-            let _ = folder.sync_all();
-        }
-        Ok(log)
+        })
     }
 
-    /// Reads a log and goes on with it. A last line that is not whole, as a crash leaves it, is cut off.
+    /// Reads a log and goes on with it, under a lock. A last line without its line feed, as a crash leaves it, is cut off.
     ///
     /// # Errors
-    /// A file that cannot be read or cut; [`StudyError::Changed`] for a wrong line that others follow.
+    /// A file that cannot be read or cut; [`StudyError::InUse`]; [`StudyError::NothingRecorded`] if not even the first line is
+    /// whole; [`StudyError::NotALog`] for a file that is something else, which is not touched; [`StudyError::Changed`] for a
+    /// wrong line that others follow, [`StudyError::DamagedEnd`] for a wrong last one with a line feed.
     pub fn open(path: &Path, durability: Durability) -> Result<(Self, Recovered), StudyError> {
         let failed = |error: std::io::Error| StudyError::io(path, &error);
-        let file = OpenOptions::new().read(true).append(true).open(path);
-        let mut file = file.map_err(failed)?;
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(failed)?;
-        let found = read(&bytes)?;
+        let (file, bytes) = locked(path, &mut OpenOptions::new())?;
+        let found = read(&bytes).map_err(|error| named(error, path))?;
         if found.whole < bytes.len() {
             file.set_len(found.whole as u64).map_err(failed)?;
-            file.seek(SeekFrom::End(0)).map_err(failed)?;
             file.sync_all().map_err(failed)?;
         }
         let recovered = Recovered {
@@ -96,10 +98,21 @@ impl EventLog {
         Ok((log, recovered))
     }
 
+    /// The events of a log, which may be in use and is not changed.
+    ///
+    /// # Errors
+    /// As [`EventLog::open`], but for [`StudyError::InUse`].
+    pub fn events(path: &Path) -> Result<Vec<Event>, StudyError> {
+        let bytes = std::fs::read(path).map_err(|error| StudyError::io(path, &error))?;
+        let found = read(&bytes).map_err(|error| named(error, path))?;
+        Ok(found.events)
+    }
+
     /// Writes an event; when this returns, it is as safe as the log's [`Durability`] says.
     ///
     /// # Errors
-    /// A file that cannot be written; after that the log takes nothing more.
+    /// [`StudyError::NotStorable`] for an event that would not come back as it was, of which nothing is written; a file that
+    /// cannot be written, after which the log takes nothing more.
     pub fn append(&mut self, event: &Event) -> Result<(), StudyError> {
         let failed = |error: std::io::Error| StudyError::io(&self.path, &error);
         if self.broken {
@@ -107,8 +120,17 @@ impl EventLog {
                 "a write before this one failed",
             )));
         }
-        let Some((line, sum)) = encode(self.sum, event) else {
-            return Err(failed(std::io::Error::other("an event without a text")));
+        // What cannot be read again must not be in the log.
+        let encoded = encode(self.sum, event).filter(|(line, sum)| {
+            let decoded = line
+                .strip_suffix('\n')
+                .and_then(|line| decode(self.sum, line.as_bytes()));
+            decoded.is_some_and(|(back, own)| back == *event && own == *sum)
+        });
+        let Some((line, sum)) = encoded else {
+            return Err(StudyError::NotStorable {
+                event: event.word(),
+            });
         };
         let written = self.file.write_all(line.as_bytes()).and_then(|()| {
             self.file.flush()?;
@@ -131,7 +153,50 @@ struct Found {
     whole: usize,
 }
 
-fn read(bytes: &[u8]) -> Result<Found, StudyError> {
+/// The file of a path, under an exclusive lock, and its bytes.
+fn locked(path: &Path, options: &mut OpenOptions) -> Result<(File, Vec<u8>), StudyError> {
+    let failed = |error: std::io::Error| StudyError::io(path, &error);
+    let mut file = options.read(true).append(true).open(path).map_err(failed)?;
+    file.try_lock().map_err(|error| match error {
+        TryLockError::WouldBlock => StudyError::InUse {
+            name: path.display().to_string(),
+        },
+        TryLockError::Error(error) => failed(error),
+    })?;
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(failed)?;
+    Ok((file, bytes))
+}
+
+fn not_a_log(path: &Path) -> StudyError {
+    StudyError::NotALog {
+        name: path.display().to_string(),
+    }
+}
+
+/// Errors of [`read`], which does not know the file.
+fn named(error: Unreadable, path: &Path) -> StudyError {
+    match error {
+        Unreadable::Nothing => StudyError::NothingRecorded {
+            name: path.display().to_string(),
+        },
+        Unreadable::NotALog => not_a_log(path),
+        Unreadable::Changed(line) => StudyError::Changed { line },
+        Unreadable::DamagedEnd(line) => StudyError::DamagedEnd { line },
+    }
+}
+
+/// Why bytes are no log.
+enum Unreadable {
+    /// Less than one line of one.
+    Nothing,
+    NotALog,
+    /// The line, from 1.
+    Changed(usize),
+    DamagedEnd(usize),
+}
+
+fn read(bytes: &[u8]) -> Result<Found, Unreadable> {
     let mut found = Found {
         events: Vec::new(),
         sum: START,
@@ -142,19 +207,25 @@ fn read(bytes: &[u8]) -> Result<Found, StudyError> {
             .strip_suffix(b"\n")
             .and_then(|line| decode(found.sum, line));
         let Some((event, sum)) = decoded else {
-            // A write that was cut is the last there is: no line feed comes after it.
+            let number = found.events.len() + 1;
             let rest = bytes.get(found.whole..).unwrap_or_default();
-            let cut = rest.iter().filter(|b| **b == b'\n').count() == 0;
-            if cut {
-                break;
-            }
-            return Err(StudyError::Changed {
-                line: found.events.len() + 1,
-            });
+            let first_feed = rest.iter().position(|b| *b == b'\n');
+            return match first_feed {
+                // A write that was cut is the last there is: no line feed comes after it.
+                None if number > 1 => Ok(found),
+                None if is_cut_first_line(rest) => Err(Unreadable::Nothing),
+                None => Err(Unreadable::NotALog),
+                Some(_) if number == 1 && !holds_log_lines(rest) => Err(Unreadable::NotALog),
+                Some(at) if at + 1 == rest.len() => Err(Unreadable::DamagedEnd(number)),
+                Some(_) => Err(Unreadable::Changed(number)),
+            };
         };
         found.events.push(event);
         found.sum = sum;
         found.whole += line.len();
+    }
+    if found.events.is_empty() {
+        return Err(Unreadable::Nothing);
     }
     Ok(found)
 }

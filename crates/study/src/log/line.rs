@@ -19,6 +19,32 @@ fn checksum(before: u32, json: &[u8]) -> u32 {
     digest.finalize()
 }
 
+/// How the JSON of the first line begins.
+const FIRST: &[u8] = b"{\"event\":\"opened\",";
+
+/// Can these bytes, without a line feed, be what a cut left of a first line?
+pub(super) fn is_cut_first_line(bytes: &[u8]) -> bool {
+    let (digits, rest) = bytes.split_at(bytes.len().min(HEAD - 1));
+    let lower = digits
+        .iter()
+        .all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'));
+    let mut begin = b" ".iter().chain(FIRST);
+    lower
+        && rest
+            .iter()
+            .all(|b| begin.next().is_none_or(|wanted| wanted == b))
+        && !rest.contains(&b'\n')
+}
+
+/// Does any line look like one of a log, whatever its checksum?
+pub(super) fn holds_log_lines(bytes: &[u8]) -> bool {
+    bytes.split(|b| *b == b'\n').any(|line| {
+        let json = line.get(HEAD..).unwrap_or_default();
+        json.starts_with(b"{\"event\":\"")
+            && is_cut_first_line(line.get(..HEAD).unwrap_or_default())
+    })
+}
+
 /// The line of an event with its line feed, and its checksum.
 pub(super) fn encode(before: u32, event: &Event) -> Option<(String, u32)> {
     let json = serde_json::to_string(event).ok()?;

@@ -47,6 +47,12 @@ impl Roughness {
     pub fn validate(&self) -> Result<(), StudyError> {
         finite("per_100_mm_per_s", self.per_100_mm_per_s)?;
         finite("force_exponent", self.force_exponent)?;
+        for (what, value) in [
+            ("per_100_mm_per_s", self.per_100_mm_per_s),
+            ("force_exponent", self.force_exponent),
+        ] {
+            that(value.abs() <= 1e3, what, value, "within 1e3 of zero")?;
+        }
         let count = self.over_angle.len();
         that(
             count > 0,
@@ -57,6 +63,12 @@ impl Roughness {
         for [deg, ln] in &self.over_angle {
             finite("angle", *deg)?;
             finite("logarithm of roughness", *ln)?;
+            that(
+                ln.abs() <= 1e3,
+                "logarithm of roughness",
+                *ln,
+                "within 1e3 of zero",
+            )?;
         }
         for pair in self.over_angle.windows(2) {
             let rises = pair[0][0] < pair[1][0];

@@ -72,6 +72,8 @@ pub struct SimulatedParticipant {
 
 /// What a mean participant says for a roughness whose logarithm is zero.
 const USUAL_ANSWER: f64 = 5.0;
+/// The least and the largest number that anybody says.
+const SAID: [f64; 2] = [1e-3, 1e8];
 /// The logarithm that is the middle of a scale of points, and what one end is away from it.
 const SCALE_MIDDLE: f64 = 0.45;
 const SCALE_HALF: f64 = 0.75;
@@ -119,7 +121,7 @@ impl SimulatedParticipant {
             Procedure::Magnitude => {
                 let ln = if lapse { 2.0 * luck - 1.0 } else { felt };
                 // People say numbers of two digits or so.
-                two_digits((self.ln_modulus + ln).exp())
+                two_digits((self.ln_modulus + ln).exp().clamp(SAID[0], SAID[1]))
             }
             Procedure::Likert { points } => {
                 let place = (felt - SCALE_MIDDLE) / SCALE_HALF;
@@ -147,8 +149,8 @@ impl SimulatedParticipant {
     }
 }
 
+/// Two digits of a number above zero.
 fn two_digits(value: f64) -> f64 {
     let digits = 10_f64.powi(1 - value.abs().max(1e-9).log10().floor() as i32);
-    let rounded = (value * digits).round() / digits;
-    round(rounded).max(1e-3)
+    round((value * digits).round() / digits)
 }

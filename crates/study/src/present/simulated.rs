@@ -164,10 +164,10 @@ fn scene_of(surface: Surface) -> Result<Scene, SceneError> {
     );
     let kind = match surface {
         Surface::Wall => String::new(),
-        // Heavy enough to keep its place under a finger for a touch, light enough to give way.
+        // So damped that it gives way for a whole touch and does not run ahead of the finger that pushes it.
         Surface::Door => format!(
             "kind = \"revolving_door\"\nhinge_point_m = [{WALL_M}, -1, 0]\nhinge_axis = [0, 0, 1]\nrange_deg = [-60, 60]\n\
-             inertia_kg_m2 = 40\ndamping_n_m_s_per_rad = 60\n"
+             inertia_kg_m2 = 40\ndamping_n_m_s_per_rad = 600\n"
         ),
         // A light sash: it goes up with the finger, and its texture moves across that.
         Surface::Panel => {

@@ -2,6 +2,7 @@
 
 use crate::error::StudyError;
 use crate::protocol::Protocol;
+use hwall::numeric::check::{finite, that};
 use serde::{Deserialize, Serialize};
 
 /// What the board stands for.
@@ -61,19 +62,15 @@ impl Stimulus {
                 let number = level.parse().ok();
                 number.filter(|v: &f64| (0.0..=most).contains(v))
             };
-            let name = factor.name.to_lowercase();
-            let mut units = ["_deg", "_mm_per_s", "_mm_s"].into_iter();
-            let bare = units.find_map(|unit| name.strip_suffix(unit));
-            let bare = bare.unwrap_or(&name);
-            match bare {
-                "angle" | "orientation" => {
+            match Quantity::of(&factor.name)? {
+                Quantity::Angle => {
                     stimulus.angle_deg = within(90.0).ok_or_else(|| refused("0 to 90 degrees"))?;
                 }
-                "speed" | "velocity" => {
+                Quantity::Speed => {
                     stimulus.speed_mm_per_s =
                         within(100.0).ok_or_else(|| refused("0 to 100 mm/s"))?;
                 }
-                "surface" => {
+                Quantity::Surface => {
                     stimulus.surface = match level {
                         "wall" => Surface::Wall,
                         "door" => Surface::Door,
@@ -81,13 +78,70 @@ impl Stimulus {
                         _ => return Err(refused("wall, door or panel")),
                     };
                 }
-                _ => {
-                    let factor = factor.name.clone();
-                    return Err(StudyError::UnknownFactor { factor });
-                }
             }
         }
         Ok(stimulus)
+    }
+
+    /// Checks that every condition of a protocol can be presented.
+    ///
+    /// # Errors
+    /// As [`Stimulus::of`]; [`StudyError::SameQuantity`] for two factors that set the same, as `angle` and `orientation`.
+    pub fn check_all(protocol: &Protocol) -> Result<(), StudyError> {
+        let mut named: Vec<(Quantity, &str)> = Vec::new();
+        for factor in &protocol.factors {
+            let quantity = Quantity::of(&factor.name)?;
+            if let Some((_, first)) = named.iter().find(|(other, _)| *other == quantity) {
+                return Err(StudyError::SameQuantity {
+                    first: (*first).to_owned(),
+                    second: factor.name.clone(),
+                    quantity: quantity.word(),
+                });
+            }
+            named.push((quantity, &factor.name));
+        }
+        // Every level stands in a condition that differs from the first one in its factor alone.
+        let mut step = protocol.conditions();
+        for factor in &protocol.factors {
+            step /= factor.levels.len().max(1);
+            for place in 0..factor.levels.len() {
+                Self::of(protocol, place * step)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a factor sets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    Angle,
+    Speed,
+    Surface,
+}
+
+impl Quantity {
+    /// Of a factor's name, with or without the unit of its numbers.
+    fn of(factor: &str) -> Result<Self, StudyError> {
+        let name = factor.to_lowercase();
+        let mut units = ["_deg", "_mm_per_s", "_mm_s"].into_iter();
+        let bare = units.find_map(|unit| name.strip_suffix(unit));
+        match bare.unwrap_or(&name) {
+            "angle" | "orientation" => Ok(Self::Angle),
+            "speed" | "velocity" => Ok(Self::Speed),
+            "surface" => Ok(Self::Surface),
+            _ => Err(StudyError::UnknownFactor {
+                factor: factor.to_owned(),
+            }),
+        }
+    }
+
+    const fn word(self) -> &'static str {
+        match self {
+            Self::Angle => "angle",
+            Self::Speed => "speed",
+            Self::Surface => "surface",
+        }
     }
 }
 
@@ -151,6 +205,22 @@ pub struct Presentation {
 }
 
 impl Presentation {
+    /// Rejects numbers that no touch has.
+    ///
+    /// # Errors
+    /// The first number that is not finite, an angle outside 0 to 90 degrees, a negative time in contact.
+    pub fn validate(&self) -> Result<(), StudyError> {
+        self.rendered.validate()?;
+        self.reference.as_ref().map_or(Ok(()), Rendered::validate)
+    }
+
+    pub(crate) fn rounded(self) -> Self {
+        Self {
+            rendered: self.rendered.rounded(),
+            reference: self.reference.map(Rendered::rounded),
+        }
+    }
+
     /// Why the trial does not count; `None` if it does.
     #[must_use]
     pub fn why_not(&self) -> Option<&'static str> {
@@ -160,6 +230,34 @@ impl Presentation {
 }
 
 impl Rendered {
+    fn validate(&self) -> Result<(), StudyError> {
+        for (what, value) in [
+            ("rendered angle_deg", self.angle_deg),
+            ("rendered speed_mm_per_s", self.speed_mm_per_s),
+            ("rendered felt_mm_per_s", self.felt_mm_per_s),
+            ("rendered force_n", self.force_n),
+            ("rendered contact_s", Some(self.contact_s)),
+            ("rendered moved", self.moved),
+        ] {
+            if let Some(value) = value {
+                finite(what, value)?;
+                that(value.abs() <= 1e6, what, value, "at most 1e6")?;
+            }
+        }
+        if let Some(deg) = self.angle_deg {
+            let holds = (0.0..=90.0).contains(&deg);
+            that(holds, "rendered angle_deg", deg, "0 to 90")?;
+        }
+        let contact_s = self.contact_s;
+        that(
+            contact_s >= 0.0,
+            "rendered contact_s",
+            contact_s,
+            "zero or above",
+        )?;
+        Ok(())
+    }
+
     /// With six digits after the point: what is stored is what is used, also after a log was read again.
     #[must_use]
     pub fn rounded(self) -> Self {

@@ -1,7 +1,9 @@
 //! What a study does: factors, procedure, and the plan of every subject.
 
+mod participants;
 mod plan;
 mod settings;
 
+pub use participants::Participants;
 pub use plan::{Planned, PlannedTrial, TrialKind};
 pub use settings::{Procedure, Protocol, StudyFactor, TrialOrder};

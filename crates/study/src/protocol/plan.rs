@@ -58,8 +58,7 @@ impl Protocol {
     /// As [`Protocol::validate`]; a subject beyond the study has an empty plan.
     pub fn plan(&self, subject: usize) -> Result<Vec<Planned>, StudyError> {
         self.validate()?;
-        let scheduled = self.schedule().trials()?;
-        let own = scheduled.into_iter().filter(|t| t.subject == subject);
+        let own = self.schedule().trials_of(subject)?;
         let mut numbers = generator(self.seed, subject);
         let mut trials: Vec<(usize, TrialKind, usize)> = Vec::new();
         if subject < self.subjects {
@@ -68,7 +67,6 @@ impl Protocol {
                 trials.push((0, TrialKind::Practice, condition));
             }
         }
-        let own: Vec<_> = own.collect();
         for block in own.chunk_by(|a, b| a.round == b.round) {
             // Which places of the block are asked twice.
             let mut places: Vec<usize> = (0..block.len()).collect();

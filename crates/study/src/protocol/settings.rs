@@ -79,7 +79,7 @@ impl Procedure {
             ),
             Self::Likert { points } => (
                 (1.0..=f64::from(points)).contains(&answer) && answer.fract() == 0.0,
-                "a point of the scale",
+                "a whole number from 1 to the end of the scale",
             ),
             Self::TwoIntervals | Self::Staircase | Self::Quest => {
                 (answer == 1.0 || answer == 2.0, "1 or 2")
@@ -229,7 +229,12 @@ impl Protocol {
             for (place, level) in factor.levels.iter().enumerate() {
                 let plain =
                     !level.is_empty() && level.len() <= 100 && !level.chars().any(char::is_control);
-                if !plain || factor.levels[..place].contains(level) {
+                // 0 and 0.0 are one level to whoever reads the table.
+                let number = |text: &String| text.parse::<f64>().ok().filter(|v| v.is_finite());
+                let same = |other: &String| {
+                    other == level || number(other).is_some_and(|v| Some(v) == number(level))
+                };
+                if !plain || factor.levels[..place].iter().any(same) {
                     return Err(StudyError::BadLevel {
                         factor: name.to_owned(),
                         level: level.clone(),
@@ -242,7 +247,7 @@ impl Protocol {
             self.rising_levels()?;
         }
         // Names that stand twice, and squares that are too large.
-        self.schedule().trials()?;
+        self.schedule().validate()?;
         Ok(())
     }
 

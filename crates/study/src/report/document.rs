@@ -1,14 +1,17 @@
 //! The report of a study.
 
+use super::agreement;
 use super::groups::{LevelGroups, level_groups};
+use super::methods;
+use super::scale;
 use super::thresholds;
 use crate::error::StudyError;
 use crate::export::write_trials;
-use crate::protocol::{Procedure, Protocol, TrialKind, TrialOrder};
-use crate::run::TrialRecord;
+use crate::protocol::{Procedure, Protocol, TrialKind};
+use crate::run::{StudyRecord, TrialRecord};
 use hwall::psychophysics::{
-    Adjustment, Analysis, AnalysisConfig, Columns, ErrorModel, Normalisation, Study as Table,
-    analyse,
+    Adjustment, Analysis, AnalysisConfig, Columns, ErrorModel, LeftOut, Normalisation,
+    Study as Table, analyse,
 };
 use std::fmt::Write;
 
@@ -24,20 +27,24 @@ pub struct StudyReport {
     pub why_not: Option<String>,
     /// Levels of each factor in groups.
     pub groups: Vec<LevelGroups>,
-    /// The table that was analysed.
+    /// The table that was analysed: of the subjects with a valid answer in every condition.
     pub table: Option<Table>,
+    /// Subjects who were left out of it.
+    pub left_out: Vec<LeftOut>,
     text: String,
 }
 
 impl StudyReport {
-    /// Analyses the answers so far: magnitudes normalised by geometric means, both error models, pairs by Holm.
+    /// Analyses the answers so far: magnitudes normalised by geometric means, both error models, pairs by Holm. Subjects without
+    /// a valid answer in every cell are left out, and named.
     ///
     /// # Errors
     /// A table that cannot be made. Answers that cannot be analysed yet are no error: the report says why.
-    pub fn of(protocol: &Protocol, records: &[TrialRecord]) -> Result<Self, StudyError> {
+    pub fn of(study: &StudyRecord) -> Result<Self, StudyError> {
+        let protocol = &study.protocol;
         let table = match protocol.procedure.is_two_intervals() {
             true => Err("which of two was rougher gives thresholds".to_owned()),
-            false => table(protocol, records)?,
+            false => table(protocol, &study.trials)?,
         };
         let config = AnalysisConfig {
             normalisation: match protocol.procedure {
@@ -49,17 +56,19 @@ impl StudyReport {
             posthoc: Some(Adjustment::Holm),
             confidence: 0.95,
         };
-        let analysed = table.and_then(|table| {
-            let analysis = analyse(&table, &config).map_err(|error| error.to_string())?;
-            Ok((table, analysis))
-        });
         let mut report = Self {
             analysis: None,
             why_not: None,
             groups: Vec::new(),
             table: None,
+            left_out: Vec::new(),
             text: String::new(),
         };
+        let analysed = table.and_then(|table| {
+            report.left_out = table.left_out().to_vec();
+            let analysis = analyse(&table, &config).map_err(|error| error.to_string())?;
+            Ok((table, analysis))
+        });
         match analysed {
             Ok((table, analysis)) => {
                 report.groups = level_groups(&analysis.posthoc, Adjustment::Holm, ALPHA);
@@ -68,10 +77,10 @@ impl StudyReport {
             }
             Err(why_not) => report.why_not = Some(why_not),
         }
-        report.text = report.write(protocol, records).unwrap_or_default();
+        report.text = report.write(study).unwrap_or_default();
         if protocol.procedure.is_two_intervals() {
             report.text += "\n## Thresholds\n\n";
-            report.text += &thresholds::section(protocol, records)?;
+            report.text += &thresholds::section(protocol, &study.trials)?;
         }
         Ok(report)
     }
@@ -96,24 +105,25 @@ impl StudyReport {
         text
     }
 
-    fn write(&self, p: &Protocol, records: &[TrialRecord]) -> Result<String, std::fmt::Error> {
+    fn write(&self, study: &StudyRecord) -> Result<String, std::fmt::Error> {
+        let (p, done) = (&study.protocol, &study.trials);
         let mut out = String::new();
         writeln!(out, "# Study: {}\n", p.title)?;
-        let done: Vec<&TrialRecord> = records.iter().collect();
-        let main: Vec<&&TrialRecord> = done
-            .iter()
-            .filter(|r| r.trial.kind == TrialKind::Main)
-            .collect();
-        let valid: Vec<&TrialRecord> = main.iter().filter(|r| r.is_valid()).map(|r| **r).collect();
+        let main = done.iter().filter(|r| r.trial.kind == TrialKind::Main);
+        let valid: Vec<&TrialRecord> = main.filter(|r| r.is_valid()).collect();
         let wanted = p.subjects * p.conditions() * p.repeats;
-        methods(&mut out, p)?;
+        writeln!(out, "## Methods\n\n{}", methods::paragraph(study))?;
         writeln!(out, "\n## Trials\n")?;
+        let spoilt = done.iter().filter(|r| !r.is_valid()).count();
         writeln!(
             out,
-            "{} of {wanted} trials have a valid answer; {} attempts, {} of them spoilt.",
+            "{} of {wanted} trials have a valid answer; {} attempts with practice and catch trials, {}.",
             valid.len(),
             done.len(),
-            done.iter().filter(|r| !r.is_valid()).count()
+            match spoilt {
+                0 => "none of them spoilt".to_owned(),
+                n => format!("{n} of them spoilt"),
+            }
         )?;
         let mut reasons: Vec<(&str, usize)> = Vec::new();
         for why in done.iter().filter_map(|r| r.why_not.as_deref()) {
@@ -126,12 +136,20 @@ impl StudyReport {
             writeln!(out, "- {why}: {count}")?;
         }
         rendered(&mut out, &valid)?;
-        if p.procedure == Procedure::Magnitude {
-            catch_trials(&mut out, &done)?;
+        out += &agreement::sentence(p.procedure, done);
+        if let Procedure::Likert { points } = p.procedure {
+            out += &scale::section(p, points, &valid);
         }
         writeln!(out, "\n## Result\n")?;
         if let Some(why_not) = &self.why_not {
             writeln!(out, "No analysis of variance: {why_not}.")?;
+        }
+        for left_out in &self.left_out {
+            writeln!(
+                out,
+                "{} is left out of the analysis: no valid answer for {} ({} missing).\n",
+                left_out.subject, left_out.cell, left_out.missing
+            )?;
         }
         if let Some(analysis) = &self.analysis {
             for effect in &analysis.effects {
@@ -164,54 +182,6 @@ impl StudyReport {
     }
 }
 
-/// The paragraph of the methods, in numbers.
-fn methods(out: &mut String, p: &Protocol) -> std::fmt::Result {
-    writeln!(out, "## Methods\n")?;
-    let factors: Vec<String> = p
-        .factors
-        .iter()
-        .map(|f| format!("{} ({})", f.name, f.levels.join(", ")))
-        .collect();
-    let order = match p.order {
-        TrialOrder::Random => "in a random order of their own, no condition twice in a row",
-        TrialOrder::Latin => "in the order of a balanced Latin square",
-    };
-    let asked = match p.procedure {
-        Procedure::Magnitude => "gave a number in proportion to what they felt".to_owned(),
-        Procedure::Likert { points } => format!("answered on a scale of {points} points"),
-        Procedure::TwoIntervals | Procedure::Staircase | Procedure::Quest => {
-            "said which of two touches was rougher, one of them always the first condition"
-                .to_owned()
-        }
-    };
-    let order = match p.procedure {
-        Procedure::Staircase => "placed by a staircase, two down and one up",
-        Procedure::Quest => "placed by QUEST+",
-        _ => order,
-    };
-    writeln!(
-        out,
-        "{} subjects met {} conditions, {}, {} each, {order}. After each touch they {asked}. {} practice trials came first; \
-         {} trials of each block were repeated right away to see how well answers agree; {}. A trial that was spoilt came again at the end of \
-         its block, at most {} times in all. Seed {}.",
-        p.subjects,
-        p.conditions(),
-        factors.join(" by "),
-        match p.repeats {
-            1 => "once".to_owned(),
-            n => format!("{n} times"),
-        },
-        p.practice,
-        p.catch_per_block,
-        match p.break_after {
-            0 => "there was no break".to_owned(),
-            n => format!("a break came after {n} trials"),
-        },
-        p.most_attempts,
-        p.seed
-    )
-}
-
 /// Wanted beside rendered.
 fn rendered(out: &mut String, valid: &[&TrialRecord]) -> std::fmt::Result {
     let spread = |of: &dyn Fn(&TrialRecord) -> Option<f64>| -> Option<[f64; 3]> {
@@ -225,7 +195,7 @@ fn rendered(out: &mut String, valid: &[&TrialRecord]) -> std::fmt::Result {
     };
     writeln!(
         out,
-        "\n| rendered | mean | sd | largest |\n| --- | --- | --- | --- |"
+        "\n| rendered | mean | sd | largest size |\n| --- | --- | --- | --- |"
     )?;
     let angle = |r: &TrialRecord| Some(r.shown.rendered.angle_deg? - r.wanted.angle_deg);
     let speed = |r: &TrialRecord| Some(r.shown.rendered.speed_mm_per_s? - r.wanted.speed_mm_per_s);
@@ -242,32 +212,12 @@ fn rendered(out: &mut String, valid: &[&TrialRecord]) -> std::fmt::Result {
     ];
     for (name, of) in rows {
         if let Some([mean, sd, largest]) = spread(of) {
+            // No negative zeros.
+            let mean = (1e3 * mean).round() / 1e3 + 0.0;
             writeln!(out, "| {name} | {mean:.3} | {sd:.3} | {largest:.3} |")?;
         }
     }
     Ok(())
-}
-
-/// How well two answers to one condition agree.
-fn catch_trials(out: &mut String, done: &[&TrialRecord]) -> std::fmt::Result {
-    let mut ratios = Vec::new();
-    for pair in done.windows(2) {
-        let again = pair[1].trial.kind == TrialKind::Catch && pair[0].subject == pair[1].subject;
-        if let (true, Some(a), Some(b)) = (again, pair[0].answer, pair[1].answer) {
-            ratios.push((b / a).ln().abs());
-        }
-    }
-    if ratios.is_empty() {
-        return Ok(());
-    }
-    ratios.sort_by(f64::total_cmp);
-    let median = ratios.get(ratios.len() / 2).copied().unwrap_or_default();
-    writeln!(
-        out,
-        "\nOf {} conditions that were asked twice in a row, the median of the larger answer by the smaller is {:.3}.",
-        ratios.len(),
-        median.exp()
-    )
 }
 
 /// The table of valid answers, or why there is none.
@@ -279,6 +229,7 @@ fn table(p: &Protocol, records: &[TrialRecord]) -> Result<Result<Table, String>,
     let varied = p.factors.iter().filter(|f| f.levels.len() > 1);
     let columns =
         Columns::new("subject", varied.map(|f| f.name.clone()), "answer").with_round("block");
+    let columns = columns.complete_cases();
     let table = Table::read_csv(bytes.as_slice(), &columns);
     Ok(table.map_err(|error| error.to_string()))
 }

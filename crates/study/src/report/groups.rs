@@ -9,8 +9,10 @@ pub struct LevelGroups {
     pub factor: String,
     /// Levels, from the least mean.
     pub order: Vec<String>,
-    /// Letters of each: two levels that share a letter do not differ significantly.
+    /// Letters of each: two levels that share a letter do not differ significantly. After `z` come capital letters, then `a'`.
     pub letters: Vec<String>,
+    /// The groups behind the letters, from 0, of each level.
+    pub groups: Vec<Vec<usize>>,
 }
 
 impl LevelGroups {
@@ -21,8 +23,13 @@ impl LevelGroups {
         let (Some(a), Some(b)) = (place(less), place(more)) else {
             return false;
         };
-        let share = |x: &str, y: &str| x.chars().any(|letter| y.contains(letter));
-        a < b && !share(&self.letters[a], &self.letters[b])
+        let of = |place: usize| {
+            self.groups
+                .get(place)
+                .map(Vec::as_slice)
+                .unwrap_or_default()
+        };
+        a < b && !of(a).iter().any(|group| of(b).contains(group))
     }
 
     /// In one line: `0 (a) < 45 (b) < 90 (c)`; the signs only say the order of the means.
@@ -64,17 +71,22 @@ pub fn level_groups(pairs: &[Comparison], adjustment: Adjustment, alpha: f64) ->
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|a, b| height[*a].total_cmp(&height[*b]));
         let sets = maximal_sets(&order, &differ);
-        let letters = order.iter().map(|level| {
-            let own = sets.iter().zip(LETTERS.chars().cycle());
-            let own = own.filter(|(set, _)| set.contains(level));
-            own.map(|(_, letter)| letter).collect()
-        });
+        let of_level = |level: &usize| -> Vec<usize> {
+            let own = sets.iter().enumerate();
+            let own = own.filter(|(_, set)| set.contains(level));
+            own.map(|(group, _)| group).collect()
+        };
+        let own: Vec<Vec<usize>> = order.iter().map(of_level).collect();
+        let letters = own
+            .iter()
+            .map(|own| own.iter().map(|g| letter(*g)).collect());
         let letters = letters.collect();
         groups.push(LevelGroups {
             factor: of_factor
                 .first()
                 .map_or(String::new(), |p| p.effect.clone()),
             letters,
+            groups: own,
             order: order
                 .into_iter()
                 .map(|i| std::mem::take(&mut names[i]))
@@ -85,6 +97,15 @@ pub fn level_groups(pairs: &[Comparison], adjustment: Adjustment, alpha: f64) ->
 }
 
 const LETTERS: &str = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+
+/// The letter of a group, with a stroke for every time that letters began anew.
+fn letter(group: usize) -> String {
+    let count = LETTERS.len();
+    let letter = LETTERS.chars().nth(group % count).unwrap_or('a');
+    let mut text = String::from(letter);
+    text.extend(std::iter::repeat_n('\'', group / count));
+    text
+}
 
 /// All largest sets of levels of which no two differ, in the order of their least members.
 fn maximal_sets(order: &[usize], differ: &[Vec<bool>]) -> Vec<Vec<usize>> {
@@ -125,4 +146,35 @@ fn absorbed(sets: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
         kept.push(set);
     }
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_do_not_come_again() {
+        let all: Vec<String> = (0..200).map(letter).collect();
+        assert_eq!((all[0].as_str(), all[51].as_str()), ("a", "Z"));
+        assert_eq!((all[52].as_str(), all[104].as_str()), ("a'", "a''"));
+        for (place, one) in all.iter().enumerate() {
+            assert!(!all[..place].contains(one), "{one}");
+        }
+    }
+
+    /// Sixty levels that all differ: the first and the 53rd are in groups of their own.
+    #[test]
+    fn sixty_levels_have_sixty_groups() {
+        let levels: Vec<String> = (0..60).map(|i| i.to_string()).collect();
+        let groups: Vec<Vec<usize>> = (0..60).map(|i| vec![i]).collect();
+        let letters = (0..60).map(letter).collect();
+        let of = LevelGroups {
+            factor: "angle".to_owned(),
+            order: levels,
+            letters,
+            groups,
+        };
+        assert!(of.is_less("0", "52") && of.is_less("1", "53"));
+        assert!(!of.is_less("52", "0") && !of.is_less("0", "none"));
+    }
 }

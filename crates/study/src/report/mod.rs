@@ -1,7 +1,10 @@
 //! What a study says, and the numbers of its methods paragraph.
 
+mod agreement;
 mod document;
 mod groups;
+mod methods;
+mod scale;
 mod thresholds;
 
 pub use document::StudyReport;

@@ -48,7 +48,8 @@ pub(super) fn section(p: &Protocol, records: &[TrialRecord]) -> Result<String, S
         Ok(t) => {
             let _ = writeln!(
                 out,
-                "\nAll subjects together, cumulative Gaussian: point of subjective equality {:.3} ({:.3} to {:.3}), just noticeable \
+                "\nAll answers together as those of one observer, cumulative Gaussian, with 95 % intervals for the chance of single \
+                 answers, not for that of who took part: point of subjective equality {:.3} ({:.3} to {:.3}), just noticeable \
                  difference {:.3} ({:.3} to {:.3}), Weber fraction {:.3} ({:.3} to {:.3}).",
                 t.function.pse,
                 t.pse_ci[0],
@@ -60,6 +61,13 @@ pub(super) fn section(p: &Protocol, records: &[TrialRecord]) -> Result<String, S
                 t.weber_ci[0],
                 t.weber_ci[1]
             );
+            let last = levels.last().copied().unwrap_or_default();
+            if !(levels[0]..=last).contains(&t.function.pse) || t.function.jnd > last - levels[0] {
+                let _ = writeln!(
+                    out,
+                    "\nThey lie outside of the levels that were presented: these answers hardly place them."
+                );
+            }
         }
         Err(error) => {
             let _ = writeln!(out, "\nNo function fits all subjects together: {error}.");
@@ -72,7 +80,10 @@ pub(super) fn section(p: &Protocol, records: &[TrialRecord]) -> Result<String, S
         Procedure::Staircase => "places among the levels at which 70.7 % are right",
         _ => "levels halfway between guessing and certainty",
     };
-    let _ = writeln!(out, "\nThresholds of the subjects ({what}):\n");
+    let _ = writeln!(
+        out,
+        "\nThresholds of the subjects ({what}), with 95 % intervals:\n"
+    );
     for subject in 0..p.subjects {
         let own = records.iter().filter(|r| r.subject == subject);
         if own.clone().next().is_none() {

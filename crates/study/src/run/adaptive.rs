@@ -1,6 +1,6 @@
 //! Which condition comes next where the answers so far decide.
 
-use super::progress::TrialRecord;
+use super::record::TrialRecord;
 use crate::error::StudyError;
 use crate::protocol::{Procedure, Protocol, TrialKind};
 use hwall::psychophysics::{

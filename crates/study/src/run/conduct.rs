@@ -4,7 +4,7 @@ use super::progress::NextStep;
 use super::study::{Answer, Study};
 use crate::error::StudyError;
 use crate::present::{Presentation, Rendered, SimulatedStage, Stimulus};
-use crate::protocol::{PlannedTrial, Procedure, TrialKind};
+use crate::protocol::{Participants, PlannedTrial, Procedure, TrialKind};
 
 /// Presents stimuli: an arm, real or simulated.
 pub trait Presenter {
@@ -38,6 +38,15 @@ pub trait Respondent {
     /// A text that cannot be shown.
     fn tell(&mut self, text: &str) -> Result<(), StudyError>;
 
+    /// Sees the study after each answer, when that is in the log; does nothing by default.
+    ///
+    /// # Errors
+    /// What keeps the study from going on.
+    fn recorded(&mut self, study: &Study) -> Result<(), StudyError> {
+        let _ = study;
+        Ok(())
+    }
+
     /// Asks; `None`: the session ends here, and goes on another time.
     ///
     /// # Errors
@@ -50,12 +59,13 @@ pub trait Respondent {
 /// What is asked names the trial and how many there are, never its condition. A trial that was spoilt is said to come again.
 ///
 /// # Errors
-/// As [`Presenter::present`] and [`Respondent`]; a log that cannot be written. Everything up to then is in the log.
+/// A study with simulated participants; as [`Presenter::present`] and [`Respondent`]; a log that cannot be written. Everything up to then is in the log.
 pub fn conduct(
     study: &mut Study,
     presenter: &mut dyn Presenter,
     respondent: &mut dyn Respondent,
 ) -> Result<usize, StudyError> {
+    study.expect(Participants::People)?;
     let protocol = study.protocol().clone();
     let mut greeted = None;
     let mut answered = 0;
@@ -100,7 +110,7 @@ pub fn conduct(
             }
             NextStep::Answer { .. } => {
                 let ask = Ask::Procedure(protocol.procedure);
-                let Some(answer) = respondent.ask(question(protocol.procedure), ask)? else {
+                let Some(answer) = respondent.ask(&question(protocol.procedure), ask)? else {
                     return Ok(answered);
                 };
                 match study.answered(answer) {
@@ -109,7 +119,10 @@ pub fn conduct(
                         respondent.tell(&format!("Please answer with {wanted}."))?;
                     }
                     Err(error) => return Err(error),
-                    Ok(()) => answered += 1,
+                    Ok(()) => {
+                        answered += 1;
+                        respondent.recorded(study)?;
+                    }
                 }
             }
         }
@@ -158,14 +171,16 @@ fn announcement(trial: &PlannedTrial, procedure: Procedure) -> String {
     format!("Trial {}{practice}: {what}.", trial.number)
 }
 
-const fn question(procedure: Procedure) -> &'static str {
+fn question(procedure: Procedure) -> String {
     match procedure {
         Procedure::Magnitude => {
-            "How rough was it? Any number above zero: twice as rough, twice the number."
+            "How rough was it? Any number above zero: twice as rough, twice the number.".to_owned()
         }
-        Procedure::Likert { .. } => "How rough was it, from 1 (smooth) on?",
+        Procedure::Likert { points } => {
+            format!("How rough was it, from 1 (smooth) to {points} (rough)?")
+        }
         Procedure::TwoIntervals | Procedure::Staircase | Procedure::Quest => {
-            "Which one was rougher?"
+            "Which one was rougher?".to_owned()
         }
     }
 }

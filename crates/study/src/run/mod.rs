@@ -3,11 +3,13 @@
 mod adaptive;
 mod conduct;
 mod progress;
+mod record;
 mod simulate;
 mod study;
 
 pub use adaptive::{Adaptive, AdaptiveThreshold};
 pub use conduct::{Ask, Presenter, Respondent, conduct};
-pub use progress::{NextStep, TrialRecord};
-pub use simulate::{Simulation, simulate};
+pub use progress::NextStep;
+pub use record::{StudyRecord, TrialRecord};
+pub use simulate::{Simulation, simulate, simulate_and_tell};
 pub use study::{Answer, Study};

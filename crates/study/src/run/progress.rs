@@ -1,47 +1,12 @@
 //! Where a study stands, as its events tell.
 
 use super::adaptive::Adaptive;
+use super::record::{StudyRecord, TrialRecord};
 use crate::error::StudyError;
 use crate::log::Event;
 use crate::present::{Presentation, Stimulus};
-use crate::protocol::{Planned, PlannedTrial, Protocol, TrialKind};
+use crate::protocol::{Participants, Planned, PlannedTrial, Protocol, TrialKind};
 use std::collections::VecDeque;
-
-/// One trial that was presented and answered, or failed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TrialRecord {
-    /// Subject, from 0.
-    pub subject: usize,
-    /// Which trial of the subject's plan.
-    pub trial: PlannedTrial,
-    /// Which attempt at it, from 1.
-    pub attempt: u32,
-    /// What was wanted.
-    pub wanted: Stimulus,
-    /// What was rendered.
-    pub shown: Presentation,
-    /// The answer; none for a trial that failed.
-    pub answer: Option<f64>,
-    /// From the end of the touch to the answer, s.
-    pub answered_s: f64,
-    /// Why the trial does not count; none for one that does.
-    pub why_not: Option<String>,
-}
-
-impl TrialRecord {
-    /// Does it count?
-    #[must_use]
-    pub const fn is_valid(&self) -> bool {
-        self.answer.is_some() && self.why_not.is_none()
-    }
-
-    /// With two intervals: was the condition judged rougher than the reference? `None` without a valid answer.
-    #[must_use]
-    pub fn judged_rougher(&self) -> Option<bool> {
-        let first = self.answer.filter(|_| self.is_valid())? == 1.0;
-        Some(first != self.trial.second)
-    }
-}
 
 /// What a study does next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,6 +41,10 @@ pub enum NextStep {
 pub(super) struct Progress {
     pub(super) protocol: Protocol,
     pub(super) records: Vec<TrialRecord>,
+    /// Events so far, with the first.
+    pub(super) events: usize,
+    breaks: usize,
+    resumptions: usize,
     subject: usize,
     queue: VecDeque<Planned>,
     shown: Option<Presentation>,
@@ -85,6 +54,30 @@ pub(super) struct Progress {
     adaptive: Option<Adaptive>,
 }
 
+/// The beginning of a subject.
+#[derive(Debug)]
+pub(super) struct NextSubject {
+    subject: usize,
+    rule: Option<Adaptive>,
+    queue: VecDeque<Planned>,
+}
+
+/// What an event changes.
+#[derive(Debug)]
+pub(super) enum Taken {
+    Resumed,
+    Shown(Presentation),
+    Answered {
+        record: Box<TrialRecord>,
+        rule: Option<Adaptive>,
+        again: bool,
+        next: Option<NextSubject>,
+    },
+    Rested {
+        next: Option<NextSubject>,
+    },
+}
+
 impl Progress {
     pub(super) fn new(protocol: Protocol) -> Result<Self, StudyError> {
         let queue = protocol.plan(0)?.into();
@@ -92,6 +85,9 @@ impl Progress {
             adaptive: Adaptive::of(&protocol)?,
             protocol,
             records: Vec::new(),
+            events: 1,
+            breaks: 0,
+            resumptions: 0,
             subject: 0,
             queue,
             shown: None,
@@ -120,14 +116,23 @@ impl Progress {
         self.shown.as_ref()
     }
 
-    /// A trial with the condition that the answers so far give it.
+    /// A trial with the condition that the answers so far give it; a catch trial with that of the trial before it.
     fn placed(&self, trial: &PlannedTrial) -> PlannedTrial {
-        let placed = self
-            .adaptive
-            .as_ref()
-            .filter(|_| trial.kind == TrialKind::Main);
+        let Some(rule) = &self.adaptive else {
+            return *trial;
+        };
+        let condition = match trial.kind {
+            TrialKind::Practice => trial.condition,
+            TrialKind::Main => rule.condition(),
+            TrialKind::Catch => {
+                let own = self.records.iter().rev();
+                let mut own = own.take_while(|r| r.subject == self.subject);
+                let before = own.find(|r| r.trial.number + 1 == trial.number);
+                before.map_or(trial.condition, |r| r.trial.condition)
+            }
+        };
         PlannedTrial {
-            condition: placed.map_or(trial.condition, Adaptive::condition),
+            condition,
             ..*trial
         }
     }
@@ -140,18 +145,10 @@ impl Progress {
         1 + failed.map_or(0, |(_, count)| *count)
     }
 
-    /// The program ended: what was presented and not answered is presented again.
-    pub(super) fn interrupted(&mut self) {
-        self.shown = None;
-    }
-
-    /// Does an event follow from those before it? Then why not, in the words of the log's error.
-    pub(super) fn take(&mut self, event: &Event) -> Result<(), &'static str> {
+    /// What an event changes, if it follows from those before it; else why it does not, in the words of the log's error.
+    pub(super) fn prepare(&self, event: &Event) -> Result<Taken, &'static str> {
         match (event, self.next()) {
-            (Event::Resumed { .. }, _) => {
-                self.interrupted();
-                Ok(())
-            }
+            (Event::Resumed { .. }, _) => Ok(Taken::Resumed),
             (
                 Event::Presented {
                     subject,
@@ -163,10 +160,7 @@ impl Progress {
                     trial: what,
                     ..
                 },
-            ) if *subject == who && *trial == what.number => {
-                self.shown = Some(*shown);
-                Ok(())
-            }
+            ) if *subject == who && *trial == what.number => Ok(Taken::Shown(*shown)),
             (
                 Event::Answered {
                     subject,
@@ -182,40 +176,82 @@ impl Progress {
             ) if *subject == who && *trial == what.number => {
                 let wanted = Stimulus::of(&self.protocol, what.condition);
                 let wanted = wanted.map_err(|_| "a condition that cannot be presented")?;
-                let shown = self
-                    .shown
-                    .take()
-                    .ok_or("an answer before the presentation")?;
-                let attempt = self.attempt(&what);
+                let shown = self.shown.ok_or("an answer before the presentation")?;
                 let record = TrialRecord {
                     subject: who,
                     trial: what,
-                    attempt,
+                    attempt: self.attempt(&what),
                     wanted,
                     shown,
                     answer: *answer,
                     answered_s: *answered_s,
                     why_not: why_not.clone(),
                 };
-                if let Some(rule) = self.adaptive.take() {
-                    let after = rule.after(std::iter::once(&record));
-                    self.adaptive = Some(after.map_err(|_| "an answer that its rule cannot take")?);
-                }
-                let again = !record.is_valid() && attempt < self.protocol.most_attempts;
-                self.records.push(record);
-                self.queue.pop_front();
-                if again {
-                    self.try_again(what);
-                }
-                self.next_subject()
+                let rule = self.adaptive.clone();
+                let rule = rule.map(|rule| rule.after(std::iter::once(&record)));
+                let rule = rule.transpose();
+                let rule = rule.map_err(|_| "an answer that its rule cannot take")?;
+                let again = !record.is_valid() && record.attempt < self.protocol.most_attempts;
+                Ok(Taken::Answered {
+                    next: match again {
+                        true => None,
+                        false => self.after_last_step()?,
+                    },
+                    record: Box::new(record),
+                    rule,
+                    again,
+                })
             }
             (Event::Rested { subject }, NextStep::Rest { subject: who }) if *subject == who => {
-                self.queue.pop_front();
-                self.next_subject()
+                let next = self.after_last_step()?;
+                Ok(Taken::Rested { next })
             }
             (Event::Opened { .. }, _) => Err("a second beginning"),
             (_, NextStep::Done) => Err("the study is over"),
             _ => Err("another step was due"),
+        }
+    }
+
+    /// Makes that change.
+    pub(super) fn commit(&mut self, taken: Taken) {
+        self.events += 1;
+        let next = match taken {
+            // The program ended: what was presented and not answered is presented again.
+            Taken::Resumed => {
+                self.shown = None;
+                self.resumptions += 1;
+                None
+            }
+            Taken::Shown(shown) => {
+                self.shown = Some(shown);
+                None
+            }
+            Taken::Answered {
+                record,
+                rule,
+                again,
+                next,
+            } => {
+                self.shown = None;
+                self.queue.pop_front();
+                if again {
+                    self.try_again(record.trial);
+                }
+                self.adaptive = rule;
+                self.records.push(*record);
+                next
+            }
+            Taken::Rested { next } => {
+                self.queue.pop_front();
+                self.breaks += 1;
+                next
+            }
+        };
+        if let Some(next) = next {
+            self.subject = next.subject;
+            self.failed.clear();
+            self.adaptive = next.rule;
+            self.queue = next.queue;
         }
     }
 
@@ -235,16 +271,31 @@ impl Progress {
         self.queue.insert(place, Planned::Trial(trial));
     }
 
-    fn next_subject(&mut self) -> Result<(), &'static str> {
-        while self.queue.is_empty() && self.subject + 1 < self.protocol.subjects {
-            self.subject += 1;
-            self.failed.clear();
-            let rule = Adaptive::of(&self.protocol);
-            self.adaptive = rule.map_err(|_| "a protocol without a rule")?;
-            let plan = self.protocol.plan(self.subject);
-            self.queue = plan.map_err(|_| "a subject without a plan")?.into();
+    /// What comes after the step that is due now, if it is the last of its subject.
+    fn after_last_step(&self) -> Result<Option<NextSubject>, &'static str> {
+        let subject = self.subject + 1;
+        if self.queue.len() > 1 || subject >= self.protocol.subjects {
+            return Ok(None);
         }
-        Ok(())
+        let rule = Adaptive::of(&self.protocol);
+        let plan = self.protocol.plan(subject);
+        Ok(Some(NextSubject {
+            subject,
+            rule: rule.map_err(|_| "a protocol without a rule")?,
+            queue: plan.map_err(|_| "a subject without a plan")?.into(),
+        }))
+    }
+
+    /// As a record.
+    pub(super) fn into_record(self, participants: Participants) -> StudyRecord {
+        StudyRecord {
+            done: self.next() == NextStep::Done,
+            protocol: self.protocol,
+            participants,
+            trials: self.records,
+            breaks: self.breaks,
+            resumptions: self.resumptions,
+        }
     }
 
     /// Trials that are planned and not done, without those that may have to be repeated.

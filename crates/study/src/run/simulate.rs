@@ -5,8 +5,9 @@ use super::study::{Answer, Study};
 use crate::error::StudyError;
 use crate::participant::{ParticipantConfig, SimulatedParticipant};
 use crate::present::{Presentation, Rendered, SimulatedStage, Stimulus};
-use crate::protocol::{Planned, PlannedTrial, Procedure, Protocol};
+use crate::protocol::{Participants, Planned, PlannedTrial, Procedure, Protocol};
 use std::collections::HashMap;
+use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -32,12 +33,29 @@ type Made = HashMap<(usize, usize, u32), Rendered>;
 /// and a resumption.
 ///
 /// # Errors
-/// As [`Study::presented`] and [`Study::answered`]; settings outside their range.
+/// A study with people, or one that began with another [`Simulation::once_per_condition`]
+/// ([`StudyError::OtherParticipants`]); as [`Study::presented`] and [`Study::answered`]; settings outside their range.
 pub fn simulate(
     study: &mut Study,
     stage: &SimulatedStage,
     simulation: &Simulation,
 ) -> Result<usize, StudyError> {
+    simulate_and_tell(study, stage, simulation, &mut |_| ControlFlow::Continue(()))
+}
+
+/// The same; `tell` sees the study after every answer, and may end it there.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_and_tell(
+    study: &mut Study,
+    stage: &SimulatedStage,
+    simulation: &Simulation,
+    tell: &mut dyn FnMut(&Study) -> ControlFlow<()>,
+) -> Result<usize, StudyError> {
+    study.expect(Participants::Simulated {
+        once_per_condition: simulation.once_per_condition,
+    })?;
     let protocol = study.protocol().clone();
     let participants = (0..protocol.subjects)
         .map(|number| SimulatedParticipant::new(&simulation.participants, protocol.seed, number));
@@ -88,6 +106,9 @@ pub fn simulate(
                 match said {
                     Some((value, answered_s)) => study.answered(Answer { value, answered_s })?,
                     None => study.spoilt("not felt")?,
+                }
+                if tell(study).is_break() {
+                    return Ok(count);
                 }
             }
         }

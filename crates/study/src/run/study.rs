@@ -1,14 +1,15 @@
 //! A study and its log.
 
-use super::progress::{NextStep, Progress, TrialRecord};
+use super::progress::{NextStep, Progress};
+use super::record::{StudyRecord, TrialRecord};
 use crate::error::StudyError;
 use crate::log::{Durability, Event, EventLog};
 use crate::present::{Presentation, Stimulus, round};
-use crate::protocol::Protocol;
+use crate::protocol::{Participants, Protocol};
 use std::path::{Path, PathBuf};
 
 /// Version of the log.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Name of the log in the folder of a study.
 const LOG: &str = "study.log";
 
@@ -27,65 +28,111 @@ pub struct Answer {
 pub struct Study {
     log: EventLog,
     progress: Progress,
+    participants: Participants,
 }
 
 impl Study {
-    /// Begins a study in a folder, which is made.
+    /// Begins a study in a folder, which is made. What a cut left of the first line of an earlier study is overwritten.
     ///
     /// # Errors
-    /// A protocol that cannot be run or presented; a folder that holds a study or cannot be written.
+    /// A protocol that cannot be run or presented; a folder that holds a study ([`StudyError::Exists`]) or something else
+    /// ([`StudyError::NotEmpty`], [`StudyError::NotALog`]), or cannot be written.
     pub fn create(
         folder: &Path,
         protocol: Protocol,
+        participants: Participants,
         durability: Durability,
     ) -> Result<Self, StudyError> {
         protocol.validate()?;
-        for condition in 0..protocol.conditions() {
-            Stimulus::of(&protocol, condition)?;
-        }
+        Stimulus::check_all(&protocol)?;
+        let made = new_folders(folder);
         std::fs::create_dir_all(folder).map_err(|error| StudyError::io(folder, &error))?;
         let path = Self::log_path(folder);
-        if path.exists() {
-            return Err(StudyError::Exists {
+        if !path.exists() && holds_anything(folder)? {
+            return Err(StudyError::NotEmpty {
                 name: folder.display().to_string(),
             });
         }
         let progress = Progress::new(protocol.clone())?;
-        let mut log = EventLog::create(&path, durability)?;
+        let mut log = EventLog::create(&path, durability).map_err(|error| match error {
+            StudyError::Exists { .. } => StudyError::Exists {
+                name: folder.display().to_string(),
+            },
+            other => other,
+        })?;
         log.append(&Event::Opened {
             version: VERSION,
             protocol,
+            participants,
         })?;
-        Ok(Self { log, progress })
+        if durability == Durability::Disk {
+            sync_names(folder, &made)?;
+        }
+        Ok(Self {
+            log,
+            progress,
+            participants,
+        })
     }
 
     /// Goes on with the study of a folder where it stopped. A trial that was presented and not answered is presented again.
     ///
     /// # Errors
-    /// No study there; a log that was changed.
+    /// No study there; [`StudyError::NothingRecorded`] where one was cut in its first line, so that a new one may be created
+    /// there; [`StudyError::InUse`]; a log that was changed.
     pub fn resume(folder: &Path, durability: Durability) -> Result<Self, StudyError> {
-        let (mut log, recovered) = EventLog::open(&Self::log_path(folder), durability)?;
-        let progress = replay(&recovered.events)?;
+        let (log, recovered) = EventLog::open(&Self::log_path(folder), durability)?;
+        let (progress, participants) = replay(&recovered.events)?;
         let mut study = Self {
+            log,
             progress,
-            log: {
-                log.append(&Event::Resumed {
-                    dropped_bytes: recovered.dropped_bytes,
-                })?;
-                log
-            },
+            participants,
         };
-        study.progress.interrupted();
+        study.take(Event::Resumed {
+            dropped_bytes: recovered.dropped_bytes,
+        })?;
         Ok(study)
     }
 
-    /// The study of a log, to look at; nothing is written.
+    /// The study of a folder as it stands, to look at; nothing is written, also while another run goes on with it.
     ///
     /// # Errors
-    /// As [`Study::resume`].
-    pub fn records(events: &[Event]) -> Result<(Protocol, Vec<TrialRecord>), StudyError> {
-        let progress = replay(events)?;
-        Ok((progress.protocol, progress.records))
+    /// As [`Study::resume`], but for [`StudyError::InUse`].
+    pub fn read(folder: &Path) -> Result<StudyRecord, StudyError> {
+        let events = EventLog::events(&Self::log_path(folder))?;
+        Self::record_of(&events)
+    }
+
+    /// The study of a log's events, to look at.
+    ///
+    /// # Errors
+    /// Events that do not follow from each other.
+    pub fn record_of(events: &[Event]) -> Result<StudyRecord, StudyError> {
+        let (progress, participants) = replay(events)?;
+        Ok(progress.into_record(participants))
+    }
+
+    /// The study as it stands.
+    #[must_use]
+    pub fn record(&self) -> StudyRecord {
+        self.progress.clone().into_record(self.participants)
+    }
+
+    /// Who takes part.
+    #[must_use]
+    pub const fn participants(&self) -> Participants {
+        self.participants
+    }
+
+    /// Refuses others than those with whom the study began.
+    pub(super) fn expect(&self, asked: Participants) -> Result<(), StudyError> {
+        if self.participants == asked {
+            return Ok(());
+        }
+        Err(StudyError::OtherParticipants {
+            stored: self.participants,
+            asked,
+        })
     }
 
     /// Where the log of a folder is.
@@ -127,17 +174,20 @@ impl Study {
     /// The trial was presented. One that is spoilt is recorded as such, and comes again at the end of its block.
     ///
     /// # Errors
-    /// No trial was to be presented; a log that cannot be written.
+    /// No trial was to be presented; a number that is not finite or not possible; a log that cannot be written.
     pub fn presented(&mut self, shown: &Presentation) -> Result<(), StudyError> {
         let NextStep::Present { subject, trial, .. } = self.next_step() else {
             return Err(StudyError::NoTrial {
                 what: "a presentation",
             });
         };
-        self.record(Event::Presented {
+        shown.validate()?;
+        // What is stored is what is used.
+        let shown = shown.rounded();
+        self.take(Event::Presented {
             subject,
             trial: trial.number,
-            shown: *shown,
+            shown,
         })?;
         if let Some(why_not) = shown.why_not() {
             return self.spoilt(why_not);
@@ -174,7 +224,7 @@ impl Study {
         let NextStep::Answer { subject, trial } = self.next_step() else {
             return Err(StudyError::NoTrial { what: "an answer" });
         };
-        self.record(Event::Answered {
+        self.take(Event::Answered {
             subject,
             trial: trial.number,
             answer,
@@ -193,24 +243,29 @@ impl Study {
                 what: "the end of a break",
             });
         };
-        self.record(Event::Rested { subject })
+        self.take(Event::Rested { subject })
     }
 
-    /// On the disk first, then in memory.
-    fn record(&mut self, event: Event) -> Result<(), StudyError> {
+    /// An event that follows from those before it goes to the disk, then into memory; another one goes nowhere.
+    fn take(&mut self, event: Event) -> Result<(), StudyError> {
+        let taken = self.progress.prepare(&event);
+        let taken = taken.map_err(|why| StudyError::OutOfOrder {
+            event: self.progress.events + 1,
+            why,
+        })?;
         self.log.append(&event)?;
-        let event_number = self.progress.records.len();
-        self.progress
-            .take(&event)
-            .map_err(|why| StudyError::OutOfOrder {
-                event: event_number,
-                why,
-            })
+        self.progress.commit(taken);
+        Ok(())
     }
 }
 
-fn replay(events: &[Event]) -> Result<Progress, StudyError> {
-    let Some(Event::Opened { version, protocol }) = events.first() else {
+fn replay(events: &[Event]) -> Result<(Progress, Participants), StudyError> {
+    let Some(Event::Opened {
+        version,
+        protocol,
+        participants,
+    }) = events.first()
+    else {
         return Err(StudyError::NoStudy {
             why: "it does not begin with a protocol",
         });
@@ -222,10 +277,49 @@ fn replay(events: &[Event]) -> Result<Progress, StudyError> {
     }
     let mut progress = Progress::new(protocol.clone())?;
     for (number, event) in events.iter().enumerate().skip(1) {
-        progress.take(event).map_err(|why| StudyError::OutOfOrder {
+        let taken = progress.prepare(event);
+        let taken = taken.map_err(|why| StudyError::OutOfOrder {
             event: number + 1,
             why,
         })?;
+        progress.commit(taken);
     }
-    Ok(progress)
+    Ok((progress, *participants))
+}
+
+/// Is there anything in a folder but hidden files?
+fn holds_anything(folder: &Path) -> Result<bool, StudyError> {
+    let failed = |error: std::io::Error| StudyError::io(folder, &error);
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name();
+        if !name.to_string_lossy().starts_with('.') {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// The folders of a path that do not exist yet, the innermost first.
+fn new_folders(folder: &Path) -> Vec<PathBuf> {
+    let missing = folder
+        .ancestors()
+        .take_while(|f| !f.as_os_str().is_empty() && !f.exists());
+    missing.map(Path::to_owned).collect()
+}
+
+/// Puts the names of a new log and of new folders on the disk: each name is in the folder above it.
+fn sync_names(folder: &Path, made: &[PathBuf]) -> Result<(), StudyError> {
+    let above = made.iter().filter_map(|f| f.parent());
+    for folder in std::iter::once(folder).chain(above) {
+        let folder = match folder.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => folder,
+        };
+        // Other systems have no folders that can be opened, and write names by themselves.
+        if cfg!(unix) {
+            let synced = std::fs::File::open(folder).and_then(|f| f.sync_all());
+            synced.map_err(|error| StudyError::io(folder, &error))?;
+        }
+    }
+    Ok(())
 }

@@ -83,21 +83,18 @@ pub fn design(request: &DesignRequest<'_>) -> Result<Vec<DesignCandidate>, Texto
     Ok(chosen(candidates, request.most_candidates))
 }
 
-/// The first so many, among them the first of every path.
+/// The first so many, with the first of every path among them where there is room; the best of all is always one.
 fn chosen(candidates: Vec<DesignCandidate>, most: usize) -> Vec<DesignCandidate> {
     let paths = [LevelPath::Speed, LevelPath::Angle, LevelPath::Both];
     let first = paths.map(|path| candidates.iter().position(|c| c.path == path));
-    let firsts = first
-        .iter()
-        .flatten()
-        .filter(|place| **place >= most)
-        .count();
-    let plain = most.saturating_sub(firsts);
-    let mut kept = candidates.into_iter().enumerate().filter_map(|(place, c)| {
-        let is_first = first.contains(&Some(place));
-        (place < plain || is_first).then_some(c)
-    });
-    kept.by_ref().take(most).collect()
+    let mut firsts: Vec<usize> = first.into_iter().flatten().collect();
+    firsts.sort_unstable();
+    firsts.truncate(most);
+    let others = (0..candidates.len()).filter(|place| !firsts.contains(place));
+    let others: Vec<usize> = others.take(most - firsts.len()).collect();
+    let kept = candidates.into_iter().enumerate();
+    let kept = kept.filter(|(place, _)| firsts.contains(place) || others.contains(place));
+    kept.map(|(_, c)| c).collect()
 }
 
 /// With all ratios taken to the one power that fits, if that is allowed; else the refusal.
@@ -108,9 +105,11 @@ fn narrowed(
 ) -> Result<Vec<DesignCandidate>, TextonError> {
     let refusal = nearest.refusal(request);
     let wanted = ratio(request.wanted.levels());
+    // Ratios are only ever narrowed: where they would fit, and have no levels all the same, predictions have gaps.
     let allowed = request.compression == Compression::Allow
         && matches!(request.wanted, Wanted::Ratios(_))
-        && nearest.ratio > 1.0;
+        && nearest.ratio > 1.0
+        && nearest.ratio < wanted;
     if !allowed {
         return Err(refusal);
     }
@@ -153,10 +152,14 @@ impl Nearest {
             (Wanted::Magnitudes(_), Some((wanted, nearest, _))) => {
                 TextonError::MagnitudeOutOfReach { wanted, nearest }
             }
-            (Wanted::Magnitudes(levels), None) => TextonError::MagnitudeOutOfReach {
-                wanted: levels.first().copied().unwrap_or_default(),
-                nearest: 0.0,
+            (Wanted::Magnitudes(levels), None) => TextonError::NoSuchLevels {
+                asked: levels.len(),
             },
+            (Wanted::Ratios(levels), _) if ratio(levels) <= self.ratio => {
+                TextonError::NoSuchLevels {
+                    asked: levels.len(),
+                }
+            }
             (Wanted::Ratios(levels), _) => TextonError::RatioTooWide {
                 wanted: ratio(levels),
                 nearest: self.ratio,
@@ -218,7 +221,7 @@ impl Job<'_> {
         let solve = |target: &f64| self.grid.solve(self.response, self.scope, *target);
         let found: Vec<Found> = targets.iter().map(solve).collect::<Option<_>>()?;
         let wanted = self.request.wanted.levels();
-        let breadth = self.breadth_errors(&found);
+        let breadth = self.breadth_errors(&found)?;
         let levels = wanted.iter().zip(&found).zip(&breadth);
         let levels: Vec<DesignLevel> = levels
             .map(|((wanted, found), breadth)| self.level(*wanted, found, *breadth))
@@ -260,17 +263,18 @@ impl Job<'_> {
         })
     }
 
-    /// Logarithm of the change of each level's magnitude with the largest error of a breadth. Where only ratios count,
-    /// without what all levels share.
-    fn breadth_errors(&self, found: &[Found]) -> Vec<f64> {
+    /// Logarithm of the change of each level's magnitude with the largest error of a breadth, the larger one of more and of
+    /// less. Where only ratios count, without what all levels share. `None` where neither side has a prediction: an error
+    /// that is not known is not zero.
+    fn breadth_errors(&self, found: &[Found]) -> Option<Vec<f64>> {
         let half_mm = 0.5 * self.request.printer.tolerance_mm;
         let none = vec![0.0; found.len()];
         if matches!(self.request.source, RoughnessSource::Table { .. }) || half_mm == 0.0 {
-            return none;
+            return Some(none);
         }
         let Radii { long_mm, short_mm } = self.texture.texton().radii();
         let height_mm = self.texture.texton().height_mm();
-        let mut worst = none;
+        let mut worst: Option<Vec<f64>> = None;
         for by_mm in [-half_mm, half_mm] {
             let radii = Radii {
                 long_mm: long_mm + by_mm,
@@ -282,17 +286,18 @@ impl Job<'_> {
                 continue;
             };
             let response = Response::of(self.request, texture);
-            let changes: Vec<f64> = found
-                .iter()
-                .map(|at| {
-                    let now = response.at(at.deg, at.speed_mm_per_s);
-                    now.map_or(0.0, |now| (now.magnitude / at.felt.magnitude).ln())
-                })
-                .collect();
+            let changes = found.iter().map(|at| {
+                let now = response.at(at.deg, at.speed_mm_per_s)?;
+                Some((now.magnitude / at.felt.magnitude).ln())
+            });
+            let Some(changes) = changes.collect::<Option<Vec<f64>>>() else {
+                continue;
+            };
             let shared = match self.request.wanted {
                 Wanted::Ratios(_) => changes.iter().sum::<f64>() / changes.len() as f64,
                 Wanted::Magnitudes(_) => 0.0,
             };
+            let worst = worst.get_or_insert_with(|| none.clone());
             for (worst, change) in worst.iter_mut().zip(&changes) {
                 *worst = f64::max(*worst, (change - shared).abs());
             }

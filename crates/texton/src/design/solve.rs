@@ -85,7 +85,8 @@ impl Grid {
     }
 
     /// The place in a scope with this magnitude that lies farthest from the ends of the device's range; within the
-    /// range of the model, if there is such a place.
+    /// range of the model, if there is such a place. Between two points of the grid a magnitude may jump, or not be predicted:
+    /// then the next best pair of points is tried.
     pub(super) fn solve(
         &self,
         response: &Response<'_>,
@@ -93,7 +94,7 @@ impl Grid {
         magnitude: f64,
     ) -> Option<Found> {
         let (rows, columns) = (self.angles_deg.len(), self.speeds_mm_per_s.len());
-        let mut best: Option<(bool, f64, [usize; 2], [usize; 2])> = None;
+        let mut brackets: Vec<Bracket> = Vec::new();
         let mut offer = |from: [usize; 2], to: [usize; 2], last: usize| {
             let (Some(a), Some(b)) = (self.felt[from[0]][from[1]], self.felt[to[0]][to[1]]) else {
                 return;
@@ -111,9 +112,12 @@ impl Grid {
             let at = (along as f64 + share) / last.max(1) as f64;
             let inside = a.beyond.is_none() && b.beyond.is_none();
             let depth = at.min(1.0 - at);
-            if best.is_none_or(|(in_best, deepest, ..)| (inside, depth) > (in_best, deepest)) {
-                best = Some((inside, depth, from, to));
-            }
+            brackets.push(Bracket {
+                inside,
+                depth,
+                from,
+                to,
+            });
         };
         for i in 0..rows {
             for j in 0..columns {
@@ -134,10 +138,23 @@ impl Grid {
                 }
             }
         }
-        let (_, _, from, to) = best?;
+        // Stable: of equal ones the first is tried first.
+        brackets.sort_by(|a, b| (b.inside.cmp(&a.inside)).then(b.depth.total_cmp(&a.depth)));
         let place = |[i, j]: [usize; 2]| [self.angles_deg[i], self.speeds_mm_per_s[j]];
-        bisect(response, place(from), place(to), magnitude)
+        brackets
+            .iter()
+            .find_map(|b| bisect(response, place(b.from), place(b.to), magnitude))
     }
+}
+
+/// Two neighbours of a grid on opposite sides of a magnitude.
+struct Bracket {
+    /// Is the model measured at both?
+    inside: bool,
+    /// Distance from the ends of the device's range, as a share of it.
+    depth: f64,
+    from: [usize; 2],
+    to: [usize; 2],
 }
 
 /// The place between two on opposite sides of a magnitude.

@@ -1,0 +1,57 @@
+//! What was done in a study.
+
+use crate::present::{Presentation, Stimulus};
+use crate::protocol::{Participants, PlannedTrial, Protocol};
+
+/// One trial that was presented and answered, or failed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrialRecord {
+    /// Subject, from 0.
+    pub subject: usize,
+    /// Which trial of the subject's plan.
+    pub trial: PlannedTrial,
+    /// Which attempt at it, from 1.
+    pub attempt: u32,
+    /// What was wanted.
+    pub wanted: Stimulus,
+    /// What was rendered.
+    pub shown: Presentation,
+    /// The answer; none for a trial that failed.
+    pub answer: Option<f64>,
+    /// From the end of the touch to the answer, s.
+    pub answered_s: f64,
+    /// Why the trial does not count; none for one that does.
+    pub why_not: Option<String>,
+}
+
+impl TrialRecord {
+    /// Does it count?
+    #[must_use]
+    pub const fn is_valid(&self) -> bool {
+        self.answer.is_some() && self.why_not.is_none()
+    }
+
+    /// With two intervals: was the condition judged rougher than the reference? `None` without a valid answer.
+    #[must_use]
+    pub fn judged_rougher(&self) -> Option<bool> {
+        let first = self.answer.filter(|_| self.is_valid())? == 1.0;
+        Some(first != self.trial.second)
+    }
+}
+
+/// A study as its log tells it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StudyRecord {
+    /// What was to be done.
+    pub protocol: Protocol,
+    /// Who takes part.
+    pub participants: Participants,
+    /// All attempts so far, in order.
+    pub trials: Vec<TrialRecord>,
+    /// Breaks that were taken, of all subjects.
+    pub breaks: usize,
+    /// How often the study was resumed.
+    pub resumptions: usize,
+    /// Is nothing left to do?
+    pub done: bool,
+}
