@@ -1,6 +1,7 @@
 //! The arm's side of a session: states in, commands out.
 
 use super::event::{Event, EventKind, EventQueue};
+use super::felt::Feeler;
 use super::guidance::Guidance;
 use super::handover::Receiver;
 use super::safety::{Safety, same_fault};
@@ -32,6 +33,7 @@ pub struct Control {
     #[cfg(feature = "texture")]
     pub(super) texture: Option<BoardTexture>,
     pub(super) receiver: Receiver,
+    pub(super) feeler: Feeler,
     pub(super) guidance: Guidance,
     pub(super) events: EventQueue,
     /// The surfaces of the moving objects, in the order in which the renderer has them.
@@ -404,6 +406,10 @@ impl Control {
             (None, Some(_)) => {
                 let normal_force_n = step.normal_force_n.unwrap_or(0.0);
                 events.push(now_s, EventKind::Touched { normal_force_n });
+                // A press during a fault, or in a world that has moved, says nothing about where hands go.
+                if after == SessionState::Touched {
+                    self.feeler.felt(now_s);
+                }
             }
             (Some(_), None) => events.push(now_s, EventKind::Released),
             _ => {}

@@ -4,6 +4,7 @@ mod config;
 mod control;
 mod drive;
 mod event;
+mod felt;
 mod guidance;
 mod handover;
 mod looks;
@@ -28,6 +29,7 @@ use crate::objects::objects_of;
 use crate::texture::{BoardTexture, Presenter, TextureLevels};
 use crate::walls::{Walls, barriers_of};
 use event::EventQueue;
+use felt::felt_touches;
 use handover::handover;
 use hwall_contact::{ContactPrediction, Predictor};
 use hwall_geometry::Pose;
@@ -89,6 +91,7 @@ impl<P: Predictor> Session<P> {
             Vec::new()
         };
         let (sender, receiver) = handover();
+        let (feeler, felt) = felt_touches();
         #[cfg(feature = "texture")]
         let levels = match config.texture {
             true => TextureLevels::for_scene(&scene, board)?,
@@ -111,6 +114,7 @@ impl<P: Predictor> Session<P> {
             levels: levels.clone(),
             arm_minus_tracker_s: 0.0,
             sender,
+            felt: config.adapts.then_some(felt),
             events: EventQueue::new(),
             newest: Newest::default(),
         };
@@ -132,6 +136,7 @@ impl<P: Predictor> Session<P> {
             #[cfg(feature = "texture")]
             texture,
             receiver,
+            feeler,
             objects,
             touched_object: None,
             #[cfg(feature = "texture")]

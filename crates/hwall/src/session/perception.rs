@@ -1,6 +1,7 @@
 //! The tracker's side of a session: frames in, guidance out.
 
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
+use super::felt::FeltTouches;
 use super::guidance::Guidance;
 use super::handover::Sender;
 use super::policy::{Decision, Policy};
@@ -37,6 +38,8 @@ pub struct Perception<P> {
     /// What is added to the tracker's time to have the arm's, s.
     pub(super) arm_minus_tracker_s: f64,
     pub(super) sender: Sender,
+    /// `None` in a session that does not adapt.
+    pub(super) felt: Option<FeltTouches>,
     pub(super) events: EventQueue,
     pub(super) newest: Newest,
 }
@@ -99,6 +102,11 @@ impl<P: Predictor> Perception<P> {
                 }
             }
         };
+        let offset_s = self.arm_minus_tracker_s;
+        let felt = self.felt.as_mut();
+        if let Some((at_m, t_s)) = felt.and_then(|f| f.step(input.frame, input.hand, offset_s)) {
+            self.predictor.touched(at_m, t_s);
+        }
         let ranked = self.predictor.predict(&self.scene, &input);
         let decided = self.policy.step(frame.t_s, ranked, input.hand);
         let fingertip = tracking.state().and_then(|state| {
@@ -158,6 +166,9 @@ impl<P: Predictor> Perception<P> {
             // What predictors remember of the hand and the gaze lies elsewhere now; the next frame starts anew.
             WorldChange::Leapt => {
                 self.predictor.reset();
+                if let Some(felt) = &mut self.felt {
+                    felt.reset();
+                }
                 self.policy.reset();
                 self.newest.contact = None;
                 self.newest.intent = None;
