@@ -7,7 +7,7 @@ use hwall::contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
 };
 use hwall::glam::DVec3;
-use hwall::hand::HandFilterConfig;
+use hwall::hand::{HandFilterConfig, Pose};
 use hwall::haptics::{ArmCommand, Board};
 use hwall::kinematics::JointPositions;
 use hwall::scene::Scene;
@@ -47,6 +47,15 @@ fn listening(adapts: bool) -> Session<Listening> {
 /// Runs one reach for the wall; in cycles of `bad` seconds the state of the arm is NaN. Returns what the predictor was
 /// told, and when the board felt touches, s.
 fn run(adapts: bool, bad: std::ops::Range<f64>) -> (Vec<(DVec3, f64)>, Vec<f64>) {
+    run_seen(adapts, bad, DVec3::ZERO)
+}
+
+/// The same with a tracker that sees the hand elsewhere.
+fn run_seen(
+    adapts: bool,
+    bad: std::ops::Range<f64>,
+    off_m: DVec3,
+) -> (Vec<(DVec3, f64)>, Vec<f64>) {
     let hand = Hand::reaching_in(1.5, DVec3::new(0.6, 0.1, 0.6));
     let mut bench = Bench::with_arm(Arc::new(iiwa()), home(), hand);
     let (mut perception, mut control) = listening(adapts).split();
@@ -54,6 +63,7 @@ fn run(adapts: bool, bad: std::ops::Range<f64>) -> (Vec<(DVec3, f64)>, Vec<f64>)
     let mut warm = false;
     while bench.now_s() < hand.end_s + 0.3 {
         while let Some(frame) = bench.next_frame() {
+            let frame = frame.transformed(&Pose::from_translation(off_m).expect("finite"));
             let info = allocation_counter::measure(|| perception.frame(&frame));
             assert!(!warm || info.count_total == 0, "{info:?}");
             warm |= perception.contact().is_some();
@@ -91,6 +101,13 @@ fn the_predictor_is_told_of_a_touch_once_where_and_when_it_was() {
 fn a_session_that_does_not_adapt_tells_nothing() {
     let (told, felt) = run(false, 0.0..0.0);
     assert_eq!((told.len(), felt.len()), (0, 1));
+}
+
+/// Something presses the board while the hand that is seen is far from the wall.
+#[test]
+fn touches_by_somebody_else_are_not_told() {
+    let (told, _) = run_seen(true, 0.0..0.0, DVec3::X * 0.2);
+    assert_eq!(told, []);
 }
 
 #[test]

@@ -69,6 +69,8 @@ enum Intent {
     Present,
 }
 
+/// A hand that touches the board is this near to the surface, m: errors of registration, and a finger that yields.
+const FELT_M: f64 = 0.08;
 /// A place that maps name lies on its surface within this, m.
 const LIES_M: f64 = 1e-3;
 
@@ -104,7 +106,8 @@ impl<P: Predictor> Perception<P> {
         };
         let offset_s = self.arm_minus_tracker_s;
         let felt = self.felt.as_mut();
-        if let Some((at_m, t_s)) = felt.and_then(|f| f.step(input.frame, input.hand, offset_s)) {
+        let felt = felt.and_then(|felt| felt.step(input.frame, input.hand, offset_s));
+        if let Some((at_m, t_s)) = felt.filter(|(at_m, _)| self.is_at_served(*at_m)) {
             self.predictor.touched(at_m, t_s);
         }
         let ranked = self.predictor.predict(&self.scene, &input);
@@ -253,6 +256,15 @@ impl<P: Predictor> Perception<P> {
     #[must_use]
     pub const fn missed_events(&self) -> u64 {
         self.events.missed()
+    }
+
+    /// Is a hand at the surface that the board stands for, in the frame of the scene? Else somebody or something else
+    /// pressed the board.
+    fn is_at_served(&self, at_m: DVec3) -> bool {
+        self.newest.contact.is_some_and(|contact| {
+            let closest = self.scene.project_on(contact.surface, at_m);
+            closest.is_ok_and(|closest| closest.distance_m <= FELT_M)
+        })
     }
 
     /// The contact of the newest frame, where the world is now.
