@@ -136,11 +136,9 @@ fn what_is_sure_along_the_normal_of_a_wall_is_said_to_be() {
         .last()
         .expect("tracked");
     let covariance = last.covariance_m2.expect("learnt");
-    // All contacts lie on x = 0; the bow of the ways makes z the least sure.
-    assert!(
-        covariance.x_axis.x < 0.1 * covariance.z_axis.z,
-        "{covariance}"
-    );
+    // All contacts lie on x = 0. The weights of the sources are those of four people, so even that is not quite sure.
+    let least_sure = covariance.y_axis.y.max(covariance.z_axis.z);
+    assert!(covariance.x_axis.x < 0.3 * least_sure, "{covariance}");
     let held = last.distance_squared(test.contact_m).expect("learnt");
     assert!(held < 20.0, "{held}");
 }

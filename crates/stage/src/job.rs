@@ -52,6 +52,9 @@ pub struct JobOptions {
     /// Who leads the board; all three are compared [default: fused, or ray-led where there is nobody to learn from]
     #[arg(long, value_enum)]
     pub predictor: Option<PredictorKind>,
+    /// on: the predictor learns from every touch that the board feels; off: it stays as trained
+    #[arg(long, value_enum, default_value_t)]
+    pub adapt: Adapt,
     /// The board presents no roughness: it may be rolled as suits the arm, and stands still while touched
     #[arg(long)]
     pub plain: bool,
@@ -90,6 +93,16 @@ pub enum Axes {
     YUp,
     /// z up
     ZUp,
+}
+
+/// Does the predictor learn from touches?
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum Adapt {
+    /// From each that the board feels
+    #[default]
+    On,
+    /// Never
+    Off,
 }
 
 /// Who places arm and recording.
@@ -156,6 +169,7 @@ pub fn run(
     let scene = &setting.scene;
     let (predictors, learnt) =
         Predictors::train(scene, &arm, &setting.training_people, options.predictor)?;
+    let predictors = predictors.with_adapting(options.adapt == Adapt::On);
     for remark in setting.remarks.iter().chain([&learnt]) {
         eprintln!("{remark}");
     }

@@ -81,8 +81,7 @@ impl ContactEstimator for LearnedEstimator {
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
         if contact_m.is_finite() && contact_s.is_finite() {
-            let personal = &self.learnt.blend.personal;
-            self.adaptation.touched(contact_m, personal);
+            self.adaptation.touched(contact_m, &self.learnt.blend);
         }
     }
 
@@ -160,7 +159,7 @@ impl LearnedEstimator {
         let left_s = outputs[learnt.time_from][3].max(0.0);
         let hats = between_knots(&learnt.blend.knots, time_key(left_s));
         let region = Region::between(&learnt.blend.regions, &self.gates);
-        let adapted = self.adaptation.at(&hats, learnt.blend.usual_distance);
+        let adapted = self.adaptation.at(&hats);
         let mut corrected_m = ends_m;
         for (end_m, bias_m) in corrected_m.iter_mut().zip(&adapted.bias_m) {
             *end_m = end_m.map(|end_m| end_m - *bias_m);
@@ -170,6 +169,10 @@ impl LearnedEstimator {
         let own_m = self.adaptation.own_m();
         let places = learnt.places.as_ref();
         let (said_m, placed_m) = placed(places, &region, share, combined.point_m, own_m, None);
+        let said_m = learnt
+            .blend
+            .arrival
+            .stop_m(&self.track.progress(), now_m, said_m);
         let factor = learnt.blend.doubt(&region, combined.apart_m2) * learnt.blend.at_time(&hats);
         let covariance = |spread: f64| {
             let blend = &learnt.blend;

@@ -1,6 +1,7 @@
 //! Files of learned models: versioned JSON that gives the model back bit by bit, or an error that says what is wrong.
 
 use super::account::{Account, InputUse, StageAccount};
+use super::blend::arrival::Arrival;
 use super::blend::combination::{Axes, Blend, KNOTS, Region};
 use super::blend::places::Places;
 use super::blend::sources::{SOURCES, Source};
@@ -26,7 +27,7 @@ use std::sync::Arc;
 /// What a file of this crate calls itself, and the version written.
 const FORMAT: Format = Format {
     name: "hwall-contact learned model",
-    version: 2,
+    version: 3,
 };
 
 /// A whole file. Points of the hand are numbers in the order of [`HandPoint::ALL`].
@@ -110,8 +111,11 @@ struct FileBlend {
     by_disagreement: f64,
     knots: [f64; KNOTS],
     factors: [f64; KNOTS],
-    usual_distance: f64,
+    usual_distances: [f64; KNOTS],
     personal: [f64; SOURCES],
+    /// Keys of speeds, shares of the way at them, and ways, m; files of before have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    arrival: Option<[[f64; 6]; 3]>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -311,8 +315,13 @@ impl File {
                 by_disagreement: blend.by_disagreement,
                 knots: blend.knots,
                 factors: blend.factors,
-                usual_distance: blend.usual_distance,
+                usual_distances: blend.usual_distances,
                 personal: blend.personal,
+                arrival: (blend.arrival != Arrival::NONE).then_some([
+                    blend.arrival.keys,
+                    blend.arrival.shares,
+                    blend.arrival.ways_m,
+                ]),
             },
             places: learnt.places.as_ref().map(|p| FilePlaces {
                 ends_m: p.ends_m.iter().map(|e| e.to_array()).collect(),
@@ -374,7 +383,20 @@ impl File {
         for factor in self.blend.factors {
             positive("factor at a time left", factor)?;
         }
-        positive("usual distance", self.blend.usual_distance)?;
+        for usual in self.blend.usual_distances {
+            positive("usual distance", usual)?;
+        }
+        if let Some([keys, shares, ways_m]) = &self.blend.arrival {
+            for pair in keys.windows(2) {
+                non_negative("step between speeds", pair[1] - pair[0])?;
+            }
+            for share in shares {
+                within("share of the way", 1, (0.0..=1.0).contains(share), "0 to 1")?;
+            }
+            for way_m in ways_m {
+                non_negative("way of a slow hand", *way_m)?;
+            }
+        }
         if let Some(places) = &self.places {
             positive("scatter of places", places.scatter_m)?;
         }
@@ -497,8 +519,16 @@ impl File {
                 by_disagreement: self.blend.by_disagreement,
                 knots: self.blend.knots,
                 factors: self.blend.factors,
-                usual_distance: self.blend.usual_distance,
+                usual_distances: self.blend.usual_distances,
                 personal: self.blend.personal,
+                arrival: self
+                    .blend
+                    .arrival
+                    .map_or(Arrival::NONE, |[keys, shares, ways_m]| Arrival {
+                        keys,
+                        shares,
+                        ways_m,
+                    }),
             },
             account,
             combination: match self.combination {

@@ -16,6 +16,9 @@ pub struct SessionConfig {
     pub gaze: GazeFilterConfig,
     /// When the board goes where.
     pub policy: PolicyConfig,
+    /// Is the predictor told of every touch that the board feels, so that it adapts to the person and the room? Default yes.
+    /// Then it matters in which order frames and steps come, as it does for the rest of a session.
+    pub adapts: bool,
     /// What is added to the time of the tracker to get that of the arm, s; default 0.
     pub arm_minus_tracker_s: f64,
     /// When the board counts as in place.
@@ -38,6 +41,7 @@ impl Default for SessionConfig {
             hand: HandFilterConfig::default(),
             gaze: GazeFilterConfig::default(),
             policy: PolicyConfig::default(),
+            adapts: true,
             arm_minus_tracker_s: 0.0,
             in_place: PlaceTolerance::default(),
             texture: true,

@@ -2,6 +2,7 @@
 
 use super::barriers::BarrierReceiver;
 use super::event::{Event, EventKind, EventQueue};
+use super::felt::Feeler;
 use super::guidance::Guidance;
 use super::handover::Receiver;
 use super::openings::OpeningSender;
@@ -36,6 +37,7 @@ pub struct Control {
     pub(super) receiver: Receiver,
     pub(super) barriers: BarrierReceiver,
     pub(super) openings: OpeningSender,
+    pub(super) feeler: Feeler,
     pub(super) guidance: Guidance,
     pub(super) events: EventQueue,
     /// The surfaces of the moving objects, in the order in which the renderer has them.
@@ -410,6 +412,10 @@ impl Control {
             (None, Some(_)) => {
                 let normal_force_n = step.normal_force_n.unwrap_or(0.0);
                 events.push(now_s, EventKind::Touched { normal_force_n });
+                // A press during a fault, or in a world that has moved, says nothing about where hands go.
+                if after == SessionState::Touched {
+                    self.feeler.felt(now_s);
+                }
             }
             (Some(_), None) => events.push(now_s, EventKind::Released),
             _ => {}

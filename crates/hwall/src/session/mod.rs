@@ -5,6 +5,7 @@ mod config;
 mod control;
 mod drive;
 mod event;
+mod felt;
 mod guidance;
 mod handover;
 mod looks;
@@ -32,6 +33,7 @@ use crate::texture::{BoardTexture, Presenter, TextureLevels};
 use crate::walls::Walls;
 use barriers::WorldBarriers;
 use event::EventQueue;
+use felt::felt_touches;
 use handover::handover;
 use hwall_contact::{ContactPrediction, Predictor};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
@@ -92,6 +94,7 @@ impl<P: Predictor> Session<P> {
         };
         let (sender, receiver) = handover();
         let (opening_sender, opening_receiver) = openings(&objects);
+        let (feeler, felt) = felt_touches();
         #[cfg(feature = "texture")]
         let levels = match config.texture {
             true => TextureLevels::for_scene(&scene, board)?,
@@ -116,6 +119,7 @@ impl<P: Predictor> Session<P> {
             sender,
             barriers,
             openings: opening_receiver,
+            felt: config.adapts.then_some(felt),
             events: EventQueue::new(),
             newest: Newest::default(),
         };
@@ -139,6 +143,7 @@ impl<P: Predictor> Session<P> {
             receiver,
             barriers: barrier_receiver,
             openings: opening_sender,
+            feeler,
             objects,
             touched_object: None,
             #[cfg(feature = "texture")]

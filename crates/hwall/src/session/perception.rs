@@ -2,6 +2,7 @@
 
 use super::barriers::WorldBarriers;
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
+use super::felt::FeltTouches;
 use super::guidance::Guidance;
 use super::handover::Sender;
 use super::openings::OpeningReceiver;
@@ -43,6 +44,8 @@ pub struct Perception<P> {
     pub(super) barriers: WorldBarriers,
     /// How far the control half has opened doors.
     pub(super) openings: OpeningReceiver,
+    /// `None` in a session that does not adapt.
+    pub(super) felt: Option<FeltTouches>,
     pub(super) events: EventQueue,
     pub(super) newest: Newest,
 }
@@ -72,6 +75,8 @@ enum Intent {
     Present,
 }
 
+/// A hand that touches the board is this near to the surface, m: errors of registration, and a finger that yields.
+const FELT_M: f64 = 0.08;
 /// A place that maps name lies on its surface within this, m.
 const LIES_M: f64 = 1e-3;
 
@@ -107,6 +112,12 @@ impl<P: Predictor> Perception<P> {
                 }
             }
         };
+        let offset_s = self.arm_minus_tracker_s;
+        let felt = self.felt.as_mut();
+        let felt = felt.and_then(|felt| felt.step(input.frame, input.hand, offset_s));
+        if let Some((at_m, t_s)) = felt.filter(|(at_m, _)| self.is_at_served(*at_m)) {
+            self.predictor.touched(at_m, t_s);
+        }
         let ranked = self.predictor.predict(&self.scene, &input);
         let decided = self.policy.step(frame.t_s, ranked, input.hand);
         let fingertip = tracking.state().and_then(|state| {
@@ -166,6 +177,9 @@ impl<P: Predictor> Perception<P> {
             // What predictors remember of the hand and the gaze lies elsewhere now; the next frame starts anew.
             WorldChange::Leapt => {
                 self.predictor.reset();
+                if let Some(felt) = &mut self.felt {
+                    felt.reset();
+                }
                 self.policy.reset();
                 self.newest.contact = None;
                 self.newest.intent = None;
@@ -265,6 +279,15 @@ impl<P: Predictor> Perception<P> {
     #[must_use]
     pub const fn missed_events(&self) -> u64 {
         self.events.missed()
+    }
+
+    /// Is a hand at the surface that the board stands for, in the frame of the scene? Else somebody or something else
+    /// pressed the board.
+    fn is_at_served(&self, at_m: DVec3) -> bool {
+        self.newest.contact.is_some_and(|contact| {
+            let closest = self.scene.project_on(contact.surface, at_m);
+            closest.is_ok_and(|closest| closest.distance_m <= FELT_M)
+        })
     }
 
     /// The contact of the newest frame, where the world is now.

@@ -112,6 +112,7 @@ pub fn report(
         let test = of(config, Part::Test)?;
         let mut all: Vec<LabelledReach> = train.iter().cloned().chain(test).collect();
         choice.apply(&mut all);
+        let absent = choice.absent(&all);
         let test = &all[train.len()..];
         let split = Split {
             description: format!("judged: {} reaches of {}", test.len(), people(test)),
@@ -122,6 +123,9 @@ pub fn report(
         };
         let Comparison { scores, not_run } = compare(name, candidates, &all, &split, out)?;
         write!(text, "\n### {heading}\n\nSplit: {}.\n", split.description)?;
+        for note in absent {
+            writeln!(text, "\nNot there: {note}.")?;
+        }
         for note in not_run {
             writeln!(text, "\nNot run: {note}.")?;
         }
@@ -150,6 +154,7 @@ pub fn pointing(
     let made = generate(&overrides.apply(DemonstrationConfig::pointing()))?;
     let mut reaches: Vec<LabelledReach> = made.into_iter().map(|d| d.labelled).collect();
     choice.apply(&mut reaches);
+    let absent = choice.absent(&reaches);
     ensure!(
         reaches.len() > 1,
         "{} reaches: nothing to learn from",
@@ -164,6 +169,9 @@ pub fn pointing(
         overrides.seed,
         split.description
     );
+    for note in absent {
+        writeln!(text, "\nNot there: {note}.")?;
+    }
     for note in not_run {
         writeln!(text, "\nNot run: {note}.")?;
     }

@@ -17,6 +17,8 @@ use std::path::Path;
 
 /// Fewer reaches than this are an illustration, not a result.
 const FEW: usize = 10;
+/// The learned estimator looks at what is seen in this share of the samples.
+const USUALLY_SEEN: f64 = 0.8;
 
 /// A part of the study.
 #[derive(Debug, Clone, Default)]
@@ -86,9 +88,38 @@ pub fn compare(
 pub struct Choice {
     /// Points of the hand; `None` for all.
     pub points: Option<Vec<HandPoint>>,
+    /// Is the learned estimator to see the gaze?
+    pub gaze: bool,
 }
 
 impl Choice {
+    /// What was asked for and is not there: a line for each point and for the gaze that is seen too seldom for the
+    /// learned estimator to look at.
+    #[must_use]
+    pub fn absent(&self, reaches: &[LabelledReach]) -> Vec<String> {
+        let frames = || reaches.iter().flat_map(|r| &r.frames);
+        let count = frames().count();
+        let seldom = |seen: usize| (seen as f64) < USUALLY_SEEN * count as f64 || count == 0;
+        let line = |flag: &str, what: &str, seen: usize| {
+            format!(
+                "{flag}: {what} is seen in {:.0} % of the samples; it is left out, for which {:.0} % would be needed",
+                100.0 * seen as f64 / count.max(1) as f64,
+                100.0 * USUALLY_SEEN
+            )
+        };
+        let points = self.points.iter().flatten().map(|point| {
+            let seen = frames().filter(|f| f.point(*point).is_some()).count();
+            ("--points", point.name(), seen)
+        });
+        let seen = frames().filter(|f| f.gaze_ray().is_some()).count();
+        let gaze = self.gaze.then_some(("--gaze", "the gaze", seen));
+        let asked = points.chain(gaze);
+        asked
+            .filter(|(_, _, seen)| seldom(*seen))
+            .map(|(flag, what, seen)| line(flag, what, seen))
+            .collect()
+    }
+
     /// Takes away what may not be seen; the touching point always stays.
     pub fn apply(&self, reaches: &mut [LabelledReach]) {
         let Some(points) = &self.points else { return };
@@ -127,8 +158,14 @@ pub fn recordings(
     for source in &sources {
         write!(text, "\n{}", heading(source))?;
         if source.reaches.len() < 2 {
-            writeln!(text, "\nNothing to learn from.")?;
+            writeln!(
+                text,
+                "\nNothing to learn from: at least 2 reaches are needed, one to learn from and one to be judged."
+            )?;
             continue;
+        }
+        for note in choice.absent(&source.reaches) {
+            writeln!(text, "\nNot there: {note}.\n")?;
         }
         let split = source.split();
         let Comparison { scores, not_run } =
@@ -173,7 +210,10 @@ fn heading(source: &Source) -> String {
     }
     let _ = write!(text, "\n\n{}.", source.description);
     if n < FEW {
-        text += " Too few for conclusions: an illustration.";
+        let _ = write!(
+            text,
+            " Too few for conclusions, for which {FEW} would be needed: an illustration."
+        );
     }
     if !source.left_out.is_empty() {
         let _ = write!(text, " Left out: {}.", source.left_out.join("; "));
@@ -186,4 +226,35 @@ fn heading(source: &Source) -> String {
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use hwall_hand::HandFrame;
+
+    #[test]
+    fn what_was_asked_for_and_is_not_there_is_said() {
+        let frame = |k: u32| {
+            let mut frame = HandFrame::empty(0.01 * f64::from(k));
+            frame.set_point(HandPoint::Index, Some(DVec3::X));
+            let seldom = k.is_multiple_of(2).then_some(DVec3::Y);
+            frame.set_point(HandPoint::Thumb, seldom);
+            frame
+        };
+        let frames = (0..10).map(frame).collect();
+        let reaches = [LabelledReach::new(HandPoint::Index, frames, DVec3::X, 0.09)];
+        let points = vec![HandPoint::Index, HandPoint::Thumb, HandPoint::Ring];
+        let choice = Choice {
+            points: Some(points),
+            gaze: true,
+        };
+        let notes = choice.absent(&reaches);
+        assert_eq!(notes.len(), 3, "{notes:?}");
+        assert!(notes[0].contains("thumb is seen in 50 %"), "{notes:?}");
+        assert!(notes[1].contains("ring is seen in 0 %"), "{notes:?}");
+        assert!(notes[2].starts_with("--gaze"), "{notes:?}");
+        assert_eq!(Choice::default().absent(&reaches), Vec::<String>::new());
+    }
 }

@@ -306,6 +306,27 @@ fn axes(scores: &[Scores]) -> MarkdownTable {
     table
 }
 
+/// The method whose times another one states, if it has none of its own: a part of the learned estimator, or else the
+/// first that states them.
+fn same_time(scores: &[Scores], number: usize) -> Option<&str> {
+    let times = |s: &Scores| -> Vec<Option<u64>> {
+        let errors = s.errors.iter().flatten();
+        errors
+            .map(|e| e.and_then(|e| e.time).map(|t| t.error_s.to_bits()))
+            .collect()
+    };
+    let own = times(&scores[number]);
+    if own.iter().all(Option::is_none) {
+        return None;
+    }
+    let alike: Vec<usize> = (0..scores.len())
+        .filter(|&k| times(&scores[k]) == own)
+        .collect();
+    let part = alike.iter().find(|&&k| scores[k].role == Role::Part);
+    let owner = *part.or(alike.first())?;
+    (owner != number).then(|| scores[owner].name.as_str())
+}
+
 fn calibration(scores: &[Scores]) -> MarkdownTable {
     let mut table = MarkdownTable::new([
         "method",
@@ -319,13 +340,21 @@ fn calibration(scores: &[Scores]) -> MarkdownTable {
         "µs per frame, median / p99",
         "silent",
     ]);
-    for s in scores {
+    for (number, s) in scores.iter().enumerate() {
         let all = s.under_way();
         let percent = |share: Option<f64>| {
             share.map_or_else(
                 || "none".to_owned(),
                 |share| format!("{:.0} %", 100.0 * share),
             )
+        };
+        let [time_mean, time_interval] = match same_time(scores, number) {
+            Some(owner) => [format!("as {owner}"), String::new()],
+            None => [
+                all.time_mean_s
+                    .map_or_else(|| "none".to_owned(), |t| format!("{:.0}", 1e3 * t)),
+                percent(all.time_interval),
+            ],
         };
         table.row([
             s.name.clone(),
@@ -334,9 +363,8 @@ fn calibration(scores: &[Scores]) -> MarkdownTable {
             percent(all.regions.map(|r| r[HALF_AND_MOST[0]])),
             percent(all.regions.map(|r| r[HALF_AND_MOST[1]])),
             format!("{:.1}", 1e3 * all.crps_m),
-            all.time_mean_s
-                .map_or_else(|| "none".to_owned(), |t| format!("{:.0}", 1e3 * t)),
-            percent(all.time_interval),
+            time_mean,
+            time_interval,
             format!(
                 "{:.1} / {:.1}",
                 quantile(&s.step_us, 0.5),
@@ -392,4 +420,48 @@ fn numbers_of(s: &Summary) -> Vec<String> {
     ]);
     debug_assert_eq!(REGIONS[HALF_AND_MOST[1]].probability, 0.9);
     cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use hwall_contact::score::{EstimateError, TimeError};
+
+    fn scores(name: &str, role: Role, late_s: Option<f64>) -> Scores {
+        let error = EstimateError {
+            error_m: DVec3::ZERO,
+            along_m: None,
+            missed: false,
+            spread: None,
+            time: late_s.map(|error_s| TimeError {
+                error_s,
+                sd_s: None,
+            }),
+        };
+        Scores {
+            name: name.into(),
+            role,
+            errors: vec![vec![Some(error)], vec![None]],
+            step_us: vec![1.0],
+            adapting: None,
+        }
+    }
+
+    #[test]
+    fn a_time_is_told_once_with_the_name_of_its_estimator() {
+        let all = [
+            scores("hold", Role::Baseline, Some(0.1)),
+            scores("velocity", Role::Baseline, Some(0.1)),
+            scores("primitive", Role::Baseline, Some(0.05)),
+            scores("regression", Role::Part, Some(0.05)),
+            scores("learned", Role::Learned, Some(0.05)),
+            scores("gaze", Role::Baseline, None),
+            scores("ray", Role::Baseline, None),
+        ];
+        let owners: Vec<_> = (0..all.len()).map(|k| same_time(&all, k)).collect();
+        let (hold, regression) = (Some("hold"), Some("regression"));
+        let expected = [None, hold, regression, None, regression, None, None];
+        assert_eq!(owners, expected);
+    }
 }

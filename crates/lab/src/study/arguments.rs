@@ -153,6 +153,7 @@ impl Arguments {
         let out = self.out.as_deref();
         let choice = Choice {
             points: self.points.clone(),
+            gaze: self.gaze,
         };
         in_folder(out, || {
             if let Some(file) = &self.report {

@@ -30,6 +30,7 @@ pub(super) fn begin(
         textured: TEXTURED,
         level: options.level,
         predictor: prepared.leader,
+        adapts: true,
         training_people: &people,
         likely_touches: &prepared.likely_touches,
     };

@@ -132,6 +132,7 @@ impl<P: Predictor + Clone + 'static> CopiedPredictor for P {
 pub struct Predictors {
     predictors: [Option<Box<dyn CopiedPredictor>>; 3],
     leader: PredictorKind,
+    adapts: bool,
     answers: Vec<ContactPrediction>,
     records: Vec<PredictionRecord>,
 }
@@ -178,6 +179,7 @@ impl Predictors {
         let all = Self {
             predictors,
             leader,
+            adapts: true,
             answers,
             records: Vec::new(),
         };
@@ -195,9 +197,22 @@ impl Predictors {
         Self {
             predictors: std::array::from_fn(|i| copied(&self.predictors[i])),
             leader: self.leader,
+            adapts: self.adapts,
             answers: Vec::with_capacity(16),
             records: Vec::new(),
         }
+    }
+
+    /// The same, told of touches that the board feels or not. As trained they are.
+    #[must_use]
+    pub fn with_adapting(self, adapts: bool) -> Self {
+        Self { adapts, ..self }
+    }
+
+    /// Do they learn from touches that the board feels?
+    #[must_use]
+    pub const fn adapts(&self) -> bool {
+        self.adapts
     }
 
     /// Who leads the board.
@@ -237,6 +252,14 @@ impl Predictor for Predictors {
         }
         self.records.push(record);
         &self.answers
+    }
+
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        if self.adapts {
+            for predictor in self.predictors.iter_mut().flatten() {
+                predictor.touched(contact_m, contact_s);
+            }
+        }
     }
 
     fn reset(&mut self) {

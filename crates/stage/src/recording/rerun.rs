@@ -53,7 +53,7 @@ impl Rebuilt {
             board,
             scene,
             walls,
-            predictors,
+            predictors: predictors.with_adapting(options.adapts),
             options,
         })
     }

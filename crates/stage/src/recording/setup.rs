@@ -34,6 +34,8 @@ pub struct SessionSource<'a> {
     pub level: ArmLevel,
     /// Who leads the board.
     pub predictor: PredictorKind,
+    /// Do predictors learn from touches that the board feels?
+    pub adapts: bool,
     /// Whom the predictor learnt from; who they are follows from a seed that is built in.
     pub training_people: &'a TrainingPeople,
     /// What the arm waits for.
@@ -70,6 +72,7 @@ impl SessionSource<'_> {
             ("textured", self.textured.to_string()),
             ("level", name_of(self.level)),
             ("predictor", name_of(self.predictor)),
+            ("adapts", self.adapts.to_string()),
             ("training_points", points.join(" ")),
             ("training_head", people.head.to_string()),
             ("training_gaze", people.gaze.to_string()),
@@ -131,6 +134,7 @@ pub(super) struct Options {
     pub(super) textured: bool,
     pub(super) level: ArmLevel,
     pub(super) predictor: PredictorKind,
+    pub(super) adapts: bool,
     pub(super) training_people: TrainingPeople,
     pub(super) likely_touches: LikelyTouches,
 }
@@ -157,6 +161,8 @@ impl Options {
             textured: flag("textured")?,
             level: named("level", text("level")?)?,
             predictor: named("predictor", text("predictor")?)?,
+            // Recordings made before there was a choice say nothing: then nobody was told.
+            adapts: setup.option("adapts").is_some() && flag("adapts")?,
             training_people: TrainingPeople {
                 points: points.collect::<anyhow::Result<_>>()?,
                 head: flag("training_head")?,
@@ -275,6 +281,7 @@ mod tests {
             textured: false,
             level: ArmLevel::Torque,
             predictor: PredictorKind::RayLed,
+            adapts: true,
             training_people: &TrainingPeople {
                 points: vec![HandPoint::Palm, HandPoint::Index],
                 head: true,

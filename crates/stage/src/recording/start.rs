@@ -75,6 +75,7 @@ pub fn of_stage(
         textured: stage.textured,
         level: stage.level,
         predictor: stage.predictors.leader(),
+        adapts: stage.predictors.adapts(),
         training_people: &setting.training_people,
         likely_touches: &setting.likely_touches,
     };

@@ -1,8 +1,10 @@
 //! What the touches of one person in one room teach beyond what was learnt from others.
 
 use crate::learned::blend::combination::{Blend, KNOTS, Region};
+use crate::learned::blend::misses::Misses;
 use crate::learned::blend::places::OWN_ENDS;
 use crate::learned::blend::sources::{Ends, SOURCES};
+use crate::learned::blend::training::MOST_DISTANCE;
 use glam::{DMat3, DVec3};
 
 /// An older touch counts this much less than the next one.
@@ -14,10 +16,10 @@ const PRIOR_SPREAD: f64 = 6.0;
 const PRIOR_SHARE: f64 = 4.0;
 /// Squared errors beyond this many times the usual count as that many.
 const MOST_RATIO: f64 = 60.0;
-/// Largest squared distance per axis that counts for the spread, in standard deviations.
-const MOST_DISTANCE: f64 = 12.0;
-/// An error this many times larger than was expected, squared, is a surprise: the room may have moved.
+/// An error this many times larger than was expected, squared, is a surprise. One alone is an odd reach; two that are alike
+/// within this share of their length say that the room has moved.
 const SURPRISE: f64 = 9.0;
+const ALIKE: f64 = 0.5;
 /// Largest share of one error that is taken for lasting.
 const MOST_GAIN: f64 = 0.7;
 /// Share of a lasting error's variance that is added with every touch: habits and rooms drift.
@@ -48,9 +50,10 @@ struct Stage {
     /// Lasting error of each source, m, and its variance as a share of the source's mean square.
     bias_m: [DVec3; SOURCES],
     doubt: [f64; SOURCES],
+    /// The last error of each source if it was a surprise, m.
+    odd_m: [Option<DVec3>; SOURCES],
     /// Sums over touches, older ones counting less: squared errors over the expected ones, and how many.
     ratio: [f64; SOURCES],
-    distance: f64,
     touches: f64,
     /// Sums for the way to the places.
     towards: f64,
@@ -62,6 +65,12 @@ struct Stage {
 pub(in crate::learned) struct Adaptation {
     stages: [Stage; KNOTS],
     pending: [Option<Pending>; KNOTS],
+    /// All that was said in the reach under way.
+    misses: [Misses; KNOTS],
+    /// The squared size of errors, in units of what was learnt from others, and how many touches say so, older ones
+    /// counting less.
+    spread: f64,
+    judged: f64,
     /// The last touches, m, in a ring.
     own_m: [DVec3; OWN_ENDS],
     touches: usize,
@@ -82,8 +91,8 @@ impl Adaptation {
         let stage = Stage {
             bias_m: [DVec3::ZERO; SOURCES],
             doubt: *personal,
+            odd_m: [None; SOURCES],
             ratio: [0.0; SOURCES],
-            distance: 0.0,
             touches: 0.0,
             towards: 0.0,
             way: 0.0,
@@ -91,6 +100,9 @@ impl Adaptation {
         Self {
             stages: [stage; KNOTS],
             pending: [None; KNOTS],
+            misses: [Misses::NONE; KNOTS],
+            spread: 1.0,
+            judged: 0.0,
             own_m: [DVec3::ZERO; OWN_ENDS],
             touches: 0,
             surprise: 1.0,
@@ -99,6 +111,7 @@ impl Adaptation {
 
     pub(in crate::learned) fn begin(&mut self) {
         self.pending = [None; KNOTS];
+        self.misses = [Misses::NONE; KNOTS];
     }
 
     pub(in crate::learned) const fn touches(&self) -> usize {
@@ -115,11 +128,11 @@ impl Adaptation {
     }
 
     /// Between stages, by the weights of the knots.
-    pub(in crate::learned) fn at(&self, hats: &[f64; KNOTS], usual_distance: f64) -> Adapted {
+    pub(in crate::learned) fn at(&self, hats: &[f64; KNOTS]) -> Adapted {
         let mut out = Adapted {
             bias_m: [DVec3::ZERO; SOURCES],
             ratios: [0.0; SOURCES],
-            spread: 0.0,
+            spread: self.spread.clamp(SPREADS[0], SPREADS[1]),
         };
         for (stage, &hat) in self.stages.iter().zip(hats) {
             if hat <= 0.0 {
@@ -130,9 +143,6 @@ impl Adaptation {
                 out.ratios[k] +=
                     hat * (PRIOR_RATIO + stage.ratio[k]) / (PRIOR_RATIO + stage.touches);
             }
-            let far = PRIOR_SPREAD * usual_distance + stage.distance;
-            let spread = far / ((PRIOR_SPREAD + stage.touches) * usual_distance);
-            out.spread += hat * spread.clamp(SPREADS[0], SPREADS[1]);
         }
         out
     }
@@ -146,7 +156,8 @@ impl Adaptation {
         shares.zip(hats).map(|(s, h)| s * h).sum()
     }
 
-    /// Remembers what an estimate said; of several at about the same time left the last counts.
+    /// Remembers what an estimate said. Of several at about the same time left the last counts for the sources; all
+    /// count for the spread: errors are not alike on both sides of a time left.
     pub(in crate::learned) fn remember(&mut self, hats: &[f64; KNOTS], pending: Pending) {
         let mut nearest = 0;
         for k in 1..KNOTS {
@@ -154,20 +165,32 @@ impl Adaptation {
                 nearest = k;
             }
         }
+        self.misses[nearest].add(pending.said_m, pending.covariance_m2);
         self.pending[nearest] = Some(pending);
     }
 
     /// The reach has ended with a touch, m.
-    pub(in crate::learned) fn touched(&mut self, contact_m: DVec3, personal: &[f64; SOURCES]) {
-        let (mut surprise, mut judged) = (0.0, 0.0);
-        for (stage, pending) in self.stages.iter_mut().zip(&mut self.pending) {
+    pub(in crate::learned) fn touched(&mut self, contact_m: DVec3, blend: &Blend) {
+        let (mut surprise, mut counted, mut judged) = (0.0, 0.0, 0.0);
+        let stages = self.stages.iter_mut().zip(&mut self.pending);
+        for (stage, pending) in stages {
             if let Some(pending) = pending.take() {
-                surprise += stage.learn(&pending, contact_m, personal);
+                stage.learn(&pending, contact_m, &blend.personal);
+            }
+        }
+        for (misses, usual) in self.misses.iter_mut().zip(&blend.usual_distances) {
+            if let Some(distance) = misses.take(contact_m) {
+                surprise += distance.min(SURPRISE * MOST_DISTANCE) / usual;
+                counted += (distance / self.spread).min(MOST_DISTANCE) / usual;
                 judged += 1.0;
             }
         }
         if judged > 0.0 {
             self.surprise += 0.5 * (surprise / judged - self.surprise);
+            self.judged = FORGETTING * self.judged + 1.0;
+            let gain = 1.0 / (PRIOR_SPREAD + self.judged);
+            let spread = self.spread * (1.0 + gain * (counted / judged - 1.0));
+            self.spread = spread.clamp(SPREADS[0], SPREADS[1]);
         }
         self.own_m[self.touches % OWN_ENDS] = contact_m;
         self.touches += 1;
@@ -175,9 +198,9 @@ impl Adaptation {
 }
 
 impl Stage {
-    /// Takes one touch; returns how much larger the squared error was than expected.
+    /// Takes one touch.
     #[expect(clippy::needless_range_loop, reason = "several arrays by source")]
-    fn learn(&mut self, pending: &Pending, contact_m: DVec3, personal: &[f64; SOURCES]) -> f64 {
+    fn learn(&mut self, pending: &Pending, contact_m: DVec3, personal: &[f64; SOURCES]) {
         self.touches = FORGETTING * self.touches + 1.0;
         for k in 0..SOURCES {
             self.ratio[k] *= FORGETTING;
@@ -187,20 +210,25 @@ impl Stage {
             };
             let square_m2 = pending.squares_m2[k].max(1e-9);
             let by_chance = 1.0 - personal[k];
-            let miss_m = end_m - self.bias_m[k] - contact_m;
+            let mut miss_m = end_m - self.bias_m[k] - contact_m;
             let ratio = miss_m.length_squared() / square_m2;
-            if ratio > SURPRISE * (self.doubt[k] + by_chance) {
-                // A lasting change is likelier than such a chance.
-                self.doubt[k] = self.doubt[k].max(ratio - by_chance);
+            let most = SURPRISE * (self.doubt[k] + by_chance);
+            let odd_m = (ratio > most).then_some(miss_m);
+            let before_m = std::mem::replace(&mut self.odd_m[k], odd_m);
+            if odd_m.is_some() {
+                let alike = |b: DVec3| b.distance(miss_m) < ALIKE * miss_m.length();
+                if before_m.is_some_and(alike) {
+                    // A lasting change is likelier than such a chance.
+                    self.doubt[k] = self.doubt[k].max(ratio - by_chance);
+                } else {
+                    miss_m *= (most / ratio).sqrt();
+                }
             }
             let gain = (self.doubt[k] / (self.doubt[k] + by_chance)).min(MOST_GAIN);
             self.bias_m[k] += miss_m * gain;
             self.doubt[k] = self.doubt[k].min(MOST_RATIO) * (1.0 - gain) + DRIFT * personal[k];
             self.ratio[k] += ratio.min(MOST_RATIO);
         }
-        let far_m = pending.said_m - contact_m;
-        let distance = far_m.dot(pending.covariance_m2.inverse() * far_m) / 3.0;
-        self.distance = FORGETTING * self.distance + distance.min(MOST_DISTANCE);
         if let Some(placed_m) = pending.placed_m {
             let way_m = placed_m - pending.combined_m;
             let usual_m2 = pending.way_m2.max(1e-9);
@@ -208,7 +236,6 @@ impl Stage {
             self.towards = FORGETTING * self.towards + towards.clamp(-3.0, 3.0);
             self.way = FORGETTING * self.way + (way_m.length_squared() / usual_m2).min(3.0);
         }
-        distance
     }
 }
 

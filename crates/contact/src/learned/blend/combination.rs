@@ -1,6 +1,7 @@
 //! How the sources of an estimate are combined, and how sure the combination is, learnt from errors on reaches that
 //! were held out.
 
+use crate::learned::blend::arrival::Arrival;
 use crate::learned::blend::places::Places;
 use crate::learned::blend::quantiles::{SENSOR_M, sensor};
 use crate::learned::blend::sources::{Ends, Pairs, SOURCES, Source, weights};
@@ -183,14 +184,15 @@ fn weighted(moments: &Pairs, ends: &Ends, there: [bool; SOURCES]) -> Option<Comb
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::learned) struct Blend {
     pub(in crate::learned) axes: Axes,
+    pub(in crate::learned) arrival: Arrival,
     pub(in crate::learned) regions: Vec<Region>,
     /// The covariance goes with this power of the disagreement of the sources.
     pub(in crate::learned) by_disagreement: f64,
     /// Values of the time left, as [`time_key`], and the factors on the covariance there.
     pub(in crate::learned) knots: [f64; KNOTS],
     pub(in crate::learned) factors: [f64; KNOTS],
-    /// Mean squared distance from the truth, in standard deviations and per axis.
-    pub(in crate::learned) usual_distance: f64,
+    /// Mean squared distance from the truth at those times left, in standard deviations and per axis.
+    pub(in crate::learned) usual_distances: [f64; KNOTS],
     /// Share of the error of each source that is one person's own.
     pub(in crate::learned) personal: [f64; SOURCES],
 }

@@ -1,8 +1,11 @@
 //! Sources of evidence, their weights, and how sure the combination is; with what a person's own touches teach.
 
 pub(super) mod adaptation;
+pub(super) mod arrival;
 pub(super) mod combination;
+mod misses;
 pub(super) mod places;
 pub(super) mod quantiles;
 pub(super) mod sources;
 pub(super) mod training;
+mod turns;

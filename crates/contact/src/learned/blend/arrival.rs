@@ -1,0 +1,200 @@
+//! A hand that has all but stopped near where it is expected has arrived.
+
+use crate::learned::blend::quantiles::weighted_quantile;
+use crate::learned::reach_track::PROGRESS;
+use glam::DVec3;
+
+/// How many speeds the share is learnt at.
+const KNOTS: usize = 6;
+/// They lie between these shares of the speeds of hands that slow down: most of what is learnt is about the slowest.
+const QUANTILES: [f64; KNOTS] = [0.02, 0.06, 0.12, 0.2, 0.32, 0.5];
+/// A hand slows down for good between these shares of its peak speed.
+const SLOW: [f64; 2] = [0.3, 0.5];
+/// A hand that has not gone this far has not slowed down, it has not begun, m.
+const LEAST_WAY_M: f64 = 0.02;
+/// Speeds are compared by the logarithm of themselves and this, m/s.
+const SPEED_OFFSET_M_PER_S: f64 = 5e-3;
+/// Smaller errors are as good as this one, m.
+const LEAST_ERROR_M: f64 = 2e-3;
+/// A share other than 1 must lower the mean logarithm of the error by this.
+const WORTH: f64 = 0.02;
+/// Shares that are tried.
+const SHARES: [f64; 9] = [1.0, 0.875, 0.75, 0.625, 0.5, 0.375, 0.25, 0.125, 0.0];
+
+/// How much of the way that is expected to be left hands do go on, by how slow they are.
+///
+/// A regression is linear in the speed, and a hand that comes to rest is not: on average it has some way left, most often
+/// none. A hand that rests far from where it is expected pauses; the share does not apply to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::learned) struct Arrival {
+    /// Rising speeds, as [`key`].
+    pub(in crate::learned) keys: [f64; KNOTS],
+    /// Share of the way at each.
+    pub(in crate::learned) shares: [f64; KNOTS],
+    /// Ways up to which it was learnt, m.
+    pub(in crate::learned) ways_m: [f64; KNOTS],
+}
+
+/// One held-out estimate.
+pub(super) struct Stop {
+    pub(super) progress: [f64; PROGRESS],
+    pub(super) weight: f64,
+    /// Where the hand is, where it is expected to stop, and where it does, m.
+    pub(super) now_m: DVec3,
+    pub(super) said_m: DVec3,
+    pub(super) end_m: DVec3,
+}
+
+fn key(speed_m_per_s: f64) -> f64 {
+    (speed_m_per_s.max(0.0) + SPEED_OFFSET_M_PER_S).ln()
+}
+
+/// How surely a hand slows down for good, 0 to 1.
+fn slows(progress: &[f64; PROGRESS]) -> f64 {
+    // The first sample of a reach has no speed yet.
+    if progress[0] <= 0.0 || progress[1] < LEAST_WAY_M {
+        return 0.0;
+    }
+    ((SLOW[1] - progress[3]) / (SLOW[1] - SLOW[0])).clamp(0.0, 1.0)
+}
+
+impl Arrival {
+    /// Nothing is changed.
+    pub(in crate::learned) const NONE: Self = Self {
+        keys: [0.0; KNOTS],
+        shares: [1.0; KNOTS],
+        ways_m: [0.0; KNOTS],
+    };
+
+    /// From held-out estimates.
+    pub(super) fn of(stops: &[Stop]) -> Self {
+        let slow: Vec<&Stop> = stops.iter().filter(|s| slows(&s.progress) > 0.0).collect();
+        if slow.is_empty() {
+            return Self::NONE;
+        }
+        let weight = |s: &Stop| s.weight * slows(&s.progress);
+        let keys = QUANTILES.map(|quantile| {
+            weighted_quantile(
+                quantile,
+                slow.iter().map(|s| (key(s.progress[2]), weight(s))),
+            )
+        });
+        let mut arrival = Self { keys, ..Self::NONE };
+        for k in 0..KNOTS {
+            let near = || {
+                let each = slow.iter().map(|s| (*s, weight(s) * arrival.hats(s)[k]));
+                each.filter(|(_, w)| *w > 0.0)
+            };
+            let ways = near().map(|(s, w)| (s.said_m.distance(s.now_m), w));
+            let way_m = weighted_quantile(0.9, ways);
+            let loss = |share: f64| {
+                let (mut sum, mut total) = (0.0, f64::MIN_POSITIVE);
+                for (s, w) in near() {
+                    let miss_m = s.now_m.lerp(s.said_m, share).distance_squared(s.end_m);
+                    sum += w * 0.5 * (miss_m + LEAST_ERROR_M * LEAST_ERROR_M).ln();
+                    total += w;
+                }
+                sum / total
+            };
+            let (mut best, mut share) = (loss(1.0) - WORTH, 1.0);
+            for tried in SHARES {
+                let tried_loss = loss(tried);
+                if tried_loss < best {
+                    (best, share) = (tried_loss, tried);
+                }
+            }
+            arrival.shares[k] = share;
+            arrival.ways_m[k] = way_m;
+        }
+        arrival
+    }
+
+    /// Weights of the speeds; less than 1 together above the highest.
+    fn hats(&self, stop: &Stop) -> [f64; KNOTS] {
+        self.between(key(stop.progress[2]))
+    }
+
+    fn between(&self, key: f64) -> [f64; KNOTS] {
+        let mut out = [0.0; KNOTS];
+        match self.keys.iter().position(|k| *k >= key) {
+            Some(0) => out[0] = 1.0,
+            Some(k) => {
+                let share = (key - self.keys[k - 1]) / (self.keys[k] - self.keys[k - 1]).max(1e-9);
+                (out[k - 1], out[k]) = (1.0 - share, share);
+            }
+            // Above it fades within a factor of 1.5.
+            None => out[KNOTS - 1] = (1.0 - (key - self.keys[KNOTS - 1]) / 0.4).max(0.0),
+        }
+        out
+    }
+
+    /// Where a hand stops that is expected to stop at a place, m.
+    pub(in crate::learned) fn stop_m(
+        &self,
+        progress: &[f64; PROGRESS],
+        now_m: DVec3,
+        said_m: DVec3,
+    ) -> DVec3 {
+        let slows = slows(progress);
+        if slows <= 0.0 {
+            return said_m;
+        }
+        let way_m = said_m.distance(now_m);
+        let hats = self.between(key(progress[2]));
+        let at = hats.iter().zip(&self.shares).zip(&self.ways_m);
+        let less: f64 = at
+            .map(|((hat, share), usual_m)| {
+                let is_near = (2.0 - way_m / usual_m.max(1e-6)).clamp(0.0, 1.0);
+                hat * is_near * (1.0 - share)
+            })
+            .sum();
+        said_m.lerp(now_m, (slows * less).clamp(0.0, 1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stop(speed: f64, way_m: f64, left_m: f64) -> Stop {
+        Stop {
+            progress: [0.8, 0.5, speed, speed],
+            weight: 1.0,
+            now_m: DVec3::ZERO,
+            said_m: DVec3::X * way_m,
+            end_m: DVec3::X * left_m,
+        }
+    }
+
+    #[test]
+    fn a_hand_that_has_arrived_stays_and_one_that_pauses_goes_on() {
+        // Expected 10 mm ahead; slow hands are there, faster ones have the way left.
+        let stops: Vec<Stop> = (0..200)
+            .map(|k| {
+                let speed = 0.29 * f64::from(k) / 200.0;
+                stop(speed, 0.01, if speed < 0.08 { 0.0 } else { 0.01 })
+            })
+            .collect();
+        let arrival = Arrival::of(&stops);
+        let stop_m = |speed, way_m| {
+            let s = stop(speed, way_m, 0.0);
+            arrival.stop_m(&s.progress, s.now_m, s.said_m).x
+        };
+        assert!(stop_m(0.01, 0.01) < 1e-3, "{arrival:?}");
+        assert!(stop_m(0.25, 0.01) > 9e-3, "{arrival:?}");
+        assert_eq!(stop_m(0.01, 0.3), 0.3);
+        // At the start a hand is slow as well, but as fast as it has been.
+        let s = Stop {
+            progress: [0.1, 0.01, 0.01, 1.0],
+            ..stop(0.01, 0.01, 0.3)
+        };
+        assert_eq!(arrival.stop_m(&s.progress, s.now_m, s.said_m), s.said_m);
+    }
+
+    #[test]
+    fn nothing_is_learnt_from_nothing() {
+        assert_eq!(Arrival::of(&[]), Arrival::NONE);
+        let fast = [stop(0.9, 0.1, 0.1)];
+        assert_eq!(Arrival::of(&fast), Arrival::NONE);
+    }
+}
