@@ -201,6 +201,16 @@ impl JointPoint {
         }
     }
 
+    /// The same where time passes at a pace that changes at a rate, 1/s.
+    pub(crate) fn at_pace(self, pace: f64, rate_per_s: f64) -> Self {
+        let acceleration = pace * pace * self.qdd_rad_per_s2 + rate_per_s * self.qd_rad_per_s;
+        Self {
+            qd_rad_per_s: pace * self.qd_rad_per_s,
+            qdd_rad_per_s2: acceleration,
+            ..self
+        }
+    }
+
     fn is_nan(&self) -> bool {
         (self.q_rad + self.qd_rad_per_s + self.qdd_rad_per_s2).is_nan()
     }

@@ -312,6 +312,12 @@ impl ReferenceMotion {
         self.course != Course::Planned || self.pace <= wanted
     }
 
+    /// The share that the motion in force keeps to at present: while it slows down, more than [`speed_share`](Self::speed_share).
+    #[must_use]
+    pub const fn present_share(&self) -> f64 {
+        self.planned_share * self.pace
+    }
+
     /// The share of the speeds for motions that are planned from now on.
     #[must_use]
     pub const fn speed_share(&self) -> f64 {
@@ -462,8 +468,7 @@ impl ReferenceMotion {
             from: self.state,
             duration_s: times.fold(0.0, f64::max),
         };
-        self.pace = 1.0;
-        self.elapsed_s = 0.0;
+        (self.pace, self.elapsed_s) = (1.0, 0.0);
     }
 
     /// Plans into `next`; was a motion found?
@@ -531,19 +536,14 @@ impl ReferenceMotion {
         std::mem::swap(&mut self.trajectory, &mut self.next);
         (self.planned_share, self.pace) = (self.speed_share, 1.0);
         self.considered = None;
-        self.course = Course::Planned;
-        self.elapsed_s = 0.0;
+        (self.course, self.elapsed_s) = (Course::Planned, 0.0);
     }
 }
 
 /// The state of a trajectory where time passes at a pace that changes at a rate, 1/s.
 fn slowed(mut state: JointState, pace: f64, rate_per_s: f64) -> JointState {
-    if pace != 1.0 || rate_per_s != 0.0 {
-        for i in 0..MOST_JOINTS {
-            let acceleration = &mut state.qdd_rad_per_s2[i];
-            *acceleration = pace * pace * *acceleration + rate_per_s * state.qd[i];
-            state.qd[i] *= pace;
-        }
+    for i in 0..MOST_JOINTS {
+        state.set_joint(i, &state.joint(i).at_pace(pace, rate_per_s));
     }
     state
 }

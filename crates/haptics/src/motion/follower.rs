@@ -354,6 +354,23 @@ impl Follower {
         Ok(())
     }
 
+    /// The share of the joint speeds that the motion under way keeps to at present: after
+    /// [`set_speed_share`](Self::set_speed_share) it takes a while to slow down.
+    #[must_use]
+    pub fn present_share(&self) -> f64 {
+        let is_under_way = self.reference.goal().is_some() && self.reference.left_s() > 0.0;
+        if !is_under_way {
+            return self.reference.speed_share();
+        }
+        let most = &self.reference.limits().velocity_rad_per_s;
+        let qd = &self.reference.state().qd.0;
+        // A motion that was planned with a smaller share begins at the speed of the one before.
+        let fastest = qd.iter().zip(most).map(|(v, most)| v.abs() / most);
+        fastest
+            .fold(self.reference.present_share(), f64::max)
+            .min(1.0)
+    }
+
     /// Are all joints within the share of the speeds that was set last, and does the motion go as slowly as it asks for?
     #[must_use]
     pub fn has_slowed(&self) -> bool {

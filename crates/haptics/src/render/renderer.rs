@@ -544,7 +544,9 @@ impl Renderer {
         } else {
             let face = self.follower.commanded_pose();
             let twist = self.follower.commanded_twist();
-            let in_force = self.speed_share;
+            // A motion that has not slowed down yet is as fast as at the share before: taken for one at the share that is asked for,
+            // it would be cut again in every step.
+            let in_force = self.speed_share.max(self.follower.present_share());
             self.proximity
                 .speed_share(&self.board, &face, &twist, person_m, in_force)
         };

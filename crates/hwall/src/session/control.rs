@@ -139,12 +139,13 @@ impl Control {
         // Once it has come to rest short of its goal, the rest of the way is short and slow.
         let left_s = self.step.and_then(|step| step.left_s);
         let rests = left_s.is_some_and(|left_s| left_s <= RESTS_S);
-        self.short = (self.short && !rests) || self.will_be_late(now_s);
+        self.short = (self.short && !rests) || self.will_be_late(now_s, state);
         let target = self.guidance.target.map(|target| BoardTarget {
             behind_m: match self.short {
                 true => target.behind_m.max(SHORT_M),
                 false => target.behind_m,
             },
+            slack_m: self.slack_m(now_s, &target),
             ..target
         });
         let posture = match (self.waits_at, self.guidance.waits_s) {
@@ -359,16 +360,42 @@ impl Control {
         None
     }
 
+    /// The slack of a target. While there is no time left to move on before the hand comes, it is all that the face has: a goal that
+    /// holds the touch if the prediction is right is worth more than one that is reached too late.
+    fn slack_m(&self, now_s: f64, target: &BoardTarget) -> [f64; 2] {
+        let left_s = self.step.and_then(|step| step.left_s);
+        let (Some(contact_s), Some(left_s)) = (self.guidance.contact_s, left_s) else {
+            return target.slack_m;
+        };
+        let has_time = contact_s - now_s > left_s + MOVES_ON_S;
+        let Some(goal) = self.renderer.follower().goal().filter(|_| !has_time) else {
+            return target.slack_m;
+        };
+        let half_m = self.board.half_width_m.min(self.board.half_height_m);
+        let widest_m = half_m - self.in_place.inset_m - EDGE_M;
+        let off_m = self.renderer.arm().forward(&goal).position_m() - target.point_m;
+        let holds = off_m.length() <= widest_m && off_m.dot(target.normal).abs() <= SAME_PLANE_M;
+        match holds {
+            true => target.slack_m.map(|slack_m| slack_m.max(widest_m)),
+            false => target.slack_m,
+        }
+    }
+
     /// Will the hand be there clearly before the board?
-    fn will_be_late(&self, now_s: f64) -> bool {
+    fn will_be_late(&self, now_s: f64, state: &ArmState) -> bool {
         let (Some(target), Some(contact_s)) = (self.guidance.target, self.guidance.contact_s)
         else {
             return false;
         };
         let left_s = self.step.and_then(|step| step.left_s);
         let presents = target.behind_m == 0.0 && self.contact.is_none();
-        // A board that serves does not go back because it moves on a little.
-        let is_there = self.state == SessionState::InPlace;
+        // A board that is on its surface does not go back because it moves on a little.
+        let face = self.renderer.arm().forward(&state.q);
+        let off_m = face.position_m() - target.point_m;
+        let is_on_surface = off_m.length() <= self.board.half_width_m
+            && off_m.dot(target.normal).abs() <= ON_SURFACE_M
+            && face.rotation().z_axis.angle_between(target.normal) <= ON_SURFACE_RAD;
+        let is_there = self.state == SessionState::InPlace || is_on_surface;
         let near = contact_s - now_s <= SOON_S;
         let is_late = |left_s: f64| left_s > SLOW_S && now_s + left_s > contact_s + LATE_S;
         presents && !is_there && near && left_s.is_some_and(is_late)
@@ -497,7 +524,16 @@ const LEAN_BEHIND_M: f64 = 0.01;
 /// How far short of its surface a board stays that cannot be there in time, m.
 const SHORT_M: f64 = 0.03;
 /// A board that arrives this much after the expected contact is late, s: less is within the error of the expectation.
-const LATE_S: f64 = 0.1;
+const LATE_S: f64 = 0.2;
+/// A face this near to its surface, and turned from it by less than this, is on it, m and rad.
+const ON_SURFACE_M: f64 = 0.01;
+const ON_SURFACE_RAD: f64 = 0.1;
+/// What it takes to move the goal a little while the board is on its way there, s.
+const MOVES_ON_S: f64 = 0.15;
+/// A face serves up to this beside where it counts as in place, m.
+const EDGE_M: f64 = 0.005;
+/// A goal this near to the plane of a target is on it, m.
+const SAME_PLANE_M: f64 = 1e-3;
 /// A board that is this near to its goal, s, is slow, and goes on.
 const SLOW_S: f64 = 0.2;
 /// A board that is this near to its goal has come to rest there, s.

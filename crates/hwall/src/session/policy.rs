@@ -162,6 +162,26 @@ fn spread_m(contact: &ContactPrediction) -> f64 {
     contact.covariance_m2.map_or(0.0, variance_m2).sqrt()
 }
 
+/// A reach of minimum jerk still takes so many times the way left over its speed when it ends, and fewer before.
+const SLOWS_DOWN: f64 = 3.0;
+
+/// The contact no later than at the end of a reach that slows down as people do: what was learnt from all people is late for the
+/// fast ones.
+fn in_time(mut contact: ContactPrediction, hand: &HandState) -> ContactPrediction {
+    let way = contact.point_m - hand.point_m;
+    let closing_m_per_s = hand.velocity_m_per_s.dot(way.normalize_or_zero());
+    if closing_m_per_s > SLOWEST_M_PER_S
+        && let Some(time) = &mut contact.time_to_contact_s
+    {
+        let latest_s = SLOWS_DOWN * way.length() / closing_m_per_s;
+        time.mean_s = time.mean_s.min(latest_s);
+    }
+    contact
+}
+
+/// Of a slower hand the speed tells nothing, m/s.
+const SLOWEST_M_PER_S: f64 = 0.1;
+
 /// The memory of the decisions.
 #[derive(Debug, Clone)]
 pub(super) struct Policy {
@@ -238,6 +258,7 @@ impl Policy {
             self.decision = Decision::Present(contact);
             return Some((contact, self.decision));
         }
+        let contact = hand.map_or(contact, |hand| in_time(contact, hand));
         self.decision = self.decide(t_s, &contact, hand);
         Some((contact, self.decision))
     }
@@ -359,6 +380,12 @@ impl Policy {
                     (self.config.looked_sd_m, off.dot(axes[i]).abs())
                 }
                 (Some(_), _) => (self.config.looked_sd_m, 0.0),
+                // A covariance is that about the point that is held; without one nothing tells how far the newest is off.
+                (None, Some((surface, off)))
+                    if surface == contact.surface && contact.covariance_m2.is_none() =>
+                {
+                    (f64::INFINITY, off.dot(axes[i]).abs())
+                }
                 (None, _) => (f64::INFINITY, 0.0),
             };
             let sd_m = if variance_m2 >= 0.0 {
@@ -377,6 +404,7 @@ impl Policy {
 mod tests {
     use super::*;
     use hwall_contact::PredictionSource;
+    use hwall_hand::HandPoint;
 
     fn contact(covariance_m2: Option<DMat3>) -> ContactPrediction {
         ContactPrediction {
@@ -406,6 +434,59 @@ mod tests {
         assert!((slack_m(0.03_f64.powi(2)) - 0.045).abs() < 1e-12);
         assert_eq!(slack_m(1.0), 0.0);
         assert_eq!([slack_m(f64::NAN), slack_m(-1.0)], [0.0; 2]);
+    }
+
+    #[test]
+    fn a_point_that_is_held_while_its_prediction_moves_on_leaves_less_slack() {
+        let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+        let (board, place) = (Board::default(), PlaceTolerance::default());
+        let newest = |y: f64| {
+            let mut newest = contact(None);
+            newest.point_m.y += y;
+            newest
+        };
+        let mut slack_m = |y: f64| {
+            let (held, _) = policy.step(0.1, &[newest(y)], None).expect("a contact");
+            assert_eq!(held.point_m, contact(None).point_m);
+            policy.slack_m(&held, &board, &place)
+        };
+        let [free, _] = slack_m(0.0);
+        let [near_x, near_y] = slack_m(0.03);
+        let least = near_x.min(near_y);
+        assert!((free - least - 0.03).abs() < 1e-12, "{free} {least}");
+        assert!((near_x.max(near_y) - free).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_fast_hand_is_expected_when_it_would_have_slowed_down() {
+        let time = hwall_contact::TimeToContact {
+            mean_s: 0.6,
+            sd_s: None,
+        };
+        let foreseen = ContactPrediction {
+            time_to_contact_s: Some(time),
+            ..contact(None)
+        };
+        let point_m = foreseen.point_m + DVec3::X * 0.2;
+        let hand = |speed_m_per_s: f64| HandState {
+            t_s: 0.0,
+            point: HandPoint::Index,
+            point_m,
+            velocity_m_per_s: DVec3::NEG_X * speed_m_per_s,
+            direction: None,
+            smoothed_m: [point_m; 2],
+            delay_s: 0.0,
+            unseen_s: 0.0,
+            palm_m: None,
+        };
+        let expected_s = |speed_m_per_s: f64| {
+            let time = in_time(foreseen, &hand(speed_m_per_s)).time_to_contact_s;
+            time.expect("a time").mean_s
+        };
+        assert!((expected_s(2.0) - 0.3).abs() < 1e-12);
+        for slow in [0.5, 0.05, 0.0, -1.0, f64::NAN] {
+            assert_eq!(expected_s(slow), 0.6, "{slow}");
+        }
     }
 
     #[test]
