@@ -118,10 +118,11 @@ impl Supervisor {
     }
 
     /// Ends a latched fault; commands go through again after the recovery time, if inputs are sound. The arm is believed to be where it
-    /// says it is.
+    /// says it is, and what its torque sensors say at rest is found anew.
     pub fn reset(&mut self) {
         self.faults.reset();
         self.inspection.believe();
+        self.bias = self.config.bias.map(TorqueBias::new);
     }
 
     /// Stops the arm, latched.
@@ -191,7 +192,8 @@ impl Supervisor {
         let (joint, bias_n_m) = bias.beyond(self.arm.joint_count(), &self.guard)?;
         Some(Fault {
             reason: SafeReason::TorqueBias { joint, bias_n_m },
-            severity: Severity::Blind,
+            // A hand may be near by now, and a touch would be hidden: somebody has to look.
+            severity: Severity::Broken,
         })
     }
 
