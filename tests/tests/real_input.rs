@@ -8,7 +8,7 @@ use hwall_stage::person::hand::Hand;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
 use hwall_stage::run::closed_loop::{self, RunSetup};
-use hwall_stage::run::judge;
+use hwall_stage::run::judged::judge;
 use hwall_stage::setting::{Setting, SettingOptions};
 use hwall_testkit::shared;
 

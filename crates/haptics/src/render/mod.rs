@@ -3,16 +3,9 @@
 mod aim;
 mod config;
 mod contact;
-mod face_slide;
-mod force_lead;
 mod hold;
-mod impedance;
-mod joint_guard;
 mod making_way;
-mod object_port;
-mod object_rendering;
-mod objects;
-mod path_follower;
+mod object;
 mod proximity;
 mod renderer;
 mod step;
@@ -21,10 +14,10 @@ mod supervised;
 pub use config::{ForceConfig, RendererConfig, WatchdogConfig};
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use hold::HoldReason;
-pub use impedance::{CartesianImpedance, FaceMotion, FrictionLeft, ImpedanceConfig};
-pub use joint_guard::JointGuard;
-pub use object_port::{ObjectPortConfig, PortLedger};
-pub use object_rendering::{
+pub use object::impedance::{CartesianImpedance, FaceMotion, FrictionLeft, ImpedanceConfig};
+pub use object::joint_guard::JointGuard;
+pub use object::object_port::{ObjectPortConfig, PortLedger};
+pub use object::object_rendering::{
     ObjectCommand, ObjectRendering, ObjectRenderingConfig, ObjectStep, RenderedObject,
 };
 pub use proximity::ProximityConfig;

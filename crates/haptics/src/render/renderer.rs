@@ -5,10 +5,10 @@ use super::config::{ForceConfig, RendererConfig, WatchdogConfig};
 use super::contact::{ContactDetector, ContactState};
 use super::hold::HoldReason;
 use super::making_way::clear_of;
-use super::object_rendering::{
+use super::object::object_rendering::{
     ObjectCommand, ObjectRendering, ObjectRenderingConfig, RenderedObject,
 };
-use super::objects::Objects;
+use super::object::objects::Objects;
 use super::proximity::ProximityConfig;
 use super::step::{Phase, RenderInput, RenderStep};
 use super::supervised::{SpeedCap, Withdrawal};

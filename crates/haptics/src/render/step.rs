@@ -1,7 +1,7 @@
 //! What goes into a control step, and what comes out.
 
 use super::hold::HoldReason;
-use super::object_port::PortLedger;
+use super::object::object_port::PortLedger;
 use crate::arm::ArmCommand;
 use crate::board::BoardTarget;
 use crate::motion::Slide;

@@ -1,6 +1,6 @@
 //! What the renderer does for a supervisor: withdraw the board, and slow down.
 
-use super::path_follower::PathFollower;
+use super::object::path_follower::PathFollower;
 use super::proximity::SHARES;
 use crate::motion::Follower;
 use crate::object::ObjectPath;

@@ -1,6 +1,6 @@
 //! What goes into the supervisor in a cycle, and what comes out.
 
-use super::person::PersonPoint;
+use super::limits::person::PersonPoint;
 use super::state::{SafeRequest, SafeState};
 use crate::arm::{ArmCommand, ArmState};
 use glam::DVec3;

@@ -1,16 +1,16 @@
 //! Between renderer and arm: every input watched, every command limited, every fault a named safe state.
 
-use super::agreement::Agreement;
-use super::braking::Braking;
-use super::clock::Clock;
 use super::cycle::{Sent, SupervisorInput, SupervisorStep};
 use super::fault::{Fault, FaultMachine, Severity, Stage};
-use super::inspection::Inspection;
-use super::motion_guard::GuardLimits;
-use super::person::PersonPart;
+use super::limits::braking::Braking;
+use super::limits::motion_guard::GuardLimits;
+use super::limits::person::PersonPart;
 use super::state::{SafeReason, SafeRequest, SafeState};
 use super::supervisor_config::SupervisorConfig;
-use super::torque_bias::TorqueBias;
+use super::watch::agreement::Agreement;
+use super::watch::clock::Clock;
+use super::watch::inspection::Inspection;
+use super::watch::torque_bias::TorqueBias;
 use crate::arm::ArmCommand;
 use crate::board::Board;
 use crate::error::HapticsError;

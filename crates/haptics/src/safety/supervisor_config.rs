@@ -1,14 +1,14 @@
 //! Settings of the supervisor.
 
-use super::capsule::CapsuleConfig;
-use super::contact_limits::ContactLimits;
-use super::load::LoadLimits;
-use super::motion_guard::GuardLimits;
-use super::obedience::ObedienceConfig;
-use super::person::PersonLimits;
-use super::target_leaps::LeapLimits;
-use super::torque_bias::BiasConfig;
-use super::watchdog::ChannelWatch;
+use super::limits::capsule::CapsuleConfig;
+use super::limits::contact_limits::ContactLimits;
+use super::limits::load::LoadLimits;
+use super::limits::motion_guard::GuardLimits;
+use super::limits::person::PersonLimits;
+use super::watch::obedience::ObedienceConfig;
+use super::watch::target_leaps::LeapLimits;
+use super::watch::torque_bias::BiasConfig;
+use super::watch::watchdog::ChannelWatch;
 use crate::error::HapticsError;
 use hwall_numeric::check::{non_negative, positive};
 

@@ -9,7 +9,7 @@ use hwall_haptics::{QUARTER_TURNS_RAD, board_pose};
 use hwall_kinematics::{JointPositions, Verdict};
 use hwall_redirection::{ReachFrame, ReachShift, ReachThresholds, RedirectedReach};
 use hwall_stage::input::arms::BoardArm;
-use hwall_stage::run::least_time::{LeastTime, Quickest};
+use hwall_stage::run::judged::least_time::{LeastTime, Quickest};
 
 /// From a command to the arm's motion, s: the reaction measured with the dissertation's arm.
 const REACTION_S: f64 = 0.022;

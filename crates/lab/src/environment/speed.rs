@@ -11,7 +11,7 @@ use hwall_redirection::{
 };
 use hwall_scene::Scene;
 use hwall_stage::input::arms::BoardArm;
-use hwall_stage::run::least_time::LeastTime;
+use hwall_stage::run::judged::least_time::LeastTime;
 use hwall_testkit::{Sampler, Timing, time_batches, time_each};
 
 /// One step and its time.

@@ -16,7 +16,7 @@ use hwall_redirection::{ReachThresholds, SampledOrientations};
 use hwall_scene::Scene;
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::person::kinds::PersonKind;
-use hwall_stage::run::least_time::LeastTime;
+use hwall_stage::run::judged::least_time::LeastTime;
 use hwall_stage::setting::load_scene;
 use hwall_testkit::quantile;
 use rayon::prelude::*;

@@ -3,7 +3,7 @@
 use crate::documents::Documents;
 use crate::in_time::study::{Request, Results, Row};
 use crate::in_time::targets;
-use hwall_stage::run::regret::Miss;
+use hwall_stage::run::judged::regret::Miss;
 use hwall_testkit::{Machine, MarkdownTable};
 use std::path::PathBuf;
 

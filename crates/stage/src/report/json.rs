@@ -1,8 +1,8 @@
 //! The touches of a run and their summary as JSON, for others to read.
 
 use crate::report::summary::Summary;
+use crate::run::judged::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
-use crate::run::regret::Miss;
 use anyhow::Context;
 use serde::Serialize;
 use std::collections::BTreeMap;

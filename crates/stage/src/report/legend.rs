@@ -1,7 +1,7 @@
 //! The legend beside the plan: what is drawn means what, one row below the other.
 
 use crate::report::figures::{COLOURS, TEXT, plot_error};
-use crate::run::trace::TouchMark;
+use crate::run::kept::trace::TouchMark;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

@@ -3,9 +3,9 @@
 use crate::person::predictors::PredictorKind;
 use crate::report::figure_file::FigureFile;
 use crate::report::figures::{COLOURS, TEXT, TITLE, plot_error};
-use crate::run::judge::RIGHT_M;
-use crate::run::push_log::ForceSample;
-use crate::run::trace::Trace;
+use crate::run::judged::judge::RIGHT_M;
+use crate::run::kept::push_log::ForceSample;
+use crate::run::kept::trace::Trace;
 use glam::DVec3;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

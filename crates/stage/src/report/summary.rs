@@ -1,7 +1,7 @@
 //! The numbers that a run is judged by.
 
+use crate::run::judged::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
-use crate::run::regret::Miss;
 use hwall_testkit::quantile;
 
 /// All touches of all people in a few numbers.

@@ -2,16 +2,8 @@
 
 pub mod base_by_arrival;
 pub mod closed_loop;
-pub mod courses;
-pub mod judge;
-pub mod least_time;
+pub mod judged;
+pub mod kept;
 pub mod people;
-pub mod push_log;
-pub mod regret;
 pub mod session_settings;
 pub mod simulated_arm;
-pub mod snapshots;
-pub mod texture_log;
-pub mod tick;
-pub mod trace;
-pub mod view_log;

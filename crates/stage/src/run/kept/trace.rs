@@ -1,8 +1,8 @@
 //! What a run leaves behind to draw.
 
 use crate::person::predictors::PredictionRecord;
-use crate::run::judge::Outcome;
-use crate::run::snapshots::{BoardFace, Snapshot};
+use crate::run::judged::judge::Outcome;
+use crate::run::kept::snapshots::{BoardFace, Snapshot};
 use glam::DVec3;
 use hwall_haptics::BoardTarget;
 
@@ -57,14 +57,14 @@ const DRAWN_M: f64 = 0.01;
 const BOARD_S: f64 = 0.02;
 
 /// Collects a [`Trace`] while a run lasts.
-pub(super) struct TraceLog {
+pub(in crate::run) struct TraceLog {
     trace: Trace,
     /// When the board is drawn next, s.
     next_board_s: f64,
 }
 
 impl TraceLog {
-    pub(super) fn new(reach_m: f64) -> Self {
+    pub(in crate::run) fn new(reach_m: f64) -> Self {
         Self {
             trace: Trace {
                 reach_m,
@@ -74,35 +74,35 @@ impl TraceLog {
         }
     }
 
-    pub(super) fn hand(&mut self, t_s: f64, point_m: DVec3) {
+    pub(in crate::run) fn hand(&mut self, t_s: f64, point_m: DVec3) {
         self.trace.hand_m.push((t_s, point_m));
     }
 
-    pub(super) fn hand_distance(&mut self, t_s: f64, distance_m: f64) {
+    pub(in crate::run) fn hand_distance(&mut self, t_s: f64, distance_m: f64) {
         self.trace.hand_distance_m.push((t_s, distance_m));
     }
 
-    pub(super) fn hand_lost(&mut self, t_s: f64) {
+    pub(in crate::run) fn hand_lost(&mut self, t_s: f64) {
         self.trace.lost_s.push((t_s, f64::INFINITY));
     }
 
-    pub(super) fn hand_found(&mut self, t_s: f64) {
+    pub(in crate::run) fn hand_found(&mut self, t_s: f64) {
         if let Some(span) = self.trace.lost_s.last_mut() {
             span.1 = t_s;
         }
     }
 
-    pub(super) fn contact_begins(&mut self, t_s: f64) {
+    pub(in crate::run) fn contact_begins(&mut self, t_s: f64) {
         self.trace.contacts_s.push((t_s, f64::INFINITY));
     }
 
-    pub(super) fn contact_ends(&mut self, t_s: f64) {
+    pub(in crate::run) fn contact_ends(&mut self, t_s: f64) {
         if let Some(span) = self.trace.contacts_s.last_mut() {
             span.1 = t_s;
         }
     }
 
-    pub(super) fn board(&mut self, t_s: f64, face_m: DVec3, target: Option<&BoardTarget>) {
+    pub(in crate::run) fn board(&mut self, t_s: f64, face_m: DVec3, target: Option<&BoardTarget>) {
         if t_s < self.next_board_s {
             return;
         }
@@ -114,7 +114,7 @@ impl TraceLog {
         }
     }
 
-    pub(super) fn finish(mut self, end_s: f64, predictions: &[PredictionRecord]) -> Trace {
+    pub(in crate::run) fn finish(mut self, end_s: f64, predictions: &[PredictionRecord]) -> Trace {
         let trace = &mut self.trace;
         for span in trace.contacts_s.iter_mut().chain(&mut trace.lost_s) {
             span.1 = span.1.min(end_s);

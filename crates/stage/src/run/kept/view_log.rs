@@ -22,7 +22,7 @@ const PERIOD_S: f64 = 1.0 / 30.0;
 
 impl ViewLog {
     /// At the end of a cycle; `t_s` on the hand's clock.
-    pub(super) fn step<P: Predictor>(
+    pub(in crate::run) fn step<P: Predictor>(
         &mut self,
         t_s: f64,
         session: &Session<P>,
@@ -42,7 +42,7 @@ impl ViewLog {
     }
 
     /// What an event says, its time on the hand's clock.
-    pub(super) fn event(&mut self, t_s: f64, event: &Event) {
+    pub(in crate::run) fn event(&mut self, t_s: f64, event: &Event) {
         let (kind, text) = match event.kind {
             EventKind::Touched { normal_force_n } => (
                 ViewMarkerKind::Touched,

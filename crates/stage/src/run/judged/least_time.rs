@@ -446,7 +446,7 @@ mod tests {
     fn an_arm_without_a_closed_form_finds_a_way_that_is_not_much_longer() {
         let (arm, board) = setup();
         let path = std::env::temp_dir().join(format!("least-time-{}.urdf", std::process::id()));
-        let panda = include_str!("../../../kinematics/tests/data/panda.urdf");
+        let panda = include_str!("../../../../kinematics/tests/data/panda.urdf");
         std::fs::write(&path, panda).unwrap();
         let searched = BoardArm::named(path.to_str().unwrap(), &board);
         std::fs::remove_file(&path).unwrap();

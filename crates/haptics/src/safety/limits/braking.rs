@@ -12,7 +12,7 @@ const BEHIND: f64 = 0.01;
 /// What was wanted and what was sent last: a cut slows the joints down as hard as they may, not harder, and what is missing
 /// afterwards is made up for in the same way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Braking {
+pub(in crate::safety) struct Braking {
     wanted: JointPositions,
     sent: JointPositions,
     rate_rad_per_s: [f64; MOST_JOINTS],
@@ -20,7 +20,7 @@ pub(super) struct Braking {
 
 impl Braking {
     /// An arm that nothing was sent to so far: where it is, and how it moves.
-    pub(super) fn from_state(q: &JointPositions, qd: &[f64; MOST_JOINTS]) -> Self {
+    pub(in crate::safety) fn from_state(q: &JointPositions, qd: &[f64; MOST_JOINTS]) -> Self {
         Self {
             wanted: *q,
             sent: *q,
@@ -37,7 +37,7 @@ impl Braking {
     }
 
     /// How fast the joints would have to be now, rad/s: as is wanted, and faster if something is missing. `dt_s` is positive.
-    pub(super) fn rates_rad_per_s(
+    pub(in crate::safety) fn rates_rad_per_s(
         &self,
         wanted: &JointPositions,
         acceleration_rad_per_s2: &[f64; MOST_JOINTS],
@@ -55,7 +55,7 @@ impl Braking {
 
     /// The command for rates of which a share is allowed, no harder on the joints than they bear. All change alike, so that
     /// the board keeps to its way. What nobody cuts (`share` is `None`) and nothing is missing from goes out as it is.
-    pub(super) fn next(
+    pub(in crate::safety) fn next(
         &self,
         wanted: &JointPositions,
         rates_rad_per_s: &[f64; MOST_JOINTS],
@@ -89,12 +89,12 @@ impl Braking {
     }
 
     /// What is sent.
-    pub(super) const fn sent(&self) -> &JointPositions {
+    pub(in crate::safety) const fn sent(&self) -> &JointPositions {
         &self.sent
     }
 
     /// The same with another command sent instead, which a limit of angle asks for.
-    pub(super) fn sending(self, sent: JointPositions) -> Self {
+    pub(in crate::safety) fn sending(self, sent: JointPositions) -> Self {
         Self { sent, ..self }
     }
 }

@@ -4,7 +4,7 @@
 ///
 /// Each has half of the delay; the line makes up for the delay, so a constant force and one that changes evenly come out right.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ForceLead<const N: usize> {
+pub(in crate::render) struct ForceLead<const N: usize> {
     first: [f64; N],
     second: [f64; N],
     /// Change of the second one, per s.
@@ -13,14 +13,14 @@ pub(super) struct ForceLead<const N: usize> {
 
 impl<const N: usize> ForceLead<N> {
     /// Nothing acts, and nothing did.
-    pub(super) const NONE: Self = Self {
+    pub(in crate::render) const NONE: Self = Self {
         first: [0.0; N],
         second: [0.0; N],
         slope: [0.0; N],
     };
 
     /// One measurement later. `filter_s`: delay of both together; zero is no filter, and no slope.
-    pub(super) fn step(&self, measured: &[f64; N], filter_s: f64, dt_s: f64) -> Self {
+    pub(in crate::render) fn step(&self, measured: &[f64; N], filter_s: f64, dt_s: f64) -> Self {
         if filter_s == 0.0 {
             return Self {
                 first: *measured,
@@ -41,7 +41,7 @@ impl<const N: usize> ForceLead<N> {
     }
 
     /// Delay of both together at a sampling period, s.
-    pub(super) fn lag_s(filter_s: f64, dt_s: f64) -> f64 {
+    pub(in crate::render) fn lag_s(filter_s: f64, dt_s: f64) -> f64 {
         if filter_s == 0.0 {
             return 0.0;
         }
@@ -50,12 +50,12 @@ impl<const N: usize> ForceLead<N> {
     }
 
     /// The newest, filtered.
-    pub(super) const fn value(&self) -> &[f64; N] {
+    pub(in crate::render) const fn value(&self) -> &[f64; N] {
         &self.second
     }
 
     /// As it will be this long after what was [filtered](Self::value), if it goes on changing like that.
-    pub(super) fn after(&self, by_s: f64) -> [f64; N] {
+    pub(in crate::render) fn after(&self, by_s: f64) -> [f64; N] {
         std::array::from_fn(|i| self.second[i] + by_s * self.slope[i])
     }
 }

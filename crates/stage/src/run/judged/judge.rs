@@ -3,7 +3,7 @@
 use crate::input::arms::BoardArm;
 use crate::person::predictors::PredictionRecord;
 use crate::person::touches::Touch;
-use crate::run::tick::Tick;
+use crate::run::kept::tick::Tick;
 use anyhow::Context;
 use hwall_haptics::{Board, PlaceTolerance};
 use hwall_kinematics::Unreachable;

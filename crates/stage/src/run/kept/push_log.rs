@@ -40,7 +40,7 @@ pub struct ForceSample {
 
 /// Collects pushes while a run lasts.
 #[derive(Default)]
-pub(super) struct PushLog {
+pub(in crate::run) struct PushLog {
     pushes: Vec<Push>,
     is_open: bool,
     samples: Vec<ForceSample>,
@@ -53,7 +53,7 @@ const SAMPLE_S: f64 = 0.01;
 
 impl PushLog {
     /// A control period: the moving surfaces, the force of the hand on the face (base axes, N) and the velocity there.
-    pub(super) fn step(
+    pub(in crate::run) fn step(
         &mut self,
         t_s: f64,
         dt_s: f64,
@@ -115,7 +115,7 @@ impl PushLog {
         }
     }
 
-    pub(super) fn finish(self) -> (Vec<Push>, Vec<ForceSample>) {
+    pub(in crate::run) fn finish(self) -> (Vec<Push>, Vec<ForceSample>) {
         (self.pushes, self.samples)
     }
 }

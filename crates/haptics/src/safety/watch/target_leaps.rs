@@ -41,14 +41,19 @@ impl LeapLimits {
 
 /// Counts leaps, and forgets them.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct TargetLeaps {
+pub(in crate::safety) struct TargetLeaps {
     last: Option<(DVec3, f64)>,
     count: f64,
 }
 
 impl TargetLeaps {
     /// How far the target leapt, m, if it has leapt too often; times are of sound clocks.
-    pub(super) fn step(&mut self, point_m: DVec3, now_s: f64, limits: &LeapLimits) -> Option<f64> {
+    pub(in crate::safety) fn step(
+        &mut self,
+        point_m: DVec3,
+        now_s: f64,
+        limits: &LeapLimits,
+    ) -> Option<f64> {
         // What is no place is named by others; the next one is compared with the last that was one.
         if !point_m.is_finite() {
             return None;

@@ -59,7 +59,7 @@ impl JointGuard {
     }
 
     /// The torque on a joint with an inertia (kg m²), N m; measured and planned angle and speed, rad and rad/s.
-    pub(super) fn torque_n_m(
+    pub(in crate::render) fn torque_n_m(
         &self,
         joint: usize,
         inertia_kg_m2: f64,

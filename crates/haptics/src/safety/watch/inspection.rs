@@ -1,21 +1,21 @@
 //! Looks at every input of a cycle and names the worst that is wrong.
 
-use super::capsule::{ArmCapsules, CapsuleConfig};
-use super::contact_limits::ContactLimits;
-use super::cycle::{Sent, SupervisorInput};
-use super::fault::{Fault, Severity};
-use super::load::{BoardLoad, LoadLimits};
-use super::motion_guard::GuardLimits;
 use super::obedience::Obedience;
-use super::person::PersonPart;
-use super::state::{Channel, SafeReason};
-use super::supervisor_config::SupervisorConfig;
 use super::target_leaps::{LeapLimits, TargetLeaps};
 use super::watchdog::{Watch, WatchFault};
 use super::whereabouts::{Doubt, Whereabouts};
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::Board;
 use crate::error::HapticsError;
+use crate::safety::cycle::{Sent, SupervisorInput};
+use crate::safety::fault::{Fault, Severity};
+use crate::safety::limits::capsule::{ArmCapsules, CapsuleConfig};
+use crate::safety::limits::contact_limits::ContactLimits;
+use crate::safety::limits::load::{BoardLoad, LoadLimits};
+use crate::safety::limits::motion_guard::GuardLimits;
+use crate::safety::limits::person::PersonPart;
+use crate::safety::state::{Channel, SafeReason};
+use crate::safety::supervisor_config::SupervisorConfig;
 use hwall_geometry::Wrench;
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 use std::sync::Arc;
@@ -38,16 +38,16 @@ struct Watches {
 
 /// What was found in a cycle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Found {
+pub(in crate::safety) struct Found {
     /// The worst fault.
-    pub(super) worst: Option<Fault>,
+    pub(in crate::safety) worst: Option<Fault>,
     /// Is the arm's own state believed?
-    pub(super) arm_is_sound: bool,
+    pub(in crate::safety) arm_is_sound: bool,
 }
 
 /// Everything that is looked at, with what was seen last.
 #[derive(Debug, Clone)]
-pub(super) struct Inspection {
+pub(in crate::safety) struct Inspection {
     arm: Arc<dyn ArmKinematics>,
     board: Board,
     guard: GuardLimits,
@@ -71,7 +71,7 @@ pub(super) struct Inspection {
 
 impl Inspection {
     /// `arm` carries the board's face.
-    pub(super) fn new(
+    pub(in crate::safety) fn new(
         arm: Arc<dyn ArmKinematics>,
         board: Board,
         guard: GuardLimits,
@@ -106,7 +106,7 @@ impl Inspection {
     }
 
     /// The part is not missed until it comes again.
-    pub(super) fn forget(&mut self, part: PersonPart) {
+    pub(in crate::safety) fn forget(&mut self, part: PersonPart) {
         let [tip, palm, head] = &mut self.watches.person;
         match part {
             PersonPart::Fingertip => tip.forget(),
@@ -116,12 +116,18 @@ impl Inspection {
     }
 
     /// A person has looked at the arm: it is where it says it is.
-    pub(super) fn believe(&mut self) {
+    pub(in crate::safety) fn believe(&mut self) {
         self.whereabouts.believe();
     }
 
     /// Keeps the angles to compare the next ones with, and what is sent. `held`: the arm was told to hold.
-    pub(super) fn remember(&mut self, state: &ArmState, sent: Sent, held: bool, elapsed_s: f64) {
+    pub(in crate::safety) fn remember(
+        &mut self,
+        state: &ArmState,
+        sent: Sent,
+        held: bool,
+        elapsed_s: f64,
+    ) {
         self.told_to_move = match (self.last_sent, sent) {
             (Sent::Position(from), Sent::Position(to)) => to.max_abs_difference(&from) > 1e-5,
             _ => false,
@@ -136,7 +142,7 @@ impl Inspection {
     }
 
     /// Looks at everything.
-    pub(super) fn look(
+    pub(in crate::safety) fn look(
         &mut self,
         input: &SupervisorInput<'_>,
         sent: Sent,

@@ -10,14 +10,17 @@ use hwall_kinematics::{JointPositions, JointVelocities};
 
 /// All moving objects, and the one that is touched.
 #[derive(Debug, Clone)]
-pub(super) struct Objects {
+pub(in crate::render) struct Objects {
     rendering: ObjectRendering,
     all: Vec<RenderedObject>,
     touched: Option<usize>,
 }
 
 impl Objects {
-    pub(super) const fn new(rendering: ObjectRendering, all: Vec<RenderedObject>) -> Self {
+    pub(in crate::render) const fn new(
+        rendering: ObjectRendering,
+        all: Vec<RenderedObject>,
+    ) -> Self {
         Self {
             rendering,
             all,
@@ -25,34 +28,34 @@ impl Objects {
         }
     }
 
-    pub(super) fn all(&self) -> &[RenderedObject] {
+    pub(in crate::render) fn all(&self) -> &[RenderedObject] {
         &self.all
     }
 
     /// The object that the board is on.
-    pub(super) const fn touched(&self) -> Option<usize> {
+    pub(in crate::render) const fn touched(&self) -> Option<usize> {
         self.touched
     }
 
     /// Is the arm told torques?
-    pub(super) const fn by_torques(&self) -> bool {
+    pub(in crate::render) const fn by_torques(&self) -> bool {
         self.rendering.by_torques()
     }
 
     /// The energy between hand and board, while it is on an object.
-    pub(super) fn ledger(&self) -> Option<PortLedger> {
+    pub(in crate::render) fn ledger(&self) -> Option<PortLedger> {
         self.touched.map(|_| *self.rendering.ledger())
     }
 
     /// The touch is over: where the arm is on the path of the object, and how it moves there. `None` if nothing was touched.
-    pub(super) fn release(&mut self) -> Option<(JointPositions, JointVelocities)> {
+    pub(in crate::render) fn release(&mut self) -> Option<(JointPositions, JointVelocities)> {
         let rendered = self.all.get(self.touched.take()?)?;
         let velocity = rendered.object.velocity();
         Some((*self.rendering.q(), self.rendering.qd_at(velocity)))
     }
 
     /// Time passes for what is not touched.
-    pub(super) fn go_on(&mut self, dt_s: f64) {
+    pub(in crate::render) fn go_on(&mut self, dt_s: f64) {
         for (index, rendered) in self.all.iter_mut().enumerate() {
             if self.touched != Some(index) {
                 // A motion beyond what numbers can hold stands still.
@@ -62,7 +65,7 @@ impl Objects {
     }
 
     /// One step with the object under the hand; `None` for an index that is none. `q` holds the face on it when the touch begins.
-    pub(super) fn render(
+    pub(in crate::render) fn render(
         &mut self,
         index: usize,
         q: &JointPositions,

@@ -1,22 +1,22 @@
 //! The clock of the control loop.
 
-use super::state::{Channel, SafeReason};
-use super::supervisor_config::SupervisorConfig;
+use crate::safety::state::{Channel, SafeReason};
+use crate::safety::supervisor_config::SupervisorConfig;
 
 /// Watches the time that is handed in, and adds up its sound steps.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Clock {
+pub(in crate::safety) struct Clock {
     last_s: Option<f64>,
     /// The newest step that was sound, s.
     usual_s: Option<f64>,
     repeated: usize,
     /// Sum of the sound steps, s: states last by this, whatever the clock shows.
-    pub(super) elapsed_s: f64,
+    pub(in crate::safety) elapsed_s: f64,
 }
 
 impl Clock {
     /// The time since the last step, s.
-    pub(super) fn tick(
+    pub(in crate::safety) fn tick(
         &mut self,
         now_s: f64,
         config: &SupervisorConfig,

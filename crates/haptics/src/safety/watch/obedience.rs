@@ -1,7 +1,7 @@
 //! Does the arm do what it was told?
 
-use super::cycle::Sent;
 use crate::error::HapticsError;
+use crate::safety::cycle::Sent;
 use hwall_kinematics::{JointPositions, MOST_JOINTS};
 use hwall_numeric::check::{non_negative, positive};
 
@@ -104,7 +104,7 @@ enum Told {
 
 /// Compares where the arm is with where it was told to be. An arm under torques goes where it is pushed; it is not judged.
 #[derive(Debug, Clone)]
-pub(super) struct Obedience {
+pub(in crate::safety) struct Obedience {
     config: ObedienceConfig,
     told: Told,
     spans: [Span; PIECES],
@@ -116,7 +116,7 @@ pub(super) struct Obedience {
 }
 
 impl Obedience {
-    pub(super) const fn new(config: ObedienceConfig) -> Self {
+    pub(in crate::safety) const fn new(config: ObedienceConfig) -> Self {
         Self {
             config,
             told: Told::Anything,
@@ -128,7 +128,12 @@ impl Obedience {
     }
 
     /// Is the arm where it was told to be? `q` is measured and finite; times are of sound clocks.
-    pub(super) fn holds(&mut self, q: &JointPositions, joints: usize, now_s: f64) -> bool {
+    pub(in crate::safety) fn holds(
+        &mut self,
+        q: &JointPositions,
+        joints: usize,
+        now_s: f64,
+    ) -> bool {
         let c = self.config;
         match &mut self.told {
             Told::Anything => true,
@@ -171,7 +176,13 @@ impl Obedience {
     }
 
     /// Keeps what is sent in this cycle; `q` is where the arm is.
-    pub(super) fn remember(&mut self, sent: Sent, held: bool, q: &JointPositions, now_s: f64) {
+    pub(in crate::safety) fn remember(
+        &mut self,
+        sent: Sent,
+        held: bool,
+        q: &JointPositions,
+        now_s: f64,
+    ) {
         let is_finite = q.0.iter().all(|angle| angle.is_finite());
         match (sent, self.told) {
             (Sent::Position(to), told) => {

@@ -35,7 +35,7 @@ enum Lost {
 
 /// Why the arm is not where it says it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Doubt {
+pub(in crate::safety) enum Doubt {
     /// It cannot have come there: a joint is this far from where it was known to be, rad.
     Elsewhere(f64),
     /// The angles are still those that were frozen for so long, s.
@@ -46,7 +46,7 @@ pub(super) enum Doubt {
 /// held arm can be: an angle that leapt and stays where it leapt to is as wrong as on the first day, however well its
 /// states agree with each other.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Whereabouts {
+pub(in crate::safety) struct Whereabouts {
     /// The last that were sound.
     sound: Option<Sighting>,
     /// The first with these angles.
@@ -59,7 +59,7 @@ pub(super) struct Whereabouts {
 
 impl Whereabouts {
     /// The angles are not sound. `frozen_s`: for how long they have been the same, if that is what is wrong.
-    pub(super) fn lose(&mut self, state: &ArmState, frozen_s: Option<f64>) {
+    pub(in crate::safety) fn lose(&mut self, state: &ArmState, frozen_s: Option<f64>) {
         self.add_up(state);
         let moved = self.drift_rad.iter().any(|drift| drift.abs() > MOVED_RAD);
         match frozen_s {
@@ -80,7 +80,7 @@ impl Whereabouts {
     }
 
     /// Wherever the arm says it is from now on, there it is: somebody has looked.
-    pub(super) fn believe(&mut self) {
+    pub(in crate::safety) fn believe(&mut self) {
         *self = Self::default();
     }
 
@@ -88,7 +88,7 @@ impl Whereabouts {
     ///
     /// # Errors
     /// Why the arm cannot be there.
-    pub(super) fn find(&mut self, state: &ArmState) -> Result<(), Doubt> {
+    pub(in crate::safety) fn find(&mut self, state: &ArmState) -> Result<(), Doubt> {
         self.add_up(state);
         let doubt = match (self.lost, self.sound, self.changed) {
             (Some(Lost::Suddenly), Some(sound), _) => elsewhere(&sound, state, 0.0),

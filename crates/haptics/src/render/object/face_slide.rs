@@ -6,16 +6,16 @@ use hwall_geometry::{Pose, Twist};
 /// The velocity follows what is asked for through two low passes of this time constant, s, as a slide on a wall does.
 const SMOOTH_S: f64 = 0.006;
 /// Largest change of the velocity, m/s² and (for a turn) a tenth of a metre from the middle.
-pub(super) const MOST_M_PER_S2: f64 = 1.0;
+pub(in crate::render) const MOST_M_PER_S2: f64 = 1.0;
 const EDGE_M: f64 = 0.1;
 /// Slower than this the board stands, m/s.
 const SLOWEST_M_PER_S: f64 = 1e-9;
 
 /// A velocity within the face and a turn about its normal, face axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct InFace {
-    pub(super) linear: DVec2,
-    pub(super) angular: f64,
+pub(in crate::render) struct InFace {
+    pub(in crate::render) linear: DVec2,
+    pub(in crate::render) angular: f64,
 }
 
 impl InFace {
@@ -26,7 +26,7 @@ impl InFace {
         }
     }
 
-    pub(super) fn times(self, factor: f64) -> Self {
+    pub(in crate::render) fn times(self, factor: f64) -> Self {
         Self {
             linear: self.linear * factor,
             angular: self.angular * factor,
@@ -34,12 +34,12 @@ impl InFace {
     }
 
     /// Of a place near the edge, at most, m/s.
-    pub(super) fn size(self) -> f64 {
+    pub(in crate::render) fn size(self) -> f64 {
         self.linear.length() + EDGE_M * self.angular.abs()
     }
 
     /// Of a face, base axes.
-    pub(super) fn twist(self, face: &Pose) -> Twist {
+    pub(in crate::render) fn twist(self, face: &Pose) -> Twist {
         let rotation = face.rotation();
         Twist {
             linear_m_per_s: rotation * self.linear.extend(0.0),
@@ -50,7 +50,7 @@ impl InFace {
 
 /// How far the board has slid since the touch began, in the axes of the face then, carried along with the object.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct FaceSlide {
+pub(in crate::render) struct FaceSlide {
     moved: InFace,
     velocity: InFace,
     aim: InFace,
@@ -58,7 +58,7 @@ pub(super) struct FaceSlide {
 
 impl FaceSlide {
     /// One step on.
-    pub(super) fn next(&self, wanted: InFace, dt_s: f64) -> Self {
+    pub(in crate::render) fn next(&self, wanted: InFace, dt_s: f64) -> Self {
         let smooth = -(-dt_s / SMOOTH_S).exp_m1();
         let aim = self.aim.plus(wanted.plus(self.aim, -1.0), smooth);
         let change = aim.plus(self.velocity, -1.0);
@@ -77,19 +77,19 @@ impl FaceSlide {
     }
 
     /// Where it is, at rest.
-    pub(super) fn stopped(&self) -> Self {
+    pub(in crate::render) fn stopped(&self) -> Self {
         Self {
             moved: self.moved,
             ..Self::default()
         }
     }
 
-    pub(super) fn is_moving(&self) -> bool {
+    pub(in crate::render) fn is_moving(&self) -> bool {
         self.velocity.size() > SLOWEST_M_PER_S
     }
 
     /// The board on the face of an object.
-    pub(super) fn on(&self, face: &Pose) -> Pose {
+    pub(in crate::render) fn on(&self, face: &Pose) -> Pose {
         let rotation = face.rotation();
         let by_m = rotation * self.moved.linear.extend(0.0);
         let turned = rotation * DMat3::from_rotation_z(self.moved.angular);
@@ -97,7 +97,7 @@ impl FaceSlide {
     }
 
     /// How it moves there beside the object's own motion, base axes.
-    pub(super) fn twist(&self, face: &Pose) -> Twist {
+    pub(in crate::render) fn twist(&self, face: &Pose) -> Twist {
         self.velocity.twist(face)
     }
 }

@@ -1,8 +1,8 @@
 //! What torque sensors say while nobody can touch the board.
 
-use super::motion_guard::GuardLimits;
 use crate::arm::ArmState;
 use crate::error::HapticsError;
+use crate::safety::limits::motion_guard::GuardLimits;
 use hwall_kinematics::{JointTorques, MOST_JOINTS};
 use hwall_numeric::check::{non_negative, positive};
 
@@ -53,7 +53,7 @@ const SETTLED: f64 = 0.8;
 
 /// Averages external torques while the arm rests and the board is out of everybody's reach.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct TorqueBias {
+pub(in crate::safety) struct TorqueBias {
     config: BiasConfig,
     /// For how long so far, s.
     rested_s: f64,
@@ -66,7 +66,7 @@ pub(super) struct TorqueBias {
 }
 
 impl TorqueBias {
-    pub(super) const fn new(config: BiasConfig) -> Self {
+    pub(in crate::safety) const fn new(config: BiasConfig) -> Self {
         Self {
             config,
             rested_s: 0.0,
@@ -78,12 +78,12 @@ impl TorqueBias {
     }
 
     /// As of the last rest, N m.
-    pub(super) const fn bias(&self) -> Option<JointTorques> {
+    pub(in crate::safety) const fn bias(&self) -> Option<JointTorques> {
         self.bias
     }
 
     /// One cycle. `out_of_reach`: nobody can touch the board. A state that is not finite ends the rest.
-    pub(super) fn step(&mut self, state: &ArmState, out_of_reach: bool, dt_s: f64) {
+    pub(in crate::safety) fn step(&mut self, state: &ArmState, out_of_reach: bool, dt_s: f64) {
         let slow = |qd: &f64| qd.abs() <= self.config.rest_rad_per_s;
         let torque = state.external_torque.filter(|torque| {
             out_of_reach
@@ -118,7 +118,11 @@ impl TorqueBias {
     }
 
     /// The first joint whose bias is more than is borne, and the bias, N m.
-    pub(super) fn beyond(&self, joints: usize, limits: &GuardLimits) -> Option<(usize, f64)> {
+    pub(in crate::safety) fn beyond(
+        &self,
+        joints: usize,
+        limits: &GuardLimits,
+    ) -> Option<(usize, f64)> {
         let bias = self.bias?;
         (0..joints.min(MOST_JOINTS))
             .find(|i| bias[*i].abs() > self.config.most_share * limits.torque_n_m[*i])

@@ -1,6 +1,6 @@
 //! Where the board was sent while a run lasted, and how often it turned back or went in vain.
 
-use crate::run::tick::Tick;
+use crate::run::kept::tick::Tick;
 use glam::DVec3;
 use hwall_haptics::{Board, BoardTarget, PlaceTolerance};
 use hwall_kinematics::JointPositions;

@@ -40,7 +40,7 @@ const BRAKED_SHARE: f64 = 0.9;
 /// A joint that a slide turns no faster than this is not stopped for it, rad/s.
 const IDLE_RAD_PER_S: f64 = 1e-3;
 /// A slide comes no nearer than this to a joint's limit, rad: the object under it needs room, too, and an arm under torques that is
-/// late must not run into its stop, which it could not tell from a hand. As wide as the margin of [`JointGuard`](super::JointGuard).
+/// late must not run into its stop, which it could not tell from a hand. As wide as the margin of [`JointGuard`](crate::render::JointGuard).
 const KEPT_RAD: f64 = 0.2;
 /// A slide that has to be slower than this share of what is wanted counts as one that cannot be.
 const LEAST_SLIDE: f64 = 0.02;
@@ -51,7 +51,7 @@ const MISSING: f64 = 0.5;
 
 /// Carries the face along with an object: from its position to joint angles, within the speeds of the joints.
 #[derive(Debug, Clone)]
-pub(super) struct PathFollower {
+pub(in crate::render) struct PathFollower {
     arm: Arc<dyn ArmKinematics>,
     config: NearestConfig,
     scratch: ArmScratch,
@@ -73,24 +73,27 @@ pub(super) struct PathFollower {
 
 /// How far the face could follow.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Followed {
+pub(in crate::render) struct Followed {
     /// Share of the way asked for, 0 to 1; less where the joints are too slow, 0 where they cannot hold the face.
-    pub(super) share: f64,
+    pub(in crate::render) share: f64,
     /// Share of the rate that `limited` let through, 0 to 1.
-    pub(super) allowed: f64,
+    pub(in crate::render) allowed: f64,
     /// How fast the face goes along the path now, rad/s or m/s.
-    pub(super) rate: f64,
+    pub(in crate::render) rate: f64,
     /// Why the board cannot slide within the face, if so.
-    pub(super) cannot_slide: Option<Unreachable>,
+    pub(in crate::render) cannot_slide: Option<Unreachable>,
     /// Why not at all.
-    pub(super) unreachable: Option<Unreachable>,
+    pub(in crate::render) unreachable: Option<Unreachable>,
     /// Largest acceleration along the path here, rad/s² or m/s².
-    pub(super) most_acceleration: f64,
+    pub(in crate::render) most_acceleration: f64,
 }
 
 impl PathFollower {
     /// The tool of the arm is the face of the board.
-    pub(super) fn new(arm: Arc<dyn ArmKinematics>, max_acceleration_rad_per_s2: [f64; 7]) -> Self {
+    pub(in crate::render) fn new(
+        arm: Arc<dyn ArmKinematics>,
+        max_acceleration_rad_per_s2: [f64; 7],
+    ) -> Self {
         // Slow joints turn less.
         let weights = arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2));
         Self {
@@ -120,7 +123,7 @@ impl PathFollower {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub(super) fn begin(
+    pub(in crate::render) fn begin(
         &mut self,
         path: ObjectPath,
         position: f64,
@@ -136,24 +139,24 @@ impl PathFollower {
     }
 
     /// The arm, with the face of the board as its tool.
-    pub(super) const fn arm(&self) -> &Arc<dyn ArmKinematics> {
+    pub(in crate::render) const fn arm(&self) -> &Arc<dyn ArmKinematics> {
         &self.arm
     }
 
     /// Joint angles of the last step, rad.
-    pub(super) const fn q(&self) -> &JointPositions {
+    pub(in crate::render) const fn q(&self) -> &JointPositions {
         &self.q
     }
 
     /// Pose of the face on the object at a position, slid as far as it has.
-    pub(super) fn face_at(&self, position: f64) -> Pose {
+    pub(in crate::render) fn face_at(&self, position: f64) -> Pose {
         let place = self.path.moved(&self.face, position - self.position);
         self.slide.on(&place)
     }
 
     /// Goes on to a position that moves at a rate, or as far towards it as the joints allow: all slow down together, so that the face
     /// stays on the path. `limited` says how fast it may go of a rate that the joints allow: no faster, and not the other way.
-    pub(super) fn follow(
+    pub(in crate::render) fn follow(
         &mut self,
         (wanted, rate): (f64, f64),
         dt_s: f64,
@@ -283,19 +286,19 @@ impl PathFollower {
 
     /// Is the object held, by a stop or by friction, in the step of this length that comes? Once it has been for a while, the board slides
     /// along its path, too.
-    pub(super) fn hold(&mut self, held: bool, dt_s: f64) {
+    pub(in crate::render) fn hold(&mut self, held: bool, dt_s: f64) {
         self.held_s = if held { self.held_s + dt_s } else { 0.0 };
     }
 
     /// How far the slide takes the face along the path of the object, rad or m: that is no motion of the object.
-    pub(super) fn slid_along(&self) -> f64 {
+    pub(in crate::render) fn slid_along(&self) -> f64 {
         let place = self.path.moved(&self.face, self.reached - self.position);
         self.path.way_between(&place, &self.slide.on(&place))
     }
 
     /// How the board slides within the face from now on. What points along the normal is left out; so is what points along the path of the
     /// object, in which the hand feels the object itself, unless the object is held.
-    pub(super) fn set_slide(&mut self, slide: &Slide) {
+    pub(in crate::render) fn set_slide(&mut self, slide: &Slide) {
         let place = self.path.moved(&self.face, self.reached - self.position);
         let local = |v: DVec3| place.rotation().transpose() * v;
         let velocity = local(slide.velocity_m_per_s).truncate();
@@ -314,7 +317,7 @@ impl PathFollower {
     /// How the board slides now, base axes, and the joint velocities for that, rad/s.
     ///
     /// A board that no joints can slide stands.
-    pub(super) fn slide_motion(&self) -> (Twist, [f64; 7]) {
+    pub(in crate::render) fn slide_motion(&self) -> (Twist, [f64; 7]) {
         let place = self.path.moved(&self.face, self.reached - self.position);
         let twist = self.slide.twist(&place);
         let found = self.slide.is_moving().then(|| self.rates_for(&twist));
@@ -385,13 +388,13 @@ impl PathFollower {
     }
 
     /// Where the face is on the path: position of the object as of the last step.
-    pub(super) const fn reached(&self) -> f64 {
+    pub(in crate::render) const fn reached(&self) -> f64 {
         self.reached
     }
 
     /// Change of the joint angles with the position, rad for each rad or m: the least that moves the face along its path, joints
     /// weighted as in [`follow`](Self::follow). `None` where the arm is singular.
-    pub(super) fn joint_rates(&self) -> Option<[f64; 7]> {
+    pub(in crate::render) fn joint_rates(&self) -> Option<[f64; 7]> {
         let at_m = self.face_at(self.reached).position_m();
         self.rates_for(&self.path.velocity_at(at_m, 1.0))
     }
@@ -440,7 +443,10 @@ impl PathFollower {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub(super) fn go_to(&mut self, position: f64) -> Result<Option<Unreachable>, HapticsError> {
+    pub(in crate::render) fn go_to(
+        &mut self,
+        position: f64,
+    ) -> Result<Option<Unreachable>, HapticsError> {
         let slide = self.slide;
         Ok(match self.solved(position, &slide)? {
             Ok(q) => {

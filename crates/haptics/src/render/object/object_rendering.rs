@@ -194,7 +194,7 @@ impl ObjectRendering {
     }
 
     /// Is the arm told torques?
-    pub(super) const fn by_torques(&self) -> bool {
+    pub(in crate::render) const fn by_torques(&self) -> bool {
         self.impedance.is_some()
     }
 

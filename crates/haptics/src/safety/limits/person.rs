@@ -1,8 +1,8 @@
 //! Points of the person.
 
-use super::state::Channel;
 use crate::error::HapticsError;
 use crate::render::ProximityConfig;
+use crate::safety::state::Channel;
 use glam::DVec3;
 use hwall_numeric::check::{non_negative, positive};
 
@@ -54,7 +54,7 @@ pub struct PersonLimits {
     /// m; default 0.5, an assumption.
     pub head_zone_m: f64,
     /// Within this distance of a hand the speed at which the face comes nearer is capped by what a contact may do
-    /// ([`ContactLimits::speed_cap_m_per_s`](super::ContactLimits::speed_cap_m_per_s)), m; default 0.3.
+    /// ([`ContactLimits::speed_cap_m_per_s`](crate::safety::ContactLimits::speed_cap_m_per_s)), m; default 0.3.
     pub contact_zone_m: f64,
 }
 

@@ -1,8 +1,8 @@
 //! The arm and its board at a few instants, to draw.
 
 use crate::input::arms::BoardArm;
-use crate::run::judge::Outcome;
-use crate::run::tick::Tick;
+use crate::run::judged::judge::Outcome;
+use crate::run::kept::tick::Tick;
 use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_haptics::Board;

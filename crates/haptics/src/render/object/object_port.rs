@@ -107,7 +107,7 @@ pub struct PortLedger {
 
 /// A passive port along the path of an object. Forces and ways are those of the middle of the face.
 #[derive(Debug, Clone)]
-pub(super) struct ObjectPort {
+pub(in crate::render) struct ObjectPort {
     config: ObjectPortConfig,
     force_delay_s: f64,
     motion_delay_s: f64,
@@ -122,7 +122,7 @@ pub(super) struct ObjectPort {
 }
 
 impl ObjectPort {
-    pub(super) fn new(
+    pub(in crate::render) fn new(
         config: ObjectPortConfig,
         force_delay_s: f64,
         motion_delay_s: f64,
@@ -144,7 +144,7 @@ impl ObjectPort {
     }
 
     /// A touch begins with the face here.
-    pub(super) fn begin(&mut self, path: ObjectPath, face: Pose) {
+    pub(in crate::render) fn begin(&mut self, path: ObjectPath, face: Pose) {
         let way = path.velocity_at(face.position_m(), 1.0).linear_m_per_s;
         let size_m = way.length().max(LEAST_LEVER_M);
         let outward = way.dot(face.rotation().z_axis);
@@ -158,12 +158,12 @@ impl ObjectPort {
         self.ledger = PortLedger::default();
     }
 
-    pub(super) const fn ledger(&self) -> &PortLedger {
+    pub(in crate::render) const fn ledger(&self) -> &PortLedger {
         &self.ledger
     }
 
     /// Did more want to come out in the last step than may?
-    pub(super) fn is_spent(&self) -> bool {
+    pub(in crate::render) fn is_spent(&self) -> bool {
         let acts = self.config.method != PassivityMethod::Off;
         self.ledger.limited || (acts && self.ledger.debt_j > 0.0)
     }
@@ -171,7 +171,7 @@ impl ObjectPort {
     /// One period: the measured force along the path (N m or N), where the face was measured, how much of that is a slide of the board and no
     /// motion of the object (rad or m), what the object holds (J); `rate` is what the board is meant to move at, rad/s or m/s. Returns how
     /// it may move.
-    pub(super) fn limited(
+    pub(in crate::render) fn limited(
         &mut self,
         (force, face, slid_along): (f64, &Pose, f64),
         held_j: f64,
@@ -225,7 +225,7 @@ impl ObjectPort {
     }
 
     /// What the board was really told, rad/s or m/s.
-    pub(super) fn sent(&mut self, rate: f64) {
+    pub(in crate::render) fn sent(&mut self, rate: f64) {
         if let Some(port) = &mut self.port {
             port.sent(self.lever_m * rate);
         }

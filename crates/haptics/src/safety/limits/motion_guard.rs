@@ -1,8 +1,8 @@
 //! Joint and workspace limits of a command, and of what the arm does.
 
-use super::state::{Channel, SafeReason};
 use crate::arm::ArmState;
 use crate::error::HapticsError;
+use crate::safety::state::{Channel, SafeReason};
 use glam::DVec3;
 use hwall_kinematics::{ArmKinematics, JointLimit, JointPositions, JointTorques, MOST_JOINTS};
 use hwall_numeric::check::{all_finite, non_negative, positive, that};
@@ -115,7 +115,11 @@ impl GuardLimits {
     }
 
     /// Is a measured state within the limits?
-    pub(super) fn check_state(&self, joints: usize, state: &ArmState) -> Result<(), SafeReason> {
+    pub(in crate::safety) fn check_state(
+        &self,
+        joints: usize,
+        state: &ArmState,
+    ) -> Result<(), SafeReason> {
         let beyond = |channel, joint, value| {
             Err(SafeReason::JointLimit {
                 channel,
@@ -142,7 +146,10 @@ impl GuardLimits {
     }
 
     /// A commanded position within the limits of angle, and what was cut.
-    pub(super) fn within(&self, wanted: &JointPositions) -> (JointPositions, Option<SafeReason>) {
+    pub(in crate::safety) fn within(
+        &self,
+        wanted: &JointPositions,
+    ) -> (JointPositions, Option<SafeReason>) {
         let (mut out, mut cut) = (*wanted, None);
         for joint in 0..MOST_JOINTS {
             let limit = self.position[joint];
@@ -158,7 +165,7 @@ impl GuardLimits {
     }
 
     /// Share of joint rates that keeps them all within the limits of speed, and the joint that is first to meet one.
-    pub(super) fn share_of_rates(
+    pub(in crate::safety) fn share_of_rates(
         &self,
         rates_rad_per_s: &[f64; MOST_JOINTS],
     ) -> (f64, Option<SafeReason>) {
@@ -179,7 +186,7 @@ impl GuardLimits {
     }
 
     /// A torque within its limits of size and rate, and what was cut.
-    pub(super) fn limited_torque(
+    pub(in crate::safety) fn limited_torque(
         &self,
         last: &JointTorques,
         wanted: &JointTorques,

@@ -1,7 +1,7 @@
 //! Do the first states of an arm agree with each other?
 
-use super::motion_guard::GuardLimits;
 use crate::arm::ArmState;
+use crate::safety::limits::motion_guard::GuardLimits;
 use hwall_kinematics::{JointPositions, MOST_JOINTS};
 
 /// States may differ by this beyond what joints turn meanwhile, rad.
@@ -12,14 +12,19 @@ const TOGETHER_S: f64 = 0.1;
 /// Counts states that agree with the one before. A single one may be wrong by any amount, and a command that starts from it would send
 /// the arm there.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Agreement {
+pub(in crate::safety) struct Agreement {
     last: Option<(JointPositions, f64)>,
     count: u32,
 }
 
 impl Agreement {
     /// How many states in a row agree, this one included; the same state again does not count.
-    pub(super) fn step(&mut self, joints: usize, state: &ArmState, limits: &GuardLimits) -> u32 {
+    pub(in crate::safety) fn step(
+        &mut self,
+        joints: usize,
+        state: &ArmState,
+        limits: &GuardLimits,
+    ) -> u32 {
         let sound = state.t_s.is_finite()
             && state.q.0.iter().all(|v| v.is_finite())
             && limits.check_state(joints, state).is_ok();

@@ -4,10 +4,10 @@
 //! [`LeastTime`]; nothing from what steers the board.
 
 use crate::person::touches::Touch;
-use crate::run::courses::{self, Detours, Sent, TouchedPlace, WallPlace};
-use crate::run::judge::Outcome;
-use crate::run::least_time::{LeastTime, Quickest};
-use crate::run::tick::{Led, Tick};
+use crate::run::judged::courses::{self, Detours, Sent, TouchedPlace, WallPlace};
+use crate::run::judged::judge::Outcome;
+use crate::run::judged::least_time::{LeastTime, Quickest};
+use crate::run::kept::tick::{Led, Tick};
 use anyhow::Context;
 use hwall_haptics::{Board, PlaceTolerance, board_pose};
 use hwall_kinematics::{ArmKinematics, JointPositions};

@@ -1,0 +1,8 @@
+//! What a run leaves behind, for tables and figures.
+
+pub mod push_log;
+pub mod snapshots;
+pub mod texture_log;
+pub mod tick;
+pub mod trace;
+pub mod view_log;
