@@ -371,6 +371,15 @@ impl Follower {
             .min(1.0)
     }
 
+    /// The least time in which all joints come to rest together, s.
+    #[must_use]
+    pub fn stop_s(&self) -> f64 {
+        let most = &self.reference.limits().acceleration_rad_per_s2;
+        let qd = &self.reference.state().qd.0;
+        let each = qd.iter().zip(most).map(|(qd, most)| qd.abs() / most);
+        each.fold(0.0, f64::max)
+    }
+
     /// Are all joints within the share of the speeds that was set last, and does the motion go as slowly as it asks for?
     #[must_use]
     pub fn has_slowed(&self) -> bool {

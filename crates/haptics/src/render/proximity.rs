@@ -52,18 +52,41 @@ impl ProximityConfig {
     /// How fast the board may come nearer to a point at a distance, m/s.
     #[must_use]
     pub fn allowed_m_per_s(&self, distance_m: f64) -> f64 {
+        self.allowed_braking_m_per_s(distance_m, self.braking_m_per_s2)
+    }
+
+    /// The same for a board whose joints need `stop_s` to stop from this speed: where they cannot brake as hard as
+    /// [`braking_m_per_s2`](Self::braking_m_per_s2), it has to be slower sooner.
+    #[must_use]
+    pub fn allowed_stopping_m_per_s(
+        &self,
+        distance_m: f64,
+        closing_m_per_s: f64,
+        stop_s: f64,
+    ) -> f64 {
+        let can_m_per_s2 = closing_m_per_s / stop_s;
+        // At rest, or going away, nothing has to be braked.
+        let braking_m_per_s2 = match can_m_per_s2 > 0.0 {
+            true => self.braking_m_per_s2.min(can_m_per_s2),
+            false => self.braking_m_per_s2,
+        };
+        self.allowed_braking_m_per_s(distance_m, braking_m_per_s2)
+    }
+
+    fn allowed_braking_m_per_s(&self, distance_m: f64, braking_m_per_s2: f64) -> f64 {
         let beyond_m = (distance_m - self.clearance_m).max(0.0);
-        let can_stop_m_per_s = (2.0 * self.braking_m_per_s2 * beyond_m).sqrt();
+        let can_stop_m_per_s = (2.0 * braking_m_per_s2 * beyond_m).sqrt();
         can_stop_m_per_s.max(self.crawl_m_per_s)
     }
 
-    /// The share of the joint speeds for a moving board and the person's points (base frame, m), given the share in force.
+    /// The share of the joint speeds for a moving board and the person's points (base frame, m), given the share in force and the time
+    /// that the joints need to stop, s.
     #[must_use]
     pub fn speed_share(
         &self,
         board: &Board,
         base_from_board: &Pose,
-        twist: &Twist,
+        (twist, stop_s): (&Twist, f64),
         person_m: &[DVec3],
         in_force: f64,
     ) -> f64 {
@@ -72,8 +95,9 @@ impl ProximityConfig {
             .map(|point_m| {
                 let (distance_m, closing_m_per_s) =
                     distance_and_closing(board, base_from_board, twist, *point_m);
-                let share = in_force * self.allowed_m_per_s(distance_m)
-                    / closing_m_per_s.max(SLOWEST_M_PER_S);
+                let allowed_m_per_s =
+                    self.allowed_stopping_m_per_s(distance_m, closing_m_per_s, stop_s);
+                let share = in_force * allowed_m_per_s / closing_m_per_s.max(SLOWEST_M_PER_S);
                 // Not cut off at 1: what is left beyond the margin is what brings a slowed arm back to full speed. But near a
                 // person a board that turns towards them at full speed could not be slowed down in time.
                 match distance_m < NEAR_M {
@@ -137,7 +161,13 @@ mod tests {
         };
         let finger_m = [DVec3::Z * distance_m];
         let board = Board::default();
-        ProximityConfig::default().speed_share(&board, &Pose::IDENTITY, &twist, &finger_m, in_force)
+        ProximityConfig::default().speed_share(
+            &board,
+            &Pose::IDENTITY,
+            (&twist, 0.0),
+            &finger_m,
+            in_force,
+        )
     }
 
     #[test]
@@ -163,5 +193,17 @@ mod tests {
         // At 0.7 of the speed the board comes so fast that full speed would just be allowed, or allowed with a margin.
         assert_eq!(share(0.69 * allowed_m_per_s, 0.3, 0.7), 0.7);
         assert_eq!(share(0.5 * allowed_m_per_s, 0.3, 0.7), 1.0);
+    }
+
+    #[test]
+    fn joints_that_brake_slowly_make_the_board_slow_sooner() {
+        let config = ProximityConfig::default();
+        let allowed = |closing, stop_s| config.allowed_stopping_m_per_s(0.12, closing, stop_s);
+        assert_eq!(allowed(1.0, 0.1), config.allowed_m_per_s(0.12));
+        // 3.2 m/s² over 0.1 m.
+        assert!((allowed(1.0, 0.3125) - 0.8).abs() < 1e-12);
+        for (closing, stop_s) in [(0.0, 0.0), (-1.0, 0.5), (0.0, 1.0)] {
+            assert_eq!(allowed(closing, stop_s), config.allowed_m_per_s(0.12));
+        }
     }
 }

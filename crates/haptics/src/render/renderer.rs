@@ -547,8 +547,9 @@ impl Renderer {
             // A motion that has not slowed down yet is as fast as at the share before: taken for one at the share that is asked for,
             // it would be cut again in every step.
             let in_force = self.speed_share.max(self.follower.present_share());
+            let moves = (&twist, self.follower.stop_s());
             self.proximity
-                .speed_share(&self.board, &face, &twist, person_m, in_force)
+                .speed_share(&self.board, &face, moves, person_m, in_force)
         };
         let share = share.min(most);
         // If no slower motion is found, the one in force goes on; the next step tries again.

@@ -306,6 +306,10 @@ impl Supervisor {
         let face: Pose = self.arm.forward(q);
         let twist: Twist = self.arm.jacobian(q).twist(qd);
         let limits = &self.config.person;
+        // Cuts brake no harder than the joints may, all together.
+        let stop_s = (qd.0.iter().zip(&self.guard.acceleration_rad_per_s2))
+            .map(|(qd, most)| qd.abs() / most)
+            .fold(0.0, f64::max);
         let mut tightest: Option<(f64, SafeReason)> = None;
         let mut cap = |allowed: f64, speed: f64, reason: SafeReason| {
             let share = allowed / speed.max(SLOWEST_M_PER_S);
@@ -324,8 +328,9 @@ impl Supervisor {
                 part: point.part.channel(),
                 distance_m,
             };
+            let separation = &limits.separation;
             cap(
-                limits.separation.allowed_m_per_s(distance_m),
+                separation.allowed_stopping_m_per_s(distance_m, closing, stop_s),
                 closing,
                 reason,
             );

@@ -11,7 +11,7 @@ use hwall_numeric::check::that;
 use hwall_scene::{Facet, Scene, SurfaceId};
 
 /// Doors that opened by more than this since, rad or m, are barriers elsewhere.
-const OPENED: f64 = 0.01;
+const OPENED: f64 = 1e-3;
 
 /// A world that tilted by more than this since shows other surfaces upright, as a cosine; 1 degree, as for
 /// [`Scene::vertical_facets`].

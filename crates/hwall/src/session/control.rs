@@ -56,6 +56,8 @@ pub struct Control {
     pub(super) late: bool,
     /// The board cannot be at its goal in time, and stays short of it.
     pub(super) short: bool,
+    /// It has come to rest short of this goal once: from there on the way is short.
+    pub(super) rested_short: bool,
     /// The goal was announced late; once for each goal.
     pub(super) late_announced: bool,
     /// Guidance older than this no longer moves a touched board, s.
@@ -132,6 +134,7 @@ impl Control {
                 .contact_s
                 .is_some_and(|due_s| due_s - now_s <= SOON_S);
             self.short &= same && comes;
+            self.rested_short &= same;
             self.guidance = guidance;
             self.waits_at = self.posture();
         }
@@ -139,7 +142,10 @@ impl Control {
         // Once it has come to rest short of its goal, the rest of the way is short and slow.
         let left_s = self.step.and_then(|step| step.left_s);
         let rests = left_s.is_some_and(|left_s| left_s <= RESTS_S);
-        self.short = (self.short && !rests) || self.will_be_late(now_s, state);
+        // A board that went on again, and is late for a hand that hovers, would be sent back for ever.
+        self.rested_short |= self.short && rests;
+        self.short =
+            (self.short && !rests) || (!self.rested_short && self.will_be_late(now_s, state));
         let target = self.guidance.target.map(|target| BoardTarget {
             behind_m: match self.short {
                 true => target.behind_m.max(SHORT_M),
@@ -371,12 +377,20 @@ impl Control {
         let Some(goal) = self.renderer.follower().goal().filter(|_| !has_time) else {
             return target.slack_m;
         };
+        // A hand that does not come when it should leaves time enough.
+        if now_s > contact_s + OVERDUE_S {
+            return target.slack_m;
+        }
         let half_m = self.board.half_width_m.min(self.board.half_height_m);
         let widest_m = half_m - self.in_place.inset_m - EDGE_M;
         let off_m = self.renderer.arm().forward(&goal).position_m() - target.point_m;
         let holds = off_m.length() <= widest_m && off_m.dot(target.normal).abs() <= SAME_PLANE_M;
         match holds {
-            true => target.slack_m.map(|slack_m| slack_m.max(widest_m)),
+            // Without any slack the point is not known well enough to stay where it is.
+            true => target.slack_m.map(|slack_m| match slack_m > 0.0 {
+                true => slack_m.max(widest_m),
+                false => slack_m,
+            }),
             false => target.slack_m,
         }
     }
@@ -528,6 +542,8 @@ const LATE_S: f64 = 0.2;
 /// A face this near to its surface, and turned from it by less than this, is on it, m and rad.
 const ON_SURFACE_M: f64 = 0.01;
 const ON_SURFACE_RAD: f64 = 0.1;
+/// A hand that is later than expected by this may not come at all, s.
+const OVERDUE_S: f64 = 0.3;
 /// What it takes to move the goal a little while the board is on its way there, s.
 const MOVES_ON_S: f64 = 0.15;
 /// A face serves up to this beside where it counts as in place, m.

@@ -157,6 +157,7 @@ impl<P: Predictor> Session<P> {
             late: false,
             late_announced: false,
             short: false,
+            rested_short: false,
             #[cfg(feature = "texture")]
             max_guidance_age_s,
             unreachable: None,

@@ -203,7 +203,11 @@ impl Inspection {
                 WatchFault::Frozen { for_s } => Some(for_s),
                 _ => None,
             };
-            self.whereabouts.lose(state, frozen_s);
+            let aged_s = match fault {
+                WatchFault::Stale { age_s } => age_s,
+                _ => 0.0,
+            };
+            self.whereabouts.lose(state, frozen_s, aged_s);
             // So far off, nobody knows where the arm is, even if it says the right thing again.
             let severity = match fault {
                 WatchFault::Jump { by } if by > LOST_RAD => Severity::Broken,
@@ -214,6 +218,15 @@ impl Inspection {
                 severity,
             });
         }
+        let (ticked, shown) = (
+            state.qd.0.iter().any(|v| *v != 0.0),
+            self.moved_otherwise(state),
+        );
+        let qd = &mut self.watches.velocity;
+        if let Err(fault) = qd.check(now_s, state.t_s, &state.qd.0, ticked && shown) {
+            return Some(blind(reason_of(fault, Channel::Velocity)));
+        }
+        // With velocities that are sound: how far the arm may have come is judged by them.
         let joints = self.arm.joint_count();
         if let Err(doubt) = self.whereabouts.find(state) {
             let channel = Channel::Position;
@@ -226,14 +239,6 @@ impl Inspection {
                 }),
                 severity: Severity::Broken,
             });
-        }
-        let (ticked, shown) = (
-            state.qd.0.iter().any(|v| *v != 0.0),
-            self.moved_otherwise(state),
-        );
-        let qd = &mut self.watches.velocity;
-        if let Err(fault) = qd.check(now_s, state.t_s, &state.qd.0, ticked && shown) {
-            return Some(blind(reason_of(fault, Channel::Velocity)));
         }
         let torque = match state.external_torque {
             Some(torque) => {

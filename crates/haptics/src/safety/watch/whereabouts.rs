@@ -27,8 +27,8 @@ const LONGEST_TICK_S: f64 = 0.02;
 /// How the angles were lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Lost {
-    /// They leapt, aged, or were no numbers.
-    Suddenly,
+    /// They leapt, were no numbers, or were too old: for so long nothing was seen of the arm, s.
+    Suddenly { unseen_s: f64 },
     /// They were the same for so long, s, while the velocities say that the arm moved: until they change they say nothing.
     Frozen { for_s: f64 },
 }
@@ -43,8 +43,7 @@ pub(in crate::safety) enum Doubt {
 }
 
 /// Follows the angles of the arm while they are sound. Once they were not, the arm holds, and they are believed again only where the
-/// held arm can be: an angle that leapt and stays where it leapt to is as wrong as on the first day, however well its
-/// states agree with each other.
+/// held arm can be: an angle that leapt and stays where it leapt to is still wrong, however well its states agree with each other.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::safety) struct Whereabouts {
     /// The last that were sound.
@@ -58,13 +57,17 @@ pub(in crate::safety) struct Whereabouts {
 }
 
 impl Whereabouts {
-    /// The angles are not sound. `frozen_s`: for how long they have been the same, if that is what is wrong.
-    pub(in crate::safety) fn lose(&mut self, state: &ArmState, frozen_s: Option<f64>) {
+    /// The angles are not sound. `frozen_s`: for how long they have been the same, if that is what is wrong; `aged_s`: how old they are.
+    pub(in crate::safety) fn lose(&mut self, state: &ArmState, frozen_s: Option<f64>, aged_s: f64) {
         self.add_up(state);
         let moved = self.drift_rad.iter().any(|drift| drift.abs() > MOVED_RAD);
         match frozen_s {
             Some(for_s) if moved => self.lost = Some(Lost::Frozen { for_s }),
-            _ if self.lost.is_none() => self.lost = Some(Lost::Suddenly),
+            _ if self.lost.is_none() => {
+                self.lost = Some(Lost::Suddenly {
+                    unseen_s: seen_late_s(aged_s),
+                });
+            }
             _ => {}
         }
     }
@@ -91,12 +94,14 @@ impl Whereabouts {
     pub(in crate::safety) fn find(&mut self, state: &ArmState) -> Result<(), Doubt> {
         self.add_up(state);
         let doubt = match (self.lost, self.sound, self.changed) {
-            (Some(Lost::Suddenly), Some(sound), _) => elsewhere(&sound, state, 0.0),
+            (Some(Lost::Suddenly { unseen_s }), Some(sound), _) => {
+                elsewhere(&sound, state, unseen_s)
+            }
             (Some(Lost::Frozen { for_s }), _, Some(changed)) => {
                 if changed.q == state.q {
                     Some(Doubt::StillFrozen(for_s))
                 } else {
-                    elsewhere(&changed, state, for_s.clamp(0.0, LONGEST_UNSEEN_S))
+                    elsewhere(&changed, state, seen_late_s(for_s))
                 }
             }
             _ => None,
@@ -117,10 +122,15 @@ impl Whereabouts {
     }
 }
 
+/// A time for which nothing was seen, within what a hold leaves it; 0 for NaN, s.
+fn seen_late_s(s: f64) -> f64 {
+    s.max(0.0).min(LONGEST_UNSEEN_S)
+}
+
 /// Can the arm have come there from where it was seen, if it was not seen for so long and then told to hold? The joint that is
 /// furthest beyond that, by how much it is away.
 fn elsewhere(seen: &Sighting, state: &ArmState, unseen_s: f64) -> Option<Doubt> {
-    let mut worst = (0.0_f64, 0.0);
+    let mut worst = (0.0, 0.0);
     for i in 0..MOST_JOINTS {
         let by_rad = state.q[i] - seen.q[i];
         let gained = GAINS_RAD_PER_S2 * unseen_s;
@@ -130,6 +140,10 @@ fn elsewhere(seen: &Sighting, state: &ArmState, unseen_s: f64) -> Option<Doubt> 
         let ahead_rad = by_rad * seen.qd[i].signum();
         let back_rad = if unseen_s > 0.0 { way_rad } else { 0.0 };
         let beyond_rad = (-ahead_rad - back_rad).max(ahead_rad - way_rad) - GIVES_WAY_RAD;
+        // NaN is no proof that it can.
+        if beyond_rad.is_nan() {
+            return Some(Doubt::Elsewhere(by_rad.abs()));
+        }
         if beyond_rad > worst.0 {
             worst = (beyond_rad, by_rad.abs());
         }
@@ -154,7 +168,7 @@ mod tests {
     fn a_held_arm_is_where_it_was() {
         let mut whereabouts = Whereabouts::default();
         assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
-        whereabouts.lose(&at(f64::NAN, 0.0), None);
+        whereabouts.lose(&at(f64::NAN, 0.0), None, 0.0);
         let Err(Doubt::Elsewhere(by_rad)) = whereabouts.find(&at(1.1, 0.0)) else {
             panic!("believed");
         };
@@ -171,7 +185,7 @@ mod tests {
         for speed in [1.0, -1.0] {
             whereabouts.believe();
             assert_eq!(whereabouts.find(&at(1.0, speed)), Ok(()));
-            whereabouts.lose(&at(f64::NAN, 0.0), None);
+            whereabouts.lose(&at(f64::NAN, 0.0), None, 0.0);
             assert!(whereabouts.find(&at(1.0 - 0.1 * speed, 0.0)).is_err());
             assert!(whereabouts.find(&at(1.0 + 0.25 * speed, 0.0)).is_err());
             assert_eq!(whereabouts.find(&at(1.0 + 0.15 * speed, 0.0)), Ok(()));
@@ -182,7 +196,7 @@ mod tests {
     fn somebody_may_say_so() {
         let mut whereabouts = Whereabouts::default();
         assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
-        whereabouts.lose(&at(f64::NAN, 0.0), None);
+        whereabouts.lose(&at(f64::NAN, 0.0), None, 0.0);
         assert!(whereabouts.find(&at(2.0, 0.0)).is_err());
         whereabouts.believe();
         assert_eq!(whereabouts.find(&at(2.0, 0.0)), Ok(()));
@@ -199,14 +213,14 @@ mod tests {
             };
             assert_eq!(whereabouts.find(&state), Ok(()));
         }
-        whereabouts.lose(&at(1.0, 0.0), Some(0.1));
+        whereabouts.lose(&at(1.0, 0.0), Some(0.1), 0.0);
         assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
     }
 
     #[test]
     fn nothing_is_known_at_first() {
         let mut whereabouts = Whereabouts::default();
-        whereabouts.lose(&at(f64::NAN, 0.0), None);
+        whereabouts.lose(&at(f64::NAN, 0.0), None, 0.0);
         assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
     }
 
@@ -222,12 +236,28 @@ mod tests {
             };
             assert_eq!(whereabouts.find(&state), Ok(()));
         }
-        whereabouts.lose(&at(1.0, 0.5), Some(0.1));
+        whereabouts.lose(&at(1.0, 0.5), Some(0.1), 0.0);
         for _ in 0..1000 {
             let doubt = whereabouts.find(&at(1.0, 0.0));
             assert_eq!(doubt, Err(Doubt::StillFrozen(0.1)));
         }
         assert!(whereabouts.find(&at(2.0, 0.0)).is_err());
         assert_eq!(whereabouts.find(&at(1.1, 0.0)), Ok(()));
+    }
+
+    #[test]
+    fn states_that_were_late_leave_the_arm_time_to_move() {
+        let mut whereabouts = Whereabouts::default();
+        assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
+        whereabouts.lose(&at(1.0, 0.0), None, 0.12);
+        assert_eq!(whereabouts.find(&at(1.13, 0.0)), Ok(()));
+    }
+
+    #[test]
+    fn a_velocity_that_is_none_proves_nothing() {
+        let mut whereabouts = Whereabouts::default();
+        assert_eq!(whereabouts.find(&at(1.0, f64::NAN)), Ok(()));
+        whereabouts.lose(&at(1.0, 0.0), None, 0.0);
+        assert!(whereabouts.find(&at(1.2, 0.0)).is_err());
     }
 }
