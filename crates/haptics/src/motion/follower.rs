@@ -4,7 +4,7 @@ use super::barrier::Barrier;
 use super::goals::Goals;
 use super::profile::{JointBounds, JointMotion};
 use super::route::{ApproachConfig, Destination, Route};
-use super::slide::{Slide, Sliding};
+use super::slide::{ENDS_S, Slide, Sliding};
 use super::solver::{Solver, Stop};
 use crate::board::{Board, BoardTarget, QUARTER_TURNS_RAD};
 use crate::error::HapticsError;
@@ -69,6 +69,8 @@ impl FollowerConfig {
 
 /// Rounding of a speed, as a share of it.
 const SLOWED: f64 = 1e-3;
+/// Joints that turn no faster stand, rad/s.
+const STANDS_RAD_PER_S: f64 = 1e-4;
 /// A way to a goal that only drifts is planned anew after this time, s: a plan costs as much as ten steps.
 const DRIFT_S: f64 = 0.01;
 
@@ -454,14 +456,21 @@ impl Follower {
     /// was going, and ends there. Joints that each stopped as soon as they could would make it swing back.
     fn brake_together(&mut self, dt_s: f64) -> Result<(), HapticsError> {
         let mut state = *self.reference.state();
-        let stop_s = (state.qd.0.iter().zip(&self.bounds))
+        let fastest = state
+            .qd
+            .0
+            .iter()
+            .fold(0.0, |most: f64, qd| most.max(qd.abs()));
+        let hardest_s = (state.qd.0.iter().zip(&self.bounds))
             .map(|(qd, bounds)| qd.abs() / bounds.acceleration_rad_per_s2())
             .fold(0.0, f64::max);
+        // Gently at the end, as a slide begins: a servo that cannot end a motion at once would swing back.
+        let stop_s = hardest_s + ENDS_S;
         state.qdd_rad_per_s2 = [0.0; 7];
         // The mean speed lasts for as long as there is one.
-        let (share, lasts_s) = match dt_s < stop_s {
+        let (share, lasts_s) = match dt_s < stop_s && fastest > STANDS_RAD_PER_S {
             true => (1.0 - dt_s / stop_s, dt_s),
-            false => (0.0, stop_s),
+            false => (0.0, stop_s.min(dt_s)),
         };
         for joint in 0..7 {
             let before = state.qd[joint];

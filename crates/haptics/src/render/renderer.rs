@@ -544,8 +544,7 @@ impl Renderer {
         } else {
             let face = self.follower.commanded_pose();
             let twist = self.follower.commanded_twist();
-            // A motion that has not slowed down yet is as fast as at the share before: taken for one at the share that is asked for,
-            // it would be cut again in every step.
+            // A motion that has not slowed down yet is as fast as at the share before, and would be cut again in every step.
             let in_force = self.speed_share.max(self.follower.present_share());
             let moves = (&twist, self.follower.stop_s());
             self.proximity
