@@ -155,7 +155,7 @@ fn reaches_are_labelled_as_they_are_and_the_arm_is_mostly_there() {
         in_place += usize::from(at.z.abs() < 0.01 && at.truncate().abs().max_element() < 0.1);
     }
     assert!(
-        // From a posture that is nowhere near the wall, at the accelerations of a real arm.
+        // At the accelerations of a real arm.
         10 * in_place >= 6 * made.len(),
         "{in_place} of {}",
         made.len()

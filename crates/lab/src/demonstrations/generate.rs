@@ -14,7 +14,6 @@ use hwall_sim::{
     Gesture, HandContact, PersonConfig, Population, ServoArm, ServoConfig, SimError, TouchPlan,
     TouchSequence, TouchTruth,
 };
-use hwall_stage::arms::START_DEG;
 use hwall_testkit::Sampler;
 use std::ops::RangeInclusive;
 
@@ -317,6 +316,9 @@ struct ArmAtSample {
     base_from_board: Pose,
 }
 
+/// Where the arm waits: its board upright, 8 cm behind the wall, in the middle of it.
+const WAITS_DEG: [f64; 7] = [0.0, 0.0, 0.0, -110.0, 0.0, -20.0, 90.0];
+
 /// The arm at some samples of the tracker, while it carries the board from its starting position to where the
 /// person is going to touch. It knows the target, as an arm does that is guided to it.
 fn arm_states(
@@ -333,7 +335,7 @@ fn arm_states(
         seed: config.seed,
         ..ServoConfig::default()
     };
-    let start = JointPositions::from_deg(START_DEG);
+    let start = JointPositions::from_deg(WAITS_DEG);
     let mut servo = ServoArm::new(control.renderer().arm().clone(), start, servo)?;
     // A whole number of control steps a sample keeps the two clocks together.
     let per_sample = (config.tracker_s / CONTROL_S).ceil() as usize;
