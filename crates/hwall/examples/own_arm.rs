@@ -7,6 +7,7 @@ use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
 use hwall::kinematics::{JointPositions, JointVelocities, SrsArm};
 use hwall::scene::Scene;
 use hwall::{Session, SessionConfig, SessionState, maps_of};
+use std::io::{self, Write};
 use std::{convert::Infallible, error::Error};
 
 /// Your driver: this one is an ideal arm that is where it was told to be.
@@ -56,7 +57,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         let state = arm.state()?;
         if cycle % 14 == 0 {
             session.frame(&tracked(state.t_s));
-            println!("{:.3} s: {:?}", state.t_s, session.state());
+            writeln!(io::stdout(), "{:.3} s: {:?}", state.t_s, session.state())?;
         }
         arm.command(session.step(state.t_s, &state))?;
     }

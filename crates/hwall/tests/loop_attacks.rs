@@ -165,6 +165,23 @@ fn s1_an_angle_that_stays_where_it_leapt_to_is_not_believed() {
 }
 
 #[test]
+fn s1_a_velocity_that_is_none_lets_no_leap_of_an_angle_through() {
+    for velocity in [f64::NAN, f64::INFINITY, 1e6, -1e6] {
+        let (mut session, mut bench) = rig();
+        bench.hand = Hand::reaching_in(8.0, TARGET_M);
+        for _ in 0..2500 {
+            cycle(&mut session, &mut bench, |_| {});
+        }
+        cycle(&mut session, &mut bench, |state| state.qd[0] = velocity);
+        for _ in 0..1000 {
+            let (_, apart_rad) = cycle(&mut session, &mut bench, |state| state.q[0] += 0.25);
+            assert!(apart_rad < 0.15, "{velocity}: {apart_rad} rad");
+        }
+        assert!(session.control().is_latched(), "{velocity}");
+    }
+}
+
+#[test]
 fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap() {
     for noise in [0.0, 1e-9] {
         let (mut session, mut bench) = rig();

@@ -113,7 +113,7 @@ struct FileBlend {
     factors: [f64; KNOTS],
     usual_distances: [f64; KNOTS],
     personal: [f64; SOURCES],
-    /// Keys of speeds, shares of the way at them, and ways, m; files of before have none.
+    /// Keys of speeds, shares of the way at them, and ways, m; a model learnt from too little has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     arrival: Option<[[f64; 6]; 3]>,
 }

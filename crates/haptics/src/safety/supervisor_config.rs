@@ -48,8 +48,8 @@ impl Default for TimingConfig {
 pub enum Latch {
     /// Every fault.
     Everything,
-    /// A hand that was pressed too hard, an arm beyond its limits or one that does not obey, sensors that are broken. Inputs that
-    /// were missing or wrong for a while are no such fault. The default.
+    /// A hand that was pressed too hard, an arm beyond its limits or one that does not obey, sensors that are broken, angles that
+    /// come back where the held arm cannot be. Other inputs that were missing or wrong for a while are no such fault. The default.
     #[default]
     Serious,
     /// None: all end by themselves once all inputs have been sound for the recovery time. For simulations without people.

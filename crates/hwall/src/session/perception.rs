@@ -84,7 +84,8 @@ impl<P: Predictor> Perception<P> {
     /// Takes one frame of the tracker, its points in the base frame of the arm.
     ///
     /// Frames come in order of time. If one does not, holds NaN or jumps, the hand is lost with a reason
-    /// ([`EventKind::Frame`]); it is never a failure. Nothing is allocated unless the predictor does so.
+    /// ([`EventKind::Frame`]); it is never a failure. Nothing is allocated unless the predictor does so, or the world leapt or
+    /// tilted since the last frame.
     pub fn frame(&mut self, frame: &HandFrame) {
         let tracking = self.hand.step(frame);
         let gaze = self.gaze.step(frame.t_s, frame.gaze_ray().as_ref());

@@ -5,6 +5,7 @@ use super::fault::Fault;
 use super::impact::{self, Impact, MASSES_KG, STIFFNESSES_N_PER_M};
 use super::outcome::{Bounds, Outcome};
 use super::phase::Phase;
+use anyhow::bail;
 use hwall::haptics::ContactLimits;
 use hwall::session_supervisor;
 use hwall_stage::run::simulated_arm::ArmLevel;
@@ -85,6 +86,11 @@ pub fn run(request: &Request, progress: impl Fn(usize, usize) + Sync) -> anyhow:
                 jobs.push((fault, phase, *level));
             }
         }
+    }
+    if jobs.is_empty() {
+        // An empty table would look like one in which nothing is wrong.
+        let only = request.only.as_deref().unwrap_or_default();
+        bail!("no fault contains {only:?}");
     }
     let done = std::sync::atomic::AtomicUsize::new(0);
     let outcomes = jobs

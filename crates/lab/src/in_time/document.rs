@@ -92,8 +92,10 @@ pub fn write(
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
     let text = format!(
-        "# In time\n\nIs the board there before the hand? Written by `cargo run --release --example in_time`; not edited by \
-         hand.\n\n{}\n\n{}\n{EXPLAINED}",
+        "# In time\n\nIs the board there before the hand? Written by `cargo run --release --example in_time -- --touches {} --seed {} \
+         --docs`; not edited by hand.\n\n{}\n\n{}\n{EXPLAINED}",
+        request.touches,
+        request.seed,
         Machine::detect(request.seed),
         text(request, results)
     );
