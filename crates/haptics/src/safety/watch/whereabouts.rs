@@ -65,7 +65,7 @@ impl Whereabouts {
             Some(for_s) if moved => self.lost = Some(Lost::Frozen { for_s }),
             _ if self.lost.is_none() => {
                 self.lost = Some(Lost::Suddenly {
-                    unseen_s: seen_late_s(aged_s),
+                    unseen_s: at_most(LONGEST_UNSEEN_S, aged_s),
                 });
             }
             _ => {}
@@ -73,7 +73,7 @@ impl Whereabouts {
     }
 
     fn add_up(&mut self, state: &ArmState) {
-        let dt_s = (state.t_s - self.last_s).max(0.0).min(LONGEST_TICK_S);
+        let dt_s = at_most(LONGEST_TICK_S, state.t_s - self.last_s);
         self.last_s = state.t_s;
         let same = self.changed.is_some_and(|changed| changed.q == state.q);
         for (drift, qd) in self.drift_rad.iter_mut().zip(state.qd.0) {
@@ -101,7 +101,7 @@ impl Whereabouts {
                 if changed.q == state.q {
                     Some(Doubt::StillFrozen(for_s))
                 } else {
-                    elsewhere(&changed, state, seen_late_s(for_s))
+                    elsewhere(&changed, state, at_most(LONGEST_UNSEEN_S, for_s))
                 }
             }
             _ => None,
@@ -122,9 +122,9 @@ impl Whereabouts {
     }
 }
 
-/// A time for which nothing was seen, within what a hold leaves it; 0 for NaN, s.
-fn seen_late_s(s: f64) -> f64 {
-    s.max(0.0).min(LONGEST_UNSEEN_S)
+/// A time within 0 and a bound; 0 for NaN, s.
+fn at_most(bound_s: f64, s: f64) -> f64 {
+    if s > 0.0 { s.min(bound_s) } else { 0.0 }
 }
 
 /// Can the arm have come there from where it was seen, if it was not seen for so long and then told to hold? The joint that is
