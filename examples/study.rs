@@ -4,17 +4,20 @@
 
 use anyhow::ensure;
 use clap::Parser;
-use hwall_lab::touch_study::people;
+use hwall_lab::touch_study::arm::ArmArgs;
+use hwall_lab::touch_study::people::{self, Setup};
 use hwall_lab::touch_study::settings::ProtocolArgs;
 use hwall_lab::touch_study::simulated::{self, Request};
 use hwall_stage::exit;
 use hwall_stage::input::address::socket_address;
 use hwall_stage::numbers::count_within;
-use hwall_study::Study;
+use hwall_study::{ArmStop, Study};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Runs a study of roughness: every subject touches the board in every condition and says how rough it was.
 ///
@@ -56,11 +59,16 @@ struct Args {
     #[arg(long, conflicts_with = "run")]
     once: bool,
     #[command(flatten)]
+    arm: ArmArgs,
+    #[command(flatten)]
     protocol: ProtocolArgs,
 }
 
 /// Ctrl-C was pressed.
 static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Stops an arm that moves.
+static ARM: OnceLock<ArmStop> = OnceLock::new();
 
 /// The status of a program that ended by Ctrl-C.
 const INTERRUPTED: u8 = 130;
@@ -70,6 +78,7 @@ fn main() -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) if STOP.load(Ordering::Relaxed) => ExitCode::from(INTERRUPTED),
         Ok(false) => ExitCode::FAILURE,
+        Err(_) if STOP.load(Ordering::Relaxed) => ExitCode::from(INTERRUPTED),
         Err(error) => exit(Err(error)),
     }
 }
@@ -78,8 +87,11 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> anyhow::Result<bool> {
     let with_people = args.run.is_some();
     ctrlc::set_handler(move || {
-        // A second one ends it at once, as the first does where a person is asked: tables and log are written by then.
-        if with_people || STOP.swap(true, Ordering::Relaxed) {
+        // A second one ends it at once, as the first does where a person is asked: tables and log are written by then, an arm is at rest.
+        if STOP.swap(true, Ordering::Relaxed) || with_people {
+            if let Some(arm) = ARM.get() {
+                arm.stop_within(Duration::from_secs(3));
+            }
             std::process::exit(INTERRUPTED.into());
         }
     })?;
@@ -87,7 +99,12 @@ fn run(args: &Args) -> anyhow::Result<bool> {
     if let Some(folder) = &args.run {
         let there = Study::log_path(folder).exists();
         ensure!(there || !args.resume, "{}: no study", folder.display());
-        return people::run(folder, args.subjects, &args.protocol, args.page, out);
+        let setup = Setup {
+            page: args.page,
+            arm: args.arm.options()?,
+            stop: &ARM,
+        };
+        return people::run(folder, args.subjects, &args.protocol, setup, out);
     }
     let request = Request {
         subjects: args.simulate.unwrap_or_default(),

@@ -1,6 +1,6 @@
 //! The one error type of the crate.
 
-use crate::protocol::Participants;
+use crate::protocol::{ArmKind, Participants};
 use hwall::numeric::ArgumentError;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -82,6 +82,26 @@ pub enum StudyError {
         stored: Participants,
         /// Who was to take part.
         asked: Participants,
+    },
+    /// A study that began on one kind of arm and is to go on on another.
+    #[error("the study is one on {stored}, not on {asked}")]
+    OtherArm {
+        /// The arm by the log.
+        stored: ArmKind,
+        /// The one that was to go on.
+        asked: ArmKind,
+    },
+    /// A scene without a surface that a condition asks for.
+    #[error("the scene has no {surface} with a roughness to be touched, which the study asks for")]
+    NoSurface {
+        /// What it stands for: wall, door or panel.
+        surface: &'static str,
+    },
+    /// The arm presents no more trials.
+    #[error("the arm presents no more trials: {why}")]
+    ArmEnded {
+        /// Why not, with the state in which the session ended.
+        why: String,
     },
     /// A log that does not begin with a protocol, or with one of another version.
     #[error("the log holds no study: {why}")]

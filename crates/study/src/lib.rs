@@ -13,17 +13,21 @@ pub use error::StudyError;
 
 // What is to be done, and in which order.
 pub use protocol::{
-    Participants, Planned, PlannedTrial, Procedure, Protocol, StudyFactor, TrialKind, TrialOrder,
+    ArmKind, Participants, Planned, PlannedTrial, Procedure, Protocol, StudyFactor, TrialKind,
+    TrialOrder,
 };
 // What was done: an append-only log, and the study that it holds.
 pub use log::{Durability, Event, EventLog, Recovered};
 pub use run::{
-    Adaptive, AdaptiveThreshold, Answer, Ask, NextStep, Presenter, Respondent, Simulation, Study,
-    StudyRecord, TrialRecord, conduct, simulate, simulate_and_tell,
+    Adaptive, AdaptiveThreshold, Answer, Ask, NextStep, Respondent, Simulation, Study, StudyRecord,
+    TrialRecord, conduct, simulate, simulate_and_tell,
 };
 // Who presents, and who answers.
 pub use participant::{ParticipantConfig, Roughness, SimulatedParticipant, promised_power};
-pub use present::{Fault, Presentation, Rendered, SimulatedStage, Stimulus, Surface};
+pub use present::{
+    ArmStage, ArmStop, ArmTrialConfig, Fault, Presentation, Presenter, Rendered, SimulatedStage,
+    Stimulus, StudyRoom, Surface, check_surfaces, scene_of,
+};
 // What it says.
 pub use export::{write_attempts, write_trials};
 pub use report::{LevelGroups, StudyReport, level_groups};

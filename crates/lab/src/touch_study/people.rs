@@ -1,44 +1,102 @@
 //! A study with people, who answer by keyboard or on a page.
 
+use super::arm::{ArmOptions, WaitingArm};
 use super::outputs;
 use super::settings::ProtocolArgs;
 use anyhow::Context;
 use hwall_bridge::{Answering, Question, QuestionServer};
 use hwall_study::{
-    Answer, Ask, Durability, NextStep, Participants, Procedure, Protocol, Respondent,
-    SimulatedStage, Study, StudyError, conduct,
+    Answer, ArmKind, ArmStop, Ask, Durability, NextStep, Participants, Presenter, Procedure,
+    Protocol, Respondent, SimulatedStage, Study, StudyError, conduct,
 };
 use std::io::{BufRead, Write};
 use std::net::SocketAddr;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// How long a page waits for an answer before the session ends by itself: longer than any break.
 const PATIENCE: Duration = Duration::from_secs(3600);
 
-/// Runs or goes on with the study of a folder; returns whether it is done. `subjects`: of a new one, 25 by default. `page`: where
-/// the page of questions listens; without it questions are asked on the terminal.
+/// How long a controller may take until it takes commands.
+const CONTROLLER_WITHIN: Duration = Duration::from_secs(600);
+
+/// Who presents, and where it is asked.
+pub struct Setup<'a> {
+    /// Where the page of questions listens; without it they are asked on the terminal.
+    pub page: Option<SocketAddr>,
+    /// An arm behind FRI; `None`: the simulated one.
+    pub arm: Option<ArmOptions>,
+    /// Filled with what stops that arm, once it moves.
+    pub stop: &'a OnceLock<ArmStop>,
+}
+
+/// Runs or goes on with the study of a folder; returns whether it is done. `subjects`: of a new one, 25 by default.
 ///
 /// # Errors
-/// A protocol that cannot be run; flags that differ from those of the study; a folder or an address that cannot be used.
+/// A protocol that cannot be run; flags or a kind of arm that differ from those of the study; a folder or an address that cannot be
+/// used; an arm that does not come, or goes away: what was answered until then is in the log and in the tables.
 pub fn run(
     folder: &Path,
     subjects: Option<usize>,
     protocol: &ProtocolArgs,
+    setup: Setup<'_>,
+    out: &mut impl Write,
+) -> anyhow::Result<bool> {
+    let Some(options) = setup.arm else {
+        let study = open(folder, subjects, protocol)?;
+        writeln!(
+            out,
+            "no arm is connected: touches are presented by the simulated one; {} trials are left",
+            study.left()
+        )?;
+        return ask_with(folder, study, &mut SimulatedStage::new()?, setup.page, out);
+    };
+    // An arm that cannot present what is asked for leaves no folder.
+    let waiting = WaitingArm::prepare(&options, &planned(folder, subjects, protocol)?)?;
+    let study = open_on(ArmKind::Fri, folder, subjects, protocol)?;
+    for remark in &waiting.remarks {
+        writeln!(out, "{remark}")?;
+    }
+    writeln!(
+        out,
+        "hands: open {}\nwaiting for an FRI controller at {}; {} trials are left",
+        waiting.server().url(),
+        waiting.fri_address()?,
+        study.left()
+    )?;
+    let mut arm = waiting.connect(CONTROLLER_WITHIN)?;
+    // A second one is never there.
+    let _ = setup.stop.set(arm.stage.stop_handle());
+    ask_with(folder, study, &mut arm.stage, setup.page, out)
+}
+
+/// The protocol of the study that is there, or is to begin.
+fn planned(
+    folder: &Path,
+    subjects: Option<usize>,
+    protocol: &ProtocolArgs,
+) -> anyhow::Result<Protocol> {
+    match Study::read(folder) {
+        Ok(record) => Ok(record.protocol),
+        // What is wrong with a log is said when it is opened.
+        Err(_) => protocol.protocol(subjects.unwrap_or(Protocol::default().subjects)),
+    }
+}
+
+/// On a page or on the terminal.
+fn ask_with(
+    folder: &Path,
+    study: Study,
+    presenter: &mut dyn Presenter,
     page: Option<SocketAddr>,
     out: &mut impl Write,
 ) -> anyhow::Result<bool> {
-    let study = open(folder, subjects, protocol)?;
-    writeln!(
-        out,
-        "no arm is connected: touches are presented by the simulated one; {} trials are left",
-        study.left()
-    )?;
     match page {
         Some(listen) => {
             let server = QuestionServer::start(listen, Vec::new())?;
             writeln!(out, "open {}", server.url())?;
-            by_page(folder, study, &server, PATIENCE, out)
+            by_page_with(folder, study, presenter, &server, PATIENCE, out)
         }
         None => {
             let mut keyboard = Keyboard {
@@ -46,18 +104,31 @@ pub fn run(
                 input: std::io::stdin().lock(),
                 output: out,
             };
-            let (text, done) = conduct_and_write(folder, study, &mut keyboard)?;
+            let (text, done) = conduct_and_write(folder, study, presenter, &mut keyboard)?;
             writeln!(keyboard.output, "{text}")?;
             Ok(done)
         }
     }
 }
 
-/// The study of a folder; a new one if it holds none, or one that was cut before anything was recorded.
+/// The study of a folder on the simulated arm; a new one if it holds none, or one that was cut before anything was recorded.
 ///
 /// # Errors
 /// As [`run`].
 pub fn open(
+    folder: &Path,
+    subjects: Option<usize>,
+    protocol: &ProtocolArgs,
+) -> anyhow::Result<Study> {
+    open_on(ArmKind::Simulated, folder, subjects, protocol)
+}
+
+/// As [`open`], on this kind of arm.
+///
+/// # Errors
+/// As [`run`].
+pub fn open_on(
+    arm: ArmKind,
     folder: &Path,
     subjects: Option<usize>,
     protocol: &ProtocolArgs,
@@ -76,6 +147,13 @@ pub fn open(
                     })
                     .with_context(name);
                 }
+                if record.arm != arm {
+                    return Err(StudyError::OtherArm {
+                        stored: record.arm,
+                        asked: arm,
+                    })
+                    .with_context(name);
+                }
                 protocol
                     .check_against(&record.protocol, subjects)
                     .with_context(name)?;
@@ -83,7 +161,8 @@ pub fn open(
             }
         }
     }
-    Ok(Study::create(
+    Ok(Study::create_on(
+        arm,
         folder,
         protocol.protocol(subjects.unwrap_or(Protocol::default().subjects))?,
         Participants::People,
@@ -102,12 +181,28 @@ pub fn by_page(
     patience: Duration,
     out: &mut impl Write,
 ) -> anyhow::Result<bool> {
+    let mut stage = SimulatedStage::new()?;
+    by_page_with(folder, study, &mut stage, server, patience, out)
+}
+
+/// As [`by_page`], with any presenter.
+///
+/// # Errors
+/// As [`run`].
+pub fn by_page_with(
+    folder: &Path,
+    study: Study,
+    presenter: &mut dyn Presenter,
+    server: &QuestionServer,
+    patience: Duration,
+    out: &mut impl Write,
+) -> anyhow::Result<bool> {
     let mut page = Page {
         folder,
         server,
         patience,
     };
-    let (text, done) = conduct_and_write(folder, study, &mut page)?;
+    let (text, done) = conduct_and_write(folder, study, presenter, &mut page)?;
     // The page shows its last text before the server goes.
     std::thread::sleep(Duration::from_millis(200));
     writeln!(out, "{text}")?;
@@ -118,10 +213,10 @@ pub fn by_page(
 fn conduct_and_write(
     folder: &Path,
     mut study: Study,
+    presenter: &mut dyn Presenter,
     respondent: &mut dyn Respondent,
 ) -> anyhow::Result<(String, bool)> {
-    let mut stage = SimulatedStage::new()?;
-    let conducted = conduct(&mut study, &mut stage, respondent);
+    let conducted = conduct(&mut study, presenter, respondent);
     outputs::write(folder, &study.record(), "")?;
     let answered = conducted?;
     if study.next_step() != NextStep::Done {
@@ -273,7 +368,9 @@ mod tests {
                 input: typed.as_bytes(),
                 output: &mut output,
             };
-            let (text, done) = conduct_and_write(&folder, study, &mut keyboard).unwrap();
+            let mut stage = SimulatedStage::new().unwrap();
+            let (text, done) =
+                conduct_and_write(&folder, study, &mut stage, &mut keyboard).unwrap();
             assert_eq!(done, text.starts_with("done"));
             (text, String::from_utf8(output).unwrap())
         };

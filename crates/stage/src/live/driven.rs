@@ -13,7 +13,7 @@ use hwall_view::ViewScene;
 use std::time::{Duration, Instant};
 
 /// A controller that says nothing for this long is gone.
-const SILENCE: Duration = Duration::from_millis(500);
+pub const SILENCE: Duration = Duration::from_millis(500);
 /// How often the wait for a controller looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(200);
 /// At the end the arm is braked for this long: from full speed the second joint, which takes longest, stands after 0.32 s.
@@ -123,7 +123,7 @@ pub fn run_driven(
 }
 
 /// Brings the arm to rest: one command of a motion would be its last for a controller that then hears nothing.
-fn brake(client: &mut FriClient) {
+pub fn brake(client: &mut FriClient) {
     let began = Instant::now();
     while began.elapsed() < BRAKING {
         let waited = client.wait_for_message(SILENCE);

@@ -1,7 +1,7 @@
 //! What the log holds.
 
 use crate::present::Presentation;
-use crate::protocol::{Participants, Protocol};
+use crate::protocol::{ArmKind, Participants, Protocol};
 use serde::{Deserialize, Serialize};
 
 /// Something that happened in a study.
@@ -17,6 +17,9 @@ pub enum Event {
         /// Who takes part; people in logs of version 1, which did not say.
         #[serde(default)]
         participants: Participants,
+        /// What presents the trials; not written for the simulated arm.
+        #[serde(default, skip_serializing_if = "ArmKind::is_simulated")]
+        arm: ArmKind,
     },
     /// The study goes on after its program had ended.
     Resumed {

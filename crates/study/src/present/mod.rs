@@ -1,9 +1,13 @@
 //! Presenting a condition: what is wanted, what was rendered, and an arm that does it.
 
+mod arm;
 mod hand;
+mod presenter;
 mod simulated;
 mod stimulus;
 
-pub use simulated::SimulatedStage;
+pub use arm::{ArmStage, ArmStop, ArmTrialConfig, StudyRoom, check_surfaces};
+pub use presenter::Presenter;
+pub use simulated::{SimulatedStage, scene_of};
 pub(crate) use stimulus::round;
 pub use stimulus::{Fault, Presentation, Rendered, Stimulus, Surface};

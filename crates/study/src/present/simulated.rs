@@ -157,8 +157,11 @@ impl SimulatedStage {
     }
 }
 
-/// A surface facing +x that is rough.
-fn scene_of(surface: Surface) -> Result<Scene, SceneError> {
+/// A wall, a door or a panel, 0.6 m in front of the base and facing +x, with a roughness: what the simulated arm presents.
+///
+/// # Errors
+/// Nothing that a user could cause.
+pub fn scene_of(surface: Surface) -> Result<Scene, SceneError> {
     let obj = format!(
         "o surface\nv {WALL_M} -1 0\nv {WALL_M} 1 0\nv {WALL_M} 1 2\nv {WALL_M} -1 2\nf 1 2 3 4\n"
     );

@@ -29,6 +29,18 @@ pub struct Stimulus {
     pub speed_mm_per_s: f64,
 }
 
+impl Surface {
+    /// In a word, as it stands among the levels of a factor.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Wall => "wall",
+            Self::Door => "door",
+            Self::Panel => "panel",
+        }
+    }
+}
+
 impl Default for Stimulus {
     /// Across the bumps at 40 mm/s on a wall: for factors that a study does not have.
     fn default() -> Self {
@@ -179,6 +191,16 @@ pub enum Fault {
     NoTexture,
     /// The board stopped for safety.
     Stopped,
+    /// The tracker lost the hand, or never saw it.
+    HandLost,
+    /// The hand did not let the board go.
+    NotReleased,
+    /// Another kind of surface was touched.
+    OtherSurface,
+    /// The arm went away, or refused what it was told.
+    ArmGone,
+    /// Whoever runs the study ended it.
+    Interrupted,
 }
 
 impl Fault {
@@ -191,6 +213,11 @@ impl Fault {
             Self::Late => Some("late"),
             Self::NoTexture => Some("no texture"),
             Self::Stopped => Some("stopped"),
+            Self::HandLost => Some("hand lost"),
+            Self::NotReleased => Some("not released"),
+            Self::OtherSurface => Some("other surface"),
+            Self::ArmGone => Some("arm gone"),
+            Self::Interrupted => Some("interrupted"),
         }
     }
 }

@@ -1,9 +1,11 @@
 //! What a study does: factors, procedure, and the plan of every subject.
 
+mod arm_kind;
 mod participants;
 mod plan;
 mod settings;
 
+pub use arm_kind::ArmKind;
 pub use participants::Participants;
 pub use plan::{Planned, PlannedTrial, TrialKind};
 pub use settings::{Procedure, Protocol, StudyFactor, TrialOrder};

@@ -3,23 +3,8 @@
 use super::progress::NextStep;
 use super::study::{Answer, Study};
 use crate::error::StudyError;
-use crate::present::{Presentation, Rendered, SimulatedStage, Stimulus};
+use crate::present::{Presentation, Presenter, Stimulus};
 use crate::protocol::{Participants, PlannedTrial, Procedure, TrialKind};
-
-/// Presents stimuli: an arm, real or simulated.
-pub trait Presenter {
-    /// Presents a stimulus once and says what was rendered; `seed` for what is left to chance.
-    ///
-    /// # Errors
-    /// What keeps the study from going on. A trial that is spoilt is no error: its [`Rendered::fault`] says so.
-    fn present(&mut self, stimulus: &Stimulus, seed: u64) -> Result<Rendered, StudyError>;
-}
-
-impl Presenter for SimulatedStage {
-    fn present(&mut self, stimulus: &Stimulus, seed: u64) -> Result<Rendered, StudyError> {
-        Self::present(self, stimulus, seed)
-    }
-}
 
 /// What a subject is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,13 +44,14 @@ pub trait Respondent {
 /// What is asked names the trial and how many there are, never its condition. A trial that was spoilt is said to come again.
 ///
 /// # Errors
-/// A study with simulated participants; as [`Presenter::present`] and [`Respondent`]; a log that cannot be written. Everything up to then is in the log.
+/// A study with simulated participants, or on another kind of arm; as [`Presenter::present`] and [`Respondent`]; a log that cannot be written. Everything up to then is in the log.
 pub fn conduct(
     study: &mut Study,
     presenter: &mut dyn Presenter,
     respondent: &mut dyn Respondent,
 ) -> Result<usize, StudyError> {
     study.expect(Participants::People)?;
+    study.expect_arm(presenter.arm())?;
     let protocol = study.protocol().clone();
     let mut greeted = None;
     let mut answered = 0;
@@ -103,7 +89,8 @@ pub fn conduct(
                     ^ (trial.number as u64) << 8
                     ^ u64::from(attempt);
                 let shown = present(study, presenter, &trial, seed)?;
-                study.presented(&shown)?;
+                let because = presenter.because();
+                study.presented_because(&shown, because.as_deref())?;
                 if shown.why_not().is_some() {
                     respondent.tell("That did not work; it comes again later.")?;
                 }

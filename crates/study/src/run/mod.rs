@@ -8,7 +8,7 @@ mod simulate;
 mod study;
 
 pub use adaptive::{Adaptive, AdaptiveThreshold};
-pub use conduct::{Ask, Presenter, Respondent, conduct};
+pub use conduct::{Ask, Respondent, conduct};
 pub use progress::NextStep;
 pub use record::{StudyRecord, TrialRecord};
 pub use simulate::{Simulation, simulate, simulate_and_tell};

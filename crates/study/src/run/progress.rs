@@ -5,7 +5,7 @@ use super::record::{StudyRecord, TrialRecord};
 use crate::error::StudyError;
 use crate::log::Event;
 use crate::present::{Presentation, Stimulus};
-use crate::protocol::{Participants, Planned, PlannedTrial, Protocol, TrialKind};
+use crate::protocol::{ArmKind, Participants, Planned, PlannedTrial, Protocol, TrialKind};
 use std::collections::VecDeque;
 
 /// What a study does next.
@@ -287,11 +287,12 @@ impl Progress {
     }
 
     /// As a record.
-    pub(super) fn into_record(self, participants: Participants) -> StudyRecord {
+    pub(super) fn into_record(self, participants: Participants, arm: ArmKind) -> StudyRecord {
         StudyRecord {
             done: self.next() == NextStep::Done,
             protocol: self.protocol,
             participants,
+            arm,
             trials: self.records,
             breaks: self.breaks,
             resumptions: self.resumptions,

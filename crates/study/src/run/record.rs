@@ -1,7 +1,7 @@
 //! What was done in a study.
 
 use crate::present::{Presentation, Stimulus};
-use crate::protocol::{Participants, PlannedTrial, Protocol};
+use crate::protocol::{ArmKind, Participants, PlannedTrial, Protocol};
 
 /// One trial that was presented and answered, or failed.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +46,8 @@ pub struct StudyRecord {
     pub protocol: Protocol,
     /// Who takes part.
     pub participants: Participants,
+    /// Which kind of arm presents the trials.
+    pub arm: ArmKind,
     /// All attempts so far, in order.
     pub trials: Vec<TrialRecord>,
     /// Breaks that were taken, of all subjects.

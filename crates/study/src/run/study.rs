@@ -5,7 +5,7 @@ use super::record::{StudyRecord, TrialRecord};
 use crate::error::StudyError;
 use crate::log::{Durability, Event, EventLog};
 use crate::present::{Presentation, Stimulus, round};
-use crate::protocol::{Participants, Protocol};
+use crate::protocol::{ArmKind, Participants, Protocol};
 use std::path::{Path, PathBuf};
 
 /// Version of the log.
@@ -29,6 +29,7 @@ pub struct Study {
     log: EventLog,
     progress: Progress,
     participants: Participants,
+    arm: ArmKind,
 }
 
 impl Study {
@@ -38,6 +39,26 @@ impl Study {
     /// A protocol that cannot be run or presented; a folder that holds a study ([`StudyError::Exists`]) or something else
     /// ([`StudyError::NotEmpty`], [`StudyError::NotALog`]), or cannot be written.
     pub fn create(
+        folder: &Path,
+        protocol: Protocol,
+        participants: Participants,
+        durability: Durability,
+    ) -> Result<Self, StudyError> {
+        Self::create_on(
+            ArmKind::Simulated,
+            folder,
+            protocol,
+            participants,
+            durability,
+        )
+    }
+
+    /// As [`Study::create`], for trials that this kind of arm presents.
+    ///
+    /// # Errors
+    /// As [`Study::create`].
+    pub fn create_on(
+        arm: ArmKind,
         folder: &Path,
         protocol: Protocol,
         participants: Participants,
@@ -64,6 +85,7 @@ impl Study {
             version: VERSION,
             protocol,
             participants,
+            arm,
         })?;
         if durability == Durability::Disk {
             sync_names(folder, &made)?;
@@ -72,6 +94,7 @@ impl Study {
             log,
             progress,
             participants,
+            arm,
         })
     }
 
@@ -82,11 +105,12 @@ impl Study {
     /// there; [`StudyError::InUse`]; a log that was changed.
     pub fn resume(folder: &Path, durability: Durability) -> Result<Self, StudyError> {
         let (log, recovered) = EventLog::open(&Self::log_path(folder), durability)?;
-        let (progress, participants) = replay(&recovered.events)?;
+        let (progress, participants, arm) = replay(&recovered.events)?;
         let mut study = Self {
             log,
             progress,
             participants,
+            arm,
         };
         study.take(Event::Resumed {
             dropped_bytes: recovered.dropped_bytes,
@@ -108,20 +132,37 @@ impl Study {
     /// # Errors
     /// Events that do not follow from each other.
     pub fn record_of(events: &[Event]) -> Result<StudyRecord, StudyError> {
-        let (progress, participants) = replay(events)?;
-        Ok(progress.into_record(participants))
+        let (progress, participants, arm) = replay(events)?;
+        Ok(progress.into_record(participants, arm))
     }
 
     /// The study as it stands.
     #[must_use]
     pub fn record(&self) -> StudyRecord {
-        self.progress.clone().into_record(self.participants)
+        self.progress
+            .clone()
+            .into_record(self.participants, self.arm)
     }
 
     /// Who takes part.
     #[must_use]
     pub const fn participants(&self) -> Participants {
         self.participants
+    }
+
+    /// Which kind of arm presents its trials.
+    #[must_use]
+    pub const fn arm(&self) -> ArmKind {
+        self.arm
+    }
+
+    /// Refuses another kind of arm than that on which the study began.
+    pub(super) fn expect_arm(&self, asked: ArmKind) -> Result<(), StudyError> {
+        let stored = self.arm;
+        if stored == asked {
+            return Ok(());
+        }
+        Err(StudyError::OtherArm { stored, asked })
     }
 
     /// Refuses others than those with whom the study began.
@@ -176,6 +217,18 @@ impl Study {
     /// # Errors
     /// No trial was to be presented; a number that is not finite or not possible; a log that cannot be written.
     pub fn presented(&mut self, shown: &Presentation) -> Result<(), StudyError> {
+        self.presented_because(shown, None)
+    }
+
+    /// As [`Study::presented`], with more words about why a trial was spoilt.
+    ///
+    /// # Errors
+    /// As [`Study::presented`].
+    pub fn presented_because(
+        &mut self,
+        shown: &Presentation,
+        because: Option<&str>,
+    ) -> Result<(), StudyError> {
         let NextStep::Present { subject, trial, .. } = self.next_step() else {
             return Err(StudyError::NoTrial {
                 what: "a presentation",
@@ -190,7 +243,7 @@ impl Study {
             shown,
         })?;
         if let Some(why_not) = shown.why_not() {
-            return self.spoilt(why_not);
+            return self.spoilt(because.unwrap_or(why_not));
         }
         Ok(())
     }
@@ -259,11 +312,12 @@ impl Study {
     }
 }
 
-fn replay(events: &[Event]) -> Result<(Progress, Participants), StudyError> {
+fn replay(events: &[Event]) -> Result<(Progress, Participants, ArmKind), StudyError> {
     let Some(Event::Opened {
         version,
         protocol,
         participants,
+        arm,
     }) = events.first()
     else {
         return Err(StudyError::NoStudy {
@@ -284,7 +338,7 @@ fn replay(events: &[Event]) -> Result<(Progress, Participants), StudyError> {
         })?;
         progress.commit(taken);
     }
-    Ok((progress, *participants))
+    Ok((progress, *participants, *arm))
 }
 
 /// Is there anything in a folder but hidden files?

@@ -1,0 +1,282 @@
+//! The arm of a study behind FRI, and the hands that lead it.
+
+use anyhow::{Context, ensure};
+use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
+use hwall::geometry::Pose;
+use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::haptics::Board;
+use hwall::{Cycle, Event, LikelyTouches, Session, Surroundings};
+use hwall_bridge::{Bridge, BridgeConfig, BridgeServer};
+use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion};
+use hwall_stage::input::address::{host, socket_address};
+use hwall_stage::input::arms::BoardArm;
+use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::live::{HandChoice, SILENCE, brake};
+use hwall_stage::run::session_settings::SessionSettings;
+use hwall_stage::run::simulated_arm::ArmLevel;
+use hwall_stage::setting::load_scene;
+use hwall_study::{
+    ArmKind, ArmStage, ArmTrialConfig, Protocol, Stimulus, StudyRoom, check_surfaces, scene_of,
+};
+use hwall_view::ViewScene;
+use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// How often the wait for a controller looks whether its time is over.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// Flags of an arm behind FRI; they mean what they mean to `bridge`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ArmArgs {
+    /// Listens here for the FRI controller of an iiwa, whose arm presents the trials instead of the simulated one: 127.0.0.1:30200 for a simulated controller
+    #[arg(long, requires_all = ["run", "hands"], value_name = "HOST:PORT", value_parser = socket_address)]
+    fri: Option<SocketAddr>,
+    /// Address of the controller: what comes from elsewhere is counted and dropped [default: the first one that speaks leads]
+    #[arg(long, requires = "fri", value_name = "HOST", value_parser = host)]
+    fri_controller: Option<IpAddr>,
+    /// Version of its interface: 1.15, 2.5 or 2.7
+    #[arg(long, requires = "fri", default_value = "1.15")]
+    fri_version: FriVersion,
+    /// Where the page listens that brings the hand, from a headset or a mouse: localhost:8080
+    #[arg(long, requires = "fri", value_name = "HOST:PORT", value_parser = socket_address)]
+    hands: Option<SocketAddr>,
+    /// Name of a proxy by which browsers reach that page; may be given more than once
+    #[arg(long = "host", requires = "fri")]
+    hosts: Vec<String>,
+    /// OBJ scene, z up, metres, in the frame of the arm's base, with a roughness on what is touched [default: one wall, door or panel 0.6 m ahead]
+    #[arg(long, requires = "fri")]
+    scene: Option<PathBuf>,
+    /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees
+    #[arg(long, requires = "fri", value_parser = FloorPose::parse, allow_hyphen_values = true, default_value = "1.5,0,-0.6,180")]
+    origin: FloorPose,
+    /// servo: the controller takes positions; torque: it takes torques, by which doors are rendered
+    #[arg(long, requires = "fri", value_enum, default_value_t)]
+    arm_level: ArmLevel,
+    /// Which hand the board serves
+    #[arg(long, requires = "fri", value_enum, default_value_t)]
+    hand: HandChoice,
+    /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
+    #[arg(long, requires = "fri")]
+    watch_frozen: bool,
+}
+
+impl ArmArgs {
+    /// What is asked for; `None`: the simulated arm.
+    ///
+    /// # Errors
+    /// An origin that is not finite.
+    pub fn options(&self) -> anyhow::Result<Option<ArmOptions>> {
+        let (Some(listen), Some(hands)) = (self.fri, self.hands) else {
+            return Ok(None);
+        };
+        Ok(Some(ArmOptions {
+            fri: FriClientConfig {
+                listen,
+                controller: self.fri_controller,
+                version: self.fri_version,
+                ..FriClientConfig::default()
+            },
+            bridge: BridgeConfig {
+                listen: hands,
+                hosts: self.hosts.clone(),
+                hand: self.hand.into(),
+                base_from_headset: Pose::from_affine(&self.origin.outer_from_here())?,
+                ..BridgeConfig::default()
+            },
+            scene: self.scene.clone(),
+            level: self.arm_level,
+            watch_frozen: self.watch_frozen,
+            trial: ArmTrialConfig::default(),
+        }))
+    }
+}
+
+/// An arm behind FRI, and where its hands come from.
+#[derive(Debug, Clone)]
+pub struct ArmOptions {
+    /// The connection to its controller.
+    pub fri: FriClientConfig,
+    /// The page that brings hands.
+    pub bridge: BridgeConfig,
+    /// OBJ file; `None`: one wall, door or panel.
+    pub scene: Option<PathBuf>,
+    /// What the controller takes.
+    pub level: ArmLevel,
+    /// Does a hand that stands quite still count as lost?
+    pub watch_frozen: bool,
+    /// How long a trial may take.
+    pub trial: ArmTrialConfig,
+}
+
+/// Ready for a controller: scene, session and both addresses are there.
+pub struct WaitingArm {
+    server: BridgeServer,
+    client: FriClient,
+    session: Session<DeterministicPredictor>,
+    trial: ArmTrialConfig,
+    /// What had to be repaired in the scene.
+    pub remarks: Vec<String>,
+}
+
+/// An arm under command, and the server of its hands.
+pub struct LedArm {
+    /// What presents the trials. It ends before the server does.
+    pub stage: ArmStage,
+    server: BridgeServer,
+}
+
+impl LedArm {
+    /// The page that brings hands.
+    #[must_use]
+    pub const fn server(&self) -> &BridgeServer {
+        &self.server
+    }
+}
+
+impl WaitingArm {
+    /// Reads the scene, finds out about its walls and listens for hands and for the controller.
+    ///
+    /// # Errors
+    /// A scene that is malformed or has not what the protocol asks for; without a scene a protocol with several kinds of surfaces;
+    /// addresses that cannot be listened on.
+    pub fn prepare(options: &ArmOptions, protocol: &Protocol) -> anyhow::Result<Self> {
+        let (scene, remarks) = match &options.scene {
+            Some(path) => load_scene(Some(path))?,
+            None => {
+                let first = Stimulus::of(protocol, 0)?.surface;
+                for condition in 1..protocol.conditions() {
+                    ensure!(
+                        Stimulus::of(protocol, condition)?.surface == first,
+                        "the factor surface needs --scene on a real arm: a file with all of the study's surfaces"
+                    );
+                }
+                (scene_of(first)?, Vec::new())
+            }
+        };
+        check_surfaces(&scene, protocol).context("--scene")?;
+        let server = BridgeServer::start(options.bridge.clone())?;
+        let board = Board::default();
+        let arm = BoardArm::named("iiwa7", &board)?;
+        server.prepare("mapping where the arm can hold its board");
+        let walls = arm.walls_of(&scene, &board, LikelyTouches::default(), true)?;
+        let settings = SessionSettings {
+            arm: &arm,
+            board: &board,
+            scene: &scene,
+            walls: &walls,
+            textured: true,
+            level: options.level,
+            filter: match options.watch_frozen {
+                true => HandFilterConfig::default(),
+                false => HandFilterConfig::simulated(),
+            },
+            arm_minus_tracker_s: 0.0,
+        };
+        let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
+        let session = settings.session(predictor)?;
+        let client = FriClient::bind(session.control().arm(), options.fri)?;
+        Ok(Self {
+            server,
+            client,
+            session,
+            trial: options.trial,
+            remarks,
+        })
+    }
+
+    /// The page that brings hands.
+    #[must_use]
+    pub const fn server(&self) -> &BridgeServer {
+        &self.server
+    }
+
+    /// Where the controller is listened for.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn fri_address(&self) -> anyhow::Result<SocketAddr> {
+        Ok(self.client.local_address()?)
+    }
+
+    /// Waits until the controller takes commands, and starts the loop of the arm.
+    ///
+    /// # Errors
+    /// No commanding within that time; a controller of which the client cannot make sense.
+    pub fn connect(mut self, within: Duration) -> anyhow::Result<LedArm> {
+        let scene = ViewScene::of("iiwa 7 over FRI", &self.session)?;
+        self.server.prepare("waiting for the FRI controller");
+        let began = Instant::now();
+        let begun_s = loop {
+            match self.client.wait_for_commanding(LOOK) {
+                Ok(begun_s) => break begun_s,
+                Err(FriError::Silent { .. }) => ensure!(
+                    began.elapsed() < within,
+                    "no FRI controller reached commanding within {} s; {} datagrams were malformed, {} from others",
+                    within.as_secs(),
+                    self.client.statistics().malformed,
+                    self.client.statistics().foreign
+                ),
+                Err(error) => return Err(error.into()),
+            }
+        };
+        let room = HandsRoom {
+            bridge: self.server.connect(&scene),
+            unanswered: Some(begun_s),
+        };
+        let stage = ArmStage::start(ArmKind::Fri, self.session, self.client, room, self.trial)?;
+        Ok(LedArm {
+            stage,
+            server: self.server,
+        })
+    }
+}
+
+/// The clock of the controller, the hands of the bridge.
+struct HandsRoom {
+    bridge: Bridge,
+    /// When commanding began, s on the clock of the controller; that message is not answered yet.
+    unanswered: Option<f64>,
+}
+
+impl Surroundings<FriClient> for HandsRoom {
+    fn next_cycle(&mut self, arm: &mut FriClient) -> Result<Option<f64>, FriError> {
+        if self.bridge.view.is_stopped() {
+            return Ok(None);
+        }
+        let now_s = match self.unanswered.take() {
+            Some(now_s) => now_s,
+            None => arm.wait_for_message(SILENCE)?,
+        };
+        self.bridge.view.count_cycle(0);
+        Ok(Some(now_s))
+    }
+
+    fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
+        self.bridge.hands.next_frame(now_s)
+    }
+}
+
+impl StudyRoom<FriClient> for HandsRoom {
+    fn event(&mut self, event: &Event) {
+        self.bridge.view.event(event);
+    }
+
+    fn after<P: Predictor>(
+        &mut self,
+        session: &Session<P>,
+        _: &mut FriClient,
+        cycle: &Cycle,
+    ) -> Result<(), FriError> {
+        if self.bridge.view.is_due(cycle.t_s) {
+            let view = self.bridge.view_of(session, &cycle.state);
+            self.bridge.view.send(&view);
+        }
+        Ok(())
+    }
+
+    fn ended(&mut self, arm: &mut FriClient) {
+        brake(arm);
+        eprintln!("{}", arm.statistics());
+    }
+}

@@ -1,0 +1,133 @@
+//! Where the loop of the arm takes trials and gives back what became of them.
+
+use super::observed::{ArmTrialConfig, Observed, ObservedTouch, is_touched};
+use crate::present::stimulus::{Fault, Stimulus};
+use hwall::contact::Predictor;
+use hwall::texture::TextureLevels;
+use hwall::{Cycle, Event, Session};
+use std::sync::mpsc::{Receiver, SyncSender};
+
+/// So long the board was free before a trial begins, s.
+const FREE_S: f64 = 0.2;
+
+/// A trial to be presented.
+pub(super) struct Job {
+    pub(super) stimulus: Stimulus,
+    pub(super) levels: TextureLevels,
+    /// The same at rest: what the board presents until the next trial.
+    pub(super) resting: TextureLevels,
+}
+
+enum Phase {
+    Idle,
+    /// The hand has yet to let go.
+    Clearing {
+        job: Box<Job>,
+        since_s: f64,
+    },
+    Touch {
+        touch: Box<ObservedTouch>,
+        resting: Box<TextureLevels>,
+    },
+}
+
+/// The loop's end. It waits for nothing; levels are changed while nobody touches.
+pub(super) struct Desk {
+    config: ArmTrialConfig,
+    jobs: Receiver<Job>,
+    outcomes: SyncSender<Observed>,
+    phase: Phase,
+    /// Levels at rest that wait for the hand to let go.
+    resting: Option<Box<TextureLevels>>,
+    touched_s: f64,
+}
+
+impl Desk {
+    pub(super) const fn new(
+        config: ArmTrialConfig,
+        jobs: Receiver<Job>,
+        outcomes: SyncSender<Observed>,
+    ) -> Self {
+        Self {
+            config,
+            jobs,
+            outcomes,
+            phase: Phase::Idle,
+            resting: None,
+            touched_s: f64::NEG_INFINITY,
+        }
+    }
+
+    pub(super) fn event(&mut self, event: &Event) {
+        if let Phase::Touch { touch, .. } = &mut self.phase {
+            touch.event(event);
+        }
+    }
+
+    /// At the end of a cycle, after its events.
+    pub(super) fn step<P: Predictor>(&mut self, session: &mut Session<P>, cycle: &Cycle) {
+        let now_s = cycle.t_s;
+        if is_touched(session) {
+            self.touched_s = now_s;
+        }
+        let is_free = now_s - self.touched_s > FREE_S;
+        if is_free && let Some(resting) = self.resting.take() {
+            session.set_texture_levels(*resting);
+        }
+        self.phase = match std::mem::replace(&mut self.phase, Phase::Idle) {
+            Phase::Idle => match self.jobs.try_recv() {
+                Ok(job) => Phase::Clearing {
+                    job: Box::new(job),
+                    since_s: now_s,
+                },
+                Err(_) => Phase::Idle,
+            },
+            Phase::Clearing { job, .. } if is_free => {
+                let Job {
+                    stimulus,
+                    levels,
+                    resting,
+                } = *job;
+                session.set_texture_levels(levels);
+                Phase::Touch {
+                    touch: Box::new(ObservedTouch::new(stimulus, self.config, now_s)),
+                    resting: Box::new(resting),
+                }
+            }
+            Phase::Clearing { since_s, .. } if now_s - since_s > self.config.release_within_s => {
+                let because = "not released: the board was pressed before the trial began";
+                self.tell(Observed::nothing(
+                    Fault::NotReleased,
+                    Some(because.to_owned()),
+                ));
+                Phase::Idle
+            }
+            Phase::Touch { mut touch, resting } => match touch.step(session, cycle) {
+                Some(observed) => {
+                    self.tell(observed);
+                    self.resting = Some(resting);
+                    Phase::Idle
+                }
+                None => Phase::Touch { touch, resting },
+            },
+            waits => waits,
+        };
+    }
+
+    /// The loop has ended: a trial under way ends with it.
+    pub(super) fn ended(&mut self, fault: Fault, why: &str) {
+        match std::mem::replace(&mut self.phase, Phase::Idle) {
+            Phase::Idle => {}
+            Phase::Clearing { .. } => {
+                let word = fault.word().unwrap_or_default();
+                self.tell(Observed::nothing(fault, Some(format!("{word}: {why}"))));
+            }
+            Phase::Touch { touch, .. } => self.tell(touch.spoilt(fault, why)),
+        }
+    }
+
+    fn tell(&self, observed: Observed) {
+        // There is room for one, and one is asked for at a time; whoever asked may be gone.
+        let _ = self.outcomes.try_send(observed);
+    }
+}
