@@ -7,7 +7,7 @@
 
 use super::rows::Rows;
 use super::tile::{
-    AlignedTile, LANES, Tile, add_multiple, lane_sum, sum_of_squares, tile_dot, tiles,
+    AlignedTile, LANES, Tile, add_multiple, lane_sum, sum_of_squares, tile_dot, tiles, vectorize,
 };
 use pulp::{Arch, Simd, WithSimd};
 
@@ -106,7 +106,7 @@ impl SquareRoot {
 
     /// Solves `R x = z` in place; `padded` receives the solution in state columns.
     pub(crate) fn solve(&self, z: &mut [f64], padded: &mut [Tile]) {
-        Arch::new().dispatch(Solving {
+        vectorize(Solving {
             root: self,
             z,
             padded,
@@ -117,7 +117,7 @@ impl SquareRoot {
     /// dot products of what is left are the covariances of the rows. `column` is scratch of the
     /// capacity of the rows.
     pub(crate) fn solve_transposed(&self, rows: &mut Rows, from: usize, column: &mut [f64]) {
-        Arch::new().dispatch(SolvingTransposed {
+        vectorize(SolvingTransposed {
             root: self,
             rows,
             from,

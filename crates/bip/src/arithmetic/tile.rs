@@ -1,6 +1,6 @@
 //! Vectors padded to whole tiles, which compilers turn into wide instructions.
 
-use pulp::Simd;
+use pulp::{Arch, Simd, WithSimd};
 use std::ops::{Deref, DerefMut};
 
 /// Doubles handled together.
@@ -30,6 +30,16 @@ impl DerefMut for AlignedTile {
     fn deref_mut(&mut self) -> &mut Tile {
         &mut self.0
     }
+}
+
+/// In vectors of 256 bits at most: with wider ones the compiler takes one column of many tiles at a time, which gathers and
+/// scatters. What names its vectors itself is dispatched to the widest.
+pub(crate) fn vectorize<O: WithSimd>(operation: O) -> O::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return Simd::vectorize(simd, operation);
+    }
+    Arch::new().dispatch(operation)
 }
 
 /// Number of tiles that hold `n` columns.

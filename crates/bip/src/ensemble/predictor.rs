@@ -1,10 +1,10 @@
 //! What the members of an ensemble predict.
 
 use super::table::Table;
-use crate::arithmetic::{LANES, Tile, add_multiple};
+use crate::arithmetic::{LANES, Tile, add_multiple, vectorize};
 use crate::filter::PHASE_STATES;
 use crate::model::Model;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 /// The model as members use it, with the scratch that their predictions need.
 #[derive(Debug, Clone)]
@@ -81,7 +81,7 @@ impl Predictor {
             for (c, tile) in self.coefficients.iter_mut().enumerate() {
                 *tile = state.tiles(PHASE_STATES + c)[t];
             }
-            Arch::new().dispatch(Eight {
+            vectorize(Eight {
                 predictor: self,
                 dofs,
                 t,

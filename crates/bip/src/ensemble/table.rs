@@ -1,7 +1,7 @@
 //! The members of an ensemble side by side: one row for each variable, eight members to a tile.
 
-use crate::arithmetic::{LANES, Tile, add_multiple, all_finite, lane_sum, tiles};
-use pulp::{Arch, Simd, WithSimd};
+use crate::arithmetic::{LANES, Tile, add_multiple, all_finite, lane_sum, tiles, vectorize};
+use pulp::{Simd, WithSimd};
 
 /// A table with one row for each variable and one column for each member. Columns are padded to whole
 /// tiles; only [`Table::product`] reads the padding, and needs zeros there.
@@ -113,13 +113,13 @@ impl Table {
             &mut high[..width],
         );
         let (to, from) = if to < from { (low, high) } else { (high, low) };
-        Arch::new().dispatch(AddMultiple { to, factor, from });
+        vectorize(AddMultiple { to, factor, from });
     }
 
     /// `row[to] += Σ_i factors[i] · other.row[i]`.
     pub(super) fn add_combination(&mut self, to: usize, factors: &[f64], other: &Self) {
         for (i, factor) in factors.iter().enumerate() {
-            Arch::new().dispatch(AddMultiple {
+            vectorize(AddMultiple {
                 to: self.tiles_mut(to),
                 factor: *factor,
                 from: other.tiles(i),
@@ -129,7 +129,7 @@ impl Table {
 
     /// Sum over the members of the products of a row of this table and one of another.
     pub(super) fn product(&self, row: usize, other: &Self, other_row: usize) -> f64 {
-        Arch::new().dispatch(Dot {
+        vectorize(Dot {
             a: self.tiles(row),
             b: other.tiles(other_row),
         })

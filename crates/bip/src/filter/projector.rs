@@ -1,10 +1,10 @@
 //! Rows of the measurement matrix: only what is observed, only in the span of the demonstrations.
 
 use super::posterior::PHASE_STATES;
-use crate::arithmetic::{AlignedTile, LANES, Tile, add_multiple, lane_sum, tiles};
+use crate::arithmetic::{AlignedTile, LANES, Tile, add_multiple, lane_sum, tiles, vectorize};
 use crate::model::{Model, WeightLayout};
 use hwall_numeric::dense::dot;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 /// Prediction of one degree of freedom at one phase, and its derivative by phase.
 #[derive(Debug, Clone, Copy)]
@@ -77,7 +77,7 @@ impl Projector {
     /// Row of degree of freedom `d` on the coefficients, handed out tile by tile, and its
     /// prediction for the padded `state` (whose first two entries do not matter).
     pub(super) fn row(&self, d: usize, state: &[Tile], tile: impl FnMut(usize, Tile)) -> Predicted {
-        Arch::new().dispatch(Row {
+        vectorize(Row {
             projector: self,
             d,
             state,
