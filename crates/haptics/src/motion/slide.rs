@@ -23,8 +23,8 @@ const SLIDE_SHARE: f64 = 0.9;
 /// The velocity follows what is asked for through two low passes of this time constant, s: an arm cannot follow a step of the
 /// acceleration, and would make up for it by overshooting. Within 5 % after 29 ms.
 const SMOOTH_S: f64 = 0.006;
-/// A slide ends with this time constant where its joints could stop at once, s: about as smoothly as it begins.
-pub(super) const ENDS_S: f64 = SMOOTH_S;
+/// A slide ends with this time constant where its joints could stop at once, s: about as smoothly as it begins, through two low passes.
+pub(super) const ENDS_S: f64 = 2.0 * SMOOTH_S;
 
 /// How a touched board shall move within its plane, in the robot base frame.
 ///
@@ -198,7 +198,7 @@ impl Sliding {
         }
         let rates = self.rates(self.velocity, solver)?;
         let stop_s = 1.0 / most_per_s(&rates, bounds);
-        let ahead_s = 0.5 * stop_s + 2.0 * SMOOTH_S;
+        let ahead_s = 0.5 * stop_s + ENDS_S;
         // A joint that comes to its limit would have to stop at once, while others begin to turn in its place.
         if solver.meets_limit(&self.q, &rates, ahead_s) {
             return Err(Stop::Unreachable(Unreachable::OtherBranch));
