@@ -70,7 +70,7 @@ impl FollowerConfig {
 /// Rounding of a speed, as a share of it.
 const SLOWED: f64 = 1e-3;
 /// Joints that turn no faster stand, rad/s.
-const STANDS_RAD_PER_S: f64 = 6e-3;
+const STANDS_RAD_PER_S: f64 = 3e-3;
 /// A way to a goal that only drifts is planned anew after this time, s: a plan costs as much as ten steps.
 const DRIFT_S: f64 = 0.01;
 
