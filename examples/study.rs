@@ -41,10 +41,10 @@ struct Args {
     #[arg(long, value_name = "DIR")]
     run: Option<PathBuf>,
     /// Subjects of a new study with people [default: 25]
-    #[arg(long, requires = "run", value_parser = count_within::<1, 1000>)]
+    #[arg(long, conflicts_with = "simulate", value_parser = count_within::<1, 1000>)]
     subjects: Option<usize>,
     /// They answer on a page that listens here, and not on the terminal: localhost:8081
-    #[arg(long, requires = "run", value_name = "HOST:PORT", value_parser = socket_address)]
+    #[arg(long, conflicts_with = "simulate", value_name = "HOST:PORT", value_parser = socket_address)]
     page: Option<SocketAddr>,
     /// Folder of a simulated study [default: nothing is kept]
     #[arg(long, conflicts_with = "run")]
@@ -53,7 +53,7 @@ struct Args {
     #[arg(long)]
     resume: bool,
     /// Stop after so many trials, as if killed
-    #[arg(long, requires = "out")]
+    #[arg(long, requires = "out", conflicts_with = "run")]
     kill_after: Option<usize>,
     /// Present each condition once, and use that for all its trials: faster
     #[arg(long, conflicts_with = "run")]

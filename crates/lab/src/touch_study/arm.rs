@@ -30,7 +30,7 @@ const LOOK: Duration = Duration::from_millis(200);
 #[derive(Debug, Clone, clap::Args)]
 pub struct ArmArgs {
     /// Listens here for the FRI controller of an iiwa, whose arm presents the trials instead of the simulated one: 127.0.0.1:30200 for a simulated controller
-    #[arg(long, requires_all = ["run", "hands"], value_name = "HOST:PORT", value_parser = socket_address)]
+    #[arg(long, requires = "hands", conflicts_with = "simulate", value_name = "HOST:PORT", value_parser = socket_address)]
     fri: Option<SocketAddr>,
     /// Address of the controller: what comes from elsewhere is counted and dropped [default: the first one that speaks leads]
     #[arg(long, requires = "fri", value_name = "HOST", value_parser = host)]

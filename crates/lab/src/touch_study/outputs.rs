@@ -52,6 +52,21 @@ fn put(folder: &Path, name: &str, bytes: Vec<u8>) -> anyhow::Result<()> {
     hwall_files::write(&path, bytes).with_context(|| path.display().to_string())
 }
 
+/// Heading of what is said about the table.
+const AGAIN: &str = "## The same analysis from the table";
+
+/// A report without what only its folder holds: figures, and the command that reads its table.
+pub fn without_files(report: &str) -> String {
+    let mut about_table = false;
+    let kept = report.lines().filter(|line| {
+        if line.starts_with("## ") {
+            about_table = *line == AGAIN;
+        }
+        !about_table && !line.starts_with("![")
+    });
+    kept.fold(String::new(), |text, line| text + line + "\n")
+}
+
 /// The command that makes the same analysis from the table.
 fn again(folder: &Path, study: &StudyRecord, incomplete: bool) -> String {
     let varied = study.protocol.factors.iter().filter(|f| f.levels.len() > 1);
@@ -66,7 +81,7 @@ fn again(folder: &Path, study: &StudyRecord, incomplete: bool) -> String {
         ""
     };
     format!(
-        "\n## The same analysis from the table\n\n```sh\ncargo run --release --example psychophysics -- analyse {} \
+        "\n{AGAIN}\n\n```sh\ncargo run --release --example psychophysics -- analyse {} \
          --subject subject --factors {} --value answer --round block --normalise {scale} --errors both --art --posthoc holm{missing}\n```\n",
         quoted(&folder.join("trials.csv").display().to_string()),
         factors.join(",")

@@ -135,9 +135,13 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         }
     }
     let text = outputs::write(folder, &study.record(), &remarks)?;
-    write!(out, "{text}")?;
-    if request.out.is_some() {
-        writeln!(out, "\nwrote {}", folder.display())?;
+    match request.out {
+        Some(_) => writeln!(out, "{text}\nwrote {}", folder.display())?,
+        None => writeln!(
+            out,
+            "{}\n--out DIR keeps the table of trials, this report and its figures",
+            outputs::without_files(&text)
+        )?,
     }
     Ok(true)
 }
