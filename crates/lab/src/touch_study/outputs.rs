@@ -56,7 +56,7 @@ fn put(folder: &Path, name: &str, bytes: Vec<u8>) -> anyhow::Result<()> {
 const AGAIN: &str = "## The same analysis from the table";
 
 /// A report without what only its folder holds: figures, and the command that reads its table.
-pub fn without_files(report: &str) -> String {
+pub(super) fn without_files(report: &str) -> String {
     let mut about_table = false;
     let kept = report.lines().filter(|line| {
         if line.starts_with("## ") {
