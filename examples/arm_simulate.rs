@@ -10,7 +10,7 @@ use hwall_sim::{
 };
 use hwall_stage::arms;
 use hwall_stage::exit;
-use hwall_stage::numbers::{list, writer};
+use hwall_stage::numbers::{list, positive, writer};
 use hwall_stage::response::arm_motion::{ArmMotion, bodies};
 use hwall_stage::response::torque_rows;
 use std::io::stdin;
@@ -55,16 +55,16 @@ struct Args {
     #[arg(long)]
     gravity_only: bool,
     /// Length of the motion, s
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
     duration: f64,
     /// Time between rows of the output, s
-    #[arg(long, default_value_t = 0.01)]
+    #[arg(long, default_value_t = 0.01, allow_negative_numbers = true, value_parser = positive)]
     every: f64,
     /// How to integrate
     #[arg(long, value_enum, default_value_t = Scheme::Rk4)]
     integrator: Scheme,
     /// Longest step of the integration, s; the default is good to 1e-11 rad in half a second of a tumbling iiwa
-    #[arg(long, default_value_t = 5e-5)]
+    #[arg(long, default_value_t = 5e-5, allow_negative_numbers = true, value_parser = positive)]
     step: f64,
 }
 

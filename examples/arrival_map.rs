@@ -14,7 +14,7 @@ use hwall_lab::reach::arrival_figure::{self, ArrivalFigure};
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::floor_pose::FloorPose;
-use hwall_stage::{arms, exit, setting};
+use hwall_stage::{arms, exit, note, setting};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -42,10 +42,10 @@ struct Args {
     #[arg(long)]
     by_area: bool,
     /// The middle of the board may be this far from the place touched, m
-    #[arg(long, default_value_t = 0.055)]
+    #[arg(long, default_value_t = 0.055, allow_negative_numbers = true)]
     slack_m: f64,
     /// Time from when a target is known to the touch, s
-    #[arg(long, default_value_t = 0.7)]
+    #[arg(long, default_value_t = 0.7, allow_negative_numbers = true)]
     budget_s: f64,
     /// Wait here instead: seven joints in degrees
     #[arg(long, allow_hyphen_values = true)]
@@ -80,7 +80,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let (scene, remarks) = setting::load_scene(args.scene.as_deref())?;
     let scene = arrival::in_base(&scene, base.unwrap_or(FloorPose::ORIGIN))?;
     for remark in remarks {
-        eprintln!("{remark}");
+        note(remark);
     }
     let touches = TouchTexts {
         heights: &args.heights,

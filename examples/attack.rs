@@ -6,8 +6,8 @@ use anyhow::{Context, ensure};
 use clap::Parser;
 use hwall_lab::attack;
 use hwall_lab::documents::Documents;
-use hwall_stage::exit;
-use std::io::{self, Write};
+use hwall_stage::{exit, note, printed};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -39,10 +39,11 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    exit(run(&Args::parse()))
+    let args = Args::parse();
+    exit(printed(|out| run(&args, out)))
 }
 
-fn run(args: &Args) -> anyhow::Result<()> {
+fn run(args: &Args, out: &mut impl Write) -> anyhow::Result<()> {
     let documents = args.docs.then(Documents::tracked).transpose()?;
     let targets = attack::targets(&args.reader)?;
     // Panics are counted, not shown.
@@ -55,20 +56,26 @@ fn run(args: &Args) -> anyhow::Result<()> {
             args.seed,
         )?;
         for finding in &report.examples {
-            eprintln!("{} input {}: {}", report.name, finding.number, finding.what);
+            note(format_args!(
+                "{} input {}: {}",
+                report.name, finding.number, finding.what
+            ));
             if let Some(folder) = &args.out {
                 std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
                 let name = format!("{}-{}-{}", report.name, args.seed, finding.number);
                 hwall_files::write(folder.join(name), &finding.input)?;
             }
         }
-        eprintln!("{}: slowest was input {}", report.name, report.slowest);
+        note(format_args!(
+            "{}: slowest was input {}",
+            report.name, report.slowest
+        ));
         reports.push(report);
     }
-    writeln!(io::stdout(), "{}", attack::table(&reports))?;
+    writeln!(out, "{}", attack::table(&reports))?;
     if let Some(documents) = documents {
         let path = attack::write(&reports, args.seed, &documents)?;
-        writeln!(io::stdout(), "wrote {}", path.display())?;
+        writeln!(out, "wrote {}", path.display())?;
     }
     let findings: u64 = reports.iter().map(|report| report.findings).sum();
     ensure!(findings == 0, "{findings} inputs got through");

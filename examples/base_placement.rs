@@ -9,8 +9,8 @@ use hwall_lab::reach::arrival_placement::{self, ByArrival};
 use hwall_lab::reach::placement::{self, Search, TargetChoice};
 use hwall_reachability::{Interval, place_base};
 use hwall_stage::input::file_plan::FilePlan;
-use hwall_stage::{arms, exit, setting};
-use std::io::{self, Write};
+use hwall_stage::{arms, exit, note, printed, setting};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -31,13 +31,13 @@ struct Args {
     #[arg(long, default_value = "0.4,1.4", allow_hyphen_values = true)]
     heights: String,
     /// Distance between targets, m
-    #[arg(long, default_value_t = 0.1)]
+    #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
     spacing_m: f64,
     /// Only targets within a circle on the floor: x,y,radius in metres; large scenes need it
     #[arg(long, allow_hyphen_values = true)]
     near: Option<String>,
     /// Distance between base positions, m
-    #[arg(long, default_value_t = 0.1)]
+    #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
     grid_m: f64,
     /// Headings tried, evenly round the circle
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=360))]
@@ -53,10 +53,10 @@ struct Args {
     #[arg(long, value_enum, default_value = "coverage")]
     objective: Objective,
     /// Time from when a target is known to the touch, s (by arrival)
-    #[arg(long, default_value_t = 0.7)]
+    #[arg(long, default_value_t = 0.7, allow_negative_numbers = true)]
     budget_s: f64,
     /// The middle of the board may be this far from a target, m (by arrival)
-    #[arg(long, default_value_t = 0.055)]
+    #[arg(long, default_value_t = 0.055, allow_negative_numbers = true)]
     slack_m: f64,
     /// iiwa7 or iiwa14
     #[arg(long, default_value = "iiwa7")]
@@ -88,10 +88,11 @@ impl Objective {
 }
 
 fn main() -> ExitCode {
-    exit(run(&Args::parse()))
+    let args = Args::parse();
+    exit(printed(|out| run(&args, out)))
 }
 
-fn run(args: &Args) -> anyhow::Result<()> {
+fn run(args: &Args, out: &mut impl Write) -> anyhow::Result<()> {
     FilePlan::default()
         .read_scene("--scene", args.scene.as_deref())
         .write_into("--out", Some(&args.out), args.objective.files())
@@ -99,7 +100,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let arm = arms::closed_form(&args.arm)?.with_tool(Board::default().flange_from_board_face()?);
     let (scene, remarks) = setting::load_scene(args.scene.as_deref())?;
     for remark in remarks {
-        eprintln!("{remark}");
+        note(remark);
     }
     let [low, high] = arms::parse_list::<2>(&args.heights).context("--heights")?;
     anyhow::ensure!(
@@ -130,7 +131,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     placement::csv(&args.out.join("placements.csv"), &scores)?;
     let positions = config.x.count() * config.y.count();
     writeln!(
-        io::stdout(),
+        out,
         "{} targets, {positions} positions, {} headings, 4 rolls: {took:.3} s\n\n{}\nwrote placement.svg and placements.csv to {}",
         targets.len(),
         args.headings,
@@ -147,7 +148,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
             slack_m: args.slack_m,
         };
         let report = arrival_placement::run(&by_arrival, &args.out)?;
-        writeln!(io::stdout(), "{report}")?;
+        writeln!(out, "{report}")?;
     }
     Ok(())
 }

@@ -7,8 +7,8 @@ use clap::Parser;
 use hwall_lab::bip::setup::{BasisChoice, Indices, Mode, Noise, Setup};
 use hwall_lab::bip::trajectories::TrainTest;
 use hwall_lab::bip::{figures, reaches, report, run, scores, trajectories};
-use hwall_stage::exit;
 use hwall_stage::input::file_plan::FilePlan;
+use hwall_stage::{exit, note};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -37,10 +37,10 @@ struct Args {
     #[arg(long, default_value = "exact")]
     mode: Mode,
     /// Variance of the phase at the start
-    #[arg(long, default_value_t = 1e-4)]
+    #[arg(long, default_value_t = 1e-4, allow_negative_numbers = true)]
     phase_var: f64,
     /// Variance of the acceleration of the phase, 1/time^4 [default: tuned by loo, else the library's]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     process_var: Option<f64>,
     /// Measurement noise: fit, loo (chosen on training motions left out one at a time), or a factor
     /// on the variance of the fit [default: fit for compat, else loo]
@@ -79,7 +79,7 @@ fn filter(args: &Args) -> anyhow::Result<()> {
         _ => reaches::sets(args.seed, 40, 30),
     };
     if train == test {
-        eprintln!("note: the test motions are the training motions");
+        note("note: the test motions are the training motions");
     }
     let setup = Setup {
         basis: args.basis,

@@ -7,12 +7,13 @@ use clap::Parser;
 use hwall::geometry::Pose;
 use hwall_bridge::{BridgeConfig, BridgeServer, UnityConfig};
 use hwall_fri::{FriClientConfig, FriVersion};
-use hwall_stage::exit;
 use hwall_stage::input::address::{host, socket_address};
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::live::{self, HandChoice, LiveArm, LiveOptions};
+use hwall_stage::numbers::positive;
 use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::run::simulated_arm::ArmLevel;
+use hwall_stage::{exit, note};
 use std::io::{self, Write};
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
@@ -65,22 +66,54 @@ struct Args {
     #[arg(long, conflicts_with = "unity_udp")]
     record: Option<PathBuf>,
     /// End after this many seconds [default: never]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true, value_parser = positive)]
     seconds: Option<f64>,
     /// Seed of the sensors' noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
 
+impl Args {
+    fn options(&self) -> LiveOptions<'_> {
+        LiveOptions {
+            scene: self.scene.as_deref(),
+            level: self.arm_level,
+            predictor: self.predictor,
+            watch_frozen: self.watch_frozen,
+            seconds: self.seconds,
+            seed: self.seed,
+            record: self.record.as_deref(),
+        }
+    }
+
+    fn arm(&self) -> LiveArm {
+        match (self.unity_udp, self.fri) {
+            (Some(listen), _) => LiveArm::Told(UnityConfig {
+                listen,
+                ..UnityConfig::default()
+            }),
+            (None, Some(listen)) => LiveArm::Fri(FriClientConfig {
+                listen,
+                controller: self.fri_controller,
+                version: self.fri_version,
+                ..FriClientConfig::default()
+            }),
+            (None, None) => LiveArm::Simulated,
+        }
+    }
+}
+
+/// The status of a program that Ctrl-C ended before it had anything to write.
+const INTERRUPTED: i32 = 130;
+
 fn main() -> ExitCode {
     exit(run(&Args::parse()))
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
-    anyhow::ensure!(
-        args.seconds.is_none_or(|s| s.is_finite() && s > 0.0),
-        "--seconds must be above zero"
-    );
+    let options = args.options();
+    let arm = args.arm();
+    options.check(&arm)?;
     let server = BridgeServer::start(BridgeConfig {
         listen: args.listen,
         hosts: args.hosts.clone(),
@@ -90,42 +123,28 @@ fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     let stop = server.stop_handle();
     static PREPARED: AtomicBool = AtomicBool::new(false);
+    let unrecorded = args.record.clone();
     let stops = move || {
         stop.stop();
         // Nothing is under way yet that would have to be ended.
         if !PREPARED.load(Ordering::Relaxed) {
+            if let Some(path) = &unrecorded {
+                note(format_args!(
+                    "stopped while preparing: nothing was recorded, there is no {}",
+                    path.display()
+                ));
+                std::process::exit(INTERRUPTED);
+            }
             std::process::exit(0);
         }
     };
     ctrlc::set_handler(stops).context("Ctrl-C")?;
     say(&format!("open {}", server.url()))?;
-    let options = LiveOptions {
-        scene: args.scene.as_deref(),
-        level: args.arm_level,
-        predictor: args.predictor,
-        watch_frozen: args.watch_frozen,
-        seconds: args.seconds,
-        seed: args.seed,
-        record: args.record.as_deref(),
-    };
     let prepared = live::prepare(&server, &options)?;
     PREPARED.store(true, Ordering::Relaxed);
     for remark in &prepared.remarks {
-        eprintln!("{remark}");
+        note(remark);
     }
-    let arm = match (args.unity_udp, args.fri) {
-        (Some(listen), _) => LiveArm::Told(UnityConfig {
-            listen,
-            ..UnityConfig::default()
-        }),
-        (None, Some(listen)) => LiveArm::Fri(FriClientConfig {
-            listen,
-            controller: args.fri_controller,
-            version: args.fri_version,
-            ..FriClientConfig::default()
-        }),
-        (None, None) => LiveArm::Simulated,
-    };
     live::run(&server, prepared, arm, &options)?;
     say(&server.counts().to_string())
 }

@@ -38,10 +38,10 @@ struct Args {
     #[arg(long, value_enum)]
     render: Option<Render>,
     /// Peak force, N
-    #[arg(long, default_value_t = 10.0)]
+    #[arg(long, default_value_t = 10.0, allow_negative_numbers = true)]
     push: f64,
     /// Length, s; the hand pushes for the first third
-    #[arg(long, default_value_t = 3.0)]
+    #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
     seconds: f64,
     /// A given force, or a hand with mass that aims through the door
     #[arg(long, value_enum, default_value = "profile")]

@@ -4,7 +4,7 @@
 
 use clap::Parser;
 use hwall_stage::job::{self, JobOptions};
-use hwall_stage::{exit, recording};
+use hwall_stage::{exit, printed, recording};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io;
 use std::path::PathBuf;
@@ -34,12 +34,13 @@ fn run(args: &Args) -> anyhow::Result<()> {
     }
     let bar =
         ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
-    let done = job::run(&args.job, &mut io::stdout(), |share| {
+    let progress = |share: f64| {
         bar.set_position((1000.0 * share) as u64);
         if share >= 1.0 {
             bar.finish_and_clear();
         }
-    });
+    };
+    let done = printed(|out| job::run(&args.job, out, progress));
     bar.finish_and_clear();
     done
 }

@@ -7,6 +7,7 @@ use clap::Parser;
 use hwall_fri::controller::{Controller, ControllerConfig, LinkConfig};
 use hwall_fri::controller::{SimulatedPlant, UdpController, iiwa7_servo, iiwa7_torque};
 use hwall_stage::input::address::socket_address;
+use hwall_stage::numbers::positive;
 use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::process::ExitCode;
@@ -41,16 +42,16 @@ struct Args {
     #[arg(long, default_value = "position", value_parser = ["position", "torque", "wrench"])]
     mode: String,
     /// Share of datagrams that are lost, in each direction
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     loss: f64,
     /// Delay of messages to the client, ms, at most 10000
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     delay_ms: f64,
     /// Further delay, at random up to this, ms
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     jitter_ms: f64,
     /// How long to run, s; without it until Ctrl-C
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true, value_parser = positive)]
     seconds: Option<f64>,
     /// Seed of losses, jitter and sensor noise
     #[arg(long, default_value_t = 1)]
@@ -66,6 +67,11 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<bool> {
+    ensure!(
+        args.mode == "position" || args.level == "torque",
+        "--mode {} needs --level torque: only that arm takes torques",
+        args.mode
+    );
     match args.level.as_str() {
         "servo" => serve(args, iiwa7_servo(args.seed)?),
         _ => serve(args, iiwa7_torque(args.seed)?),
@@ -88,7 +94,6 @@ fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
         seed: args.seed,
     };
     let until_s = args.seconds.unwrap_or(f64::INFINITY);
-    ensure!(until_s > 0.0, "--seconds is {until_s}, it must be positive");
     let controller = Controller::new(plant, config)?;
     let mut udp = UdpController::bind(controller, args.local, args.client, link)?;
     let _ = writeln!(

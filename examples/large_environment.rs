@@ -8,8 +8,8 @@ use hwall_lab::documents::Destination;
 use hwall_lab::environment::document;
 use hwall_lab::environment::study::{self, Request};
 use hwall_redirection::SampledOrientations;
-use hwall_stage::exit;
 use hwall_stage::person::kinds::PersonKind;
+use hwall_stage::{exit, note};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -36,10 +36,10 @@ struct Args {
     #[arg(long, default_value = "iiwa7", value_parser = ["iiwa7", "iiwa14"])]
     arm: String,
     /// Distance between the orientations for which there are maps, degrees; 15 are those of the published maps
-    #[arg(long, default_value_t = 22.5)]
+    #[arg(long, default_value_t = 22.5, allow_negative_numbers = true)]
     step_deg: f64,
     /// The last of them on each side, degrees
-    #[arg(long, default_value_t = 45.0)]
+    #[arg(long, default_value_t = 45.0, allow_negative_numbers = true)]
     end_deg: f64,
 }
 
@@ -62,7 +62,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     };
     let results = study::run(&request)?;
     for remark in &results.remarks {
-        eprintln!("{remark}");
+        note(remark);
     }
     let path = document::write(&request, &results, &documents)?;
     let text = document::text(&results);

@@ -7,9 +7,8 @@ use anyhow::Context;
 use clap::Parser;
 use glam::{DQuat, DVec3};
 use hwall_kinematics::{Pose, SrsArm, Verdict};
-use hwall_stage::arms;
-use hwall_stage::exit;
 use hwall_stage::numbers::{TableFiles, numbered, to_cells};
+use hwall_stage::{arms, exit, note};
 use hwall_testkit::time_batches;
 use std::process::ExitCode;
 
@@ -85,16 +84,16 @@ fn run(args: &Args) -> anyhow::Result<()> {
 
 fn report(what: &str, arm: &SrsArm, poses: &[Pose]) {
     if poses.is_empty() {
-        eprintln!("{what}: no poses");
+        note(format_args!("{what}: no poses"));
         return;
     }
     let timing = time_batches(500, poses.len().clamp(1, 200), |i| {
         arm.is_reachable(&poses[i % poses.len()])
     });
-    eprintln!(
+    note(format_args!(
         "{what}: {} poses, median {:.0} ns, p99 {:.0} ns per verdict",
         poses.len(),
         timing.median_ns,
         timing.p99_ns
-    );
+    ));
 }

@@ -41,7 +41,7 @@ struct Args {
     #[arg(long, default_value_t = 5, value_parser = numbers::count_within::<1, 10_000>)]
     starts: usize,
     /// Accuracy of the ends, m (exact solver)
-    #[arg(long, default_value_t = 1e-6)]
+    #[arg(long, default_value_t = 1e-6, allow_negative_numbers = true)]
     accuracy_m: f64,
     /// How the board may be turned about the normal: degrees, `quarter` or `free`
     #[arg(long, default_value = "0", allow_hyphen_values = true)]

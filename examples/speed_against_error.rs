@@ -6,8 +6,8 @@ use anyhow::Context;
 use clap::Parser;
 use hwall_lab::documents::Destination;
 use hwall_lab::speed::document::{self, Request};
-use hwall_stage::exit;
-use std::io::{self, Write};
+use hwall_stage::{exit, printed};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -34,17 +34,17 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    exit(run(&Args::parse()))
+    let args = Args::parse();
+    exit(printed(|out| run(&args, out)))
 }
 
-fn run(args: &Args) -> anyhow::Result<()> {
+fn run(args: &Args, out: &mut impl Write) -> anyhow::Result<()> {
     let documents = args.destination.open("out/speed_against_error")?;
     let request = Request {
         seed: args.seed,
         targets: args.targets as usize,
         scene: args.scene.as_deref(),
     };
-    let mut out = io::stdout();
-    let path = document::write(&request, &documents, args.readme.as_deref(), &mut out)?;
+    let path = document::write(&request, &documents, args.readme.as_deref(), out)?;
     writeln!(out, "wrote {}, figures beside it", path.display()).context("standard output")
 }

@@ -2,16 +2,18 @@
 //!
 //! `cargo run --release --example study -- --simulate 25`
 
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use clap::Parser;
 use hwall_lab::touch_study::arm::ArmArgs;
 use hwall_lab::touch_study::people::{self, Setup};
 use hwall_lab::touch_study::settings::ProtocolArgs;
 use hwall_lab::touch_study::simulated::{self, Request};
+use hwall_stage::console::Printout;
 use hwall_stage::exit;
 use hwall_stage::input::address::socket_address;
 use hwall_stage::numbers::count_within;
 use hwall_study::{ArmStop, Study};
+use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -95,7 +97,6 @@ fn run(args: &Args) -> anyhow::Result<bool> {
             std::process::exit(INTERRUPTED.into());
         }
     })?;
-    let out = &mut std::io::stdout().lock();
     if let Some(folder) = &args.run {
         let there = Study::log_path(folder).exists();
         ensure!(there || !args.resume, "{}: no study", folder.display());
@@ -104,6 +105,7 @@ fn run(args: &Args) -> anyhow::Result<bool> {
             arm: args.arm.options()?,
             stop: &ARM,
         };
+        let out = &mut io::stdout().lock();
         return people::run(folder, args.subjects, &args.protocol, setup, out);
     }
     let request = Request {
@@ -115,5 +117,8 @@ fn run(args: &Args) -> anyhow::Result<bool> {
         once: args.once,
         stop: &STOP,
     };
-    simulated::run(&request, out)
+    let mut out = Printout::new(io::stdout());
+    let done = simulated::run(&request, &mut out)?;
+    out.finish().context("standard output")?;
+    Ok(done)
 }

@@ -5,7 +5,7 @@
 use clap::Parser;
 use hwall_lab::texture::patch::{self, Grid, Request, Shape};
 use hwall_lab::texture::wanted::WantedArgs;
-use hwall_stage::exit;
+use hwall_stage::{exit, printed};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -27,7 +27,7 @@ struct Args {
     #[arg(long, value_delimiter = ',', num_args = 1..=2)]
     size_mm: Vec<f64>,
     /// Largest distance of the mesh from the true surface, micrometres, 1 to 1000
-    #[arg(long, default_value_t = 10.0)]
+    #[arg(long, default_value_t = 10.0, allow_negative_numbers = true)]
     accuracy_um: f64,
     /// Allow triangles on both sides of the surface within the accuracy: half as many (ellipsoids)
     #[arg(long)]
@@ -39,7 +39,7 @@ struct Args {
     #[arg(long, value_enum, default_value_t = Grid::Rectangular)]
     layout: Grid,
     /// Thickness of the plate, mm
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     plate_mm: f64,
     /// Mounting hole X,Y,DIAMETER in mm; may be repeated
     #[arg(long)]
@@ -66,7 +66,7 @@ struct Args {
     #[arg(long)]
     exr: Option<PathBuf>,
     /// Distance of the pixels, micrometres
-    #[arg(long, default_value_t = 100.0)]
+    #[arg(long, default_value_t = 100.0, allow_negative_numbers = true)]
     pixel_um: f64,
     /// Folder for figures: the patch from above and from the side, spacing and width over orientation
     #[arg(long)]
@@ -98,5 +98,5 @@ fn run(args: Args) -> anyhow::Result<()> {
         pixel_mm: 1e-3 * args.pixel_um,
         figures: args.out,
     };
-    patch::run(&request, &mut std::io::stdout().lock())
+    printed(|out| patch::run(&request, out))
 }

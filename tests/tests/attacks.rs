@@ -36,6 +36,11 @@ fn studies() {
 }
 
 #[test]
+fn logs_of_studies() {
+    nothing_gets_through("log");
+}
+
+#[test]
 fn calibrations() {
     nothing_gets_through("calibration");
 }

@@ -1,7 +1,7 @@
 //! Planes at any inclination (table tops, ramps, leaning walls), and straight lines on them.
 
 use crate::error::ReachabilityError;
-use crate::wall::{WallLine, WallPlane, WallPoint, WallProjection};
+use crate::wall::{WallLine, WallPlane, WallPoint, WallProjection, rolled};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
 use hwall_numeric::check::{all_finite, finite, that};
@@ -118,9 +118,7 @@ impl Plane {
     /// Orientation of a board on the plane at `roll_rad`: z is the normal; at roll 0 x is `along` and y is `up`.
     #[must_use]
     pub fn board_rotation(&self, roll_rad: f64) -> DMat3 {
-        let (sin, cos) = roll_rad.sin_cos();
-        let (x, y) = (self.along, self.up);
-        DMat3::from_cols(x * cos + y * sin, y * cos - x * sin, self.normal)
+        rolled([self.along, self.up, self.normal], roll_rad)
     }
 
     /// `base_from_tool` of a board whose middle is at a point of the plane.

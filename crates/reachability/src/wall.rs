@@ -115,9 +115,7 @@ impl WallPlane {
     /// Orientation of a board on the wall at `roll_rad`: z is n; at roll 0 x is t and y is up.
     #[must_use]
     pub fn board_rotation(&self, roll_rad: f64) -> DMat3 {
-        let (sin, cos) = roll_rad.sin_cos();
-        let (x, y) = (self.along(), DVec3::Z);
-        DMat3::from_cols(x * cos + y * sin, y * cos - x * sin, self.normal)
+        rolled([self.along(), DVec3::Z, self.normal], roll_rad)
     }
 
     /// `base_from_tool` of a board whose middle is at a point of the wall.
@@ -137,6 +135,12 @@ impl WallPlane {
             height_m,
         }
     }
+}
+
+/// The three axes turned about the last one: orientation of a board whose x and y are the first two at roll 0.
+pub(crate) fn rolled([x, y, normal]: [DVec3; 3], roll_rad: f64) -> DMat3 {
+    let (sin, cos) = roll_rad.sin_cos();
+    DMat3::from_cols(x * cos + y * sin, y * cos - x * sin, normal)
 }
 
 /// A point of a wall, in its own coordinates.

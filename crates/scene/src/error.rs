@@ -4,6 +4,7 @@ use glam::DVec3;
 use hwall_geometry::ArgumentError;
 use hwall_numeric::check::all_finite;
 use std::io::ErrorKind;
+use std::path::Path;
 
 /// What can be wrong with a scene file, its sidecar or a query.
 ///
@@ -23,6 +24,14 @@ pub enum SceneError {
         kind: ErrorKind,
         /// What the system said.
         message: String,
+    },
+    /// A file that can be read holds something that it must not.
+    #[error("{path}: {error}")]
+    File {
+        /// The OBJ file or its sidecar.
+        path: String,
+        /// What is wrong with it.
+        error: Box<SceneError>,
     },
     /// The scene exceeds a limit of [`LoadLimits`](crate::LoadLimits).
     #[error("{got} {what} exceed the limit of {limit}")]
@@ -78,7 +87,7 @@ pub enum SceneError {
     /// The sidecar is not TOML or holds a key that is not known.
     #[error("sidecar: {message}")]
     SidecarMalformed {
-        /// What the parser said, with line and key.
+        /// The line, from 1, and what the parser said.
         message: String,
     },
     /// The sidecar describes a surface that the OBJ does not hold.
@@ -154,6 +163,35 @@ pub enum SceneError {
         /// Upper end, rad or m.
         max: f64,
     },
+}
+
+impl SceneError {
+    /// With the name of the file in front: of the sidecar, if there is one and the error is about what only a sidecar says,
+    /// else of the OBJ.
+    pub(crate) fn in_files(self, obj: &Path, sidecar: Option<&Path>) -> Self {
+        let sidecar = sidecar.filter(|_| {
+            matches!(
+                self,
+                Self::SidecarMalformed { .. }
+                    | Self::SidecarUnknownSurface { .. }
+                    | Self::SidecarMissingKey { .. }
+                    | Self::SidecarStrayKey { .. }
+                    | Self::Parameter { .. }
+            )
+        });
+        self.in_file(sidecar.unwrap_or(obj))
+    }
+
+    /// With the name of the file in front, unless it is named already.
+    pub(crate) fn in_file(self, path: &Path) -> Self {
+        if matches!(self, Self::Io { .. } | Self::File { .. }) {
+            return self;
+        }
+        Self::File {
+            path: path.display().to_string(),
+            error: Box::new(self),
+        }
+    }
 }
 
 /// Rejects NaN and infinity in a vector, naming the argument.

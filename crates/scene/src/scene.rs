@@ -87,7 +87,8 @@ impl Scene {
     /// read if it exists. Limits: [`LoadLimits::default`].
     ///
     /// # Errors
-    /// A missing, oversized or malformed file, a sidecar that does not fit it, no face left.
+    /// A missing, oversized or malformed file, a sidecar that does not fit it, no face left: [`SceneError::Io`] or
+    /// [`SceneError::File`], which name the file.
     pub fn from_obj_file(
         obj: impl AsRef<Path>,
         sidecar: Option<&Path>,
@@ -105,14 +106,15 @@ impl Scene {
         limits: &LoadLimits,
     ) -> Result<(Self, LoadReport), SceneError> {
         let obj = obj.as_ref();
-        let text = read::read_text(obj, limits)?;
+        let text = read::read_text(obj, limits).map_err(|error| error.in_file(obj))?;
         let beside = obj.with_extension("toml");
         let sidecar = sidecar.or_else(|| beside.is_file().then_some(beside.as_path()));
         let sidecar_text = sidecar
-            .map(|path| read::read_text(path, limits))
+            .map(|path| read::read_text(path, limits).map_err(|error| error.in_file(path)))
             .transpose()?;
         let directory = obj.parent().unwrap_or(Path::new(""));
         Self::from_text(&text, sidecar_text.as_deref(), Some(directory), limits)
+            .map_err(|error| error.in_files(obj, sidecar))
     }
 
     /// Reads an OBJ and its sidecar from memory; material libraries are reported as missing.

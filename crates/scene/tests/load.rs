@@ -121,7 +121,7 @@ fn what_holds_no_scene_is_an_error() {
     let binary = TempFile::new("binary.obj", &[0x7f, b'E', b'L', b'F', 0xff, 0xfe, 0]);
     assert_eq!(
         Scene::from_obj_file(&binary.0, None).unwrap_err(),
-        SceneError::NotText { offset: 4 }
+        in_file(&binary, SceneError::NotText { offset: 4 })
     );
     let missing = Scene::from_obj_file("no/such/file.obj", None).unwrap_err();
     assert!(
@@ -147,11 +147,14 @@ fn limits_hold() {
     let e = Scene::from_obj_file_within(&file.0, None, &limits).unwrap_err();
     assert_eq!(
         e,
-        SceneError::TooLarge {
-            what: "bytes",
-            got: 21,
-            limit: 20
-        }
+        in_file(
+            &file,
+            SceneError::TooLarge {
+                what: "bytes",
+                got: 21,
+                limit: 20
+            }
+        )
     );
     let limits = LoadLimits {
         max_triangles: 1,
@@ -165,11 +168,14 @@ fn limits_hold() {
     let e = Scene::from_obj_file_within(&quad.0, None, &limits).unwrap_err();
     assert_eq!(
         e,
-        SceneError::TooLarge {
-            what: "triangles",
-            got: 2,
-            limit: 1
-        }
+        in_file(
+            &quad,
+            SceneError::TooLarge {
+                what: "triangles",
+                got: 2,
+                limit: 1
+            }
+        )
     );
 }
 
@@ -584,6 +590,40 @@ fn the_sidecar_beside_a_file_is_found() {
     );
     let missing = Scene::from_obj_file(&obj.0, Some(Path::new("gone.toml"))).unwrap_err();
     assert!(matches!(missing, SceneError::Io { .. }), "{missing}");
+}
+
+/// They named the OBJ, or no file.
+#[test]
+fn errors_name_the_file_they_are_in() {
+    let obj = TempFile::new("named.obj", TRIANGLE.as_bytes());
+    for sidecar in [
+        "[surface.wall]\nkind = \"swing\"",
+        "[surface.door]\nkind = \"static\"",
+        "[surface.wall]\nroughness = -1",
+        "\u{0}",
+    ] {
+        let toml = TempFile::new("named.toml", sidecar.as_bytes());
+        let said = Scene::from_obj_file(&obj.0, None).unwrap_err().to_string();
+        assert!(said.contains("named.toml"), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        drop(toml);
+    }
+    let bad = TempFile::new("bad.obj", b"v 0 0\n");
+    let said = Scene::from_obj_file(&bad.0, None).unwrap_err().to_string();
+    assert!(
+        said.contains("bad.obj") && said.contains("line 1"),
+        "{said}"
+    );
+    let binary = TempFile::new("binary.toml", &[0xff]);
+    let said = Scene::from_obj_file(&obj.0, Some(&binary.0)).unwrap_err();
+    assert!(said.to_string().contains("binary.toml"), "{said}");
+}
+
+fn in_file(file: &TempFile, error: SceneError) -> SceneError {
+    SceneError::File {
+        path: file.0.display().to_string(),
+        error: Box::new(error),
+    }
 }
 
 fn surface(name: &str, triangles_m: Vec<[DVec3; 3]>) -> SurfaceMesh {

@@ -1,5 +1,6 @@
 //! The main job: from its options to its tables, figures and recordings.
 
+use crate::console::note;
 use crate::input::arms::BoardArm;
 use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
@@ -41,7 +42,7 @@ pub struct JobOptions {
     #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
     pub hand_origin: Option<FloorPose>,
     /// The recorded hand is made up: a shape that never changes is no frozen tracker
-    #[arg(long)]
+    #[arg(long, requires = "hand")]
     pub rigid_hand: bool,
     /// iiwa7, iiwa14, or PATH.urdf of an arm with at most seven joints
     #[arg(long, default_value = "iiwa7")]
@@ -62,13 +63,13 @@ pub struct JobOptions {
     #[arg(long, value_enum, default_value_t, conflicts_with = "hand")]
     pub person: PersonKind,
     /// Touches of the simulated people: one makes a dozen, for more there are more people
-    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, default_value_t = 12, conflicts_with = "hand", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub touches: u64,
     /// Seed of the simulated people and the sensors' noise
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Control period in milliseconds, 0.1 to 20
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     pub period_ms: f64,
     /// Output folder
     #[arg(long, default_value = "out/hwall")]
@@ -171,7 +172,7 @@ pub fn run(
         Predictors::train(scene, &arm, &setting.training_people, options.predictor)?;
     let predictors = predictors.with_adapting(options.adapt == Adapt::On);
     for remark in setting.remarks.iter().chain([&learnt]) {
-        eprintln!("{remark}");
+        note(remark);
     }
     let began = Instant::now();
     let likely = setting.likely_touches.clone();

@@ -2,6 +2,7 @@
 //!
 //! Nothing here is published. The libraries under `crates/` do the work; this composes them.
 
+pub mod console;
 pub mod input;
 pub mod job;
 pub mod live;
@@ -12,6 +13,7 @@ pub mod response;
 pub mod run;
 pub mod setting;
 
+pub use console::{note, printed};
 pub use input::{arms, numbers};
 pub use person::training;
 pub use report::figures;

@@ -143,6 +143,23 @@ pub enum StudyError {
         /// What is wanted.
         wanted: &'static str,
     },
+    /// A staircase or QUEST with more factors than one.
+    #[error("a staircase or QUEST goes along one factor, not along {got}")]
+    SeveralFactors {
+        /// How many there are.
+        got: usize,
+    },
+    /// A staircase or QUEST with nothing to go along.
+    #[error(
+        "a staircase or QUEST needs three levels of {factor} or more, got {got}: the first, which the others are compared \
+         with, and two to go along"
+    )]
+    FewLevels {
+        /// The factor.
+        factor: String,
+        /// How many levels it has.
+        got: usize,
+    },
     /// An answer that the procedure does not have.
     #[error("the answer {answer} is not {wanted}")]
     BadAnswer {

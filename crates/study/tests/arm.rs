@@ -1,5 +1,7 @@
 //! Trials on an arm that runs in its own time, here a simulated one that runs as fast as it can be computed.
 
+mod common;
+
 use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
 use hwall::glam::DVec3;
 use hwall::hand::{HandFilterConfig, HandFrame};
@@ -13,7 +15,7 @@ use hwall_study::{
     Protocol, Respondent, Stimulus, Study, StudyError, StudyFactor, StudyRoom, Surface,
     check_surfaces, conduct, scene_of,
 };
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -211,9 +213,7 @@ fn protocol() -> Protocol {
 }
 
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("study-arm-{name}"));
-    let _ = std::fs::remove_dir_all(&folder);
-    folder
+    common::folder(&format!("arm-{name}"))
 }
 
 #[test]

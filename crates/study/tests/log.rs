@@ -1,5 +1,7 @@
 //! The log survives every cut, and finds every change.
 
+mod common;
+
 use hwall_study::{
     Answer, Durability, Event, EventLog, NextStep, Participants, Presentation, Procedure, Protocol,
     Rendered, Study, StudyError, StudyFactor, TrialRecord,
@@ -7,10 +9,9 @@ use hwall_study::{
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A folder of a test's own.
+/// A folder of a test's own, empty.
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("study-log-{name}"));
-    let _ = fs::remove_dir_all(&folder);
+    let folder = common::folder(&format!("log-{name}"));
     fs::create_dir_all(&folder).unwrap();
     folder
 }
@@ -25,6 +26,11 @@ fn protocol() -> Protocol {
         break_after: 3,
         ..Protocol::default()
     }
+}
+
+/// A new study of that protocol with people.
+fn create(folder: &Path, durability: Durability) -> Result<Study, StudyError> {
+    Study::create(folder, protocol(), Participants::People, durability)
 }
 
 /// What a subject without whims feels and says.
@@ -185,8 +191,7 @@ fn every_changed_byte_is_found() {
 fn a_study_is_stopped_and_resumed_at_every_step() {
     let (expected, _) = whole("steps", 2);
     let folder = folder("stops");
-    let mut study =
-        Study::create(&folder, protocol(), Participants::People, Durability::Disk).unwrap();
+    let mut study = create(&folder, Durability::Disk).unwrap();
     while run(&mut study, 1) == 1 {
         drop(study);
         study = Study::resume(&folder, Durability::Disk).unwrap();
@@ -197,20 +202,14 @@ fn a_study_is_stopped_and_resumed_at_every_step() {
     }
     assert_eq!(study.trials(), expected);
     drop(study);
-    let again = Study::create(&folder, protocol(), Participants::People, Durability::Disk);
+    let again = create(&folder, Durability::Disk);
     assert!(matches!(again, Err(StudyError::Exists { .. })));
 }
 
 #[test]
 fn spoilt_trials_come_again_at_the_end_of_their_block() {
     let folder = folder("spoilt");
-    let mut study = Study::create(
-        &folder,
-        protocol(),
-        Participants::People,
-        Durability::System,
-    )
-    .unwrap();
+    let mut study = create(&folder, Durability::System).unwrap();
     run(&mut study, 2);
     let NextStep::Present { trial, .. } = study.next_step() else {
         panic!("a trial comes after the practice");
@@ -252,13 +251,7 @@ fn spoilt_trials_come_again_at_the_end_of_their_block() {
 #[test]
 fn what_is_not_due_is_refused() {
     let folder = folder("refused");
-    let mut study = Study::create(
-        &folder,
-        protocol(),
-        Participants::People,
-        Durability::System,
-    )
-    .unwrap();
+    let mut study = create(&folder, Durability::System).unwrap();
     let answer = |value: f64| Answer {
         value,
         answered_s: 1.0,
@@ -340,8 +333,7 @@ fn what_is_not_due_is_refused() {
 #[test]
 fn a_second_run_is_refused_while_the_first_goes_on() {
     let folder = folder("lock");
-    let mut study =
-        Study::create(&folder, protocol(), Participants::People, Durability::Disk).unwrap();
+    let mut study = create(&folder, Durability::Disk).unwrap();
     run(&mut study, 2);
     for _ in 0..2 {
         let second = Study::resume(&folder, Durability::Disk);
@@ -349,7 +341,7 @@ fn a_second_run_is_refused_while_the_first_goes_on() {
             matches!(second, Err(StudyError::InUse { .. })),
             "{second:?}"
         );
-        let new = Study::create(&folder, protocol(), Participants::People, Durability::Disk);
+        let new = create(&folder, Durability::Disk);
         assert!(matches!(new, Err(StudyError::InUse { .. })), "{new:?}");
     }
     // Whoever only looks may.
@@ -376,12 +368,7 @@ fn what_is_no_log_is_left_as_it_is() {
             matches!(opened, Err(StudyError::NotALog { .. })),
             "{opened:?}"
         );
-        let created = Study::create(
-            &folder,
-            protocol(),
-            Participants::People,
-            Durability::System,
-        );
+        let created = create(&folder, Durability::System);
         assert!(
             matches!(created, Err(StudyError::NotALog { .. })),
             "{created:?}"
@@ -390,12 +377,7 @@ fn what_is_no_log_is_left_as_it_is() {
     }
     fs::remove_file(&path).unwrap();
     fs::write(folder.join("holiday.jpg"), b"x").unwrap();
-    let created = Study::create(
-        &folder,
-        protocol(),
-        Participants::People,
-        Durability::System,
-    );
+    let created = create(&folder, Durability::System);
     assert!(
         matches!(created, Err(StudyError::NotEmpty { .. })),
         "{created:?}"
@@ -407,13 +389,7 @@ fn what_is_no_log_is_left_as_it_is() {
 fn what_would_not_come_back_is_not_written() {
     let folder = folder("nan");
     let path = Study::log_path(&folder);
-    let mut study = Study::create(
-        &folder,
-        protocol(),
-        Participants::People,
-        Durability::System,
-    )
-    .unwrap();
+    let mut study = create(&folder, Durability::System).unwrap();
     let before = fs::read(&path).unwrap();
     let with = |change: &dyn Fn(&mut Rendered)| {
         let mut shown = shown(0.0);
@@ -475,13 +451,7 @@ fn what_would_not_come_back_is_not_written() {
 fn a_refused_event_never_is_in_the_log() {
     let folder = folder("order");
     let path = Study::log_path(&folder);
-    let mut study = Study::create(
-        &folder,
-        protocol(),
-        Participants::People,
-        Durability::System,
-    )
-    .unwrap();
+    let mut study = create(&folder, Durability::System).unwrap();
     run(&mut study, 1);
     let before = fs::read(&path).unwrap();
     let answer = |value: f64| Answer {
@@ -533,7 +503,7 @@ fn people_and_simulated_participants_do_not_mix() {
 #[test]
 fn a_new_study_makes_all_its_folders() {
     let folder = folder("deep").join("a/b/c");
-    let study = Study::create(&folder, protocol(), Participants::People, Durability::Disk);
+    let study = create(&folder, Durability::Disk);
     assert!(study.is_ok(), "{study:?}");
     assert!(Study::log_path(&folder).exists());
 }

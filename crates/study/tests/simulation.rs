@@ -1,5 +1,7 @@
 //! Whole studies with simulated participants.
 
+mod common;
+
 use hwall::psychophysics::ErrorModel;
 use hwall_study::{
     Adaptive, AdaptiveThreshold, Durability, Fault, ParticipantConfig, Participants, Procedure,
@@ -7,7 +9,7 @@ use hwall_study::{
     Surface, promised_power, simulate, write_attempts, write_trials,
 };
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Each condition once.
 const ONCE: Participants = Participants::Simulated {
@@ -15,9 +17,7 @@ const ONCE: Participants = Participants::Simulated {
 };
 
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("study-run-{name}"));
-    let _ = fs::remove_dir_all(&folder);
-    folder
+    common::folder(&format!("run-{name}"))
 }
 
 fn protocol(subjects: usize, seed: u64) -> Protocol {

@@ -2,6 +2,7 @@
 
 mod binary;
 mod session;
+mod study_log;
 mod text;
 
 use crate::documents::Documents;
@@ -61,11 +62,12 @@ impl Target {
 }
 
 /// Names of the readers, and of what is no reader.
-const NAMES: [&str; 12] = [
+const NAMES: [&str; 13] = [
     "scene",
     "hand",
     "urdf",
     "study",
+    "log",
     "calibration",
     "model",
     "map",
@@ -96,6 +98,7 @@ fn target(name: &str) -> anyhow::Result<Target> {
         "hand" => text::hand(),
         "urdf" => text::urdf(),
         "study" => text::study(),
+        "log" => study_log::log()?,
         "calibration" => text::calibration(),
         "model" => text::model(),
         "map" => binary::map()?,

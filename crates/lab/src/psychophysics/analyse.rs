@@ -7,6 +7,7 @@ use hwall_psychophysics::{
     Adjustment, AnalysisConfig, Columns, ErrorModel, Normalisation, Study, analyse,
 };
 use hwall_stage::input::file_plan::FilePlan;
+use hwall_stage::note;
 use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -54,7 +55,7 @@ pub struct Args {
     #[arg(long, value_enum)]
     posthoc: Option<Adjust>,
     /// Confidence of all intervals
-    #[arg(long, default_value_t = 0.95)]
+    #[arg(long, default_value_t = 0.95, allow_negative_numbers = true)]
     confidence: f64,
     /// Write every number here, as JSON
     #[arg(long)]
@@ -151,7 +152,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Some(joint) => {
             let table = fs::read_to_string(&args.table).with_context(name)?;
             let taken = Study::wide_columns(&table, &columns, joint).with_context(name)?;
-            eprintln!("columns of answers: {}", taken.join(", "));
+            note(format_args!("columns of answers: {}", taken.join(", ")));
             Study::from_wide_csv_str(&table, &columns, joint)
         }
         None => Study::read_csv(fs::File::open(&args.table).with_context(name)?, &columns),

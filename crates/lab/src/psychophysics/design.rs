@@ -3,7 +3,7 @@
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall_psychophysics::{Factor, Schedule, TrialOrder};
-use hwall_stage::numbers;
+use hwall_stage::{note, numbers};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -58,9 +58,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let cycle = conditions * (1 + conditions % 2);
     let orders = args.subjects.saturating_mul(args.rounds);
     if matches!(args.order, Order::Latin) && !orders.is_multiple_of(cycle) {
-        eprintln!(
+        note(format_args!(
             "{orders} orders of {conditions} conditions: successions are balanced only for a multiple of {cycle}"
-        );
+        ));
     }
     // Before the file is created, so that a refused schedule leaves none behind.
     let mut script = Vec::new();
@@ -69,12 +69,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     out.write_all(&script)
         .context("writing the session script")?;
     out.finish()?;
-    eprintln!(
+    note(format_args!(
         "{} subjects, {} conditions, {} rounds",
         schedule.subjects,
         schedule.conditions(),
         schedule.rounds
-    );
+    ));
     Ok(())
 }
 
@@ -93,10 +93,13 @@ pub fn factors(text: &str) -> anyhow::Result<Vec<Factor>> {
         text.split(',').map(one).collect::<Result<_, _>>()?
     } else {
         let one = |(count, name): (&str, char)| -> anyhow::Result<Factor> {
-            let levels: u16 = count
-                .trim()
-                .parse()
-                .with_context(|| format!("--factors: {count:?} is not a number of levels"))?;
+            let levels: u16 = count.trim().parse().with_context(|| {
+                format!("--factors {text}: {count:?} is not a number of levels")
+            })?;
+            ensure!(
+                levels >= 2,
+                "--factors {text}: a factor of {count} levels, it needs two or more"
+            );
             Ok(Factor::new(name, (1..=levels).map(|l| l.to_string())))
         };
         let counts = text.split(['x', 'X', '×']).zip('a'..='z');

@@ -3,6 +3,7 @@
 use crate::psychophysics::design::factors;
 use anyhow::{Context, bail, ensure};
 use hwall_psychophysics::{EffectPower, ErrorModel, Factor, PowerStudy, PowerTest, power};
+use hwall_stage::note;
 use hwall_stage::numbers::count_within;
 use hwall_testkit::MarkdownTable;
 use serde::Serialize;
@@ -30,16 +31,16 @@ pub struct Args {
     #[arg(long, value_delimiter = ',', required = true, value_parser = count_within::<2, 10_000>)]
     subjects: Vec<usize>,
     /// Standard deviation between the subjects' means
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     between_sd: f64,
     /// Standard deviation between the subjects' own deviations at each level of each factor
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     level_sd: f64,
     /// Standard deviation of a value about its subject's expectation
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     within_sd: f64,
     /// An effect counts as found below this p
-    #[arg(long, default_value_t = 0.05)]
+    #[arg(long, default_value_t = 0.05, allow_negative_numbers = true)]
     alpha: f64,
     /// Against one pooled error instead of each effect's own
     #[arg(long)]
@@ -76,9 +77,7 @@ struct Row {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let within = factors(&args.factors)?;
     if args.effect.is_empty() && args.means.is_empty() {
-        eprintln!(
-            "without --effect or --means all means are equal: these are rates of false alarms"
-        );
+        note("without --effect or --means all means are equal: these are rates of false alarms");
     }
     let means = if args.means.is_empty() {
         added(&within, &args.effect)?

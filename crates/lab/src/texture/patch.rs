@@ -2,7 +2,7 @@
 
 use crate::texture::patch_figures;
 use crate::texture::wanted::WantedArgs;
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_testkit::{MarkdownTable, format_ns};
@@ -102,6 +102,11 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
         None => texture(request)?,
     };
     let patch = patch(request, texture)?;
+    let accuracy_um = 1e3 * request.accuracy_mm;
+    ensure!(
+        (1.0 - 1e-9..=1000.0 + 1e-6).contains(&accuracy_um),
+        "--accuracy-um is {accuracy_um}, it must lie in 1 to 1000"
+    );
     let ask = Tessellation {
         accuracy_mm: request.accuracy_mm,
         side: if request.both_sides {

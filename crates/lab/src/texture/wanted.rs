@@ -91,7 +91,12 @@ pub struct WantedArgs {
     #[arg(long, requires = "wished")]
     pub table: Option<PathBuf>,
     /// Just noticeable difference of roughness, relative; the default is an assumption
-    #[arg(long, default_value_t = 0.1, requires = "wished")]
+    #[arg(
+        long,
+        default_value_t = 0.1,
+        requires = "wished",
+        allow_negative_numbers = true
+    )]
     pub weber: f64,
     /// Narrow ratios that no texture reaches, instead of refusing them
     #[arg(long, requires = "wished")]

@@ -6,12 +6,13 @@ use hwall::geometry::Pose;
 use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::Board;
 use hwall::{Cycle, Event, LikelyTouches, Session, Surroundings};
-use hwall_bridge::{Bridge, BridgeConfig, BridgeServer};
+use hwall_bridge::{BridgeConfig, BridgeServer};
 use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion};
 use hwall_stage::input::address::{host, socket_address};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
-use hwall_stage::live::{HandChoice, SILENCE, brake};
+use hwall_stage::live::{Driven, HandChoice, brake};
+use hwall_stage::note;
 use hwall_stage::run::session_settings::SessionSettings;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::load_scene;
@@ -220,10 +221,12 @@ impl WaitingArm {
                 Err(error) => return Err(error.into()),
             }
         };
-        let room = HandsRoom {
-            bridge: self.server.connect(&scene),
-            unanswered: Some(begun_s),
-        };
+        // A study ends when it is done, not by the clock.
+        let room = HandsRoom(Driven::new(
+            self.server.connect(&scene),
+            begun_s,
+            f64::INFINITY,
+        ));
         let stage = ArmStage::start(ArmKind::Fri, self.session, self.client, room, self.trial)?;
         Ok(LedArm {
             stage,
@@ -232,34 +235,22 @@ impl WaitingArm {
     }
 }
 
-/// The clock of the controller, the hands of the bridge.
-struct HandsRoom {
-    bridge: Bridge,
-    /// When commanding began, s on the clock of the controller; that message is not answered yet.
-    unanswered: Option<f64>,
-}
+/// The room of a live session, for a study.
+struct HandsRoom(Driven);
 
 impl Surroundings<FriClient> for HandsRoom {
     fn next_cycle(&mut self, arm: &mut FriClient) -> Result<Option<f64>, FriError> {
-        if self.bridge.view.is_stopped() {
-            return Ok(None);
-        }
-        let now_s = match self.unanswered.take() {
-            Some(now_s) => now_s,
-            None => arm.wait_for_message(SILENCE)?,
-        };
-        self.bridge.view.count_cycle(0);
-        Ok(Some(now_s))
+        self.0.next_cycle(arm)
     }
 
     fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
-        self.bridge.hands.next_frame(now_s)
+        self.0.next_frame(now_s)
     }
 }
 
 impl StudyRoom<FriClient> for HandsRoom {
     fn event(&mut self, event: &Event) {
-        self.bridge.view.event(event);
+        self.0.bridge.view.event(event);
     }
 
     fn after<P: Predictor>(
@@ -268,15 +259,16 @@ impl StudyRoom<FriClient> for HandsRoom {
         _: &mut FriClient,
         cycle: &Cycle,
     ) -> Result<(), FriError> {
-        if self.bridge.view.is_due(cycle.t_s) {
-            let view = self.bridge.view_of(session, &cycle.state);
-            self.bridge.view.send(&view);
+        let bridge = &mut self.0.bridge;
+        if bridge.view.is_due(cycle.t_s) {
+            let view = bridge.view_of(session, &cycle.state);
+            bridge.view.send(&view);
         }
         Ok(())
     }
 
     fn ended(&mut self, arm: &mut FriClient) {
         brake(arm);
-        eprintln!("{}", arm.statistics());
+        note(arm.statistics());
     }
 }

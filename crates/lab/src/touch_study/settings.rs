@@ -72,7 +72,13 @@ impl ProtocolArgs {
     pub fn protocol(&self, subjects: usize) -> anyhow::Result<Protocol> {
         let usual = Protocol::default();
         let protocol = self.applied_to(&usual, Some(subjects))?;
-        protocol.validate()?;
+        let flags = || match protocol.procedure {
+            Procedure::Staircase | Procedure::Quest => {
+                format!("--levels, --procedure {}", in_words(protocol.procedure))
+            }
+            _ => "the protocol".to_owned(),
+        };
+        protocol.validate().with_context(flags)?;
         Ok(protocol)
     }
 

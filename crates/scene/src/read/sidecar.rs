@@ -86,7 +86,7 @@ pub(crate) fn apply(text: &str, meshes: &mut [SurfaceMesh]) -> Result<(), SceneE
         default_kind,
         mut surface,
     } = toml::from_str(text).map_err(|e| SceneError::SidecarMalformed {
-        message: e.to_string().trim_end().to_owned(),
+        message: in_line(text, &e),
     })?;
     if !matches!(default_kind, Kind::Static | Kind::Untouchable) {
         let message = "default_kind must be \"static\" or \"untouchable\"".to_owned();
@@ -105,6 +105,20 @@ pub(crate) fn apply(text: &str, meshes: &mut [SurfaceMesh]) -> Result<(), SceneE
     match surface.into_keys().next() {
         Some(name) => Err(SceneError::SidecarUnknownSurface { name }),
         None => Ok(()),
+    }
+}
+
+/// What the parser said, and where, in one line.
+fn in_line(text: &str, error: &toml::de::Error) -> String {
+    let message = error.message().trim();
+    let before = error.span().and_then(|span| text.get(..span.start));
+    match before {
+        Some(before) => {
+            let line = 1 + before.bytes().filter(|byte| *byte == b'\n').count();
+            let words = text.lines().nth(line - 1).unwrap_or_default().trim();
+            format!("line {line}, {words:?}: {message}")
+        }
+        None => message.to_owned(),
     }
 }
 

@@ -358,6 +358,16 @@ pub fn count_within<const LEAST: usize, const MOST: usize>(text: &str) -> Result
     count.ok_or_else(|| format!("not a whole number from {LEAST} to {MOST}"))
 }
 
+/// A number of a command line, finite and above zero.
+///
+/// # Errors
+/// Text that is no such number.
+pub fn positive(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok();
+    let value = value.filter(|value: &f64| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| "not a number above 0".to_owned())
+}
+
 /// `1 reach`, `2 reaches`.
 #[must_use]
 pub fn counted(count: usize, one: &str, many: &str) -> String {

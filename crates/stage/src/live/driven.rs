@@ -2,6 +2,7 @@
 
 use super::preparation::{LiveOptions, Prepared};
 use super::recorded;
+use crate::console::note;
 use anyhow::{Context, bail};
 use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmCommand};
@@ -13,18 +14,31 @@ use hwall_view::ViewScene;
 use std::time::{Duration, Instant};
 
 /// A controller that says nothing for this long is gone.
-pub const SILENCE: Duration = Duration::from_millis(500);
+const SILENCE: Duration = Duration::from_millis(500);
 /// How often the wait for a controller looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(200);
 /// At the end the arm is braked for this long: from full speed the second joint, which takes longest, stands after 0.32 s.
 const BRAKING: Duration = Duration::from_millis(500);
 
-/// The arm's clock, the bridge's hands.
-struct Driven {
-    bridge: Bridge,
+/// The clock of an arm behind FRI, the hands of the bridge.
+pub struct Driven {
+    /// Hands, and what is shown to the clients.
+    pub bridge: Bridge,
     /// When commanding began, s on the clock of the controller; that message is not answered yet.
     unanswered: Option<f64>,
     end_s: f64,
+}
+
+impl Driven {
+    /// From the message on with which commanding began, s on the clock of the controller, until its clock says `end_s`.
+    #[must_use]
+    pub const fn new(bridge: Bridge, begun_s: f64, end_s: f64) -> Self {
+        Self {
+            bridge,
+            unanswered: Some(begun_s),
+            end_s,
+        }
+    }
 }
 
 impl Surroundings<FriClient> for Driven {
@@ -66,9 +80,9 @@ pub fn run_driven(
     };
     let waiting = format!("waiting for {who} at {}", config.listen);
     server.prepare(&waiting);
-    eprintln!("{waiting}");
+    note(&waiting);
     if config.controller.is_none() && !config.listen.ip().is_loopback() {
-        eprintln!("whoever sends first leads; --fri-controller names the one that may");
+        note("whoever sends first leads; --fri-controller names the one that may");
     }
     let since = Instant::now();
     let mut told = false;
@@ -88,20 +102,17 @@ pub fn run_driven(
                 }
                 if !told && client.statistics().malformed > 0 {
                     told = true;
-                    eprintln!(
+                    note(format_args!(
                         "datagrams come, but none that FRI {} understands: is the controller of another version?",
                         config.version
-                    );
+                    ));
                 }
             }
             Err(error) => bail!(error),
         }
     };
-    let mut surroundings = Driven {
-        bridge: server.connect(&scene),
-        unanswered: Some(begun_s),
-        end_s: options.seconds.map_or(f64::INFINITY, |s| begun_s + s),
-    };
+    let end_s = options.seconds.map_or(f64::INFINITY, |s| begun_s + s);
+    let mut surroundings = Driven::new(server.connect(&scene), begun_s, end_s);
     let mut recorded = Recorded {
         session,
         recorder: recorder.as_mut(),
@@ -116,7 +127,7 @@ pub fn run_driven(
         },
     );
     brake(&mut client);
-    eprintln!("{}", client.statistics());
+    note(client.statistics());
     let finished = recorded::finish(recorder, options.record);
     ended.context("the arm behind FRI")?;
     finished

@@ -7,7 +7,7 @@ mod simulated;
 mod told;
 mod touching;
 
-pub use driven::{SILENCE, brake, run_driven};
+pub use driven::{Driven, brake, run_driven};
 pub use preparation::{HandChoice, LiveOptions, Prepared, prepare};
 pub use simulated::run_simulated;
 pub use told::run_told;

@@ -1,5 +1,6 @@
 //! What a live session needs before anybody touches: a scene, its walls, a predictor.
 
+use super::LiveArm;
 use crate::input::arms::BoardArm;
 use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
@@ -9,6 +10,7 @@ use crate::recording;
 use crate::run::session_settings::SessionSettings;
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting::{Setting, SettingOptions, load_scene};
+use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
 use hwall::hand::HandFilterConfig;
@@ -17,6 +19,7 @@ use hwall::{LikelyTouches, Session};
 use hwall_bridge::{BridgeServer, FollowedHand};
 use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
+use std::net::UdpSocket;
 use std::path::Path;
 use std::time::Instant;
 
@@ -61,13 +64,24 @@ pub struct LiveOptions<'a> {
 }
 
 impl LiveOptions<'_> {
-    /// Says before anybody is served that the recording cannot be written, or would be written over the scene.
+    /// Says before anybody is served what would end the session once it is prepared: a scene that cannot be read, a
+    /// recording that cannot be written or would be written over the scene, an address of `arm` that cannot be listened on.
     ///
     /// # Errors
-    /// As [`FilePlan::check`].
-    fn check(&self) -> anyhow::Result<()> {
+    /// The first of these.
+    pub fn check(&self, arm: &LiveArm) -> anyhow::Result<()> {
         let plan = FilePlan::default().read_scene("--scene", self.scene);
-        recording::planned(plan, "--record", self.record).check()
+        recording::planned(plan, "--record", self.record).check()?;
+        load_scene(self.scene)?;
+        let listened = match arm {
+            LiveArm::Simulated => None,
+            LiveArm::Fri(config) => Some(("--fri", config.listen)),
+            LiveArm::Told(config) => Some(("--unity-udp", config.listen)),
+        };
+        if let Some((flag, address)) = listened {
+            UdpSocket::bind(address).with_context(|| format!("{flag} {address}"))?;
+        }
+        Ok(())
     }
 }
 
@@ -101,12 +115,11 @@ pub struct Prepared {
 /// Reads the scene, finds out about its walls and trains a predictor, telling the clients of a server what takes time.
 ///
 /// # Errors
-/// A scene that is missing or malformed, a recording that cannot be written; a configuration that a crate refuses; a server that is
-/// stopped meanwhile.
+/// A scene that is missing or malformed; a configuration that a crate refuses; a server that is stopped meanwhile.
+/// [`LiveOptions::check`] finds the scene's errors before there is a server.
 pub fn prepare(server: &BridgeServer, options: &LiveOptions<'_>) -> anyhow::Result<Prepared> {
-    options.check()?;
     let next = |text: &str| -> anyhow::Result<()> {
-        anyhow::ensure!(!server.is_stopped(), "stopped before: {text}");
+        ensure!(!server.is_stopped(), "stopped before: {text}");
         server.prepare(text);
         Ok(())
     };

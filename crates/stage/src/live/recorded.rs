@@ -1,6 +1,7 @@
 //! A live session with a recorder beside it.
 
 use super::preparation::{ARM_MINUS_TRACKER_S, LiveOptions, Prepared, TEXTURED};
+use crate::console::note;
 use crate::person::predictors::TrainingPeople;
 use crate::recording::{self, SessionSource};
 use hwall::Cycle;
@@ -66,7 +67,7 @@ pub(super) fn show<P: Predictor>(
 /// Ends a recording and says what was written.
 pub(super) fn finish(recorder: Option<Recorder>, path: Option<&Path>) -> anyhow::Result<()> {
     if let (Some(recorder), Some(path)) = (recorder, path) {
-        eprintln!("{}", recording::finish(recorder, path)?);
+        note(recording::finish(recorder, path)?);
     }
     Ok(())
 }

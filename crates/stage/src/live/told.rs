@@ -3,6 +3,7 @@
 use super::preparation::{LiveOptions, Prepared};
 use super::simulated::Limited;
 use super::touching::Touching;
+use crate::console::note;
 use crate::run::simulated_arm::SimulatedArm;
 use hwall::haptics::{ContactState, RendererConfig};
 use hwall::{TargetControl, drive};
@@ -70,9 +71,9 @@ pub fn run_told(
         },
     )?;
     let counts = unity.counts();
-    eprintln!(
+    note(format_args!(
         "Datagrams: {} taken, {} refused.",
         counts.datagrams, counts.refused_datagrams
-    );
+    ));
     Ok(())
 }

@@ -69,11 +69,15 @@ impl Outputs<'_> {
         }
         let path = in_folder(TABLE);
         hwall_files::write(&path, table).with_context(|| path.display().to_string())?;
-        Ok(format!(
+        let mut said = format!(
             "wrote {PLAN}, {TIME}, {}, {TABLE} and {TOUCHES} to {}",
-            views.join(", "),
+            views.written.join(", "),
             self.folder.display()
-        ))
+        );
+        if let Some(missing) = views.missing {
+            said += &format!("\n{missing}");
+        }
+        Ok(said)
     }
 }
 

@@ -22,8 +22,16 @@ pub(super) fn names(with_glb: bool) -> impl Iterator<Item = &'static str> {
         .chain(with_glb.then_some(ANIMATION))
 }
 
+/// What was written, and what was not.
+pub struct Views {
+    /// The names of the files.
+    pub written: Vec<&'static str>,
+    /// Why there is no film strip.
+    pub missing: Option<String>,
+}
+
 /// Writes `replay.html` of a run to a folder, `touch.svg` if a board was in place for a touch, and `hwall.glb` if asked for.
-/// Returns their names.
+/// A `touch.svg` of an earlier run does not stay beside a run that has none.
 ///
 /// # Errors
 /// A file that cannot be written; a board or a scene that cannot be shown.
@@ -34,7 +42,7 @@ pub fn write(
     board: &Board,
     person: &PersonRun,
     with_glb: bool,
-) -> anyhow::Result<Vec<&'static str>> {
+) -> anyhow::Result<Views> {
     let scene = ViewScene::new("H-Wall: the main job", scene, arm, board)?;
     let view = &person.run.view;
     let mut written = Vec::new();
@@ -45,13 +53,25 @@ pub fn write(
     };
     let replay = replay_page(&scene, &view.frames, &view.markers);
     write(REPLAY, replay.as_bytes())?;
-    if let Some((stills, contact_s)) = stills_of_one_touch(&scene, person) {
-        write(STRIP, film_strip(&scene, &stills, contact_s)?.as_bytes())?;
+    let mut missing = None;
+    match stills_of_one_touch(&scene, person) {
+        Some((stills, contact_s)) => {
+            write(STRIP, film_strip(&scene, &stills, contact_s)?.as_bytes())?;
+        }
+        None => {
+            let path = folder.join(STRIP);
+            if path.is_file() {
+                std::fs::remove_file(&path).with_context(|| path.display().to_string())?;
+            }
+            missing = Some(format!(
+                "no {STRIP}: the board was in place for none of these touches"
+            ));
+        }
     }
     if with_glb {
         write(ANIMATION, &glb(&scene, &view.frames))?;
     }
-    Ok(written)
+    Ok(Views { written, missing })
 }
 
 /// Of the touches that the board was in place for, that to which it came from furthest away; its frames and the contact, s.

@@ -104,7 +104,15 @@ impl EventLog {
     /// As [`EventLog::open`], but for [`StudyError::InUse`].
     pub fn events(path: &Path) -> Result<Vec<Event>, StudyError> {
         let bytes = std::fs::read(path).map_err(|error| StudyError::io(path, &error))?;
-        let found = read(&bytes).map_err(|error| named(error, path))?;
+        Self::events_of(&bytes, path)
+    }
+
+    /// As [`EventLog::events`], of the bytes of a log; `path` is for errors.
+    ///
+    /// # Errors
+    /// As [`EventLog::events`].
+    pub fn events_of(bytes: &[u8], path: &Path) -> Result<Vec<Event>, StudyError> {
+        let found = read(bytes).map_err(|error| named(error, path))?;
         Ok(found.events)
     }
 

@@ -257,11 +257,8 @@ impl Protocol {
     /// More factors than one, fewer than three levels, levels that are not numbers that rise.
     pub fn rising_levels(&self) -> Result<Vec<f64>, StudyError> {
         let [factor] = &self.factors[..] else {
-            let factor = self
-                .factors
-                .last()
-                .map_or(String::new(), |f| f.name.clone());
-            return Err(StudyError::UnknownFactor { factor });
+            let got = self.factors.len();
+            return Err(StudyError::SeveralFactors { got });
         };
         let mut numbers: Vec<f64> = Vec::new();
         for level in &factor.levels {
@@ -274,8 +271,12 @@ impl Protocol {
                 wanted: "a number above the one before, the first above zero",
             })?);
         }
-        let count = numbers.len() as f64;
-        that(numbers.len() >= 3, "levels", count, "at least 3")?;
+        if numbers.len() < 3 {
+            return Err(StudyError::FewLevels {
+                factor: factor.name.clone(),
+                got: numbers.len(),
+            });
+        }
         Ok(numbers)
     }
 

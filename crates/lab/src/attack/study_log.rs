@@ -1,0 +1,160 @@
+//! Logs of studies. Their checksums are made right again, for they are against accidents only.
+
+use super::binary::scratch;
+use super::{Target, judged, promise};
+use hwall_study::{
+    Answer, Durability, EventLog, NextStep, Participants, Presentation, Procedure, Protocol,
+    Rendered, Study, StudyError, StudyFactor, StudyReport, write_attempts, write_trials,
+};
+use hwall_testkit::Verdict;
+use std::path::Path;
+
+/// Hexadecimal digits of a line's checksum, and a space.
+const HEAD: usize = 9;
+/// The checksum before the first line.
+const START: u32 = 0x4857_0001;
+
+pub(super) fn log() -> anyhow::Result<Target> {
+    let magnitude = protocol(Procedure::Magnitude, &["0", "90"]);
+    let staircase = protocol(Procedure::Staircase, &["10", "30", "60", "90"]);
+    let good = [magnitude, staircase].into_iter().map(whole_log);
+    Ok(Target::new(
+        "log",
+        good.collect::<anyhow::Result<_>>()?,
+        read,
+    ))
+}
+
+fn protocol(procedure: Procedure, levels: &[&str]) -> Protocol {
+    Protocol {
+        procedure,
+        factors: vec![StudyFactor::new("angle", levels.iter().copied())],
+        subjects: 2,
+        repeats: 2,
+        practice: 1,
+        break_after: 5,
+        ..Protocol::default()
+    }
+}
+
+/// The log of a study from its first trial to its last one, with one that failed.
+fn whole_log(protocol: Protocol) -> anyhow::Result<Vec<u8>> {
+    let path = scratch("a.log")?;
+    let folder = path.with_extension("study");
+    let _ = std::fs::remove_dir_all(&folder);
+    let two = protocol.procedure.is_two_intervals();
+    let people = Participants::People;
+    let mut study = Study::create(&folder, protocol, people, Durability::System)?;
+    let mut failed = false;
+    loop {
+        match study.next_step() {
+            NextStep::Done => break,
+            NextStep::Rest { .. } => study.rested()?,
+            NextStep::Present { trial, .. } => {
+                let rendered = Rendered {
+                    angle_deg: Some(90.0 * trial.condition as f64),
+                    speed_mm_per_s: Some(40.0),
+                    force_n: Some(7.0),
+                    contact_s: 0.7,
+                    ..Rendered::default()
+                };
+                study.presented(&Presentation {
+                    rendered,
+                    reference: two.then_some(rendered),
+                })?;
+            }
+            NextStep::Answer { .. } if !failed => {
+                failed = true;
+                study.spoilt("the hand was lost")?;
+            }
+            NextStep::Answer { trial, .. } => study.answered(Answer {
+                value: (1 + trial.number % 2) as f64,
+                answered_s: 1.25,
+            })?,
+        }
+    }
+    let bytes = std::fs::read(Study::log_path(&folder))?;
+    drop(study);
+    std::fs::remove_dir_all(&folder)?;
+    Ok(bytes)
+}
+
+/// Checksums made right: each is of the one before it and of its own line.
+fn sealed(bytes: &[u8]) -> Vec<u8> {
+    let mut sealed = Vec::with_capacity(bytes.len());
+    let mut sum = START;
+    for line in bytes.split_inclusive(|byte| *byte == b'\n') {
+        let (text, feed) = match line.strip_suffix(b"\n") {
+            Some(text) => (text, &b"\n"[..]),
+            None => (line, &b""[..]),
+        };
+        let Some((_, json)) = text.split_at_checked(HEAD) else {
+            sealed.extend_from_slice(line);
+            continue;
+        };
+        sum = crc32c(sum.to_le_bytes().iter().chain(json));
+        sealed.extend_from_slice(format!("{sum:08x} ").as_bytes());
+        sealed.extend_from_slice(json);
+        sealed.extend_from_slice(feed);
+    }
+    sealed
+}
+
+/// CRC-32C as in RFC 3720, bit by bit.
+fn crc32c<'a>(bytes: impl Iterator<Item = &'a u8>) -> u32 {
+    !bytes.fold(u32::MAX, |sum, byte| {
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| {
+            (sum >> 1) ^ (0x82f6_3b78 & (0_u32.wrapping_sub(sum & 1)))
+        })
+    })
+}
+
+fn read(bytes: &[u8]) -> Verdict {
+    let record = || -> Result<_, StudyError> {
+        let events = EventLog::events_of(&sealed(bytes), Path::new("attack"))?;
+        let count = events.len();
+        Ok((Study::record_of(&events)?, count))
+    };
+    judged(record(), |(study, events)| {
+        promise(study.trials.len() <= events, "more trials than events")?;
+        let numbers = study.trials.iter().filter_map(|trial| trial.answer);
+        promise(
+            numbers.clone().all(f64::is_finite),
+            "an answer that is none",
+        )?;
+        for (what, written) in [
+            (
+                "trials",
+                write_trials(&study.protocol, &study.trials, std::io::sink()),
+            ),
+            (
+                "attempts",
+                write_attempts(&study.protocol, &study.trials, std::io::sink()),
+            ),
+        ] {
+            written.map_err(|error| format!("{what} cannot be written: {error}"))?;
+        }
+        let report = StudyReport::of(&study).map_err(|error| format!("no report: {error}"))?;
+        promise(!report.to_markdown(&[]).is_empty(), "an empty report")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_is_as_it_was_once_it_is_sealed_again() {
+        for procedure in [Procedure::Magnitude, Procedure::Staircase] {
+            let levels = ["10", "30", "60", "90"];
+            let bytes = whole_log(protocol(procedure, &levels)).unwrap();
+            assert_eq!(sealed(&bytes), bytes);
+            assert_eq!(read(&bytes), Verdict::Accepted);
+            // A changed answer is taken once its checksum is right.
+            let text = String::from_utf8(bytes).unwrap();
+            let changed = text.replace("1.25", "1.75").into_bytes();
+            assert!(EventLog::events_of(&changed, Path::new("changed")).is_err());
+            assert_eq!(read(&changed), Verdict::Accepted);
+        }
+    }
+}

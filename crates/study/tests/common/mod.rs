@@ -1,0 +1,10 @@
+//! What the tests share.
+
+use std::path::{Path, PathBuf};
+
+/// A folder for a test alone, which is not there yet.
+pub(crate) fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("study-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
