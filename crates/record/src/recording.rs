@@ -91,9 +91,11 @@ impl Recording {
         let setup_at = setup_at.ok_or(RecordError::NoSetup)?;
         let setup = body(&bytes, &setup_at).setup()?;
         let finished = messages.last().is_some_and(|m| m.channel == session::END);
-        if ending == Ending::Unfinished && finished {
-            ending = Ending::Finished;
-        }
+        ending = match ending {
+            Ending::Unfinished if finished => Ending::Finished,
+            Ending::Cut { offset } if finished => Ending::CutBehind { offset },
+            other => other,
+        };
         Ok(Self {
             bytes,
             setup,

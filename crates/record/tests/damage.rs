@@ -66,6 +66,31 @@ fn a_file_cut_anywhere_gives_what_is_there() {
     assert_eq!(least, all);
 }
 
+/// One that was cut in its summary was said to be whole.
+#[test]
+fn a_file_that_is_cut_says_so() {
+    let (bytes, all) = whole("says.mcap");
+    let ending = |at: usize| {
+        let recording = Recording::from_bytes(bytes[..at].to_vec()).unwrap();
+        (recording.ending(), recording.inputs().count())
+    };
+    assert_eq!(ending(bytes.len()).0, Ending::Finished);
+    let mut behind = 0;
+    for missing in 1..4000 {
+        match ending(bytes.len() - missing) {
+            (Ending::CutBehind { offset }, count) => {
+                assert!(offset as usize <= bytes.len() - missing);
+                assert_eq!(count, all);
+                behind += 1;
+            }
+            (Ending::Cut { .. }, count) => assert!(count <= all),
+            (other, _) => panic!("{missing} bytes missing: {other:?}"),
+        }
+    }
+    // The footer and the magic, at least.
+    assert!(behind > 37, "{behind}");
+}
+
 #[test]
 fn a_cut_recording_runs_again_as_far_as_it_goes() {
     let (bytes, _) = whole("short.mcap");

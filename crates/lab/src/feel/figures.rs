@@ -6,10 +6,16 @@ use super::stability::Bound;
 use super::study::Row;
 use super::subject::Subject;
 use hwall_haptics::ObjectPath;
-use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::figures::{
+    COLOURS, Sign, TEXT, TITLE, legend, legend_beside, plot_error, width_of,
+};
 use hwall_stage::report::figure_file::FigureFile;
 use plotters::prelude::*;
 use std::path::Path;
+
+/// Width of the axes, and of the legend beside them, pixels.
+const WIDTH: u32 = 860;
+const BESIDE: u32 = 190;
 
 /// Force, position and energy over time, all ways beside the ideal object.
 ///
@@ -23,7 +29,7 @@ pub fn push(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyhow
         (1e3, "opening, mm")
     };
     let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (900, 1000)).into_drawing_area();
+    let root = SVGBackend::new(file.path(), (WIDTH + BESIDE, 1000)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let panels = root.split_evenly((3, 1));
     type Value = Box<dyn Fn(&Sample) -> f64>;
@@ -60,6 +66,7 @@ pub fn push(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyhow
         let mut chart = ChartBuilder::on(area)
             .caption(title, TITLE)
             .margin(12)
+            .margin_right(12 + BESIDE)
             .x_label_area_size(46)
             .y_label_area_size(70)
             .build_cartesian_2d(0.0..most_s, low - room..high + room)
@@ -72,15 +79,14 @@ pub fn push(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyhow
             .light_line_style(WHITE)
             .draw()
             .map_err(plot_error)?;
-        for ((name, trace), colour) in lines.iter().zip(COLOURS) {
+        let mut keys = Vec::new();
+        for (place, ((name, trace), colour)) in (0..).zip(lines.iter().zip(COLOURS)) {
             let line = trace.samples.iter().step_by(5).map(|s| (s.t_s, value(s)));
+            let width = width_of(place, lines.len());
             chart
-                .draw_series(LineSeries::new(line, colour.stroke_width(2)))
-                .map_err(plot_error)?
-                .label(name.clone())
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(2))
-                });
+                .draw_series(LineSeries::new(line, colour.stroke_width(width)))
+                .map_err(plot_error)?;
+            keys.push((Sign::Line(width), colour, name.as_str()));
         }
         if let (Some(ideal), Some((_, trace))) = (&ideal, lines.first()) {
             let dots = trace
@@ -88,13 +94,10 @@ pub fn push(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyhow
                 .iter()
                 .step_by(60)
                 .map(|s| Circle::new((s.t_s, ideal(s)), 3, BLACK.stroke_width(1)));
-            chart
-                .draw_series(dots)
-                .map_err(plot_error)?
-                .label("ideal object")
-                .legend(|(x, y)| Circle::new((x + 10, y), 3, BLACK.stroke_width(1)));
+            chart.draw_series(dots).map_err(plot_error)?;
+            keys.push((Sign::Ring, BLACK, "ideal object"));
         }
-        legend(&mut chart, SeriesLabelPosition::LowerRight)?;
+        legend_beside(area, (WIDTH as i32, 50), keys)?;
     }
     root.present().map_err(plot_error)?;
     file.finish()

@@ -3,7 +3,9 @@
 use super::study::Row;
 use super::z_width::{Point, SAMPLINGS};
 use hwall_haptics::passivity::Causality;
-use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::figures::{
+    COLOURS, Sign, TEXT, TITLE, legend, legend_beside, plot_error, width_of,
+};
 use hwall_stage::report::figure_file::FigureFile;
 use plotters::prelude::*;
 use std::path::Path;
@@ -63,6 +65,11 @@ pub fn z_width(path: &Path, points: &[Point]) -> anyhow::Result<()> {
 
 /// Energies at or below this are drawn at it, J: a logarithmic axis has no zero.
 const LEAST_J: f64 = 1e-10;
+/// The right end of the axis, J.
+const MOST_J: f64 = 1e3;
+/// Width of the axes, and of the legend beside them, pixels.
+const WIDTH: u32 = 860;
+const BESIDE: u32 = 220;
 
 /// How many contacts generate more than an energy, one panel a causality.
 ///
@@ -70,7 +77,7 @@ const LEAST_J: f64 = 1e-10;
 /// A file that cannot be written.
 pub fn generated(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
     let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (900, 760)).into_drawing_area();
+    let root = SVGBackend::new(file.path(), (WIDTH + BESIDE, 760)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     for (area, causality) in root
         .split_evenly((2, 1))
@@ -83,9 +90,10 @@ pub fn generated(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
                 TITLE,
             )
             .margin(14)
+            .margin_right(14 + BESIDE)
             .x_label_area_size(52)
             .y_label_area_size(70)
-            .build_cartesian_2d((LEAST_J..1e3).log_scale(), 0.0..100.0)
+            .build_cartesian_2d((LEAST_J..MOST_J).log_scale(), 0.0..103.0)
             .map_err(plot_error)?;
         chart
             .configure_mesh()
@@ -95,24 +103,27 @@ pub fn generated(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
             .label_style(TEXT)
             .draw()
             .map_err(plot_error)?;
-        for (row, colour) in rows
+        let own: Vec<&Row> = rows
             .iter()
             .filter(|row| row.causality == causality)
-            .zip(COLOURS)
-        {
+            .collect();
+        let mut keys = Vec::new();
+        for (place, (row, colour)) in (0..).zip(own.iter().zip(COLOURS)) {
+            let width = width_of(place, own.len());
             let line = row
                 .generated_quantiles_j
                 .iter()
                 .map(|(share, energy_j)| (energy_j.max(LEAST_J), 100.0 * share));
+            // To the right edge: who never generates more has all contacts there, too.
+            let most_j = row.generated_quantiles_j.last().map(|last| last.1);
+            let rest = most_j.map(|most_j| (MOST_J.max(most_j), 100.0));
+            let line = line.chain(rest);
             chart
-                .draw_series(LineSeries::new(line, colour.stroke_width(2)))
-                .map_err(plot_error)?
-                .label(row.method.name())
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(2))
-                });
+                .draw_series(LineSeries::new(line, colour.stroke_width(width)))
+                .map_err(plot_error)?;
+            keys.push((Sign::Line(width), colour, row.method.name()));
         }
-        legend(&mut chart, SeriesLabelPosition::LowerRight)?;
+        legend_beside(area, (WIDTH as i32, 50), keys)?;
     }
     root.present().map_err(plot_error)?;
     file.finish()

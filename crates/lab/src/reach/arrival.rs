@@ -157,7 +157,8 @@ pub fn wall_table(walls: &[(String, &AtlasWall)]) -> MarkdownTable {
     table
 }
 
-/// The walls of an atlas that are the outer side of a surface of the scene, with the surface's name.
+/// The walls of an atlas that are the outer side of a surface of the scene, with the surface's name; where a surface has
+/// several, with the heading of the normal behind it, and the distance from the base where that is the same, too.
 #[must_use]
 pub fn named_walls<'a>(scene: &Scene, atlas: &'a Atlas) -> Vec<(String, &'a AtlasWall)> {
     /// Planes and borders that differ by less are the same, m.
@@ -181,7 +182,42 @@ pub fn named_walls<'a>(scene: &Scene, atlas: &'a Atlas) -> Vec<(String, &'a Atla
         narrowest.map(|(_, facet)| scene.surface(facet.surface).name.clone())
     };
     let named = |wall: &'a AtlasWall| Some((name_of(wall)?, wall));
-    atlas.walls().iter().filter_map(named).collect()
+    let walls: Vec<(String, &AtlasWall)> = atlas.walls().iter().filter_map(named).collect();
+    told_apart(walls, |wall| {
+        let plane = wall.plane();
+        let (normal, distance_m) = (plane.normal(), plane.distance_m());
+        // Not -0.
+        let heading_deg = normal.y.atan2(normal.x).to_degrees().round() + 0.0;
+        [
+            format!(", {heading_deg:.0}°"),
+            format!(", {distance_m:.2} m"),
+        ]
+    })
+}
+
+/// Names that stand once each, as far as what is `more` to say of them tells them apart; else they are numbered.
+fn told_apart<T>(named: Vec<(String, T)>, more: impl Fn(&T) -> [String; 2]) -> Vec<(String, T)> {
+    let mut names: Vec<String> = named.iter().map(|(name, _)| name.clone()).collect();
+    let repeated = |names: &[String]| -> Vec<bool> {
+        let count = |name| names.iter().filter(|other| *other == name).count();
+        names.iter().map(|name| count(name) > 1).collect()
+    };
+    for place in 0..2 {
+        let all = repeated(&names);
+        for ((name, (_, of)), _) in names.iter_mut().zip(&named).zip(all).filter(|(_, r)| *r) {
+            *name += &more(of)[place];
+        }
+    }
+    let all = repeated(&names);
+    let numbers = (1..).zip(names.iter_mut().zip(all));
+    for (number, (name, _)) in numbers.filter(|(_, (_, repeated))| *repeated) {
+        *name += &format!(" ({number})");
+    }
+    names
+        .into_iter()
+        .zip(named)
+        .map(|(name, (_, of))| (name, of))
+        .collect()
 }
 
 /// How long look-ups take: at the nodes' places moved by a fraction of the spacing, so that four nodes count.
@@ -221,4 +257,31 @@ pub fn check_maps(maps: &WallMaps) -> anyhow::Result<()> {
 
 pub(super) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn panels_of_one_surface_are_told_apart() {
+        let walls = [
+            ("side", ["a", "1"]),
+            ("side", ["b", "1"]),
+            ("front", ["a", "1"]),
+            ("back", ["a", "1"]),
+            ("back", ["a", "2"]),
+            ("lid", ["a", "1"]),
+            ("lid", ["a", "1"]),
+        ];
+        let named = walls.map(|(name, more)| (name.to_owned(), more));
+        let named = told_apart(named.into(), |more| more.map(|word| format!(" {word}")));
+        let names: Vec<&str> = named.iter().map(|(name, _)| name.as_str()).collect();
+        let last = ["lid a 1 (6)", "lid a 1 (7)"];
+        assert_eq!(
+            names[..5],
+            ["side a", "side b", "front", "back a 1", "back a 2"]
+        );
+        assert_eq!(names[5..], last);
+    }
 }

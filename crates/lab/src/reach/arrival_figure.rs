@@ -25,7 +25,11 @@ const MOST_SHOWN: f64 = 0.98;
 /// Pixels of a metre of wall.
 const SCALE: f64 = 330.0;
 /// Pixels around a panel: left, right, top, bottom.
-const FRAME: [u32; 4] = [70, 14, 34, 50];
+const FRAME: [u32; 4] = [84, 14, 34, 50];
+/// Of what is left of a panel, the part left of the axis' own name.
+const LEFT: u32 = 14;
+/// Pixels of a letter of a name, about.
+const LETTER: u32 = 9;
 /// Widest row of panels, pixels.
 const WIDEST: u32 = 1150;
 /// Height of the title, width of the key.
@@ -63,7 +67,8 @@ impl<'a> Panel<'a> {
     fn size(&self) -> (u32, u32) {
         let pixels = |ends: [f64; 2]| (SCALE * (ends[1] - ends[0])).ceil() as u32;
         // Room for the name.
-        let width = pixels(self.s_m).max(110);
+        let name = LETTER * self.name.chars().count() as u32;
+        let width = pixels(self.s_m).max(110).max(name);
         (
             width + FRAME[0] + FRAME[1],
             pixels(self.z_m) + FRAME[2] + FRAME[3],
@@ -185,10 +190,11 @@ fn draw_panel(
     let s_end = panel.s_m[0] + cells_wide;
     let mut chart = ChartBuilder::on(area)
         .caption(panel.name, ("sans-serif", 17))
+        .margin_left(LEFT)
         .margin_right(FRAME[1])
         .margin_top(6)
         .x_label_area_size(FRAME[3])
-        .y_label_area_size(FRAME[0])
+        .y_label_area_size(FRAME[0] - LEFT)
         .build_cartesian_2d(panel.s_m[0]..s_end, panel.z_m[0]..panel.z_m[1])
         .map_err(plot_error)?;
     chart

@@ -322,7 +322,7 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
                         .any(Option::is_some)
                 })
             };
-            row("arm angle sampled at", &samples.to_string(), &any);
+            row("arm angle sampled", &samples.to_string(), &any);
         }
     }
     let arcs = batches(|i| {

@@ -1,10 +1,11 @@
 //! From the flags of a command line to a patch, its files and its tables.
 
 use crate::texture::patch_figures;
-use crate::texture::wanted::WantedArgs;
+use crate::texture::wanted::{PrinterKind, WantedArgs};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_stage::input::file_plan::FilePlan;
+use hwall_stage::numbers::counted;
 use hwall_testkit::{MarkdownTable, format_ns};
 use hwall_texton::{
     ChordSide, Finding, Layout, MountingHole, Patch, PatchSpec, Printer, Radii, ScanAngle,
@@ -149,25 +150,11 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
             writeln!(out, "wrote {} and {}", path.display(), normals.display())?;
         }
     }
-    let findings = patch.print_check(&Printer::default());
-    let faults = findings.iter().filter(|f| f.is_fault()).count();
-    writeln!(out, "\nprint check: {faults} faults")?;
-    for finding in &findings {
-        let kind = if finding.is_fault() { "fault" } else { "note" };
-        writeln!(out, "  {kind}: {finding}")?;
-    }
-    if findings.iter().any(|f| matches!(f, Finding::Tile { .. })) {
-        writeln!(out, "  --tile-mm cuts the patch into smaller tiles")?;
-    }
-    if let Some(printer) = request.wanted.printer {
-        let lacks = printer.lacks(&texture);
-        let kind = if lacks.is_empty() { "can" } else { "cannot" };
-        let name = format!("{printer:?}").to_lowercase();
-        writeln!(out, "\n{name} {kind} print these bumps")?;
-        for lack in &lacks {
-            writeln!(out, "  {lack}")?;
-        }
-    }
+    write!(
+        out,
+        "\n{}",
+        print_check(&patch, &texture, request.wanted.printer)
+    )?;
     writeln!(out, "\n{}", encounters(&texture)?)?;
     if let Some(folder) = &request.figures {
         let (plan, spacing) = (folder.join(FIGURES[0]), folder.join(FIGURES[1]));
@@ -294,6 +281,47 @@ fn describe(patch: &Patch, out: &mut impl Write) -> anyhow::Result<()> {
         100.0 * patch.coverage()
     )?;
     Ok(())
+}
+
+/// Can the patch be printed as designed? One verdict, and every reason.
+fn print_check(patch: &Patch, texture: &Texture, kind: Option<PrinterKind>) -> String {
+    let printer = Printer::default();
+    let findings = patch.print_check(&printer);
+    let is_fault = |finding: &&Finding| finding.is_fault();
+    let mut faults: Vec<String> = findings
+        .iter()
+        .filter(is_fault)
+        .map(Finding::to_string)
+        .collect();
+    let by = match kind {
+        Some(kind) => {
+            faults.extend(kind.lacks(texture));
+            format!("{kind:?}").to_lowercase()
+        }
+        None => format!(
+            "a printer of {} mm details (--printer asks for a kind)",
+            printer.least_feature_mm
+        ),
+    };
+    let notes = findings.iter().filter(|finding| !finding.is_fault());
+    let verdict = match faults.len() {
+        0 => "can be printed as designed".to_owned(),
+        count => format!(
+            "cannot be printed as designed, {}",
+            counted(count, "fault", "faults")
+        ),
+    };
+    let mut text = format!("print check, {by}: {verdict}\n");
+    for fault in &faults {
+        text += &format!("  fault: {fault}\n");
+    }
+    for note in notes {
+        text += &format!("  note: {note}\n");
+    }
+    if findings.iter().any(|f| matches!(f, Finding::Tile { .. })) {
+        text += "  --tile-mm cuts the patch into smaller tiles\n";
+    }
+    text
 }
 
 fn mesh(
@@ -443,6 +471,33 @@ mod tests {
         }
     }
 
+    /// It said "0 faults" and then that the printer cannot print it.
+    #[test]
+    fn there_is_one_verdict_about_printing() {
+        let said = |printer: Option<PrinterKind>| {
+            let mut asked = request("released");
+            asked.wanted.printer = printer;
+            let mut text = Vec::new();
+            run(&asked, &mut text).unwrap();
+            let text = String::from_utf8(text).unwrap();
+            assert_eq!(text.matches("be printed as designed").count(), 1, "{text}");
+            text
+        };
+        let coarse = said(Some(PrinterKind::Fdm));
+        assert!(
+            coarse.contains("print check, fdm: cannot") && coarse.contains("2 faults"),
+            "{coarse}"
+        );
+        assert_eq!(coarse.matches("  fault: ").count(), 2);
+        for printer in [None, Some(PrinterKind::Polyjet)] {
+            let fine = said(printer);
+            assert!(
+                fine.contains("can be printed") && !fine.contains("  fault: "),
+                "{fine}"
+            );
+        }
+    }
+
     #[test]
     fn malformed_flags_are_refused() {
         for preset in [
@@ -459,6 +514,14 @@ mod tests {
             ..request("released")
         };
         assert!(run(&hole, &mut Vec::new()).is_err());
+        for accuracy_mm in [0.0, -1.0, 2.0, f64::NAN] {
+            let fine = Request {
+                accuracy_mm,
+                ..request("released")
+            };
+            let said = run(&fine, &mut Vec::new()).unwrap_err().to_string();
+            assert!(said.contains("--accuracy-um"), "{said}");
+        }
     }
 
     #[test]

@@ -18,6 +18,11 @@ pub enum Ending {
         /// Where the cut record begins, bytes from the start of the file.
         offset: u64,
     },
+    /// All that was recorded is there; what other programs find their way by, behind it, is cut.
+    CutBehind {
+        /// Where the cut record begins, bytes from the start of the file.
+        offset: u64,
+    },
     /// The file goes on behind its end: another program wrote to it as well, or the recorder was killed at the very end. What
     /// stands before was read.
     Followed {

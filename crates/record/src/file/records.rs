@@ -125,21 +125,23 @@ impl<F: FnMut(MessageAt)> Walk<'_, F> {
     /// Behind the data: a summary, the footer and the magic, of which nothing is needed; and then the file should end.
     fn end(&self, mut at: usize) -> Ending {
         loop {
+            let cut = Ending::Cut { offset: at as u64 };
             let mut framing = Cursor {
                 rest: self.bytes.get(at..).unwrap_or_default(),
             };
             let (Some(op), Some(length)) = (framing.array::<1>(), framing.u64()) else {
-                return Ending::Unfinished;
+                return cut;
             };
             let body = usize::try_from(length).ok().and_then(|n| framing.take(n));
             let Some(body) = body else {
-                return Ending::Unfinished;
+                return cut;
             };
             at += FRAMING + body.len();
             if op == [FOOTER] {
                 let end = at + MAGIC.len();
                 return match self.bytes.get(end..) {
-                    None | Some([]) => Ending::Unfinished,
+                    None => Ending::Cut { offset: at as u64 },
+                    Some([]) => Ending::Unfinished,
                     Some(_) => Ending::Followed { offset: end as u64 },
                 };
             }

@@ -43,7 +43,14 @@ pub fn replay(path: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
             out,
             "the file goes on behind the end of the recording, at byte {offset}: another program wrote to it, or the recorder was killed as it ended"
         )?,
-        Ending::Cut { offset } => writeln!(out, "the recording is cut at byte {offset}")?,
+        Ending::Cut { offset } => writeln!(
+            out,
+            "the recording is cut at byte {offset}: what was recorded after that is missing"
+        )?,
+        Ending::CutBehind { offset } => writeln!(
+            out,
+            "the file is cut at byte {offset}, behind all that was recorded: other programs may not open it"
+        )?,
     }
     if replayed.missing > 0 {
         writeln!(
@@ -58,7 +65,11 @@ pub fn replay(path: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
             path.display()
         );
     }
-    writeln!(out, "all commands are the recorded ones, bit by bit")?;
+    let all = match replayed.ending {
+        Ending::Unfinished | Ending::Cut { .. } => "all commands that are there",
+        _ => "all commands",
+    };
+    writeln!(out, "{all} are the recorded ones, bit by bit")?;
     Ok(())
 }
 

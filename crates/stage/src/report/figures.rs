@@ -3,8 +3,9 @@
 use crate::report::figure_file::FigureFile;
 use anyhow::anyhow;
 use hwall_testkit::{SpeedErrorRow, format_ns};
-use plotters::coord::CoordTranslate;
+use plotters::coord::{CoordTranslate, Shift};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
 /// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
@@ -46,8 +47,59 @@ pub fn legend<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
         .map_err(plot_error)
 }
 
+/// How a series is drawn, for a legend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sign {
+    /// A line so many pixels wide.
+    Line(u32),
+    /// A full dot.
+    Dot,
+    /// A small circle.
+    Ring,
+}
+
+/// Width of the line of a series among `count` that may lie on one another, pixels: those drawn first are wider, so that
+/// they are seen on both sides of those drawn over them.
+#[must_use]
+pub const fn width_of(place: u32, count: usize) -> u32 {
+    let below = (count as u32).saturating_sub(place + 1);
+    2 + 3 * below
+}
+
+/// The names of series beside the axes instead of over the lines: one below the other, from a pixel of `area` down.
+///
+/// # Errors
+/// Any error of the drawing.
+pub fn legend_beside<'n, DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    from: (i32, i32),
+    keys: impl IntoIterator<Item = (Sign, RGBColor, &'n str)>,
+) -> anyhow::Result<()> {
+    for (row, (sign, colour, name)) in (0..).zip(keys) {
+        let (x, y) = (from.0, from.1 + 22 * row);
+        let middle = (x + 10, y);
+        match sign {
+            Sign::Line(width) => area.draw(&PathElement::new(
+                [(x, y), (x + 20, y)],
+                colour.stroke_width(width),
+            )),
+            Sign::Dot => area.draw(&Circle::new(middle, 5, colour.filled())),
+            Sign::Ring => area.draw(&Circle::new(middle, 3, colour.stroke_width(1))),
+        }
+        .map_err(plot_error)?;
+        let style = TextStyle::from(TEXT).color(&BLACK);
+        let style = style.pos(Pos::new(HPos::Left, VPos::Center));
+        area.draw_text(name, &style, (x + 28, y))
+            .map_err(plot_error)?;
+    }
+    Ok(())
+}
+
 /// Errors at or below this are drawn at it: a logarithmic axis has no zero.
 const SMALLEST_ERROR: f64 = 1e-17;
+/// Width of a figure without its legend, and of the legend beside it, pixels.
+const WIDTH: u32 = 860;
+const BESIDE: u32 = 320;
 
 /// Median time (dot) up to p99 (bar) over the largest error, both logarithmic; one colour for each method.
 ///
@@ -74,11 +126,12 @@ pub fn speed_error(
     let y = decade(smallest(&|r| r.median_ns), false)..decade(largest(&|r| r.p99_ns), true);
 
     let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (860, 520)).into_drawing_area();
+    let root = SVGBackend::new(file.path(), (WIDTH + BESIDE, 520)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption(title, TITLE)
         .margin(14)
+        .margin_right(14 + BESIDE)
         .x_label_area_size(52)
         .y_label_area_size(78)
         .build_cartesian_2d(x.log_scale(), y.log_scale())
@@ -99,7 +152,8 @@ pub fn speed_error(
             methods.push(&row.method);
         }
     }
-    for (method, colour) in methods.into_iter().zip(COLOURS.into_iter().cycle()) {
+    let coloured = || methods.iter().zip(COLOURS.into_iter().cycle());
+    for (&method, colour) in coloured() {
         let own: Vec<&SpeedErrorRow> = rows.iter().filter(|r| r.method == method).collect();
         let line = LineSeries::new(
             own.iter().map(|r| (error(r), r.median_ns)),
@@ -116,13 +170,10 @@ pub fn speed_error(
         let dots = own
             .iter()
             .map(|r| Circle::new((error(r), r.median_ns), 5, colour.filled()));
-        chart
-            .draw_series(dots)
-            .map_err(plot_error)?
-            .label(method)
-            .legend(move |(x, y)| Circle::new((x + 10, y), 5, colour.filled()));
+        chart.draw_series(dots).map_err(plot_error)?;
     }
-    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
+    let keys = coloured().map(|(&method, colour)| (Sign::Dot, colour, method));
+    legend_beside(&root, (WIDTH as i32, 60), keys)?;
     root.present().map_err(plot_error)?;
     file.finish()
 }
