@@ -13,6 +13,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Writes VALIDATION.md with its figures; every number in it comes from this run.
+///
+/// The references that it compares with lie beside the project, in ../shared, and are not part of it. Where they are missing,
+/// nothing is compared or written: one line names what is missing, and the exit status is 2.
 #[derive(Parser)]
 struct Args {
     /// Folder with ori_1.txt .. ori_7.txt, the maps published with the 2018 paper
@@ -42,7 +45,6 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
-    let documents = args.destination.open("out/validation")?;
     let request = Request {
         published: &args.published,
         bip: &args.bip,
@@ -51,6 +53,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
         seed: args.seed,
         poses: args.poses,
     };
+    request.check()?;
+    let documents = args.destination.open("out/validation")?;
     let written = document::write(&request, &documents)?;
     let (text, path) = (written.text, written.path.display());
     writeln!(io::stdout(), "{text}\nwrote {path}").context("standard output")

@@ -279,3 +279,130 @@ fn a_full_device_is_an_error_and_no_panic() {
         assert_eq!(status.code(), Some(2), "{name}");
     }
 }
+
+/// With `| head -1` the mesh and the figures were missing, with status 0.
+#[test]
+fn files_are_written_whoever_reads_what_is_printed() {
+    let folder = scratch("read-by-nobody");
+    let words = [
+        "--size-mm",
+        "20",
+        "--stl",
+        "patch.stl",
+        "--obj",
+        "patch.obj",
+        "--out",
+        "figures",
+    ];
+    let Some(mut command) = example("texture_patch") else {
+        return;
+    };
+    command.args(words).current_dir(&folder);
+    let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let files = [
+        "patch.stl",
+        "patch.obj",
+        "figures/texture_patch.svg",
+        "figures/texture_spacing.svg",
+    ];
+    for file in files {
+        assert!(folder.join(file).is_file(), "{file}");
+    }
+}
+
+/// Each of these said nothing, named no flag, or not the bound.
+#[test]
+fn refusals_name_the_flag_and_the_bound() {
+    for (name, words, because) in [
+        (
+            "hwall",
+            "--hand a.csv --touches 5",
+            &["--hand", "--touches"][..],
+        ),
+        ("hwall", "--rigid-hand", &["--hand"]),
+        ("bridge", "--seconds -1", &["--seconds", "above 0"]),
+        ("bridge", "--scene missing.obj", &["missing.obj"]),
+        ("bridge", "--record missing/a.mcap", &["--record", "folder"]),
+        (
+            "iiwa_simulator",
+            "--mode torque",
+            &["--mode torque", "--level torque"],
+        ),
+        (
+            "arm_simulate",
+            "--gravity-only --duration -1",
+            &["--duration", "above 0"],
+        ),
+        (
+            "texture_patch",
+            "--accuracy-um 0",
+            &["--accuracy-um", "1 to 1000"],
+        ),
+        (
+            "psychophysics",
+            "design --factors 0x5 --subjects 4",
+            &["--factors 0x5", "two or more"],
+        ),
+        (
+            "study",
+            "--simulate 2 --procedure staircase --factors angle --levels 30,90",
+            &["--levels", "--procedure staircase", "three levels"],
+        ),
+        (
+            "study",
+            "--simulate 2 --procedure quest --factors angle,speed --levels 30,60,90/20,40,60",
+            &["--procedure quest", "one factor"],
+        ),
+        (
+            "validation",
+            "--published missing",
+            &["--published missing", "not part of the project"],
+        ),
+    ] {
+        let Some(mut command) = example(name) else {
+            return;
+        };
+        let words = words.split(' ');
+        command.args(words).current_dir(scratch("refusals"));
+        let output = command.stdin(Stdio::null()).output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{name}: {error}");
+        assert!(output.stdout.is_empty(), "{name} printed before it refused");
+        for word in because {
+            assert!(error.contains(word), "{name}: no {word:?} in {error}");
+        }
+    }
+}
+
+/// The address was printed before flags were looked at, and Ctrl-C during the preparation said nothing.
+#[cfg(unix)]
+#[test]
+fn a_bridge_that_is_stopped_before_it_recorded_says_so() {
+    let Some(mut bridge) = example("bridge") else {
+        return;
+    };
+    let folder = scratch("stopped");
+    let words = ["--listen", "127.0.0.1:0", "--record", "a.mcap"];
+    bridge.args(words).current_dir(&folder);
+    bridge.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = bridge.spawn().unwrap();
+    let mut first = String::new();
+    let out = child.stdout.take().unwrap();
+    std::io::BufRead::read_line(&mut std::io::BufReader::new(out), &mut first).unwrap();
+    assert!(first.starts_with("open http://"), "{first}");
+    let number = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &number])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let output = child.wait_with_output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{error}");
+    assert!(error.contains("there is no a.mcap"), "{error}");
+    assert!(!folder.join("a.mcap").exists());
+}

@@ -5,6 +5,7 @@ use super::number::WrongNumber;
 use super::outcome::{After, Outcome, Reached};
 use super::phase::Phase;
 use super::predictor::SpoiledPredictor;
+use super::script::{REST_M, Script, TARGET_M};
 use anyhow::{Context, bail};
 use glam::DVec3;
 use hwall::hand::HandFrame;
@@ -18,7 +19,7 @@ use hwall::{
 use hwall_geometry::Wrench;
 use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
-use hwall_sim::{HandBody, HandBodyConfig, HandDrive, minimum_jerk};
+use hwall_sim::{HandBody, HandBodyConfig, HandDrive};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
 use hwall_testkit::Sampler;
@@ -35,10 +36,6 @@ const RECOVERED_S: f64 = 1.0;
 const RESET_S: f64 = 0.6;
 /// A phase that has not come by then will not come, s.
 const LATEST_S: f64 = 9.0;
-/// Where the hand touches, base frame, m.
-const TARGET_M: DVec3 = DVec3::new(0.6, 0.02, 0.6);
-/// Where it rests, m, from there.
-const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
 /// Standard deviation of the tracker's noise, m.
 const NOISE_M: f64 = 3e-4;
 /// A headset that trembles as all do is frozen after this, s.
@@ -100,53 +97,6 @@ impl Setup {
             Phase::TouchedDoor => &self.door,
             Phase::Sliding => &self.rough,
             _ => &self.wall,
-        }
-    }
-}
-
-/// When the hand does what, s.
-struct Script {
-    look_s: f64,
-    reach_s: f64,
-    press_s: f64,
-    leave_s: f64,
-    end_s: f64,
-    /// How its aim goes on while it presses, m/s.
-    pressing_m_per_s: DVec3,
-}
-
-impl Script {
-    const fn of(phase: Phase) -> Self {
-        let waits = matches!(phase, Phase::Waiting);
-        let pressing_m_per_s = match phase {
-            Phase::TouchedDoor => DVec3::new(-0.08, 0.0, 0.0),
-            Phase::Sliding => DVec3::new(0.0, 0.04, 0.0),
-            _ => DVec3::ZERO,
-        };
-        let later_s = if waits { 3.0 } else { 0.0 };
-        Self {
-            look_s: 0.8 + later_s,
-            reach_s: 2.2 + later_s,
-            press_s: 3.2 + later_s,
-            leave_s: 5.8 + later_s,
-            end_s: 6.4 + later_s,
-            pressing_m_per_s,
-        }
-    }
-
-    /// Where the muscles aim, m.
-    fn aim_m(&self, t_s: f64) -> DVec3 {
-        let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
-        let out = share(self.reach_s, self.press_s) - share(self.leave_s, self.end_s);
-        let pressed_s = t_s.clamp(self.press_s, self.leave_s) - self.press_s;
-        let inside_m = TARGET_M - DVec3::X * 0.03 + self.pressing_m_per_s * pressed_s;
-        (TARGET_M + REST_M).lerp(inside_m, out)
-    }
-
-    fn drive(&self, t_s: f64) -> HandDrive {
-        HandDrive::Aim {
-            position_m: self.aim_m(t_s),
-            velocity_m_per_s: (self.aim_m(t_s + 1e-4) - self.aim_m(t_s - 1e-4)) / 2e-4,
         }
     }
 }

@@ -10,4 +10,5 @@ pub mod outcome;
 pub mod phase;
 mod predictor;
 pub mod random;
+mod script;
 pub mod study;

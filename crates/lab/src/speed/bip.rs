@@ -3,7 +3,7 @@
 use crate::bip::published_filter::FullFilter;
 use crate::bip::reaches;
 use crate::bip::trajectories::{TrainTest, TrajectorySet};
-use crate::speed::section::{Figure, Section, SummaryRow};
+use crate::speed::page::section::{Figure, Section, SummaryRow};
 use hwall_bip::{
     Bank, BankConfig, Basis, Demonstration, EnsembleConfig, EnsembleFilter, EnsembleUpdate, Filter,
     FilterConfig, Group, Model, MotionFilter, NoiseSource, Observation, TrainingConfig,

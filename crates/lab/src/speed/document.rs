@@ -1,10 +1,10 @@
 //! The whole of docs/SPEED-AGAINST-ERROR.md, and the README's excerpt of it.
 
 use crate::documents::{Documents, renew_block};
-use crate::speed::section::{Section, summary_table};
-use crate::speed::{
-    bip, connect, contact, feel, fusion, kinematics, knobs, reach, roughness, scene, texture,
-};
+use crate::speed::connect::measured as connect;
+use crate::speed::contact::{estimators, fusion, knobs};
+use crate::speed::page::section::{Section, summary_table};
+use crate::speed::{bip, feel, kinematics, reach, roughness, scene, texture};
 use anyhow::Context;
 use hwall_testkit::{Machine, Yardstick};
 use std::io::Write;
@@ -59,7 +59,7 @@ pub fn write(
         timed(reach::queries(seed, n)?),
         timed(bip::filters(seed)?),
         timed(scene::build_quality(seed, n, scene)?),
-        timed(contact::estimators(seed)?),
+        timed(estimators::estimators(seed)?),
         timed(knobs::learned(seed)?),
         timed(fusion::fusion(seed)?),
         timed(texture::tessellation()?),

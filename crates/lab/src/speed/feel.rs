@@ -1,6 +1,6 @@
 //! What feeling costs: objects, passivity, supervision, the torque-level arm.
 
-use crate::speed::section::{Section, SummaryRow};
+use crate::speed::page::section::{Section, SummaryRow};
 use glam::DVec3;
 use hwall_haptics::passivity::Sampling;
 use hwall_haptics::{

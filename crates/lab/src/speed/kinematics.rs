@@ -1,6 +1,6 @@
 //! Kinematics and dynamics: speed against error.
 
-use crate::speed::section::{Figure, Section, SummaryRow, batches};
+use crate::speed::page::section::{Figure, Section, SummaryRow, batches};
 use anyhow::Context;
 use glam::dvec3;
 use hwall_kinematics::{

@@ -2,7 +2,7 @@
 
 use crate::reach::disagreement::{Disagreement, disagreement};
 use crate::reach::published;
-use crate::speed::section::{Figure, Section, SummaryRow, batches};
+use crate::speed::page::section::{Figure, Section, SummaryRow, batches};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_kinematics::{Chain, NumericConfig, Pose, SrsArm};

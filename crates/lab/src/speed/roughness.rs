@@ -1,6 +1,6 @@
 //! Roughness: speed against error of a calibration, by the number of its levels.
 
-use crate::speed::section::{Figure, Section, SummaryRow, batches};
+use crate::speed::page::section::{Figure, Section, SummaryRow, batches};
 use anyhow::Context;
 use hwall_testkit::{ErrorStats, Sampler, SpeedErrorTable, time_batches, time_each};
 use hwall_texton::{Calibration, Encoding, Level, LevelTable, ScanAngle};

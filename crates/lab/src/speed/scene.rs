@@ -1,6 +1,6 @@
 //! Ray casts and closest points: speed against error, by the quality of the hierarchy.
 
-use crate::speed::section::{Figure, Section, SummaryRow, batches};
+use crate::speed::page::section::{Figure, Section, SummaryRow, batches};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_scene::{BuildQuality, Scene, Surface, SurfaceId, SurfaceMesh};

@@ -1,7 +1,7 @@
 //! Triangles and time against chord error of the released patch.
 
-use crate::speed::multiples::{Axis, Line, Panel, Point};
-use crate::speed::section::{Figure, Section, SummaryRow};
+use crate::speed::page::multiples::{Axis, Line, Panel, Point};
+use crate::speed::page::section::{Figure, Section, SummaryRow};
 use hwall_testkit::{MarkdownTable, format_ns, time_each};
 use hwall_texton::{
     ChordSide, Layout, Patch, PatchSpec, Tessellation, Texton, Texture, TriangleMesh,

@@ -4,6 +4,7 @@ use crate::documents::Documents;
 use crate::reach::figures;
 use crate::reach::published;
 use crate::validation::{bip, perception, reachability, texture};
+use anyhow::ensure;
 use hwall_testkit::Machine;
 use std::path::{Path, PathBuf};
 
@@ -27,6 +28,31 @@ pub struct Request<'a> {
     pub poses: usize,
 }
 
+impl Request<'_> {
+    /// Says before minutes of work that references are not there, all of them at once.
+    ///
+    /// # Errors
+    /// A folder that is missing.
+    pub fn check(&self) -> anyhow::Result<()> {
+        let folders = [
+            ("--published", self.published),
+            ("--bip", self.bip),
+            ("--texton", self.texton),
+            ("--psychophysics", self.psychophysics),
+        ];
+        let missing = folders.iter().filter(|(_, folder)| !folder.is_dir());
+        let missing: Vec<String> = missing
+            .map(|(flag, folder)| format!("{flag} {}", folder.display()))
+            .collect();
+        ensure!(
+            missing.is_empty(),
+            "nothing was compared: the references are not part of the project, and these folders of theirs are not there: {}",
+            missing.join(", ")
+        );
+        Ok(())
+    }
+}
+
 /// A document that was written.
 #[derive(Debug, Clone)]
 pub struct Written {
@@ -41,6 +67,7 @@ pub struct Written {
 /// # Errors
 /// A reference that is missing or malformed, a file that cannot be written.
 pub fn write(request: &Request<'_>, documents: &Documents) -> anyhow::Result<Written> {
+    request.check()?;
     let published = published::read(request.published)?;
     let machine = Machine::detect(request.seed);
     let found = reachability::reachability(&published, request.seed, request.poses)?;

@@ -6,8 +6,8 @@ use crate::contact::scores::{REGIONS, Scores};
 use crate::demonstrations::generate::{
     DemonstrationConfig, Part, PartSize, SimulatedReach, generate,
 };
-use crate::speed::multiples::{Axis, Line, Panel, Point};
-use crate::speed::section::{Figure, Section, SummaryRow};
+use crate::speed::page::multiples::{Axis, Line, Panel, Point};
+use crate::speed::page::section::{Figure, Section, SummaryRow};
 use anyhow::Context;
 use hwall_contact::score::Moment;
 use hwall_contact::score::{Fold, Split};

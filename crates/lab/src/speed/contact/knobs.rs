@@ -1,9 +1,11 @@
 //! The learned estimator, one knob at a time: error and time by window, rank, demonstrations and more.
 
 use crate::contact::candidates::Candidate;
-use crate::speed::contact::{DEMONSTRATIONS, Run, SHARES, World, columns, people, worlds};
-use crate::speed::multiples::{Axis, Line, Panel, Point};
-use crate::speed::section::{Figure, Section};
+use crate::speed::contact::estimators::{
+    DEMONSTRATIONS, Run, SHARES, World, columns, people, worlds,
+};
+use crate::speed::page::multiples::{Axis, Line, Panel, Point};
+use crate::speed::page::section::{Figure, Section};
 use hwall_bip::Basis;
 use hwall_contact::{LearnedConfig, LearnedModel};
 use hwall_hand::LabelledReach;

@@ -1,6 +1,6 @@
 //! One table of docs/SPEED-AGAINST-ERROR.md: its text, its figure, and what the README quotes of it.
 
-use crate::speed::multiples::{self, Panel};
+use crate::speed::page::multiples::{self, Panel};
 use hwall_stage::figures;
 use hwall_testkit::{MarkdownTable, SpeedErrorRow, Timing, format_ns, time_batches};
 use std::path::Path;
@@ -31,7 +31,12 @@ pub struct SummaryRow {
 }
 
 impl SummaryRow {
-    pub(super) fn new(part: &str, what: &str, timing: &Timing, error: impl Into<String>) -> Self {
+    pub(in crate::speed) fn new(
+        part: &str,
+        what: &str,
+        timing: &Timing,
+        error: impl Into<String>,
+    ) -> Self {
         Self {
             part: part.to_owned(),
             what: what.to_owned(),
@@ -42,7 +47,7 @@ impl SummaryRow {
     }
 
     /// The row of a job that is timed as a whole, in milliseconds.
-    pub(super) fn of_job(part: &str, what: String, seconds: f64, error: &str) -> Self {
+    pub(in crate::speed) fn of_job(part: &str, what: String, seconds: f64, error: &str) -> Self {
         Self {
             part: part.to_owned(),
             what,
@@ -85,7 +90,7 @@ enum Drawing {
 
 impl Figure {
     /// Time over error.
-    pub(super) const fn speed_error(
+    pub(in crate::speed) const fn speed_error(
         name: &'static str,
         title: &'static str,
         unit: &'static str,
@@ -99,7 +104,7 @@ impl Figure {
     }
 
     /// Time over a size, one line a method.
-    pub(super) const fn scaling(
+    pub(in crate::speed) const fn scaling(
         name: &'static str,
         title: &'static str,
         size: &'static str,
@@ -113,7 +118,7 @@ impl Figure {
     }
 
     /// Panels side by side, `columns` in a row.
-    pub(super) const fn panels(
+    pub(in crate::speed) const fn panels(
         name: &'static str,
         title: &'static str,
         columns: usize,
@@ -149,6 +154,6 @@ impl Figure {
 }
 
 /// Times calls below a microsecond, in batches.
-pub(super) fn batches<T>(f: impl FnMut(usize) -> T) -> Timing {
+pub(in crate::speed) fn batches<T>(f: impl FnMut(usize) -> T) -> Timing {
     time_batches(1_000, 100, f)
 }

@@ -14,8 +14,8 @@ use hwall_view::{ViewFrame, ViewScene, glb, replay_page};
 use std::time::Instant;
 
 const ROOM: (&str, &str) = (
-    include_str!("../../../../examples/assets/room.obj"),
-    include_str!("../../../../examples/assets/room.toml"),
+    include_str!("../../../../../examples/assets/room.obj"),
+    include_str!("../../../../../examples/assets/room.toml"),
 );
 
 /// What was measured.

@@ -1,7 +1,7 @@
 //! What connecting and looking costs: datagrams of FRI, a hand's way to the arm, a recording, a replay.
 
-use crate::speed::section::{Section, SummaryRow, batches};
-use crate::speed::{hand_to_fri, recorded_minute};
+use super::{hand_to_fri, recorded_minute};
+use crate::speed::page::section::{Section, SummaryRow, batches};
 use hwall::haptics::Board;
 use hwall_fri::codec::ClientCommandMode;
 use hwall_fri::codec::{

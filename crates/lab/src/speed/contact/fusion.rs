@@ -3,9 +3,9 @@
 use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
 use crate::rooms::room::Room;
 use crate::rooms::scores::{self, TouchPredictions};
-use crate::speed::contact::{AT, SHARES};
-use crate::speed::multiples::{Axis, Line, Panel, Point};
-use crate::speed::section::{Figure, Section, SummaryRow};
+use crate::speed::contact::estimators::{AT, SHARES};
+use crate::speed::page::multiples::{Axis, Line, Panel, Point};
+use crate::speed::page::section::{Figure, Section, SummaryRow};
 use hwall_contact::score::Moment;
 use hwall_contact::{
     Combination, ContactPrediction, FusedConfig, FusedPredictor, LearnedConfig, LearnedEstimator,
