@@ -574,6 +574,11 @@ fn a_macro_is_named_as_one() {
         Chain::from_urdf_str(text, None, None),
         Err(KinematicsError::UrdfXacro)
     );
+    let undeclared = "<robot name=\"r\"><xacro:include filename=\"arm.xacro\"/></robot>";
+    assert_eq!(
+        Chain::from_urdf_str(undeclared, None, None),
+        Err(KinematicsError::UrdfXacro)
+    );
     // What xacro prints keeps the declaration.
     let printed = format!(
         "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">{}{}</robot>",

@@ -2,16 +2,17 @@
 
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
 use hwall_stage::report::figure_file::FigureFile;
-use hwall_study::TrialRecord;
+use hwall_study::{TrialKind, TrialRecord};
 use plotters::prelude::*;
 use std::path::Path;
 
-/// Angle and speed of every trial with an answer: rendered less wanted, over wanted.
+/// Angle and speed of every trial that counts: rendered less wanted, over wanted. Practice and catch trials do not.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub(super) fn rendered(path: &Path, records: &[TrialRecord]) -> anyhow::Result<()> {
-    let valid = || records.iter().filter(|r| r.is_valid());
+    let counts = |r: &&TrialRecord| r.is_valid() && r.trial.kind == TrialKind::Main;
+    let valid = || records.iter().filter(counts);
     let angles: Vec<(f64, f64)> = valid()
         .filter_map(|r| {
             let is = r.shown.rendered.angle_deg?;
@@ -28,13 +29,14 @@ pub(super) fn rendered(path: &Path, records: &[TrialRecord]) -> anyhow::Result<(
     let root = SVGBackend::new(file.path(), (900, 420)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let root = root
-        .titled("Rendered less wanted, each trial", TITLE)
+        .titled("Rendered less wanted, each trial that counts", TITLE)
         .map_err(plot_error)?;
     let panels = [
         (angles, "wanted angle, degrees", "off by, degrees", 95.0),
         (speeds, "wanted speed, mm/s", "off by, mm/s", 105.0),
     ];
     for ((points, x, y, most), area) in panels.into_iter().zip(root.split_evenly((1, 2))) {
+        let most = points.iter().map(|p| 1.05 * p.0).fold(most, f64::max);
         let largest = points.iter().map(|p| p.1.abs()).fold(0.1, f64::max);
         let mut chart = ChartBuilder::on(&area)
             .margin(12)

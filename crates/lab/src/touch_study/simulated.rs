@@ -223,4 +223,35 @@ mod tests {
         }
         let _ = std::fs::remove_dir_all(&root);
     }
+
+    /// Practice and catch trials were among them.
+    #[test]
+    fn what_is_drawn_as_rendered_are_the_trials_that_count() {
+        let args = ProtocolArgs {
+            practice: Some(3),
+            catch_per_block: Some(1),
+            ..args()
+        };
+        let root = std::env::temp_dir().join(format!("hwall_study_drawn_{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&root);
+        let request = Request {
+            subjects: 2,
+            protocol: &args,
+            out: Some(&root),
+            resume: false,
+            kill_after: None,
+            once: true,
+            stop: &NEVER,
+        };
+        assert!(run(&request, &mut Vec::new()).unwrap());
+        let count = |file: &str, of: &str| {
+            let text = std::fs::read_to_string(root.join(file)).unwrap();
+            text.matches(of).count()
+        };
+        // Header and rows; a dot in each panel for each row.
+        let rows = count("trials.csv", "\n") - 1;
+        assert_eq!(count("rendered.svg", "<circle"), 2 * rows);
+        assert!(count("attempts.csv", "\n") - 1 > rows);
+        let _ = std::fs::remove_dir_all(&root);
+    }
 }
