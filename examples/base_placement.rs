@@ -116,6 +116,9 @@ fn run(args: &Args, out: &mut impl Write) -> anyhow::Result<()> {
         near: near.transpose().context("--near")?,
     };
     let targets = placement::targets(&scene, &choice)?;
+    if let (None, Some(remark)) = (&args.near, placement::too_far_apart(&arm, &targets)) {
+        note(remark);
+    }
     let search = Search {
         grid_m: args.grid_m,
         headings: args.headings,

@@ -52,7 +52,7 @@ fn whole_log(protocol: Protocol) -> anyhow::Result<Vec<u8>> {
             NextStep::Rest { .. } => study.rested()?,
             NextStep::Present { trial, .. } => {
                 let rendered = Rendered {
-                    angle_deg: Some(90.0 * trial.condition as f64),
+                    angle_deg: Some(10.0 + 20.0 * trial.condition as f64),
                     speed_mm_per_s: Some(40.0),
                     force_n: Some(7.0),
                     contact_s: 0.7,

@@ -74,6 +74,21 @@ pub fn targets(scene: &Scene, wanted: &TargetChoice) -> anyhow::Result<Vec<Targe
     Ok(targets)
 }
 
+/// A line about targets that lie farther apart than one base serves; `None` where most may be in reach of one.
+#[must_use]
+pub fn too_far_apart(arm: &SrsArm, targets: &[Target]) -> Option<String> {
+    let corner = |pick: fn(DVec3, DVec3) -> DVec3| targets.iter().map(|t| t.point_m).reduce(pick);
+    let size = corner(DVec3::max)? - corner(DVec3::min)?;
+    let reach_m = arm.shoulder_wrist_range().longest_m;
+    (size.x.hypot(size.y) > 6.0 * reach_m).then(|| {
+        format!(
+            "the targets lie within {:.1} x {:.1} m, and an arm of {reach_m:.2} m serves a small part of that: \
+             --near X,Y,RADIUS chooses where",
+            size.x, size.y
+        )
+    })
+}
+
 /// Which base positions and headings are tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
@@ -330,4 +345,22 @@ fn draw_key(
     area.draw(&Circle::new((18, 228), 7, BLACK.stroke_width(1)))
         .map_err(plot_error)?;
     label("best three", 221)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_house_needs_a_place_in_it_and_a_room_does_not() {
+        let arm = SrsArm::iiwa7();
+        let targets = |width_m: f64| {
+            let heights = Interval::new(0.5, 1.0);
+            Target::on_wall(DVec3::X, -DVec3::X, width_m, heights, 0.1).unwrap()
+        };
+        let said = too_far_apart(&arm, &targets(18.0)).unwrap();
+        assert!(said.contains("--near") && said.contains("18"), "{said}");
+        assert_eq!(too_far_apart(&arm, &targets(3.0)), None);
+        assert_eq!(too_far_apart(&arm, &[]), None);
+    }
 }

@@ -23,9 +23,12 @@ impl Analysis {
         out.heading(1, &format!("Analysis of {}", self.design.value));
         out.line(&self.summary());
         if let Some(first) = self.design.left_out.first() {
+            let left_out = match self.design.left_out.len() {
+                1 => "1 subject is".to_owned(),
+                count => format!("{count} subjects are"),
+            };
             out.line(&format!(
-                "Complete cases only: {} subjects are left out because answers are missing, the first is {:?} without {}.",
-                self.design.left_out.len(),
+                "Complete cases only: {left_out} left out because answers are missing, the first is {:?} without {}.",
                 first.subject,
                 first.cell
             ));

@@ -93,13 +93,14 @@ impl Robot {
             nodes_limit: MOST_NODES,
             ..ParsingOptions::default()
         };
-        let document = Document::parse_with_options(text, options).map_err(|error| match error {
-            // Macros whose prefix is not declared.
-            roxmltree::Error::UnknownNamespace(prefix, _) if prefix == "xacro" => {
-                KinematicsError::UrdfXacro
-            }
-            other => malformed(&other.to_string()),
-        })?;
+        let document =
+            Document::parse_with_options(text, options).map_err(|error| match error {
+                // Macros whose prefix is not declared.
+                roxmltree::Error::UnknownNamespace(prefix, _) if prefix == "xacro" => {
+                    KinematicsError::UrdfXacro
+                }
+                other => malformed(&other.to_string()),
+            })?;
         let is_macro = |node: Node| {
             let namespace = node.tag_name().namespace();
             namespace.is_some_and(|name| name.trim_end_matches('/').ends_with("xacro"))
