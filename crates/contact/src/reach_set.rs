@@ -2,7 +2,7 @@
 
 use crate::error::ContactError;
 use glam::DVec3;
-use hwall_hand::{HandError, HandFrame, HandPoint, LabelledReach};
+use hwall_hand::{HandError, HandFrame, HandPoint, LabelledReach, NamedPoint};
 use std::borrow::Borrow;
 
 /// The reaches, however they are held: training takes owned reaches and references to them alike, so that a
@@ -31,9 +31,12 @@ pub(crate) fn touching_point(reaches: &[&LabelledReach]) -> Result<HandPoint, Co
 }
 
 /// Mean offset of a point of the hand from every point, over all samples that show both, m.
-pub(crate) fn mean_offsets_m(reaches: &[&LabelledReach], point: HandPoint) -> [Option<DVec3>; 6] {
-    let offset = |f: &HandFrame, other| Some(f.point(point)? - f.point(other)?);
-    HandPoint::ALL
+pub(crate) fn mean_offsets_m(
+    reaches: &[&LabelledReach],
+    point: HandPoint,
+) -> [Option<DVec3>; NamedPoint::COUNT] {
+    let offset = |f: &HandFrame, other| Some(f.point(point)? - f.named(other)?);
+    NamedPoint::ALL
         .map(|other| mean(reaches, |f| offset(f, other)))
         .map(|offset_m| offset_m.filter(|o| o.is_finite()))
 }

@@ -138,7 +138,7 @@ fn what_is_sure_along_the_normal_of_a_wall_is_said_to_be() {
     let covariance = last.covariance_m2.expect("learnt");
     // All contacts lie on x = 0. The weights of the sources are those of four people, so even that is not quite sure.
     let least_sure = covariance.y_axis.y.max(covariance.z_axis.z);
-    assert!(covariance.x_axis.x < 0.3 * least_sure, "{covariance}");
+    assert!(covariance.x_axis.x < 0.25 * least_sure, "{covariance}");
     let held = last.distance_squared(test.contact_m).expect("learnt");
     assert!(held < 20.0, "{held}");
 }
@@ -253,7 +253,8 @@ fn ten_kilometres_from_the_origin() {
     let far_off = follow(&mut far.estimator(), &moved(test).frames);
     for (a, b) in near_by.iter().zip(&far_off) {
         let apart_m = (a.point_m + offset_m).distance(b.point_m);
-        assert!(apart_m < 1e-4, "{apart_m} m at {} s", a.t_s);
+        // Of two settings that do equally well on held-out reaches, rounding may choose the other one.
+        assert!(apart_m < 1e-3, "{apart_m} m at {} s", a.t_s);
     }
 }
 

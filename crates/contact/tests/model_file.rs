@@ -159,7 +159,7 @@ fn each_damage_has_its_error() {
             r#"{{"format": "{expected}", "version": 9, "x": 1}}"#
         )),
         E::File(F::Version {
-            newest: 3,
+            newest: 4,
             found: 9
         })
     );

@@ -1,5 +1,6 @@
 //! One sample of a tracked hand.
 
+use crate::body_point::{BodyPoint, NamedPoint};
 use glam::DVec3;
 use hwall_geometry::Pose;
 
@@ -7,6 +8,9 @@ use hwall_geometry::Pose;
 ///
 /// A tracker sees a room; the bound keeps every later product finite.
 pub const MAX_COORDINATE_M: f64 = 1e6;
+
+/// The wrist among the joints of a hand in OpenXR.
+const OPENXR_WRIST: usize = 1;
 
 /// A tracked point of the hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -132,6 +136,8 @@ pub struct HandFrame {
     pub palm_m: Option<DVec3>,
     /// Tips of thumb, index, middle, ring and little finger, m.
     pub tips_m: [Option<DVec3>; 5],
+    /// Arm and controller, in the order of [`BodyPoint::ALL`], m.
+    pub body_m: [Option<DVec3>; 6],
     /// Head (midway between the eyes), m.
     pub head_m: Option<DVec3>,
     /// Unit direction of gaze.
@@ -156,6 +162,7 @@ impl HandFrame {
         for point in HandPoint::ALL {
             frame.set_point(point, joints_m[point.openxr_joint()]);
         }
+        frame.set_body(BodyPoint::Wrist, joints_m[OPENXR_WRIST]);
         frame
     }
 
@@ -176,6 +183,34 @@ impl HandFrame {
         }
     }
 
+    /// A point beside the hand, m; `None` where it is missing or not usable.
+    #[must_use]
+    pub fn body(&self, which: BodyPoint) -> Option<DVec3> {
+        usable(self.body_m[which as usize])
+    }
+
+    /// Sets or clears a point beside the hand, m.
+    pub fn set_body(&mut self, which: BodyPoint, value_m: Option<DVec3>) {
+        self.body_m[which as usize] = value_m;
+    }
+
+    /// A point by its name, m; `None` where it is missing or not usable.
+    #[must_use]
+    pub fn named(&self, which: NamedPoint) -> Option<DVec3> {
+        match which {
+            NamedPoint::Hand(point) => self.point(point),
+            NamedPoint::Body(point) => self.body(point),
+        }
+    }
+
+    /// Sets or clears a point by its name, m.
+    pub fn set_named(&mut self, which: NamedPoint, value_m: Option<DVec3>) {
+        match which {
+            NamedPoint::Hand(point) => self.set_point(point, value_m),
+            NamedPoint::Body(point) => self.set_body(point, value_m),
+        }
+    }
+
     /// All six points in the order of [`HandPoint::ALL`], m.
     #[must_use]
     pub fn points(&self) -> [Option<DVec3>; 6] {
@@ -190,6 +225,7 @@ impl HandFrame {
             t_s: self.t_s,
             palm_m: self.palm_m.map(point),
             tips_m: self.tips_m.map(|tip_m| tip_m.map(point)),
+            body_m: self.body_m.map(|at_m| at_m.map(point)),
             head_m: self.head_m.map(point),
             gaze: self.gaze.map(|d| a_from_b.transform_vector(d)),
         }
@@ -197,14 +233,14 @@ impl HandFrame {
 
     /// What a tracker of only these points delivers, with or without an eye tracker; the head stays.
     #[must_use]
-    pub fn limited_to(&self, points: &[HandPoint], gaze: bool) -> Self {
+    pub fn limited_to<P: Into<NamedPoint> + Copy>(&self, points: &[P], gaze: bool) -> Self {
         let mut limited = Self {
             head_m: self.head_m,
             gaze: self.gaze.filter(|_| gaze),
             ..Self::empty(self.t_s)
         };
         for &point in points {
-            limited.set_point(point, self.point(point));
+            limited.set_named(point.into(), self.named(point.into()));
         }
         limited
     }

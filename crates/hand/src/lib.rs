@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod body_point;
 mod error;
 mod frame;
 mod noise;
@@ -8,14 +9,15 @@ pub mod recording;
 mod rigid_fit;
 pub mod track;
 
+pub use body_point::{BodyPoint, NamedPoint};
 pub use error::HandError;
 pub use frame::{GazeRay, HandFrame, HandPoint, MAX_COORDINATE_M, TrackedPoint};
 pub use glam;
 pub use hwall_geometry::{self, Pose};
 pub use hwall_numeric::ArgumentError;
 pub use reach::{
-    LabelConfig, Labelled, LabelledReach, LeftOut, Reach, ReachCut, ReachEnd, ReachWatch,
-    SegmentConfig, WatchConfig, WatchUpdate, labelled_reaches, reaches,
+    LabelConfig, Labelled, LabelledReach, LeftOut, Reach, ReachCut, ReachEnd, ReachOnset,
+    ReachWatch, SegmentConfig, WatchConfig, WatchUpdate, labelled_reaches, reaches,
 };
 pub use recording::{Quantity, Recording, Sample, read_recordings, write_recordings};
 pub use rigid_fit::{PointPair, RigidFit};

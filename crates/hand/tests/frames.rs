@@ -1,7 +1,7 @@
 //! Frames: in another coordinate system, and points that are missing.
 
 use glam::DVec3;
-use hwall_hand::{HandFrame, HandPoint, Pose, TrackedPoint};
+use hwall_hand::{HandFrame, HandPoint, NamedPoint, Pose, TrackedPoint};
 use hwall_testkit::{Tol, assert_close};
 
 #[test]
@@ -13,6 +13,7 @@ fn a_frame_is_mapped_whole() {
         tips_m: [Some(DVec3::Y), None, Some(DVec3::Z), None, Some(DVec3::ONE)],
         head_m: Some(DVec3::new(0.0, 1.7, 0.0)),
         gaze: Some(DVec3::NEG_Z),
+        body_m: [None, Some(DVec3::Y), None, None, Some(DVec3::Z), None],
     };
     let mapped = frame.transformed(&map);
     assert_eq!(mapped.t_s, 4.5);
@@ -74,6 +75,7 @@ fn a_limited_tracker_delivers_its_points_and_the_head() {
         tips_m: [Some(DVec3::Y); 5],
         head_m: Some(DVec3::Z),
         gaze: Some(DVec3::X),
+        ..HandFrame::default()
     };
     let all = frame.limited_to(&HandPoint::ALL, true);
     assert_eq!(all, frame);
@@ -84,4 +86,29 @@ fn a_limited_tracker_delivers_its_points_and_the_head() {
         ..HandFrame::empty(1.0)
     };
     assert_eq!(tip, expected);
+}
+
+#[test]
+fn every_point_has_its_own_name_and_place() {
+    let mut names = std::collections::BTreeSet::new();
+    for (k, point) in NamedPoint::ALL.into_iter().enumerate() {
+        assert_eq!(point.index(), k);
+        for name in point.other_names().into_iter().chain([point.name()]) {
+            // WebXR calls the wrist and some others as the columns do.
+            names.insert(name);
+            assert_eq!(NamedPoint::named(name), Some(point), "{name}");
+        }
+        let mut frame = HandFrame::empty(0.0);
+        frame.set_named(point, Some(DVec3::X));
+        assert_eq!(frame.named(point), Some(DVec3::X));
+        let others = NamedPoint::ALL.into_iter().filter(|p| *p != point);
+        assert!(others.into_iter().all(|p| frame.named(p).is_none()));
+        let moved = frame.transformed(&Pose::from_translation(DVec3::Y).unwrap());
+        assert_eq!(moved.named(point), Some(DVec3::X + DVec3::Y));
+        frame.set_named(point, Some(DVec3::new(0.0, f64::NAN, 0.0)));
+        assert_eq!(frame.named(point), None);
+        assert_eq!(frame.limited_to(&[point], false).named(point), None);
+    }
+    assert!(names.len() >= NamedPoint::COUNT);
+    assert_eq!(NamedPoint::named("knee"), None);
 }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use hwall_hand::{
-    HandError, HandFrame, HandPoint, LabelConfig, Labelled, ReachCut, Recording, Sample,
-    labelled_reaches,
+    HandError, HandFrame, HandPoint, LabelConfig, Labelled, LabelledReach, ReachCut, Recording,
+    Sample, labelled_reaches,
 };
 use hwall_testkit::shared;
 
@@ -79,6 +79,38 @@ fn rest_at_both_ends_is_no_part_of_the_reach() {
     );
     assert!((reach.contact_s - 1.77).abs() < 0.05, "{}", reach.contact_s);
     assert!(reach.contact_m.distance(TO) < 0.01);
+}
+
+#[test]
+fn a_reach_starts_at_the_same_sample_however_it_was_cut() {
+    let whole = recording(0.8, 0.0);
+    let cut_at = |from_s: f64| {
+        let frames: Vec<HandFrame> = whole
+            .frames()
+            .filter(|f| f.t_s >= from_s)
+            .copied()
+            .collect();
+        let reach = LabelledReach::ending_at_last_sample(HandPoint::Index, frames).unwrap();
+        reach.onset().map(|at| at.map(|k| reach.frames[k].t_s))
+    };
+    let [onset_s, clear_s] = cut_at(0.0).unwrap();
+    assert!(
+        (0.8..1.0).contains(&onset_s) && onset_s < clear_s,
+        "{onset_s} {clear_s}"
+    );
+    for from_s in [0.3, 0.6, 0.75] {
+        assert_eq!(cut_at(from_s), Some([onset_s, clear_s]));
+    }
+    // The live watch and the cut by trials agree within the delay of the filter and the slow first part.
+    let labelled = label(&whole);
+    assert!((labelled.reaches[0].frames[0].t_s - onset_s).abs() < 0.02);
+    // One that is fast from its first sample on starts with it; a hand at rest never does.
+    let [first_s, _] = cut_at(1.2).unwrap();
+    assert!((first_s - 1.2).abs() < STEP_S);
+    let mut still = whole.frames().copied().take(20).collect::<Vec<_>>();
+    still.truncate(15);
+    let still = LabelledReach::ending_at_last_sample(HandPoint::Index, still).unwrap();
+    assert_eq!(still.onset(), None);
 }
 
 #[test]

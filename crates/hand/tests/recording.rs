@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 use hwall_hand::{
-    HandError, HandFrame, HandPoint, Quantity, Recording, Sample, read_recordings, write_recordings,
+    BodyPoint, HandError, HandFrame, HandPoint, Quantity, Recording, Sample, read_recordings,
+    write_recordings,
 };
 use hwall_testkit::Sampler;
 
@@ -328,4 +329,37 @@ fn a_full_disk_is_an_error() {
     };
     let recording = Recording::from_frames([frame]).unwrap();
     assert!(matches!(recording.to_csv(Full), Err(HandError::Io { .. })));
+}
+
+#[test]
+fn points_of_the_arm_and_of_a_controller_are_read_by_any_name_and_written_by_one() {
+    let text = "t,XR_HAND_JOINT_INDEX_TIP_EXT_x,XR_HAND_JOINT_INDEX_TIP_EXT_y,XR_HAND_JOINT_INDEX_TIP_EXT_z,\
+                forearm_x,forearm_y,forearm_z,right-shoulder_x,right-shoulder_y,right-shoulder_z,\
+                gripSpace_x,gripSpace_y,gripSpace_z\n\
+                0,1,2,3,4,5,6,7,8,9,10,11,12\n0.1,1,2,3,,,,7,8,9,,,\n";
+    let recording = Recording::from_csv(text.as_bytes()).unwrap();
+    assert!(recording.ignored_columns.is_empty());
+    let at = |k: usize, p: BodyPoint| recording.samples[k].frame.body(p);
+    assert_eq!(at(0, BodyPoint::Forearm), Some(DVec3::new(4.0, 5.0, 6.0)));
+    assert_eq!(at(1, BodyPoint::Forearm), None);
+    assert_eq!(at(1, BodyPoint::Shoulder), Some(DVec3::new(7.0, 8.0, 9.0)));
+    assert_eq!(at(0, BodyPoint::Grip), Some(DVec3::new(10.0, 11.0, 12.0)));
+    assert_eq!(at(0, BodyPoint::Aim), None);
+    let mut written = Vec::new();
+    recording.to_csv(&mut written).unwrap();
+    let header = "t,index_x,index_y,index_z,forearm_x,forearm_y,forearm_z,shoulder_x,shoulder_y,shoulder_z,grip_x,";
+    assert!(written.starts_with(header.as_bytes()));
+    assert_eq!(Recording::from_csv(&written[..]).unwrap(), recording);
+    // An arm without a hand is none, and half a point of it is left out.
+    let arm = "t,elbow_x,elbow_y,elbow_z\n0,1,2,3\n";
+    assert_eq!(
+        Recording::from_csv(arm.as_bytes()),
+        Err(HandError::NoHandColumns)
+    );
+    let half = "t,palm_x,palm_y,palm_z,elbow_x,elbow_y\n0,1,2,3,4,5\n";
+    let half = Recording::from_csv(half.as_bytes()).unwrap();
+    assert_eq!(
+        *half.ignored_columns,
+        ["elbow_x".to_owned(), "elbow_y".to_owned()]
+    );
 }

@@ -6,7 +6,7 @@ use super::noise::NoiseModel;
 use super::posterior::{PHASE_STATES, PhaseDynamics, Posterior};
 use super::projector::Projector;
 use crate::arithmetic::{LANES, Rows, SquareRoot, Tile, tiles};
-use crate::error::BipError;
+use crate::error::{BipError, length};
 use crate::model::Model;
 
 /// Scratch of one update, allocated once.
@@ -78,6 +78,18 @@ impl Filter {
             },
             posterior,
         })
+    }
+
+    /// Forgets what was observed and becomes as another filter of the same model is: a copy without allocation.
+    ///
+    /// # Errors
+    /// A filter of another size.
+    pub fn restart_from(&mut self, other: &Self) -> Result<(), BipError> {
+        length("states", self.posterior.size(), other.posterior.size())?;
+        length("dofs", self.noise.sd.len(), other.noise.sd.len())?;
+        self.posterior.copy_from(&other.posterior);
+        self.health = other.health;
+        Ok(())
     }
 
     /// Lets `dt` pass: the phase moves on at its velocity, and both become less certain.

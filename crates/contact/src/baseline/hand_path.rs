@@ -6,7 +6,7 @@ use crate::reach_set::{mean_offsets_m, touching_point};
 use crate::slope::slope;
 use glam::DVec3;
 use hwall_hand::reach::TouchingPoint;
-use hwall_hand::{HandFrame, HandPoint, LabelledReach};
+use hwall_hand::{HandFrame, HandPoint, LabelledReach, NamedPoint};
 use hwall_numeric::check::positive;
 
 /// Velocities are slopes of straight lines through this much of the past, s.
@@ -133,8 +133,10 @@ impl PathTracker {
         for reach in reaches {
             positive("duration of a reach", reach.duration_s())?;
         }
+        let all_m = mean_offsets_m(reaches, point);
+        let offsets_m = HandPoint::ALL.map(|p| all_m[NamedPoint::Hand(p).index()]);
         Ok(Self {
-            path: HandPath::new(point, mean_offsets_m(reaches, point)),
+            path: HandPath::new(point, offsets_m),
             last: None,
         })
     }

@@ -5,6 +5,8 @@ mod account;
 mod blend;
 mod config;
 mod estimator;
+#[cfg(feature = "serde")]
+mod input_file;
 mod model;
 #[cfg(feature = "serde")]
 mod model_file;

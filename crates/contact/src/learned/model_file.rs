@@ -7,9 +7,10 @@ use super::blend::places::Places;
 use super::blend::sources::{SOURCES, Source};
 use super::config::{Combination, Frame};
 use super::estimator::{Learnt, Origin};
+use super::input_file::FileInputs;
 use super::model::LearnedModel;
 use super::primitive::Primitive;
-use super::reach_track::{Inputs, MOST_LAGS, PROGRESS};
+use super::reach_track::PROGRESS;
 use super::regression::gates::Gates;
 use super::regression::local_ridge::LocalRidge;
 use super::regression::training::OUTPUTS;
@@ -17,7 +18,6 @@ use super::tree_file::FileCorrection;
 use crate::error::ContactError;
 use glam::{DMat3, DVec3};
 use hwall_bip::model_file::{self, Digest, Format, ModelFileError};
-use hwall_hand::HandPoint;
 use hwall_numeric::check::{non_negative, positive, that};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -27,10 +27,10 @@ use std::sync::Arc;
 /// What a file of this crate calls itself, and the version written.
 const FORMAT: Format = Format {
     name: "hwall-contact learned model",
-    version: 3,
+    version: 4,
 };
 
-/// A whole file. Points of the hand are numbers in the order of [`HandPoint::ALL`].
+/// A whole file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -70,19 +70,6 @@ enum FileFrame {
     Both,
     Room,
     Start,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileInputs {
-    point: usize,
-    others: Vec<usize>,
-    head: bool,
-    gaze: bool,
-    lags: usize,
-    offsets_m: Vec<Option<[f64; 3]>>,
-    head_m: [f64; 3],
-    mean_gaze: [f64; 3],
 }
 
 #[derive(Serialize, Deserialize)]
@@ -287,16 +274,7 @@ impl File {
                 Frame::Room => FileFrame::Room,
                 Frame::Start => FileFrame::Start,
             },
-            inputs: FileInputs {
-                point: inputs.point as usize,
-                others: inputs.others.iter().map(|p| *p as usize).collect(),
-                head: inputs.head,
-                gaze: inputs.gaze,
-                lags: inputs.lags,
-                offsets_m: inputs.offsets_m.map(|o| o.map(|o| o.to_array())).into(),
-                head_m: inputs.head_m.to_array(),
-                mean_gaze: inputs.mean_gaze.to_array(),
-            },
+            inputs: FileInputs::of(inputs),
             gates: FileGates {
                 scale: gates.scale,
                 centres: gates.centres.clone(),
@@ -353,20 +331,7 @@ impl File {
             }),
         };
         let within = |what, value: usize, ok: bool, wanted| that(ok, what, value as f64, wanted);
-        let known = |p: usize| within("point", p, p < HandPoint::ALL.len(), "a point of the hand");
-        known(self.inputs.point)?;
-        for (k, &other) in self.inputs.others.iter().enumerate() {
-            known(other)?;
-            let new = other != self.inputs.point && !self.inputs.others[..k].contains(&other);
-            within("others", other, new, "named once")?;
-        }
-        let lags = self.inputs.lags;
-        within("lags", lags, lags <= MOST_LAGS, "at most 8")?;
-        length(
-            "offsets_m",
-            HandPoint::ALL.len(),
-            self.inputs.offsets_m.len(),
-        )?;
+        self.inputs.validate(self.version)?;
         let regions = self.gates.centres.len();
         within("gates", regions, regions > 0, "at least 1 region")?;
         positive("width of the gates", self.gates.width)?;
@@ -376,7 +341,8 @@ impl File {
             non_negative("scale", *scale)?;
         }
         length("blend", regions, self.blend.regions.len())?;
-        self.correction.validate(regions, self.inputs().width())?;
+        self.correction
+            .validate(regions, self.inputs.to_inputs().width())?;
         for r in &self.blend.regions {
             r.validate()?;
         }
@@ -400,7 +366,7 @@ impl File {
         if let Some(places) = &self.places {
             positive("scatter of places", places.scatter_m)?;
         }
-        let width = self.inputs().width();
+        let width = self.inputs.to_inputs().width();
         for (ridge, other) in [(0, 1), (1, 0)].map(|(a, b)| (&self.ridges[a], &self.ridges[b])) {
             let outputs = ridge.outputs;
             let ok = outputs == OUTPUTS || outputs == OUTPUTS - 3;
@@ -424,25 +390,9 @@ impl File {
         length("primitive", needed, usize::from(self.primitive.is_some()))
     }
 
-    /// Of a file whose points and offsets are valid.
-    fn inputs(&self) -> Inputs {
-        let file = &self.inputs;
-        let offset = |k: usize| file.offsets_m.get(k).copied().flatten();
-        Inputs {
-            point: HandPoint::ALL[file.point],
-            others: file.others.iter().map(|p| HandPoint::ALL[*p]).collect(),
-            head: file.head,
-            gaze: file.gaze,
-            lags: file.lags,
-            offsets_m: std::array::from_fn(|k| offset(k).map(DVec3::from_array)),
-            head_m: DVec3::from_array(file.head_m),
-            mean_gaze: DVec3::from_array(file.mean_gaze),
-        }
-    }
-
     /// Of a valid file.
     fn into_learnt(self) -> Result<Learnt, ContactError> {
-        let inputs = self.inputs();
+        let inputs = self.inputs.to_inputs();
         let primitive = match &self.primitive {
             None => None,
             Some(file) => {

@@ -8,7 +8,7 @@ use hwall_bip::{
     Basis, Demonstration, EvaluationConfig, Filter, FilterConfig, Group, Model, Observation,
     TrainingConfig, Tuning, TuningConfig, tune,
 };
-use hwall_hand::LabelledReach;
+use hwall_hand::{LabelledReach, NamedPoint};
 
 /// The noise is tuned on this many reaches, spread evenly over all: more change little and take long.
 const TUNED_ON: usize = 60;
@@ -52,11 +52,12 @@ pub(super) fn demonstration(
     count: usize,
     reach: &LabelledReach,
 ) -> Result<Demonstration, ContactError> {
+    let start_s = inputs.start_s(reach);
     let mut track = ReachTrack::new(inputs);
     let (mut times, mut values, mut points) = (Vec::new(), Vec::new(), Vec::new());
     for frame in &reach.frames {
         if track.push(frame)
-            && let (Some((t_s, _)), Some((start_s, _))) = (track.now(), track.start())
+            && let Some((t_s, _)) = track.now().filter(|now| now.0 >= start_s)
         {
             times.push(t_s - start_s);
             track.points_into(inputs, &mut points);
@@ -157,7 +158,7 @@ impl PrimitiveRun {
             period_s: primitive.model.sampling_period(),
             label_offset_m: primitive.label_offset_m,
             dofs: (0..primitive.model.dofs()).collect(),
-            values: Vec::with_capacity(18),
+            values: Vec::with_capacity(3 * NamedPoint::COUNT),
             last_s: None,
         }
     }
@@ -172,6 +173,10 @@ impl PrimitiveRun {
         let Some((t_s, _)) = track.now() else {
             return Ok(());
         };
+        if track.is_at_start() {
+            self.filter.restart_from(&self.fresh)?;
+            self.last_s = None;
+        }
         let dt_s = self.last_s.map_or(self.period_s, |last_s| t_s - last_s);
         self.last_s = Some(t_s);
         self.filter.predict(dt_s)?;

@@ -96,7 +96,7 @@ fn held_out(
             .filter(|(i, _)| part_of(folds[*i]) == part);
         for (i, reach) in asked {
             let mut track = ReachTrack::new(inputs);
-            let mut due = SampleTimes::new(reach, config.samples_per_reach);
+            let mut due = SampleTimes::new(inputs, reach, config.samples_per_reach);
             run.begin();
             for (k, frame) in reach.frames.iter().enumerate() {
                 if !track.push(frame) {

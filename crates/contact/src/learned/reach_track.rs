@@ -4,7 +4,7 @@ use crate::reach_set::{mean, mean_offsets_m};
 use crate::slope::slope;
 use glam::{DMat3, DVec3};
 use hwall_hand::reach::TouchingPoint;
-use hwall_hand::{HandFrame, HandPoint, LabelledReach};
+use hwall_hand::{HandFrame, HandPoint, LabelledReach, NamedPoint, ReachOnset};
 use std::ops::Range;
 
 /// The shortest time by which positions are compared with the present one, s; each next lag is twice
@@ -20,6 +20,8 @@ const MOTION_LAGS_S: [f64; 2] = [0.06, 0.2];
 const SPEED_WINDOW_S: f64 = 0.05;
 /// An input is used if this share of the training samples has it.
 const USUALLY_SEEN: f64 = 0.8;
+/// One reach in so many is slower than what onsets are made for.
+const SLOWEST: usize = 10;
 /// Samples of one reach that are kept; older ones are only needed for the lags.
 const KEPT: usize = 512;
 /// How many scalars say how far a reach has come.
@@ -29,15 +31,17 @@ pub(super) const PROGRESS: usize = 4;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Inputs {
     pub(super) point: HandPoint,
-    /// Other points of the hand, relative to the touching one.
-    pub(super) others: Vec<HandPoint>,
+    /// Other points, relative to the touching one.
+    pub(super) others: Vec<NamedPoint>,
     pub(super) head: bool,
     pub(super) gaze: bool,
     /// How many positions of the past are compared with the present one.
     pub(super) lags: usize,
-    /// Mean offset of the touching point from every point of the hand, m: for the first frames of a
-    /// reach in which it is missing.
-    pub(super) offsets_m: [Option<DVec3>; 6],
+    /// Mean offset of the touching point from every point, m: for the first frames of a reach in which one of them
+    /// is missing.
+    pub(super) offsets_m: [Option<DVec3>; NamedPoint::COUNT],
+    /// When a reach starts, however it was cut; `None` in old files: with its first sample.
+    pub(super) onset: Option<ReachOnset>,
     /// Means of the head, seen from the touching point, and of the gaze, which stand in until they are seen.
     pub(super) head_m: DVec3,
     pub(super) mean_gaze: DVec3,
@@ -57,13 +61,13 @@ impl Inputs {
         let usual = |seen: &dyn Fn(&HandFrame) -> bool| {
             frames().filter(|f| seen(f)).count() as f64 >= USUALLY_SEEN * total
         };
-        let others = HandPoint::ALL
+        let others = NamedPoint::ALL
             .into_iter()
-            .filter(|&p| p != point && usual(&|f| f.point(p).is_some()))
+            .filter(|&p| p != NamedPoint::Hand(point) && usual(&|f| f.named(p).is_some()))
             .collect();
         let head = |f: &HandFrame| f.gaze_ray().map(|g| g.origin_m).or(head_of(f));
         let gaze = |f: &HandFrame| f.gaze_ray().map(|g| g.direction);
-        Self {
+        let inputs = Self {
             point,
             others,
             head: usual(&|f| head(f).is_some()),
@@ -72,14 +76,51 @@ impl Inputs {
             offsets_m: mean_offsets_m(reaches, point),
             head_m: mean(reaches, |f| Some(head(f)? - f.point(point)?)).unwrap_or(DVec3::ZERO),
             mean_gaze: mean(reaches, gaze).unwrap_or(DVec3::ZERO),
+            onset: None,
+        };
+        let mut peaks: Vec<f64> = reaches.iter().map(|r| inputs.peak_m_per_s(r)).collect();
+        peaks.sort_by(f64::total_cmp);
+        let slowest = peaks.get(peaks.len() / SLOWEST);
+        let onset = slowest.map(|peak| ReachOnset::of_peak(*peak));
+        Self { onset, ..inputs }
+    }
+
+    /// Largest speed of the touching point in a reach, m/s.
+    fn peak_m_per_s(&self, reach: &LabelledReach) -> f64 {
+        let mut track = ReachTrack::new(self);
+        reach.frames.iter().for_each(|frame| {
+            track.push(frame);
+        });
+        track.peak.0
+    }
+
+    /// When the hand starts in a reach that somebody has cut, s; with the first sample that shows it if it never clearly
+    /// moves.
+    pub(super) fn start_s(&self, reach: &LabelledReach) -> f64 {
+        let mut track = ReachTrack::new(self);
+        let mut first_s = None;
+        for frame in &reach.frames {
+            if track.push(frame) {
+                first_s.get_or_insert(frame.t_s);
+            }
+            if track.has_started {
+                break;
+            }
         }
+        let start = track.start.filter(|_| track.has_started);
+        start.map(|start| start.0).or(first_s).unwrap_or(0.0)
+    }
+
+    /// The offsets from points of the hand, m.
+    fn hand_offsets_m(&self) -> [Option<DVec3>; 6] {
+        HandPoint::ALL.map(|p| self.offsets_m[NamedPoint::Hand(p).index()])
     }
 
     fn lags_s(&self) -> impl Iterator<Item = f64> {
         (0..self.lags).map(|k| FIRST_LAG_S * f64::from(1 << k))
     }
 
-    /// How many points of the hand are used.
+    /// How many points are used.
     pub(super) fn points(&self) -> usize {
         1 + self.others.len()
     }
@@ -136,10 +177,10 @@ pub(super) enum BlockKind {
     HeadMotion,
     /// The direction of gaze.
     Gaze,
-    /// Where another point of the hand is, seen from the touching one.
-    Place(HandPoint),
+    /// Where another point is, seen from the touching one.
+    Place(NamedPoint),
     /// How it moves, seen from there.
-    Motion(HandPoint),
+    Motion(NamedPoint),
 }
 
 /// Time, speed, peak speed, their ratio, distance from the start, time since the peak.
@@ -153,7 +194,7 @@ fn head_of(frame: &HandFrame) -> Option<DVec3> {
 #[derive(Debug, Clone, Copy)]
 struct Beside {
     head_m: Option<DVec3>,
-    relative_m: [Option<DVec3>; 6],
+    relative_m: [Option<DVec3>; NamedPoint::COUNT],
 }
 
 /// One reach from its start to now. A finger that is missing does not stop the prediction.
@@ -164,9 +205,12 @@ pub(super) struct ReachTrack {
     /// Head and other points, relative to the touching one, at the same times.
     beside: Vec<Beside>,
     start: Option<(f64, DVec3)>,
+    onset: Option<ReachOnset>,
+    /// Has the hand clearly moved? Until then the start is the last sample at which it was slow.
+    has_started: bool,
     touching: TouchingPoint,
-    /// The other points relative to the touching point, as last seen, m; by [`HandPoint`].
-    relative_m: [Option<DVec3>; 6],
+    /// The other points relative to the touching point, as last seen, m; by [`NamedPoint`].
+    relative_m: [Option<DVec3>; NamedPoint::COUNT],
     head_m: Option<DVec3>,
     /// Where the head was when it was first seen, m.
     start_head_m: Option<DVec3>,
@@ -182,8 +226,10 @@ impl ReachTrack {
             history: Vec::with_capacity(KEPT),
             beside: Vec::with_capacity(KEPT),
             start: None,
-            touching: TouchingPoint::new(inputs.point, inputs.offsets_m),
-            relative_m: [None; 6],
+            onset: inputs.onset,
+            has_started: false,
+            touching: TouchingPoint::new(inputs.point, inputs.hand_offsets_m()),
+            relative_m: [None; NamedPoint::COUNT],
             head_m: None,
             start_head_m: None,
             gaze: None,
@@ -196,9 +242,10 @@ impl ReachTrack {
         self.history.clear();
         self.beside.clear();
         self.start = None;
+        self.has_started = false;
         self.start_head_m = None;
         self.touching.begin();
-        self.relative_m = [None; 6];
+        self.relative_m = [None; NamedPoint::COUNT];
         (self.head_m, self.gaze) = (None, None);
         self.velocity_m_per_s = DVec3::ZERO;
         self.peak = (0.0, 0.0);
@@ -216,7 +263,8 @@ impl ReachTrack {
         let Some(position_m) = self.touching.locate(&points) else {
             return false;
         };
-        for (relative_m, seen_m) in self.relative_m.iter_mut().zip(points) {
+        for (relative_m, which) in self.relative_m.iter_mut().zip(NamedPoint::ALL) {
+            let seen_m = frame.named(which);
             *relative_m = seen_m.map(|seen_m| seen_m - position_m).or(*relative_m);
         }
         self.head_m = frame
@@ -238,10 +286,23 @@ impl ReachTrack {
         self.start.get_or_insert((t_s, position_m));
         self.velocity_m_per_s = self.velocity_m_per_s();
         let speed = self.velocity_m_per_s.length();
+        if let Some(onset) = self.onset.filter(|_| !self.has_started) {
+            if onset.is_slow(speed) {
+                self.start = Some((t_s, position_m));
+                self.start_head_m = self.head_m;
+                self.peak = (0.0, t_s);
+            }
+            self.has_started = onset.is_clear(speed);
+        }
         if speed > self.peak.0 {
             self.peak = (speed, t_s);
         }
         true
+    }
+
+    /// Has the reach, by all that was seen, only just started?
+    pub(super) fn is_at_start(&self) -> bool {
+        self.now() == self.start
     }
 
     /// Time and place of the touching point now; `None` before the first sample.
@@ -260,9 +321,9 @@ impl ReachTrack {
         }
     }
 
-    fn relative(&self, inputs: &Inputs, other: HandPoint) -> DVec3 {
-        let usual_m = || inputs.offsets_m[other as usize].map_or(DVec3::ZERO, |o| -o);
-        self.relative_m[other as usize].unwrap_or_else(usual_m)
+    fn relative(&self, inputs: &Inputs, other: NamedPoint) -> DVec3 {
+        let usual_m = || inputs.offsets_m[other.index()].map_or(DVec3::ZERO, |o| -o);
+        self.relative_m[other.index()].unwrap_or_else(usual_m)
     }
 
     /// Time and place of the start.
@@ -366,7 +427,7 @@ impl ReachTrack {
         for &other in &inputs.others {
             out.extend(self.relative(inputs, other).to_array());
             for lag_s in MOTION_LAGS_S {
-                let moves = self.moves(lag_s, |b| b.relative_m[other as usize]);
+                let moves = self.moves(lag_s, |b| b.relative_m[other.index()]);
                 out.extend(moves.to_array());
             }
         }

@@ -24,6 +24,9 @@ pub(super) struct TrainingSample {
     pub(super) primitive_m: Option<DVec3>,
 }
 
+/// Of a rest before a reach so much is learnt from, s.
+const REST_LEARNT_S: f64 = 0.1;
+
 /// Samples of all reaches at even times, without a primitive.
 pub(super) fn of(
     inputs: &Inputs,
@@ -35,7 +38,7 @@ pub(super) fn of(
     for (number, (reach, fold)) in reaches.iter().zip(folds).enumerate() {
         let first = samples.len();
         let mut track = ReachTrack::new(inputs);
-        let mut due = SampleTimes::new(reach, config.samples_per_reach);
+        let mut due = SampleTimes::new(inputs, reach, config.samples_per_reach);
         for (k, frame) in reach.frames.iter().enumerate() {
             if !track.push(frame) || !due.is_due(k, frame.t_s) {
                 continue;
@@ -67,8 +70,8 @@ pub(super) fn of(
     samples
 }
 
-/// Which frames of a reach are samples: the first, one whenever another share of the time has passed,
-/// and the last.
+/// Which frames of a reach are samples: the first, or that shortly before the hand starts, one whenever another share of
+/// the time has passed, and the last.
 pub(super) struct SampleTimes {
     start_s: f64,
     step_s: f64,
@@ -77,10 +80,12 @@ pub(super) struct SampleTimes {
 }
 
 impl SampleTimes {
-    pub(super) fn new(reach: &LabelledReach, count: usize) -> Self {
+    pub(super) fn new(inputs: &Inputs, reach: &LabelledReach, count: usize) -> Self {
+        let first_s = reach.frames.first().map_or(0.0, |f| f.t_s);
+        let start_s = first_s.max(inputs.start_s(reach) - REST_LEARNT_S);
         Self {
-            start_s: reach.frames.first().map_or(0.0, |f| f.t_s),
-            step_s: reach.duration_s() / count as f64,
+            start_s,
+            step_s: (reach.contact_s - start_s) / count as f64,
             last: reach.frames.len() - 1,
             next: 0.0,
         }

@@ -30,10 +30,10 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// When reaches are judged: the usual moments, and when the hand has gone 2 cm.
+    /// When reaches are judged: the usual moments, and when the hand starts.
     #[must_use]
     pub fn moments() -> Vec<Moment> {
-        Moment::all().chain([Moment::Gone(0.02)]).collect()
+        Moment::all().chain([Moment::Started]).collect()
     }
 
     /// Trains on the learning part of every fold and follows the reaches of the other in their order. With

@@ -39,6 +39,9 @@ pub enum Moment {
     Share(f64),
     /// A time before contact, s.
     Before(f64),
+    /// When the hand clearly moves: when an online system knows that it has started
+    /// ([`ReachOnset`](hwall_hand::ReachOnset)).
+    Started,
     /// Once the touching point has gone this far from where it was first seen, m: a moment that can be told
     /// online.
     Gone(f64),
@@ -57,6 +60,7 @@ impl Moment {
         match self {
             Self::Share(share) => format!("{:.0} %", 100.0 * share),
             Self::Before(s) => format!("{:.0} ms", 1e3 * s),
+            Self::Started => "hand starts".to_owned(),
             Self::Gone(m) => format!("after {:.0} mm", 1e3 * m),
         }
     }
@@ -66,6 +70,7 @@ impl Moment {
     #[must_use]
     pub fn frame(self, reach: &LabelledReach) -> Option<usize> {
         match self {
+            Self::Started => reach.onset().map(|[_, clear]| clear),
             Self::Gone(far_m) => {
                 let place = |k: usize| reach.frames[k].point(reach.point);
                 let first_m = (0..reach.frames.len()).find_map(place)?;
@@ -84,7 +89,7 @@ impl Moment {
         let t_s = match self {
             Self::Share(share) => contact_s - (1.0 - share) * (contact_s - start_s),
             Self::Before(s) => contact_s - s,
-            Self::Gone(_) => return None,
+            Self::Started | Self::Gone(_) => return None,
         };
         let by_then = |&at_s: &f64| at_s <= t_s + ROUNDING_S;
         let seen = times_s.into_iter().take_while(by_then).count();
@@ -153,5 +158,7 @@ mod tests {
         // A hand that has gone 0.1 m, and one that never goes ten.
         assert_eq!(Moment::Gone(0.1).frame(&short), Some(6));
         assert_eq!(Moment::Gone(10.0).frame(&short), None);
+        // It moves from the first sample on.
+        assert_eq!(Moment::Started.frame(&short), Some(0));
     }
 }

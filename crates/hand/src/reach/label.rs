@@ -1,6 +1,7 @@
 //! From recordings to reaches with a known end.
 
 use super::labelled::LabelledReach;
+use super::onset::ReachOnset;
 use super::segment::{Knot, Reach, ReachEnd, SegmentConfig, find_reaches, speeds};
 use super::touching_point::TouchingPoint;
 use crate::error::HandError;
@@ -49,9 +50,9 @@ pub struct LabelConfig {
     pub cut: ReachCut,
     /// Label with the target where the recording names one (default), not with where the hand ends.
     pub use_target: bool,
-    /// In a trial the hand is slow below this share of the trial's peak speed. Default 0.05.
+    /// At the end of a trial the hand is slow below this share of the trial's peak speed. Default 0.05.
     pub slow_share: f64,
-    /// Below this speed a hand is slow in every trial: tremor and tracker noise, m/s. Default 0.02.
+    /// Below this speed a hand is slow at the end of every trial: tremor and tracker noise, m/s. Default 0.02.
     pub slow_m_per_s: f64,
     /// A slow stretch at an end of a trial belongs to the movement if it is shorter than this plus a tenth of
     /// the movement, s: trials that were cropped to the movement then lose nothing. Default 0.1.
@@ -103,9 +104,8 @@ pub struct Labelled {
 
 /// The reaches of recordings, in the order of the recordings, with where and when each ends.
 ///
-/// A hand moves clearly above a quarter of the peak speed of its trial. A trial starts when the hand is slow
-/// for the last time before it first moves clearly. It ends when `contact` first turns 1, else when the hand
-/// first gets slow after it last moves clearly. The label is the target if the recording names one, else
+/// A trial starts at its [`ReachOnset`]. It ends when `contact` first turns 1, else when the hand first gets slow after it
+/// was last faster than a quarter of the peak speed of its trial. The label is the target if the recording names one, else
 /// where the touching point is at the end; if it is not seen then, another point stands in, shifted by the
 /// last offset. A first sample that is far away from where the hand goes on is dropped and listed.
 ///
@@ -336,16 +336,9 @@ impl Source<'_> {
         let speeds = speeds(&knots, self.segment.speed_window_s);
         let peak = speeds.iter().fold(0.0, |m: f64, &v| m.max(v));
         let slow = (self.config.slow_share * peak).max(self.config.slow_m_per_s);
-        let Some(clear) = speeds
-            .iter()
-            .position(|&v| v >= CLEAR_SHARE * peak && v > slow)
-        else {
+        let Some([start, clear]) = ReachOnset::of_peak(peak).find(&speeds) else {
             return Err("the hand does not move");
         };
-        let start = speeds[..clear]
-            .iter()
-            .rposition(|&v| v <= slow)
-            .unwrap_or(0);
         // After the last clear movement: noise at rest may be faster than slow, too.
         let last_clear = speeds
             .iter()

@@ -1,5 +1,7 @@
 //! Reaches with a known end: what estimators learn from and are judged by.
 
+use super::onset::ReachOnset;
+use super::segment::{Knot, SegmentConfig, speeds};
 use crate::error::HandError;
 use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
@@ -102,6 +104,24 @@ impl LabelledReach {
             return Err(bad("a normal that is not a unit vector"));
         }
         Ok(())
+    }
+
+    /// The samples at which the hand starts and at which it first clearly moves, by the one definition
+    /// ([`ReachOnset`]), however the reach was cut; `None` if it never clearly moves.
+    #[must_use]
+    pub fn onset(&self) -> Option<[usize; 2]> {
+        let seen = |(index, f): (usize, &HandFrame)| {
+            Some(Knot {
+                index,
+                t_s: f.t_s,
+                position_m: f.point(self.point)?,
+            })
+        };
+        let knots: Vec<Knot> = self.frames.iter().enumerate().filter_map(seen).collect();
+        let speeds = speeds(&knots, SegmentConfig::default().speed_window_s);
+        let peak = speeds.iter().fold(0.0, |m: f64, &v| m.max(v));
+        let found = ReachOnset::of_peak(peak).find(&speeds)?;
+        Some(found.map(|k| knots[k].index))
     }
 
     /// Person and trial, for messages.

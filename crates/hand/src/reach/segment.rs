@@ -1,5 +1,6 @@
 //! Cuts a recording into reaches by the speed of the hand.
 
+use super::onset::ReachOnset;
 use crate::error::HandError;
 use crate::frame::HandPoint;
 use crate::recording::Recording;
@@ -154,6 +155,15 @@ pub(super) fn find_reaches(recording: &Recording, config: &SegmentConfig) -> Vec
 }
 
 impl SegmentConfig {
+    /// When a reach begins, by these speeds.
+    #[must_use]
+    pub const fn onset(&self) -> ReachOnset {
+        ReachOnset {
+            slow_m_per_s: self.offset_m_per_s,
+            clear_m_per_s: self.onset_m_per_s,
+        }
+    }
+
     pub(super) fn validate(&self) -> Result<(), ArgumentError> {
         positive("onset_m_per_s", self.onset_m_per_s)?;
         positive("offset_m_per_s", self.offset_m_per_s)?;
@@ -227,22 +237,17 @@ fn cut(
     found: &mut Vec<Reach>,
 ) {
     let speeds = speeds(stretch, config.speed_window_s);
+    let onset = config.onset();
     let mut next = 0;
-    while let Some(run) = speeds[next..]
-        .iter()
-        .position(|&v| v > config.offset_m_per_s)
-    {
-        let first = next + run;
-        let length = speeds[first..]
-            .iter()
-            .take_while(|&&v| v > config.offset_m_per_s)
-            .count();
-        let last = first + length - 1;
+    while let Some([first, clear]) = onset.find(&speeds[next..]) {
+        let (first, clear) = (next + first, next + clear);
+        let moving = speeds[clear..].iter().take_while(|&&v| !onset.is_slow(v));
+        let last = clear + moving.count() - 1;
         next = last + 1;
         let peak_speed_m_per_s = speeds[first..=last].iter().fold(0.0, |m: f64, &v| m.max(v));
         let (a, b) = (stretch[first], stretch[last]);
         let length_m = a.position_m.distance(b.position_m);
-        if peak_speed_m_per_s < config.onset_m_per_s || length_m < config.min_length_m {
+        if length_m < config.min_length_m {
             continue;
         }
         found.push(Reach {

@@ -1,5 +1,6 @@
 //! Reaches in a stream of samples: when a hand leaves its rest, and when it rests again.
 
+use super::onset::ReachOnset;
 use crate::error::HandError;
 use crate::frame::HandFrame;
 use crate::noise::MedianSize;
@@ -39,6 +40,15 @@ impl Default for WatchConfig {
 }
 
 impl WatchConfig {
+    /// When a reach begins, by these speeds: the definition by which recordings are cut, too.
+    #[must_use]
+    pub const fn onset(&self) -> ReachOnset {
+        ReachOnset {
+            slow_m_per_s: self.offset_m_per_s,
+            clear_m_per_s: self.onset_m_per_s,
+        }
+    }
+
     fn validate(&self) -> Result<(), ArgumentError> {
         positive("onset_m_per_s", self.onset_m_per_s)?;
         positive("offset_m_per_s", self.offset_m_per_s)?;
@@ -156,7 +166,7 @@ impl ReachWatch {
         self.remember(frame, velocity.map(DVec3::length));
         self.measure_noise();
         let begins = match (&self.reach, velocity) {
-            (None, Some(v)) => v.length() >= self.config.onset_m_per_s && self.goes_on(v.length()),
+            (None, Some(v)) => self.config.onset().is_clear(v.length()) && self.goes_on(v.length()),
             (None, None) => false,
             (Some(_), v) => {
                 let slow = v.is_some_and(|v| self.is_slow(v.length()));
@@ -203,10 +213,8 @@ impl ReachWatch {
             }
             slowest
         } else {
-            self.recent
-                .iter()
-                .rposition(|(_, speed)| *speed <= self.config.offset_m_per_s)
-                .unwrap_or(0)
+            let speeds = self.recent.iter().map(|(_, speed)| *speed);
+            self.config.onset().before(speeds)
         };
         self.reach = Some(Reaching {
             peak_m_per_s: velocity.length(),

@@ -1,12 +1,14 @@
 //! Recordings as CSV.
 //!
 //! One header line, then one row a sample, metres and seconds:
-//! `person,trial,t,palm_x,palm_y,palm_z,thumb_x,...,little_z,head_x,...,gaze_x,...,object_x,...,target_x,...,contact`.
+//! `person,trial,t,palm_x,palm_y,palm_z,thumb_x,...,little_z,head_x,...,gaze_x,...,object_x,...,target_x,...,contact`,
+//! after the hand perhaps `wrist`, `forearm`, `elbow`, `shoulder`, `grip` and `aim`.
 //! Columns are found by name, in any order. Only `t` and one point of the hand are required;
 //! an empty cell is a missing value; other columns are left out and listed. Rows of several
 //! trials may share a file and may even alternate: `person` and `trial` tell them apart.
 
 use super::in_memory::{Quantity, Recording, Sample};
+use crate::body_point::NamedPoint;
 use crate::error::HandError;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -235,6 +237,11 @@ impl Columns {
             };
             let name = names(quantity).find(named).unwrap_or(quantity.name());
             let names = AXES.map(|axis| format!("{name}_{axis}"));
+            // Recordings from before these points were known may have other columns of such a name: then they are left out.
+            let is_whole = names.iter().all(|n| place.contains_key(n.as_str()));
+            if matches!(quantity, Quantity::Body(_)) && !is_whole {
+                continue;
+            }
             let found = [0, 1, 2].map(|i| place.remove(names[i].as_str()));
             match found {
                 [Some(x), Some(y), Some(z)] => vectors.push((quantity, [x, y, z])),
@@ -303,10 +310,11 @@ impl Columns {
 /// The names by which a quantity is found, its own first.
 fn names(quantity: Quantity) -> impl Iterator<Item = &'static str> {
     let others = match quantity {
-        Quantity::Hand(point) => Some(point.other_names()),
-        _ => None,
+        Quantity::Hand(point) => NamedPoint::Hand(point).other_names(),
+        Quantity::Body(point) => NamedPoint::Body(point).other_names(),
+        _ => Vec::new(),
     };
-    std::iter::once(quantity.name()).chain(others.into_iter().flatten())
+    std::iter::once(quantity.name()).chain(others)
 }
 
 fn column_name(quantity: Quantity, axis: &str) -> String {

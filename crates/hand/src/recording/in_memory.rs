@@ -1,5 +1,6 @@
 //! Recordings of hands in memory.
 
+use crate::body_point::BodyPoint;
 use crate::error::HandError;
 use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
@@ -10,6 +11,8 @@ use std::sync::Arc;
 pub enum Quantity {
     /// A point of the hand, m.
     Hand(HandPoint),
+    /// A point of the arm or of a controller, m.
+    Body(BodyPoint),
     /// Head (midway between the eyes), m.
     Head,
     /// Unit direction of gaze.
@@ -21,14 +24,20 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All ten, in the order of the columns.
-    pub const ALL: [Self; 10] = [
+    /// All, in the order of the columns.
+    pub const ALL: [Self; 16] = [
         Self::Hand(HandPoint::Palm),
         Self::Hand(HandPoint::Thumb),
         Self::Hand(HandPoint::Index),
         Self::Hand(HandPoint::Middle),
         Self::Hand(HandPoint::Ring),
         Self::Hand(HandPoint::Little),
+        Self::Body(BodyPoint::Wrist),
+        Self::Body(BodyPoint::Forearm),
+        Self::Body(BodyPoint::Elbow),
+        Self::Body(BodyPoint::Shoulder),
+        Self::Body(BodyPoint::Grip),
+        Self::Body(BodyPoint::Aim),
         Self::Head,
         Self::Gaze,
         Self::Object,
@@ -40,6 +49,7 @@ impl Quantity {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Hand(point) => point.name(),
+            Self::Body(point) => point.name(),
             Self::Head => "head",
             Self::Gaze => "gaze",
             Self::Object => "object",
@@ -68,6 +78,7 @@ impl Sample {
         match quantity {
             Quantity::Hand(HandPoint::Palm) => self.frame.palm_m,
             Quantity::Hand(tip) => self.frame.tips_m[tip as usize - 1],
+            Quantity::Body(point) => self.frame.body_m[point as usize],
             Quantity::Head => self.frame.head_m,
             Quantity::Gaze => self.frame.gaze,
             Quantity::Object => self.object_m,
@@ -79,6 +90,7 @@ impl Sample {
     pub fn set(&mut self, quantity: Quantity, value: Option<DVec3>) {
         match quantity {
             Quantity::Hand(point) => self.frame.set_point(point, value),
+            Quantity::Body(point) => self.frame.set_body(point, value),
             Quantity::Head => self.frame.head_m = value,
             Quantity::Gaze => self.frame.gaze = value,
             Quantity::Object => self.object_m = value,

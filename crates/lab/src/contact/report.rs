@@ -9,7 +9,7 @@ use crate::contact::scores::Scores;
 use crate::contact::tables;
 use anyhow::Context;
 use hwall_contact::score::Split;
-use hwall_hand::{HandPoint, LabelledReach};
+use hwall_hand::{LabelledReach, NamedPoint};
 use hwall_stage::numbers::counted;
 use hwall_testkit::quantile;
 use std::fmt::Write as _;
@@ -87,7 +87,7 @@ pub fn compare(
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// Points of the hand; `None` for all.
-    pub points: Option<Vec<HandPoint>>,
+    pub points: Option<Vec<NamedPoint>>,
     /// Is the learned estimator to see the gaze?
     pub gaze: bool,
 }
@@ -108,7 +108,7 @@ impl Choice {
             )
         };
         let points = self.points.iter().flatten().map(|point| {
-            let seen = frames().filter(|f| f.point(*point).is_some()).count();
+            let seen = frames().filter(|f| f.named(*point).is_some()).count();
             ("--points", point.name(), seen)
         });
         let seen = frames().filter(|f| f.gaze_ray().is_some()).count();
@@ -125,7 +125,7 @@ impl Choice {
         let Some(points) = &self.points else { return };
         for reach in reaches {
             let mut seen = points.clone();
-            seen.push(reach.point);
+            seen.push(NamedPoint::Hand(reach.point));
             for frame in &mut reach.frames {
                 *frame = frame.limited_to(&seen, true);
             }
@@ -232,7 +232,7 @@ fn heading(source: &Source) -> String {
 mod tests {
     use super::*;
     use glam::DVec3;
-    use hwall_hand::HandFrame;
+    use hwall_hand::{HandFrame, HandPoint};
 
     #[test]
     fn what_was_asked_for_and_is_not_there_is_said() {
@@ -245,9 +245,9 @@ mod tests {
         };
         let frames = (0..10).map(frame).collect();
         let reaches = [LabelledReach::new(HandPoint::Index, frames, DVec3::X, 0.09)];
-        let points = vec![HandPoint::Index, HandPoint::Thumb, HandPoint::Ring];
+        let points = [HandPoint::Index, HandPoint::Thumb, HandPoint::Ring].map(NamedPoint::Hand);
         let choice = Choice {
-            points: Some(points),
+            points: Some(points.to_vec()),
             gaze: true,
         };
         let notes = choice.absent(&reaches);

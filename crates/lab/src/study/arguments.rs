@@ -11,7 +11,7 @@ use crate::study::document;
 use anyhow::{Context, bail};
 use clap::{Parser, ValueEnum};
 use hwall_contact::{Frame, LearnedConfig};
-use hwall_hand::HandPoint;
+use hwall_hand::NamedPoint;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::numbers::count_within;
 use std::path::{Path, PathBuf};
@@ -24,8 +24,8 @@ const FIGURES: &str = "contact";
 /// Compares estimators of where and when a hand touches, on reaches that they were not trained with.
 ///
 /// Recordings are CSV files, one row a sample, metres and seconds: t, columns NAME_x, NAME_y, NAME_z of
-/// any of palm, thumb, index, middle, ring, little, head, gaze, target, and optionally person, trial,
-/// contact (0 or 1). With a person column one person at a time is held out.
+/// any of palm, thumb, index, middle, ring, little, wrist, forearm, elbow, shoulder, grip, aim, head, gaze, target, and
+/// optionally person, trial, contact (0 or 1). With a person column one person at a time is held out.
 #[derive(Parser)]
 pub struct Arguments {
     /// A recording, or a folder: every CSV file under it
@@ -61,9 +61,9 @@ pub struct Arguments {
     /// Past positions that it compares with the present one, 0 to 8 [default: 4]
     #[arg(long, value_parser = count_within::<0, 8>)]
     lags: Option<usize>,
-    /// Points of the hand that estimators may see beside the touching one, separated by commas: palm, thumb, index, middle, ring, little [default: all]
-    #[arg(long, value_delimiter = ',', value_parser = hand_point)]
-    points: Option<Vec<HandPoint>>,
+    /// Points that estimators may see beside the touching one, separated by commas: palm, thumb, index, middle, ring, little, wrist, forearm, elbow, shoulder, grip, aim [default: all]
+    #[arg(long, value_delimiter = ',', value_parser = named_point)]
+    points: Option<Vec<NamedPoint>>,
     /// Frame of the learned estimator [default: auto]
     #[arg(long, value_enum)]
     frame: Option<FrameChoice>,
@@ -91,10 +91,11 @@ enum Settings {
     Auto,
 }
 
-fn hand_point(name: &str) -> Result<HandPoint, String> {
-    let known = HandPoint::ALL.into_iter().find(|p| p.name() == name);
-    known
-        .ok_or_else(|| "no point of the hand (palm, thumb, index, middle, ring, little)".to_owned())
+fn named_point(name: &str) -> Result<NamedPoint, String> {
+    NamedPoint::named(name).ok_or_else(|| {
+        let known = NamedPoint::ALL.map(NamedPoint::name).join(", ");
+        format!("no point that is known ({known})")
+    })
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

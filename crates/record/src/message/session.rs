@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use hwall::Cycle;
 use hwall::WorldPose;
 use hwall::geometry::Pose;
-use hwall::hand::{HandFrame, HandPoint};
+use hwall::hand::{BodyPoint, HandFrame, HandPoint};
 use hwall::haptics::{ArmCommand, ArmState, Board};
 use hwall::kinematics::{JointPositions, JointTorques, JointVelocities};
 use hwall_protobuf::{Field, Fields, ProtobufError, Writer};
@@ -67,6 +67,9 @@ fn write_vector(writer: &mut Writer<'_>, field: u32, v: DVec3) {
     });
 }
 
+/// Where the points of arm and controller begin among the fields of a frame; older recordings end before them.
+const FIRST_BODY_FIELD: u32 = 11;
+
 pub(crate) fn write_frame(writer: &mut Writer<'_>, sequence: u64, frame: &HandFrame) {
     writer.uint64(1, sequence);
     writer.double(2, frame.t_s);
@@ -74,7 +77,8 @@ pub(crate) fn write_frame(writer: &mut Writer<'_>, sequence: u64, frame: &HandFr
     let points = [frame.palm_m]
         .into_iter()
         .chain(frame.tips_m)
-        .chain([frame.head_m, frame.gaze]);
+        .chain([frame.head_m, frame.gaze])
+        .chain(frame.body_m);
     for (field, point) in (3..).zip(points) {
         if let Some(point) = point {
             write_vector(writer, field, point);
@@ -277,7 +281,12 @@ impl<'a> Body<'a> {
                 }
                 9 => frame.head_m = Some(vector_of(field)?),
                 10 => frame.gaze = Some(vector_of(field)?),
-                _ => {}
+                n => {
+                    let point = n.checked_sub(FIRST_BODY_FIELD).map(|k| k as usize);
+                    if let Some(point) = point.and_then(|k| BodyPoint::ALL.get(k)) {
+                        frame.set_body(*point, Some(vector_of(field)?));
+                    }
+                }
             }
             Ok(())
         })?;

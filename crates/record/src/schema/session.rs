@@ -27,7 +27,9 @@ pub(super) const MESSAGES: &[Message] = &[
         fields: &[
             one(1, "sequence", Uint64), one(2, "t_s", Double), one(3, "palm_m", VECTOR), one(4, "thumb_m", VECTOR),
             one(5, "index_m", VECTOR), one(6, "middle_m", VECTOR), one(7, "ring_m", VECTOR), one(8, "little_m", VECTOR),
-            one(9, "head_m", VECTOR), one(10, "gaze", VECTOR),
+            one(9, "head_m", VECTOR), one(10, "gaze", VECTOR), one(11, "wrist_m", VECTOR), one(12, "forearm_m", VECTOR),
+            one(13, "elbow_m", VECTOR), one(14, "shoulder_m", VECTOR), one(15, "grip_m", VECTOR),
+            one(16, "aim_m", VECTOR),
         ],
         enums: &[],
     },

@@ -46,6 +46,7 @@ impl PersonSample {
             tips_m: self.tips_m.map(Some),
             head_m: Some(self.head_m),
             gaze: Some(self.gaze),
+            ..HandFrame::default()
         }
     }
 }
@@ -139,6 +140,7 @@ impl TouchSequence {
             tips_m: std::array::from_fn(|i| seen(1 + i as u64, sample.tips_m[i])),
             head_m: t_s.is_finite().then_some(sample.head_m),
             gaze: seen(6, sample.gaze),
+            ..HandFrame::default()
         }
     }
 

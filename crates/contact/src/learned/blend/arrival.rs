@@ -67,8 +67,8 @@ impl Arrival {
     };
 
     /// From held-out estimates.
-    pub(super) fn of(stops: &[Stop]) -> Self {
-        let slow: Vec<&Stop> = stops.iter().filter(|s| slows(&s.progress) > 0.0).collect();
+    pub(super) fn of<'a>(stops: impl Iterator<Item = &'a Stop>) -> Self {
+        let slow: Vec<&Stop> = stops.filter(|s| slows(&s.progress) > 0.0).collect();
         if slow.is_empty() {
             return Self::NONE;
         }
@@ -175,7 +175,7 @@ mod tests {
                 stop(speed, 0.01, if speed < 0.08 { 0.0 } else { 0.01 })
             })
             .collect();
-        let arrival = Arrival::of(&stops);
+        let arrival = Arrival::of(stops.iter());
         let stop_m = |speed, way_m| {
             let s = stop(speed, way_m, 0.0);
             arrival.stop_m(&s.progress, s.now_m, s.said_m).x
@@ -193,8 +193,8 @@ mod tests {
 
     #[test]
     fn nothing_is_learnt_from_nothing() {
-        assert_eq!(Arrival::of(&[]), Arrival::NONE);
+        assert_eq!(Arrival::of([].iter()), Arrival::NONE);
         let fast = [stop(0.9, 0.1, 0.1)];
-        assert_eq!(Arrival::of(&fast), Arrival::NONE);
+        assert_eq!(Arrival::of(fast.iter()), Arrival::NONE);
     }
 }

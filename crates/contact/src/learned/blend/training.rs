@@ -264,7 +264,11 @@ fn shares(evidence: &Evidence, combined: &[Combined], turns: &mut Turns) -> Vec<
         .collect()
 }
 
-/// Learns where slow hands stop; returns where every sample then points.
+/// Folds are joined to so many parts for where slow hands stop.
+const ARRIVAL_PARTS: usize = 5;
+
+/// Learns where slow hands stop; returns where every sample then points by what was learnt without the part that its fold
+/// is in.
 fn arrivals(evidence: &Evidence, points_m: &[DVec3]) -> (Arrival, Vec<DVec3>) {
     let stops = evidence.each().map(|(row, sample, _)| Stop {
         progress: sample.progress,
@@ -274,12 +278,19 @@ fn arrivals(evidence: &Evidence, points_m: &[DVec3]) -> (Arrival, Vec<DVec3>) {
         end_m: sample.end_m,
     });
     let stops: Vec<Stop> = stops.collect();
-    let arrival = Arrival::of(&stops);
-    let points = stops
-        .iter()
-        .map(|s| arrival.stop_m(&s.progress, s.now_m, s.said_m));
+    let part = |row: usize| evidence.samples[row].fold % ARRIVAL_PARTS;
+    let parts = evidence.folds().min(ARRIVAL_PARTS);
+    let without: Vec<Arrival> = (0..parts)
+        .map(|held_out| {
+            let others = stops.iter().enumerate();
+            let others = others.filter(|(row, _)| parts == 1 || part(*row) != held_out);
+            Arrival::of(others.map(|(_, stop)| stop))
+        })
+        .collect();
+    let points = stops.iter().enumerate();
+    let points = points.map(|(row, s)| without[part(row)].stop_m(&s.progress, s.now_m, s.said_m));
     let points_m = points.collect();
-    (arrival, points_m)
+    (Arrival::of(stops.iter()), points_m)
 }
 
 /// The covariances in some axes, and the mean log density of the contacts under them.

@@ -1,0 +1,119 @@
+//! What a regression looks at, in files of learned models.
+
+use super::reach_track::{Inputs, MOST_LAGS};
+use crate::error::ContactError;
+use glam::DVec3;
+use hwall_hand::{HandPoint, NamedPoint, ReachOnset};
+use hwall_numeric::check::{non_negative, positive, that};
+use serde::{Deserialize, Serialize};
+
+/// The last version whose files know the points of the hand alone, and reaches that start with their first sample.
+const OF_THE_HAND: u64 = 3;
+
+/// Points are numbers in the order of [`NamedPoint::ALL`].
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FileInputs {
+    point: usize,
+    others: Vec<usize>,
+    head: bool,
+    gaze: bool,
+    lags: usize,
+    offsets_m: Vec<Option<[f64; 3]>>,
+    head_m: [f64; 3],
+    mean_gaze: [f64; 3],
+    /// Up to which a hand is slow before it starts, and from which on it clearly moves, m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    onset_m_per_s: Option<[f64; 2]>,
+}
+
+impl FileInputs {
+    pub(super) fn of(inputs: &Inputs) -> Self {
+        Self {
+            point: inputs.point as usize,
+            others: inputs.others.iter().map(|p| p.index()).collect(),
+            head: inputs.head,
+            gaze: inputs.gaze,
+            lags: inputs.lags,
+            offsets_m: inputs.offsets_m.map(|o| o.map(|o| o.to_array())).into(),
+            head_m: inputs.head_m.to_array(),
+            mean_gaze: inputs.mean_gaze.to_array(),
+            onset_m_per_s: inputs.onset.map(|o| [o.slow_m_per_s, o.clear_m_per_s]),
+        }
+    }
+
+    /// Of a file of this version.
+    pub(super) fn validate(&self, version: u64) -> Result<(), ContactError> {
+        let within = |what, value: usize, ok: bool, wanted| that(ok, what, value as f64, wanted);
+        let of_hand = self.point < HandPoint::ALL.len();
+        within("point", self.point, of_hand, "a point of the hand")?;
+        for (k, &other) in self.others.iter().enumerate() {
+            within("others", other, other < NamedPoint::COUNT, "a point")?;
+            let new = other != self.point && !self.others[..k].contains(&other);
+            within("others", other, new, "named once")?;
+        }
+        within("lags", self.lags, self.lags <= MOST_LAGS, "at most 8")?;
+        let expected = match version {
+            ..=OF_THE_HAND => HandPoint::ALL.len(),
+            _ => NamedPoint::COUNT,
+        };
+        if self.offsets_m.len() != expected {
+            return Err(ContactError::FileLength {
+                what: "offsets_m",
+                expected,
+                got: self.offsets_m.len(),
+            });
+        }
+        if let Some([slow, clear]) = self.onset_m_per_s {
+            positive("slow speed before an onset", slow)?;
+            non_negative(
+                "clear speed after an onset, less the slow one",
+                clear - slow,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Of a valid file.
+    pub(super) fn to_inputs(&self) -> Inputs {
+        let offset = |k: usize| self.offsets_m.get(k).copied().flatten();
+        Inputs {
+            point: HandPoint::ALL[self.point],
+            others: self.others.iter().map(|p| NamedPoint::ALL[*p]).collect(),
+            head: self.head,
+            gaze: self.gaze,
+            lags: self.lags,
+            offsets_m: std::array::from_fn(|k| offset(k).map(DVec3::from_array)),
+            head_m: DVec3::from_array(self.head_m),
+            mean_gaze: DVec3::from_array(self.mean_gaze),
+            onset: self.onset_m_per_s.map(|[slow, clear]| ReachOnset {
+                slow_m_per_s: slow,
+                clear_m_per_s: clear,
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_from_before_the_arm_had_names_are_read() {
+        let old = r#"{"point": 2, "others": [0], "head": false, "gaze": false, "lags": 1,
+            "offsets_m": [[0.1, 0, 0], null, [0, 0, 0], null, null, null],
+            "head_m": [0, 0, 0], "mean_gaze": [0, 0, 0]}"#;
+        let file: FileInputs = serde_json::from_str(old).expect("as it was written");
+        file.validate(3).expect("valid then");
+        assert!(file.validate(4).is_err());
+        let inputs = file.to_inputs();
+        assert_eq!(inputs.others, [NamedPoint::Hand(HandPoint::Palm)]);
+        assert_eq!(
+            (inputs.onset, inputs.offsets_m[0]),
+            (None, Some(DVec3::X * 0.1))
+        );
+        let new = FileInputs::of(&inputs);
+        new.validate(4).expect("all points");
+        assert_eq!(new.to_inputs(), inputs);
+    }
+}

@@ -1,0 +1,165 @@
+//! Reaches that somebody else has cut, and points of the arm that a tracker names.
+
+use glam::DVec3;
+use hwall_contact::{ContactEstimator, LearnedConfig, LearnedModel};
+use hwall_hand::{BodyPoint, HandFrame, HandPoint, LabelledReach};
+use hwall_testkit::Sampler;
+use std::sync::LazyLock;
+
+const PERIOD_S: f64 = 1.0 / 90.0;
+
+fn gaussian(sampler: &mut Sampler) -> DVec3 {
+    DVec3::from_array([(); 3].map(|()| sampler.normal()))
+}
+
+/// Reaches of half a metre with the index tip alone, minimum jerk with a bow; the elbow goes where the hand will end, and
+/// is there at half the time.
+fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
+    let mut sampler = Sampler::new(seed);
+    let mut all = Vec::new();
+    for person in 0..people {
+        let pace = sampler.uniform(0.8, 1.2);
+        let bow_m = DVec3::Z * (0.03 + 0.02 * sampler.normal());
+        for trial in 0..each {
+            let from = DVec3::new(0.6, 0.1, 0.1) + 0.03 * gaussian(&mut sampler);
+            let to = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(0.0, 0.5));
+            let duration_s = pace * sampler.uniform(0.7, 0.9);
+            let count = (duration_s / PERIOD_S) as usize;
+            let jerk = |tau: f64| tau.powi(3) * (10.0 - 15.0 * tau + 6.0 * tau * tau);
+            let frames = (0..=count).map(|k| {
+                let tau = k as f64 / count as f64;
+                let mut frame = HandFrame::empty(tau * duration_s);
+                let bow_m = 16.0 * (tau * (1.0 - tau)).powi(2) * bow_m;
+                let tip_m = from.lerp(to, jerk(tau)) + bow_m + 5e-4 * gaussian(&mut sampler);
+                frame.set_point(HandPoint::Index, Some(tip_m));
+                let elbow_m = from.lerp(to, 0.5 * jerk((2.0 * tau).min(1.0))) + DVec3::X * 0.4;
+                frame.set_body(
+                    BodyPoint::Elbow,
+                    Some(elbow_m + 5e-4 * gaussian(&mut sampler)),
+                );
+                frame
+            });
+            let reach = LabelledReach::new(HandPoint::Index, frames.collect(), to, duration_s);
+            all.push(reach.by(format!("person {person}"), format!("{trial}")));
+        }
+    }
+    all
+}
+
+fn without_elbow(mut all: Vec<LabelledReach>) -> Vec<LabelledReach> {
+    let frames = all.iter_mut().flat_map(|r| &mut r.frames);
+    frames.for_each(|f| f.set_body(BodyPoint::Elbow, None));
+    all
+}
+
+/// With a rest before it, in which the hand trembles.
+fn rested(mut reach: LabelledReach, rest_s: f64, sampler: &mut Sampler) -> LabelledReach {
+    let first = reach.frames[0];
+    let count = (rest_s / PERIOD_S) as usize;
+    let rest = (1..=count).rev().map(|k| {
+        let mut frame = first;
+        frame.t_s = first.t_s - k as f64 * PERIOD_S;
+        for point in HandPoint::ALL {
+            let place_m = first.point(point).map(|p| p + 5e-4 * gaussian(sampler));
+            frame.set_point(point, place_m);
+        }
+        frame
+    });
+    reach.frames = rest.chain(reach.frames.iter().copied()).collect();
+    reach
+}
+
+/// Without its first part.
+fn late(mut reach: LabelledReach, share: f64) -> LabelledReach {
+    let from_s = share * reach.contact_s;
+    reach.frames.retain(|f| f.t_s >= from_s);
+    reach
+}
+
+/// Mean error at a share of the true time of each reach, m.
+fn mean_error_m(model: &LearnedModel, test: &[LabelledReach], share: f64) -> f64 {
+    let mut estimator = model.estimator();
+    let error_m = |reach: &LabelledReach| {
+        estimator.begin();
+        let until_s = share * reach.contact_s + 1e-9;
+        let seen = reach.frames.iter().take_while(|f| f.t_s <= until_s);
+        let last = seen.filter_map(|f| estimator.step(f)).last();
+        last.expect("tracked").point_m.distance(reach.contact_m)
+    };
+    test.iter().map(error_m).sum::<f64>() / test.len() as f64
+}
+
+fn trained(known: &[LabelledReach]) -> LearnedModel {
+    LearnedModel::train(known, &LearnedConfig::default()).expect("good reaches")
+}
+
+static MODEL: LazyLock<LearnedModel> = LazyLock::new(|| trained(&without_elbow(reaches(1, 4, 15))));
+
+#[test]
+fn a_rest_before_the_reach_and_a_late_cut_change_little() {
+    let test = without_elbow(reaches(2, 3, 10));
+    let mut sampler = Sampler::new(5);
+    let rested: Vec<_> = test
+        .iter()
+        .map(|r| rested(r.clone(), 0.9, &mut sampler))
+        .collect();
+    let late: Vec<_> = test.iter().map(|r| late(r.clone(), 0.15)).collect();
+    for share in [0.4, 0.5, 0.7, 0.9] {
+        let errors_m = [&test, &rested, &late].map(|t| mean_error_m(&MODEL, t, share));
+        println!("{share}: {errors_m:.4?} m");
+        let [whole_m, rested_m, late_m] = errors_m;
+        assert!(rested_m < 1.1 * whole_m + 1e-3, "{share}: {errors_m:?}");
+        assert!(late_m < 1.5 * whole_m + 5e-3, "{share}: {errors_m:?}");
+    }
+}
+
+#[test]
+fn what_was_learnt_from_reaches_with_rests_is_as_good() {
+    let mut sampler = Sampler::new(6);
+    let known = without_elbow(reaches(1, 4, 15)).into_iter();
+    let known: Vec<_> = known
+        .map(|r| {
+            let rest_s = sampler.uniform(0.0, 1.5);
+            rested(r, rest_s, &mut sampler)
+        })
+        .collect();
+    let model = trained(&known);
+    let test = without_elbow(reaches(2, 3, 10));
+    for share in [0.5, 0.7, 0.9] {
+        let [plain_m, rests_m] = [&*MODEL, &model].map(|m| mean_error_m(m, &test, share));
+        println!("{share}: {plain_m:.4} {rests_m:.4} m");
+        assert!(
+            rests_m < 1.2 * plain_m + 2e-3,
+            "{share}: {plain_m} {rests_m}"
+        );
+    }
+}
+
+#[test]
+fn a_point_of_the_arm_is_used_where_it_tells_more_and_may_come_and_go() {
+    let model = trained(&reaches(1, 4, 15));
+    let account = model.account().to_string();
+    assert!(account.contains("elbow"), "{account}");
+    let test = reaches(2, 3, 10);
+    let alone_m = mean_error_m(&MODEL, &without_elbow(test.clone()), 0.3);
+    let helped_m = mean_error_m(&model, &test, 0.3);
+    println!("{alone_m:.4} -> {helped_m:.4} m");
+    assert!(helped_m < 0.8 * alone_m, "{alone_m} {helped_m}");
+    // It is lost, found, NaN and gone for good: never a gap or a number that is none.
+    let mut estimator = model.estimator();
+    for reach in &test {
+        estimator.begin();
+        for (k, frame) in reach.frames.iter().enumerate() {
+            let mut frame = *frame;
+            match k % 7 {
+                0 | 1 => frame.set_body(BodyPoint::Elbow, None),
+                2 => frame.set_body(BodyPoint::Elbow, Some(DVec3::NAN)),
+                3 => frame.set_body(BodyPoint::Shoulder, Some(DVec3::INFINITY)),
+                _ => {}
+            }
+            let estimate = estimator.step(&frame).expect("the hand is seen");
+            let covariance = estimate.covariance_m2.expect("learnt");
+            assert!(estimate.point_m.is_finite() && covariance.determinant() > 0.0);
+        }
+    }
+}

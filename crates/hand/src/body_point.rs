@@ -1,0 +1,137 @@
+//! Points that are tracked beside those of the hand.
+
+use crate::frame::HandPoint;
+
+/// A tracked point of the arm that holds the hand, or of what the hand holds. It never stands for the contact; estimators
+/// may learn from it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum BodyPoint {
+    /// The wrist.
+    Wrist,
+    /// A place on the forearm, as markers and trackers give it.
+    Forearm,
+    /// The elbow.
+    Elbow,
+    /// The shoulder.
+    Shoulder,
+    /// Where a controller is held.
+    Grip,
+    /// Where a controller points from.
+    Aim,
+}
+
+impl BodyPoint {
+    /// All six, up the arm, then the controller.
+    pub const ALL: [Self; 6] = [
+        Self::Wrist,
+        Self::Forearm,
+        Self::Elbow,
+        Self::Shoulder,
+        Self::Grip,
+        Self::Aim,
+    ];
+
+    /// Name in column headers: `wrist`, `forearm`, `elbow`, `shoulder`, `grip`, `aim`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Wrist => "wrist",
+            Self::Forearm => "forearm",
+            Self::Elbow => "elbow",
+            Self::Shoulder => "shoulder",
+            Self::Grip => "grip",
+            Self::Aim => "aim",
+        }
+    }
+
+    /// Its names elsewhere, by which recordings are read as well. OpenXR: joints of hand and body tracking
+    /// (`XR_EXT_hand_tracking`, `XR_ULTRALEAP_hand_tracking_forearm`, `XR_FB_body_tracking`), poses of a controller.
+    /// WebXR: joints of hand and body, spaces of an input source. Of a body, the right arm.
+    #[must_use]
+    pub const fn other_names(self) -> &'static [&'static str] {
+        match self {
+            Self::Wrist => &["XR_HAND_JOINT_WRIST_EXT"],
+            Self::Forearm => &["XR_BODY_JOINT_RIGHT_ARM_LOWER_FB", "right-arm-lower"],
+            Self::Elbow => &["XR_HAND_FOREARM_JOINT_ELBOW_ULTRALEAP"],
+            Self::Shoulder => &["XR_BODY_JOINT_RIGHT_SHOULDER_FB", "right-shoulder"],
+            Self::Grip => &["/input/grip/pose", "gripSpace"],
+            Self::Aim => &["/input/aim/pose", "targetRaySpace"],
+        }
+    }
+}
+
+/// A point that a tracker names: of the hand, or beside it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum NamedPoint {
+    /// Of the hand.
+    Hand(HandPoint),
+    /// Beside the hand.
+    Body(BodyPoint),
+}
+
+impl NamedPoint {
+    /// How many there are.
+    pub const COUNT: usize = HandPoint::ALL.len() + BodyPoint::ALL.len();
+
+    /// All, those of the hand first.
+    pub const ALL: [Self; Self::COUNT] = [
+        Self::Hand(HandPoint::Palm),
+        Self::Hand(HandPoint::Thumb),
+        Self::Hand(HandPoint::Index),
+        Self::Hand(HandPoint::Middle),
+        Self::Hand(HandPoint::Ring),
+        Self::Hand(HandPoint::Little),
+        Self::Body(BodyPoint::Wrist),
+        Self::Body(BodyPoint::Forearm),
+        Self::Body(BodyPoint::Elbow),
+        Self::Body(BodyPoint::Shoulder),
+        Self::Body(BodyPoint::Grip),
+        Self::Body(BodyPoint::Aim),
+    ];
+
+    /// Its place in [`NamedPoint::ALL`].
+    #[must_use]
+    pub const fn index(self) -> usize {
+        match self {
+            Self::Hand(point) => point as usize,
+            Self::Body(point) => HandPoint::ALL.len() + point as usize,
+        }
+    }
+
+    /// Name in column headers.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hand(point) => point.name(),
+            Self::Body(point) => point.name(),
+        }
+    }
+
+    /// The point of this name, by its own or by one of OpenXR or WebXR; `None` where no point has it.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let is_named = |p: &Self| p.name() == name || p.other_names().contains(&name);
+        Self::ALL.into_iter().find(is_named)
+    }
+
+    /// Its names in OpenXR and WebXR.
+    #[must_use]
+    pub fn other_names(self) -> Vec<&'static str> {
+        match self {
+            Self::Hand(point) => point.other_names().to_vec(),
+            Self::Body(point) => point.other_names().to_vec(),
+        }
+    }
+}
+
+impl From<HandPoint> for NamedPoint {
+    fn from(point: HandPoint) -> Self {
+        Self::Hand(point)
+    }
+}
+
+impl From<BodyPoint> for NamedPoint {
+    fn from(point: BodyPoint) -> Self {
+        Self::Body(point)
+    }
+}
