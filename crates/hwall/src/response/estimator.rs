@@ -1,12 +1,12 @@
 //! Where the board will be by the posterior over the joints.
 
-use super::filter::{JointPosterior, ResponseFilter};
+use super::filter::{JointMoments, JointPosterior, ResponseFilter};
 use super::model::ResponseModel;
 use crate::error::SessionError;
 use glam::{DMat3, DVec3};
 use hwall_contact::{ContactEstimate, ContactEstimator, TimeToContact};
 use hwall_hand::HandFrame;
-use hwall_kinematics::{ArmKinematics, JointPositions};
+use hwall_kinematics::ArmKinematics;
 use std::sync::Arc;
 
 /// Components that are less probable are left out of the covariance.
@@ -76,20 +76,20 @@ impl ResponseEstimator {
             if share < IMPROBABLE {
                 continue;
             }
-            let Some((q, covariance_rad2)) = self.filter.of_component(component)? else {
+            let Some(moments) = self.filter.of_component(component)? else {
                 continue;
             };
-            let off = self.arm.forward(&q).position_m() - about_m;
-            sum += share * (outer(off, off) + self.carried(&q, &covariance_rad2));
+            let off = self.arm.forward(&moments.q).position_m() - about_m;
+            sum += share * (outer(off, off) + self.carried(&moments));
         }
         Ok(sum)
     }
 
     /// `J Σ Jᵀ` of the middle of the face.
-    fn carried(&self, q: &JointPositions, covariance_rad2: &[[f64; 7]; 7]) -> DMat3 {
-        let columns = self.arm.jacobian(q).linear;
+    fn carried(&self, moments: &JointMoments) -> DMat3 {
+        let columns = self.arm.jacobian(&moments.q).linear;
         let mut sum = DMat3::ZERO;
-        for (a, row) in columns.iter().zip(covariance_rad2) {
+        for (a, row) in columns.iter().zip(&moments.covariance_rad2) {
             for (b, value) in columns.iter().zip(row) {
                 sum += *value * outer(*a, *b);
             }

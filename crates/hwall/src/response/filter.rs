@@ -28,6 +28,15 @@ pub struct JointPosterior {
     pub time_to_end: Option<TimeToEnd>,
 }
 
+/// The joints at the end of a reach by one component.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointMoments {
+    /// Mean, rad.
+    pub q: JointPositions,
+    /// Covariance, rad².
+    pub covariance_rad2: [[f64; 7]; 7],
+}
+
 /// Follows a hand and infers the joints that answer it. Steps allocate nothing, except where a hypothesis passes to a
 /// larger component for the first time; the beginning of a reach and its first
 /// sample do.
@@ -122,7 +131,7 @@ impl ResponseFilter {
                 (component, probability) = (part, share);
             }
         }
-        let (q, covariance_rad2) = self.of_component(component)?.unwrap_or_default();
+        let JointMoments { q, covariance_rad2 } = self.of_component(component)?.unwrap_or_default();
         Ok(JointPosterior {
             q,
             covariance_rad2,
@@ -134,20 +143,20 @@ impl ResponseFilter {
         })
     }
 
-    /// Mean, rad, and covariance, rad², of the joints at the end by one component; `None` if it is out of the question.
+    /// The joints at the end by one component; `None` if it is out of the question.
     ///
     /// # Errors
     /// Arithmetic that overflowed.
-    pub fn of_component(
-        &mut self,
-        component: usize,
-    ) -> Result<Option<(JointPositions, [[f64; 7]; 7])>, SessionError> {
+    pub fn of_component(&mut self, component: usize) -> Result<Option<JointMoments>, SessionError> {
         let (mut q, mut covariance) = ([0.0; 7], [0.0; 49]);
         let bank = &mut self.bank;
         let known =
             bank.component_covariance_at(component, 1.0, &self.joints, &mut q, &mut covariance)?;
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| covariance[7 * i + j]));
-        Ok(known.then_some((JointPositions(q), rows)))
+        Ok(known.then_some(JointMoments {
+            q: JointPositions(q),
+            covariance_rad2: rows,
+        }))
     }
 
     /// Probability of a component.

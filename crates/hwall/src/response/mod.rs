@@ -19,6 +19,6 @@ mod predictor;
 pub use demonstration::{ResponseDemonstration, Task};
 pub use demonstrator::Demonstrator;
 pub use estimator::ResponseEstimator;
-pub use filter::{JointPosterior, ResponseFilter};
+pub use filter::{JointMoments, JointPosterior, ResponseFilter};
 pub use model::{ResponseConfig, ResponseModel};
 pub use predictor::EndToEnd;

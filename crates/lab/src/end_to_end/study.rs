@@ -135,7 +135,7 @@ fn ends(
     ];
     progress(0.5);
     let members = mixture.mixture().members();
-    let everything = vec![(0..learnt.len()).collect::<Vec<_>>()];
+    let everything = [(0..learnt.len()).collect::<Vec<_>>()];
     for (name, members) in [
         ("joints by the true point, each part", members),
         ("joints by the true point, one map", &everything[..]),
