@@ -207,7 +207,7 @@ touched point lay on the face, 2 cm inside its edge, and the face no further bef
 felt the press at all. *Led there*: for so long before the contact, without a break, the place was right that the board was led
 to. Counted are touches within the arm's reach.
 
-The response pays twice. Its joints are off by what the first table says, mostly along the normal and in tilt, where the edge of a
+The response pays twice. Its joints are off by what the first table says, along the normal and in tilt, too, where the size of a
 board forgives nothing. And it knows the hand alone: it is right later than a predictor that knows the gaze and the surfaces,
 when the way no longer fits into the time; such a board stays 3 cm short of the surface, as any that comes late.
 ";
