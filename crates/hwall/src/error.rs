@@ -17,6 +17,27 @@ pub enum SessionError {
     /// A setting of the prediction.
     #[error(transparent)]
     Contact(#[from] hwall_contact::ContactError),
+    /// Demonstrations or samples that a primitive refuses.
+    #[error(transparent)]
+    Primitive(#[from] hwall_bip::BipError),
+    /// A demonstration of a response has not as many configurations as samples of the hand, or fewer than two of them.
+    #[error(
+        "demonstration {number}: {frames} samples of the hand and {joints} configurations, not equally many and at least 2"
+    )]
+    Demonstration {
+        /// Which one, from 0.
+        number: usize,
+        /// Its samples of the hand.
+        frames: usize,
+        /// Its configurations.
+        joints: usize,
+    },
+    /// No point of the hand was seen in all demonstrations.
+    #[error("no point of the hand was seen in each of the {count} demonstrations")]
+    UnseenHand {
+        /// How many there are.
+        count: usize,
+    },
     /// Limits of the motion.
     #[error(transparent)]
     Motion(#[from] hwall_arrival::motion::MotionError),

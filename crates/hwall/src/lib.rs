@@ -4,6 +4,7 @@
 mod error;
 mod fingertip;
 mod objects;
+pub mod response;
 pub mod session;
 #[cfg(feature = "texture")]
 pub mod texture;

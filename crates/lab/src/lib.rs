@@ -15,6 +15,7 @@ pub mod attack;
 pub mod bip;
 pub mod contact;
 pub mod demonstrations;
+pub mod end_to_end;
 pub mod environment;
 pub mod faults;
 pub mod feel;

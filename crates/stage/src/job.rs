@@ -6,6 +6,7 @@ use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, Predictors};
+use crate::person::responses::{self, Scenery};
 use crate::recording;
 use crate::report::outputs::{self, Outputs};
 use crate::run::people::{self, Stage};
@@ -50,7 +51,7 @@ pub struct JobOptions {
     /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
     #[arg(long, value_enum, default_value_t)]
     pub arm_level: ArmLevel,
-    /// Who leads the board; all three are compared [default: fused, or ray-led where there is nobody to learn from]
+    /// Who leads the board; the first three are always compared, the last one if it leads [default: fused, or ray-led where there is nobody to learn from]
     #[arg(long, value_enum)]
     pub predictor: Option<PredictorKind>,
     /// on: the predictor learns from every touch that the board feels; off: it stays as trained
@@ -178,6 +179,18 @@ pub fn run(
     let likely = setting.likely_touches.clone();
     let walls = arm.walls_of(scene, &board, likely, !options.plain)?;
     let mapping = began.elapsed();
+    let scenery = Scenery {
+        scene,
+        arm: &arm,
+        board: &board,
+        walls: &walls,
+        people: &setting.training_people,
+        textured: !options.plain,
+    };
+    let (predictors, learnt) = responses::taught(predictors, &scenery)?;
+    if let Some(remark) = learnt {
+        eprintln!("{remark}");
+    }
     let stage = Stage {
         arm: &arm,
         board: &board,

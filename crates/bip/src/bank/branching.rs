@@ -29,12 +29,29 @@ struct Candidate {
 }
 
 /// All hypotheses, with scratch that is allocated once.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Hypotheses {
     pub list: Vec<Hypothesis>,
     /// Posteriors of dropped hypotheses, for the next ones.
     spare: Vec<Posterior>,
     candidates: Vec<Candidate>,
+}
+
+impl Clone for Hypotheses {
+    /// With the same room: the steps of a copy allocate no more than those of the original.
+    fn clone(&self) -> Self {
+        Self {
+            list: with_room(&self.list),
+            spare: with_room(&self.spare),
+            candidates: with_room(&self.candidates),
+        }
+    }
+}
+
+fn with_room<T: Clone>(values: &Vec<T>) -> Vec<T> {
+    let mut copy = Vec::with_capacity(values.capacity());
+    copy.extend_from_slice(values);
+    copy
 }
 
 impl Hypotheses {

@@ -136,9 +136,50 @@ impl Bank {
         )
     }
 
+    /// The same of the hypotheses of one component alone; `false`, and nothing is written, if none of them is left. Where
+    /// components stand for motions that exclude each other, such as configurations of an arm on different branches,
+    /// the mean over all of them is none of these.
+    ///
+    /// # Errors
+    /// As [`Filter::covariance_at`].
+    pub fn component_covariance_at(
+        &mut self,
+        component: usize,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        covariance: &mut [f64],
+    ) -> Result<bool, BipError> {
+        if !(self.hypotheses.list.iter()).any(|h| h.component == component && h.weight > 0.0) {
+            return Ok(false);
+        }
+        self.mix_of(
+            |h| h.component == component && h.weight > 0.0,
+            dofs,
+            mean,
+            covariance,
+            true,
+            |filter, _, mean, covariance| filter.covariance_at(phase, dofs, mean, covariance),
+        )?;
+        Ok(true)
+    }
+
     /// Moments of a mixture, from those that `each` gives of a hypothesis.
     fn mix(
         &mut self,
+        dofs: &[usize],
+        mean: &mut [f64],
+        second: &mut [f64],
+        full: bool,
+        each: impl FnMut(&mut Filter, Mode, &mut [f64], &mut [f64]) -> Result<(), BipError>,
+    ) -> Result<(), BipError> {
+        self.mix_of(|_| true, dofs, mean, second, full, each)
+    }
+
+    /// Moments of a mixture of the hypotheses that count.
+    fn mix_of(
+        &mut self,
+        counts: impl Fn(&Hypothesis) -> bool,
         dofs: &[usize],
         mean: &mut [f64],
         second: &mut [f64],
@@ -165,7 +206,7 @@ impl Bank {
         let (part, part_second) = (&mut part[..m], &mut part_second[..second.len()]);
         // Shifted by the mean so far, so that nothing cancels (West's way of adding up variances).
         let mut weight = 0.0;
-        for h in &mut self.hypotheses.list {
+        for h in self.hypotheses.list.iter_mut().filter(|h| counts(h)) {
             let mode = h.mode;
             self.components[h.component]
                 .with(&mut h.posterior, |f| each(f, mode, part, part_second))?;

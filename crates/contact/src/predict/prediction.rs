@@ -68,6 +68,12 @@ pub trait Predictor {
     /// sight. All numbers are finite.
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction];
 
+    /// Joint angles with which an arm shall answer the last sample, rad, from a predictor that learnt them: the arm goes
+    /// there, and not to where the predicted contact is. `None`, as the default, from one that knows no arm.
+    fn response_rad(&self) -> Option<[f64; 7]> {
+        None
+    }
+
     /// The hand has touched there, m, with the point that touches, then, s, on the clock of the samples: predictors
     /// that adapt learn from it. Others do nothing, as the default does.
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
@@ -82,6 +88,10 @@ pub trait Predictor {
 impl<P: Predictor + ?Sized> Predictor for Box<P> {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         (**self).predict(scene, input)
+    }
+
+    fn response_rad(&self) -> Option<[f64; 7]> {
+        (**self).response_rad()
     }
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {

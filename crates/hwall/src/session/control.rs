@@ -6,6 +6,7 @@ use super::felt::Feeler;
 use super::guidance::Guidance;
 use super::handover::Receiver;
 use super::openings::OpeningSender;
+use super::response::Answer;
 use super::safety::{Safety, same_fault};
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, SurfaceMotion, TextureInput};
@@ -16,7 +17,7 @@ use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, ContactState, HoldReason, Phase, PlaceTolerance,
     PostureTarget, RenderInput, RenderStep, Renderer, SafeState, Slide,
 };
-use hwall_kinematics::{ArmKinematics, JointPositions};
+use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions};
 use hwall_scene::SurfaceId;
 use std::sync::Arc;
 
@@ -39,6 +40,9 @@ pub struct Control {
     pub(super) openings: OpeningSender,
     pub(super) feeler: Feeler,
     pub(super) guidance: Guidance,
+    /// The configuration that answers the hand; `None`: the target has to be presented.
+    pub(super) answer: Option<Answer>,
+    pub(super) scratch: ArmScratch,
     pub(super) events: EventQueue,
     /// The surfaces of the moving objects, in the order in which the renderer has them.
     pub(super) objects: Vec<SurfaceId>,
@@ -137,6 +141,13 @@ impl Control {
             self.rested_short &= same;
             self.guidance = guidance;
             self.waits_at = self.posture();
+            self.answer = self
+                .guidance
+                .responds_with
+                .map(|q| Answer::of(&q, self.renderer.follower(), SHORT_M, &mut self.scratch));
+            if let (Some(answer), Some(target)) = (&self.answer, &mut self.guidance.target) {
+                answer.place(target, &**self.renderer.arm());
+            }
         }
         let slide = self.slide(now_s, state);
         // Once it has come to rest short of its goal, the rest of the way is short and slow.
@@ -154,7 +165,15 @@ impl Control {
             slack_m: self.slack_m(now_s, &target),
             ..target
         });
+        let answer = self
+            .answer
+            .zip(target)
+            .map(|(answer, target)| PostureTarget {
+                q: answer.q(self.short),
+                stamp_s: target.stamp_s,
+            });
         let posture = match (self.waits_at, self.guidance.waits_s) {
+            _ if answer.is_some() => answer,
             (Some(q), Some(stamp_s)) => Some(PostureTarget { q, stamp_s }),
             _ => None,
         };
@@ -170,7 +189,7 @@ impl Control {
             now_s,
             state,
             &RenderInput {
-                target: target.as_ref(),
+                target: target.as_ref().filter(|_| answer.is_none()),
                 posture: posture.as_ref(),
                 slide: slide.as_ref(),
                 object: self.object(),

@@ -27,6 +27,9 @@ pub(super) struct Guidance {
     pub(super) waits_s: Option<f64>,
     /// A configuration towards which the arm leans while it waits, rad: where a touch might come.
     pub(super) leans_to: Option<JointPositions>,
+    /// The configuration that answers the hand, rad, from a predictor that knows joints: the arm goes there, whatever the target's
+    /// place, which then is where the face is by these angles.
+    pub(super) responds_with: Option<JointPositions>,
     /// When the hand is expected at the surface, on the clock of the arm, s.
     pub(super) contact_s: Option<f64>,
     /// How often the virtual world has moved.
@@ -34,7 +37,7 @@ pub(super) struct Guidance {
 }
 
 /// Length of the encoding.
-pub(super) const WORDS: usize = 44;
+pub(super) const WORDS: usize = 51;
 
 /// One bit for each value that may be absent.
 const TARGET: u64 = 1;
@@ -48,6 +51,7 @@ const PALM: u64 = 128;
 const WAITS: u64 = 256;
 const LEANS: u64 = 512;
 const HEAD: u64 = 1024;
+const RESPONDS: u64 = 2048;
 
 impl Guidance {
     /// As plain words, for the hand-over between threads.
@@ -93,6 +97,9 @@ impl Guidance {
         if let Some(leans_to) = &self.leans_to {
             put(33, LEANS, &leans_to.0);
         }
+        if let Some(responds_with) = &self.responds_with {
+            put(44, RESPONDS, &responds_with.0);
+        }
         if let Some(contact_s) = self.contact_s {
             put(17, CONTACT, &[contact_s]);
         }
@@ -131,6 +138,8 @@ impl Guidance {
             seen_s: number(40),
             waits_s: has(WAITS).then(|| number(32)),
             leans_to: has(LEANS).then(|| JointPositions(std::array::from_fn(|i| number(33 + i)))),
+            responds_with: has(RESPONDS)
+                .then(|| JointPositions(std::array::from_fn(|i| number(44 + i)))),
             contact_s: has(CONTACT).then(|| number(17)),
             world_moves: words[1],
         }
@@ -164,6 +173,7 @@ mod tests {
             seen_s: 12.4,
             waits_s: Some(12.0),
             leans_to: Some(JointPositions([0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1])),
+            responds_with: Some(JointPositions([0.5, 0.4, 0.3, 0.2, 0.1, 0.0, -0.1])),
             contact_s: Some(13.0),
             world_moves: 3,
         };
@@ -190,6 +200,7 @@ mod tests {
             without(&|g| g.head_m = None),
             without(&|g| g.waits_s = None),
             without(&|g| g.leans_to = None),
+            without(&|g| g.responds_with = None),
             without(&|g| g.contact_s = None),
         ] {
             assert_eq!(Guidance::from_words(&guidance.to_words()), guidance);

@@ -12,6 +12,7 @@ mod looks;
 mod openings;
 mod perception;
 mod policy;
+mod response;
 mod safety;
 mod sequence_lock;
 mod target_control;
@@ -132,6 +133,7 @@ impl<P: Predictor> Session<P> {
             Some(supervisor) => Safety::new(arm, board, supervisor)?,
             None => Safety::none(),
         };
+        let scratch = renderer.arm().scratch();
         let control = Control {
             waiting: perception.walls.waiting,
             waits_at: perception.walls.waiting,
@@ -149,6 +151,8 @@ impl<P: Predictor> Session<P> {
             #[cfg(feature = "texture")]
             touched_at: 0.0,
             guidance: guidance::Guidance::default(),
+            answer: None,
+            scratch,
             events: EventQueue::new(),
             safety,
             state: SessionState::Holding(hwall_haptics::HoldReason::NoTarget),

@@ -7,6 +7,7 @@ use super::guidance::Guidance;
 use super::handover::Sender;
 use super::openings::OpeningReceiver;
 use super::policy::{Decision, Policy};
+use super::response::kept_response;
 use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
 use crate::fingertip::Fingertip;
@@ -17,6 +18,7 @@ use glam::DVec3;
 use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::{Board, BoardTarget, PlaceTolerance};
+use hwall_kinematics::JointPositions;
 use hwall_reachability::{Presented, WallMaps};
 use hwall_scene::Scene;
 
@@ -57,6 +59,8 @@ pub(super) struct Newest {
     /// The contact that the board serves, in the frame of the scene.
     contact: Option<ContactPrediction>,
     intent: Option<Intent>,
+    /// The configuration that answers the hand, from a predictor that knows joints.
+    responds_with: Option<JointPositions>,
     fingertip: Option<Fingertip>,
     palm_m: Option<DVec3>,
     head_m: Option<DVec3>,
@@ -120,7 +124,14 @@ impl<P: Predictor> Perception<P> {
             self.predictor.touched(at_m, t_s);
         }
         let ranked = self.predictor.predict(&self.scene, &input);
+        let first = ranked.first().copied();
         let decided = self.policy.step(frame.t_s, ranked, input.hand);
+        let responds_with = kept_response(
+            self.predictor.response_rad(),
+            first.as_ref(),
+            decided.as_ref().map(|(contact, _)| contact),
+            self.newest.responds_with,
+        );
         let fingertip = tracking.state().and_then(|state| {
             Some(Fingertip {
                 point_m: frame.contact_point()?.position_m,
@@ -141,6 +152,7 @@ impl<P: Predictor> Perception<P> {
                 Decision::Lean(_) => Intent::Lean,
                 Decision::Wait => Intent::Wait,
             }),
+            responds_with,
             fingertip,
             palm_m: tracking.state().and(frame.palm_m),
             head_m: frame.head_m.filter(|m| m.is_finite()),
@@ -184,6 +196,7 @@ impl<P: Predictor> Perception<P> {
                 self.policy.reset();
                 self.newest.contact = None;
                 self.newest.intent = None;
+                self.newest.responds_with = None;
             }
         }
         self.keep_barriers(arm_s);
@@ -336,6 +349,11 @@ impl<P: Predictor> Perception<P> {
             world_moves: self.world.moves(),
             ..Guidance::default()
         };
+        // Joints were learnt in a world that stands where it stood.
+        let intent = match self.newest.responds_with {
+            Some(_) if self.world.world_from_base().is_some() => Some(Intent::Wait),
+            _ => intent,
+        };
         match (intent, foreseen) {
             (Some(Intent::Wait), _) if self.walls.waiting.is_some() => {
                 guidance.waits_s = Some(stamp_s);
@@ -386,6 +404,7 @@ impl<P: Predictor> Perception<P> {
             slack_m,
             near: self.walls.near(point_m, contact.normal),
         };
+        guidance.responds_with = self.newest.responds_with;
         guidance.target = Some(target);
         guidance.surface = Some(contact.surface);
         guidance.roughness = contact.roughness;

@@ -2,9 +2,11 @@
 
 use crate::contact::candidates::{Candidate, Role};
 use crate::contact::report::{Choice, Comparison, Section, compare};
+use crate::contact::run::run;
 use crate::contact::scores::Scores;
 use crate::contact::tables;
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
+use crate::end_to_end::candidate::candidate;
 use anyhow::ensure;
 use hwall_contact::score::Moment;
 use hwall_contact::score::{Fold, Split};
@@ -121,7 +123,15 @@ pub fn report(
                 test: (train.len()..train.len() + test.len()).collect(),
             }],
         };
-        let Comparison { scores, not_run } = compare(name, candidates, &all, &split, out)?;
+        let Comparison {
+            mut scores,
+            mut not_run,
+        } = compare(name, candidates, &all, &split, out)?;
+        // Only here is there an arm that can present what is touched.
+        match run(&candidate(), &all, &split, None) {
+            Ok(response) => scores.push(response),
+            Err(error) => not_run.push(format!("the end-to-end response: {error:#}")),
+        }
         write!(text, "\n### {heading}\n\nSplit: {}.\n", split.description)?;
         for note in absent {
             writeln!(text, "\nNot there: {note}.")?;

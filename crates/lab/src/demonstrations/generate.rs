@@ -317,7 +317,7 @@ struct ArmAtSample {
 }
 
 /// Where the arm waits: its board upright, 8 cm behind the wall, in the middle of it.
-const WAITS_DEG: [f64; 7] = [0.0, 0.0, 0.0, -110.0, 0.0, -20.0, 90.0];
+pub(crate) const WAITS_DEG: [f64; 7] = [0.0, 0.0, 0.0, -110.0, 0.0, -20.0, 90.0];
 
 /// The arm at some samples of the tracker, while it carries the board from its starting position to where the
 /// person is going to touch. It knows the target, as an arm does that is guided to it.

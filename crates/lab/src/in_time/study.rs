@@ -5,6 +5,7 @@ use hwall_stage::input::arms::BoardArm;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::participants;
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
+use hwall_stage::person::responses::{self, Scenery};
 use hwall_stage::report::summary::Summary;
 use hwall_stage::run::people::{self, Stage};
 use hwall_stage::run::simulated_arm::ArmLevel;
@@ -64,6 +65,18 @@ pub fn run(
     let plain = participants::simulated(&scene, &arm, PersonKind::Plain, 1, request.seed)?;
     let likely = participants::likely_touches(&scene, &arm, &plain);
     let walls = arm.walls_of(&scene, &board, likely, request.textured)?;
+    let scenery = Scenery {
+        scene: &scene,
+        arm: &arm,
+        board: &board,
+        walls: &walls,
+        people: &people_like,
+        textured: request.textured,
+    };
+    let (predictors, also) = responses::taught(predictors, &scenery)?;
+    let learnt = [Some(learnt), also];
+    let learnt: Vec<String> = learnt.into_iter().flatten().collect();
+    let learnt = learnt.join("; ");
     let stage = Stage {
         arm: &arm,
         board: &board,

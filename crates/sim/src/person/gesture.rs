@@ -3,7 +3,7 @@
 use super::profile::minimum_jerk;
 use glam::{DMat3, DQuat, DVec3};
 
-/// How the hand is held; the index finger leads in all of them.
+/// How the hand is held; the index finger leads in all of them, except in one that grasps, beside the thumb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gesture {
     /// Index finger stretched, the others curled, all the time.
@@ -13,10 +13,12 @@ pub enum Gesture {
     Flat,
     /// Clenched at rest, all fingers stretched at contact.
     Opening,
+    /// All fingers stretched and spread, and around what is grasped at contact.
+    Grasping,
 }
 
 impl Gesture {
-    /// All three.
+    /// The three of people who touch; nobody grasps without being asked to.
     pub const ALL: [Self; 3] = [Self::Pointing, Self::Flat, Self::Opening];
 }
 
@@ -48,6 +50,24 @@ const CLENCHED_M: [DVec3; 5] = [
     DVec3::new(0.028, -0.033, -0.032),
 ];
 
+/// A hand that is about to grasp, and one that has.
+const SPREAD_M: [DVec3; 5] = [
+    DVec3::new(0.050, 0.080, -0.030),
+    DVec3::new(0.096, 0.034, -0.012),
+    DVec3::new(0.100, 0.006, -0.014),
+    DVec3::new(0.092, -0.022, -0.012),
+    DVec3::new(0.070, -0.050, -0.010),
+];
+const AROUND_M: [DVec3; 5] = [
+    DVec3::new(0.062, 0.026, -0.050),
+    DVec3::new(0.078, 0.020, -0.040),
+    DVec3::new(0.076, 0.002, -0.044),
+    DVec3::new(0.070, -0.016, -0.042),
+    DVec3::new(0.058, -0.034, -0.036),
+];
+/// Share of the time to contact from which on a grasping hand closes.
+const CLOSES_FROM: f64 = 0.6;
+
 /// A hand of a certain size, held in a certain way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hand {
@@ -69,6 +89,11 @@ impl Hand {
         let table = match self.gesture {
             Gesture::Pointing => POINTING_M,
             Gesture::Flat => FLAT_M,
+            Gesture::Grasping => {
+                // The hand closes in the last part of the reach, when it is near.
+                let closed = minimum_jerk((elapsed - CLOSES_FROM) / (1.0 - CLOSES_FROM));
+                std::array::from_fn(|i| SPREAD_M[i].lerp(AROUND_M[i], closed))
+            }
             Gesture::Opening => {
                 let open = minimum_jerk(elapsed / self.open_by);
                 std::array::from_fn(|i| CLENCHED_M[i].lerp(FLAT_M[i], open))

@@ -6,6 +6,7 @@ use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, TrainingPeople, fused};
+use crate::person::responses::{self, Scenery};
 use crate::recording;
 use crate::run::session_settings::SessionSettings;
 use crate::run::simulated_arm::ArmLevel;
@@ -133,11 +134,20 @@ pub fn prepare(server: &BridgeServer, options: &LiveOptions<'_>) -> anyhow::Resu
         base,
         mut remarks,
     } = Place::of(&arm, options)?;
-    next("learning how people reach")?;
-    let (predictor, leader, learnt) = predictor(&scene, &arm, options.predictor)?;
-    remarks.push(learnt);
     next("mapping where the arm can hold its board")?;
     let walls = arm.walls_of(&scene, &board, likely_touches.clone(), TEXTURED)?;
+    next("learning how people reach")?;
+    let people = TrainingPeople::default();
+    let scenery = Scenery {
+        scene: &scene,
+        arm: &arm,
+        board: &board,
+        walls: &walls,
+        people: &people,
+        textured: TEXTURED,
+    };
+    let (predictor, leader, learnt) = predictor(&scenery, options.predictor)?;
+    remarks.push(learnt);
     let start = walls.waiting.unwrap_or(arm.start());
     let filter = match options.watch_frozen {
         true => HandFilterConfig::default(),
@@ -221,8 +231,7 @@ impl Place {
 /// The one that is asked for, and a line about it; otherwise the fused predictor, or the ray-led one where there is nobody to
 /// learn from.
 fn predictor(
-    scene: &Scene,
-    arm: &BoardArm,
+    scenery: &Scenery<'_>,
     asked: Option<PredictorKind>,
 ) -> anyhow::Result<(Box<dyn Predictor + Send>, PredictorKind, String)> {
     let ray = |kind: PredictorKind, line: String| -> anyhow::Result<_> {
@@ -236,7 +245,13 @@ fn predictor(
     if let Some(kind @ (PredictorKind::RayLed | PredictorKind::RayCast)) = asked {
         return ray(kind, format!("the {} predictor", kind.name()));
     }
-    match fused(scene, arm, &TrainingPeople::default()) {
+    if asked == Some(PredictorKind::EndToEnd) {
+        let (response, shown) =
+            responses::end_to_end(scenery).context("the end-to-end response cannot be trained")?;
+        let line = format!("the end-to-end response learnt from {shown} simulated demonstrations");
+        return Ok((Box::new(response), PredictorKind::EndToEnd, line));
+    }
+    match fused(scenery.scene, scenery.arm, scenery.people) {
         Ok((fused, reaches)) => Ok((
             Box::new(fused),
             PredictorKind::Fused,

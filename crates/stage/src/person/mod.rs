@@ -4,6 +4,7 @@ pub mod hand;
 pub mod kinds;
 pub mod participants;
 pub mod predictors;
+pub mod responses;
 pub mod sights;
 pub mod touches;
 pub mod training;

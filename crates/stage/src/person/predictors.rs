@@ -1,11 +1,11 @@
-//! Who foresees the touches of the main job: three predictors on the same samples, one of which
-//! leads the board.
+//! Who foresees the touches of the main job: predictors on the same samples, one of which leads the board.
 
 use crate::input::arms::BoardArm;
 use crate::person::touches::{self, Standing};
 use crate::person::training::{self, Stream};
 use clap::ValueEnum;
 use glam::DVec3;
+use hwall::response::EndToEnd;
 use hwall_contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
     LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorInput,
@@ -13,6 +13,7 @@ use hwall_contact::{
 use hwall_hand::{HandFrame, HandPoint};
 use hwall_scene::{Scene, SurfaceId};
 use hwall_sim::{PersonConfig, Population, TouchPlan, TouchSequence};
+use std::ops::Range;
 use std::time::Instant;
 
 /// A way to foresee touches.
@@ -24,11 +25,17 @@ pub enum PredictorKind {
     RayLed,
     /// As the dissertation: the surface that the gaze ray meets, the hand projected onto it
     RayCast,
+    /// The dissertation's end-to-end response: from the hand to the joints of the arm, without surfaces or inverse kinematics;
+    /// only trained if asked for
+    EndToEnd,
 }
+
+/// How many predictors there are.
+pub const PREDICTORS: usize = PredictorKind::ALL.len();
 
 impl PredictorKind {
     /// In the order of tables and legends.
-    pub const ALL: [Self; 3] = [Self::Fused, Self::RayLed, Self::RayCast];
+    pub const ALL: [Self; 4] = [Self::Fused, Self::RayLed, Self::RayCast, Self::EndToEnd];
 
     /// For tables and legends.
     #[must_use]
@@ -37,6 +44,7 @@ impl PredictorKind {
             Self::Fused => "fused",
             Self::RayLed => "ray-led",
             Self::RayCast => "ray cast",
+            Self::EndToEnd => "end-to-end",
         }
     }
 }
@@ -112,9 +120,9 @@ pub struct PredictionRecord {
     /// Time of the sample, s.
     pub t_s: f64,
     /// The most probable contact, in the order of [`PredictorKind::ALL`]; `None`: nothing in sight.
-    pub likeliest: [Option<SurfacePlace>; 3],
+    pub likeliest: [Option<SurfacePlace>; PREDICTORS],
     /// Time that each took, ns; 0 for a predictor that is missing.
-    pub took_ns: [f64; 3],
+    pub took_ns: [f64; PREDICTORS],
 }
 
 /// A predictor that can be had again as it is.
@@ -128,9 +136,9 @@ impl<P: Predictor + Clone + 'static> CopiedPredictor for P {
     }
 }
 
-/// The three predictors, or those of them that could be made.
+/// The predictors, or those of them that could be made.
 pub struct Predictors {
-    predictors: [Option<Box<dyn CopiedPredictor>>; 3],
+    predictors: [Option<Box<dyn CopiedPredictor>>; PREDICTORS],
     leader: PredictorKind,
     adapts: bool,
     answers: Vec<ContactPrediction>,
@@ -174,6 +182,7 @@ impl Predictors {
             fused.map(|fused| Box::new(fused) as Box<dyn CopiedPredictor>),
             ray(DeterministicConfig::ray_led())?,
             ray(DeterministicConfig::default())?,
+            None,
         ];
         let answers = Vec::with_capacity(16);
         let all = Self {
@@ -201,6 +210,13 @@ impl Predictors {
             answers: Vec::with_capacity(16),
             records: Vec::new(),
         }
+    }
+
+    /// The same, with the end-to-end response.
+    #[must_use]
+    pub fn with_response(mut self, response: EndToEnd) -> Self {
+        self.predictors[PredictorKind::EndToEnd as usize] = Some(Box::new(response));
+        self
     }
 
     /// The same, told of touches that the board feels or not. As trained they are.
@@ -233,8 +249,8 @@ impl Predictor for Predictors {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         let mut record = PredictionRecord {
             t_s: input.frame.t_s,
-            likeliest: [None; 3],
-            took_ns: [0.0; 3],
+            likeliest: [None; PREDICTORS],
+            took_ns: [0.0; PREDICTORS],
         };
         for (i, predictor) in self.predictors.iter_mut().enumerate() {
             let Some(predictor) = predictor else { continue };
@@ -252,6 +268,11 @@ impl Predictor for Predictors {
         }
         self.records.push(record);
         &self.answers
+    }
+
+    fn response_rad(&self) -> Option<[f64; 7]> {
+        let leader = self.predictors.get(self.leader as usize)?;
+        leader.as_ref()?.response_rad()
     }
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
@@ -301,15 +322,29 @@ pub fn training_streams(
     arm: &BoardArm,
     people: &TrainingPeople,
 ) -> anyhow::Result<Vec<Stream>> {
+    streams_of(scene, arm, people, 0..PEOPLE, TOUCHES)
+}
+
+/// The same of the people of these numbers, with so many touches of each.
+///
+/// # Errors
+/// As [`training_streams`].
+pub fn streams_of(
+    scene: &Scene,
+    arm: &BoardArm,
+    people: &TrainingPeople,
+    numbers: Range<u64>,
+    touches: usize,
+) -> anyhow::Result<Vec<Stream>> {
     let population = Population::new(people.person, SEED)?;
-    (0..PEOPLE)
+    numbers
         .map(|number| {
             let person = population.person(number);
             let places = Standing {
                 head_m: person.head_m(),
                 hand_m: people.person.hand_rest_m,
             };
-            let mut plans = touches::plan(scene, arm, &places, TOUCHES, SEED ^ number)?;
+            let mut plans = touches::plan(scene, arm, &places, touches, SEED ^ number)?;
             let before_m = |plan: &TouchPlan| (places.hand_m - plan.target_m).dot(plan.normal);
             plans.retain(|plan| before_m(plan) > CLEAR_M);
             stream(scene, &person.plan(&plans)?, people)

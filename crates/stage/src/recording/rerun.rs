@@ -3,6 +3,7 @@
 use super::setup::{Options, run_from};
 use crate::input::arms::BoardArm;
 use crate::person::predictors::Predictors;
+use crate::person::responses::{self, Scenery};
 use crate::run::session_settings::SessionSettings;
 use anyhow::Context;
 use hwall::haptics::Board;
@@ -48,6 +49,15 @@ impl Rebuilt {
             options.likely_touches.clone(),
             options.textured,
         )?;
+        let scenery = Scenery {
+            scene: &scene,
+            arm: &arm,
+            board: &board,
+            walls: &walls,
+            people: &options.training_people,
+            textured: options.textured,
+        };
+        let (predictors, _) = responses::taught(predictors, &scenery)?;
         Ok(Self {
             arm,
             board,

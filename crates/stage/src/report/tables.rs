@@ -2,7 +2,7 @@
 
 use crate::input::numbers;
 use crate::person::predictors::PredictionRecord;
-use crate::person::predictors::PredictorKind;
+use crate::person::predictors::{PREDICTORS, PredictorKind};
 use crate::report::summary::Summary;
 use crate::run::closed_loop::{Loss, Run};
 use crate::run::judged::judge::{Outcome, RIGHT_M};
@@ -185,21 +185,29 @@ const LISTED_PEOPLE: usize = 2;
 /// first one and the medians of all.
 #[must_use]
 pub fn who_was_right(runs: &[PersonRun]) -> MarkdownTable {
-    let [a, b, c] = PredictorKind::ALL.map(|kind| format!("{}, ms", kind.name()));
+    // One that nobody asked for was not there.
+    let took_part = |kind: &PredictorKind| {
+        let mut records = runs.iter().flat_map(|run| &run.run.predictions);
+        *kind != PredictorKind::EndToEnd || records.any(|p| p.took_ns[*kind as usize] > 0.0)
+    };
+    let kinds: Vec<PredictorKind> = PredictorKind::ALL.into_iter().filter(took_part).collect();
     let what = format!(
         "touch: right surface and within {:.0} mm, from how long before contact on",
         1e3 * RIGHT_M
     );
-    let mut table = MarkdownTable::new([what, "at, s".to_owned(), a, b, c]);
+    let names = kinds.iter().map(|kind| format!("{}, ms", kind.name()));
+    let mut table = MarkdownTable::new([what, "at, s".to_owned()].into_iter().chain(names));
     let ms = |lead_s: f64| format!("{:.0}", 1e3 * lead_s);
-    let cells = |lead: &[Option<f64>; 3]| lead.map(|l| l.map_or("wrong".to_owned(), ms));
+    let lead_of = |lead: &[Option<f64>; PREDICTORS], kind: PredictorKind| {
+        lead[kind as usize].map_or("wrong".to_owned(), ms)
+    };
     for (name, touch) in listed(runs) {
-        let [a, b, c] = cells(&touch.leads_s);
+        let cells = kinds.iter().map(|kind| lead_of(&touch.leads_s, *kind));
         let at = format!("{:.2}", touch.outcome.touch.contact_s);
-        table.row([name, at, a, b, c]);
+        table.row([name, at].into_iter().chain(cells));
     }
     let all = runs.iter().flat_map(|run| &run.touches);
-    let leads: Vec<[Option<f64>; 3]> = all.map(|touch| touch.leads_s).collect();
+    let leads: Vec<[Option<f64>; PREDICTORS]> = all.map(|touch| touch.leads_s).collect();
     if leads.is_empty() {
         return table;
     }
@@ -211,8 +219,8 @@ pub fn who_was_right(runs: &[PersonRun]) -> MarkdownTable {
         ms(quantile(&sorted, 0.5))
     };
     let mut summary = |name: &str, cell: &dyn Fn(usize) -> String| {
-        let [a, b, c] = [0, 1, 2].map(cell);
-        table.row([name.to_owned(), String::new(), a, b, c]);
+        let cells = kinds.iter().map(|kind| cell(*kind as usize));
+        table.row([name.to_owned(), String::new()].into_iter().chain(cells));
     };
     summary("median", &|i| median(&mut of(i)));
     summary("median gained over the ray cast", &|i| {

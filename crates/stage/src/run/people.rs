@@ -2,7 +2,7 @@
 
 use crate::input::arms::BoardArm;
 use crate::person::participants::Participant;
-use crate::person::predictors::Predictors;
+use crate::person::predictors::{PREDICTORS, Predictors};
 use crate::run::closed_loop::{self, Run, RunSetup};
 use crate::run::judged::judge::{self, Outcome};
 use crate::run::judged::least_time::LeastTime;
@@ -46,7 +46,7 @@ pub struct JudgedTouch {
     /// What was possible.
     pub regret: Regret,
     /// How long before the touch each predictor had been right, see [`judge::leads`].
-    pub leads_s: [Option<f64>; 3],
+    pub leads_s: [Option<f64>; PREDICTORS],
 }
 
 /// What became of one person's touches.

@@ -1,7 +1,7 @@
 //! How the arm and the predictors did, touch by touch.
 
 use crate::input::arms::BoardArm;
-use crate::person::predictors::PredictionRecord;
+use crate::person::predictors::{PREDICTORS, PredictionRecord};
 use crate::person::touches::Touch;
 use crate::run::kept::tick::Tick;
 use anyhow::Context;
@@ -108,7 +108,7 @@ pub fn leads(
     scene: &Scene,
     touches: &[Touch],
     predictions: &[PredictionRecord],
-) -> Vec<[Option<f64>; 3]> {
+) -> Vec<[Option<f64>; PREDICTORS]> {
     let mut since_s = f64::NEG_INFINITY;
     let of_touch = |touch: &Touch| {
         let from = predictions.partition_point(|p| p.t_s <= since_s);

@@ -1,6 +1,6 @@
 //! What a run leaves behind to draw.
 
-use crate::person::predictors::PredictionRecord;
+use crate::person::predictors::{PREDICTORS, PredictionRecord};
 use crate::run::judged::judge::Outcome;
 use crate::run::kept::snapshots::{BoardFace, Snapshot};
 use glam::DVec3;
@@ -18,9 +18,9 @@ pub struct Trace {
     pub board_m: Vec<TimedPoint>,
     /// Predicted contact points, in the order of
     /// [`PredictorKind::ALL`](crate::person::predictors::PredictorKind::ALL).
-    pub predicted_m: [Vec<DVec3>; 3],
+    pub predicted_m: [Vec<DVec3>; PREDICTORS],
     /// Time, and distance of the predicted point from the next touch, m; in the same order.
-    pub errors_m: [Vec<(f64, f64)>; 3],
+    pub errors_m: [Vec<(f64, f64)>; PREDICTORS],
     /// Touched points, m, and what became of them.
     pub touched_m: Vec<(DVec3, TouchMark)>,
     /// The board as each touch within reach met it.

@@ -1,0 +1,106 @@
+//! An arm that shows how reaches are answered.
+
+use super::demonstration::{ResponseDemonstration, Task};
+use crate::error::SessionError;
+use crate::walls::barriers_of;
+use hwall_hand::HandFrame;
+use hwall_haptics::{Board, BoardTarget, Follower, FollowerConfig};
+use hwall_kinematics::{ArmKinematics, JointPositions};
+use hwall_scene::Scene;
+use std::sync::Arc;
+
+/// Between two configurations of a way, s.
+const STEP_S: f64 = 0.01;
+/// A way that takes longer leads nowhere, s.
+const LONGEST_S: f64 = 6.0;
+/// A motion with less left has ended, s.
+const ENDED_S: f64 = 1e-6;
+
+/// Answers demonstrated reaches: goes from the posture in which the arm waits to the presentation, by the reference motion and
+/// behind the surfaces, as a session would.
+#[derive(Debug, Clone)]
+pub struct Demonstrator {
+    waiting: Follower,
+}
+
+impl Demonstrator {
+    /// For an arm with the face of the board as its tool, among the surfaces of a scene in its base frame.
+    ///
+    /// # Errors
+    /// A scene whose surfaces make no barriers; a posture that is not finite.
+    pub fn new(
+        arm: &Arc<dyn ArmKinematics>,
+        board: &Board,
+        scene: &Scene,
+        waiting: &JointPositions,
+    ) -> Result<Self, SessionError> {
+        let config = FollowerConfig::default();
+        let approach = config.approach;
+        let follower = Follower::new(Arc::clone(arm), config, waiting)?;
+        let mut waiting = follower.with_board(approach, *board);
+        waiting.set_barriers(&barriers_of(scene)?);
+        Ok(Self { waiting })
+    }
+
+    /// The configurations on the way to a target, every 10 ms; `None` if the arm cannot present it, or finds no way.
+    ///
+    /// # Errors
+    /// A target that is not finite or has no normal.
+    pub fn way(&self, target: &BoardTarget) -> Result<Option<Vec<JointPositions>>, SessionError> {
+        let mut follower = self.waiting.clone();
+        let mut way = vec![follower.commanded()];
+        if follower.set_target(target)?.is_some() || follower.goal().is_none() {
+            return Ok(None);
+        }
+        for _ in 0..(LONGEST_S / STEP_S) as usize {
+            way.push(follower.step(STEP_S)?);
+            if !follower.is_blocked() && follower.left_s().is_some_and(|left_s| left_s <= ENDED_S) {
+                return Ok(Some(way));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The arm in step with a reach: at every share of the time of the reach it has gone the same share of the time of its way, so
+    /// that it presents the target when the hand is there. `None` as for [`way`](Self::way).
+    ///
+    /// # Errors
+    /// As for [`way`](Self::way).
+    pub fn answer(
+        &self,
+        task: Task,
+        frames: &[HandFrame],
+        target: &BoardTarget,
+    ) -> Result<Option<ResponseDemonstration>, SessionError> {
+        let (Some(first), Some(last)) = (frames.first(), frames.last()) else {
+            return Ok(None);
+        };
+        let Some(way) = self.way(target)? else {
+            return Ok(None);
+        };
+        let lasts_s = last.t_s - first.t_s;
+        let at = |frame: &HandFrame| {
+            let share = match lasts_s > 0.0 {
+                true => ((frame.t_s - first.t_s) / lasts_s).clamp(0.0, 1.0),
+                false => 1.0,
+            };
+            between(&way, share)
+        };
+        Ok(Some(ResponseDemonstration {
+            task,
+            frames: frames.to_vec(),
+            joints: frames.iter().map(at).collect(),
+        }))
+    }
+}
+
+/// The configuration at a share of a way.
+fn between(way: &[JointPositions], share: f64) -> JointPositions {
+    let at = share * (way.len() - 1) as f64;
+    let before = (at as usize).min(way.len() - 1);
+    let after = (before + 1).min(way.len() - 1);
+    let part = at - before as f64;
+    JointPositions(std::array::from_fn(|i| {
+        way[before][i] + part * (way[after][i] - way[before][i])
+    }))
+}

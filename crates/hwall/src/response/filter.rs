@@ -1,0 +1,173 @@
+//! The posterior over the joints while a hand reaches.
+
+use super::demonstration::Task;
+use super::model::ResponseModel;
+use crate::error::SessionError;
+use hwall_bip::{Bank, Observation, TimeToEnd};
+use hwall_hand::{HandFrame, HandPoint};
+use hwall_kinematics::JointPositions;
+use hwall_numeric::check::finite;
+
+/// The joints at the end of a reach, as far as the hand has told them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointPosterior {
+    /// Mean of the most probable component, rad. It may lie outside the limits of an arm. The mean over
+    /// components would be a configuration of none of them.
+    pub q: JointPositions,
+    /// Covariance of the same, rad².
+    pub covariance_rad2: [[f64; 7]; 7],
+    /// That component.
+    pub component: usize,
+    /// Its probability.
+    pub probability: f64,
+    /// Probability of each task, in the order of [`Task::ALL`].
+    pub tasks: [f64; 3],
+    /// Mean of the phase, 0 to 1.
+    pub phase: f64,
+    /// Time until the end of the reach, s; `None` if it is not foreseen.
+    pub time_to_end: Option<TimeToEnd>,
+}
+
+/// The joints at the end of a reach by one component.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointMoments {
+    /// Mean, rad.
+    pub q: JointPositions,
+    /// Covariance, rad².
+    pub covariance_rad2: [[f64; 7]; 7],
+}
+
+/// Follows a hand and infers the joints that answer it. Steps allocate nothing, except where a hypothesis passes to a
+/// larger component for the first time; the beginning of a reach and its first
+/// sample do.
+#[derive(Debug, Clone)]
+pub struct ResponseFilter {
+    fresh: Bank,
+    bank: Bank,
+    points: Vec<HandPoint>,
+    tasks: Vec<Task>,
+    period_s: f64,
+    joints: [usize; 7],
+    /// Of the observation, at most three for each point.
+    dofs: Vec<usize>,
+    values: Vec<f64>,
+    variances_m2: Vec<f64>,
+    last_s: Option<f64>,
+}
+
+impl ResponseFilter {
+    pub(super) fn new(model: &ResponseModel) -> Self {
+        let hand = 3 * model.points().len();
+        let models = model.mixture().models();
+        Self {
+            fresh: model.bank().clone(),
+            bank: model.bank().clone(),
+            points: model.points().to_vec(),
+            tasks: model.tasks().to_vec(),
+            period_s: models
+                .first()
+                .map_or(0.0, hwall_bip::Model::sampling_period),
+            joints: std::array::from_fn(|i| hand + i),
+            dofs: Vec::with_capacity(hand),
+            values: Vec::with_capacity(hand),
+            variances_m2: vec![model.variance_m2(); hand],
+            last_s: None,
+        }
+    }
+
+    /// A new reach begins: forgets the samples of the one before.
+    pub fn begin(&mut self) {
+        self.bank.clone_from(&self.fresh);
+        self.last_s = None;
+    }
+
+    /// Takes the next sample of the reach, in the base frame. Points that are missing are left out; a sample at the time of
+    /// the one before says nothing new.
+    ///
+    /// # Errors
+    /// A time that is NaN, infinite or before the last one; the filter is then as it was.
+    pub fn step(&mut self, frame: &HandFrame) -> Result<(), SessionError> {
+        finite("t_s", frame.t_s)?;
+        let dt_s = self
+            .last_s
+            .map_or(self.period_s, |last_s| frame.t_s - last_s);
+        self.dofs.clear();
+        self.values.clear();
+        for (column, point) in self.points.iter().enumerate() {
+            if let Some(at_m) = frame.point(*point) {
+                self.dofs.extend(3 * column..3 * column + 3);
+                self.values.extend(at_m.to_array());
+            }
+        }
+        // Nothing seen: time passes with the next sample.
+        if self.dofs.is_empty() || dt_s == 0.0 {
+            return Ok(());
+        }
+        self.bank.predict(dt_s)?;
+        self.last_s = Some(frame.t_s);
+        let variances_m2 = &self.variances_m2[..self.dofs.len()];
+        let seen = Observation::new(&self.dofs, &self.values).with_variances(variances_m2);
+        self.bank.observe(&seen)?;
+        Ok(())
+    }
+
+    /// Has a sample been seen since the reach began?
+    #[must_use]
+    pub const fn has_seen(&self) -> bool {
+        self.last_s.is_some()
+    }
+
+    /// What is known by now.
+    ///
+    /// # Errors
+    /// Arithmetic that overflowed.
+    pub fn posterior(&mut self) -> Result<JointPosterior, SessionError> {
+        let mut tasks = [0.0; 3];
+        let (mut component, mut probability) = (0, 0.0);
+        for (part, task) in self.tasks.iter().enumerate() {
+            let share = self.bank.component_probability(part);
+            tasks[*task as usize] += share;
+            if share > probability {
+                (component, probability) = (part, share);
+            }
+        }
+        let JointMoments { q, covariance_rad2 } = self.of_component(component)?.unwrap_or_default();
+        Ok(JointPosterior {
+            q,
+            covariance_rad2,
+            component,
+            probability,
+            tasks,
+            phase: self.bank.phase(),
+            time_to_end: self.bank.time_to_end(),
+        })
+    }
+
+    /// The joints at the end by one component; `None` if it is out of the question.
+    ///
+    /// # Errors
+    /// Arithmetic that overflowed.
+    pub fn of_component(&mut self, component: usize) -> Result<Option<JointMoments>, SessionError> {
+        let (mut q, mut covariance) = ([0.0; 7], [0.0; 49]);
+        let bank = &mut self.bank;
+        let known =
+            bank.component_covariance_at(component, 1.0, &self.joints, &mut q, &mut covariance)?;
+        let rows = std::array::from_fn(|i| std::array::from_fn(|j| covariance[7 * i + j]));
+        Ok(known.then_some(JointMoments {
+            q: JointPositions(q),
+            covariance_rad2: rows,
+        }))
+    }
+
+    /// Probability of a component.
+    #[must_use]
+    pub fn component_probability(&self, component: usize) -> f64 {
+        self.bank.component_probability(component)
+    }
+
+    /// Number of components.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.tasks.len()
+    }
+}

@@ -1,0 +1,101 @@
+//! The response as a predictor of its own.
+
+use super::estimator::ResponseEstimator;
+use super::filter::JointPosterior;
+use super::model::ResponseModel;
+use crate::error::SessionError;
+use glam::DVec3;
+use hwall_contact::{
+    ContactEstimate, ContactPrediction, PredictionSource, Predictor, PredictorInput,
+    StreamEstimator,
+};
+use hwall_hand::WatchConfig;
+use hwall_kinematics::ArmKinematics;
+use hwall_scene::Scene;
+use std::sync::Arc;
+
+/// A hand that rests this near to where the board is presented is at it, m.
+const AT_IT_M: f64 = 0.12;
+/// A face within this of a surface stands for it, m. The surface is only named: neither point nor normal are taken from it.
+const STANDS_FOR_M: f64 = 0.3;
+
+/// Leads the arm by the posterior over its joints; see [`Predictor::response_rad`].
+///
+/// To the policy it is a predictor whose contact is the face of the board by forward kinematics, with the covariance of the
+/// posterior: one that is unsure moves nothing.
+#[derive(Debug, Clone)]
+pub struct EndToEnd {
+    stream: StreamEstimator<ResponseEstimator>,
+    /// The newest of the reach under way, or of the one that ended at the board.
+    newest: Option<(ContactEstimate, JointPosterior)>,
+    hand_m: Option<DVec3>,
+    answer: Option<ContactPrediction>,
+}
+
+impl EndToEnd {
+    /// For the arm that was demonstrated, with the face of the board as its tool.
+    ///
+    /// # Errors
+    /// None with the settings built in.
+    pub fn new(model: &ResponseModel, arm: Arc<dyn ArmKinematics>) -> Result<Self, SessionError> {
+        let estimator = ResponseEstimator::new(model, arm);
+        Ok(Self {
+            stream: StreamEstimator::new(estimator, WatchConfig::default())?,
+            newest: None,
+            hand_m: None,
+            answer: None,
+        })
+    }
+
+    /// The posterior that the last prediction was made from; `None` without one.
+    #[must_use]
+    pub fn posterior(&self) -> Option<&JointPosterior> {
+        self.answer.as_ref()?;
+        self.newest.as_ref().map(|(_, posterior)| posterior)
+    }
+}
+
+impl Predictor for EndToEnd {
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        let estimate = self.stream.step(input.frame, input.hand);
+        self.hand_m = input.hand.map(|hand| hand.point_m).or(self.hand_m);
+        match estimate.zip(self.stream.estimator().posterior().copied()) {
+            Some(newest) => self.newest = Some(newest),
+            None => {
+                let hand_m = self.hand_m;
+                let is_there = |point_m: DVec3| {
+                    hand_m.is_some_and(|hand_m| hand_m.distance(point_m) <= AT_IT_M)
+                };
+                self.newest = self.newest.filter(|(e, _)| is_there(e.point_m));
+            }
+        }
+        self.answer = self.newest.and_then(|(estimate, _)| {
+            let surface = scene.closest_touchable(estimate.point_m, STANDS_FOR_M);
+            let surface = surface.ok().flatten()?.surface;
+            let normal = estimate.normal?;
+            let from_hand = self.hand_m? - estimate.point_m;
+            Some(ContactPrediction {
+                surface,
+                point_m: estimate.point_m,
+                covariance_m2: estimate.covariance_m2,
+                normal,
+                roughness: scene.surface(surface).roughness,
+                distance_m: from_hand.dot(normal),
+                time_to_contact_s: estimate.time_to_contact_s,
+                probability: 1.0,
+                source: PredictionSource::Motion,
+                looked_at_since_s: None,
+            })
+        });
+        self.answer.as_slice()
+    }
+
+    fn response_rad(&self) -> Option<[f64; 7]> {
+        self.posterior().map(|posterior| posterior.q.0)
+    }
+
+    fn reset(&mut self) {
+        self.stream.reset();
+        (self.newest, self.hand_m, self.answer) = (None, None, None);
+    }
+}

@@ -1,0 +1,110 @@
+//! An arm that is led by joint angles instead of a place: which of them count, and how they stay behind the surfaces.
+
+use hwall_contact::ContactPrediction;
+use hwall_haptics::{BoardTarget, Follower};
+use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions, NearestConfig};
+
+/// A response belongs to the contact that the policy stands by if its own contact is this near, m: the policy holds a place while its
+/// prediction moves by less.
+const SAME_M: f64 = 0.06;
+
+/// The response to the newest frame, if it is to the contact that the policy stands by; otherwise the one before, while the
+/// policy stands by anything at all.
+pub(super) fn kept_response(
+    newest_rad: Option<[f64; 7]>,
+    first: Option<&ContactPrediction>,
+    contact: Option<&ContactPrediction>,
+    last: Option<JointPositions>,
+) -> Option<JointPositions> {
+    let contact = contact?;
+    let (Some(newest_rad), Some(first)) = (newest_rad, first) else {
+        return last;
+    };
+    // A place that is NaN is passed on: the control side holds for it, and says so.
+    let is_other = first.point_m.distance(contact.point_m) > SAME_M;
+    match last {
+        Some(last) if is_other => Some(last),
+        _ => Some(JointPositions(newest_rad)),
+    }
+}
+
+/// Joint angles that answer a hand, drawn back behind the surfaces.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Answer {
+    at: JointPositions,
+    short: JointPositions,
+}
+
+impl Answer {
+    /// The angles as they are, unless the face would then be in front of a surface: it is drawn back along its own normal by as much
+    /// as it is too far. That is what surfaces may do to it; none of them is aimed at. A configuration that cannot be drawn
+    /// back stays as it is, and no way will lead there; so does one outside the joint limits, for which the arm holds.
+    pub(super) fn of(
+        q: &JointPositions,
+        follower: &Follower,
+        short_m: f64,
+        scratch: &mut ArmScratch,
+    ) -> Self {
+        let limits = follower.arm().limits();
+        // NaN is within no limits.
+        if !(limits.iter().zip(&q.0)).all(|(limit, q_rad)| limit.contains(*q_rad)) {
+            return Self { at: *q, short: *q };
+        }
+        let at = behind(q, follower, 0.0, scratch);
+        Self {
+            at,
+            short: behind(&at, follower, short_m, scratch),
+        }
+    }
+
+    /// The configuration, or the one that stays short of the surfaces for a board that would come after the hand.
+    pub(super) const fn q(&self, is_short: bool) -> JointPositions {
+        match is_short {
+            true => self.short,
+            false => self.at,
+        }
+    }
+
+    /// Puts a target where the face is at these angles.
+    pub(super) fn place(&self, target: &mut BoardTarget, arm: &dyn ArmKinematics) {
+        let face = arm.forward(&self.at);
+        target.point_m = face.position_m();
+        target.normal = face.rotation().z_axis;
+        target.near = Some(self.at);
+        (target.roll_rad, target.slack_m) = (None, [0.0; 2]);
+    }
+}
+
+/// Steps of drawing back: each one goes as far as the most protruding point asks for, and another one may protrude after it.
+const STEPS: usize = 6;
+/// A face this far in front of a surface is on it, m: less than what a way may come in front.
+const ON_IT_M: f64 = 5e-4;
+
+/// The nearest configuration on the line of the face's normal at which the board is behind all surfaces by so much, m.
+fn behind(
+    q: &JointPositions,
+    follower: &Follower,
+    behind_m: f64,
+    scratch: &mut ArmScratch,
+) -> JointPositions {
+    let arm = &**follower.arm();
+    let config = NearestConfig::default();
+    let mut drawn = *q;
+    for _ in 0..STEPS {
+        let protrusion_m = match follower.protrusion_at_m(&drawn) {
+            Some(protrusion_m) if protrusion_m.is_finite() => protrusion_m,
+            _ => return drawn,
+        };
+        let too_far_m = protrusion_m + behind_m;
+        if too_far_m <= ON_IT_M {
+            return drawn;
+        }
+        let face = arm.forward(&drawn);
+        let back = face.at(face.position_m() - face.rotation().z_axis * too_far_m);
+        match arm.nearest(&back, &drawn, &config, scratch) {
+            Ok(solution) => drawn = solution.q,
+            Err(_) => return drawn,
+        }
+    }
+    drawn
+}

@@ -1,0 +1,106 @@
+//! How far the presented face is from where it should be.
+
+use glam::DVec3;
+use hwall_contact::{ContactEstimate, ContactEstimator};
+use hwall_kinematics::{ArmKinematics, JointPositions};
+use hwall_stage::person::responses::Answered;
+
+/// Shares of the time of a reach at which it is judged.
+pub(super) const SHARES: [f64; 6] = [0.3, 0.5, 0.7, 0.8, 0.9, 1.0];
+
+/// The face that an answer presents, beside the one that was demonstrated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct EndError {
+    /// Distance of the middles, m.
+    pub(super) middle_m: f64,
+    /// Of it along the normal, m.
+    pub(super) gap_m: f64,
+    /// Angle between the normals, rad; `None` from an estimator of points.
+    pub(super) tilt_rad: Option<f64>,
+    /// Is the demonstrated middle in the 90 % region? `None` without a covariance.
+    pub(super) is_in_region: Option<bool>,
+}
+
+/// Squared Mahalanobis distance of the 90 % region in space.
+const REGION_90: f64 = 6.251;
+
+impl EndError {
+    /// Of joints, by forward kinematics.
+    pub(super) fn of_joints(
+        arm: &dyn ArmKinematics,
+        joints: &JointPositions,
+        answered: &Answered,
+    ) -> Self {
+        let face = arm.forward(joints);
+        let normal = face.rotation().z_axis;
+        Self::of_face(face.position_m(), Some(normal), answered)
+    }
+
+    fn of_face(point_m: DVec3, normal: Option<DVec3>, answered: &Answered) -> Self {
+        let off = point_m - answered.target.point_m;
+        let truth = answered.target.normal.normalize_or_zero();
+        Self {
+            middle_m: off.length(),
+            gap_m: off.dot(truth).abs(),
+            tilt_rad: normal.map(|normal| normal.angle_between(truth)),
+            is_in_region: None,
+        }
+    }
+}
+
+/// The errors of an estimator at each of the [`SHARES`].
+pub(super) struct EndErrors {
+    /// For tables.
+    pub(super) name: String,
+    /// At each share those of all reaches that were answered by then.
+    pub(super) at: [Vec<EndError>; SHARES.len()],
+}
+
+impl EndErrors {
+    /// The same at all times.
+    pub(super) fn always(name: impl Into<String>, errors: &[EndError]) -> Self {
+        Self {
+            name: name.into(),
+            at: std::array::from_fn(|_| errors.to_vec()),
+        }
+    }
+
+    /// Follows every reach. `turned`: does the normal of an estimate belong to the answer?
+    pub(super) fn follow<E: ContactEstimator>(
+        name: impl Into<String>,
+        estimator: &mut E,
+        answered: &[Answered],
+        turned: bool,
+    ) -> Self {
+        let mut at: [Vec<EndError>; SHARES.len()] = Default::default();
+        for answered in answered {
+            estimator.begin();
+            let frames = &answered.reach.frames;
+            let Some(first) = frames.first() else {
+                continue;
+            };
+            let lasts_s = answered.reach.contact_s - first.t_s;
+            let mut estimates: Vec<(f64, Option<ContactEstimate>)> = Vec::new();
+            for frame in frames {
+                estimates.push((frame.t_s - first.t_s, estimator.step(frame)));
+            }
+            for (share, errors) in SHARES.into_iter().zip(&mut at) {
+                let by = estimates.partition_point(|(t_s, _)| *t_s <= share * lasts_s);
+                let newest = by.checked_sub(1).and_then(|i| estimates[i].1);
+                errors.extend(newest.map(|estimate| {
+                    let normal = estimate.normal.filter(|_| turned);
+                    let error = EndError::of_face(estimate.point_m, normal, answered);
+                    let away = estimate.distance_squared(answered.target.point_m);
+                    EndError {
+                        is_in_region: away.map(|away| away <= REGION_90),
+                        ..error
+                    }
+                }));
+            }
+        }
+        Self {
+            name: name.into(),
+            at,
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! The runs of the study.
+
+use super::ends::EndErrors;
+use super::perfect_hand;
+use super::touches;
+pub use super::touches::Led;
+use hwall::response::{
+    ResponseConfig, ResponseDemonstration, ResponseEstimator, ResponseModel, Task,
+};
+use hwall_contact::{ContactEstimator, LearnedConfig, LearnedModel};
+use hwall_hand::LabelledReach;
+use hwall_haptics::Board;
+use hwall_sim::{Gesture, PersonConfig};
+use hwall_stage::input::arms::BoardArm;
+use hwall_stage::person::kinds::PersonKind;
+use hwall_stage::person::participants;
+use hwall_stage::person::predictors::TrainingPeople;
+use hwall_stage::person::responses::{Answered, PEOPLE, Scenery, TOUCHES, answered};
+use hwall_stage::setting::load_scene;
+use std::sync::Arc;
+
+/// What is asked for.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// Touches of each kind of people.
+    pub touches: usize,
+    /// Seed of the people who touch.
+    pub seed: u64,
+}
+
+/// Kinds of people who touch.
+const KINDS: [PersonKind; 2] = [PersonKind::Plain, PersonKind::Varied];
+/// People who are held out from the demonstrations, and reaches of each.
+const HELD_OUT: u64 = 10;
+const REACHES: usize = 12;
+
+/// How surely tasks are told apart when a share of the time is over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToldApart {
+    /// The task.
+    pub task: Task,
+    /// Reaches of people held out.
+    pub reaches: usize,
+    /// For which the task is the most probable one after 30, 50, 70 and 100 % of the time.
+    pub right: [usize; 4],
+    /// Distance of the presented middle at the end, in rising order, m.
+    pub off_m: [f64; 2],
+}
+
+/// Shares of the time at which tasks are told apart.
+pub(super) const TOLD_AT: [f64; 4] = [0.3, 0.5, 0.7, 1.0];
+
+/// The whole study.
+pub struct Results {
+    /// Demonstrations learnt from, and reaches of people held out.
+    pub demonstrations: usize,
+    /// See there.
+    pub held_out: usize,
+    /// Parts of the mixture.
+    pub components: usize,
+    pub(super) ends: Vec<EndErrors>,
+    /// One for each task.
+    pub told_apart: Vec<ToldApart>,
+    /// One for each kind and leader.
+    pub led: Vec<Led>,
+}
+
+/// Runs the study in the built-in room with an iiwa 7 and a plain board; `progress` is told the chapter and its share done.
+///
+/// # Errors
+/// As for the main job.
+pub fn run(request: &Request, mut progress: impl FnMut(&str, f64)) -> anyhow::Result<Results> {
+    let board = Board::default();
+    let arm = BoardArm::named("iiwa7", &board)?;
+    let (scene, _) = load_scene(None)?;
+    let people = TrainingPeople::default();
+    let plain = participants::simulated(&scene, &arm, PersonKind::Plain, 1, request.seed)?;
+    let likely = participants::likely_touches(&scene, &arm, &plain);
+    let walls = arm.walls_of(&scene, &board, likely, false)?;
+    let scenery = Scenery {
+        scene: &scene,
+        arm: &arm,
+        board: &board,
+        walls: &walls,
+        people: &people,
+        textured: false,
+    };
+    progress("demonstrations", 0.0);
+    let learnt = answered(&scenery, Task::Touch, 0..PEOPLE, TOUCHES)?;
+    let held_out = answered(&scenery, Task::Touch, PEOPLE..PEOPLE + HELD_OUT, REACHES)?;
+    let (ends, components) = ends(&scenery, &learnt, &held_out, |share| {
+        progress("ends", share)
+    })?;
+    let told_apart = told_apart(&scenery, |share| progress("tasks", share))?;
+    let led = touches::run(&scenery, &KINDS, request.touches, request.seed, |share| {
+        progress("touches", share);
+    })?;
+    Ok(Results {
+        demonstrations: learnt.len(),
+        held_out: held_out.len(),
+        components,
+        ends,
+        told_apart,
+        led,
+    })
+}
+
+fn shown(answered: &[Answered]) -> Vec<ResponseDemonstration> {
+    answered.iter().map(|one| one.shown.clone()).collect()
+}
+
+/// Every way to the end, and how many parts the mixture has.
+fn ends(
+    scenery: &Scenery<'_>,
+    learnt: &[Answered],
+    held_out: &[Answered],
+    mut progress: impl FnMut(f64),
+) -> anyhow::Result<(Vec<EndErrors>, usize)> {
+    let arm = scenery.arm.kinematics();
+    let shown = shown(learnt);
+    let mixture = ResponseModel::train(&shown, &ResponseConfig::default())?;
+    let single = ResponseConfig {
+        per_component: usize::MAX,
+        ..ResponseConfig::default()
+    };
+    let single = ResponseModel::train(&shown, &single)?;
+    progress(0.2);
+    let follow = |name: &str, model: &ResponseModel| {
+        let mut estimator = ResponseEstimator::new(model, Arc::clone(arm));
+        EndErrors::follow(name, &mut estimator, held_out, true)
+    };
+    let mut all = vec![
+        follow("end-to-end, mixture", &mixture),
+        follow("end-to-end, one Gaussian", &single),
+    ];
+    progress(0.5);
+    let members = mixture.mixture().members();
+    let everything = [(0..learnt.len()).collect::<Vec<_>>()];
+    for (name, members) in [
+        ("joints by the true point, each part", members),
+        ("joints by the true point, one map", &everything[..]),
+    ] {
+        let errors = perfect_hand::errors(&**arm, learnt, members, held_out)?;
+        all.push(EndErrors::always(name, &errors));
+    }
+    let reaches: Vec<LabelledReach> = learnt.iter().map(|one| one.reach.clone()).collect();
+    let learned = LearnedModel::train(&reaches, &LearnedConfig::default())?;
+    let mut estimator: Box<dyn ContactEstimator> = Box::new(learned.estimator());
+    let name = "learned point, exact inverse kinematics";
+    all.push(EndErrors::follow(name, &mut estimator, held_out, false));
+    progress(1.0);
+    Ok((all, mixture.tasks().len()))
+}
+
+/// Touches of pointing hands on all surfaces, pushes of flat ones at the door, grasps at the front of the shelf.
+const TASKS: [(Task, Gesture, Option<&str>); 3] = [
+    (Task::Touch, Gesture::Pointing, None),
+    (Task::Push, Gesture::Flat, Some("door")),
+    (Task::Grasp, Gesture::Grasping, Some("shelf_front")),
+];
+
+fn told_apart(
+    scenery: &Scenery<'_>,
+    mut progress: impl FnMut(f64),
+) -> anyhow::Result<Vec<ToldApart>> {
+    let (mut learnt, mut judged) = (Vec::new(), Vec::new());
+    for (number, (task, gesture, surface)) in TASKS.into_iter().enumerate() {
+        let people = TrainingPeople {
+            person: PersonConfig {
+                gesture: Some(gesture),
+                ..scenery.people.person
+            },
+            ..scenery.people.clone()
+        };
+        let scenery = Scenery {
+            people: &people,
+            ..*scenery
+        };
+        let is_there = |one: &Answered| {
+            surface.is_none_or(|name| scenery.scene.surface(one.surface).name == name)
+        };
+        for (people, all) in [
+            (0..PEOPLE, &mut learnt),
+            (PEOPLE..PEOPLE + HELD_OUT, &mut judged),
+        ] {
+            let made = answered(&scenery, task, people, TOUCHES)?;
+            all.extend(made.into_iter().filter(is_there));
+        }
+        progress((number + 1) as f64 / 4.0);
+    }
+    let model = ResponseModel::train(&shown(&learnt), &ResponseConfig::default())?;
+    let arm = scenery.arm.kinematics();
+    let mut estimator = ResponseEstimator::new(&model, Arc::clone(arm));
+    let mut of_task = |task: Task| {
+        let reaches: Vec<&Answered> = judged.iter().filter(|a| a.shown.task == task).collect();
+        let (mut right, mut off_m) = ([0; 4], Vec::new());
+        for one in &reaches {
+            estimator.begin();
+            let Some(first) = one.reach.frames.first() else {
+                continue;
+            };
+            let lasts_s = one.reach.contact_s - first.t_s;
+            let mut due = TOLD_AT.iter().zip(&mut right).peekable();
+            let (mut known, mut end_m) = (false, f64::NAN);
+            for frame in &one.reach.frames {
+                let share = (frame.t_s - first.t_s) / lasts_s;
+                while due.peek().is_some_and(|(at, _)| **at < share) {
+                    if let Some((_, right)) = due.next() {
+                        *right += usize::from(known);
+                    }
+                }
+                if let Some(estimate) = estimator.step(frame) {
+                    end_m = estimate.point_m.distance(one.target.point_m);
+                    known = estimator
+                        .posterior()
+                        .is_some_and(|posterior| posterior.tasks[task as usize] > 0.5);
+                }
+            }
+            for (_, right) in due {
+                *right += usize::from(known);
+            }
+            off_m.push(end_m);
+        }
+        off_m.sort_by(f64::total_cmp);
+        let quantile = |p: f64| match off_m.len() {
+            0 => f64::NAN,
+            _ => hwall_testkit::quantile(&off_m, p),
+        };
+        ToldApart {
+            task,
+            reaches: reaches.len(),
+            right,
+            off_m: [quantile(0.5), quantile(0.9)],
+        }
+    };
+    let told = Task::ALL.map(&mut of_task).to_vec();
+    progress(1.0);
+    Ok(told)
+}

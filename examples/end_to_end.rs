@@ -1,0 +1,48 @@
+//! What does it cost to lead the arm by joints instead of places? The dissertation's end-to-end response, measured.
+//!
+//! `cargo run --release --example end_to_end`
+
+use anyhow::Context;
+use clap::Parser;
+use hwall_lab::documents::Destination;
+use hwall_lab::end_to_end::document;
+use hwall_lab::end_to_end::study::{self, Request};
+use hwall_stage::exit;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+/// Judges joints that are inferred from the hand by centimetres, by tasks told apart and by touches in time; writes END-TO-END.md.
+#[derive(Parser)]
+struct Args {
+    #[command(flatten)]
+    destination: Destination,
+    /// Touches of each kind of people, a dozen for each person
+    #[arg(long, default_value_t = 240, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    touches: u64,
+    /// Seed of the people who touch and of the sensors' noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+fn main() -> ExitCode {
+    exit(run(&Args::parse()))
+}
+
+fn run(args: &Args) -> anyhow::Result<()> {
+    let documents = args.destination.open("out/end_to_end")?;
+    let request = Request {
+        touches: args.touches as usize,
+        seed: args.seed,
+    };
+    let style = ProgressStyle::with_template("{msg:15} {wide_bar} {percent} %")?;
+    let bar = ProgressBar::new(1000).with_style(style);
+    let results = study::run(&request, |chapter, share| {
+        bar.set_message(chapter.to_owned());
+        bar.set_position((1000.0 * share) as u64);
+    })?;
+    bar.finish_and_clear();
+    let path = document::write(&request, &results, &documents)?;
+    let text = document::text(&request, &results);
+    writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")
+}
