@@ -66,10 +66,10 @@ impl SrsArm {
 
 impl FeasibleArmAngles {
     pub(super) fn new(arm: &SrsArm, circle: ElbowCircle) -> Self {
-        let mut breaks = [0.0; CAPACITY];
+        let mut places = [(0.0, Direction::ZERO); CAPACITY];
         let mut len = 0;
         let mut add = |psi: Direction| {
-            breaks[len] = psi.angle();
+            places[len] = (psi.angle(), psi);
             len += 1;
         };
         for psi in circle.extremes() {
@@ -77,7 +77,8 @@ impl FeasibleArmAngles {
         }
         circle.limit_roots(&arm.windows, CROSS_TOLERANCE, &mut add);
         circle.coupled_roots(arm.limits(), &mut add);
-        breaks[..len].sort_unstable_by(f64::total_cmp);
+        places[..len].sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let breaks = places.map(|(angle, _)| angle);
         let mut at = [0; CAPACITY];
         let mut after = [0; CAPACITY];
         for i in 0..len {
@@ -86,11 +87,7 @@ impl FeasibleArmAngles {
             } else {
                 breaks[0] + TAU
             };
-            at[i] = circle.feasible_branches(
-                &arm.windows,
-                arm.limits(),
-                Direction::from_angle(breaks[i]),
-            );
+            at[i] = circle.feasible_branches(&arm.windows, arm.limits(), places[i].1);
             after[i] = circle.feasible_branches(
                 &arm.windows,
                 arm.limits(),

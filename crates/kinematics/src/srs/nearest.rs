@@ -82,12 +82,20 @@ pub struct NearestSolution {
 /// A move below this is believed to be the nearest without looking at the other arcs, rad.
 const LOCAL_RAD: f64 = 0.1;
 
+/// From further away than this no search ends that near, so that it is not tried, rad.
+const FAR_RAD: f64 = 0.5;
+
 /// Spacing of the starting points on an arc, rad.
 const START_SPACING_RAD: f64 = 0.25;
+
+/// A valley is left out if it would have to be this many times as deep as a step of Newton's method promises.
+const PROMISE: f64 = 8.0;
 
 /// The refinement stops when the arm angle moves by less, rad: the cost is then within 1e-18
 /// of its minimum, and the pose is exact at every step anyway.
 const STEP_TOLERANCE_RAD: f64 = 1e-9;
+/// How far outside of a limit a glance may be, rad: ends of arcs are known to less than that.
+const BEYOND_RAD: f64 = 1e-9;
 /// The same per root of the cost, where the rounding of the cost hides what shorter steps gain.
 const ROUNDING: f64 = 1e-8;
 
@@ -187,8 +195,11 @@ impl Problem<'_> {
             .feasible_branches(&self.arm.windows, self.arm.limits(), here)
             & near;
         let start =
-            self.best(Branch::in_mask(mask).filter_map(|b| self.evaluate(psi_reference, b)))?;
-        let found = self.refine(start, f64::NEG_INFINITY, f64::INFINITY);
+            self.best(Branch::in_mask(mask).filter_map(|b| self.glance(psi_reference, b)))?;
+        if start.q.max_abs_difference(self.reference) > FAR_RAD {
+            return None;
+        }
+        let found = self.refined(start, f64::NEG_INFINITY, f64::INFINITY)?;
         let largest = found.q.max_abs_difference(self.reference);
         (largest <= LOCAL_RAD).then(|| self.solution(found, near))
     }
@@ -202,14 +213,22 @@ impl Problem<'_> {
     ) -> Option<NearestSolution> {
         let arcs = Branch::in_mask(allowed)
             .flat_map(|branch| angles.arcs(branch).map(move |arc| (branch, arc)));
-        let found =
-            self.best(arcs.filter_map(|(branch, arc)| self.on_arc(branch, arc, psi_reference)))?;
+        let found = arcs.fold(None, |best, (branch, arc)| {
+            self.on_arc(branch, arc, psi_reference, best)
+        })?;
         Some(self.solution(found, near))
     }
 
-    /// The best of an arc: every starting point that beats its neighbours is refined. They are evenly spaced, with the
-    /// place nearest to the reference's arm angle among them.
-    fn on_arc(&self, branch: Branch, arc: ArmAngleArc, psi_reference: f64) -> Option<Candidate> {
+    /// The best of an arc and of what was found before: every starting point that beats its neighbours, and may lead to
+    /// something better, is refined. They are evenly spaced, with the place nearest to the reference's arm angle among
+    /// them.
+    fn on_arc(
+        &self,
+        branch: Branch,
+        arc: ArmAngleArc,
+        psi_reference: f64,
+        mut best: Option<Candidate>,
+    ) -> Option<Candidate> {
         let count = (arc.width_rad() / START_SPACING_RAD).ceil();
         let spacing = arc.width_rad() / count.max(1.0);
         let own = arc.nearest_rad(psi_reference);
@@ -221,17 +240,18 @@ impl Problem<'_> {
             Ordering::Greater => arc.start_rad + spacing * (i - 1) as f64,
         };
         let last = (count as usize + 1).max(before_own);
-        let mut best = None;
-        let (mut before, mut here) = (f64::INFINITY, self.evaluate(start(0), branch));
+        let (mut before, mut here) = (f64::INFINITY, self.glance(start(0), branch));
         for i in 0..=last {
             let next = if i < last {
-                self.evaluate(start(i + 1), branch)
+                self.glance(start(i + 1), branch)
             } else {
                 None
             };
             if let Some(start) = here {
-                if start.cost <= before && next.is_none_or(|n| start.cost <= n.cost) {
-                    best = self.best([Some(self.refined(start, arc)), best].into_iter().flatten());
+                let valley = start.cost <= before && next.is_none_or(|n| start.cost <= n.cost);
+                if valley && best.is_none_or(|best| self.may_beat(&start, best.cost)) {
+                    let refined = self.refined(start, arc.start_rad, arc.end_rad);
+                    best = self.best([refined, best].into_iter().flatten());
                 }
                 before = start.cost;
             }
@@ -240,12 +260,67 @@ impl Problem<'_> {
         best
     }
 
-    fn refined(&self, start: Candidate, arc: ArmAngleArc) -> Candidate {
-        self.refine(start, arc.start_rad, arc.end_rad)
+    /// Could the valley of a starting point reach below a cost? By what a step of Newton's method promises, and much
+    /// more.
+    fn may_beat(&self, start: &Candidate, cost: f64) -> bool {
+        let (gradient, curvature) = self.slope(start);
+        let promised = PROMISE * gradient * gradient / curvature;
+        // Not finite on a singularity: nothing is known.
+        !promised.is_finite() || start.cost - promised <= cost
+    }
+
+    /// Half the slope of the cost along the arm angle, and half its curvature as Gauss and Newton see it.
+    fn slope(&self, at: &Candidate) -> (f64, f64) {
+        let slopes = self
+            .circle
+            .joint_slopes(Direction::from_angle(at.psi), at.branch);
+        let (mut gradient, mut curvature) = (0.0, 0.0);
+        for (i, slope) in slopes.into_iter().enumerate() {
+            let weighted = self.config.weights[i] * slope;
+            gradient += weighted * (at.q[i] - self.reference[i]);
+            curvature += weighted * slope;
+        }
+        (gradient, curvature)
+    }
+
+    /// The search goes by glances; its end is constructed.
+    fn refined(&self, start: Candidate, first: f64, last: f64) -> Option<Candidate> {
+        let found = self.refine(start, first, last, |psi, branch| self.glance(psi, branch));
+        self.evaluate(found.psi, found.branch).or_else(|| {
+            // Beyond a limit by less than a glance tells.
+            let start = self.evaluate(start.psi, start.branch)?;
+            Some(self.refine(start, first, last, |psi, branch| self.evaluate(psi, branch)))
+        })
     }
 
     fn best(&self, candidates: impl Iterator<Item = Candidate>) -> Option<Candidate> {
         candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    /// [`evaluate`](Self::evaluate) in a fifth of the time, the angles good to 1e-13 rad; at most [`BEYOND_RAD`] outside
+    /// of a limit.
+    fn glance(&self, psi: f64, branch: Branch) -> Option<Candidate> {
+        let Some(angles) = self.circle.glance(Direction::from_angle(psi), branch) else {
+            return self.evaluate(psi, branch);
+        };
+        let mut q = JointPositions(angles);
+        for ((angle, limit), reference) in
+            q.0.iter_mut().zip(self.arm.limits()).zip(&self.reference.0)
+        {
+            *angle = limit.nearest_turn(*angle, *reference);
+            let inside =
+                *angle >= limit.min_rad - BEYOND_RAD && *angle <= limit.max_rad + BEYOND_RAD;
+            if !inside {
+                return None;
+            }
+        }
+        let cost = self.config.cost(&q, self.reference);
+        Some(Candidate {
+            q,
+            branch,
+            psi,
+            cost,
+        })
     }
 
     fn evaluate(&self, psi: f64, branch: Branch) -> Option<Candidate> {
@@ -266,20 +341,18 @@ impl Problem<'_> {
     /// Newton's method on the arm angle within an arc, each step halved until it helps. The curvature is that of
     /// Gauss and Newton at first, then the secant of the last two slopes: far from the reference the former alone
     /// converges linearly.
-    fn refine(&self, start: Candidate, first: f64, last: f64) -> Candidate {
+    fn refine(
+        &self,
+        start: Candidate,
+        first: f64,
+        last: f64,
+        look: impl Fn(f64, Branch) -> Option<Candidate>,
+    ) -> Candidate {
         let mut best = start;
         let mut before: Option<(f64, f64)> = None;
         for _ in 0..20 {
             let tolerance = STEP_TOLERANCE_RAD.max(ROUNDING * best.cost.sqrt());
-            let slope = self
-                .circle
-                .joint_slopes(Direction::from_angle(best.psi), best.branch);
-            let (mut gradient, mut curvature) = (0.0, 0.0);
-            for (i, slope) in slope.into_iter().enumerate() {
-                let weighted = self.config.weights[i] * slope;
-                gradient += weighted * (best.q[i] - self.reference[i]);
-                curvature += weighted * slope;
-            }
+            let (gradient, curvature) = self.slope(&best);
             let secant = before.map(|(psi, slope)| (gradient - slope) / (best.psi - psi));
             // A valley curves upwards; where the secant does not, or is wild, it says nothing.
             let curvature = match secant {
@@ -297,7 +370,7 @@ impl Problem<'_> {
                 if (psi - best.psi).abs() <= tolerance {
                     break None;
                 }
-                match self.evaluate(psi, best.branch) {
+                match look(psi, best.branch) {
                     Some(next) if next.cost < best.cost => break Some(next),
                     _ => step *= 0.5,
                 }

@@ -2,6 +2,7 @@
 
 mod distances;
 mod elbow_circle;
+mod glance;
 mod limit_roots;
 mod pinched;
 mod sinusoid;
