@@ -120,7 +120,9 @@ impl<P: Predictor> Perception<P> {
             self.predictor.touched(at_m, t_s);
         }
         let ranked = self.predictor.predict(&self.scene, &input);
-        let decided = self.policy.step(frame.t_s, ranked, input.hand);
+        let decided = self
+            .policy
+            .step(frame.t_s, ranked, input.hand, input.frame.head_m);
         let fingertip = tracking.state().and_then(|state| {
             Some(Fingertip {
                 point_m: frame.contact_point()?.position_m,
@@ -372,7 +374,12 @@ impl<P: Predictor> Perception<P> {
         let off_m = point_m.distance(contact.point_m);
         let slack_m = self
             .policy
-            .slack_m(&contact, &self.board, &self.in_place)
+            .slack_m(
+                &contact,
+                &self.world.base_from_world(),
+                &self.board,
+                &self.in_place,
+            )
             .map(|slack_m| (slack_m - off_m).max(0.0));
         let target = BoardTarget {
             point_m,
