@@ -52,6 +52,15 @@ impl SteadyPoint {
     /// The prediction to serve, of those of one sample, the most probable first: the first one, or that of the surface held before
     /// unless another is clearly more probable; with its point held as by [`step`](Self::step). `None` if there is none.
     pub fn step_ranked(&mut self, ranked: &[ContactPrediction]) -> Option<ContactPrediction> {
+        self.step_ranked_known(ranked, claimed_sd_m)
+    }
+
+    /// The same where more is known of how well a point is known than its covariance says: `sd_m` is its standard deviation, m.
+    pub fn step_ranked_known(
+        &mut self,
+        ranked: &[ContactPrediction],
+        sd_m: impl Fn(&ContactPrediction) -> f64,
+    ) -> Option<ContactPrediction> {
         let first = ranked.first()?;
         let held = self.held.and_then(|held| {
             let same = |p: &&ContactPrediction| p.surface == held.prediction.surface;
@@ -59,16 +68,17 @@ impl SteadyPoint {
             let clearly = first.probability > HELD_ODDS * of_surface.probability;
             (!clearly).then_some(of_surface)
         });
-        Some(self.step(*held.unwrap_or(first)))
+        let prediction = *held.unwrap_or(first);
+        Some(self.step_known(prediction, sd_m(&prediction)))
     }
 
     /// The prediction with the point and normal held, or with its own if they have left the radius and their own uncertainty, or
     /// the surface.
     pub fn step(&mut self, prediction: ContactPrediction) -> ContactPrediction {
-        let sd_m = prediction.covariance_m2.map_or(0.0, |c| {
-            let [xx, _, _, _, yy, _, _, _, zz] = c.to_cols_array();
-            (xx + yy + zz).sqrt()
-        });
+        self.step_known(prediction, claimed_sd_m(&prediction))
+    }
+
+    fn step_known(&mut self, prediction: ContactPrediction, sd_m: f64) -> ContactPrediction {
         let holds = |held: &Held| {
             let Held {
                 prediction: before,
@@ -109,6 +119,14 @@ impl SteadyPoint {
     pub fn reset(&mut self) {
         self.held = None;
     }
+}
+
+/// The standard deviation that a prediction claims for its point, m; 0 for one that has none.
+fn claimed_sd_m(prediction: &ContactPrediction) -> f64 {
+    prediction.covariance_m2.map_or(0.0, |c| {
+        let [xx, _, _, _, yy, _, _, _, zz] = c.to_cols_array();
+        (xx + yy + zz).sqrt()
+    })
 }
 
 /// Does a prediction not exclude a place that lies `off` from its point, m, in the plane of its surface?

@@ -7,6 +7,21 @@ pub(super) struct Looks {
     all: f64,
     /// Since when the look under way has lasted, s, and until when it was seen.
     under_way: Option<[f64; 2]>,
+    /// When the look began that was counted last, s: a reach may take longer than one frame.
+    counted_s: Option<f64>,
+}
+
+/// What a frame says of a look.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct LookFrame {
+    /// Time, s.
+    pub(super) t_s: f64,
+    /// Since when the eyes have rested on one place while the hand rested, s.
+    pub(super) since_s: Option<f64>,
+    /// Does the hand reach for it?
+    pub(super) reaches: bool,
+    /// Does it rest, as far as can be seen?
+    pub(super) is_still: bool,
 }
 
 /// Looks count for so much less after each that follows.
@@ -24,6 +39,7 @@ impl Default for Looks {
             led: LED_BEFORE,
             all: LED_BEFORE,
             under_way: None,
+            counted_s: None,
         }
     }
 }
@@ -39,19 +55,30 @@ impl Looks {
         self.under_way = None;
     }
 
-    /// A frame: since when the eyes have rested on one place while the hand rested, and whether the hand reaches.
-    pub(super) fn step(&mut self, t_s: f64, look: Option<f64>, reaches: bool) {
+    /// The next frame. A look that ends because the hand moves, but to another place, proves nothing: after a touch the eyes go
+    /// ahead before the hand comes back.
+    pub(super) fn step(&mut self, frame: &LookFrame) {
+        if !frame.is_still && !frame.reaches {
+            self.under_way = None;
+        }
+        let look = frame
+            .since_s
+            .filter(|since_s| Some(*since_s) != self.counted_s);
         let is_over = |[since_s, seen_s]: [f64; 2]| match look {
             Some(now_s) => now_s != since_s,
-            None => t_s - seen_s > FOLLOWS_S,
+            None => frame.t_s - seen_s > FOLLOWS_S,
         };
         match self.under_way {
-            Some(_) if reaches => self.ended(true),
+            Some([since_s, _]) if frame.reaches => {
+                self.counted_s = Some(since_s);
+                self.ended(true);
+                return;
+            }
             Some(seen) if is_over(seen) => self.ended(false),
             _ => {}
         }
         if let Some(since_s) = look {
-            self.under_way = Some([since_s, t_s]);
+            self.under_way = Some([since_s, frame.t_s]);
         }
     }
 
@@ -71,16 +98,25 @@ impl Looks {
 mod tests {
     use super::*;
 
+    fn frame(t_s: f64, since_s: Option<f64>, reaches: bool) -> LookFrame {
+        LookFrame {
+            t_s,
+            since_s,
+            reaches,
+            is_still: true,
+        }
+    }
+
     /// Looks of 0.4 s, a second apart; each leads to a reach or does not.
     fn share_after(led: &[bool]) -> f64 {
         let mut looks = Looks::default();
         for (i, led) in led.iter().enumerate() {
             let since_s = i as f64;
-            for frame in 0..40 {
-                looks.step(since_s + 0.01 * f64::from(frame), Some(since_s), false);
+            for k in 0..40 {
+                looks.step(&frame(since_s + 0.01 * f64::from(k), Some(since_s), false));
             }
-            looks.step(since_s + 0.45, None, *led);
-            looks.step(since_s + 0.9, None, false);
+            looks.step(&frame(since_s + 0.45, None, *led));
+            looks.step(&frame(since_s + 0.9, None, false));
         }
         looks.share()
     }
@@ -103,9 +139,33 @@ mod tests {
     #[test]
     fn a_glimpse_is_no_look() {
         let mut looks = Looks::default();
-        looks.step(0.0, Some(0.0), false);
-        looks.step(0.05, Some(0.0), false);
-        looks.step(0.5, None, false);
+        looks.step(&frame(0.0, Some(0.0), false));
+        looks.step(&frame(0.05, Some(0.0), false));
+        looks.step(&frame(0.5, None, false));
+        assert_eq!(looks.share(), 1.0);
+    }
+    #[test]
+    fn a_reach_of_many_frames_counts_once() {
+        let mut looks = Looks::default();
+        looks.step(&frame(0.0, Some(0.0), false));
+        for k in 0..30 {
+            looks.step(&frame(0.3 + 0.01 * f64::from(k), Some(0.0), true));
+        }
+        // Else one look in vain would be forgiven at once.
+        assert!((looks.all - (LED_BEFORE * FADES + 1.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_hand_that_goes_back_after_a_touch_proves_nothing() {
+        let mut looks = Looks::default();
+        for k in 0..30 {
+            looks.step(&frame(0.01 * f64::from(k), Some(0.0), false));
+        }
+        looks.step(&LookFrame {
+            is_still: false,
+            ..frame(0.3, None, false)
+        });
+        looks.step(&frame(1.0, None, false));
         assert_eq!(looks.share(), 1.0);
     }
 }

@@ -7,14 +7,17 @@ mod drive;
 mod event;
 mod felt;
 mod guidance;
+mod hand_course;
 mod handover;
 mod looks;
 mod openings;
 mod perception;
 mod policy;
+mod policy_config;
 mod response;
 mod safety;
 mod sequence_lock;
+mod sight;
 mod target_control;
 mod world;
 
@@ -23,7 +26,7 @@ pub use control::{Control, MovingSurface, SessionState};
 pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
-pub use policy::PolicyConfig;
+pub use policy_config::PolicyConfig;
 pub use target_control::TargetControl;
 pub use world::WorldPose;
 

@@ -125,7 +125,9 @@ impl<P: Predictor> Perception<P> {
         }
         let ranked = self.predictor.predict(&self.scene, &input);
         let first = ranked.first().copied();
-        let decided = self.policy.step(frame.t_s, ranked, input.hand);
+        let decided = self
+            .policy
+            .step(frame.t_s, ranked, input.hand, input.frame.head_m);
         let responds_with = kept_response(
             self.predictor.response_rad(),
             first.as_ref(),
@@ -390,7 +392,12 @@ impl<P: Predictor> Perception<P> {
         let off_m = point_m.distance(contact.point_m);
         let slack_m = self
             .policy
-            .slack_m(&contact, &self.board, &self.in_place)
+            .slack_m(
+                &contact,
+                &self.world.base_from_world(),
+                &self.board,
+                &self.in_place,
+            )
             .map(|slack_m| (slack_m - off_m).max(0.0));
         let target = BoardTarget {
             point_m,

@@ -1,113 +1,16 @@
 //! When the board goes where: wait, be ready behind a surface, present it.
 
-use super::looks::Looks;
+use super::hand_course::{HandCourse, MeanVelocity};
+use super::looks::{LookFrame, Looks};
+use super::policy_config::PolicyConfig;
+use super::sight::Sight;
 use crate::error::SessionError;
 use glam::{DMat3, DVec3};
 use hwall_contact::{ContactPrediction, SteadyPoint};
+use hwall_geometry::Pose;
 use hwall_hand::HandState;
 use hwall_haptics::{Board, PlaceTolerance, surface_axes};
-use hwall_numeric::check::{non_negative, positive};
 use hwall_scene::SurfaceId;
-
-/// When the board goes where.
-///
-/// People want a board that goes early and once and then stands still, rather than one that chases them. What the hand reaches
-/// for brings the board; so does what is looked at, as long as the looks of this person lead to touches. Whoever looks around
-/// only makes the arm lean towards where they look. After a touch the arm returns to its waiting posture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PolicyConfig {
-    /// The predicted place stays while it moves less than this, m; default 0.05, half of the half width of a board.
-    pub steady_m: f64,
-    /// A predicted place counts once it has stayed for this long, s; default 0.05. A saccade in flight names many places.
-    pub settle_s: f64,
-    /// A predicted place that moves by less than this between frames stays, m; default 0.06.
-    pub settle_m: f64,
-    /// How far behind a surface that is looked at the board gets ready, m; default 0: on it, for a board
-    /// that need not move again is there sooner.
-    pub ready_m: f64,
-    /// A hand slower than this rests, m/s; default 0.3: that of a resting hand is seen with an error of a third of it.
-    pub still_m_per_s: f64,
-    /// A look counts if it began when the hand had rested for this long, s; default 0.1.
-    pub still_s: f64,
-    /// A look that has lasted this long without a reach no longer holds the board, s; default 1.
-    pub look_s: f64,
-    /// A look brings the board only while at least this share of the person's looks led to a reach; default 0.9. Whoever
-    /// looks around is served when the hand sets off.
-    pub trusted_share: f64,
-    /// A hand this fast towards the predicted place reaches for it, m/s; default 0.1.
-    pub reach_m_per_s: f64,
-    /// A hand this near to the predicted surface is about to touch it, m; default 0.06.
-    pub near_m: f64,
-    /// Time for which a reach that pauses still counts, s; default 0.3.
-    pub pause_s: f64,
-    /// How many standard deviations of the predicted point must lie on the face; the rest of the face is slack. Default 1.
-    pub deviations: f64,
-    /// Standard deviation assumed of a prediction that comes without one, m; default 0.02.
-    pub default_sd_m: f64,
-    /// Largest standard deviation that counts of a place that is looked at, m; default 0.026, 1.5 degrees at 1 m.
-    pub looked_sd_m: f64,
-    /// A prediction whose standard deviation is larger than this moves nothing, m; default 0.2.
-    pub unsure_m: f64,
-    /// The same for one that would move the board away from a place that was looked at, m; default 0.08.
-    pub sure_m: f64,
-    /// Margin of the slack at the edge of the face besides that of [`PlaceTolerance::inset_m`], m; default 0.005.
-    pub margin_m: f64,
-}
-
-impl Default for PolicyConfig {
-    fn default() -> Self {
-        Self {
-            steady_m: 0.05,
-            settle_s: 0.05,
-            settle_m: 0.06,
-            ready_m: 0.0,
-            still_m_per_s: 0.3,
-            still_s: 0.1,
-            look_s: 1.0,
-            trusted_share: 0.9,
-            reach_m_per_s: 0.1,
-            near_m: 0.06,
-            pause_s: 0.3,
-            deviations: 1.0,
-            default_sd_m: 0.02,
-            looked_sd_m: 0.026,
-            unsure_m: 0.2,
-            sure_m: 0.08,
-            margin_m: 0.005,
-        }
-    }
-}
-
-impl PolicyConfig {
-    /// Rejects settings below zero.
-    ///
-    /// # Errors
-    /// The first setting outside its range; NaN is outside every range.
-    pub fn validate(&self) -> Result<(), SessionError> {
-        for (what, value) in [
-            ("settle_s", self.settle_s),
-            ("ready_m", self.ready_m),
-            ("still_m_per_s", self.still_m_per_s),
-            ("still_s", self.still_s),
-            ("look_s", self.look_s),
-            ("trusted_share", self.trusted_share),
-            ("near_m", self.near_m),
-            ("pause_s", self.pause_s),
-            ("deviations", self.deviations),
-            ("default_sd_m", self.default_sd_m),
-            ("looked_sd_m", self.looked_sd_m),
-            ("unsure_m", self.unsure_m),
-            ("sure_m", self.sure_m),
-            ("margin_m", self.margin_m),
-        ] {
-            non_negative(what, value)?;
-        }
-        positive("steady_m", self.steady_m)?;
-        positive("settle_m", self.settle_m)?;
-        positive("reach_m_per_s", self.reach_m_per_s)?;
-        Ok(())
-    }
-}
 
 /// Where the board shall be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -182,6 +85,15 @@ fn in_time(mut contact: ContactPrediction, hand: &HandState) -> ContactPredictio
 /// Of a slower hand the speed tells nothing, m/s.
 const SLOWEST_M_PER_S: f64 = 0.1;
 
+/// A hand that moves away this fast in the mean of 0.1 s leaves, m/s.
+const LEAVES_M_PER_S: f64 = 0.1;
+/// A hand that moves along a surface may move away from it by this share of what it comes nearer to a point on it: ways are bent.
+const ALONG_SHARE: f64 = 0.2;
+/// A place is out of the question that is so many standard deviations from where the touch is expected.
+const OUT_OF_QUESTION_SDS: f64 = 2.0;
+/// How far away a place that is looked at usually is, m: its slack is that of a place faced from there.
+const USUAL_LOOK_M: f64 = 1.0;
+
 /// The memory of the decisions.
 #[derive(Debug, Clone)]
 pub(super) struct Policy {
@@ -195,6 +107,7 @@ pub(super) struct Policy {
     moved_s: f64,
     last_s: f64,
     looks: Looks,
+    course: HandCourse,
     /// The surface of the contact that is held, and how far its prediction is from the point that is held, m.
     off: Option<(SurfaceId, DVec3)>,
 }
@@ -211,6 +124,7 @@ impl Policy {
             moved_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
             looks: Looks::default(),
+            course: HandCourse::default(),
             off: None,
         })
     }
@@ -222,15 +136,17 @@ impl Policy {
         self.decision = Decision::Wait;
         [self.reached_s, self.moved_s, self.last_s] = [f64::NEG_INFINITY; 3];
         self.looks.forget_look();
+        self.course = HandCourse::default();
     }
 
-    /// The contact that counts after a frame and what is done about it: the ranked contacts and the hand, all in one frame.
-    /// `None` without a contact in sight.
+    /// The contact that counts after a frame and what is done about it: the ranked contacts, the hand and the place between the
+    /// eyes, all in one frame. `None` without a contact in sight.
     pub(super) fn step(
         &mut self,
         t_s: f64,
         ranked: &[ContactPrediction],
         hand: Option<&HandState>,
+        eye_m: Option<DVec3>,
     ) -> Option<(ContactPrediction, Decision)> {
         if t_s < self.last_s {
             // The clock was set back.
@@ -240,7 +156,16 @@ impl Policy {
         self.last_s = t_s;
         // A place that is kept comes nearer in time.
         self.decision = self.decision.aged(dt_s);
-        let held = self.steady.step_ranked(ranked);
+        self.course.step(t_s, hand.map(|hand| hand.point_m));
+        let sight = eye_m.map(|eye_m| self.sight(eye_m));
+        // The first guesses of a hand that sets off are no better than a look, whatever they say themselves.
+        let held = self.steady.step_ranked_known(ranked, |prediction| {
+            let own_m = spread_m(prediction);
+            match (prediction.looked_at_since_s, sight) {
+                (Some(_), Some(sight)) => own_m.min(sight.spread_m(prediction)),
+                _ => own_m,
+            }
+        });
         self.off = held.and_then(|held| {
             let newest = ranked.iter().find(|p| p.surface == held.surface)?;
             Some((held.surface, newest.point_m - held.point_m))
@@ -286,13 +211,24 @@ impl Policy {
             since_s: stays.map_or(t_s, |candidate| candidate.since_s),
         };
         self.candidate = Some(candidate);
-        if motion == Motion::Reaches {
+        let is_sent = matches!(self.decision, Decision::Present(_) | Decision::Ready(_));
+        let reaches = motion == Motion::Reaches
+            && (is_sent || hand.is_none_or(|hand| self.sets_off(contact, hand)));
+        if reaches {
             self.reached_s = t_s;
+        } else if is_still && stays.is_none() {
+            // That was for another place.
+            self.reached_s = f64::NEG_INFINITY;
         }
         let look = contact
             .looked_at_since_s
             .filter(|since_s| is_still && *since_s >= self.moved_s + c.still_s);
-        self.looks.step(t_s, look, motion == Motion::Reaches);
+        self.looks.step(&LookFrame {
+            t_s,
+            since_s: look,
+            reaches,
+            is_still,
+        });
         let reaching = t_s - self.reached_s <= c.pause_s && motion != Motion::Leaves;
         let settled = t_s - candidate.since_s >= c.settle_s;
         let enough_m = match self.decision {
@@ -303,10 +239,18 @@ impl Policy {
             _ => c.unsure_m,
         };
         // NaN is unsure.
-        let is_sure = spread_m(contact) <= enough_m;
+        let spread_m = spread_m(contact);
+        let leaves_place = match self.decision {
+            Decision::Present(last) | Decision::Ready(last) => {
+                last.point_m.distance(contact.point_m) > OUT_OF_QUESTION_SDS * spread_m
+            }
+            Decision::Wait | Decision::Lean(_) => false,
+        };
+        let is_sure = spread_m <= enough_m || (leaves_place && spread_m <= c.unsure_m);
         let is_unsure = contact.looked_at_since_s.is_none() && !is_sure;
         // Where people look while the hand comes back is not yet where it goes next.
-        let is_look = look.is_some_and(|since_s| t_s - since_s <= c.look_s);
+        let is_look =
+            look.is_some_and(|since_s| t_s - since_s <= c.look_s) && motion != Motion::Leaves;
         match (self.decision, motion) {
             (Decision::Present(_) | Decision::Ready(_), Motion::Leaves) if settled => {
                 Decision::Wait
@@ -333,32 +277,60 @@ impl Policy {
 
     fn motion(&self, contact: &ContactPrediction, hand: &HandState) -> Motion {
         let way = contact.point_m - hand.point_m;
-        let closing_m_per_s = hand.velocity_m_per_s.dot(way.normalize_or_zero());
-        let off_m_per_s = hand.velocity_m_per_s.dot(contact.normal);
-        let fast_m_per_s = self.config.reach_m_per_s;
+        let course = self.course.velocity();
+        // Of a hand that was just found only a fast motion is told from the noise.
+        let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
+        let found_m_per_s = hand.velocity_m_per_s * f64::from(u8::from(is_fast));
+        let mean_m_per_s = course.map_or(found_m_per_s, |course| course.mean_m_per_s);
+        let off_m_per_s = mean_m_per_s.dot(contact.normal);
         if contact.distance_m <= self.config.near_m {
             // Beside the surface the way to a point on it says little.
-            return if off_m_per_s > fast_m_per_s {
+            let most_m_per_s = match self.decision {
+                Decision::Present(_) | Decision::Ready(_) => LEAVES_M_PER_S,
+                // One that has left does not come back because it trembles.
+                Decision::Wait | Decision::Lean(_) => self.config.reach_m_per_s,
+            };
+            return if off_m_per_s > most_m_per_s {
                 Motion::Leaves
             } else {
                 Motion::Reaches
             };
         }
+        let closing_m_per_s = mean_m_per_s.dot(way.normalize_or_zero());
         // A hand that comes back upwards comes nearer to what is looked at above it, but not to its surface.
-        if closing_m_per_s >= fast_m_per_s && off_m_per_s <= 0.0 {
+        let along_m_per_s = ALONG_SHARE * closing_m_per_s;
+        if closing_m_per_s >= self.config.reach_m_per_s && off_m_per_s <= along_m_per_s {
             Motion::Reaches
-        } else if closing_m_per_s <= -fast_m_per_s || off_m_per_s >= fast_m_per_s {
+        } else if closing_m_per_s <= -LEAVES_M_PER_S || off_m_per_s >= LEAVES_M_PER_S {
             Motion::Leaves
         } else {
             Motion::Rests
         }
     }
 
+    /// Does a hand that approaches set off? One that comes to rest, after a touch, approaches something, too.
+    fn sets_off(&self, contact: &ContactPrediction, hand: &HandState) -> bool {
+        let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
+        let is_near = contact.distance_m <= self.config.near_m;
+        let way = (contact.point_m - hand.point_m).normalize_or_zero();
+        let gains = |course: MeanVelocity| course.gained_m_per_s.dot(way) >= 0.0;
+        is_fast || is_near || self.course.velocity().is_none_or(gains)
+    }
+
+    const fn sight(&self, eye_m: DVec3) -> Sight {
+        Sight {
+            eye_m,
+            error_rad: self.config.looked_rad,
+        }
+    }
+
     /// How far the middle of the board may be from a predicted point along the axes of the surface, the half axes of an
-    /// ellipse, m.
+    /// ellipse, m. The contact is in the base frame; what was predicted was in
+    /// that of the world.
     pub(super) fn slack_m(
         &self,
         contact: &ContactPrediction,
+        base_from_world: &Pose,
         board: &Board,
         place: &PlaceTolerance,
     ) -> [f64; 2] {
@@ -367,6 +339,10 @@ impl Policy {
         };
         // Of a face turned about its normal at least the disc about its middle is there.
         let half_m = board.half_width_m.min(board.half_height_m);
+        let looked_sd_m = self.config.looked_rad * USUAL_LOOK_M;
+        let off = self
+            .off
+            .map(|(surface, off)| (surface, base_from_world.transform_vector(off)));
         std::array::from_fn(|i| {
             let variance_m2 = contact
                 .covariance_m2
@@ -375,11 +351,11 @@ impl Policy {
                 });
             // A covariance that holds other places too says little about the one that is looked at. But a point that was held while
             // its prediction moved on is that much further from the touch.
-            let (most_m, off_m) = match (contact.looked_at_since_s, self.off) {
+            let (most_m, off_m) = match (contact.looked_at_since_s, off) {
                 (Some(_), Some((surface, off))) if surface == contact.surface => {
-                    (self.config.looked_sd_m, off.dot(axes[i]).abs())
+                    (looked_sd_m, off.dot(axes[i]).abs())
                 }
-                (Some(_), _) => (self.config.looked_sd_m, 0.0),
+                (Some(_), _) => (looked_sd_m, 0.0),
                 // A covariance is that about the point that is held; without one nothing tells how far the newest is off.
                 (None, Some((surface, off)))
                     if surface == contact.surface && contact.covariance_m2.is_none() =>
@@ -427,7 +403,7 @@ mod tests {
         let slack_m = |variance_m2: f64| {
             let covariance = DMat3::from_diagonal(DVec3::splat(variance_m2));
             let (board, place) = (Board::default(), PlaceTolerance::default());
-            policy.slack_m(&contact(Some(covariance)), &board, &place)[0]
+            policy.slack_m(&contact(Some(covariance)), &Pose::IDENTITY, &board, &place)[0]
         };
         // Half a face less 20 mm of inset, 5 mm of margin and one standard deviation.
         assert!((slack_m(0.0) - 0.075).abs() < 1e-12);
@@ -446,9 +422,11 @@ mod tests {
             newest
         };
         let mut slack_m = |y: f64| {
-            let (held, _) = policy.step(0.1, &[newest(y)], None).expect("a contact");
+            let (held, _) = policy
+                .step(0.1, &[newest(y)], None, None)
+                .expect("a contact");
             assert_eq!(held.point_m, contact(None).point_m);
-            policy.slack_m(&held, &board, &place)
+            policy.slack_m(&held, &Pose::IDENTITY, &board, &place)
         };
         let [free, _] = slack_m(0.0);
         let [near_x, near_y] = slack_m(0.03);
@@ -508,13 +486,75 @@ mod tests {
         assert_eq!(left_s(kept.aged(1.0)), Some(0.0));
     }
 
+    /// What is decided in the end about a place 0.3 m before a hand that has come so near to it over time, m.
+    fn decided(frames: usize, come_m: impl Fn(f64) -> f64) -> Decision {
+        let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+        let place = contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))));
+        let tip_m = |t_s: f64| place.point_m + DVec3::X * (0.3 - come_m(t_s));
+        for frame in 0..frames {
+            let t_s = 0.01 * frame as f64;
+            let hand = HandState {
+                t_s,
+                point: HandPoint::Index,
+                point_m: tip_m(t_s),
+                velocity_m_per_s: (tip_m(t_s) - tip_m(t_s - 0.01)) / 0.01,
+                direction: None,
+                smoothed_m: [tip_m(t_s); 2],
+                delay_s: 0.0,
+                unseen_s: 0.0,
+                palm_m: None,
+            };
+            policy.step(t_s, &[place], Some(&hand), None);
+        }
+        policy.decision
+    }
+
+    #[test]
+    fn a_hand_that_sets_off_brings_the_board_and_one_that_trembles_or_comes_to_rest_does_not() {
+        let sets_off = |t: f64| (t - 0.5).max(0.0).powi(2);
+        assert!(matches!(decided(70, sets_off), Decision::Present(_)));
+        let trembles = |t: f64| 0.002 * (std::f64::consts::TAU * 12.0 * t).sin();
+        assert_eq!(decided(70, trembles), Decision::Wait);
+        let comes_to_rest = |t: f64| -0.2 * (0.7 - t).max(0.0).powi(2);
+        assert_eq!(decided(70, comes_to_rest), Decision::Wait);
+    }
+
+    #[test]
+    fn a_guess_leaves_a_place_that_was_looked_at_only_once_that_is_out_of_the_question() {
+        let after = |off_m: f64| {
+            let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+            let looked_at = ContactPrediction {
+                looked_at_since_s: Some(0.2),
+                ..contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))))
+            };
+            (0..60).for_each(|frame| {
+                policy.step(0.01 * f64::from(frame), &[looked_at], None, None);
+            });
+            assert!(matches!(policy.decision, Decision::Ready(_)));
+            policy.reached_s = 0.6;
+            let mut guess = contact(Some(DMat3::from_diagonal(DVec3::splat(
+                0.1_f64.powi(2) / 3.0,
+            ))));
+            guess.point_m.y += off_m;
+            (60..80).for_each(|frame| {
+                policy.step(0.01 * f64::from(frame), &[guess], None, None);
+                policy.reached_s = 0.6;
+            });
+            match policy.decision {
+                Decision::Present(c) | Decision::Ready(c) => c.point_m.y,
+                _ => f64::NAN,
+            }
+        };
+        assert_eq!([after(0.15), after(0.4)], [0.0, 0.4]);
+    }
+
     #[test]
     fn a_prediction_that_is_unsure_moves_nothing() {
         for variance_m2 in [0.09, f64::NAN] {
             let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
             let guess = contact(Some(DMat3::from_diagonal(DVec3::splat(variance_m2))));
             for frame in 0..50 {
-                let step = policy.step(0.01 * f64::from(frame), &[guess], None);
+                let step = policy.step(0.01 * f64::from(frame), &[guess], None, None);
                 assert!(matches!(step, Some((_, Decision::Wait))), "{step:?}");
             }
         }

@@ -1,0 +1,112 @@
+//! How the hand has moved of late: what tells one that sets off from a tracker that trembles.
+
+use glam::DVec3;
+
+/// Where the hand was over the last tenth of a second.
+///
+/// The velocity of a single frame is that of the tracker's noise as long as the hand is slow: a resting hand seen with 1 mm at 90 Hz
+/// seems to move at 0.05 m/s in each axis. Over 0.1 s it moves at 0.01 m/s, and a hand that sets off has gone 5 mm by then.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct HandCourse {
+    /// Times, s, and places, m; newest first.
+    places: [Option<(f64, DVec3)>; PLACES],
+    newest: Option<(f64, DVec3)>,
+}
+
+/// Mean velocities, m/s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MeanVelocity {
+    /// Over the whole time.
+    pub(super) mean_m_per_s: DVec3,
+    /// How much faster the second half was than the first.
+    pub(super) gained_m_per_s: DVec3,
+}
+
+/// Time that means are taken over, s.
+const COURSE_S: f64 = 0.1;
+/// Places are kept this far apart, s, at any rate of the tracker.
+const APART_S: f64 = 0.01;
+/// Enough for that time, and for half of it again where frames come at uneven times.
+const PLACES: usize = 16;
+/// A mean over so many times as long is none: frames are missing.
+const LONGEST: f64 = 2.0;
+/// Times are exact to this, s.
+const EXACT_S: f64 = 1e-6;
+
+impl HandCourse {
+    /// The hand of the next frame; `None`: it is lost, and what was before counts no more.
+    pub(super) fn step(&mut self, t_s: f64, point_m: Option<DVec3>) {
+        let Some(point_m) = point_m else {
+            *self = Self::default();
+            return;
+        };
+        self.newest = Some((t_s, point_m));
+        let [last, ..] = self.places;
+        if last.is_none_or(|(last_s, _)| t_s - last_s >= APART_S) {
+            self.places.rotate_right(1);
+            self.places[0] = self.newest;
+        }
+    }
+
+    /// `None` while too little has been seen.
+    pub(super) fn velocity(&self) -> Option<MeanVelocity> {
+        let (t_s, now_m) = self.newest?;
+        let ago = |age_s: f64| {
+            let old = |(then_s, _): &&(f64, DVec3)| t_s - then_s >= age_s - EXACT_S;
+            self.places.iter().flatten().find(old).copied()
+        };
+        let (first_s, first_m) = ago(COURSE_S)?;
+        let (middle_s, middle_m) = ago(0.5 * COURSE_S)?;
+        let takes_s = [t_s - first_s, middle_s - first_s, t_s - middle_s];
+        if takes_s[0] > LONGEST * COURSE_S || takes_s[1] < EXACT_S {
+            return None;
+        }
+        Some(MeanVelocity {
+            mean_m_per_s: (now_m - first_m) / takes_s[0],
+            gained_m_per_s: (now_m - middle_m) / takes_s[2] - (middle_m - first_m) / takes_s[1],
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(frames: usize, period_s: f64, x_m: impl Fn(f64) -> f64) -> Option<MeanVelocity> {
+        let mut course = HandCourse::default();
+        for frame in 0..frames {
+            let t_s = period_s * frame as f64;
+            course.step(t_s, Some(DVec3::X * x_m(t_s)));
+        }
+        course.velocity()
+    }
+
+    #[test]
+    fn a_steady_hand_has_its_velocity_at_any_rate() {
+        for period_s in [1.0 / 1000.0, 1.0 / 90.0, 1.0 / 30.0] {
+            let frames = (0.3 / period_s) as usize;
+            let seen = after(frames, period_s, |t| 0.5 * t).expect("0.3 s are enough");
+            assert!((seen.mean_m_per_s - DVec3::X * 0.5).length() < 1e-9);
+            assert!(seen.gained_m_per_s.length() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_hand_that_sets_off_gains_and_one_that_comes_to_rest_loses() {
+        let off = after(30, 0.01, |t| t * t).expect("enough");
+        let rest = after(30, 0.01, |t| -(0.3 - t) * (0.3 - t)).expect("enough");
+        assert!(off.gained_m_per_s.x > 0.05 && off.mean_m_per_s.x > 0.0);
+        assert!(rest.gained_m_per_s.x < -0.05 && rest.mean_m_per_s.x > 0.0);
+    }
+
+    #[test]
+    fn too_little_a_gap_and_a_lost_hand_tell_nothing() {
+        assert_eq!(after(5, 0.01, |t| t), None);
+        assert_eq!(after(3, 0.3, |t| t), None);
+        let mut course = HandCourse::default();
+        (0..20).for_each(|i| course.step(0.01 * f64::from(i), Some(DVec3::ZERO)));
+        assert!(course.velocity().is_some());
+        course.step(0.2, None);
+        assert_eq!(course.velocity(), None);
+    }
+}
