@@ -118,12 +118,52 @@ fn arrivals_are_what_they_amount_to() {
     assert!(arrivals.quantile_s(0.5) <= arrivals.quantile_s(0.9));
     let middle = arrivals.quantile_s(0.5);
     assert!(arrivals.share_within(middle) >= 0.5);
+    // Expected in time: the chance that a budget is longer than the way, of all targets.
+    let priceless = WaitingConfig {
+        blocked_price_s: 0.0,
+        ..exact
+    };
+    let expected = judged(&priceless);
+    let (mut in_time, mut all) = (0.0, 0.0);
+    for (arrival, weight) in expected.arrivals_s.iter().zip(&expected.weights) {
+        all += weight;
+        if let Some(arrival_s) = arrival {
+            let beyond = (arrival_s - priceless.budget_s) / priceless.softness_s;
+            in_time += weight / (1.0 + beyond.exp());
+        }
+    }
+    assert!((expected.posture.in_time_share - in_time / all).abs() < 1e-12);
+    assert!(arrivals.posture.in_time_share < expected.posture.in_time_share + 1e-12);
     // Slack brings all of them nearer.
     let slack = judged(&WaitingConfig {
         slack_m: 0.055,
         ..config
     });
     assert!(slack.posture.mean_arrival_s < arrivals.posture.mean_arrival_s - 0.01);
+}
+
+/// Lists go round the walls in turn; a sample of every second place left a wall out, and the arm waited far from it.
+#[test]
+fn the_order_of_the_targets_does_not_matter() {
+    let arm = arm();
+    let maps = maps_of(&arm, &room());
+    let surfaces = Surfaces::from_maps(&maps, 0.05).expect("valid");
+    let targets = targets_of_maps(&maps, &range()).expect("within reach");
+    let config = WaitingConfig {
+        most_targets: targets.len() / 4,
+        starts: 2,
+        ..quick()
+    };
+    let find = |targets: &[WeightedTarget]| {
+        let found = waiting_posture(&arm, targets, &surfaces, BOARD, &limits(), &config);
+        found.expect("found").q
+    };
+    let mut in_turn: Vec<WeightedTarget> = Vec::new();
+    for first in 0..3 {
+        in_turn.extend(targets.iter().skip(first).step_by(3));
+    }
+    assert_ne!(in_turn, targets);
+    assert_eq!(find(&in_turn), find(&targets));
 }
 
 #[test]

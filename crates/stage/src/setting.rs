@@ -114,7 +114,12 @@ impl Setting {
             scene,
             participants,
             likely_touches,
-            training_people: TrainingPeople::default(),
+            // Those whom the predictor learns from stand where those who touch stand.
+            training_people: if options.base_by_arrival {
+                TrainingPeople::default().seen_from(base)
+            } else {
+                TrainingPeople::default()
+            },
             remarks,
             base,
         })

@@ -12,7 +12,7 @@ use crate::waiting::{
 };
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
-use hwall_kinematics::SrsArm;
+use hwall_kinematics::{JointPositions, SrsArm};
 use hwall_motion::MotionLimits;
 use hwall_reachability::{
     Interval, PlacementConfig, PlacementScores, Target, WallFacet, place_base,
@@ -25,7 +25,7 @@ pub struct ArrivalPlacement {
     pub room_from_base: Pose,
     /// Turn of the base about the vertical, rad.
     pub heading_rad: f64,
-    /// Share of all targets, by weight, that are reached within the budget.
+    /// Share of all targets, by weight, at which the board is expected in time: those out of reach are not.
     pub in_time_share: f64,
     /// The waiting posture, and the time to each target from it.
     pub arrivals: PostureArrivals,
@@ -80,7 +80,8 @@ pub fn place_base_by_arrival(
     };
     let mut judged: Vec<Judged> = Vec::new();
     for place in most_covering(&room, &coverage, config.judged) {
-        judged.extend(room.judge(place)?);
+        let found = room.judge(place, &judged)?;
+        judged.extend(found);
     }
     if judged.is_empty() {
         return Err(ArrivalError::OutOfReach {
@@ -104,7 +105,7 @@ pub fn place_base_by_arrival(
             continue;
         }
         taken.push(place);
-        best.push(room.judge_closely(place)?);
+        best.push(room.judge_closely(candidate)?);
         if best.len() == config.best {
             break;
         }
@@ -127,8 +128,21 @@ struct Place {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Judged {
     place: Place,
-    /// Of the targets in time, softly.
+    /// Of the targets expected in time.
     share: f64,
+    /// The posture that it takes.
+    q: JointPositions,
+}
+
+/// Postures of other places that a search also starts from: what is good from one place is nearly as good from the next,
+/// and a few starts of its own may miss it.
+const BORROWED: usize = 3;
+
+/// The postures of the best places so far.
+fn postures_of_best(judged: &[Judged]) -> Vec<JointPositions> {
+    let mut order: Vec<&Judged> = judged.iter().collect();
+    order.sort_by(|a, b| b.share.total_cmp(&a.share));
+    order.iter().take(BORROWED).map(|j| j.q).collect()
 }
 
 /// The positions of the grid that reach most targets, each at the heading that does, and of equal headings the one that
@@ -254,14 +268,14 @@ impl Room<'_> {
     }
 
     /// A quick judgement; `None` where nothing is within reach.
-    fn judge(&self, place: Place) -> Result<Option<Judged>, ArrivalError> {
+    fn judge(&self, place: Place, before: &[Judged]) -> Result<Option<Judged>, ArrivalError> {
         /// Starts followed for a place.
         const STARTS: usize = 2;
         if !self.has_space_at(place.base_m) {
             return Ok(None);
         }
         let seen = self.seen_from(place)?;
-        let waiting: &WaitingConfig = &self.config.waiting;
+        let waiting = &self.starting_from(postures_of_best(before));
         let passage = Passage {
             arm: self.arm,
             board: self.board,
@@ -269,10 +283,14 @@ impl Room<'_> {
             clearance: waiting.clearance,
         };
         let quick = Quick::new(passage, &seen.targets, self.limits, waiting)?;
-        match quick.descents(STARTS) {
+        match quick.descents(STARTS + waiting.start_from.len()) {
             Ok(ends) => {
-                let best = ends.first().map(|(q, _)| quick.in_time_share(q));
-                Ok(best.map(|share| Judged { place, share }))
+                let best = ends.first().map(|(q, _)| Judged {
+                    place,
+                    share: quick.in_time_share(q),
+                    q: *q,
+                });
+                Ok(best)
             }
             Err(ArrivalError::OutOfReach { .. }) => Ok(None),
             Err(error) => Err(error),
@@ -304,7 +322,7 @@ impl Room<'_> {
                     base_m: centre.base_m + shift,
                     heading_rad: centre.heading_rad + turn,
                 };
-                if let Some(found) = self.judge(place)? {
+                if let Some(found) = self.judge(place, judged)? {
                     judged.push(found);
                     if found.share > best.share {
                         best = found;
@@ -316,9 +334,17 @@ impl Room<'_> {
         Ok(best)
     }
 
-    fn judge_closely(&self, place: Place) -> Result<ArrivalPlacement, ArrivalError> {
+    /// The settings of the waiting posture with more postures to start from.
+    fn starting_from(&self, postures: Vec<JointPositions>) -> WaitingConfig {
+        let mut waiting = self.config.waiting.clone();
+        waiting.start_from.extend(postures);
+        waiting
+    }
+
+    fn judge_closely(&self, judged: &Judged) -> Result<ArrivalPlacement, ArrivalError> {
+        let place = judged.place;
         let seen = self.seen_from(place)?;
-        let waiting = &self.config.waiting;
+        let waiting = &self.starting_from(vec![judged.q]);
         let (arm, board, limits) = (self.arm, self.board, self.limits);
         let found = waiting_posture(arm, &seen.targets, &seen.surfaces, board, limits, waiting)?;
         let arrivals = judge_posture(
@@ -330,11 +356,10 @@ impl Room<'_> {
             limits,
             waiting,
         )?;
-        let reached = arrivals.posture.reached_share;
         Ok(ArrivalPlacement {
             room_from_base: seen.room_from_base,
             heading_rad: place.heading_rad,
-            in_time_share: reached * (1.0 - arrivals.posture.late_share),
+            in_time_share: arrivals.posture.in_time_share,
             arrivals,
         })
     }

@@ -24,6 +24,9 @@ pub struct WaitingPosture {
     pub late_share: f64,
     /// Mean of what the times are beyond the budget, s.
     pub expected_lateness_s: f64,
+    /// Share of all targets, by weight, at which the board is expected in time, budgets being spread about their mean:
+    /// those out of reach are not, and ways that are not clear take longer.
+    pub in_time_share: f64,
     /// Share of the targets within reach, by weight, to which a clear way leads.
     pub clear_share: f64,
     /// Share of all targets, by weight, that are within reach.
@@ -147,7 +150,14 @@ pub fn judge_posture(
         });
     }
     let mut arrivals_s = vec![None; targets.len()];
-    let [mut weight, mut mean_s, mut late, mut lateness_s, mut clear] = [0.0; 5];
+    let [
+        mut weight,
+        mut mean_s,
+        mut late,
+        mut lateness_s,
+        mut clear,
+        mut in_time,
+    ] = [0.0; 6];
     for place in problem.places() {
         let arrival = problem.arrival(place, q);
         arrivals_s[place.index] = Some(arrival.time_s);
@@ -156,6 +166,7 @@ pub fn judge_posture(
         mean_s += place.weight * arrival.time_s;
         late += if beyond_s > 0.0 { place.weight } else { 0.0 };
         lateness_s += place.weight * beyond_s;
+        in_time += place.weight * problem.in_time(&arrival);
         clear += if arrival.clear { place.weight } else { 0.0 };
     }
     Ok(PostureArrivals {
@@ -164,6 +175,7 @@ pub fn judge_posture(
             mean_arrival_s: mean_s / weight,
             late_share: late / weight,
             expected_lateness_s: lateness_s / weight,
+            in_time_share: in_time / problem.total_weight,
             clear_share: clear / weight,
             reached_share: weight / problem.total_weight,
             standoff_m: problem.standoff_m(q),

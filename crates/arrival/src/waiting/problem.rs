@@ -10,7 +10,8 @@ use glam::DVec3;
 use hwall_kinematics::{JointPositions, MOST_JOINTS};
 use hwall_motion::MotionLimits;
 use hwall_numeric::check::{all_finite, non_negative};
-use hwall_reachability::WallPlane;
+use hwall_reachability::{Target, WallPlane};
+use std::cmp::Ordering;
 use std::f64::consts::PI;
 
 /// A way that is not clear is passed over for a slower one this often.
@@ -92,9 +93,21 @@ impl<'a> Problem<'a> {
         // Those of the targets that need a roll of their own.
         let mut rolled: Vec<(f64, Presenter)> = Vec::new();
         let longest_m = longest_m(passage.arm) + config.slack_m;
-        let possible: Vec<usize> = (0..targets.len())
+        let mut possible: Vec<usize> = (0..targets.len())
             .filter(|&i| targets[i].target.point_m.length() <= longest_m && targets[i].weight > 0.0)
             .collect();
+        if possible.len() > most {
+            // Wall by wall, and from place to place: then every part of every wall is in the sample by its share, in whatever
+            // order the list is.
+            possible.sort_by(|a, b| {
+                let (a, b) = (
+                    wall_order(&targets[*a].target),
+                    wall_order(&targets[*b].target),
+                );
+                let unlike = a.iter().zip(&b).map(|(a, b)| a.total_cmp(b));
+                unlike.fold(Ordering::Equal, Ordering::then)
+            });
+        }
         let stride = (possible.len() as f64 / most as f64).max(1.0);
         let count = (possible.len() as f64 / stride).round() as usize;
         let mut places = Vec::with_capacity(count);
@@ -303,22 +316,42 @@ impl<'a> Problem<'a> {
         4.0 * softness_s / (1.0 + ((self.config.budget_s - time_s) / softness_s).exp())
     }
 
-    /// Share of all targets, by weight, that are reached within the budget by a clear way; an arrival at the budget
-    /// counts one half.
+    /// Share of all targets, by weight, at which the board is expected in time: the chance that the budget is longer than the
+    /// way, ways that are not clear at their price.
     pub(super) fn in_time_share(&self, q: &JointPositions) -> f64 {
-        let of_place = |place: &Place| {
-            let arrival = self.arrival(place, q);
-            let beyond = (arrival.time_s - self.config.budget_s) / self.config.softness_s;
-            let clear = if arrival.clear { 1.0 } else { 0.5 };
-            place.weight * clear / (1.0 + beyond.exp())
-        };
+        let of_place = |place: &Place| place.weight * self.in_time(&self.arrival(place, q));
         self.places.iter().map(of_place).sum::<f64>() / self.total_weight
+    }
+
+    /// How likely an arrival is in time.
+    pub(super) fn in_time(&self, arrival: &Arrival) -> f64 {
+        let price_s = if arrival.clear {
+            0.0
+        } else {
+            self.config.blocked_price_s
+        };
+        let beyond_s = arrival.time_s + price_s - self.config.budget_s;
+        1.0 / (1.0 + (beyond_s / self.config.softness_s).exp())
     }
 
     /// How far behind the surfaces in front of it the board is, m.
     pub(super) fn standoff_m(&self, q: &JointPositions) -> f64 {
         -self.passage.standing(q).face_m
     }
+}
+
+/// Sorts targets by the directions and distances of their walls, then by columns of a hand's breadth, then by height.
+fn wall_order(target: &Target) -> [f64; 4] {
+    const COLUMN_M: f64 = 0.1;
+    let normal = target.normal.normalize_or_zero();
+    let along = DVec3::Z.cross(normal).dot(target.point_m);
+    let rounded = |value: f64, step: f64| (value / step).round() * step;
+    [
+        rounded(normal.y.atan2(normal.x), 1e-3),
+        rounded(normal.dot(target.point_m), 1e-3),
+        (along / COLUMN_M).floor(),
+        target.point_m.z,
+    ]
 }
 
 /// Rejects targets that make no sense.

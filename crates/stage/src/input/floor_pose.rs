@@ -3,6 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3, dvec3};
 use hwall_hand::Pose;
 use hwall_scene::Scene;
+use hwall_sim::PersonConfig;
 
 /// Position and heading on the floor plan: yaw about z, then translation.
 #[derive(Debug, Clone, Copy)]
@@ -51,5 +52,17 @@ impl FloorPose {
     /// A pose that is not finite.
     pub fn scene_seen(&self, scene: &Scene) -> anyhow::Result<Scene> {
         Ok(scene.placed(&Pose::from_affine(&self.outer_from_here().inverse())?))
+    }
+
+    /// People who stand at the origin of the outer frame, seen from here.
+    #[must_use]
+    pub fn person_seen(&self, person: PersonConfig) -> PersonConfig {
+        let here_from_outer = self.outer_from_here().inverse();
+        PersonConfig {
+            head_m: here_from_outer.transform_point3(person.head_m),
+            hand_rest_m: here_from_outer.transform_point3(person.hand_rest_m),
+            facing: here_from_outer.transform_vector3(person.facing),
+            ..person
+        }
     }
 }

@@ -63,14 +63,7 @@ pub fn simulated_at(
     touches: usize,
     seed: u64,
 ) -> anyhow::Result<Vec<Participant>> {
-    let base_from_scene = base.outer_from_here().inverse();
-    let there = kind.config();
-    let config = PersonConfig {
-        head_m: base_from_scene.transform_point3(there.head_m),
-        hand_rest_m: base_from_scene.transform_point3(there.hand_rest_m),
-        facing: base_from_scene.transform_vector3(there.facing),
-        ..there
-    };
+    let config = base.person_seen(kind.config());
     let people = touches.div_ceil(DOZEN);
     (0..people)
         .map(|number| {

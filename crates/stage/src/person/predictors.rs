@@ -1,6 +1,7 @@
 //! Who foresees the touches of the main job: predictors on the same samples, one of which leads the board.
 
 use crate::input::arms::BoardArm;
+use crate::input::floor_pose::FloorPose;
 use crate::person::touches::{self, Standing};
 use crate::person::training::{self, Stream};
 use clap::ValueEnum;
@@ -75,6 +76,15 @@ impl Default for TrainingPeople {
 }
 
 impl TrainingPeople {
+    /// The same people, who stay where they stand while the arm's base is moved: seen from there.
+    #[must_use]
+    pub fn seen_from(self, base: FloorPose) -> Self {
+        Self {
+            person: base.person_seen(self.person),
+            ..self
+        }
+    }
+
     /// The simulated people of [`TrainingPeople::default`], tracked no better than the hand in a recording. Nothing
     /// else of the recording is used, neither places nor speeds: before the touches that are to be foreseen, nobody
     /// knows them.

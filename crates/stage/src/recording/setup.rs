@@ -60,8 +60,9 @@ impl SessionSource<'_> {
         let people = self.training_people;
         let points: Vec<&str> = people.points.iter().map(|point| point.name()).collect();
         let FloorPose { origin_m, yaw_rad } = self.base;
-        let usual = TrainingPeople::default().person;
-        if people.person != usual {
+        let usual = TrainingPeople::default();
+        let people_stay = people.person == usual.clone().seen_from(self.base).person;
+        if people.person != usual.person && !people_stay {
             bail!("people who are not the usual ones cannot be recorded");
         }
         let options = [
@@ -76,6 +77,7 @@ impl SessionSource<'_> {
             ("training_points", points.join(" ")),
             ("training_head", people.head.to_string()),
             ("training_gaze", people.gaze.to_string()),
+            ("training_people_stay", people_stay.to_string()),
             ("likely_touches", touches_text(self.likely_touches)?),
         ];
         Ok(Setup {
@@ -153,11 +155,18 @@ impl Options {
             let point = HandPoint::ALL.into_iter().find(|p| p.name() == name);
             point.with_context(|| format!("training_points: {name:?} is no point of a hand"))
         });
+        let base = FloorPose {
+            origin_m: DVec3::new(x, y, z),
+            yaw_rad,
+        };
+        // Where the people whom the predictor learnt from stood: before the arm, or where they would have without it.
+        let usual = TrainingPeople::default();
+        let people = match setup.option("training_people_stay") {
+            Some(_) if flag("training_people_stay")? => usual.seen_from(base),
+            _ => usual,
+        };
         Ok(Self {
-            base: FloorPose {
-                origin_m: DVec3::new(x, y, z),
-                yaw_rad,
-            },
+            base,
             textured: flag("textured")?,
             level: named("level", text("level")?)?,
             predictor: named("predictor", text("predictor")?)?,
@@ -167,7 +176,7 @@ impl Options {
                 points: points.collect::<anyhow::Result<_>>()?,
                 head: flag("training_head")?,
                 gaze: flag("training_gaze")?,
-                ..TrainingPeople::default()
+                ..people
             },
             likely_touches: touches_of(text("likely_touches")?)?,
         })
@@ -300,6 +309,16 @@ mod tests {
         assert_eq!(&options.likely_touches, source.likely_touches);
         assert_eq!((options.textured, options.level), (false, ArmLevel::Torque));
         assert_eq!(options.predictor, PredictorKind::RayLed);
+        // People who stayed where they stood while the base was moved, and people whom nobody knows.
+        let stayed = source.training_people.clone().seen_from(source.base);
+        let moved = |training_people| SessionSource {
+            training_people,
+            ..source
+        };
+        let options = Options::of(&moved(&stayed).to_setup().unwrap()).unwrap();
+        assert_eq!(options.training_people, stayed);
+        let elsewhere = stayed.clone().seen_from(source.base);
+        assert!(moved(&elsewhere).to_setup().is_err());
         let run = run_of(3, &HandFilterConfig::default(), -0.1).unwrap();
         assert_eq!(run_from(&run).unwrap(), (HandFilterConfig::default(), -0.1));
     }

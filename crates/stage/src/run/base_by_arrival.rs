@@ -11,7 +11,8 @@ use crate::run::simulated_arm::ArmLevel;
 use anyhow::{Context, bail};
 use hwall::arrival::reachability::{PlacementConfig, Steps};
 use hwall::arrival::{
-    ArrivalPlacement, ArrivalPlacementConfig, BoardExtent, place_base_by_arrival,
+    ArrivalError, ArrivalPlacement, ArrivalPlacementConfig, BoardExtent, WeightedTarget,
+    place_base_by_arrival,
 };
 use hwall::haptics::Board;
 use hwall::scene::Scene;
@@ -22,8 +23,8 @@ use hwall_motion::{MotionConfig, MotionLimits};
 const RANGE_M: f64 = 0.2;
 const STEP_M: f64 = 0.1;
 const STEPS: usize = 5;
-/// And turned, degrees.
-const HEADINGS_DEG: [f64; 3] = [-15.0, 0.0, 15.0];
+/// And raised, m. It is not turned: that would only move the middle of the first joint, which is far from its limits.
+const HEIGHTS_M: [f64; 2] = [0.0, 0.1];
 
 /// Places of the search that are rehearsed, besides the origin.
 const REHEARSED: usize = 4;
@@ -32,10 +33,13 @@ const TOUCHES: usize = 240;
 const REHEARSAL_SEED: u64 = 0x7265_6865_6172_7365;
 const PERIOD_S: f64 = 1e-3;
 
-/// The place near the origin of the scene from which most boards are in time, in the frame of the scene.
+/// The place near the origin of the scene, on the floor or raised, from which most boards are in time, in the frame of the
+/// scene.
 ///
 /// The arrival times of straight ways choose a few places; at each of them and at the origin the whole loop is run with
-/// simulated people, because what bent ways and late predictions cost is not in those times.
+/// simulated people, because what bent ways and late predictions cost is not in those times. People choose anew what they touch,
+/// within reach of the arm where it then stands; so the share in time is multiplied by how many of the likely touches the arm
+/// reaches, and a place is not better for reaching less.
 ///
 /// # Errors
 /// An arm without a closed form, a scene without walls, nothing within reach from anywhere.
@@ -67,10 +71,10 @@ pub fn base_by_arrival(
     for (i, place) in places.iter().enumerate() {
         let next = if i % 2 == 0 { even.next() } else { odd.next() };
         // A place from which these people cannot be served is none.
-        if let Some(Ok(share)) = next
-            && best.is_none_or(|(_, most)| share > most)
-        {
-            best = Some((*place, share));
+        let Some(Ok(in_place)) = next else { continue };
+        let served = in_place * reached_share(arm, touches, *place)?;
+        if best.is_none_or(|(_, most)| served > most) {
+            best = Some((*place, served));
         }
     }
     best.map(|(place, _)| place)
@@ -88,7 +92,8 @@ fn rehearsed_share(
     let scene = &base.scene_seen(scene)?;
     let cast = participants::simulated_at(base, scene, arm, kind, TOUCHES, REHEARSAL_SEED)?;
     let likely = participants::likely_touches(scene, arm, &cast);
-    let (predictors, _) = Predictors::train(scene, arm, &TrainingPeople::default(), None)?;
+    let people = TrainingPeople::default().seen_from(base);
+    let (predictors, _) = Predictors::train(scene, arm, &people, None)?;
     let walls = arm.walls_of(scene, board, likely, true)?;
     let stage = Stage {
         arm,
@@ -104,6 +109,28 @@ fn rehearsed_share(
     Ok(summary.in_place as f64 / summary.reachable.max(1) as f64)
 }
 
+/// Share of the likely touches, by weight, that the arm can reach with the base at a place.
+fn reached_share(arm: &BoardArm, touches: &LikelyTouches, base: FloorPose) -> anyhow::Result<f64> {
+    let base_from_scene = base.outer_from_here().inverse();
+    let (mut reached, mut all) = (0.0, 0.0);
+    for WeightedTarget { target, weight, .. } in such(touches)? {
+        let point_m = base_from_scene.transform_point3(target.point_m);
+        let normal = base_from_scene.transform_vector3(target.normal);
+        all += weight;
+        if arm.unreachable(point_m, normal)?.is_none() {
+            reached += weight;
+        }
+    }
+    Ok(if all > 0.0 { reached / all } else { 0.0 })
+}
+
+fn such(touches: &LikelyTouches) -> anyhow::Result<&[WeightedTarget]> {
+    let LikelyTouches::Such(targets) = touches else {
+        bail!("--base-from arrival: nobody can touch a wall of this scene");
+    };
+    Ok(targets)
+}
+
 /// The places from which most of the touches are reached in time by straight ways, best first.
 fn places_by_arrival(
     scene: &Scene,
@@ -114,26 +141,44 @@ fn places_by_arrival(
     let srs = arm
         .closed_form()
         .context("--base-from arrival: needs an arm with a closed form, such as iiwa7")?;
-    let LikelyTouches::Such(targets) = touches else {
-        bail!("--base-from arrival: nobody can touch a wall of this scene");
-    };
+    let targets = such(touches)?;
     let steps = Steps::new(-RANGE_M, STEP_M, STEPS)?;
     let extent = BoardExtent {
         half_width_m: board.half_width_m,
         half_height_m: board.half_height_m,
     };
     let limits = MotionLimits::of_arm(srs, &MotionConfig::default())?;
-    let config = ArrivalPlacementConfig {
-        best: REHEARSED,
-        ..ArrivalPlacementConfig::new(PlacementConfig {
-            headings_rad: HEADINGS_DEG.map(f64::to_radians).to_vec(),
-            ..PlacementConfig::new(steps, steps, 0.0)
-        })
+    let facets = facets_of(scene);
+    let at_height = |z_m: f64| {
+        let config = ArrivalPlacementConfig {
+            best: REHEARSED,
+            ..ArrivalPlacementConfig::new(PlacementConfig {
+                headings_rad: vec![0.0],
+                ..PlacementConfig::new(steps, steps, z_m)
+            })
+        };
+        match place_base_by_arrival(srs, targets, &facets, extent, &limits, &config) {
+            Ok(places) => Ok(places.best),
+            Err(ArrivalError::OutOfReach { .. }) => Ok(Vec::new()),
+            Err(error) => Err(anyhow::Error::from(error)),
+        }
     };
-    let found = place_base_by_arrival(srs, targets, &facets_of(scene), extent, &limits, &config)?;
+    let at_heights: Vec<anyhow::Result<Vec<ArrivalPlacement>>> = std::thread::scope(|scope| {
+        let at_height = &at_height;
+        let searches = HEIGHTS_M.map(|z_m| scope.spawn(move || at_height(z_m)));
+        let broke_off = |_| anyhow::anyhow!("--base-from arrival: a search broke off");
+        let found = searches.map(|search| search.join().map_err(broke_off).flatten());
+        found.into()
+    });
+    let mut found: Vec<ArrivalPlacement> = Vec::new();
+    for places in at_heights {
+        found.extend(places?);
+    }
+    found.sort_by(|a, b| b.in_time_share.total_cmp(&a.in_time_share));
+    found.truncate(REHEARSED);
     let place = |found: &ArrivalPlacement| FloorPose {
         origin_m: found.room_from_base.position_m(),
         yaw_rad: found.heading_rad,
     };
-    Ok(found.best.iter().map(place).collect())
+    Ok(found.iter().map(place).collect())
 }
