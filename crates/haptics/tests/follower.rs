@@ -174,6 +174,51 @@ fn quarter_turns_reduce_the_travel() {
     assert!(compared > 300 && sum_turning < 0.95 * sum_fixed);
 }
 
+/// With slack the goal may take another place and another elbow: never a later one, and always one that presents the target.
+#[test]
+fn slack_is_used_to_be_there_sooner() {
+    let mut s = Sampler::new(25);
+    let arm = arm();
+    let limits = *follower(FollowerConfig::default()).limits();
+    let [mut sum_exact_s, mut sum_slack_s] = [0.0; 2];
+    let (mut compared, mut other_elbow) = (0, 0);
+    for k in 0..300 {
+        let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
+        let [from, near] = [(); 2].map(|()| JointPositions(s.array_within(ranges)));
+        let face = arm.forward(&near);
+        let exact = BoardTarget {
+            near: Some(near),
+            ..target(face.position_m(), face.rotation().z_axis)
+        };
+        let slack_m = [s.uniform(0.01, 0.05), s.uniform(0.01, 0.05)];
+        let goal = |aim: &BoardTarget| {
+            let mut f = follower(FollowerConfig::default());
+            f.restart(&from, &Default::default()).unwrap();
+            f.set_target(aim).unwrap();
+            f.goal()
+        };
+        let slack = BoardTarget { slack_m, ..exact };
+        let (Some(at), Some(off)) = (goal(&exact), goal(&slack)) else {
+            continue;
+        };
+        let [at_s, off_s] = [at, off].map(|q| limits.travel_time_s(&from, &q));
+        assert!(off_s <= at_s + 1e-12, "{k}: {off_s} s against {at_s} s");
+        let pose = arm.forward(&off);
+        let axes = hwall_haptics::surface_axes(exact.normal).unwrap();
+        let away = pose.position_m() - exact.point_m;
+        let share = |i: usize| away.dot(axes[i]) / slack_m[i];
+        assert!(share(0).hypot(share(1)) <= 1.0 + 1e-9, "{k}: {away}");
+        assert!(away.dot(exact.normal).abs() < 1e-9, "{k}: {away}");
+        assert!(pose.rotation().z_axis.angle_between(exact.normal) < 1e-6);
+        (sum_exact_s, sum_slack_s) = (sum_exact_s + at_s, sum_slack_s + off_s);
+        compared += 1;
+        other_elbow += usize::from(off != at);
+    }
+    println!("{compared} targets: {sum_exact_s:.1} s exactly, {sum_slack_s:.1} s with slack");
+    assert!(compared > 150 && other_elbow > compared / 2);
+    assert!(sum_slack_s < 0.97 * sum_exact_s);
+}
+
 #[test]
 fn an_unreachable_target_keeps_the_goal_and_says_why() {
     let mut f = follower(FollowerConfig::default());

@@ -176,6 +176,17 @@ impl ReferenceMotion {
         (self.duration_s() - self.elapsed_s).max(0.0) / self.pace
     }
 
+    /// Least time from the present state until the slowest joint rests at a configuration, s, without planning a motion: the
+    /// joints one by one. No motion of all of them together is quicker.
+    #[must_use]
+    pub fn least_time_to_s(&self, q: &JointPositions) -> f64 {
+        if self.state == JointState::at_rest(self.state.q) {
+            return self.limits.travel_time_s(&self.state.q, q);
+        }
+        let each = (0..MOST_JOINTS).map(|i| self.state.joint(i).time_to_s(q[i], &self.bounds[i]));
+        each.fold(0.0, f64::max)
+    }
+
     fn duration_s(&self) -> f64 {
         match self.course {
             Course::Rest => self.elapsed_s,

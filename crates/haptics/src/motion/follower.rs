@@ -217,7 +217,7 @@ impl Follower {
     ) -> Result<Option<Unreachable>, HapticsError> {
         let before = self.goals.goal().copied();
         let here = self.reference.state().q;
-        let verdict = self.goals.set(target, &here, self.reference.limits())?;
+        let verdict = self.goals.set(target, &self.reference)?;
         if let Some(goal) = self.goals.goal() {
             let is_new = match self.destination {
                 Some(Destination::Goal(last)) => last != *goal,

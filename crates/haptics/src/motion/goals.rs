@@ -7,7 +7,7 @@ use crate::error::HapticsError;
 use glam::{DVec2, DVec3};
 use hwall_geometry::direction;
 use hwall_kinematics::{ArmSolution, BranchPolicy, JointPositions, Unreachable};
-use hwall_motion::MotionLimits;
+use hwall_motion::ReferenceMotion;
 use hwall_numeric::check::{all_finite, non_negative};
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
@@ -57,8 +57,26 @@ impl Goal {
     }
 }
 
-/// A middle within the slack is preferred to the target's point only if it saves this, s.
+/// Another middle or configuration is preferred to the one that was asked for only if it saves this, s.
 const WORTH_S: f64 = 0.02;
+/// Middles of the board that are tried first, as shares of the slack ...
+const DIRECTIONS: [(f64, f64); 8] = [
+    (1.0, 0.0),
+    (-1.0, 0.0),
+    (0.0, 1.0),
+    (0.0, -1.0),
+    (FRAC_1_SQRT_2, FRAC_1_SQRT_2),
+    (FRAC_1_SQRT_2, -FRAC_1_SQRT_2),
+    (-FRAC_1_SQRT_2, FRAC_1_SQRT_2),
+    (-FRAC_1_SQRT_2, -FRAC_1_SQRT_2),
+];
+/// ... and so far around the best of them afterwards.
+const NEARBY: f64 = 0.5;
+/// The redundancy of the arm is free: configurations are sought that are nearest to one on the way from the one that was asked for
+/// to where the arm is, at these shares of that way.
+const TOWARDS_HERE: [f64; 2] = [0.3, 0.6];
+/// No joint of such a configuration is further from the one that was asked for, rad.
+const FAMILY_RAD: f64 = 2.0 * DRIFT_RAD;
 /// A goal that leaves the slack is moved to this share of it.
 const RECENTRED: f64 = 0.5;
 /// Points this far off a plane are on it, and goals this near on it are one place, m.
@@ -111,8 +129,7 @@ impl Goals {
     pub(super) fn set(
         &mut self,
         target: &BoardTarget,
-        here: &JointPositions,
-        limits: &MotionLimits,
+        reference: &ReferenceMotion,
     ) -> Result<Option<Unreachable>, HapticsError> {
         let same = |aim: &Aim| aim.target.is_same_place(target);
         if let Some(aim) = self.aim.filter(|aim| same(aim) && aim.unsearched == 0) {
@@ -137,13 +154,13 @@ impl Goals {
         if found_goal.is_none() {
             let (found, reason, left) = match target.near {
                 Some(near) => {
-                    let (found, reason) = self.near_to(target, unit_normal, &near, here, limits)?;
+                    let (found, reason) = self.near_to(target, unit_normal, &near, reference)?;
                     match found {
                         Some(_) => (found, reason, 0),
-                        None => self.anew(target, unit_normal, here, limits)?,
+                        None => self.anew(target, unit_normal, reference)?,
                     }
                 }
-                None => self.anew(target, unit_normal, here, limits)?,
+                None => self.anew(target, unit_normal, reference)?,
             };
             (unreachable, unsearched) = (reason, left);
             if let Some((solution, roll_rad)) = found {
@@ -154,7 +171,7 @@ impl Goals {
                     roll_rad,
                     behind_m: target.behind_m,
                 };
-                found_goal = Some(self.within_slack(goal, target, here, limits)?);
+                found_goal = Some(self.within_slack(goal, target, reference)?);
             }
         }
         if found_goal.is_some() {
@@ -233,8 +250,7 @@ impl Goals {
         target: &BoardTarget,
         unit_normal: DVec3,
         near: &JointPositions,
-        here: &JointPositions,
-        limits: &MotionLimits,
+        reference: &ReferenceMotion,
     ) -> Result<Found, HapticsError> {
         let [x, y] = surface_axes(unit_normal)?;
         let across = self.solver.arm().forward(near).rotation().x_axis;
@@ -245,7 +261,7 @@ impl Goals {
             for index in 0..self.roll_count(target) {
                 let roll_rad = self.roll(target, index);
                 let rolled = self.solver.rolled(near, roll_rad - near_roll_rad);
-                let reference = match rolled {
+                let beside = match rolled {
                     Some(rolled) if by_last_joint => rolled,
                     None if !by_last_joint => *near,
                     _ => continue,
@@ -255,12 +271,9 @@ impl Goals {
                     normal: unit_normal,
                     roll_rad,
                 };
-                match self
-                    .solver
-                    .on_place(&place, &reference, BranchPolicy::Keep)?
-                {
+                match self.solver.on_place(&place, &beside, BranchPolicy::Keep)? {
                     Ok(solution) => {
-                        let time_s = limits.travel_time_s(here, &solution.q);
+                        let time_s = reference.least_time_to_s(&solution.q);
                         if time_s < best_s {
                             (best, best_s) = (Some((solution, roll_rad)), time_s);
                         }
@@ -280,8 +293,7 @@ impl Goals {
         &mut self,
         target: &BoardTarget,
         unit_normal: DVec3,
-        here: &JointPositions,
-        limits: &MotionLimits,
+        reference: &ReferenceMotion,
     ) -> Result<Searched, HapticsError> {
         let count = self.roll_count(target);
         let place = |roll_rad: f64| Place {
@@ -290,21 +302,21 @@ impl Goals {
             roll_rad,
         };
         if !self.solver.arm().searches() {
-            let (found, reason) = self.soonest(target, 0..count, place, here, limits, false)?;
+            let (found, reason) = self.soonest(target, 0..count, place, reference, false)?;
             return Ok((found, reason, 0));
         }
         let mut unsearched = match self.aim {
             Some(aim) if self.is_failing(&aim, (target.point_m, unit_normal)) => aim.unsearched,
             _ => count,
         };
-        let beside = self.soonest(target, 0..count, place, here, limits, true)?;
+        let beside = self.soonest(target, 0..count, place, reference, true)?;
         match beside {
             (None, Some(Unreachable::NotFound { .. })) => {
                 let turn = self.turn % count;
                 self.turn = self.turn.wrapping_add(1);
                 unsearched = unsearched.saturating_sub(1);
                 let one = turn..turn + 1;
-                let (found, reason) = self.soonest(target, one, place, here, limits, false)?;
+                let (found, reason) = self.soonest(target, one, place, reference, false)?;
                 Ok((found, reason, unsearched))
             }
             // Found, or proven.
@@ -321,8 +333,7 @@ impl Goals {
         target: &BoardTarget,
         rolls: std::ops::Range<usize>,
         place: impl Fn(f64) -> Place,
-        here: &JointPositions,
-        limits: &MotionLimits,
+        reference: &ReferenceMotion,
         keep: bool,
     ) -> Result<Found, HapticsError> {
         let policy = if keep {
@@ -333,9 +344,12 @@ impl Goals {
         let (mut best, mut best_s, mut reason) = (None, f64::INFINITY, None);
         for index in rolls {
             let roll_rad = self.roll(target, index);
-            match self.solver.on_place(&place(roll_rad), here, policy)? {
+            match self
+                .solver
+                .on_place(&place(roll_rad), &reference.state().q, policy)?
+            {
                 Ok(solution) => {
-                    let time_s = limits.travel_time_s(here, &solution.q);
+                    let time_s = reference.least_time_to_s(&solution.q);
                     if time_s < best_s {
                         (best, best_s) = (Some((solution, roll_rad)), time_s);
                     }
@@ -346,46 +360,63 @@ impl Goals {
         Ok((best, if best.is_some() { None } else { reason }))
     }
 
-    /// The middle of the board within the slack of the target that is reached soonest.
+    /// The middle of the board within the slack of the target, and the configuration of the same family for it, that is reached
+    /// soonest.
     fn within_slack(
         &mut self,
         goal: Goal,
         target: &BoardTarget,
-        here: &JointPositions,
-        limits: &MotionLimits,
+        reference: &ReferenceMotion,
     ) -> Result<Goal, HapticsError> {
         let [slack_u, slack_v] = target.slack_m;
         if slack_u.min(slack_v) <= 0.0 || self.solver.arm().searches() {
             return Ok(goal);
         }
         let [x, y] = surface_axes(goal.normal)?;
+        let here = reference.state().q;
+        let (mut middle, mut share) = ((0.0, 0.0), 0.0);
         let mut best = goal;
-        let mut best_s = limits.travel_time_s(here, &goal.q) - WORTH_S;
-        for (u, v) in [
-            (1.0, 0.0),
-            (-1.0, 0.0),
-            (0.0, 1.0),
-            (0.0, -1.0),
-            (FRAC_1_SQRT_2, FRAC_1_SQRT_2),
-            (FRAC_1_SQRT_2, -FRAC_1_SQRT_2),
-            (-FRAC_1_SQRT_2, FRAC_1_SQRT_2),
-            (-FRAC_1_SQRT_2, -FRAC_1_SQRT_2),
-        ] {
+        let mut best_s = reference.least_time_to_s(&goal.q) - WORTH_S;
+        let mut look = |at: (f64, f64), towards: f64| -> Result<bool, HapticsError> {
             let moved = Goal {
-                point_m: target.point_m + x * (u * slack_u) + y * (v * slack_v),
+                point_m: target.point_m + x * (at.0 * slack_u) + y * (at.1 * slack_v),
                 ..goal
             };
+            let near = JointPositions(std::array::from_fn(|i| {
+                goal.q[i] + towards * (here[i] - goal.q[i])
+            }));
             let found = self
                 .solver
-                .on_place(&moved.place(0.0), &goal.q, BranchPolicy::Keep)?;
-            let Ok(solution) = found else { continue };
-            let time_s = limits.travel_time_s(here, &solution.q);
-            if time_s < best_s && solution.q.max_abs_difference(&goal.q) <= 2.0 * DRIFT_RAD {
+                .on_place(&moved.place(0.0), &near, BranchPolicy::Keep)?;
+            let Ok(solution) = found else {
+                return Ok(false);
+            };
+            let time_s = reference.least_time_to_s(&solution.q);
+            let is_better = time_s < best_s && solution.q.max_abs_difference(&goal.q) <= FAMILY_RAD;
+            if is_better {
                 best = Goal {
                     q: solution.q,
                     ..moved
                 };
                 best_s = time_s;
+            }
+            Ok(is_better)
+        };
+        for at in DIRECTIONS {
+            if look(at, share)? {
+                middle = at;
+            }
+        }
+        for towards in TOWARDS_HERE {
+            if look(middle, towards)? {
+                share = towards;
+            }
+        }
+        for (u, v) in DIRECTIONS {
+            let at = (middle.0 + NEARBY * u, middle.1 + NEARBY * v);
+            // No further than the slack.
+            if at.0.hypot(at.1) <= 1.0 {
+                look(at, share)?;
             }
         }
         Ok(best)

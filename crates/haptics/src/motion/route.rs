@@ -74,6 +74,10 @@ const SOONER_S: f64 = 0.02;
 const MOST_BENDS: usize = 8;
 /// A bend overshoots by this share and this length, because the worst place moves with it.
 const BEND_GAIN: f64 = 1.3;
+/// A push counts for less at the worst place the further that is from the bend: after so many bends they become harder, up to this.
+const GENTLE_BENDS: usize = 4;
+const HARDER: f64 = 2.0;
+const MOST_GAIN: f64 = 8.0;
 const BEND_MARGIN_M: f64 = 0.002;
 /// Where the board is going, as far as its way is concerned.
 #[derive(Debug, Clone, Copy)]
@@ -360,8 +364,9 @@ impl Route {
         }
         // A bend costs next to nothing: where the way is worst it passes the nearest configuration that is behind.
         let mut bent = straight;
-        for _ in 0..MOST_BENDS {
-            let Some(by_way_of) = pushed_behind(&bent, allowed_m, reference, solver) else {
+        let mut gain = BEND_GAIN;
+        for bends in 1..=MOST_BENDS {
+            let Some(by_way_of) = pushed_behind(&bent, allowed_m, gain, reference, solver) else {
                 break;
             };
             let q = *destination.q();
@@ -371,6 +376,9 @@ impl Route {
             best = best.or_better(way, allowed_m);
             if way.protrusion_m <= allowed_m {
                 break;
+            }
+            if bends >= GENTLE_BENDS {
+                gain = (HARDER * gain).min(MOST_GAIN);
             }
             bent = way;
         }
@@ -497,6 +505,7 @@ fn place_of(face: &Pose) -> Option<Place> {
 fn pushed_behind(
     way: &Way,
     allowed_m: f64,
+    gain: f64,
     reference: &ReferenceMotion,
     solver: &Solver,
 ) -> Option<JointPositions> {
@@ -519,7 +528,7 @@ fn pushed_behind(
     if square < 1e-12 {
         return None;
     }
-    let back_m = BEND_GAIN * (worst.point.in_front_m - allowed_m) + BEND_MARGIN_M;
+    let back_m = gain * (worst.point.in_front_m - allowed_m) + BEND_MARGIN_M;
     let mut q = way.by_way_of.unwrap_or(worst.q);
     for (joint, limit) in arm.limits().iter().enumerate() {
         let change = back_m * gradient[joint] * speeds[joint].powi(2) / square;
