@@ -47,7 +47,7 @@ pub struct PolicyConfig {
     /// The same for one that would move the board away from a place that was looked at, m, unless that place is out of the
     /// question by then; default 0.08.
     pub sure_m: f64,
-    /// Margin of the slack at the edge of the face besides that of [`PlaceTolerance::inset_m`], m; default 0.005.
+    /// Margin of the slack at the edge of the face besides that of [`PlaceTolerance::inset_m`](hwall_haptics::PlaceTolerance::inset_m), m; default 0.005.
     pub margin_m: f64,
 }
 

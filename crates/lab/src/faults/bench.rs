@@ -36,6 +36,10 @@ const RECOVERED_S: f64 = 1.0;
 const RESET_S: f64 = 0.6;
 /// A phase that has not come by then will not come, s.
 const LATEST_S: f64 = 9.0;
+/// A push above the limit of an impact, 280 N.
+const SPIKE_N: f64 = 400.0;
+/// No hand pushes like that.
+const IMPLAUSIBLE_N: f64 = 1500.0;
 /// Standard deviation of the tracker's noise, m.
 const NOISE_M: f64 = 3e-4;
 /// A headset that trembles as all do is frozen after this, s.
@@ -318,28 +322,30 @@ impl Bench {
                 Spoiled::NotANumber => now_s = f64::NAN,
                 Spoiled::Missing => {}
             },
-            Fault::TorqueSpike if since_s % 0.1 < 0.005 => {
-                torque(&mut state, &|torque| torque[1] += 150.0);
-            }
-            Fault::ImplausibleForce => {
-                let push = Wrench {
-                    force_n: self.arm.pose().rotation().z_axis * -1500.0,
-                    moment_n_m: DVec3::ZERO,
-                };
-                let model = self.session.control().arm();
-                let felt = model.jacobian(&self.arm.q()).torques(&push);
-                torque(&mut state, &|torque| {
-                    for (torque, felt) in torque.iter_mut().zip(felt.0) {
-                        *torque += felt;
-                    }
-                });
-            }
+            // As torques of a push at the board, so that it does not depend on the posture how much it is.
+            Fault::TorqueSpike if since_s % 0.1 < 0.005 => self.push(&mut state, SPIKE_N),
+            Fault::ImplausibleForce => self.push(&mut state, IMPLAUSIBLE_N),
             Fault::JointLimit => {
                 state.q[5] = self.session.control().arm().limits()[5].max_rad + 0.05;
             }
             _ => {}
         }
         (state, now_s)
+    }
+
+    /// Adds to the external torques what a push against the face makes them, N.
+    fn push(&self, state: &mut ArmState, force_n: f64) {
+        let push = Wrench {
+            force_n: self.arm.pose().rotation().z_axis * -force_n,
+            moment_n_m: DVec3::ZERO,
+        };
+        let arm = self.session.control().arm();
+        let felt = arm.jacobian(&self.arm.q()).torques(&push);
+        if let Some(torque) = &mut state.external_torque {
+            for (torque, felt) in torque.0.iter_mut().zip(felt.0) {
+                *torque += felt;
+            }
+        }
     }
 
     fn send(&mut self, command: ArmCommand, fault: Option<(Fault, f64)>) -> anyhow::Result<()> {
