@@ -3,6 +3,7 @@
 use super::hand::{END_S, LEAVE_S, PRESS_S, StudyHand};
 use super::stimulus::{Fault, Rendered, Stimulus, Surface};
 use crate::error::StudyError;
+use hwall::arrival::reachability::Target;
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::geometry::{Pose, Wrench};
 use hwall::glam::DVec3;
@@ -13,7 +14,7 @@ use hwall::scene::{Scene, SceneError};
 use hwall::sim::{HandContact, ServoArm, ServoConfig};
 use hwall::texton::{Level, ScanAngle};
 use hwall::texture::TextureLevels;
-use hwall::{EventKind, Session, SessionConfig, SessionError, Walls, WallsConfig};
+use hwall::{EventKind, LikelyTouches, Session, SessionConfig, SessionError, Walls, WallsConfig};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use std::sync::{Arc, OnceLock};
@@ -61,6 +62,19 @@ struct Room {
     walls: Walls,
 }
 
+/// Everybody touches the same place, so the arm waits for that.
+fn likely_touches() -> LikelyTouches {
+    let off_m = [-TARGET_OFF_M, 0.0, TARGET_OFF_M];
+    let places = off_m
+        .iter()
+        .flat_map(|y| off_m.map(|z| DVec3::new(0.0, *y, z)));
+    let touch = |off_m| Target {
+        point_m: TARGET_M + off_m,
+        normal: DVec3::X,
+    };
+    LikelyTouches::Such(places.map(|off_m| touch(off_m).into()).collect())
+}
+
 impl SimulatedStage {
     /// The iiwa with its board before a wall, a door and a panel.
     ///
@@ -91,7 +105,11 @@ impl SimulatedStage {
             return Ok(room);
         }
         let scene = scene_of(surface).map_err(SessionError::from)?;
-        let walls = Walls::of(&scene, &self.arm, &self.board, &WallsConfig::default())?;
+        let config = WallsConfig {
+            touches: likely_touches(),
+            ..WallsConfig::default()
+        };
+        let walls = Walls::of(&scene, &self.arm, &self.board, &config)?;
         Ok(place.get_or_init(|| Room { scene, walls }))
     }
 
