@@ -86,7 +86,7 @@ const A: [f64; 11] = [
 ];
 
 /// Angles of the directions `(x, y)`, rad, in `[-π, π]`. Error: below 1e-15 for finite coordinates whose larger one is
-/// not below 1e-300; NaN where one is NaN, infinite or both are zero.
+/// from 1e-300 to 1e300; NaN where one is NaN, infinite or both are zero.
 #[inline]
 pub(crate) fn atan2(y: &[f64; 8], x: &[f64; 8]) -> [f64; 8] {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};

@@ -184,7 +184,12 @@ impl ReferenceMotion {
             return self.limits.travel_time_s(&self.state.q, q);
         }
         let each = (0..MOST_JOINTS).map(|i| self.state.joint(i).time_to_s(q[i], &self.bounds[i]));
-        each.fold(0.0, f64::max)
+        each.fold(0.0, |most: f64, time| match time <= most {
+            true => most,
+            // Later, or NaN, which stays.
+            false if most.is_nan() => most,
+            false => time,
+        })
     }
 
     fn duration_s(&self) -> f64 {

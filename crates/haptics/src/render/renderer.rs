@@ -519,6 +519,14 @@ impl Renderer {
         }
     }
 
+    /// Would the board have to make way for a person at this target?
+    #[must_use]
+    pub fn makes_way(&self, target: &BoardTarget, person_m: &[DVec3]) -> bool {
+        let face = self.follower.commanded_pose();
+        let clearance_m = self.proximity.clearance_m;
+        clear_of(target, person_m, &self.board, &face, clearance_m).is_some()
+    }
+
     fn aim(&mut self, input: &RenderInput<'_>) -> Result<Aimed, HoldReason> {
         let mut aimed = Aimed::default();
         let set = match (input.target, input.posture) {

@@ -130,7 +130,13 @@ impl Control {
     /// resumes once the inputs are good again.
     pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         self.barriers.renew(&mut self.renderer);
-        if let Some(guidance) = self.receiver.newest() {
+        if let Some(mut guidance) = self.receiver.newest() {
+            self.answer = guidance
+                .responds_with
+                .map(|q| Answer::of(&q, self.renderer.follower(), SHORT_M, &mut self.scratch));
+            if let (Some(answer), Some(target)) = (&self.answer, &mut guidance.target) {
+                answer.place(target, &**self.renderer.arm());
+            }
             let same = same_place(self.guidance.target, guidance.target);
             self.late &= same;
             self.late_announced &= same;
@@ -141,13 +147,6 @@ impl Control {
             self.rested_short &= same;
             self.guidance = guidance;
             self.waits_at = self.posture();
-            self.answer = self
-                .guidance
-                .responds_with
-                .map(|q| Answer::of(&q, self.renderer.follower(), SHORT_M, &mut self.scratch));
-            if let (Some(answer), Some(target)) = (&self.answer, &mut self.guidance.target) {
-                answer.place(target, &**self.renderer.arm());
-            }
         }
         let slide = self.slide(now_s, state);
         // Once it has come to rest short of its goal, the rest of the way is short and slow.
@@ -165,9 +164,18 @@ impl Control {
             slack_m: self.slack_m(now_s, &target),
             ..target
         });
+        let mut person_m = [DVec3::ZERO; 2];
+        let mut points = 0;
+        let tip_m = self.guidance.fingertip.map(|f| f.point_m);
+        for point_m in tip_m.into_iter().chain(self.guidance.palm_m) {
+            person_m[points] = point_m;
+            points += 1;
+        }
         let answer = self
             .answer
             .zip(target)
+            // Where a person is, the place is presented further behind.
+            .filter(|(_, target)| !self.renderer.makes_way(target, &person_m[..points]))
             .map(|(answer, target)| PostureTarget {
                 q: answer.q(self.short),
                 stamp_s: target.stamp_s,
@@ -177,13 +185,6 @@ impl Control {
             (Some(q), Some(stamp_s)) => Some(PostureTarget { q, stamp_s }),
             _ => None,
         };
-        let mut person_m = [DVec3::ZERO; 2];
-        let mut points = 0;
-        let tip_m = self.guidance.fingertip.map(|f| f.point_m);
-        for point_m in tip_m.into_iter().chain(self.guidance.palm_m) {
-            person_m[points] = point_m;
-            points += 1;
-        }
         let is_touched = matches!(self.renderer.contact(), ContactState::Contact { .. });
         let mut step = self.renderer.step_with(
             now_s,
@@ -578,11 +579,15 @@ const SOON_S: f64 = 0.3;
 
 /// Targets within this distance mean the same place, m.
 const SAME_M: f64 = 0.05;
+/// Distance of the normals of such targets at most: those of joints tremble.
+const SAME_NORMAL: f64 = 0.02;
 
 /// Do two targets mean the same place?
 fn same_place(a: Option<BoardTarget>, b: Option<BoardTarget>) -> bool {
     match (a, b) {
-        (Some(a), Some(b)) => a.normal == b.normal && a.point_m.distance(b.point_m) <= SAME_M,
+        (Some(a), Some(b)) => {
+            a.normal.distance(b.normal) <= SAME_NORMAL && a.point_m.distance(b.point_m) <= SAME_M
+        }
         _ => false,
     }
 }

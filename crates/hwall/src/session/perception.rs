@@ -128,10 +128,16 @@ impl<P: Predictor> Perception<P> {
         let decided = self
             .policy
             .step(frame.t_s, ranked, input.hand, input.frame.head_m);
+        let stands_by = decided.map(|(contact, decision)| match decision {
+            Decision::Present(contact) | Decision::Ready(contact) | Decision::Lean(contact) => {
+                contact
+            }
+            Decision::Wait => contact,
+        });
         let responds_with = kept_response(
             self.predictor.response_rad(),
             first.as_ref(),
-            decided.as_ref().map(|(contact, _)| contact),
+            stands_by.as_ref(),
             self.newest.responds_with,
         );
         let fingertip = tracking.state().and_then(|state| {
@@ -142,12 +148,7 @@ impl<P: Predictor> Perception<P> {
         });
         self.newest = Newest {
             tracking: Some(tracking),
-            contact: decided.map(|(contact, decision)| match decision {
-                Decision::Present(contact) | Decision::Ready(contact) | Decision::Lean(contact) => {
-                    contact
-                }
-                Decision::Wait => contact,
-            }),
+            contact: stands_by,
             intent: decided.map(|(_, decision)| match decision {
                 Decision::Present(_) => Intent::Present,
                 Decision::Ready(_) => Intent::Ready,
@@ -370,6 +371,8 @@ impl<P: Predictor> Perception<P> {
                     self.walls.near(point_m, contact.normal)
                 });
             }
+            // Without a posture to wait at, joints that do not count lead nowhere: the arm holds.
+            (Some(Intent::Wait), _) if self.newest.responds_with.is_some() => {}
             (Some(intent), Some(foreseen)) => self.aim(&mut guidance, foreseen, intent),
             // Nobody is seen, or nothing is about to be touched.
             _ if self.walls.waiting.is_some() && fingertip.is_some() => {

@@ -8,6 +8,9 @@ use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions, NearestConfig}
 /// prediction moves by less.
 const SAME_M: f64 = 0.06;
 
+/// Joints that differ by less are the same answer, rad: a centimetre at the board.
+const STAYS_RAD: f64 = 0.01;
+
 /// The response to the newest frame, if it is to the contact that the policy stands by; otherwise the one before, while the
 /// policy stands by anything at all.
 pub(super) fn kept_response(
@@ -24,6 +27,10 @@ pub(super) fn kept_response(
     let is_other = first.point_m.distance(contact.point_m) > SAME_M;
     match last {
         Some(last) if is_other => Some(last),
+        // A goal that trembles would be planned anew with every frame.
+        Some(last) if (last.0.iter().zip(&newest_rad)).all(|(a, b)| (a - b).abs() <= STAYS_RAD) => {
+            Some(last)
+        }
         _ => Some(JointPositions(newest_rad)),
     }
 }

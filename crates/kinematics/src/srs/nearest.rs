@@ -94,10 +94,11 @@ const PROMISE: f64 = 8.0;
 /// The refinement stops when the arm angle moves by less, rad: the cost is then within 1e-18
 /// of its minimum, and the pose is exact at every step anyway.
 const STEP_TOLERANCE_RAD: f64 = 1e-9;
-/// How far outside of a limit a glance may be, rad: ends of arcs are known to less than that.
-const BEYOND_RAD: f64 = 1e-9;
 /// The same per root of the cost, where the rounding of the cost hides what shorter steps gain.
 const ROUNDING: f64 = 1e-8;
+
+/// How far outside of a limit a glance may be, rad: ends of arcs are known to less than that.
+const BEYOND_RAD: f64 = 1e-9;
 
 impl SrsArm {
     /// The configuration that holds the pose and is nearest to `reference` (weighted squares of
@@ -106,7 +107,8 @@ impl SrsArm {
     /// The arm angle is found by Gauss-Newton with the exact derivative, started at the
     /// reference's own arm angle; unless that ends within 0.1 rad of the reference on its own
     /// branch, every feasible arc is searched from starting points 0.25 rad apart (a
-    /// valley narrower than that, beside a singularity, can be missed). The pose is exact (1e-12)
+    /// valley narrower than that, beside a singularity, can be missed; one that would have to be
+    /// eight times as deep as a step of Newton's method promises is left out). The pose is exact (1e-12)
     /// whatever the search does.
     ///
     /// The reference may lie outside the limits (a sensor's reading at a limit does).

@@ -41,7 +41,7 @@ pub struct ToldApart {
     pub task: Task,
     /// Reaches of people held out.
     pub reaches: usize,
-    /// For which the task is the most probable one after 30, 50, 70 and 100 % of the time.
+    /// For which the task has more than half of the probability after 30, 50, 70 and 100 % of the time.
     pub right: [usize; 4],
     /// Distance of the presented middle at the end, in rising order, m.
     pub off_m: [f64; 2],

@@ -25,7 +25,7 @@ const TRACKER_S: f64 = 1.0 / 90.0;
 /// Where the surface stands, m in front of the base.
 const WALL_M: f64 = 0.6;
 /// Where it is touched, and how far from there at most, m.
-const TARGET_M: DVec3 = DVec3::new(WALL_M, 0.0, 0.5);
+const TARGET_M: DVec3 = DVec3::new(WALL_M, 0.0, 0.6);
 const TARGET_OFF_M: f64 = 0.02;
 /// How far beyond the face the finger aims, m: 500 N/m make 5 to 10 N of it.
 const DEPTH_M: [f64; 2] = [0.010, 0.020];
