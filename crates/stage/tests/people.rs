@@ -64,6 +64,24 @@ fn who_else_takes_part_changes_nothing_and_the_json_is_as_agreed() {
         assert!(table.contains(line), "{line} is not in\n{table}");
     }
     assert!(!table.contains("NaN"), "{table}");
+    let folder = std::env::temp_dir().join(format!("hwall_people_{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let csv = folder.join("touches.csv");
+    tables::touches_csv(&csv, &together).unwrap();
+    let written = std::fs::read_to_string(&csv).unwrap();
+    let _ = std::fs::remove_dir_all(&folder);
+    let columns = |line: &str| line.split(',').count();
+    let mut lines = written.lines();
+    let header = lines.next().unwrap();
+    assert!(lines.clone().all(|line| columns(line) == columns(header)));
+    assert_eq!(lines.count(), 15);
+    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
+    assert!(
+        std::fs::read_to_string(readme)
+            .unwrap()
+            .replace('\n', "")
+            .contains(header)
+    );
     let regrets = tables::regrets(&together).to_string();
     assert_eq!(regrets.lines().count(), 2 + 15, "{regrets}");
 }

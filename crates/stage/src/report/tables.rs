@@ -434,6 +434,7 @@ pub fn touches_csv(path: &Path, runs: &[PersonRun]) -> anyhow::Result<()> {
         "foreseen_s",
         "reversals",
         "in_vain",
+        "end_to_end_right_s",
     ])?;
     let optional = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.4}"));
     let people = runs.iter().enumerate();
@@ -458,7 +459,9 @@ pub fn touches_csv(path: &Path, runs: &[PersonRun]) -> anyhow::Result<()> {
             optional(Some(o.gap_m)),
             optional(o.felt_after_s),
         ]);
-        cells.extend(leads_s.map(optional));
+        // Readers know the first columns by their place.
+        let [fused, ray_led, ray_cast, end_to_end] = *leads_s;
+        cells.extend([fused, ray_led, ray_cast].map(optional));
         cells.extend([
             person.to_string(),
             format!("{:.3}", o.tilt_rad.to_degrees()),
@@ -470,6 +473,7 @@ pub fn touches_csv(path: &Path, runs: &[PersonRun]) -> anyhow::Result<()> {
             optional(regret.foreseen_s),
             regret.detours.reversals.to_string(),
             regret.detours.in_vain.to_string(),
+            optional(end_to_end),
         ]);
         out.write_record(&cells)?;
     }
