@@ -1,7 +1,6 @@
 //! Rigid parts: triangles, their hierarchy, and how queries search it.
 
 mod even_tree;
-mod four;
 mod rigid_part;
 mod sliver;
 mod tree;

@@ -4,7 +4,6 @@
 //! the part and divided by a power of two, so they lie in [-1, 1] whatever the size and place
 //! of the part.
 
-use super::four::{Four, FourRay};
 use super::tree::{BoxRay, BuildQuality, PADDING, Tree};
 use super::triangle::{self, Triangle, WatertightRay};
 use glam::DVec3;
@@ -43,8 +42,6 @@ pub(crate) struct Face {
 pub(crate) struct Part {
     /// In the frame of the part and in the order of the leaves.
     faces: Vec<Face>,
-    /// By leaf.
-    fours: Vec<Four>,
     /// By surface: its bit in the hierarchy, zero for surfaces of other parts.
     bits: Vec<u64>,
     tree: Tree,
@@ -87,9 +84,7 @@ impl Part {
             .collect();
         let bits_of: Vec<u64> = faces.iter().map(|f| bits[f.surface as usize]).collect();
         let (tree, order) = Tree::build(&rounded, &bits_of, quality);
-        let four = |leaf| Four::new(tree.triangles(leaf).map(|i| rounded[order[i] as usize]));
         Self {
-            fours: (0..tree.leaves()).map(four).collect(),
             faces: order.iter().map(|&i| faces[i as usize]).collect(),
             bits,
             tree,
@@ -115,10 +110,7 @@ impl Part {
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&*self.faces)
-            + size_of_val(&*self.fours)
-            + size_of_val(&*self.bits)
-            + self.tree.bytes()
+        size_of_val(&*self.faces) + size_of_val(&*self.bits) + self.tree.bytes()
     }
 
     /// Nearest hit at a distance in `[0, max_m)`.
@@ -136,16 +128,12 @@ impl Part {
         let clipped = self.clip(ray, max_m)?;
         let boxes = BoxRay::new(clipped.start_m * self.per_unit, clipped.inverse);
         let exact = WatertightRay::new(clipped.start_m, ray.direction, clipped.inverse);
-        let near = FourRay::new(&exact, self.per_unit);
         let bound = |distance_m: f64| (distance_m * self.per_unit) as f32 + DISTANCE_SLACK;
         let mut best_m = max_m - clipped.skipped_m;
         let mut best = None;
         self.tree
-            .visit_along(&boxes, bound(best_m), |leaf, mut max| {
-                let mut candidates = near.candidates(&self.fours[leaf]);
-                while candidates != 0 {
-                    let i = self.tree.triangles(leaf).start + candidates.trailing_zeros() as usize;
-                    candidates &= candidates - 1;
+            .visit_along(&boxes, bound(best_m), |triangles, mut max| {
+                for i in triangles {
                     if let Some(distance_m) = exact.intersect(&self.faces[i].corners_m)
                         && distance_m >= -clipped.skipped_m
                         && distance_m < best_m

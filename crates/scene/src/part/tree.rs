@@ -56,14 +56,24 @@ struct Node {
     children: [u32; 4],
 }
 
-/// Marks a leaf; below it its place among all leaves.
+/// Marks a leaf; below it one less than the number of its triangles, below that the first.
 const LEAF: u32 = 1 << 31;
+const COUNT_SHIFT: u32 = 29;
 
 /// No node has the root for a child.
 const UNUSED: u32 = 0;
 
 /// Triangles that a tree can count.
-pub(crate) const MAX_TRIANGLES: u64 = 1 << 29;
+pub(crate) const MAX_TRIANGLES: u64 = 1 << COUNT_SHIFT;
+
+fn leaf(triangles: Range<usize>) -> u32 {
+    LEAF | ((triangles.len() - 1) as u32) << COUNT_SHIFT | triangles.start as u32
+}
+
+fn triangles_of(leaf: u32) -> Range<usize> {
+    let first = (leaf & ((1 << COUNT_SHIFT) - 1)) as usize;
+    first..first + ((leaf & !LEAF) >> COUNT_SHIFT) as usize + 1
+}
 
 impl Node {
     const EMPTY: Self = Self {
@@ -77,8 +87,6 @@ pub(super) struct Tree {
     nodes: Vec<Node>,
     /// For each child of each node the surfaces below it, as bits that several may share.
     surfaces: Vec<[u64; 4]>,
-    /// The first triangle of each leaf, and the number of all.
-    firsts: Vec<u32>,
     /// No traversal holds more open nodes.
     stack: usize,
 }
@@ -96,7 +104,6 @@ impl Tree {
         let mut tree = Self {
             nodes: vec![Node::EMPTY],
             surfaces: Vec::new(),
-            firsts: Vec::new(),
             stack: 0,
         };
         let mut depth = 0;
@@ -115,8 +122,7 @@ impl Tree {
                 if binary_child.is_leaf() {
                     let start = binary_child.first_index as usize;
                     let held = &bvh.primitive_indices[start..][..binary_child.prim_count as usize];
-                    node.children[lane] = LEAF | tree.firsts.len() as u32;
-                    tree.firsts.push(order.len() as u32);
+                    node.children[lane] = leaf(order.len()..order.len() + held.len());
                     order.extend_from_slice(held);
                 } else {
                     node.children[lane] = tree.nodes.len() as u32;
@@ -126,7 +132,6 @@ impl Tree {
             }
             tree.nodes[index] = node;
         }
-        tree.firsts.push(order.len() as u32);
         // Each level leaves at most three open; the last one writes four.
         tree.stack = 3 * depth + 4;
         tree.mark(bits, &order);
@@ -140,9 +145,9 @@ impl Tree {
             for lane in 0..4 {
                 self.surfaces[index][lane] = match self.nodes[index].children[lane] {
                     UNUSED => 0,
-                    leaf if leaf & LEAF != 0 => self
-                        .triangles((leaf & !LEAF) as usize)
-                        .fold(0, |all, i| all | bits[order[i] as usize]),
+                    leaf if leaf & LEAF != 0 => {
+                        triangles_of(leaf).fold(0, |all, i| all | bits[order[i] as usize])
+                    }
                     node => self.surfaces[node as usize]
                         .iter()
                         .fold(0, |all, s| all | s),
@@ -151,25 +156,19 @@ impl Tree {
         }
     }
 
-    /// Number of leaves.
-    pub(super) fn leaves(&self) -> usize {
-        self.firsts.len() - 1
-    }
-
-    /// Of a leaf, in the order of the leaves.
-    #[inline(always)]
-    pub(super) fn triangles(&self, leaf: usize) -> Range<usize> {
-        self.firsts[leaf] as usize..self.firsts[leaf + 1] as usize
-    }
-
     /// Bytes on the heap.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.nodes) + size_of_val(&*self.surfaces) + size_of_val(&*self.firsts)
+        size_of_val(&*self.nodes) + size_of_val(&*self.surfaces)
     }
 
-    /// Calls `leaf` with the leaves that a ray meets at a distance up to `max`,
+    /// Calls `leaf` with the triangles of the leaves that a ray meets at a distance up to `max`,
     /// nearest first as far as boxes tell; it returns what `max` shall be from there on.
-    pub(super) fn visit_along(&self, ray: &BoxRay, max: f32, leaf: impl FnMut(usize, f32) -> f32) {
+    pub(super) fn visit_along(
+        &self,
+        ray: &BoxRay,
+        max: f32,
+        leaf: impl FnMut(Range<usize>, f32) -> f32,
+    ) {
         let boxes = |node: usize, max: f32| ray.enter(&self.nodes[node], max);
         self.visit(max, boxes, leaf);
     }
@@ -247,8 +246,8 @@ impl Tree {
             }
             (hits, distances)
         };
-        self.visit(upwards(within_squared), boxes, |at, _| {
-            upwards(leaf(self.triangles(at)))
+        self.visit(upwards(within_squared), boxes, |triangles, _| {
+            upwards(leaf(triangles))
         });
     }
 
@@ -256,7 +255,7 @@ impl Tree {
         &self,
         max: f32,
         boxes: impl Fn(usize, f32) -> (u32, Vec4),
-        leaf: impl FnMut(usize, f32) -> f32,
+        leaf: impl FnMut(Range<usize>, f32) -> f32,
     ) {
         // Deeper trees come from thousands of faces in one place only.
         if self.stack <= USUAL_STACK {
@@ -276,7 +275,7 @@ impl Tree {
         stack: &mut [u64],
         mut max: f32,
         boxes: impl Fn(usize, f32) -> (u32, Vec4),
-        mut leaf: impl FnMut(usize, f32) -> f32,
+        mut leaf: impl FnMut(Range<usize>, f32) -> f32,
     ) {
         // The root has no distance yet.
         let (mut child, mut top) = (0, 0);
@@ -302,7 +301,7 @@ impl Tree {
                     continue;
                 }
             } else {
-                max = leaf((child & !LEAF) as usize, max);
+                max = leaf(triangles_of(child), max);
             }
             child = loop {
                 if top == 0 {

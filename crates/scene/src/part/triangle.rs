@@ -164,11 +164,6 @@ impl WatertightRay {
         }
     }
 
-    /// The axes, the one along the ray last, and in their order the origin and what is taken off for the depth.
-    pub(super) fn sheared(&self) -> ([usize; 3], [f64; 3], [f64; 3]) {
-        (self.axes, self.origin, self.shear)
-    }
-
     /// The three edge functions (weights of the corners, not normalised) and the distances of
     /// the corners along the ray, in lengths of the direction.
     #[inline(always)]
