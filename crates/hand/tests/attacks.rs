@@ -110,3 +110,47 @@ fn line_numbers_with_every_line_end() {
         );
     }
 }
+
+/// Two samples a denormal apart had an infinite speed, slower than which was everything: an index below zero.
+#[test]
+fn a_step_of_no_length_in_time_is_no_speed() {
+    for (second_s, tip_m) in [(5e-324, 0.0025), (1e-300, 0.0), (1e-9, 0.019)] {
+        let frames = (0..30).map(|i| {
+            let t_s = if i == 1 {
+                second_s
+            } else {
+                0.025 * f64::from(i)
+            };
+            let tau = (t_s / 0.6).min(1.0);
+            let way = tau * tau * tau * (10.0 + tau * (6.0 * tau - 15.0));
+            let x = if i == 1 { tip_m } else { 0.4 * way };
+            let mut frame = HandFrame::empty(t_s);
+            frame.set_point(HandPoint::Index, Some(DVec3::new(x, 0.0, 0.0)));
+            frame
+        });
+        let mut recordings = [Recording::from_frames(frames).unwrap()];
+        recordings[0].trial = Some("1".to_owned());
+        for cut in [ReachCut::All, ReachCut::ByTrial] {
+            let config = LabelConfig {
+                cut,
+                ..LabelConfig::default()
+            };
+            let labelled = labelled_reaches(&recordings, &config).unwrap();
+            assert!(labelled.reaches.iter().all(|r| r.validate().is_ok()));
+        }
+    }
+}
+
+/// A slow speed above the peak of a hand that is on its way from the first sample on: an index below zero.
+#[test]
+fn a_hand_that_is_slow_by_the_configuration_has_an_end() {
+    let config = LabelConfig {
+        slow_m_per_s: 5.0,
+        ..LabelConfig::default()
+    };
+    let mut recordings = [to_and_fro(60)];
+    recordings[0].samples.drain(..20);
+    recordings[0].trial = Some("1".to_owned());
+    let labelled = labelled_reaches(&recordings, &config);
+    assert!(labelled.is_ok_and(|l| l.reaches.len() + l.left_out.len() == 1));
+}

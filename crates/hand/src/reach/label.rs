@@ -333,7 +333,7 @@ impl Source<'_> {
         if knots.windows(2).any(jump) {
             return Err("the tracker jumps");
         }
-        let speeds = speeds(&knots, self.segment.speed_window_s);
+        let speeds = speeds(&knots, self.segment);
         let peak = speeds.iter().fold(0.0, |m: f64, &v| m.max(v));
         let slow = (self.config.slow_share * peak).max(self.config.slow_m_per_s);
         let Some([start, clear]) = ReachOnset::of_peak(peak).find(&speeds) else {
@@ -344,8 +344,9 @@ impl Source<'_> {
             .iter()
             .rposition(|&v| v >= CLEAR_SHARE * peak && v > slow)
             .unwrap_or(clear);
-        let rest = speeds[last_clear..].iter().position(|&v| v <= slow);
-        let end = rest.map_or(speeds.len() - 1, |after| last_clear + after - 1);
+        // It may itself be slow by a configuration whose slow speed is above this hand's peak.
+        let rest = speeds[last_clear..].iter().skip(1).position(|&v| v <= slow);
+        let end = rest.map_or(speeds.len() - 1, |after| last_clear + after);
         let moving = (knots[start].index, knots[end].index);
         let (first, last) = self.with_short_rests(moving.0, moving.1);
         Ok((first, contact.unwrap_or(last)))

@@ -118,7 +118,7 @@ impl LabelledReach {
             })
         };
         let knots: Vec<Knot> = self.frames.iter().enumerate().filter_map(seen).collect();
-        let speeds = speeds(&knots, SegmentConfig::default().speed_window_s);
+        let speeds = speeds(&knots, &SegmentConfig::default());
         let peak = speeds.iter().fold(0.0, |m: f64, &v| m.max(v));
         let found = ReachOnset::of_peak(peak).find(&speeds)?;
         Some(found.map(|k| knots[k].index))

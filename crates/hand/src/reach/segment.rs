@@ -236,7 +236,7 @@ fn cut(
     config: &SegmentConfig,
     found: &mut Vec<Reach>,
 ) {
-    let speeds = speeds(stretch, config.speed_window_s);
+    let speeds = speeds(stretch, config);
     let onset = config.onset();
     let mut next = 0;
     while let Some([first, clear]) = onset.find(&speeds[next..]) {
@@ -274,9 +274,11 @@ fn cut(
 /// Speed at each sample, m/s: the straight step across a window around it.
 ///
 /// A window holds the sample itself and at least one neighbour, so that there is a speed even with a
-/// slow tracker; a lone sample gets 0.
-pub(super) fn speeds(stretch: &[Knot], window_s: f64) -> Vec<f64> {
+/// slow tracker; a lone sample gets 0. None is above the greatest speed of a hand: what exceeds it is the slack of a
+/// jump over a short step, without bound as the step vanishes.
+pub(super) fn speeds(stretch: &[Knot], config: &SegmentConfig) -> Vec<f64> {
     let n = stretch.len();
+    let window_s = config.speed_window_s;
     let (mut from, mut to) = (0, 0);
     (0..n)
         .map(|i| {
@@ -294,7 +296,8 @@ pub(super) fn speeds(stretch: &[Knot], window_s: f64) -> Vec<f64> {
             };
             let step_s = stretch[b].t_s - stretch[a].t_s;
             if step_s > 0.0 {
-                stretch[a].position_m.distance(stretch[b].position_m) / step_s
+                let way_m = stretch[a].position_m.distance(stretch[b].position_m);
+                (way_m / step_s).min(config.max_speed_m_per_s)
             } else {
                 0.0
             }
