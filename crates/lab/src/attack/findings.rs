@@ -477,6 +477,7 @@ pub const OF_A_FIRST_USE: &[Finding] = &[
         "trials that came to nothing were analysed with the others; pairs did not name their error; intervals without their estimate",
         &[
             (BETWEEN, "rows_that_are_not_valid_are_left_out_and_counted"),
+            (LINES, "tables_of_studies_are_analysed_as_they_are_written"),
             (BETWEEN, "pairs_name_the_error_that_they_are_tested_against"),
             (
                 BETWEEN,
@@ -564,6 +565,21 @@ pub const OF_A_FIRST_USE: &[Finding] = &[
             "tests/tests/publishing.rs",
             "published_crates_have_what_a_registry_and_its_pages_need",
         )],
+    ),
+    finding(
+        "",
+        "legends and labels over each other in figures, greys that cannot be told apart",
+        &[
+            (
+                "tests/tests/figures.rs",
+                "no_label_lies_over_another_or_is_cut_off",
+            ),
+            ("tests/tests/figures.rs", "colours_of_curves_differ"),
+            (
+                "crates/lab/src/speed/page/multiples.rs",
+                "ticks_leave_room_for_their_words",
+            ),
+        ],
     ),
     finding(
         "",
