@@ -14,6 +14,7 @@ use hwall_lab::reach::arrival_figure::{self, ArrivalFigure};
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::numbers::counted;
 use hwall_stage::{arms, exit, note, setting};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -138,8 +139,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
     }
     writeln!(
         io::stdout(),
-        "{} targets, slack {} m, budget {} s; waiting posture: {waiting_took:.2} s\n\n{}\natlas: {} nodes, {} bytes, {atlas_took:.3} s; look-up {plain:.0} ns, with slack {slack:.0} ns\n\n{}\nwrote arrival.svg to {}",
-        targets.len(),
+        "{}, slack {} m, budget {} s; waiting posture: {waiting_took:.2} s\n\n{}\natlas: {} nodes, {} bytes, {atlas_took:.3} s; look-up {plain:.0} ns, with slack {slack:.0} ns\n\n{}\nwrote arrival.svg to {}",
+        counted(targets.len(), "target", "targets"),
         args.slack_m,
         args.budget_s,
         arrival::posture_table(&postures),

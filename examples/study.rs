@@ -3,7 +3,7 @@
 //! `cargo run --release --example study -- --simulate 25`
 
 use anyhow::{Context, ensure};
-use clap::Parser;
+use clap::{ArgGroup, Parser};
 use hwall_lab::touch_study::arm::ArmArgs;
 use hwall_lab::touch_study::people::{self, Setup};
 use hwall_lab::touch_study::settings::ProtocolArgs;
@@ -29,14 +29,13 @@ use std::time::Duration;
 /// `report.md` and figures. Exit status: 0 when the study is done, 1 when it ended before, 130 after Ctrl-C, 2 for what cannot be
 /// done.
 #[derive(Parser)]
+#[command(group(ArgGroup::new("participants").required(true).args(["simulate", "run"])))]
 struct Args {
     /// So many simulated participants
     #[arg(
         long,
         value_name = "N",
-        value_parser = count_within::<2, 1000>,
-        required_unless_present = "run",
-        conflicts_with = "run"
+        value_parser = count_within::<2, 1000>
     )]
     simulate: Option<usize>,
     /// Run the study of this folder with people, or go on with it

@@ -21,6 +21,7 @@ fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
     let options = SettingOptions {
         scene,
         hand,
+        trial: None,
         rigid_hand: false,
         y_up: false,
         auto,
@@ -114,4 +115,32 @@ fn placing_without_a_recording_and_a_scene_out_of_reach_are_told() {
     assert!(refusal(Some(&far), None, false).contains("reach"));
     let floor = file("floor.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     assert!(refusal(Some(&floor), None, false).contains("vertical"));
+}
+
+/// A hand whose points never move against each other is taken for a frozen tracker: whoever made it up is told of the flag.
+#[test]
+fn a_made_up_hand_is_told_of_its_flag_at_once() {
+    let scene = file("rigid_wall.obj", WALL.as_bytes());
+    let mut text =
+        "t,palm_x,palm_y,palm_z,index_x,index_y,index_z,thumb_x,thumb_y,thumb_z\n".to_owned();
+    for k in 0..200 {
+        let t_s = f64::from(k) / 90.0;
+        let tau = ((t_s - 0.5) / 0.8).clamp(0.0, 1.0);
+        let x = 0.5 * tau.powi(3) * (10.0 - 15.0 * tau + 6.0 * tau * tau);
+        let y = 1e-3 * (7.0 * t_s).sin();
+        let (i, th) = (x + 0.09, x + 0.05);
+        text += &format!("{t_s},{x},{y},1,{i},{y},1.01,{th},{},1\n", y + 0.04);
+    }
+    let hand = file("rigid.csv", text.as_bytes());
+    let line = refusal(Some(&scene), Some(&hand), true);
+    assert!(line.contains("--rigid-hand"), "{line}");
+}
+
+#[test]
+fn a_recording_of_several_trials_says_how_to_choose_one() {
+    let scene = file("trials_wall.obj", WALL.as_bytes());
+    let text = "trial,t,palm_x,palm_y,palm_z\n1,0,0,0,0\n2,0,0,0,0\n";
+    let hand = file("trials.csv", text.as_bytes());
+    let line = refusal(Some(&scene), Some(&hand), true);
+    assert!(line.contains("--trial chooses, here 1, 2"), "{line}");
 }

@@ -356,6 +356,23 @@ fn refusals_name_the_flag_and_the_bound() {
             &["--procedure quest", "one factor"],
         ),
         (
+            "base_placement",
+            "--budget-s 0.5",
+            &["--budget-s", "--objective arrival"],
+        ),
+        (
+            "base_placement",
+            "--behind-m near",
+            &["--behind-m", "neither a finite number nor any"],
+        ),
+        ("study", "--seed 1", &["--simulate <N>", "--run <DIR>"]),
+        (
+            "psychophysics",
+            "analyse a.csv --subject s --factors a",
+            &["--value"],
+        ),
+        ("hwall", "--trial 1", &["--hand"]),
+        (
             "validation",
             "--published missing",
             &["--published missing", "not part of the project"],
@@ -405,4 +422,81 @@ fn a_bridge_that_is_stopped_before_it_recorded_says_so() {
     assert_eq!(output.status.code(), Some(130), "{error}");
     assert!(error.contains("there is no a.mcap"), "{error}");
     assert!(!folder.join("a.mcap").exists());
+}
+
+/// Without flags the best base stood in the plane of a wall: the arm would have come through it.
+#[test]
+fn the_base_stands_behind_the_walls_it_serves() {
+    let folder = scratch("placement");
+    let wall = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 1.5\nv 0.6 -1 1.5\nf 1 2 3 4\n";
+    std::fs::write(folder.join("wall.obj"), wall).unwrap();
+    let best_x = |words: &[&str]| {
+        let mut command = example("base_placement")?;
+        let words = [
+            "--scene",
+            "wall.obj",
+            "--grid-m",
+            "0.05",
+            "--spacing-m",
+            "0.3",
+        ]
+        .iter()
+        .chain(words);
+        command
+            .args(words)
+            .args(["--headings", "2", "--out", "out"]);
+        let output = command.current_dir(&folder).output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{error}");
+        let table = std::fs::read_to_string(folder.join("out/placements.csv")).unwrap();
+        let rows = table.lines().skip(1);
+        let xs = rows.map(|row| row.split(',').next().unwrap().parse::<f64>().unwrap());
+        Some(xs.fold(f64::NEG_INFINITY, f64::max))
+    };
+    // The wall faces +x: behind it is where x is smaller.
+    let Some(usual) = best_x(&[]) else {
+        return;
+    };
+    assert!(usual <= 0.4 + 1e-9, "{usual}");
+    let far = best_x(&["--behind-m", "0.5"]).unwrap();
+    assert!(far <= 0.1 + 1e-9, "{far}");
+    let any = best_x(&["--behind-m", "any"]).unwrap();
+    assert!(any > 0.6, "{any}");
+}
+
+/// The column `valid` of a study's own table was ignored; wide tables asked for the name of a column that they do not have.
+#[test]
+fn tables_of_studies_are_analysed_as_they_are_written() {
+    let folder = scratch("tables_of_studies");
+    let mut long = "subject,angle,answer,valid,why_not\n".to_owned();
+    let mut wide = "subject,angle_0,angle_90\n".to_owned();
+    for subject in 1..7 {
+        let (a, b) = (subject * 7 % 5 + 1, subject * 3 % 5 + 4);
+        long +=
+            &format!("{subject},0,{a},true,\n{subject},90,{b},true,\n{subject},0,99,false,late\n");
+        wide += &format!("{subject},{a},{b}\n");
+    }
+    std::fs::write(folder.join("long.csv"), long).unwrap();
+    std::fs::write(folder.join("wide.csv"), wide).unwrap();
+    let said = |words: &str| {
+        let mut command = example("psychophysics")?;
+        let words = format!("analyse {words} --subject subject --factors angle");
+        let output = command.args(words.split(' ')).current_dir(&folder).output();
+        let output = output.unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{error}");
+        Some(String::from_utf8(output.stdout).unwrap())
+    };
+    let Some(long) = said("long.csv --value answer") else {
+        return;
+    };
+    let left_out = "6 rows are left out because they are not valid.";
+    assert!(long.contains(left_out), "{long}");
+    let wide = said("wide.csv --wide _").unwrap();
+    let rest = |text: &str| text.split_once("## ").map(|(_, rest)| rest.to_owned());
+    assert_eq!(rest(&long), rest(&wide));
+    assert!(
+        long.contains("partial omega squared") && !long.contains("Strata"),
+        "{long}"
+    );
 }

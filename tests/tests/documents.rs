@@ -1,6 +1,7 @@
 //! Documents that programs write say what the programs of today would say: the same columns, the same rows, one commit for
 //! what is quoted. A table that was left behind when its program changed fails here.
 
+use hwall_lab::attack::findings;
 use hwall_lab::faults::fault::Fault;
 use hwall_lab::{feel, in_time};
 use hwall_stage::person::kinds::PersonKind;
@@ -63,6 +64,23 @@ fn what_is_felt_has_the_columns_of_its_program() {
 }
 
 /// The README quotes one run, that of the document.
+/// Names of tests change: the table of findings changes with them, or this fails.
+#[test]
+fn findings_are_held_by_tests_that_there_are() {
+    for finding in findings::all() {
+        assert!(!finding.tests.is_empty(), "{}", finding.what);
+        for (file, name) in finding.tests {
+            let text = document(file);
+            let function = text.find(&format!("fn {name}()"));
+            let at = function.unwrap_or_else(|| panic!("{file} has no test {name}"));
+            let attributes = text[..at].rsplit("\n}\n").next().unwrap_or_default();
+            assert!(attributes.contains("#[test]"), "{file}: {name} is no test");
+        }
+    }
+    let text = document("docs/ATTACKS.md");
+    assert!(text.contains(&findings::section()), "attack --docs");
+}
+
 #[test]
 fn the_readme_quotes_the_speeds_at_hand() {
     let machine = |name: &str| {

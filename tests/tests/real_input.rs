@@ -65,6 +65,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     let options = SettingOptions {
         scene: Some(&scene),
         hand: Some(&hand),
+        trial: None,
         rigid_hand: false,
         y_up: true,
         auto: true,

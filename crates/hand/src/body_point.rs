@@ -74,20 +74,20 @@ impl NamedPoint {
     pub const COUNT: usize = HandPoint::ALL.len() + BodyPoint::ALL.len();
 
     /// All, those of the hand first.
-    pub const ALL: [Self; Self::COUNT] = [
-        Self::Hand(HandPoint::Palm),
-        Self::Hand(HandPoint::Thumb),
-        Self::Hand(HandPoint::Index),
-        Self::Hand(HandPoint::Middle),
-        Self::Hand(HandPoint::Ring),
-        Self::Hand(HandPoint::Little),
-        Self::Body(BodyPoint::Wrist),
-        Self::Body(BodyPoint::Forearm),
-        Self::Body(BodyPoint::Elbow),
-        Self::Body(BodyPoint::Shoulder),
-        Self::Body(BodyPoint::Grip),
-        Self::Body(BodyPoint::Aim),
-    ];
+    pub const ALL: [Self; Self::COUNT] = {
+        let hand = HandPoint::ALL.len();
+        let mut all = [Self::Hand(HandPoint::Palm); Self::COUNT];
+        let mut i = 0;
+        while i < Self::COUNT {
+            all[i] = if i < hand {
+                Self::Hand(HandPoint::ALL[i])
+            } else {
+                Self::Body(BodyPoint::ALL[i - hand])
+            };
+            i += 1;
+        }
+        all
+    };
 
     /// Its place in [`NamedPoint::ALL`].
     #[must_use]

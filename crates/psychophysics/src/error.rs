@@ -34,6 +34,22 @@ pub enum PsychophysicsError {
         /// What separates its cells.
         found: char,
     },
+    /// A cell that says neither that its row counts nor that it does not.
+    #[error("line {line}, column {column:?}: {text:?} is neither true nor false")]
+    NeitherValidNorNot {
+        /// Line of the cell.
+        line: u64,
+        /// Its column.
+        column: String,
+        /// Its text.
+        text: String,
+    },
+    /// No row of the table counts.
+    #[error("none of the {rows} rows is valid")]
+    NoValidRows {
+        /// Rows that do not count.
+        rows: usize,
+    },
     /// A wide table that cannot be read as one.
     #[error("no wide table: {why}")]
     Wide {

@@ -2,7 +2,7 @@
 
 use hwall_psychophysics::{
     Adjustment, AnalysisConfig, Columns, EffectSize, ErrorModel, Factor, Groups,
-    PsychophysicsError, Study, analyse, anova, cohen_dz_interval, f_tail, noncentral_f_cdf,
+    PsychophysicsError, Ratio, Study, analyse, anova, cohen_dz_interval, f_tail, noncentral_f_cdf,
     noncentral_t_cdf, pairwise, t_tail_two_sided,
 };
 
@@ -237,6 +237,92 @@ fn intervals_of_effect_sizes() {
     }
     assert!(cohen_dz_interval(1.0, 1, 0.95).is_err() && cohen_dz_interval(1.0, 9, 1.0).is_err());
     assert!(EffectSize::of(effect, 0.0).is_err());
+}
+
+/// An F below 1 gave a partial eta squared of 0.03 with an interval from 0 to 0.
+#[test]
+fn intervals_hold_the_estimate_that_is_printed_beside_them() {
+    let mut effect = anova(&plants(), ErrorModel::Strata).unwrap().remove(0);
+    let mut outside = 0;
+    for (df1, df2) in [(1, 9), (2, 27), (4, 96), (16, 384), (30, 30)] {
+        for f in [0.01, 0.1, 0.5, 0.9, 1.0, 1.001, 1.1, 1.5, 2.0, 5.0, 20.0] {
+            (effect.df1, effect.df2) = (df1, df2);
+            effect.f = Ratio::Finite(f);
+            let (a, b) = (df1 as f64, df2 as f64);
+            effect.partial_eta2 = Some(a * f / (a * f + b));
+            for confidence in [0.8, 0.9, 0.95, 0.99] {
+                let size = EffectSize::of(&effect, confidence).unwrap().unwrap();
+                let [low, high] = size.ci;
+                let omega2 = size.partial_omega2;
+                assert!(
+                    low <= omega2 && omega2 <= high,
+                    "{df1}, {df2}, {f}: {size:?}"
+                );
+                assert!(omega2 <= size.partial_eta2);
+                outside += usize::from(size.partial_eta2 > high);
+            }
+        }
+    }
+    assert!(outside > 0, "partial eta squared may lie outside");
+    // statsmodels' formula: (SS - df1 MSE) / (SS + (n - df1) MSE), here with n = df1 + df2 + 1.
+    let effect = &anova(&plants(), ErrorModel::Strata).unwrap()[0];
+    let size = EffectSize::of(effect, 0.95).unwrap().unwrap();
+    let mse = effect.ss_error / 27.0;
+    let omega2 = (effect.ss - 2.0 * mse) / (effect.ss + 28.0 * mse);
+    assert!((size.partial_omega2 - omega2).abs() < 1e-12);
+}
+
+/// Trials that came to nothing were averaged with the others.
+#[test]
+fn rows_that_are_not_valid_are_left_out_and_counted() {
+    let table = "who,a,y,valid\n1,x,1,true\n1,y,2,TRUE\n1,y,77,false\n2,x,3,1\n2,y,4,yes\n2,x,,0\n";
+    let columns = Columns::new("who", ["a"], "y").with_valid("valid");
+    let study = Study::from_csv_str(table, &columns).unwrap();
+    assert_eq!(study.values(), [1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(study.invalid_rows(), 2);
+    let said = |study: &Study| {
+        analyse(study, &AnalysisConfig::default())
+            .unwrap()
+            .to_text()
+    };
+    assert!(said(&study).contains("2 rows are left out because they are not valid."));
+    let one = Study::from_csv_str(&table.replace("2,x,,0\n", ""), &columns).unwrap();
+    assert!(said(&one).contains("1 row is left out because it is not valid."));
+    let doubt = Study::from_csv_str(&table.replace("yes", "maybe"), &columns).unwrap_err();
+    assert!(doubt.to_string().contains("line 6") && doubt.to_string().contains("maybe"));
+    let none = "who,a,y,valid\n1,x,1,false\n1,y,2,no\n";
+    let refused = Study::from_csv_str(none, &columns);
+    assert_eq!(refused, Err(PsychophysicsError::NoValidRows { rows: 2 }));
+    assert!(Study::from_wide_csv_str("who,x,y\n1,2,3\n2,3,4\n", &columns, "_").is_err());
+}
+
+/// With both errors every pair stood there twice, and nothing said which was which.
+#[test]
+fn pairs_name_the_error_that_they_are_tested_against() {
+    let table = "s,g,a,y\n1,u,1,3\n1,u,2,4.5\n2,u,1,4\n2,u,2,4.25\n3,v,1,5\n3,v,2,5.5\n4,v,1,1\n4,v,2,2.75\n";
+    let columns = Columns::new("s", ["a"], "y").with_between("g");
+    let study = Study::from_csv_str(table, &columns).unwrap();
+    let config = AnalysisConfig {
+        art: true,
+        posthoc: Some(Adjustment::Holm),
+        errors: vec![ErrorModel::Strata, ErrorModel::Pooled],
+        ..AnalysisConfig::default()
+    };
+    let analysis = analyse(&study, &config).unwrap();
+    let pairs: Vec<(&str, ErrorModel)> = analysis
+        .art_posthoc
+        .iter()
+        .map(|pair| (pair.effect.as_str(), pair.errors))
+        .collect();
+    let (own, pooled) = (ErrorModel::Strata, ErrorModel::Pooled);
+    assert_eq!(pairs, [("g", own), ("a", own), ("a", pooled)]);
+    let text = analysis.to_text();
+    for title in [
+        "each pair against its own error",
+        "all pairs against the pooled error",
+    ] {
+        assert_eq!(text.matches(title).count(), 1, "{text}");
+    }
 }
 
 #[test]

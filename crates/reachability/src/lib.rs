@@ -36,8 +36,8 @@ pub use map::{
     Plate, Presented, ReachabilityMap, ReachabilityReasons, WallFacet, WallGrid, WallMaps,
     WallMapsConfig,
 };
-// The extremes of a line, for any arm.
-pub use optimization::{Extreme, LineExtremes, OptimizationConfig, OptimizationSolver};
+// The extremes of lines and walls, for any arm.
+pub use optimization::{ChainMap, Extreme, LineExtremes, OptimizationConfig, OptimizationSolver};
 // Where the base should stand.
 pub use placement::{
     Placement, PlacementCell, PlacementConfig, PlacementScores, Target, place_base,

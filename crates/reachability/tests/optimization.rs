@@ -3,8 +3,9 @@
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{Chain, ChainJoint, JointLimit, Pose, SrsArm};
 use hwall_reachability::{
-    ExactConfig, ExactSolver, LineExtremes, OptimizationConfig, OptimizationSolver, Progress,
-    ReachabilityError, WallLine, WallPlane, WallProjection,
+    ChainMap, ExactConfig, ExactSolver, Interval, LineExtremes, OptimizationConfig,
+    OptimizationSolver, Progress, ReachabilityError, ReachabilityMap, WallGrid, WallLine,
+    WallPlane, WallProjection,
 };
 use std::ops::ControlFlow;
 
@@ -124,6 +125,82 @@ fn neighbours_help_in_a_sweep() {
         }
     }
     assert!(gained > 0.1, "{gained}");
+}
+
+fn go_on(_: Progress) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// Maps were for arms with a closed form only; for others there were single lines.
+#[test]
+fn a_map_of_walls_for_any_chain() {
+    let facing = |x: f64, y: f64, width_m: f64| {
+        let (point_m, heights) = (DVec3::new(x, y, 0.0), Interval::new(0.1, 0.7));
+        let normal = DVec3::new(x, y, 0.0);
+        let along = DVec3::new(-y, x, 0.0).normalize() * (0.5 * width_m);
+        let wall = WallGrid::for_wall(point_m, normal, heights, 0.15).expect("a wall");
+        wall.within([point_m - along, point_m + along])
+            .expect("two ends")
+    };
+    let walls = vec![facing(0.6, 0.0, 0.8), facing(0.0, 0.55, 3.0)];
+    let map = ChainMap::build(&solver(&Chain::iiwa7(), 12), walls.clone(), &go_on).expect("a map");
+    let arm = SrsArm::iiwa7();
+    let exact = ReachabilityMap::build(&arm, &ExactConfig::default(), walls).expect("a map");
+    let (mut asked, mut held) = (0, 0);
+    for (normal, middle) in [(DVec3::X, DVec3::X * 0.6), (DVec3::Y, DVec3::Y * 0.55)] {
+        for i in 0..60 {
+            for j in 0..10 {
+                let along = DVec3::new(-normal.y, normal.x, 0.0) * (0.03 * f64::from(i) - 0.9);
+                let point_m = middle + along + DVec3::Z * (0.05 + 0.07 * f64::from(j));
+                let found = map.look_up(point_m, normal);
+                let truth = exact.look_up(point_m, normal);
+                assert_eq!(found.is_some(), truth.is_some(), "{point_m}");
+                let (Some(found), Some(truth)) = (found, truth) else {
+                    continue;
+                };
+                asked += 1;
+                held += usize::from(found);
+                let is_on_wall = normal == DVec3::Y || truth.s_m.abs() <= 0.4;
+                assert_eq!(found, truth.reachable && is_on_wall, "{point_m}");
+            }
+        }
+    }
+    assert!(asked > 800 && held > 300, "{held} of {asked}");
+    // The walls of an arm without a closed form: what is said to be held is held.
+    let chain = six_joints();
+    let map = ChainMap::build(&solver(&chain, 40), vec![facing(0.5, 0.0, 1.0)], &go_on);
+    let map = map.expect("a map");
+    assert_eq!(map.lines().len(), 5);
+    for (line, found) in map.lines() {
+        check(&chain, line, found.expect("reachable"), Some(0.0));
+    }
+    // Five lines, 15 cm apart, reach beyond both ends of the wall.
+    let area_m2 = map.area_m2();
+    assert!((area_m2 - 5.0 * 0.15 * 1.0).abs() < 1e-9, "{area_m2}");
+    let wide = ChainMap::build(&solver(&chain, 40), vec![facing(0.5, 0.0, 9.0)], &go_on);
+    let wide = wide.expect("a map");
+    let lengths = wide
+        .lines()
+        .map(|(_, f)| f.map_or(0.0, |f| f.interval().length_m()));
+    let all_m2 = 0.15 * lengths.sum::<f64>();
+    assert!((wide.area_m2() - all_m2).abs() < 1e-9 && all_m2 > area_m2);
+    assert_eq!(
+        map.look_up(DVec3::new(0.5, 0.0, 0.4), DVec3::X * 9.0),
+        Some(true)
+    );
+    for (point_m, normal) in [
+        (DVec3::new(0.5, 0.0, 0.4), DVec3::NEG_X),
+        (DVec3::new(0.5, 0.0, 0.4), DVec3::NAN),
+        (DVec3::new(0.5, f64::NAN, 0.4), DVec3::X),
+        (DVec3::new(0.6, 0.0, 0.4), DVec3::X),
+        (DVec3::new(0.5, 0.0, 0.9), DVec3::X),
+    ] {
+        assert_eq!(map.look_up(point_m, normal), None, "{point_m} {normal}");
+    }
+    let stop = |_: Progress| ControlFlow::Break(());
+    let stopped = ChainMap::build(&solver(&chain, 2), vec![facing(0.5, 0.0, 1.0)], &stop);
+    assert_eq!(stopped, Err(ReachabilityError::Cancelled));
+    assert!(ChainMap::build(&solver(&chain, 2), Vec::new(), &go_on).is_err());
 }
 
 #[test]

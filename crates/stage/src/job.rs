@@ -27,6 +27,9 @@ pub struct JobOptions {
     /// CSV recording of a hand: t in seconds, palm_x.. little_z in metres, optionally head_* and gaze_*; cells may be empty [default: a simulated person]
     #[arg(long)]
     pub hand: Option<PathBuf>,
+    /// Which trial of a recording that holds several: its name in the column trial, or person/trial
+    #[arg(long, requires = "hand", value_name = "NAME")]
+    pub trial: Option<String>,
     /// Axes of the recording: y-up as headsets have it, or z-up
     #[arg(long, value_enum, default_value = "y-up")]
     pub axes: Axes,
@@ -155,6 +158,7 @@ pub fn run(
         &SettingOptions {
             scene: options.scene.as_deref(),
             hand: options.hand.as_deref(),
+            trial: options.trial.as_deref(),
             y_up: options.axes == Axes::YUp,
             rigid_hand: options.rigid_hand,
             auto: options

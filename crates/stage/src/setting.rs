@@ -3,6 +3,7 @@
 use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
 use crate::input::place::{self, Contacts};
+use crate::input::trial;
 use crate::person::hand::Hand;
 use crate::person::kinds::PersonKind;
 use crate::person::participants::{self, Participant};
@@ -32,6 +33,8 @@ pub struct SettingOptions<'a> {
     pub scene: Option<&'a Path>,
     /// Recording; `None`: a simulated person.
     pub hand: Option<&'a Path>,
+    /// Which trial of it, where it holds several.
+    pub trial: Option<&'a str>,
     /// Is the recording y up?
     pub y_up: bool,
     /// Place arm and recording before a wall.
@@ -132,7 +135,7 @@ impl Setting {
         options: &SettingOptions,
         mut remarks: Vec<String>,
     ) -> anyhow::Result<Self> {
-        let mut recording = Recording::from_csv_path(path).map_err(|e| named(path, &e))?;
+        let mut recording = trial::read(path, options.trial)?;
         if options.y_up {
             for sample in &mut recording.samples {
                 sample.frame = sample.frame.transformed(&Pose::Z_UP_FROM_Y_UP);

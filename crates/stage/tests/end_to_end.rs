@@ -1,50 +1,27 @@
 //! The main job led by joints that are inferred from the hand.
 
-use hwall_haptics::Board;
-use hwall_stage::input::arms::BoardArm;
+use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
-use hwall_stage::person::participants;
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
-use hwall_stage::person::responses::{self, Scenery};
+use hwall_stage::person::responses;
 use hwall_stage::report::tables;
 use hwall_stage::run::people::{self, Stage};
-use hwall_stage::run::simulated_arm::ArmLevel;
-use hwall_stage::setting::load_scene;
 use std::time::Duration;
 
 /// The arm stays within its limits (a simulated one refuses anything else), goes to meet the hand, and brings the board nearer to it
 /// than it waits; how near is written in docs/END-TO-END.md.
 #[test]
 fn a_dozen_touches_led_end_to_end_are_safe_and_beside_the_others_in_the_tables() {
-    let board = Board::default();
-    let arm = BoardArm::named("iiwa7", &board).unwrap();
-    let (scene, _) = load_scene(None).unwrap();
+    let room = BuiltInRoom::new().unwrap();
     let people_like = TrainingPeople::default();
     let asked = Some(PredictorKind::EndToEnd);
-    let (untaught, _) = Predictors::train(&scene, &arm, &people_like, asked).unwrap();
-    let cast = participants::simulated(&scene, &arm, PersonKind::Plain, 12, 3).unwrap();
-    let likely = participants::likely_touches(&scene, &arm, &cast);
-    let walls = arm.walls_of(&scene, &board, likely, false).unwrap();
-    let scenery = Scenery {
-        scene: &scene,
-        arm: &arm,
-        board: &board,
-        walls: &walls,
-        people: &people_like,
-        textured: false,
-    };
+    let (untaught, _) = Predictors::train(&room.scene, &room.arm, &people_like, asked).unwrap();
+    let cast = room.people(PersonKind::Plain, 12, 3).unwrap();
+    let walls = room.walls(&cast, false).unwrap();
+    let scenery = room.scenery(&walls, &people_like, false);
     let (predictors, remark) = responses::taught(untaught, &scenery).unwrap();
     assert!(remark.is_some_and(|remark| remark.contains("demonstrations")));
-    let stage = Stage {
-        arm: &arm,
-        board: &board,
-        scene: &scene,
-        walls: &walls,
-        predictors: &predictors,
-        textured: false,
-        level: ArmLevel::Servo,
-        period_s: 2e-3,
-    };
+    let stage = Stage::of(&scenery, &predictors, 2e-3);
     let runs = people::run(&stage, &cast, |_| {}).unwrap();
     let reachable = runs[0]
         .touches

@@ -1,40 +1,25 @@
 //! Several people in one go, and what others read of them.
 
-use hwall_haptics::Board;
-use hwall_stage::input::arms::BoardArm;
+use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
-use hwall_stage::person::participants::{self, Participant};
+use hwall_stage::person::participants::Participant;
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use hwall_stage::report::{json, summary::Summary, tables};
 use hwall_stage::run::people::{self, PersonRun, Stage};
-use hwall_stage::run::simulated_arm::ArmLevel;
-use hwall_stage::setting::load_scene;
 use serde_json::Value;
 
 /// Fifteen touches by two people, judged together; then each alone, the second one first.
 #[test]
 fn who_else_takes_part_changes_nothing_and_the_json_is_as_agreed() {
-    let board = Board::default();
-    let arm = BoardArm::named("iiwa7", &board).unwrap();
-    let (scene, _) = load_scene(None).unwrap();
+    let room = BuiltInRoom::new().unwrap();
     let fused = Some(PredictorKind::Fused);
     let people_like = TrainingPeople::default();
-    let (predictors, _) = Predictors::train(&scene, &arm, &people_like, fused).unwrap();
-    let glancing = PersonKind::Glancing;
-    let cast = |touches| participants::simulated(&scene, &arm, glancing, touches, 3).unwrap();
+    let (predictors, _) = Predictors::train(&room.scene, &room.arm, &people_like, fused).unwrap();
+    let cast = |touches| room.people(PersonKind::Glancing, touches, 3).unwrap();
     let both = cast(15);
-    let likely = participants::likely_touches(&scene, &arm, &both);
-    let walls = arm.walls_of(&scene, &board, likely, true).unwrap();
-    let stage = Stage {
-        arm: &arm,
-        board: &board,
-        scene: &scene,
-        walls: &walls,
-        predictors: &predictors,
-        textured: true,
-        level: ArmLevel::Servo,
-        period_s: 4e-3,
-    };
+    let walls = room.walls(&both, true).unwrap();
+    let scenery = room.scenery(&walls, &people_like, true);
+    let stage = Stage::of(&scenery, &predictors, 4e-3);
     assert_eq!(counts(&both), [12, 3]);
     assert_eq!(both[0].seed, 3);
     assert_ne!(both[1].seed, 3);
@@ -176,17 +161,15 @@ fn nobody_at_all_is_a_summary_without_values() {
 
 #[test]
 fn people_of_every_kind_find_something_to_touch() {
-    let board = Board::default();
-    let arm = BoardArm::named("iiwa7", &board).unwrap();
-    let (scene, _) = load_scene(None).unwrap();
+    let room = BuiltInRoom::new().unwrap();
     for kind in PersonKind::ALL {
         for seed in 0..4 {
-            let cast = participants::simulated(&scene, &arm, kind, 24, seed).unwrap();
+            let cast = room.people(kind, 24, seed).unwrap();
             assert_eq!(counts(&cast), [12, 12], "{} {seed}", kind.name());
             let touches = cast.iter().flat_map(|one| &one.touches);
             let (mut landed, mut all) = (0, 0);
             for touch in touches {
-                let closest = scene.closest_touchable(touch.point_m, 0.05).unwrap();
+                let closest = room.scene.closest_touchable(touch.point_m, 0.05).unwrap();
                 assert!(closest.is_some_and(|c| c.distance_m < 1e-6));
                 assert!(touch.landed_s.is_none_or(|t_s| t_s < touch.contact_s));
                 landed += usize::from(touch.landed_s.is_some());

@@ -17,6 +17,7 @@ fn a_recorded_run_is_made_again_bit_by_bit() {
     let options = SettingOptions {
         scene: None,
         hand: None,
+        trial: None,
         y_up: true,
         auto: false,
         base: None,

@@ -59,7 +59,7 @@ pub(super) fn event(event: &Event) -> String {
 fn words(kind: &EventKind) -> (&'static str, String) {
     match kind {
         EventKind::Frame(Tracking::Tracked(_)) => ("found", "the hand is tracked".to_owned()),
-        EventKind::Frame(Tracking::Lost { reason, .. }) => ("lost", format!("{reason:?}")),
+        EventKind::Frame(Tracking::Lost { reason, .. }) => ("lost", reason.to_string()),
         EventKind::Predicted(_) => ("predicted", String::new()),
         EventKind::GoalSet(goal) => {
             let p = goal.target.point_m;
@@ -73,8 +73,8 @@ fn words(kind: &EventKind) -> (&'static str, String) {
         EventKind::Unreachable(reason) => ("unreachable", reason.to_string()),
         EventKind::Touched { normal_force_n } => ("touched", format!("{normal_force_n:.1} N")),
         EventKind::Released => ("released", "the board is free".to_owned()),
-        EventKind::Held(reason) => ("held", reason.name().to_owned()),
-        EventKind::Safe(state) => ("safe", format!("{state:?}")),
+        EventKind::Held(reason) => ("held", reason.name().replace('_', " ")),
+        EventKind::Safe(state) => ("safe", state.to_string()),
         EventKind::Resumed => ("resumed", "the inputs are sound again".to_owned()),
         EventKind::WorldMovedWhileTouched => ("world", "the world moved under the hand".to_owned()),
         EventKind::WorldRefused => ("world", "a place of the world was refused".to_owned()),
@@ -84,13 +84,39 @@ fn words(kind: &EventKind) -> (&'static str, String) {
         ),
         EventKind::TextureStarted(_) => ("texture", "the board moves with the scan".to_owned()),
         EventKind::TextureEnded => ("texture", "the end of the stroke".to_owned()),
-        other => ("other", format!("{other:?}")),
+        _ => ("other", "something that has no words here yet".to_owned()),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hwall::hand::LostReason;
+    use hwall::haptics::safety::Channel;
+    use hwall::haptics::{HoldReason, SafeReason, SafeState};
+
+    /// `Gap { gap_s: 0.31 }` stood on the page.
+    #[test]
+    fn reasons_are_told_in_words() {
+        let lost = Tracking::Lost {
+            reason: LostReason::Gap { gap_s: 0.31 },
+            since_s: 1.0,
+        };
+        let held = SafeReason::NonFinite(Channel::Torque);
+        for (kind, text) in [
+            (EventKind::Frame(lost), "no sample for 0.31 s"),
+            (
+                EventKind::Safe(SafeState::Holding { reason: held }),
+                "holding: a torque of the arm is no number",
+            ),
+            (
+                EventKind::Held(HoldReason::UnknownSurfaces),
+                "unknown surfaces",
+            ),
+        ] {
+            assert_eq!(words(&kind).1, text);
+        }
+    }
 
     #[test]
     fn events_are_told_in_the_words_of_the_page() {

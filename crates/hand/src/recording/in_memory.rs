@@ -1,6 +1,6 @@
 //! Recordings of hands in memory.
 
-use crate::body_point::BodyPoint;
+use crate::body_point::{BodyPoint, NamedPoint};
 use crate::error::HandError;
 use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
@@ -24,25 +24,22 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All, in the order of the columns.
-    pub const ALL: [Self; 16] = [
-        Self::Hand(HandPoint::Palm),
-        Self::Hand(HandPoint::Thumb),
-        Self::Hand(HandPoint::Index),
-        Self::Hand(HandPoint::Middle),
-        Self::Hand(HandPoint::Ring),
-        Self::Hand(HandPoint::Little),
-        Self::Body(BodyPoint::Wrist),
-        Self::Body(BodyPoint::Forearm),
-        Self::Body(BodyPoint::Elbow),
-        Self::Body(BodyPoint::Shoulder),
-        Self::Body(BodyPoint::Grip),
-        Self::Body(BodyPoint::Aim),
-        Self::Head,
-        Self::Gaze,
-        Self::Object,
-        Self::Target,
-    ];
+    /// All, in the order of the columns: points of the hand and of the arm, then the others.
+    pub const ALL: [Self; NamedPoint::COUNT + 4] = {
+        let mut all = [Self::Head; NamedPoint::COUNT + 4];
+        let mut i = 0;
+        while i < NamedPoint::COUNT {
+            all[i] = match NamedPoint::ALL[i] {
+                NamedPoint::Hand(point) => Self::Hand(point),
+                NamedPoint::Body(point) => Self::Body(point),
+            };
+            i += 1;
+        }
+        all[i + 1] = Self::Gaze;
+        all[i + 2] = Self::Object;
+        all[i + 3] = Self::Target;
+        all
+    };
 
     /// Name in column headers.
     #[must_use]

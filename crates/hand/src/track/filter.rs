@@ -1,6 +1,7 @@
 //! The hand tracking filter: smooth position, velocity and direction, or why the hand is lost.
 
-use super::freeze::{FreezeConfig, FreezeKind, FreezeWatch, Frozen};
+use super::freeze::{FreezeConfig, FreezeWatch, Frozen};
+use super::lost::LostReason;
 use crate::error::HandError;
 use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
@@ -124,33 +125,6 @@ impl HandState {
             ..*self
         }
     }
-}
-
-/// Why the hand is lost.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum LostReason {
-    /// The stream has started or come back, and the hand has not been good for long enough yet.
-    Starting,
-    /// No point of the hand is seen.
-    NoPoints,
-    /// No sample arrived at all for this long, s.
-    Gap {
-        /// Time between the two samples, s.
-        gap_s: f64,
-    },
-    /// The hand moved faster than hands do.
-    Jump {
-        /// Speed of the step, m/s.
-        speed_m_per_s: f64,
-    },
-    /// The tracker repeats a pose.
-    Frozen {
-        /// Which sign of it was found.
-        kind: FreezeKind,
-    },
-    /// The sample has no usable time, or time ran backwards and the filter started anew.
-    InvalidTime,
 }
 
 /// The answer of the filter to one sample.

@@ -4,9 +4,11 @@ mod filter;
 mod freeze;
 mod gaze;
 mod gaze_filter;
+mod lost;
 
-pub use filter::{HandFilter, HandFilterConfig, HandState, LostReason, Tracking};
+pub use filter::{HandFilter, HandFilterConfig, HandState, Tracking};
 pub use freeze::{FreezeConfig, FreezeKind};
 pub(crate) use freeze::{FreezeWatch, Frozen};
 pub use gaze::{Fixation, Gaze};
 pub use gaze_filter::{GazeFilter, GazeFilterConfig};
+pub use lost::LostReason;

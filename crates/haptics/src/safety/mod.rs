@@ -7,6 +7,7 @@ mod state;
 mod supervisor;
 mod supervisor_config;
 mod watch;
+mod words;
 
 pub use cycle::{SupervisorInput, SupervisorStep};
 pub use limits::capsule::{ArmCapsules, Capsule, CapsuleConfig};

@@ -1,6 +1,7 @@
 //! Attacks: hostile inputs, made from good ones, for everything that reads files, and faults at random in the control loop.
 
 mod binary;
+pub mod findings;
 mod session;
 mod study_log;
 mod text;
@@ -155,9 +156,10 @@ pub fn write(
 ) -> anyhow::Result<PathBuf> {
     let text = format!(
         "# Attacks\n\nWhat becomes of hostile files, and of the control loop under faults? Written by `cargo run --release --example attack -- --docs`; not edited by \
-         hand.\n\n{}\n\n{}\n{EXPLAINED}",
+         hand.\n\n{}\n\n{}\n{EXPLAINED}\n{}",
         Machine::detect(seed),
-        table(reports)
+        table(reports),
+        findings::section()
     );
     documents.write(NAME, &text)
 }
@@ -173,8 +175,7 @@ The control loop is disturbed again and again while it serves one touch after an
 a textured wall and a door: one of the faults of [FAULTS.md](FAULTS.md), or one wrong number in the arm's state or the tracker's frame
 (from NaN and 1e300 to 0.001), or both, for 1 to 400 cycles at a moment drawn at random. *Refused* means that a safe state was named,
 *accepted* that the session went on. A finding is a command outside the joints' limits or faster than they may be, one far from the arm,
-a latch that a reset does not open, a touch afterwards that is not served, or a panic. Named attacks, each of which once got through, are
-in `crates/hwall/tests/loop_attacks.rs`.
+a latch that a reset does not open, a touch afterwards that is not served, or a panic.
 ";
 
 /// A promise, and whether it holds.

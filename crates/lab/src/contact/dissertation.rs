@@ -12,6 +12,7 @@ use hwall_contact::score::Moment;
 use hwall_contact::score::{Fold, Split};
 use hwall_hand::LabelledReach;
 use hwall_sim::{Gesture, PersonConfig};
+use hwall_stage::numbers::counted;
 use hwall_testkit::MarkdownTable;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -117,7 +118,11 @@ pub fn report(
         let absent = choice.absent(&all);
         let test = &all[train.len()..];
         let split = Split {
-            description: format!("judged: {} reaches of {}", test.len(), people(test)),
+            description: format!(
+                "judged: {} of {}",
+                counted(test.len(), "reach", "reaches"),
+                people(test)
+            ),
             folds: vec![Fold {
                 train: (0..train.len()).collect(),
                 test: (train.len()..train.len() + test.len()).collect(),
@@ -167,15 +172,19 @@ pub fn pointing(
     let absent = choice.absent(&reaches);
     ensure!(
         reaches.len() > 1,
-        "{} reaches: nothing to learn from",
-        reaches.len()
+        "{}: nothing to learn from",
+        counted(reaches.len(), "reach", "reaches")
     );
     let split = Split::of(&reaches, &(0..reaches.len()).collect::<Vec<_>>());
     let Comparison { scores, not_run } = compare("pointing", candidates, &reaches, &split, out)?;
     let mut text = format!(
-        "## {} pointing reaches of {} simulated people, seed {}\n\nSplit: {}.\n",
-        reaches.len(),
-        names(&reaches).len(),
+        "## {} of {}, seed {}\n\nSplit: {}.\n",
+        counted(reaches.len(), "pointing reach", "pointing reaches"),
+        counted(
+            names(&reaches).len(),
+            "simulated person",
+            "simulated people"
+        ),
         overrides.seed,
         split.description
     );
@@ -198,7 +207,8 @@ fn names(reaches: &[LabelledReach]) -> BTreeSet<&str> {
 
 fn people(reaches: &[LabelledReach]) -> String {
     let names: Vec<&str> = names(reaches).into_iter().collect();
-    format!("{} people ({})", names.len(), names.join(", "))
+    let people = counted(names.len(), "person", "people");
+    format!("{people} ({})", names.join(", "))
 }
 
 /// Every method after half and after 70 % of the time, beside the published errors and the targets.

@@ -7,6 +7,7 @@ use crate::demonstrations::generate::{
 use anyhow::{Context, ensure};
 use hwall_hand::{HandPoint, LabelledReach, Recording, write_recordings};
 use hwall_stage::numbers;
+use hwall_stage::numbers::counted;
 use std::path::Path;
 
 /// All hands, in the format of recordings: `person,trial,t,palm_x,...,target_x,...,contact`.
@@ -60,11 +61,11 @@ pub fn generate_into(
     write(folder, &made, robot)?;
     let count = |part| made.iter().filter(|d| d.part == part).count();
     Ok(format!(
-        "{} reaches of {} people to learn from, {} of {} others to be judged by: {HANDS} and {MOTIONS}/ in {}",
-        count(Part::Train),
-        config.train.people,
+        "{} of {} to learn from, {} of {} to be judged by: {HANDS} and {MOTIONS}/ in {}",
+        counted(count(Part::Train), "reach", "reaches"),
+        counted(config.train.people, "person", "people"),
         count(Part::Test),
-        config.test.people,
+        counted(config.test.people, "other", "others"),
         folder.display()
     ))
 }

@@ -9,14 +9,11 @@ use hwall::response::{
 };
 use hwall_contact::{ContactEstimator, LearnedConfig, LearnedModel};
 use hwall_hand::LabelledReach;
-use hwall_haptics::Board;
 use hwall_sim::{Gesture, PersonConfig};
-use hwall_stage::input::arms::BoardArm;
+use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
-use hwall_stage::person::participants;
 use hwall_stage::person::predictors::TrainingPeople;
 use hwall_stage::person::responses::{Answered, PEOPLE, Scenery, TOUCHES, answered};
-use hwall_stage::setting::load_scene;
 use std::sync::Arc;
 
 /// What is asked for.
@@ -70,21 +67,11 @@ pub struct Results {
 /// # Errors
 /// As for the main job.
 pub fn run(request: &Request, mut progress: impl FnMut(&str, f64)) -> anyhow::Result<Results> {
-    let board = Board::default();
-    let arm = BoardArm::named("iiwa7", &board)?;
-    let (scene, _) = load_scene(None)?;
+    let room = BuiltInRoom::new()?;
     let people = TrainingPeople::default();
-    let plain = participants::simulated(&scene, &arm, PersonKind::Plain, 1, request.seed)?;
-    let likely = participants::likely_touches(&scene, &arm, &plain);
-    let walls = arm.walls_of(&scene, &board, likely, false)?;
-    let scenery = Scenery {
-        scene: &scene,
-        arm: &arm,
-        board: &board,
-        walls: &walls,
-        people: &people,
-        textured: false,
-    };
+    let plain = room.people(PersonKind::Plain, 1, request.seed)?;
+    let walls = room.walls(&plain, false)?;
+    let scenery = room.scenery(&walls, &people, false);
     progress("demonstrations", 0.0);
     let learnt = answered(&scenery, Task::Touch, 0..PEOPLE, TOUCHES)?;
     let held_out = answered(&scenery, Task::Touch, PEOPLE..PEOPLE + HELD_OUT, REACHES)?;

@@ -6,7 +6,6 @@ use hwall_stage::person::participants;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
 use hwall_stage::person::responses::{self, Scenery};
 use hwall_stage::run::people::{self, JudgedTouch, Stage};
-use hwall_stage::run::simulated_arm::ArmLevel;
 
 /// Control period, s.
 const PERIOD_S: f64 = 1e-3;
@@ -60,16 +59,7 @@ pub(super) fn run(
     for leader in [PredictorKind::Fused, PredictorKind::EndToEnd] {
         let trained = Predictors::train(scene, arm, scenery.people, Some(leader))?;
         let (predictors, _) = responses::taught(trained.0, scenery)?;
-        let stage = Stage {
-            arm,
-            board: scenery.board,
-            scene,
-            walls: scenery.walls,
-            predictors: &predictors,
-            textured: scenery.textured,
-            level: ArmLevel::Servo,
-            period_s: PERIOD_S,
-        };
+        let stage = Stage::of(scenery, &predictors, PERIOD_S);
         for kind in kinds {
             let done = all.len() as f64;
             let cast = participants::simulated(scene, arm, *kind, touches, seed)?;

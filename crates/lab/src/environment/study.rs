@@ -15,6 +15,7 @@ use hwall_reachability::{Interval, Target, WallFacet};
 use hwall_redirection::{ReachThresholds, SampledOrientations};
 use hwall_scene::Scene;
 use hwall_stage::input::arms::BoardArm;
+use hwall_stage::numbers::counted;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::run::judged::least_time::LeastTime;
 use hwall_stage::setting::load_scene;
@@ -217,12 +218,12 @@ fn described(request: &Request, scene: &Scene, way: &Journey) -> String {
     let minutes = way.encounters.last().map_or(0.0, |e| e.leaves_s / 60.0);
     let joystick = way.length_m;
     format!(
-        "{} touches in {what}, {:.1} x {:.1} m with {} surfaces; the avatar travels {joystick:.0} m in {minutes:.1} minutes, the \
+        "{} in {what}, {:.1} x {:.1} m with {}; the avatar travels {joystick:.0} m in {minutes:.1} minutes, the \
          person stays within 0.3 m of one place before the arm ({})",
-        way.encounters.len(),
+        counted(way.encounters.len(), "touch", "touches"),
         size.x,
         size.y,
-        scene.surfaces().len(),
+        counted(scene.surfaces().len(), "surface", "surfaces"),
         request.arm
     )
 }

@@ -3,6 +3,7 @@
 use crate::documents::Documents;
 use crate::in_time::study::{Request, Results, Row};
 use crate::in_time::targets;
+use hwall_stage::numbers::counted;
 use hwall_stage::run::judged::regret::Miss;
 use hwall_testkit::{Machine, MarkdownTable};
 use std::path::PathBuf;
@@ -73,9 +74,10 @@ pub fn text(request: &Request, results: &Results) -> String {
         "presents no roughness"
     };
     format!(
-        "{} touches of {people} people of each kind, one run a dozen, in the built-in room with an iiwa 7; the board {board}. \
+        "{} of {} of each kind, one run a dozen, in the built-in room with an iiwa 7; the board {board}. \
          {}.\n\n{}\n{}",
-        request.touches,
+        counted(request.touches, "touch", "touches"),
+        counted(people, "person", "people"),
         results.learnt,
         table(&results.rows),
         targets::table(&results.rows)

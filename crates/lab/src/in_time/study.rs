@@ -1,15 +1,11 @@
 //! The runs of the study.
 
-use hwall_haptics::Board;
-use hwall_stage::input::arms::BoardArm;
+use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
-use hwall_stage::person::participants;
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
-use hwall_stage::person::responses::{self, Scenery};
+use hwall_stage::person::responses;
 use hwall_stage::report::summary::Summary;
 use hwall_stage::run::people::{self, Stage};
-use hwall_stage::run::simulated_arm::ArmLevel;
-use hwall_stage::setting::load_scene;
 
 /// What is asked for.
 #[derive(Debug, Clone)]
@@ -57,39 +53,21 @@ pub fn run(
     request: &Request,
     mut progress: impl FnMut(PersonKind, f64),
 ) -> anyhow::Result<Results> {
-    let board = Board::default();
-    let arm = BoardArm::named("iiwa7", &board)?;
-    let (scene, _) = load_scene(None)?;
+    let room = BuiltInRoom::new()?;
     let people_like = TrainingPeople::default();
-    let (predictors, learnt) = Predictors::train(&scene, &arm, &people_like, request.leader)?;
-    let plain = participants::simulated(&scene, &arm, PersonKind::Plain, 1, request.seed)?;
-    let likely = participants::likely_touches(&scene, &arm, &plain);
-    let walls = arm.walls_of(&scene, &board, likely, request.textured)?;
-    let scenery = Scenery {
-        scene: &scene,
-        arm: &arm,
-        board: &board,
-        walls: &walls,
-        people: &people_like,
-        textured: request.textured,
-    };
+    let trained = Predictors::train(&room.scene, &room.arm, &people_like, request.leader)?;
+    let (predictors, learnt) = trained;
+    let plain = room.people(PersonKind::Plain, 1, request.seed)?;
+    let walls = room.walls(&plain, request.textured)?;
+    let scenery = room.scenery(&walls, &people_like, request.textured);
     let (predictors, also) = responses::taught(predictors, &scenery)?;
     let learnt = [Some(learnt), also];
     let learnt: Vec<String> = learnt.into_iter().flatten().collect();
     let learnt = learnt.join("; ");
-    let stage = Stage {
-        arm: &arm,
-        board: &board,
-        scene: &scene,
-        walls: &walls,
-        predictors: &predictors,
-        textured: request.textured,
-        level: ArmLevel::Servo,
-        period_s: PERIOD_S,
-    };
+    let stage = Stage::of(&scenery, &predictors, PERIOD_S);
     let mut row = |kind: &PersonKind| -> anyhow::Result<Row> {
         let (touches, seed) = (request.touches, request.seed);
-        let cast = participants::simulated(&scene, &arm, *kind, touches, seed)?;
+        let cast = room.people(*kind, touches, seed)?;
         let runs = people::run(&stage, &cast, |share| progress(*kind, share))?;
         Ok(Row {
             kind: *kind,

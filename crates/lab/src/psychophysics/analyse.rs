@@ -12,6 +12,9 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+/// A column of this name says which rows count; tables of the example `study` have it.
+const VALID: &str = "valid";
+
 /// What to analyse and how.
 #[derive(clap::Args)]
 pub struct Args {
@@ -23,9 +26,9 @@ pub struct Args {
     /// Columns of the factors: a,b; the last one varies fastest in the tables
     #[arg(long, value_delimiter = ',', required = true)]
     factors: Vec<String>,
-    /// Column of the answers
-    #[arg(long)]
-    value: String,
+    /// Column of the answers; with --wide what they are called [default with --wide: answer]
+    #[arg(long, required_unless_present = "wide")]
+    value: Option<String>,
     /// The factors vary within subjects: the default, stated explicitly
     #[arg(long)]
     within: bool,
@@ -39,6 +42,10 @@ pub struct Args {
     /// factor by the factor and a level, such as angle_0, or by numbers. Those that are taken are named
     #[arg(long, value_name = "JOINT", conflicts_with = "round")]
     wide: Option<String>,
+    /// Column that says of each row whether it counts, true or false: rows that do not are left out and counted [default: valid,
+    /// if there is such a column]
+    #[arg(long, conflicts_with = "wide")]
+    valid: Option<String>,
     /// What is done about missing answers
     #[arg(long, value_enum, default_value = "refuse")]
     missing: Gaps,
@@ -97,16 +104,30 @@ enum Adjust {
 }
 
 impl Args {
-    fn columns(&self) -> Columns {
+    fn columns(&self, header: &str) -> Columns {
         let within = self.factors.iter().map(|f| f.trim());
         let within = within.filter(|f| self.between.as_deref() != Some(f));
-        let mut columns = Columns::new(&self.subject, within, &self.value);
+        let value = self.value.as_deref().unwrap_or("answer");
+        let mut columns = Columns::new(&self.subject, within, value);
+        columns.valid = self.valid.clone().or_else(|| self.own_valid(header));
         columns.between.clone_from(&self.between);
         columns.rounds.clone_from(&self.round);
         match self.missing {
             Gaps::Refuse => columns,
             Gaps::Complete => columns.complete_cases(),
         }
+    }
+
+    /// The column `valid`, where the table is long, has one, and nothing else is made of it.
+    fn own_valid(&self, header: &str) -> Option<String> {
+        let named = self.factors.iter().chain(&self.round).chain(&self.between);
+        let mut named = named.chain([&self.subject]).chain(&self.value);
+        let is_taken = named.any(|name| name.trim().eq_ignore_ascii_case(VALID));
+        let cells = header.split([',', ';', '\t']);
+        let has_one = cells
+            .map(|cell| cell.trim().trim_matches('"'))
+            .any(|cell| cell.eq_ignore_ascii_case(VALID));
+        (self.wide.is_none() && has_one && !is_taken).then(|| VALID.to_owned())
     }
 
     fn config(&self) -> AnalysisConfig {
@@ -136,26 +157,31 @@ impl Args {
 /// # Errors
 /// A table that is not a complete study, a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let columns = args.columns();
+    let has_within = args
+        .factors
+        .iter()
+        .any(|f| Some(f.trim()) != args.between.as_deref());
     ensure!(
-        !columns.within.is_empty() || args.svg.is_none(),
+        has_within || args.svg.is_none(),
         "--svg needs a factor within subjects beside --between"
     );
     FilePlan::default()
         .read("the table", Some(&args.table))
         .write("--json", args.json.as_deref())
-        .write("--md", args.markdown.as_deref())
+        .write("--markdown", args.markdown.as_deref())
         .write_into("--svg", args.svg.as_deref(), &["means.svg", "boxes.svg"])
         .check()?;
     let name = || args.table.display().to_string();
+    let table = fs::read(&args.table).with_context(name)?;
+    let columns = args.columns(&String::from_utf8_lossy(first_line(&table)));
     let study = match &args.wide {
         Some(joint) => {
-            let table = fs::read_to_string(&args.table).with_context(name)?;
+            let table = String::from_utf8(table).with_context(name)?;
             let taken = Study::wide_columns(&table, &columns, joint).with_context(name)?;
             note(format_args!("columns of answers: {}", taken.join(", ")));
             Study::from_wide_csv_str(&table, &columns, joint)
         }
-        None => Study::read_csv(fs::File::open(&args.table).with_context(name)?, &columns),
+        None => Study::read_csv(table.as_slice(), &columns),
     };
     let study = study.with_context(name)?;
     let config = args.config();
@@ -180,12 +206,22 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for size in analysis.effect_sizes(config.confidence)? {
         let [low, high] = size.ci;
         text += &format!(
-            "\n{} ({:?}): partial eta squared {:.4}, {}% interval {low:.4} to {high:.4}",
+            "\n{}, {}: partial eta squared {:.4} in the sample; partial omega squared {:.4}, {}% interval {low:.4} to {high:.4}",
             size.name,
-            size.errors,
+            if size.errors == ErrorModel::Pooled {
+                "pooled error"
+            } else {
+                "own error"
+            },
             size.partial_eta2,
+            size.partial_omega2,
             100.0 * config.confidence
         );
     }
     writeln!(io::stdout(), "{text}").context("standard output")
+}
+
+fn first_line(table: &[u8]) -> &[u8] {
+    let end = table.iter().position(|b| matches!(b, b'\n' | b'\r'));
+    &table[..end.unwrap_or(table.len())]
 }

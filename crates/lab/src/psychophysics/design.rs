@@ -70,10 +70,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .context("writing the session script")?;
     out.finish()?;
     note(format_args!(
-        "{} subjects, {} conditions, {} rounds",
-        schedule.subjects,
-        schedule.conditions(),
-        schedule.rounds
+        "{}, {}, {}",
+        numbers::counted(schedule.subjects, "subject", "subjects"),
+        numbers::counted(schedule.conditions(), "condition", "conditions"),
+        numbers::counted(schedule.rounds, "round", "rounds")
     ));
     Ok(())
 }

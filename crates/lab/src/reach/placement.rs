@@ -74,6 +74,45 @@ pub fn targets(scene: &Scene, wanted: &TargetChoice) -> anyhow::Result<Vec<Targe
     Ok(targets)
 }
 
+/// A line about the surfaces of the scene that have no targets though nobody said so; `None` where there are none of them.
+#[must_use]
+pub fn left_out(scene: &Scene, wanted: &TargetChoice) -> Option<String> {
+    if !wanted.surfaces.is_empty() || wanted.near.is_some() {
+        return None;
+    }
+    let facets = scene.vertical_facets();
+    let heights = |facet: &Facet| {
+        facet.lowest_m <= wanted.heights.hi_m && wanted.heights.lo_m <= facet.highest_m
+    };
+    let mut reasons = [const { Vec::new() }; 3];
+    for (id, surface) in scene.surfaces().iter().enumerate() {
+        let own: Vec<&Facet> = facets
+            .iter()
+            .filter(|f| f.surface == SurfaceId(id))
+            .collect();
+        let why = match (surface.touchable(), own.is_empty()) {
+            (false, _) => 0,
+            (true, true) => 1,
+            (true, false) if !own.into_iter().any(heights) => 2,
+            (true, false) => continue,
+        };
+        reasons[why].push(surface.name.as_str());
+    }
+    let words = ["must not be touched", "not upright", "not at these heights"];
+    let said: Vec<String> = reasons
+        .iter()
+        .zip(words)
+        .filter(|(names, _)| !names.is_empty())
+        .map(|(names, why)| format!("{} ({why})", names.join(", ")))
+        .collect();
+    (!said.is_empty()).then(|| {
+        format!(
+            "no targets on {}; whether the arm meets them on its way is not looked at",
+            said.join(", ")
+        )
+    })
+}
+
 /// A line about targets that lie farther apart than one base serves; `None` where most may be in reach of one.
 #[must_use]
 pub fn too_far_apart(arm: &SrsArm, targets: &[Target]) -> Option<String> {
@@ -235,6 +274,9 @@ pub(super) fn shade(share: f64) -> RGBColor {
     RGBColor(mix(r, s), mix(g, h), mix(b, c))
 }
 
+/// Length of the line that shows a heading, m.
+const HEADING_M: f64 = 0.35;
+
 /// The heat map from above: share of the targets for a base standing there, walls, targets, best.
 ///
 /// # Errors
@@ -312,6 +354,13 @@ pub fn heat_map(
     for (i, place) in scores.best().iter().enumerate().take(3).rev() {
         let base_m = place.room_from_base.position_m();
         let at = (base_m.x, base_m.y);
+        // Where the arm looks: joint 1 turns about this direction.
+        let (sin, cos) = place.heading_rad.sin_cos();
+        let ahead = (at.0 + HEADING_M * cos, at.1 + HEADING_M * sin);
+        for (colour, width) in [(WHITE, 5), (BLACK, 2)] {
+            let heading = PathElement::new(vec![at, ahead], colour.stroke_width(width));
+            chart.draw_series([heading]).map_err(plot_error)?;
+        }
         let mark = EmptyElement::at(at)
             + Circle::new((0, 0), 9, WHITE.filled())
             + Circle::new((0, 0), 9, BLACK.stroke_width(1))
@@ -344,7 +393,8 @@ fn draw_key(
     label("targets", 197)?;
     area.draw(&Circle::new((18, 228), 7, BLACK.stroke_width(1)))
         .map_err(plot_error)?;
-    label("best three", 221)
+    label("best three", 221)?;
+    label("and headings", 237)
 }
 
 #[cfg(test)]
@@ -362,5 +412,37 @@ mod tests {
         assert!(said.contains("--near") && said.contains("18"), "{said}");
         assert_eq!(too_far_apart(&arm, &targets(3.0)), None);
         assert_eq!(too_far_apart(&arm, &[]), None);
+    }
+
+    #[test]
+    fn surfaces_without_targets_are_named_unless_they_were_left_out_on_purpose() {
+        let quad = |name: &str, x: f64, z: f64| {
+            format!(
+                "o {name}\nv {x} -1 {z}\nv {x} 1 {z}\nv {x} 1 {}\nv {x} -1 {}\nf -4 -3 -2 -1\n",
+                z + 1.0,
+                z + 1.0
+            )
+        };
+        let floor = "o floor\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\n";
+        let text =
+            quad("wall", 0.6, 0.0) + &quad("lamp", 0.9, 0.0) + &quad("loft", 2.0, 3.0) + floor;
+        let lamp = "[surface.lamp]\nkind = \"untouchable\"\n";
+        let (scene, _) = Scene::from_obj_str(&text, Some(lamp)).unwrap();
+        let choice = |surfaces| TargetChoice {
+            surfaces,
+            heights: Interval::new(0.4, 1.4),
+            spacing_m: 0.1,
+            near: None,
+        };
+        let said = left_out(&scene, &choice(&[])).unwrap();
+        for part in [
+            "lamp (must not be touched)",
+            "floor (not upright)",
+            "loft (not at these heights)",
+        ] {
+            assert!(said.contains(part), "{said}");
+        }
+        assert!(!said.contains("wall"), "{said}");
+        assert_eq!(left_out(&scene, &choice(&["wall".to_owned()])), None);
     }
 }

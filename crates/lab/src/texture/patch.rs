@@ -293,27 +293,43 @@ fn print_check(patch: &Patch, texture: &Texture, kind: Option<PrinterKind>) -> S
         .filter(is_fault)
         .map(Finding::to_string)
         .collect();
-    let by = match kind {
-        Some(kind) => {
-            faults.extend(kind.lacks(texture));
-            format!("{kind:?}").to_lowercase()
-        }
-        None => format!(
-            "a printer of {} mm details (--printer asks for a kind)",
-            printer.least_feature_mm
-        ),
+    let named: Vec<PrinterKind> = match kind {
+        Some(kind) => vec![kind],
+        None => PrinterKind::value_variants().to_vec(),
     };
+    let mut able = Vec::new();
+    for kind in &named {
+        let lacks = kind.lacks(texture);
+        if lacks.is_empty() {
+            able.push(kind.name());
+        }
+        faults.extend(lacks.iter().map(|lack| format!("{}: {lack}", kind.name())));
+    }
+    let by = kind.map_or("no printer chosen", PrinterKind::name);
     let notes = findings.iter().filter(|finding| !finding.is_fault());
-    let verdict = match faults.len() {
-        0 => "can be printed as designed".to_owned(),
-        count => format!(
+    let is_sound = !findings.iter().any(Finding::is_fault);
+    let verdict = match (is_sound && !able.is_empty(), kind) {
+        (true, Some(_)) => "can be printed as designed".to_owned(),
+        (true, None) => format!("can be printed as designed by {}", able.join(", ")),
+        (false, _) => format!(
             "cannot be printed as designed, {}",
-            counted(count, "fault", "faults")
+            counted(faults.len(), "fault", "faults")
         ),
     };
     let mut text = format!("print check, {by}: {verdict}\n");
     for fault in &faults {
         text += &format!("  fault: {fault}\n");
+    }
+    if is_sound && able.is_empty() {
+        text += &format!(
+            "  by the usual limits of {}; a printer of {} mm details could\n",
+            named
+                .iter()
+                .map(|k| k.name())
+                .collect::<Vec<_>>()
+                .join(", "),
+            printer.least_feature_mm
+        );
     }
     for note in notes {
         text += &format!("  note: {note}\n");
@@ -489,10 +505,27 @@ mod tests {
             "{coarse}"
         );
         assert_eq!(coarse.matches("  fault: ").count(), 2);
-        let fine = said(None);
+        // Without a printer it could be printed, although each of them says no.
+        let any = said(None);
+        assert!(any.contains("no printer chosen: cannot"), "{any}");
+        let mut can: Vec<PrinterKind> = Vec::new();
+        for kind in PrinterKind::value_variants() {
+            let alone = said(Some(*kind));
+            can.extend((!alone.contains("cannot")).then_some(*kind));
+            for fault in alone.lines().filter(|line| line.contains("fault: ")) {
+                assert!(any.contains(fault), "{any}");
+            }
+        }
+        assert!(can.is_empty(), "{can:?}");
+        let mut wide = request("3,1,0.9,8,4");
+        wide.wanted.printer = None;
+        let mut text = Vec::new();
+        run(&wide, &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
         assert!(
-            fine.contains("can be printed") && !fine.contains("  fault: "),
-            "{fine}"
+            text.contains("no printer chosen: can be printed as designed by fdm, sla, polyjet")
+                || text.contains("no printer chosen: can be printed as designed by sla, polyjet"),
+            "{text}"
         );
     }
 

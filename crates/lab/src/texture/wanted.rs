@@ -34,6 +34,16 @@ impl PrinterKind {
         }
     }
 
+    /// As on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fdm => "fdm",
+            Self::Sla => "sla",
+            Self::Polyjet => "polyjet",
+        }
+    }
+
     /// What of a texture it cannot make, in a line each.
     #[must_use]
     pub fn lacks(self, texture: &Texture) -> Vec<String> {

@@ -5,6 +5,7 @@ use super::outputs;
 use super::settings::ProtocolArgs;
 use anyhow::Context;
 use hwall_bridge::{Answering, Question, QuestionServer};
+use hwall_stage::numbers::counted;
 use hwall_study::{
     Answer, ArmKind, ArmStop, Ask, Durability, NextStep, Participants, Presenter, Procedure,
     Protocol, Respondent, SimulatedStage, Study, StudyError, conduct,
@@ -47,8 +48,8 @@ pub fn run(
         let study = open(folder, subjects, protocol)?;
         writeln!(
             out,
-            "no arm is connected: touches are presented by the simulated one; {} trials are left",
-            study.left()
+            "no arm is connected: touches are presented by the simulated one; {} left",
+            counted(study.left(), "trial is", "trials are")
         )?;
         return ask_with(folder, study, &mut SimulatedStage::new()?, setup.page, out);
     };
@@ -60,10 +61,10 @@ pub fn run(
     }
     writeln!(
         out,
-        "hands: open {}\nwaiting for an FRI controller at {}; {} trials are left",
+        "hands: open {}\nwaiting for an FRI controller at {}; {} left",
         waiting.server().url(),
         waiting.fri_address()?,
-        study.left()
+        counted(study.left(), "trial is", "trials are")
     )?;
     let mut arm = waiting.connect(CONTROLLER_WITHIN)?;
     // A second one is never there.

@@ -3,6 +3,7 @@
 use super::outputs;
 use super::settings::ProtocolArgs;
 use anyhow::{Context, ensure};
+use hwall_stage::numbers::counted;
 use hwall_study::{
     Durability, NextStep, ParticipantConfig, Participants, SimulatedStage, Simulation, Study,
     StudyError, promised_power, simulate_and_tell,
@@ -77,7 +78,8 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         );
         match resumed(folder, request, participants)? {
             Some(study) => {
-                writeln!(out, "resumed: {} trials are done", study.trials().len())?;
+                let done = counted(study.trials().len(), "trial is", "trials are");
+                writeln!(out, "resumed: {done} done")?;
                 study
             }
             None => {
@@ -107,8 +109,9 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         };
         writeln!(
             out,
-            "stopped after {presented} trials, {} are left{how}",
-            study.left()
+            "stopped after {}, {} left{how}",
+            counted(presented, "trial", "trials"),
+            counted(study.left(), "is", "are")
         )?;
         return Ok(request.kill_after == Some(presented));
     }

@@ -56,7 +56,8 @@ pub struct Analysis {
     pub art: Vec<ArtEffect>,
     /// Pairs of levels; empty unless asked for.
     pub posthoc: Vec<Comparison>,
-    /// Pairs of levels on aligned ranks (ART-C); empty unless both were asked for.
+    /// Pairs of levels on aligned ranks (ART-C), each once for every error that it is tested against; empty unless both were
+    /// asked for.
     pub art_posthoc: Vec<Comparison>,
     /// Which p value of the pairs reports show.
     pub adjustment: Option<Adjustment>,
@@ -83,6 +84,8 @@ pub struct DesignSummary {
     pub between: Option<FactorSummary>,
     /// Subjects who were left out because answers of theirs are missing.
     pub left_out: Vec<LeftOut>,
+    /// Rows of the table that do not count.
+    pub invalid_rows: usize,
 }
 
 /// Name and levels of a factor.
@@ -116,7 +119,10 @@ pub fn analyse(study: &Study, config: &AnalysisConfig) -> Result<Analysis, Psych
             if config.art {
                 for &errors in &config.errors {
                     let pairs = art_contrasts(study, &[factor], errors, config.confidence)?;
-                    art_posthoc.extend(pairs);
+                    // Groups are compared by Welch's test whatever the error of the analysis is.
+                    let is_new = |pair: &Comparison| !art_posthoc.contains(pair);
+                    let new: Vec<Comparison> = pairs.into_iter().filter(is_new).collect();
+                    art_posthoc.extend(new);
                 }
             }
         }
@@ -160,6 +166,7 @@ impl DesignSummary {
             within: study.within().iter().map(summary).collect(),
             between: study.between().map(|g| summary(&g.factor)),
             left_out: study.left_out().to_vec(),
+            invalid_rows: study.invalid_rows(),
         }
     }
 }

@@ -14,9 +14,12 @@ pub struct EffectSize {
     pub name: String,
     /// The error model behind it.
     pub errors: ErrorModel,
-    /// Partial eta squared of the sample.
+    /// Partial eta squared of the sample: chance alone makes it larger than that of the population.
     pub partial_eta2: f64,
-    /// Interval of that of the population; zero at its lower end where F is too small for the confidence.
+    /// Partial omega squared: that of the population, estimated with the share of chance taken out; 0 for an F below 1.
+    pub partial_omega2: f64,
+    /// Interval of that of the population; an end is zero where F is too small for the confidence. At
+    /// confidences of 0.8 and more it holds `partial_omega2`, but not always `partial_eta2`.
     pub ci: [f64; 2],
 }
 
@@ -31,10 +34,11 @@ const MOST_DELTA: f64 = 1000.0;
 impl EffectSize {
     /// Of an effect that was tested; `None` without a finite F, or with one so large that its noncentrality would be above 1e5.
     ///
-    /// `η² = λ / (λ + df1 + df2 + 1)` at the noncentralities λ for which the F found has the probabilities of the two tails.
+    /// `η² = λ / (λ + df1 + df2 + 1)` at the noncentralities λ for which the F found has the probabilities of the two tails;
+    /// `ω²` is the same at `λ = df1 (F − 1)`.
     ///
     /// Error: 1e-8. Without sphericity the interval of an effect within subjects is too narrow, as its p is too small.
-    /// Source: Steiger 2004; Smithson 2003.
+    /// Source: Steiger 2004; Smithson 2003; Keren and Lewis 1979 for `ω²`.
     ///
     /// # Errors
     /// A confidence outside (0, 1).
@@ -54,6 +58,7 @@ impl EffectSize {
             name: effect.name.clone(),
             errors: effect.errors,
             partial_eta2,
+            partial_omega2: share((df1 * (f - 1.0)).max(0.0)),
             ci: [low, high].map(share),
         }))
     }

@@ -40,6 +40,8 @@ pub struct Comparison {
     pub effect: String,
     /// The test.
     pub test: PairTest,
+    /// Whether the pair is tested against its own error or against the pooled one of the analysis.
+    pub errors: ErrorModel,
     /// First level or combination, counted from 0.
     pub i: usize,
     /// Second level or combination, counted from 0.
@@ -229,6 +231,10 @@ impl ComparedFactors {
                 comparisons.push(Comparison {
                     effect: self.name.clone(),
                     test: pair.test,
+                    errors: match pair.test {
+                        PairTest::PooledT => ErrorModel::Pooled,
+                        PairTest::PairedT | PairTest::WelchT => ErrorModel::Strata,
+                    },
                     i,
                     j,
                     level_i: a.name.clone(),

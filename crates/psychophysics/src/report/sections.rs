@@ -22,6 +22,13 @@ impl Analysis {
         let mut out = Document::new(markdown);
         out.heading(1, &format!("Analysis of {}", self.design.value));
         out.line(&self.summary());
+        match self.design.invalid_rows {
+            0 => {}
+            1 => out.line("1 row is left out because it is not valid."),
+            rows => out.line(&format!(
+                "{rows} rows are left out because they are not valid."
+            )),
+        }
         if let Some(first) = self.design.left_out.first() {
             let left_out = match self.design.left_out.len() {
                 1 => "1 subject is".to_owned(),
@@ -43,9 +50,17 @@ impl Analysis {
             rank_table(&mut out, errors, &effects.collect::<Vec<_>>());
         }
         if let Some(how) = self.adjustment {
-            self.pair_table(&mut out, "Pairs", &self.posthoc, how);
-            let title = "Pairs by aligned ranks (ART-C), differences in ranks";
-            self.pair_table(&mut out, title, &self.art_posthoc, how);
+            let own: Vec<&Comparison> = self.posthoc.iter().collect();
+            self.pair_table(&mut out, "Pairs", &own, how);
+            for (errors, error) in [
+                (ErrorModel::Strata, "each pair against its own error"),
+                (ErrorModel::Pooled, "all pairs against the pooled error"),
+            ] {
+                let title =
+                    format!("Pairs by aligned ranks (ART-C), differences in ranks, {error}");
+                let pairs = self.art_posthoc.iter().filter(|p| p.errors == errors);
+                self.pair_table(&mut out, &title, &pairs.collect::<Vec<_>>(), how);
+            }
         }
         self.cell_table(&mut out);
         self.diagnostics(&mut out);
@@ -120,7 +135,7 @@ impl Analysis {
         }
     }
 
-    fn pair_table(&self, out: &mut Document, title: &str, pairs: &[Comparison], how: Adjustment) {
+    fn pair_table(&self, out: &mut Document, title: &str, pairs: &[&Comparison], how: Adjustment) {
         if pairs.is_empty() {
             return;
         }

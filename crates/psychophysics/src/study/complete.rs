@@ -22,6 +22,8 @@ pub struct Study {
     least: Vec<TrialAnswer>,
     value_name: String,
     left_out: Vec<LeftOut>,
+    /// Rows of the table that do not count.
+    invalid_rows: usize,
 }
 
 /// The answer of a single trial, and its line in the table.
@@ -41,6 +43,7 @@ pub(super) struct StudyParts {
     pub(super) least: Vec<TrialAnswer>,
     pub(super) value_name: String,
     pub(super) left_out: Vec<LeftOut>,
+    pub(super) invalid_rows: usize,
 }
 
 impl Study {
@@ -78,6 +81,7 @@ impl Study {
             least,
             value_name: "value".to_owned(),
             left_out: Vec::new(),
+            invalid_rows: 0,
         })
     }
 
@@ -117,6 +121,7 @@ impl Study {
             least: parts.least,
             value_name: parts.value_name,
             left_out: parts.left_out,
+            invalid_rows: parts.invalid_rows,
         };
         let wanted = study.subjects.len().saturating_mul(study.cells());
         if study.values.len() != wanted {
@@ -163,6 +168,20 @@ impl Study {
             values,
             ..self.clone()
         }
+    }
+
+    /// The same, read from a table with this many rows that do not count.
+    pub(super) fn with_invalid_rows(self, invalid_rows: usize) -> Self {
+        Self {
+            invalid_rows,
+            ..self
+        }
+    }
+
+    /// Rows of the table that were left out because they do not count, as [`Columns::valid`](super::Columns::valid) says.
+    #[must_use]
+    pub const fn invalid_rows(&self) -> usize {
+        self.invalid_rows
     }
 
     /// Subjects who were left out, with [`Missing::CompleteCases`](super::Missing::CompleteCases).

@@ -26,6 +26,8 @@ pub struct Columns {
     pub value: String,
     /// What is done about missing answers: no row, or an empty cell or `NA` in it.
     pub missing: Missing,
+    /// Says of a row of a long table whether it counts: `true`, `yes` or `1`, or else `false`, `no` or `0`.
+    pub valid: Option<String>,
 }
 
 impl Columns {
@@ -42,7 +44,15 @@ impl Columns {
             rounds: Vec::new(),
             value: value.into(),
             missing: Missing::default(),
+            valid: None,
         }
+    }
+
+    /// The same with the rows left out that a column says do not count; [`Study::invalid_rows`] counts them.
+    #[must_use]
+    pub fn with_valid(mut self, column: impl Into<String>) -> Self {
+        self.valid = Some(column.into());
+        self
     }
 
     /// The same with the subjects left out who miss an answer.
@@ -116,7 +126,8 @@ impl Study {
         source
             .read_to_end(&mut bytes)
             .map_err(|error| PsychophysicsError::io("table", &error))?;
-        assemble(read_trials(&bytes, columns)?, columns)
+        let (trials, invalid_rows) = read_trials(&bytes, columns)?;
+        Ok(assemble(trials, columns)?.with_invalid_rows(invalid_rows))
     }
 }
 
@@ -141,7 +152,8 @@ pub(super) fn delimiter_of(text: &[u8]) -> u8 {
     }
 }
 
-fn read_trials(bytes: &[u8], columns: &Columns) -> Result<Vec<Trial>, PsychophysicsError> {
+/// The rows that count, and the number of the others.
+fn read_trials(bytes: &[u8], columns: &Columns) -> Result<(Vec<Trial>, usize), PsychophysicsError> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut lines = LineCounter::of(text);
     let delimiter = delimiter_of(text);
@@ -181,10 +193,17 @@ fn read_trials(bytes: &[u8], columns: &Columns) -> Result<Vec<Trial>, Psychophys
     let rounds_at = columns.rounds.iter().map(&mut take);
     let rounds_at: Vec<usize> = rounds_at.collect::<Result<_, _>>()?;
     let value_at = take(&columns.value)?;
-    let mut trials = Vec::new();
+    let valid_at = columns.valid.as_ref().map(&mut take).transpose()?;
+    let (mut trials, mut invalid_rows) = (Vec::new(), 0);
     for record in reader.records() {
         let record = record.map_err(|error| lines.refused(&error))?;
         let line = lines.at(record.position());
+        if let Some(place) = valid_at
+            && !counts(&record[place], (line, header[place].as_str()))?
+        {
+            invalid_rows += 1;
+            continue;
+        }
         let key = |&place: &usize| {
             if record[place].is_empty() {
                 let column = header[place].clone();
@@ -207,10 +226,27 @@ fn read_trials(bytes: &[u8], columns: &Columns) -> Result<Vec<Trial>, Psychophys
             value,
         });
     }
-    if trials.is_empty() {
-        return Err(PsychophysicsError::NoRows);
+    match trials.len() {
+        0 if invalid_rows > 0 => Err(PsychophysicsError::NoValidRows { rows: invalid_rows }),
+        0 => Err(PsychophysicsError::NoRows),
+        _ => Ok((trials, invalid_rows)),
     }
-    Ok(trials)
+}
+
+/// Does the row count? `place`: line and column, for the error.
+fn counts(text: &str, (line, column): (u64, &str)) -> Result<bool, PsychophysicsError> {
+    let is = |words: [&str; 3]| words.iter().any(|word| text.eq_ignore_ascii_case(word));
+    if is(["true", "yes", "1"]) {
+        return Ok(true);
+    }
+    if is(["false", "no", "0"]) {
+        return Ok(false);
+    }
+    Err(PsychophysicsError::NeitherValidNorNot {
+        line,
+        column: column.to_owned(),
+        text: text.chars().take(40).collect(),
+    })
 }
 
 /// The number of a cell of answers; `None` where it is missing and may be. `place`: line and column, for the error.
@@ -418,6 +454,7 @@ pub(super) fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, P
         least,
         value_name: columns.value.clone(),
         left_out,
+        invalid_rows: 0,
     })
 }
 

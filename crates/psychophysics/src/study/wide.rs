@@ -109,6 +109,9 @@ fn answer_columns(
     if !columns.rounds.is_empty() {
         return Err(refused("it has no rounds"));
     }
+    if columns.valid.is_some() {
+        return Err(refused("it has no column that says which trials count"));
+    }
     if joint.is_empty() && columns.within.len() > 1 {
         return Err(refused("levels need a text that joins them"));
     }

@@ -114,7 +114,7 @@ impl WallGrid {
     }
 
     /// All lines, plane by plane, height by height.
-    pub(super) fn lines(&self) -> Result<Vec<WallLine>, ReachabilityError> {
+    pub(crate) fn lines(&self) -> Result<Vec<WallLine>, ReachabilityError> {
         let mut lines = Vec::with_capacity(self.line_count());
         for index in 0..self.distances.count() {
             let plane = self.plane(index)?;
@@ -125,7 +125,7 @@ impl WallGrid {
 }
 
 /// Rejects grids that do not fit, before anything is allocated for them.
-pub(super) fn checked_line_count(walls: &[WallGrid]) -> Result<usize, ReachabilityError> {
+pub(crate) fn checked_line_count(walls: &[WallGrid]) -> Result<usize, ReachabilityError> {
     if walls.is_empty() {
         return Err(ReachabilityError::Empty { what: "walls" });
     }

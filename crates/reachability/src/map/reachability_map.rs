@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 
 /// Square of the cosine of the angle within which a look-up finds walls: half of the
 /// dissertation's 15 degrees, and a little more for rounding.
-const LEAST_COSINE_SQUARED: f64 = 0.982_962;
+pub(crate) const LEAST_COSINE_SQUARED: f64 = 0.982_962;
 
 /// One line of a map: which wall, plane and height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

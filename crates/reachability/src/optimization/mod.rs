@@ -1,8 +1,10 @@
-//! The extremes of a line by constrained optimization, for any arm.
+//! The extremes of lines, and of all lines of walls, by constrained optimization, for any arm.
 
 mod ascent;
+mod chain_map;
 mod solver;
 mod tangent;
 mod vector;
 
+pub use chain_map::ChainMap;
 pub use solver::{Extreme, LineExtremes, OptimizationConfig, OptimizationSolver};

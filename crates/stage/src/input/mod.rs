@@ -7,3 +7,4 @@ pub mod floor_pose;
 pub mod numbers;
 pub mod output;
 pub mod place;
+pub mod trial;

@@ -4,6 +4,7 @@
 //! choosing a wall of the scene, the arm behind it, and the recording so that its reaches end on it.
 
 use crate::input::floor_pose::FloorPose;
+use crate::input::numbers::counted;
 use anyhow::bail;
 use glam::{DMat3, DVec3, dvec3};
 use hwall_hand::{HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
@@ -79,8 +80,9 @@ pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<
         let rigid_ones = of_length(SHORT_M, true)?.len();
         if rigid_ones > 0 {
             bail!(
-                "no complete reach of {SHORT_M} m or more: {rigid_ones} movements, but the hand's shape never \
-                 changes, as with a frozen tracker; for a made-up hand give --rigid-hand"
+                "no complete reach of {SHORT_M} m or more: {}, but the hand's shape never changes, as with a \
+                 frozen tracker; for a made-up hand give --rigid-hand",
+                counted(rigid_ones, "movement", "movements")
             );
         }
         bail!(
@@ -209,8 +211,8 @@ pub fn before_a_wall(
             yaw_rad: heading(normal),
         };
         let remark = format!(
-            "{} reaches placed on {:?} at ({:.2}, {:.2}, {:.2}) of the scene; their ends scatter by {:.0} mm",
-            contacts.len(),
+            "{} placed on {:?} at ({:.2}, {:.2}, {:.2}) of the scene; their ends scatter by {:.0} mm",
+            counted(contacts.len(), "reach", "reaches"),
             scene.surface(patch.surface).name,
             point.x,
             point.y,
@@ -227,7 +229,8 @@ pub fn before_a_wall(
         });
     }
     bail!(
-        "none of {count} walls of the scene is free before the recorded hand: give --hand-origin and --base"
+        "none of {} of the scene is free before the recorded hand: give --hand-origin and --base",
+        counted(count, "wall", "walls")
     )
 }
 

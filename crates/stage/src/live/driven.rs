@@ -96,7 +96,7 @@ pub fn run_driven(
                     .is_some_and(|s| since.elapsed().as_secs_f64() >= s)
                 {
                     bail!(
-                        "no FRI controller reached commanding within {:?} s",
+                        "no FRI controller reached commanding within {} s",
                         options.seconds.unwrap_or_default()
                     );
                 }

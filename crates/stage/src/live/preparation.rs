@@ -196,6 +196,7 @@ impl Place {
             &SettingOptions {
                 scene: options.scene,
                 hand: None,
+                trial: None,
                 y_up: false,
                 auto: false,
                 base: None,

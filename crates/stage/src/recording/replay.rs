@@ -1,6 +1,7 @@
 //! `--replay FILE`.
 
 use super::rerun::Rebuilt;
+use crate::input::numbers::counted;
 use anyhow::bail;
 use hwall_record::{Ending, RecordError, Recording, Replayed};
 use std::io::Write;
@@ -29,7 +30,10 @@ pub fn replay(path: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
     } = replayed;
     writeln!(
         out,
-        "replayed {cycles} cycles and {frames} frames of {runs} runs"
+        "replayed {} and {} of {}",
+        counted(cycles as usize, "cycle", "cycles"),
+        counted(frames as usize, "frame", "frames"),
+        counted(runs as usize, "run", "runs")
     )?;
     match replayed.ending {
         Ending::Finished => {}

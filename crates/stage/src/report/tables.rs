@@ -385,7 +385,7 @@ fn losses(losses: &[Loss]) -> String {
         LostReason::NoPoints => "no points".to_owned(),
         LostReason::Starting => "starting".to_owned(),
         LostReason::InvalidTime => "invalid time".to_owned(),
-        other => format!("{other:?}"),
+        other => other.to_string(),
     };
     join(
         losses

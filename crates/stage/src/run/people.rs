@@ -3,6 +3,7 @@
 use crate::input::arms::BoardArm;
 use crate::person::participants::Participant;
 use crate::person::predictors::{PREDICTORS, Predictors};
+use crate::person::responses::Scenery;
 use crate::run::closed_loop::{self, Run, RunSetup};
 use crate::run::judged::judge::{self, Outcome};
 use crate::run::judged::least_time::LeastTime;
@@ -36,6 +37,23 @@ pub struct Stage<'a> {
     pub level: ArmLevel,
     /// Control period, s.
     pub period_s: f64,
+}
+
+impl<'a> Stage<'a> {
+    /// At servo level, the usual one for many touches.
+    #[must_use]
+    pub const fn of(scenery: &Scenery<'a>, predictors: &'a Predictors, period_s: f64) -> Self {
+        Self {
+            arm: scenery.arm,
+            board: scenery.board,
+            scene: scenery.scene,
+            walls: scenery.walls,
+            predictors,
+            textured: scenery.textured,
+            level: ArmLevel::Servo,
+            period_s,
+        }
+    }
 }
 
 /// One touch, judged.

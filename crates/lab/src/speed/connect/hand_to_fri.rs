@@ -1,11 +1,11 @@
 //! From a frame of the hand to the datagram that moves the arm, over loopback.
 
+use super::session;
 use anyhow::{Context, anyhow};
-use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::glam::DVec3;
-use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
-use hwall::{Session, SessionConfig, Surroundings, Walls, drive};
+use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeConfig, BridgeServer};
 use hwall_fri::controller::{
     Controller, ControllerConfig, LinkConfig, QualityConfig, UdpController, iiwa7_servo,
@@ -146,17 +146,7 @@ pub(super) fn measure(seed: u64, frames: usize) -> anyhow::Result<HandToFri> {
     let board = Board::default();
     let arm = BoardArm::named("iiwa7", &board)?;
     let (scene, _) = Scene::from_obj_str(WALL, None)?;
-    let walls = Walls {
-        waiting: Some(arm.start()),
-        ..Walls::default()
-    };
-    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
-    let config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
-        ..SessionConfig::default()
-    };
-    let kinematics = &**arm.kinematics();
-    let mut session = Session::new(kinematics, &board, scene, walls, predictor, config)?;
+    let mut session = session::ray_led(&arm, &board, scene)?;
     let client = FriClient::bind(
         session.control().arm(),
         FriClientConfig {

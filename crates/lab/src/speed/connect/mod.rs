@@ -3,3 +3,4 @@
 mod hand_to_fri;
 pub mod measured;
 mod recorded_minute;
+mod session;

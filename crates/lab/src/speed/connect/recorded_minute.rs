@@ -1,10 +1,10 @@
 //! A minute of a session: what recording costs the loop, and how large its files are.
 
+use super::session;
 use glam::DVec3;
-use hwall::contact::{DeterministicConfig, DeterministicPredictor};
-use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::Cycle;
+use hwall::hand::HandFrame;
 use hwall::haptics::{ArmCommand, ArmState, Board};
-use hwall::{Cycle, Session, SessionConfig, Walls};
 use hwall_kinematics::{JointTorques, JointVelocities};
 use hwall_record::{ArmSource, Recorder, RecorderConfig, Run, Setup, Skeleton};
 use hwall_scene::Scene;
@@ -76,17 +76,7 @@ pub(super) fn measure(seed: u64, seconds: u32) -> anyhow::Result<RecordedMinute>
         &scene,
         &RecorderConfig::simulated(),
     )?;
-    let walls = Walls {
-        waiting: Some(arm.start()),
-        ..Walls::default()
-    };
-    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
-    let config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
-        ..SessionConfig::default()
-    };
-    let kinematics = &**arm.kinematics();
-    let mut session = Session::new(kinematics, &board, scene, walls, predictor, config)?;
+    let mut session = session::ray_led(&arm, &board, scene)?;
     let view_scene = ViewScene::of("a minute", &session)?;
     recorder.begin(Run::default());
     let mut noise = Sampler::new(seed);

@@ -1,0 +1,130 @@
+//! The lines of whole walls, for any arm.
+
+use super::solver::{LineExtremes, OptimizationSolver};
+use crate::error::ReachabilityError;
+use crate::map::{LEAST_COSINE_SQUARED, WallGrid, checked_line_count};
+use crate::progress::{Monitor, Progress};
+use crate::wall::{WallLine, WallPlane};
+use glam::DVec3;
+
+/// What a chain reaches of some walls: one interval a line, as optimization finds it.
+///
+/// For arms with a closed form [`ReachabilityMap`](crate::ReachabilityMap) is exact and proven, and quicker by a factor of
+/// thousands. Here an end may be too near if no start led to the farthest, and a hole between the ends is not seen; what the
+/// map says is reachable at an end has a configuration that shows it ([`Extreme::q`](super::Extreme::q)).
+///
+/// ```
+/// use glam::DVec3;
+/// use hwall_kinematics::Chain;
+/// use hwall_reachability::{ChainMap, Interval, OptimizationConfig, OptimizationSolver, Progress, WallGrid};
+/// use std::ops::ControlFlow;
+///
+/// let solver = OptimizationSolver::new(&Chain::iiwa7(), OptimizationConfig::default())?;
+/// let heights = Interval::new(0.2, 0.6);
+/// let wall = WallGrid::for_wall(DVec3::new(0.6, 0.0, 0.0), DVec3::X, heights, 0.1)?;
+/// let map = ChainMap::build(&solver, vec![wall], &|_: Progress| ControlFlow::Continue(()))?;
+/// assert_eq!(map.look_up(DVec3::new(0.6, 0.3, 0.5), DVec3::X), Some(true));
+/// assert_eq!(map.look_up(DVec3::new(0.6, 3.0, 0.5), DVec3::X), Some(false));
+/// assert_eq!(map.look_up(DVec3::new(0.9, 0.3, 0.5), DVec3::X), None); // another plane
+/// # Ok::<(), hwall_reachability::ReachabilityError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChainMap {
+    walls: Vec<Wall>,
+    lines: Vec<(WallLine, Option<LineExtremes>)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Wall {
+    grid: WallGrid,
+    normal: DVec3,
+    first_line: usize,
+}
+
+impl ChainMap {
+    /// Solves all lines of the walls, those of a plane one after the other, so that the ends of one are starts for the next
+    /// ([`OptimizationSolver::sweep`]). The monitor hears of planes and can stop it.
+    ///
+    /// # Errors
+    /// No walls, NaN or infinity in one, more lines than fit; [`ReachabilityError::Cancelled`] where the monitor stops it.
+    pub fn build(
+        solver: &OptimizationSolver,
+        walls: Vec<WallGrid>,
+        monitor: &Monitor,
+    ) -> Result<Self, ReachabilityError> {
+        let mut lines = Vec::with_capacity(checked_line_count(&walls)?);
+        let total = walls.iter().map(|grid| grid.distances.count()).sum();
+        let mut done = 0;
+        let mut own = Vec::with_capacity(walls.len());
+        for grid in walls {
+            let (plane, first_line) = (WallPlane::new(grid.heading_rad, 0.0)?, lines.len());
+            for plane in grid.lines()?.chunks(grid.heights.count()) {
+                let found = solver.sweep(plane, &mut |_| monitor(Progress { done, total }))?;
+                lines.extend(plane.iter().copied().zip(found));
+                done += 1;
+            }
+            own.push(Wall {
+                grid,
+                normal: plane.normal(),
+                first_line,
+            });
+        }
+        Ok(Self { walls: own, lines })
+    }
+
+    /// Every line with its extremes, wall by wall, plane by plane, height by height; `None` where nothing was found.
+    pub fn lines(&self) -> impl ExactSizeIterator<Item = (&WallLine, Option<&LineExtremes>)> {
+        self.lines
+            .iter()
+            .map(|(line, found)| (line, found.as_ref()))
+    }
+
+    /// Is the point within what was found of the nearest line? `point_m` and the wall's outward normal (about horizontal, any
+    /// length) in the base frame.
+    ///
+    /// `None` where no line is near: for a heading further than 7.5 degrees from all walls, more than half a step outside the
+    /// planes or heights, or for NaN. Beyond the ends of a wall nothing is reachable.
+    #[must_use]
+    pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<bool> {
+        let across = normal.x * normal.x + normal.y * normal.y;
+        let along = |wall: &Wall| wall.normal.dot(normal);
+        let is_near = |wall: &&Wall| {
+            along(wall) > 0.0 && along(wall).powi(2) >= LEAST_COSINE_SQUARED * across
+        };
+        let walls = self.walls.iter().filter(is_near);
+        let near = walls.filter_map(|wall| Some((wall, wall.line(point_m)?)));
+        let (wall, line) = near.max_by(|(a, _), (b, _)| along(a).total_cmp(&along(b)))?;
+        let s_m = wall.normal.x * point_m.y - wall.normal.y * point_m.x;
+        let is_on_wall = wall.grid.span_m.is_none_or(|span| span.contains(s_m));
+        let (_, found) = self.lines.get(line)?;
+        let is_found = found.as_ref().is_some_and(|f| f.interval().contains(s_m));
+        (!s_m.is_nan()).then_some(is_on_wall && is_found)
+    }
+
+    /// Area of what was found within the walls' ends, m²: the lines' lengths times the distance between them.
+    #[must_use]
+    pub fn area_m2(&self) -> f64 {
+        let area = |wall: &Wall| -> f64 {
+            let lines = &self.lines[wall.first_line..][..wall.grid.line_count()];
+            let length = |found: &LineExtremes| {
+                let own = found.interval();
+                let span = wall.grid.span_m.unwrap_or(own);
+                (own.hi_m.min(span.hi_m) - own.lo_m.max(span.lo_m)).max(0.0)
+            };
+            let lengths = lines
+                .iter()
+                .filter_map(|(_, found)| found.as_ref().map(length));
+            lengths.sum::<f64>() * wall.grid.heights.spacing_m()
+        };
+        self.walls.iter().map(area).sum()
+    }
+}
+
+impl Wall {
+    /// The line nearest to a point, within half a step.
+    fn line(&self, point_m: DVec3) -> Option<usize> {
+        let plane = self.grid.distances.nearest(self.normal.dot(point_m))?;
+        let height = self.grid.heights.nearest(point_m.z)?;
+        Some(self.first_line + plane * self.grid.heights.count() + height)
+    }
+}
