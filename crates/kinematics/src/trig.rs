@@ -88,7 +88,7 @@ const A: [f64; 11] = [
 /// Angles of the directions `(x, y)`, rad, in `[-π, π]`. Error: below 1e-15 for finite coordinates whose larger one is
 /// from 1e-300 to 1e300; NaN where one is NaN, infinite or both are zero.
 #[inline]
-pub(crate) fn atan2(y: &[f64; 8], x: &[f64; 8]) -> [f64; 8] {
+pub(crate) fn atan2<const N: usize>(y: &[f64; N], x: &[f64; N]) -> [f64; N] {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
     const SIGN: u64 = 1 << 63;
     // As masks, so that no lane branches.
@@ -96,8 +96,8 @@ pub(crate) fn atan2(y: &[f64; 8], x: &[f64; 8]) -> [f64; 8] {
         let mask = u64::from(yes).wrapping_neg();
         f64::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
     };
-    let mut angles = [0.0; 8];
-    for i in 0..8 {
+    let mut angles = [0.0; N];
+    for i in 0..N {
         let (across, along) = (y[i].abs(), x[i].abs());
         let steep = across > along;
         let (less, more) = (select(steep, along, across), select(steep, across, along));
@@ -107,7 +107,11 @@ pub(crate) fn atan2(y: &[f64; 8], x: &[f64; 8]) -> [f64; 8] {
         let bottom = select(from_diagonal, less + more, more);
         let t = top / bottom;
         let z = t * t;
-        let tail = A.iter().rev().fold(0.0, |sum, a| sum * z + a);
+        // Even and odd terms apart: each product waits for the one before it.
+        let w = z * z;
+        let even = A[0] + w * (A[2] + w * (A[4] + w * (A[6] + w * (A[8] + w * A[10]))));
+        let odd = A[1] + w * (A[3] + w * (A[5] + w * (A[7] + w * A[9])));
+        let tail = even + z * odd;
         let angle = (t - t * (z * tail)) + select(from_diagonal, FRAC_PI_4, 0.0);
         let angle = select(steep, FRAC_PI_2 - angle, angle);
         let angle = select(x[i] < 0.0, PI - angle, angle);

@@ -223,6 +223,7 @@ impl Scene {
     }
 
     /// Unit normal of a triangle on the side that `towards` points to, and whether that is the outside.
+    #[inline(always)]
     fn facing(&self, part: usize, hit: &PartHit, towards: DVec3) -> (DVec3, bool) {
         let outward = triangle::normal(&self.geometry.parts[part].faces()[hit.triangle].corners_m);
         let normal = self.world_from_part[part].transform_vector(outward);

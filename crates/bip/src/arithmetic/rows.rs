@@ -1,6 +1,6 @@
 //! Rows of evidence.
 
-use super::tile::{AlignedTile, LANES, Tile, all_finite, lane_sum, tiles};
+use super::tile::{AlignedTile, LANES, Tile, lane_sum, tiles};
 
 /// Rows `A x = e` of evidence with unit noise, stored tile by tile: a tile column is contiguous.
 #[derive(Debug, Clone)]
@@ -84,18 +84,5 @@ impl Rows {
             }
             self.e[i] /= lower[i * m + i];
         }
-    }
-
-    /// Is every entry finite?
-    pub(crate) fn is_finite(&self) -> bool {
-        let mut sum: Tile = [0.0; LANES];
-        for column in self.a.chunks_exact(self.capacity.max(1)) {
-            for row in &column[..self.len] {
-                for (s, x) in sum.iter_mut().zip(&row.0) {
-                    *s += 0.0 * x;
-                }
-            }
-        }
-        all_finite(&sum) && all_finite(&self.e[..self.len])
     }
 }

@@ -59,18 +59,16 @@ pub(crate) fn add_multiple<S: Simd>(to: &mut Tile, factor: f64, from: &Tile) {
     }
 }
 
-/// In four chains: an addition waits for the one before it.
+/// `to += a b`, lane by lane, fused likewise.
 #[inline(always)]
-pub(super) fn sum_of_squares(v: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let mut chunks = v.chunks_exact(4);
-    for chunk in &mut chunks {
-        for (s, x) in sums.iter_mut().zip(chunk) {
-            *s += x * x;
-        }
+pub(super) fn add_product<S: Simd>(to: &mut Tile, a: &Tile, b: &Tile) {
+    for l in 0..LANES {
+        to[l] = if S::IS_SCALAR {
+            to[l] + a[l] * b[l]
+        } else {
+            a[l].mul_add(b[l], to[l])
+        };
     }
-    let rest: f64 = chunks.remainder().iter().map(|x| x * x).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// Sum of the lanes, by pairs.

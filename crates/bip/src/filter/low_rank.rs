@@ -68,7 +68,7 @@ impl Filter {
                 // Two at least, for the phase and its velocity.
                 rows: Rows::new(size, dofs.max(2)),
                 root: posterior.root.clone(),
-                column: vec![0.0; dofs.max(2)],
+                column: vec![0.0; 2 * dofs.max(2)],
                 z: vec![0.0; size],
                 padded: vec![[0.0; LANES]; tiles(size)],
                 lower: vec![0.0; dofs * dofs],

@@ -15,6 +15,8 @@ use hwall_numeric::check;
 pub(crate) struct NoiseModel {
     /// Standard deviation of a measurement.
     pub sd: Vec<f64>,
+    /// Their logarithms.
+    pub ln_sd: Vec<f64>,
     /// The same as held-out demonstrations have it, without the factor.
     pub residual_sd: Vec<f64>,
     /// Factor on the standard deviations of predicted measurements.
@@ -57,8 +59,10 @@ impl NoiseModel {
         check::non_negative("correlation time", correlation_time)?;
         let factor = config.noise_factor.unwrap_or(tuned);
         check::positive("noise factor", factor)?;
+        let sd: Vec<f64> = noise.iter().map(|v| (factor * v).sqrt()).collect();
         Ok(Self {
-            sd: noise.iter().map(|v| (factor * v).sqrt()).collect(),
+            ln_sd: sd.iter().map(|sd| sd.ln()).collect(),
+            sd,
             residual_sd: residual.iter().map(|v| v.sqrt()).collect(),
             spread: tuning.map_or(1.0, |t| t.spread),
             correlation_time,

@@ -1,10 +1,10 @@
 //! Rows of the measurement matrix: only what is observed, only in the span of the demonstrations.
 
 use super::posterior::PHASE_STATES;
-use crate::arithmetic::{AlignedTile, LANES, Tile, add_multiple, lane_sum, tiles, vectorize};
+use crate::arithmetic::{AlignedTile, LANES, Tile, add_multiple, lane_sum, tiles};
 use crate::model::{Model, WeightLayout};
 use hwall_numeric::dense::dot;
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Prediction of one degree of freedom at one phase, and its derivative by phase.
 #[derive(Debug, Clone, Copy)]
@@ -77,7 +77,7 @@ impl Projector {
     /// Row of degree of freedom `d` on the coefficients, handed out tile by tile, and its
     /// prediction for the padded `state` (whose first two entries do not matter).
     pub(super) fn row(&self, d: usize, state: &[Tile], tile: impl FnMut(usize, Tile)) -> Predicted {
-        vectorize(Row {
+        Arch::new().dispatch(Row {
             projector: self,
             d,
             state,
@@ -86,7 +86,7 @@ impl Projector {
     }
 }
 
-/// The work of [`Projector::row`], also compiled for wide vectors.
+/// The work of [`Projector::row`], compiled once for any machine and once for wide vectors.
 struct Row<'a, F> {
     projector: &'a Projector,
     d: usize,
@@ -98,22 +98,16 @@ impl<F: FnMut(usize, Tile)> WithSimd for Row<'_, F> {
     type Output = Predicted;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _: S) -> Predicted {
+    fn with_simd<S: Simd>(mut self, simd: S) -> Predicted {
         let p = self.projector;
         let (group, weights) = (p.layout.group(self.d), p.layout.range(self.d));
         let (values, slopes) = (&p.values[group][..], &p.slopes[group][..]);
-        let size = values.len();
         let mut value: Tile = [0.0; LANES];
         let mut slope: Tile = [0.0; LANES];
         let tiles = weights.start * p.width..weights.end * p.width;
-        let blocks = p.factor[tiles].chunks_exact(size);
+        let blocks = p.factor[tiles].chunks_exact(values.len());
         for (t, (block, x)) in blocks.zip(self.state).enumerate() {
-            let mut h: Tile = [0.0; LANES];
-            let mut g: Tile = [0.0; LANES];
-            for ((u, v), s) in block.iter().zip(values).zip(slopes) {
-                add_multiple::<S>(&mut h, *v, u);
-                add_multiple::<S>(&mut g, *s, u);
-            }
+            let (h, g) = combined(simd, block, values, slopes);
             for l in 0..LANES {
                 value[l] += h[l] * x[l];
                 slope[l] += g[l] * x[l];
@@ -126,4 +120,34 @@ impl<F: FnMut(usize, Tile)> WithSimd for Row<'_, F> {
             slope: dot(slopes, mean) + lane_sum(&slope),
         }
     }
+}
+
+/// The sums of the tiles of a block, each times its value and times its slope.
+#[inline(always)]
+fn combined<S: Simd>(
+    simd: S,
+    block: &[AlignedTile],
+    values: &[f64],
+    slopes: &[f64],
+) -> (Tile, Tile) {
+    let mut h: Tile = [0.0; LANES];
+    let mut g: Tile = [0.0; LANES];
+    if S::F64_LANES == LANES {
+        // By name, as in the update.
+        let splat = |x: f64| simd.splat_f64s(x);
+        let (mut by_value, mut by_slope) = (splat(0.0), splat(0.0));
+        for ((u, v), s) in block.iter().zip(values).zip(slopes) {
+            let u = S::as_simd_f64s(&u.0).0[0];
+            by_value = simd.mul_add_e_f64s(splat(*v), u, by_value);
+            by_slope = simd.mul_add_e_f64s(splat(*s), u, by_slope);
+        }
+        S::as_mut_simd_f64s(&mut h).0[0] = by_value;
+        S::as_mut_simd_f64s(&mut g).0[0] = by_slope;
+        return (h, g);
+    }
+    for ((u, v), s) in block.iter().zip(values).zip(slopes) {
+        add_multiple::<S>(&mut h, *v, u);
+        add_multiple::<S>(&mut g, *s, u);
+    }
+    (h, g)
 }

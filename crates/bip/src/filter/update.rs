@@ -117,10 +117,10 @@ impl Filter {
         let moved = scratch.point[0][0] - state[0][0];
         for (i, &at) in scratch.kept.iter().enumerate() {
             let d = observation.dofs[at];
-            let sd = match observation.noise {
-                Noise::Model => self.noise.sd[d],
-                Noise::Variances(v) => v[at].sqrt(),
-                Noise::Covariance(_) => 1.0,
+            let (sd, ln_sd) = match observation.noise {
+                Noise::Model => (self.noise.sd[d], self.noise.ln_sd[d]),
+                Noise::Variances(v) => (v[at].sqrt(), 0.5 * v[at].ln()),
+                Noise::Covariance(_) => (1.0, 0.0),
             };
             let scale = 1.0 / sd;
             // The prediction is linear in the coefficients: only the slope and the value that
@@ -136,7 +136,7 @@ impl Filter {
             rows.set(i, 0, present * slope * scale);
             rows.e[i] =
                 (observation.values[at] - predicted.value + present * slope * moved) * scale;
-            log_sd += sd.ln();
+            log_sd += ln_sd;
         }
         if !at_phase && self.noise.correlation_time > 0.0 && observation.noise == Noise::Model {
             log_sd = self.subtract_lasting(observation);
@@ -161,7 +161,7 @@ impl Filter {
         for (i, &at) in scratch.kept.iter().enumerate() {
             let d = observation.dofs[at];
             let Some(last) = self.posterior.last.of(d) else {
-                log_sd += self.noise.sd[d].ln();
+                log_sd += self.noise.ln_sd[d];
                 continue;
             };
             let age = self.posterior.last.travelled_since(&last);
@@ -261,9 +261,6 @@ impl Filter {
     /// Folds the prepared rows into a copy of the posterior, which [`accept`](Self::accept) adopts.
     fn fold(&mut self, m: usize, phase: f64) -> Result<Update, BipError> {
         let scratch = &mut self.scratch;
-        if !scratch.rows.is_finite() {
-            return Err(BipError::Overflow { phase });
-        }
         scratch.root.copy_from(&self.posterior.root);
         scratch.z.fill(0.0);
         let fold = scratch

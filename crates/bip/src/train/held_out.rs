@@ -248,7 +248,7 @@ impl<'a> Evidence<'a> {
             comparison,
             root: SquareRoot::from_deviations(&vec![1.0; rank]),
             rows: Rows::new(rank, capacity),
-            column: vec![0.0; capacity],
+            column: vec![0.0; 2 * capacity],
             z: vec![0.0; rank],
             distance_squared: 0.0,
             log_determinant: 0.0,

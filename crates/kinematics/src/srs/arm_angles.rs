@@ -4,12 +4,13 @@ use crate::joints::JointPositions;
 use crate::srs::branch::Branch;
 use crate::srs::circle::{BaseSolution, CROSS_TOLERANCE, Direction, ElbowCircle};
 use crate::srs::model::SrsArm;
+use crate::trig;
 use crate::unreachable::Unreachable;
 use hwall_geometry::Pose;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Limits meet at most 32 arm angles (8 ends of turning joints, 8 of tilting ones, two roots
-/// each); 4 extremes and 8 sums of coupled joints join them.
+/// each); 4 extremes and 8 sums of coupled joints join them. A multiple of four, by which angles are taken.
 const CAPACITY: usize = 44;
 
 /// A closed arc of arm angles, rad.
@@ -66,10 +67,10 @@ impl SrsArm {
 
 impl FeasibleArmAngles {
     pub(super) fn new(arm: &SrsArm, circle: ElbowCircle) -> Self {
-        let mut places = [(0.0, Direction::ZERO); CAPACITY];
+        let mut directions = [Direction::ZERO; CAPACITY];
         let mut len = 0;
         let mut add = |psi: Direction| {
-            places[len] = (psi.angle(), psi);
+            directions[len] = psi;
             len += 1;
         };
         for psi in circle.extremes() {
@@ -77,22 +78,27 @@ impl FeasibleArmAngles {
         }
         circle.limit_roots(&arm.windows, CROSS_TOLERANCE, &mut add);
         circle.coupled_roots(arm.limits(), &mut add);
+        let mut places = [(0.0, Direction::ZERO); CAPACITY];
+        let fours = directions[..len.next_multiple_of(4)].as_chunks::<4>().0;
+        for (places, four) in places.as_chunks_mut::<4>().0.iter_mut().zip(fours) {
+            let angles = trig::atan2(&four.map(|psi| psi.sin), &four.map(|psi| psi.cos));
+            for ((place, angle), psi) in places.iter_mut().zip(angles).zip(four) {
+                *place = (angle, *psi);
+            }
+        }
         places[..len].sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let breaks = places.map(|(angle, _)| angle);
         let mut at = [0; CAPACITY];
         let mut after = [0; CAPACITY];
+        let branches = |psi| circle.feasible_branches(&arm.windows, arm.limits(), psi);
         for i in 0..len {
-            let next = if i + 1 < len {
-                breaks[i + 1]
+            let (next, turn) = if i + 1 < len { (i + 1, 0.0) } else { (0, TAU) };
+            at[i] = branches(places[i].1);
+            after[i] = branches(if breaks[next] + turn - breaks[i] < FRAC_PI_2 {
+                places[i].1.between(places[next].1)
             } else {
-                breaks[0] + TAU
-            };
-            at[i] = circle.feasible_branches(&arm.windows, arm.limits(), places[i].1);
-            after[i] = circle.feasible_branches(
-                &arm.windows,
-                arm.limits(),
-                Direction::from_angle(0.5 * (breaks[i] + next)),
-            );
+                Direction::from_angle(0.5 * (breaks[i] + (breaks[next] + turn)))
+            });
         }
         // The sets are closed: an end belongs to the arc it ends.
         for i in 0..len {

@@ -9,7 +9,6 @@ use crate::srs::model::SrsArm;
 use crate::unreachable::Unreachable;
 use hwall_geometry::Pose;
 use hwall_numeric::check::{all_finite, positive};
-use std::cmp::Ordering;
 
 /// Which branches the nearest solution may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -128,23 +127,13 @@ impl SrsArm {
         let psi_reference = self.arm_angle(reference);
         let flange_pose = self.flange_pose(base_from_tool);
         if let Ok(circle) = self.elbow_circle(&flange_pose) {
-            let problem = Problem {
-                arm: self,
-                circle: &circle,
-                reference,
-                config,
-            };
+            let problem = Problem::new(self, &circle, reference, config);
             if let Some(found) = problem.local(psi_reference, near) {
                 return Ok(found);
             }
         }
         let angles = FeasibleArmAngles::new(self, self.find_place(&flange_pose)?.circle);
-        let problem = Problem {
-            arm: self,
-            circle: &angles.circle,
-            reference,
-            config,
-        };
+        let problem = Problem::new(self, &angles.circle, reference, config);
         let on_branch = problem.global(&angles, psi_reference, near, near);
         let anywhere = || problem.global(&angles, psi_reference, 0xFF, near);
         let found = match config.policy {
@@ -178,26 +167,59 @@ struct Problem<'a> {
     circle: &'a ElbowCircle,
     reference: &'a JointPositions,
     config: &'a NearestConfig,
+    /// Size of joint 4's angle.
+    elbow_rad: f64,
+}
+
+/// An arm angle, rad, and its direction: evenly spaced ones are cheaper to turn to than to look up.
+#[derive(Clone, Copy)]
+struct Place {
+    psi: f64,
+    direction: Direction,
+}
+
+impl Place {
+    fn at(psi: f64) -> Self {
+        Self {
+            psi,
+            direction: Direction::from_angle(psi),
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
 struct Candidate {
     q: JointPositions,
     branch: Branch,
-    psi: f64,
+    place: Place,
     cost: f64,
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    fn new(
+        arm: &'a SrsArm,
+        circle: &'a ElbowCircle,
+        reference: &'a JointPositions,
+        config: &'a NearestConfig,
+    ) -> Self {
+        let [cos, sin] = circle.triangle.elbow;
+        Self {
+            arm,
+            circle,
+            reference,
+            config,
+            elbow_rad: sin.atan2(cos),
+        }
+    }
+
     /// From the reference's own arm angle, while everything stays small.
     fn local(&self, psi_reference: f64, near: u8) -> Option<NearestSolution> {
-        let here = Direction::from_angle(psi_reference);
-        let mask = self
-            .circle
-            .feasible_branches(&self.arm.windows, self.arm.limits(), here)
-            & near;
-        let start =
-            self.best(Branch::in_mask(mask).filter_map(|b| self.glance(psi_reference, b)))?;
+        let here = Place::at(psi_reference);
+        let mask =
+            self.circle
+                .feasible_branches(&self.arm.windows, self.arm.limits(), here.direction)
+                & near;
+        let start = self.best(Branch::in_mask(mask).filter_map(|b| self.glance(here, b)))?;
         if start.q.max_abs_difference(self.reference) > FAR_RAD {
             return None;
         }
@@ -223,7 +245,8 @@ impl Problem<'_> {
 
     /// The best of an arc and of what was found before: every starting point that beats its neighbours, and may lead to
     /// something better, is refined. They are evenly spaced, with the place nearest to the reference's arm angle among
-    /// them.
+    /// them; where that is an end of the arc it is refined in any case, because narrow valleys lie at ends, beside
+    /// singularities.
     fn on_arc(
         &self,
         branch: Branch,
@@ -231,17 +254,34 @@ impl Problem<'_> {
         psi_reference: f64,
         mut best: Option<Candidate>,
     ) -> Option<Candidate> {
-        let count = (arc.width_rad() / START_SPACING_RAD).ceil();
-        let spacing = arc.width_rad() / count.max(1.0);
+        let count = (arc.width_rad() / START_SPACING_RAD).ceil() as usize;
+        let spacing = arc.width_rad() / count.max(1) as f64;
         let own = arc.nearest_rad(psi_reference);
-        // So many of the spaced ones come before it; NaN and what is below zero become 0.
-        let before_own = ((own - arc.start_rad) / spacing) as usize + 1;
-        let start = |i: usize| match i.cmp(&before_own) {
-            Ordering::Less => arc.start_rad + spacing * i as f64,
-            Ordering::Equal => own,
-            Ordering::Greater => arc.start_rad + spacing * (i - 1) as f64,
+        // So many of the spaced ones come before it.
+        let before_own = (own > arc.start_rad && own < arc.end_rad)
+            .then(|| ((own - arc.start_rad) / spacing) as usize + 1);
+        let step = Direction::from_angle(spacing);
+        let mut spaced = Place::at(arc.start_rad);
+        let mut passed = 0;
+        // The next of them, in rising order.
+        let mut start = |i: usize| {
+            if before_own == Some(i) {
+                return Place::at(own);
+            }
+            if i > 0 {
+                passed += 1;
+                spaced = if passed == count {
+                    Place::at(arc.end_rad)
+                } else {
+                    Place {
+                        psi: arc.start_rad + spacing * passed as f64,
+                        direction: spaced.direction.turned_by(step),
+                    }
+                };
+            }
+            spaced
         };
-        let last = (count as usize + 1).max(before_own);
+        let last = count + usize::from(before_own.is_some());
         let (mut before, mut here) = (f64::INFINITY, self.glance(start(0), branch));
         for i in 0..=last {
             let next = if i < last {
@@ -250,8 +290,11 @@ impl Problem<'_> {
                 None
             };
             if let Some(start) = here {
+                let nearest_end = before_own.is_none() && start.place.psi == own;
                 let valley = start.cost <= before && next.is_none_or(|n| start.cost <= n.cost);
-                if valley && best.is_none_or(|best| self.may_beat(&start, best.cost)) {
+                if (valley || nearest_end)
+                    && best.is_none_or(|best| self.may_beat(&start, best.cost))
+                {
                     let refined = self.refined(start, arc.start_rad, arc.end_rad);
                     best = self.best([refined, best].into_iter().flatten());
                 }
@@ -273,9 +316,7 @@ impl Problem<'_> {
 
     /// Half the slope of the cost along the arm angle, and half its curvature as Gauss and Newton see it.
     fn slope(&self, at: &Candidate) -> (f64, f64) {
-        let slopes = self
-            .circle
-            .joint_slopes(Direction::from_angle(at.psi), at.branch);
+        let slopes = self.circle.joint_slopes(at.place.direction, at.branch);
         let (mut gradient, mut curvature) = (0.0, 0.0);
         for (i, slope) in slopes.into_iter().enumerate() {
             let weighted = self.config.weights[i] * slope;
@@ -287,11 +328,11 @@ impl Problem<'_> {
 
     /// The search goes by glances; its end is constructed.
     fn refined(&self, start: Candidate, first: f64, last: f64) -> Option<Candidate> {
-        let found = self.refine(start, first, last, |psi, branch| self.glance(psi, branch));
-        self.evaluate(found.psi, found.branch).or_else(|| {
+        let found = self.refine(start, first, last, |at, branch| self.glance(at, branch));
+        self.evaluate(found.place, found.branch).or_else(|| {
             // Beyond a limit by less than a glance tells.
-            let start = self.evaluate(start.psi, start.branch)?;
-            Some(self.refine(start, first, last, |psi, branch| self.evaluate(psi, branch)))
+            let start = self.evaluate(start.place, start.branch)?;
+            Some(self.refine(start, first, last, |at, branch| self.evaluate(at, branch)))
         })
     }
 
@@ -301,9 +342,9 @@ impl Problem<'_> {
 
     /// [`evaluate`](Self::evaluate) in a fifth of the time, the angles good to 1e-13 rad; at most [`BEYOND_RAD`] outside
     /// of a limit.
-    fn glance(&self, psi: f64, branch: Branch) -> Option<Candidate> {
-        let Some(angles) = self.circle.glance(Direction::from_angle(psi), branch) else {
-            return self.evaluate(psi, branch);
+    fn glance(&self, place: Place, branch: Branch) -> Option<Candidate> {
+        let Some(angles) = self.circle.glance(place.direction, branch, self.elbow_rad) else {
+            return self.evaluate(place, branch);
         };
         let mut q = JointPositions(angles);
         for ((angle, limit), reference) in
@@ -320,13 +361,13 @@ impl Problem<'_> {
         Some(Candidate {
             q,
             branch,
-            psi,
+            place,
             cost,
         })
     }
 
-    fn evaluate(&self, psi: f64, branch: Branch) -> Option<Candidate> {
-        let q = BaseSolution::new(self.circle, Direction::from_angle(psi)).on_branch(
+    fn evaluate(&self, place: Place, branch: Branch) -> Option<Candidate> {
+        let q = BaseSolution::new(self.circle, place.direction).on_branch(
             self.arm.limits(),
             branch,
             self.reference,
@@ -335,7 +376,7 @@ impl Problem<'_> {
         Some(Candidate {
             q,
             branch,
-            psi,
+            place,
             cost,
         })
     }
@@ -348,31 +389,31 @@ impl Problem<'_> {
         start: Candidate,
         first: f64,
         last: f64,
-        look: impl Fn(f64, Branch) -> Option<Candidate>,
+        look: impl Fn(Place, Branch) -> Option<Candidate>,
     ) -> Candidate {
         let mut best = start;
         let mut before: Option<(f64, f64)> = None;
         for _ in 0..20 {
             let tolerance = STEP_TOLERANCE_RAD.max(ROUNDING * best.cost.sqrt());
             let (gradient, curvature) = self.slope(&best);
-            let secant = before.map(|(psi, slope)| (gradient - slope) / (best.psi - psi));
+            let secant = before.map(|(psi, slope)| (gradient - slope) / (best.place.psi - psi));
             // A valley curves upwards; where the secant does not, or is wild, it says nothing.
             let curvature = match secant {
                 Some(secant) if secant > 0.05 * curvature && secant < 20.0 * curvature => secant,
                 _ => curvature,
             };
-            before = Some((best.psi, gradient));
+            before = Some((best.place.psi, gradient));
             // Infinite on a singularity: stay there.
             let mut step = -gradient / curvature;
             if !step.is_finite() {
                 return best;
             }
             let improved = loop {
-                let psi = (best.psi + step).clamp(first, last);
-                if (psi - best.psi).abs() <= tolerance {
+                let psi = (best.place.psi + step).clamp(first, last);
+                if (psi - best.place.psi).abs() <= tolerance {
                     break None;
                 }
-                match look(psi, best.branch) {
+                match look(Place::at(psi), best.branch) {
                     Some(next) if next.cost < best.cost => break Some(next),
                     _ => step *= 0.5,
                 }
@@ -389,7 +430,7 @@ impl Problem<'_> {
         NearestSolution {
             q: found.q,
             branch: found.branch,
-            arm_angle_rad: Direction::from_angle(found.psi).angle(),
+            arm_angle_rad: found.place.direction.angle(),
             branch_changed: near & found.branch.bit() == 0,
             largest_move_rad: found.q.max_abs_difference(self.reference),
         }

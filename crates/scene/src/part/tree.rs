@@ -257,12 +257,16 @@ impl Tree {
         boxes: impl Fn(usize, f32) -> (u32, Vec4),
         leaf: impl FnMut(Range<usize>, f32) -> f32,
     ) {
-        // Deeper trees come from thousands of faces in one place only.
-        if self.stack <= USUAL_STACK {
-            self.visit_on(&mut [0; USUAL_STACK], max, boxes, leaf);
+        let (mut usual, mut deep) = ([0; USUAL_STACK], Vec::new());
+        // Deeper trees come from thousands of faces in one place only. The traversal is called from one place, so that
+        // the compiler merges `leaf` into it.
+        let stack = if self.stack <= USUAL_STACK {
+            &mut usual[..]
         } else {
-            self.visit_on(&mut vec![0; self.stack], max, boxes, leaf);
-        }
+            deep.resize(self.stack, 0);
+            &mut deep[..]
+        };
+        self.visit_on(stack, max, boxes, leaf);
     }
 
     /// `boxes` tells which children of a node matter, bit by bit, and how far they are.

@@ -203,6 +203,7 @@ impl WatertightRay {
     }
 
     /// Where a ray that meets the triangle does so, as a point of the triangle.
+    #[inline(always)]
     pub(crate) fn point_on(&self, corners: &Triangle) -> DVec3 {
         let ([u, v, w], _) = self.edges(corners);
         (corners[0] * u + corners[1] * v + corners[2] * w) / (u + v + w)

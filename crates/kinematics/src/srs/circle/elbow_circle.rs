@@ -247,7 +247,7 @@ impl ElbowCircle {
             let (xv, yv) = (x.at(psi), y.at(psi));
             (
                 (xv * y.slope(psi) - yv * x.slope(psi)) / (xv * xv + yv * yv),
-                xv.hypot(yv),
+                (xv * xv + yv * yv).sqrt(),
             )
         });
         // cos q = c gives q' = -c' / sin q; ρ of the neighbouring joint is |sin q|.

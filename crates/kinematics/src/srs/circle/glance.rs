@@ -9,11 +9,17 @@ use crate::trig;
 const SINGULAR: f64 = 0.01;
 
 impl ElbowCircle {
-    /// The angles of a branch, each in `[-π, π]`, limits not applied. `None` near a singularity.
+    /// The angles of a branch, each in `[-π, π]`, limits not applied. `None` near a singularity. `elbow_rad`: the size of
+    /// joint 4's, which is the same all around the circle.
     ///
     /// Error: below 1e-13 rad each. [`BaseSolution`](super::BaseSolution) holds the pose better than that, because it
     /// takes the third angle of a spherical joint after the first: what a search ends at is to be taken from there.
-    pub(in crate::srs) fn glance(&self, psi: Direction, branch: Branch) -> Option<[f64; 7]> {
+    pub(in crate::srs) fn glance(
+        &self,
+        psi: Direction,
+        branch: Branch,
+        elbow_rad: f64,
+    ) -> Option<[f64; 7]> {
         let [[x1, y1], [x3, y3], [x5, y5], [x7, y7]] =
             self.turning.each_ref().map(|[x, y]| [x.at(psi), y.at(psi)]);
         let [cos2, cos6] = self.tilting.each_ref().map(|t| t.at(psi));
@@ -25,29 +31,10 @@ impl ElbowCircle {
         let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
         let (s, w) = (sign(branch.shoulder_negative), sign(branch.wrist_negative));
         let e = sign(branch.elbow_positive);
-        let (cos4, sin4) = (self.triangle.elbow[0], self.triangle.elbow[1]);
-        let [q1, q2, q3, q4, q5, q6, q7, _] = trig::atan2(
-            &[
-                s * y1,
-                s * sin2,
-                s * e * y3,
-                -e * sin4,
-                e * w * y5,
-                w * sin6,
-                w * y7,
-                0.0,
-            ],
-            &[
-                s * x1,
-                cos2,
-                s * e * x3,
-                cos4,
-                e * w * x5,
-                cos6,
-                w * x7,
-                1.0,
-            ],
+        let [q1, q2, q3, q5, q6, q7] = trig::atan2(
+            &[s * y1, s * sin2, s * e * y3, e * w * y5, w * sin6, w * y7],
+            &[s * x1, cos2, s * e * x3, e * w * x5, cos6, w * x7],
         );
-        Some([q1, q2, q3, q4, q5, q6, q7])
+        Some([q1, q2, q3, -e * elbow_rad, q5, q6, q7])
     }
 }

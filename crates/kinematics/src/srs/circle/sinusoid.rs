@@ -84,10 +84,25 @@ impl Direction {
     }
 
     pub(in crate::srs) fn turned(self, by_rad: f64) -> Self {
-        let (sin, cos) = by_rad.sin_cos();
+        self.turned_by(Self::from_angle(by_rad))
+    }
+
+    /// The middle between this and another at most a quarter turn away.
+    #[inline(always)]
+    pub(in crate::srs) fn between(self, other: Self) -> Self {
+        let (sin, cos) = (self.sin + other.sin, self.cos + other.cos);
+        let scale = 1.0 / (sin * sin + cos * cos).sqrt();
         Self {
-            sin: self.sin * cos + self.cos * sin,
-            cos: self.cos * cos - self.sin * sin,
+            sin: sin * scale,
+            cos: cos * scale,
+        }
+    }
+
+    #[inline(always)]
+    pub(in crate::srs) fn turned_by(self, by: Self) -> Self {
+        Self {
+            sin: self.sin * by.cos + self.cos * by.sin,
+            cos: self.cos * by.cos - self.sin * by.sin,
         }
     }
 }
