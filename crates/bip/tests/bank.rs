@@ -571,7 +571,8 @@ fn intervals_hold_after_sudden_and_gradual_stops_and_a_late_start() {
         _ => (42.0 + f64::from(k - 92)) / 90.0,
     };
     let late = |k: u32| (0.45 + f64::from(k) / 90.0).min(1.0);
-    let cases: [(&str, &dyn Fn(u32) -> f64, [u32; 2]); 3] = [
+    type Progress<'a> = &'a dyn Fn(u32) -> f64;
+    let cases: [(&str, Progress<'_>, [u32; 2]); 3] = [
         ("sudden", &sudden, [40, 105]),
         ("gradual", &gradual, [45, 120]),
         ("late", &late, [10, 45]),
