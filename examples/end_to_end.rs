@@ -7,9 +7,9 @@ use clap::Parser;
 use hwall_lab::documents::Destination;
 use hwall_lab::end_to_end::document;
 use hwall_lab::end_to_end::study::{self, Request};
-use hwall_stage::exit;
+use hwall_stage::{exit, note};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
 /// Judges joints that are inferred from the hand by centimetres, by tasks told apart and by touches in time; writes END-TO-END.md.
@@ -37,9 +37,17 @@ fn run(args: &Args) -> anyhow::Result<()> {
     };
     let style = ProgressStyle::with_template("{msg:15} {wide_bar} {percent} %")?;
     let bar = ProgressBar::new(1000).with_style(style);
+    // Where no bar can be drawn, a line for every tenth of a chapter says that something is done.
+    let is_drawn = io::stderr().is_terminal();
+    let mut noted = (String::new(), 0);
     let results = study::run(&request, |chapter, share| {
         bar.set_message(chapter.to_owned());
         bar.set_position((1000.0 * share) as u64);
+        let tenth = (10.0 * share) as u32;
+        if !is_drawn && (noted.0 != chapter || noted.1 != tenth) {
+            note(format!("{chapter}: {} %", 10 * tenth));
+            noted = (chapter.to_owned(), tenth);
+        }
     })?;
     bar.finish_and_clear();
     let path = document::write(&request, &results, &documents)?;

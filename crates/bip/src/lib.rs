@@ -29,8 +29,8 @@ pub use filter::{Filter, FilterConfig, Gate, Health, NoiseSource, Observation, T
 pub use hwall_numeric::ArgumentError;
 pub use judge::{
     Criterion, EndPrediction, Evaluation, EvaluationConfig, MotionFilter, Score, SelectionConfig,
-    Trial, Tuned, TuningConfig, at_edge, default_candidates, follow, leave_one_out, score_bases,
-    select_basis, select_groups, tune,
+    TimePrediction, Trial, Tuned, TuningConfig, at_edge, default_candidates, follow, leave_one_out,
+    score_bases, select_basis, select_groups, tune,
 };
 pub use model::{Group, Model, PhaseVelocity, Prior, Role, Tuning};
 pub use train::{

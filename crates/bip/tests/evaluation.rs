@@ -50,6 +50,7 @@ fn prediction(mean: f64, sd: f64, actual: f64) -> EndPrediction {
         mean: vec![mean],
         sd: vec![sd],
         actual: vec![actual],
+        time: None,
     }
 }
 

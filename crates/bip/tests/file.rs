@@ -67,6 +67,7 @@ fn tuned(model: Model) -> Model {
         noise_factor: 16.0,
         acceleration_variance: 0.1 + 0.2,
         spread: 1.25,
+        time_spread: 1.5,
         correlation_time: 0.3,
     };
     model.with_tuning(tuning).unwrap()
@@ -197,14 +198,14 @@ fn each_damage_has_its_error() {
     assert_eq!(
         error(r#"{"format": "hwall-bip model", "version": 9, "weights": "elsewhere"}"#),
         BipError::File(ModelFileError::Version {
-            newest: 1,
+            newest: 2,
             found: 9
         })
     );
     assert_eq!(
         error(&with(&["version"], 0.into())),
         BipError::File(ModelFileError::Version {
-            newest: 1,
+            newest: 2,
             found: 0
         })
     );

@@ -405,6 +405,9 @@ fn said(event: &EventKind) -> (Level, String) {
             warning("the world moved under the hand that touches".to_owned())
         }
         EventKind::WorldRefused => warning("a place of the world was refused".to_owned()),
+        EventKind::HandUnfamiliar => {
+            warning("the hand moves unlike all that was learnt: the board waits".to_owned())
+        }
         EventKind::SurfacesUnknown => {
             warning("where the surfaces are is not known: the board holds".to_owned())
         }

@@ -5,6 +5,7 @@ use super::config::BankConfig;
 use super::hypothesis::{Hypothesis, Mode};
 use crate::error::BipError;
 use crate::filter::{PhaseEstimate, Posterior};
+use crate::model::PhaseVelocity;
 
 /// Hypotheses lighter than this are dropped.
 const NEGLIGIBLE: f64 = 1e-7;
@@ -15,8 +16,19 @@ enum Event {
     None,
     Pause,
     Resume,
+    /// A stop or a start that takes its time begins.
+    ChangeOfSpeed,
     ChangeOfMind,
 }
+
+/// How long a gradual stop or start takes on average, as a share of a motion: about a tenth of a second of a reach.
+pub(super) const CHANGE_OF_SPEED: f64 = 0.1;
+
+/// Share of the stops and starts that are gradual.
+const GRADUAL: f64 = 0.5;
+
+/// The velocity with which a gradual start begins, as a share of the usual one: mean and standard deviation.
+const STARTS_WITH: f64 = 0.25;
 
 /// A hypothesis that may be kept.
 #[derive(Debug, Clone, Copy)]
@@ -62,7 +74,7 @@ impl Hypotheses {
         let mut hypotheses = Self {
             list,
             spare: largest.map_or(Vec::new(), |b| vec![b.clone(); most]),
-            candidates: Vec::with_capacity((2 + components.len()).saturating_mul(capacity)),
+            candidates: Vec::with_capacity((3 + components.len()).saturating_mul(capacity)),
         };
         hypotheses.list.reserve(2 * capacity);
         // Each dropped hypothesis is kept for the next.
@@ -121,6 +133,8 @@ impl Hypotheses {
         let pause = at_least_one(config.pauses);
         let change = (1.0 - pause) * at_least_one(config.changes);
         let resume = at_least_one(1.0 / config.pause_length);
+        // Either way it ends: at rest or at full speed.
+        let settled = at_least_one(1.0 / CHANGE_OF_SPEED);
         self.candidates.clear();
         for (from, h) in self.list.iter().enumerate() {
             let mut list = |event, component, probability: f64| {
@@ -134,14 +148,21 @@ impl Hypotheses {
             match h.mode {
                 Mode::Moving => {
                     list(Event::None, h.component, 1.0 - pause - change);
-                    list(Event::Pause, h.component, pause);
+                    list(Event::Pause, h.component, (1.0 - GRADUAL) * pause);
+                    list(Event::ChangeOfSpeed, h.component, GRADUAL * pause);
                     for (component, c) in components.iter().enumerate() {
                         list(Event::ChangeOfMind, component, change * c.probability);
                     }
                 }
                 Mode::Resting => {
                     list(Event::None, h.component, 1.0 - resume);
-                    list(Event::Resume, h.component, resume);
+                    list(Event::Resume, h.component, (1.0 - GRADUAL) * resume);
+                    list(Event::ChangeOfSpeed, h.component, GRADUAL * resume);
+                }
+                Mode::ChangingSpeed => {
+                    list(Event::None, h.component, 1.0 - settled);
+                    list(Event::Pause, h.component, 0.5 * settled);
+                    list(Event::Resume, h.component, 0.5 * settled);
                 }
             }
         }
@@ -152,6 +173,7 @@ impl Hypotheses {
         let component = candidate.component;
         let mode = match candidate.event {
             Event::Pause => Mode::Resting,
+            Event::ChangeOfSpeed => Mode::ChangingSpeed,
             Event::None | Event::Resume | Event::ChangeOfMind => Mode::Moving,
         };
         let mut posterior = match self.spare.pop() {
@@ -159,6 +181,7 @@ impl Hypotheses {
             None => components[component].blank.clone(),
         };
         let parent = &mut self.list[candidate.from];
+        let rested = parent.mode == Mode::Resting;
         if candidate.event == Event::ChangeOfMind {
             // The shape of the old component means nothing in the new one.
             let phase: PhaseEstimate = components[parent.component]
@@ -168,8 +191,17 @@ impl Hypotheses {
             posterior.begin_with_phase(&phase);
         } else {
             posterior.copy_from(&parent.posterior);
-            if candidate.event == Event::Resume {
-                posterior.redraw_velocity(components[component].velocity);
+            let usual = components[component].velocity;
+            match candidate.event {
+                Event::Resume if rested => posterior.redraw_velocity(usual),
+                Event::ChangeOfSpeed if rested => {
+                    let slow = STARTS_WITH * usual.mean;
+                    posterior.redraw_velocity(PhaseVelocity {
+                        mean: slow,
+                        variance: slow.powi(2),
+                    });
+                }
+                _ => {}
             }
         }
         let hypothesis = Hypothesis::new(posterior, candidate.weight, mode, component);

@@ -26,10 +26,11 @@ pub struct BankConfig {
     pub not_begun: f64,
     /// Probability that it is well under way by then, at any phase. Default 0.05.
     pub under_way: f64,
-    /// Time between two moments at which hypotheses branch. Default 0.02.
+    /// Shortest time between two moments at which hypotheses branch. Default 0, at every step: a stop that falls between two
+    /// such moments is taken for another shape of the motion, and that is not forgotten.
     pub branching: f64,
     /// Most hypotheses kept. Default 8; the time of a step grows in proportion. In the first tenth
-    /// of a motion two for each component are kept, if that is more.
+    /// of a motion two for each component are kept, if that is more, and eighteen for a motion under way.
     pub hypotheses: usize,
 }
 
@@ -46,7 +47,7 @@ impl Default for BankConfig {
             changes: 0.2,
             not_begun: 0.2,
             under_way: 0.05,
-            branching: 0.02,
+            branching: 0.0,
             hypotheses: 8,
         }
     }

@@ -1,6 +1,6 @@
 //! The bank: hypotheses, weighted by how well they predict.
 
-use super::branching::Hypotheses;
+use super::branching::{CHANGE_OF_SPEED, Hypotheses};
 use super::component::{Component, ComponentFilter, total_probability};
 use super::config::BankConfig;
 use super::hypothesis::{Hypothesis, HypothesisView, Mode};
@@ -10,16 +10,21 @@ use crate::model::{Model, PhaseVelocity};
 use hwall_numeric::check;
 
 /// Where a motion that is under way may be, and how far from there.
-const UNDER_WAY: [f64; 3] = [0.25, 0.5, 0.75];
-const UNDER_WAY_VARIANCE: f64 = 0.01;
+const UNDER_WAY: [f64; 18] = [
+    0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85,
+    0.9,
+];
+/// Close enough for one linearisation: from a tenth of a motion away the shape takes the blame for the phase.
+const UNDER_WAY_VARIANCE: f64 = 0.000_625;
 
-/// Share of a motion in which two hypotheses for each component have room.
+/// Share of a motion in which two hypotheses for each component have room, and those of a motion under way: one sample does not
+/// tell a place on the way from another shape.
 const SETTLING: f64 = 0.1;
 
 /// An estimate as a mixture over components of the prior and over what the person is doing.
 ///
-/// A jump Markov system: at every [`branching`](BankConfig::branching) a moving hypothesis may pause
-/// or change its mind and a resting one may go on with a velocity drawn anew, each as a new
+/// A jump Markov system: at every [`branching`](BankConfig::branching) a moving hypothesis may pause, at once or by slowing
+/// down, or change its mind, and a resting one may go on with a velocity drawn anew or gather speed, each as a new
 /// hypothesis; those that say about the same are merged, the lightest are dropped. An interacting multiple
 /// model would instead mix all histories of a mode into one Gaussian at every step. A change of
 /// mind, before and after which the ends lie far apart, does not survive that.
@@ -37,6 +42,8 @@ pub struct Bank {
     /// Shares of a motion since the last branching, and since the start.
     since_branching: f64,
     elapsed: f64,
+    /// Was there evidence since the last branching? Without it, those that were unlikely before would be dropped unheard.
+    weighed: bool,
     health: Health,
 }
 
@@ -80,6 +87,7 @@ impl Bank {
             moments: [vec![0.0; dofs * dofs], vec![0.0; dofs * dofs]],
             since_branching: 0.0,
             elapsed: 0.0,
+            weighed: false,
             health: Health::NEW,
         })
     }
@@ -95,26 +103,34 @@ impl Bank {
         check::finite("dt", dt * mean)?;
         for h in &self.hypotheses.list {
             let moved = h.posterior.phase() + dt * h.posterior.phase_velocity();
-            let dynamics = self.components[h.component].filter.dynamics();
+            let component = &self.components[h.component];
+            let dynamics = component.filter.dynamics();
+            let dynamics = dynamics.faster(change_of_speed(component.velocity.mean));
             let noise = dynamics.acceleration_sd * dt;
             check::all_finite("dt", &[moved, noise * noise, noise * dt])?;
         }
         self.since_branching += dt * mean;
         self.elapsed += dt * mean;
-        if self.since_branching >= self.config.branching {
+        if self.weighed && self.since_branching >= self.config.branching {
             let most = most(&self.config, self.components.len(), self.elapsed);
             let (share, components) = (self.since_branching, &mut self.components);
             self.hypotheses
                 .branch(share, most, &self.config, components);
             self.since_branching = 0.0;
+            self.weighed = false;
         }
         let mut failed = None;
         for h in &mut self.hypotheses.list {
             h.score = h.weight.ln();
-            let dynamics = self.components[h.component].filter.dynamics();
+            let component = &self.components[h.component];
+            let (dynamics, usual) = (component.filter.dynamics(), component.velocity.mean);
             match h.mode {
                 Mode::Resting => h.posterior.rest(dt),
-                Mode::Moving => {
+                Mode::Moving | Mode::ChangingSpeed => {
+                    let dynamics = match h.mode {
+                        Mode::ChangingSpeed => dynamics.faster(change_of_speed(usual)),
+                        _ => dynamics,
+                    };
                     if let Err(error) = h.posterior.advance(dt, dynamics) {
                         h.score = f64::NEG_INFINITY;
                         failed = Some(error);
@@ -201,6 +217,7 @@ impl Bank {
             }
         }
         let log_likelihood = self.hypotheses.adopt_scores(failed)?;
+        self.weighed = true;
         let update = Update {
             log_likelihood,
             ..best.1
@@ -210,10 +227,20 @@ impl Bank {
     }
 }
 
+/// Acceleration of the phase that a gradual stop from this velocity needs, 1/time².
+fn change_of_speed(velocity: f64) -> f64 {
+    velocity.powi(2) / CHANGE_OF_SPEED
+}
+
 /// Most hypotheses after a share of a motion.
 fn most(config: &BankConfig, components: usize, elapsed: f64) -> usize {
     if elapsed < SETTLING {
-        config.hypotheses.max(2 * components)
+        let under_way = if config.under_way > 0.0 {
+            UNDER_WAY.len()
+        } else {
+            0
+        };
+        config.hypotheses.max(2 * components) + under_way
     } else {
         config.hypotheses
     }

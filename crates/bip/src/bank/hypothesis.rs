@@ -5,8 +5,10 @@ use crate::filter::Posterior;
 /// What a hypothesis says the person is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// The motion goes on.
+    /// The motion goes on, at a velocity that changes as in the demonstrations.
     Moving,
+    /// The hand slows down or gathers speed, as it does before and after a pause.
+    ChangingSpeed,
     /// The hand rests; the phase stands still.
     Resting,
 }
@@ -51,7 +53,7 @@ impl Hypothesis {
     /// Mean of the phase velocity, which is 0 at rest.
     pub(super) fn velocity(&self) -> f64 {
         match self.mode {
-            Mode::Moving => self.posterior.phase_velocity(),
+            Mode::Moving | Mode::ChangingSpeed => self.posterior.phase_velocity(),
             Mode::Resting => 0.0,
         }
     }

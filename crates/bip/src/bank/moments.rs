@@ -110,7 +110,7 @@ impl Bank {
             variance,
             false,
             |filter, mode, mean, variance| {
-                let dt = if mode == Mode::Moving { dt } else { 0.0 };
+                let dt = if mode == Mode::Resting { 0.0 } else { dt };
                 filter.moments_after(dt, dofs, mean, variance)
             },
         )
@@ -236,7 +236,11 @@ impl Bank {
         let mut sum = 0.0;
         for h in &mut self.hypotheses.list {
             // Not 0 at rest: NaN and infinity must be refused there too.
-            let dt = if h.mode == Mode::Moving { dt } else { 0.0 * dt };
+            let dt = if h.mode == Mode::Resting {
+                0.0 * dt
+            } else {
+                dt
+            };
             let component = &mut self.components[h.component];
             let ended = component.with(&mut h.posterior, |f| f.probability_ended(dt))?;
             sum += h.weight * ended;
@@ -244,8 +248,8 @@ impl Bank {
         Ok(sum)
     }
 
-    /// Time left until phase 1. A hand at rest is expected to rest for the average pause and to go on
-    /// at the average velocity. `None` unless hypotheses with more than half of the probability say
+    /// Time left until phase 1. A hand at rest, or on its way to or from rest, is expected to rest for the average pause and to
+    /// go on at the average velocity. `None` unless hypotheses with more than half of the probability say
     /// when the motion ends.
     #[must_use]
     pub fn time_to_end(&mut self) -> Option<TimeToEnd> {
@@ -258,7 +262,7 @@ impl Bank {
                 Mode::Moving => component
                     .with(&mut h.posterior, |f| f.time_to_end())
                     .filter(|t| t.mean.max(t.sd) * usual.mean < LONGEST),
-                Mode::Resting if usual.mean > 0.0 => {
+                Mode::Resting | Mode::ChangingSpeed if usual.mean > 0.0 => {
                     let going = (1.0 - h.posterior.phase()).max(0.0) / usual.mean;
                     let pause = self.config.pause_length / usual.mean;
                     // The rest of a pause is exponential: its standard deviation is its mean.
@@ -268,7 +272,7 @@ impl Bank {
                         sd,
                     })
                 }
-                Mode::Resting => None,
+                Mode::Resting | Mode::ChangingSpeed => None,
             };
             if let Some(left) = left {
                 weight += h.weight;

@@ -11,7 +11,8 @@ use hwall_numeric::check;
 pub struct TimeToEnd {
     /// `(1 - phase) / phase velocity`, in the unit of the demonstrations.
     pub mean: f64,
-    /// Its standard deviation, by linearisation: too small where the velocity is uncertain.
+    /// Its standard deviation, by linearisation: too small where the velocity is uncertain, unless the model was
+    /// [tuned](crate::judge::tune), which makes up for that.
     pub sd: f64,
 }
 
@@ -285,7 +286,7 @@ impl Filter {
         let variance = p[0][0] + 2.0 * mean * p[0][1] + mean * mean * p[1][1];
         let estimate = TimeToEnd {
             mean,
-            sd: variance.max(0.0).sqrt() / velocity,
+            sd: self.noise.time_spread * variance.max(0.0).sqrt() / velocity,
         };
         (estimate.mean.is_finite() && estimate.sd.is_finite()).then_some(estimate)
     }

@@ -21,6 +21,8 @@ pub(crate) struct NoiseModel {
     pub residual_sd: Vec<f64>,
     /// Factor on the standard deviations of predicted measurements.
     pub spread: f64,
+    /// The same on that of the time to the end.
+    pub time_spread: f64,
     /// Time for which deviations last; 0 for none.
     pub correlation_time: f64,
     /// Variance of the independent part.
@@ -65,6 +67,7 @@ impl NoiseModel {
             sd,
             residual_sd: residual.iter().map(|v| v.sqrt()).collect(),
             spread: tuning.map_or(1.0, |t| t.spread),
+            time_spread: tuning.map_or(1.0, |t| t.time_spread),
             correlation_time,
             independent: model.noise_fit().to_vec(),
         })

@@ -40,6 +40,14 @@ impl PhaseDynamics {
         })
     }
 
+    /// The same with at least this standard deviation of the acceleration.
+    pub(crate) fn faster(self, acceleration_sd: f64) -> Self {
+        Self {
+            acceleration_sd: self.acceleration_sd.max(acceleration_sd),
+            ..self
+        }
+    }
+
     /// A phase, held within the motion if that is asked for.
     pub(crate) fn clipped(&self, phase: f64) -> f64 {
         if self.clip {

@@ -3,7 +3,7 @@
 use super::motion_filter::MotionFilter;
 use super::threads::map_indexed;
 use crate::error::{BipError, length};
-use crate::filter::Observation;
+use crate::filter::{Observation, TimeToEnd};
 use crate::model::{Model, Role};
 use crate::train::{Demonstration, TrainingConfig};
 use hwall_numeric::{ArgumentError, check};
@@ -67,6 +67,25 @@ pub struct EndPrediction {
     pub sd: Vec<f64>,
     /// What was measured in the last sample.
     pub actual: Vec<f64>,
+    /// Time left until the end, as it was foreseen and as it was; `None` where nothing was foreseen.
+    pub time: Option<TimePrediction>,
+}
+
+/// A prediction of the time until the end, beside the truth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimePrediction {
+    /// What was foreseen, in the unit of the demonstrations.
+    pub left: TimeToEnd,
+    /// What was left.
+    pub actual: f64,
+}
+
+impl TimePrediction {
+    /// Distance of the truth from the mean, in standard deviations.
+    #[must_use]
+    pub fn z(&self) -> f64 {
+        (self.actual - self.left.mean) / self.left.sd
+    }
 }
 
 impl EndPrediction {
@@ -154,28 +173,17 @@ impl Evaluation {
     /// probability.
     #[must_use]
     pub fn spread(&self, at: &[usize], probability: f64) -> Option<f64> {
-        if !(probability > 0.0 && probability < 1.0) {
-            return None;
-        }
-        let mut distances: Vec<f64> = self
-            .predictions
-            .iter()
-            .flat_map(|p| at.iter().map(|&i| p.z(i).abs()))
-            .collect();
-        distances.sort_unstable_by(f64::total_cmp);
-        let rank = (probability * distances.len() as f64).ceil() as usize;
-        let z = *distances.get(rank.max(1) - 1)?;
-        // The quantile of the normal distribution, by bisection of what `covered` uses.
-        let (mut low, mut high) = (0.0, 40.0);
-        for _ in 0..60 {
-            let middle: f64 = 0.5 * (low + high);
-            if libm::erf(middle / std::f64::consts::SQRT_2) < probability {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        Some(z / high)
+        let predictions = self.predictions.iter();
+        let distances = predictions.flat_map(|p| at.iter().map(|&i| p.z(i).abs()));
+        spread_of(distances.collect(), probability)
+    }
+
+    /// The same for the times to the end, foreseen before it.
+    #[must_use]
+    pub fn time_spread(&self, probability: f64) -> Option<f64> {
+        let before = self.predictions.iter().filter(|p| p.fraction < 1.0);
+        let distances = before.filter_map(|p| p.time.map(|time| time.z().abs()));
+        spread_of(distances.filter(|z| z.is_finite()).collect(), probability)
     }
 
     fn average(&self, at: &[usize], value: impl Fn(&EndPrediction, usize) -> f64) -> f64 {
@@ -187,6 +195,27 @@ impl Evaluation {
             .sum();
         sum / (self.predictions.len() * at.len()) as f64
     }
+}
+
+/// Factor with which central intervals would hold distances, in standard deviations, with exactly this probability.
+fn spread_of(mut distances: Vec<f64>, probability: f64) -> Option<f64> {
+    if !(probability > 0.0 && probability < 1.0) {
+        return None;
+    }
+    distances.sort_unstable_by(f64::total_cmp);
+    let rank = (probability * distances.len() as f64).ceil() as usize;
+    let z = *distances.get(rank.max(1) - 1)?;
+    // The quantile of the normal distribution, by bisection of what `covered` uses.
+    let (mut low, mut high) = (0.0, 40.0);
+    for _ in 0..60 {
+        let middle: f64 = 0.5 * (low + high);
+        if libm::erf(middle / std::f64::consts::SQRT_2) < probability {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(z / high)
 }
 
 /// Lets a filter follow a motion and predict its end at every fraction.
@@ -233,13 +262,15 @@ pub fn follow(
             if k + 1 < needed {
                 break;
             }
-            predictions.push(predict_end(
-                filter,
-                number,
-                fraction,
-                &actual,
-                &config.scored,
-            )?);
+            let left = motion.times()[samples - 1] - motion.times()[k];
+            let time = filter.time_to_end().map(|foreseen| TimePrediction {
+                left: foreseen,
+                actual: left,
+            });
+            predictions.push(EndPrediction {
+                time,
+                ..predict_end(filter, number, fraction, &actual, &config.scored)?
+            });
         }
     }
     Ok(predictions)
@@ -264,6 +295,7 @@ fn predict_end(
         mean,
         sd,
         actual: actual.to_vec(),
+        time: None,
     })
 }
 

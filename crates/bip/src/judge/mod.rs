@@ -6,7 +6,9 @@ mod selection;
 mod threads;
 mod tuning;
 
-pub use evaluation::{EndPrediction, Evaluation, EvaluationConfig, follow, leave_one_out};
+pub use evaluation::{
+    EndPrediction, Evaluation, EvaluationConfig, TimePrediction, follow, leave_one_out,
+};
 pub use motion_filter::MotionFilter;
 pub use selection::{
     Criterion, Score, SelectionConfig, at_edge, default_candidates, score_bases, select_basis,

@@ -3,7 +3,7 @@
 use crate::bank::Bank;
 use crate::ensemble::EnsembleFilter;
 use crate::error::BipError;
-use crate::filter::{Filter, Observation};
+use crate::filter::{Filter, Observation, TimeToEnd};
 
 /// An estimate of one motion in progress that takes evidence and predicts.
 pub trait MotionFilter {
@@ -43,6 +43,11 @@ pub trait MotionFilter {
         variance: &mut [f64],
     ) -> Result<(), BipError>;
 
+    /// Time left until the end; `None` where it is not foreseen, or by a filter that does not foresee it.
+    fn time_to_end(&mut self) -> Option<TimeToEnd> {
+        None
+    }
+
     /// Mean of the phase.
     fn phase(&self) -> f64;
 
@@ -55,7 +60,7 @@ pub trait MotionFilter {
 
 /// Calls the methods with the same names that each filter has itself.
 macro_rules! motion_filter {
-    ($filter:ty) => {
+    ($filter:ty $(, $time_to_end:ident)?) => {
         impl MotionFilter for $filter {
             fn predict(&mut self, dt: f64) -> Result<(), BipError> {
                 <$filter>::predict(self, dt)
@@ -85,6 +90,10 @@ macro_rules! motion_filter {
                 <$filter>::predict_at(self, phase, dofs, mean, variance)
             }
 
+            $(fn time_to_end(&mut self) -> Option<TimeToEnd> {
+                <$filter>::$time_to_end(self)
+            })?
+
             fn phase(&self) -> f64 {
                 <$filter>::phase(self)
             }
@@ -100,6 +109,6 @@ macro_rules! motion_filter {
     };
 }
 
-motion_filter!(Filter);
-motion_filter!(Bank);
+motion_filter!(Filter, time_to_end);
+motion_filter!(Bank, time_to_end);
 motion_filter!(EnsembleFilter);

@@ -128,6 +128,7 @@ pub fn tune(
             noise_factor: config.noise_factors[noise],
             acceleration_variance: (change * velocity).powi(2),
             spread: 1.0,
+            time_spread: 1.0,
             correlation_time: times[time] * model.sampling_period(),
         };
         let same = |t: &&Trial| {
@@ -142,11 +143,17 @@ pub fn tune(
         let coverage_90 = evaluation.coverage(&scored, 0.9);
         let spread = evaluation.spread(&scored, 0.9).filter(|s| *s > 0.0);
         let spread = spread.unwrap_or(1.0);
+        let time_spread = evaluation.time_spread(0.9).filter(|s| *s > 0.0);
+        let time_spread = time_spread.unwrap_or(1.0);
         for p in &mut evaluation.predictions {
             p.sd.iter_mut().for_each(|sd| *sd *= spread);
         }
         let trial = Trial {
-            tuning: Tuning { spread, ..tuning },
+            tuning: Tuning {
+                spread,
+                time_spread,
+                ..tuning
+            },
             log_score: match evaluation.log_score(&scored) {
                 score if score.is_nan() => f64::NEG_INFINITY,
                 score => score,

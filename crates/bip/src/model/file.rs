@@ -16,7 +16,7 @@ use std::io::{Read, Write};
 /// What a file of this crate calls itself, and the version written.
 const FORMAT: Format = Format {
     name: "hwall-bip model",
-    version: 1,
+    version: 2,
 };
 
 /// A whole file. Numbers are those of the filter, not of the named bases: the change of
@@ -50,6 +50,9 @@ struct FileTuning {
     acceleration_variance: f64,
     spread: f64,
     correlation_time: f64,
+    /// Files of version 1 have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    time_spread: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -255,6 +258,9 @@ impl File {
             ]
         });
         d.optional(tuning.as_ref().map(|t| &t[..]));
+        if let Some(spread) = self.tuning.and_then(|t| t.time_spread) {
+            d.numbers(&[spread]);
+        }
         d.count(self.groups.len());
         for g in &self.groups {
             d.count(g.name.len());
@@ -291,6 +297,7 @@ impl From<Tuning> for FileTuning {
             acceleration_variance: t.acceleration_variance,
             spread: t.spread,
             correlation_time: t.correlation_time,
+            time_spread: Some(t.time_spread),
         }
     }
 }
@@ -302,6 +309,7 @@ impl From<FileTuning> for Tuning {
             acceleration_variance: t.acceleration_variance,
             spread: t.spread,
             correlation_time: t.correlation_time,
+            time_spread: t.time_spread.unwrap_or(1.0),
         }
     }
 }

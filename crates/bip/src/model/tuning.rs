@@ -12,6 +12,9 @@ pub struct Tuning {
     /// Factor on the standard deviations of predictions: with it, 90 % intervals held 90 % of the
     /// ends of held-out motions. Used by `predict_at`, not by moments.
     pub spread: f64,
+    /// Factor on the standard deviation of the time to the end: with it, 90 % intervals held 90 % of the ends of held-out
+    /// motions. The velocity of the phase varies in longer waves than the random acceleration of the filter.
+    pub time_spread: f64,
     /// Time for which deviations last; 0: independent from sample to sample.
     pub correlation_time: f64,
 }
@@ -22,6 +25,7 @@ impl Tuning {
         check::positive("noise factor", self.noise_factor)?;
         check::non_negative("acceleration variance", self.acceleration_variance)?;
         check::positive("spread", self.spread)?;
+        check::positive("spread of times", self.time_spread)?;
         check::non_negative("correlation time", self.correlation_time)?;
         Ok(())
     }

@@ -78,6 +78,10 @@ fn words(kind: &EventKind) -> (&'static str, String) {
         EventKind::Resumed => ("resumed", "the inputs are sound again".to_owned()),
         EventKind::WorldMovedWhileTouched => ("world", "the world moved under the hand".to_owned()),
         EventKind::WorldRefused => ("world", "a place of the world was refused".to_owned()),
+        EventKind::HandUnfamiliar => (
+            "unfamiliar",
+            "the hand moves unlike all that was learnt: the board waits".to_owned(),
+        ),
         EventKind::SurfacesUnknown => (
             "world",
             "where the surfaces are is not known: the board holds".to_owned(),

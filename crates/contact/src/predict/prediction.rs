@@ -74,6 +74,12 @@ pub trait Predictor {
         None
     }
 
+    /// Does the predictor hold its answer back because the motion is unlike all it learnt from? `false`, as the default, from one
+    /// that does not test for it.
+    fn is_unfamiliar(&self) -> bool {
+        false
+    }
+
     /// The hand has touched there, m, with the point that touches, then, s, on the clock of the samples: predictors
     /// that adapt learn from it. Others do nothing, as the default does.
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
@@ -92,6 +98,10 @@ impl<P: Predictor + ?Sized> Predictor for Box<P> {
 
     fn response_rad(&self) -> Option<[f64; 7]> {
         (**self).response_rad()
+    }
+
+    fn is_unfamiliar(&self) -> bool {
+        (**self).is_unfamiliar()
     }
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {

@@ -114,6 +114,7 @@ impl EstimateError {
             mean: self.error_m.to_array().to_vec(),
             sd: sd_m.to_array().to_vec(),
             actual: vec![0.0; 3],
+            time: None,
         };
         (0..3).map(|axis| prediction.crps(axis)).sum::<f64>() / 3.0
     }

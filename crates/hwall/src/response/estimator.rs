@@ -37,6 +37,12 @@ impl ResponseEstimator {
         self.posterior.as_ref()
     }
 
+    /// Is the reach like those that were learnt from? See [`ResponseFilter::is_familiar`].
+    #[must_use]
+    pub const fn is_familiar(&self) -> bool {
+        self.filter.is_familiar()
+    }
+
     /// The arm, with the face of the board as its tool.
     #[must_use]
     pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {

@@ -1,12 +1,14 @@
 //! The posterior over the joints while a hand reaches.
 
 use super::demonstration::Task;
+use super::familiarity::Familiarity;
 use super::model::ResponseModel;
 use crate::error::SessionError;
 use hwall_bip::{Bank, Observation, TimeToEnd};
 use hwall_hand::{HandFrame, HandPoint};
 use hwall_kinematics::JointPositions;
 use hwall_numeric::check::finite;
+use std::f64::consts::TAU;
 
 /// The joints at the end of a reach, as far as the hand has told them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +55,27 @@ pub struct ResponseFilter {
     values: Vec<f64>,
     variances_m2: Vec<f64>,
     last_s: Option<f64>,
+    familiarity: Option<Familiarity>,
+    seen: Seen,
+}
+
+/// What the reach so far says against the mixture.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    began_s: f64,
+    values: f64,
+    /// Sum of `-2 ln p` above what a perfect prediction leaves.
+    evidence: f64,
+    familiar: bool,
+}
+
+impl Seen {
+    const NOTHING: Self = Self {
+        began_s: 0.0,
+        values: 0.0,
+        evidence: 0.0,
+        familiar: true,
+    };
 }
 
 impl ResponseFilter {
@@ -72,6 +95,8 @@ impl ResponseFilter {
             values: Vec::with_capacity(hand),
             variances_m2: vec![model.variance_m2(); hand],
             last_s: None,
+            familiarity: model.familiarity().cloned(),
+            seen: Seen::NOTHING,
         }
     }
 
@@ -79,6 +104,7 @@ impl ResponseFilter {
     pub fn begin(&mut self) {
         self.bank.clone_from(&self.fresh);
         self.last_s = None;
+        self.seen = Seen::NOTHING;
     }
 
     /// Takes the next sample of the reach, in the base frame. Points that are missing are left out; a sample at the time of
@@ -104,11 +130,59 @@ impl ResponseFilter {
             return Ok(());
         }
         self.bank.predict(dt_s)?;
+        let began_s = match self.last_s {
+            Some(_) => self.seen.began_s,
+            None => frame.t_s,
+        };
         self.last_s = Some(frame.t_s);
         let variances_m2 = &self.variances_m2[..self.dofs.len()];
         let seen = Observation::new(&self.dofs, &self.values).with_variances(variances_m2);
-        self.bank.observe(&seen)?;
+        let update = self.bank.observe(&seen)?;
+        let perfect: f64 = variances_m2.iter().map(|v| (TAU * v).ln()).sum();
+        self.seen = Seen {
+            began_s,
+            values: self.seen.values + self.dofs.len() as f64,
+            evidence: self.seen.evidence - 2.0 * update.log_likelihood - perfect,
+            ..self.seen
+        };
+        if let Some(familiarity) = &self.familiarity {
+            let (periods, mean) = self.mean_evidence(frame.t_s);
+            self.seen.familiar = familiarity.is_familiar(self.seen.familiar, periods, mean);
+        }
         Ok(())
+    }
+
+    /// Time since the reach began, in sampling periods, and the evidence against the mixture per value seen.
+    fn mean_evidence(&self, t_s: f64) -> (f64, f64) {
+        let periods = 1.0 + (t_s - self.seen.began_s) / self.period_s;
+        (periods, self.seen.evidence / self.seen.values)
+    }
+
+    /// That evidence after each sample of a reach.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub(super) fn evidence(
+        &mut self,
+        frames: &[HandFrame],
+    ) -> Result<Vec<(f64, f64)>, SessionError> {
+        self.begin();
+        let mut all = Vec::with_capacity(frames.len());
+        for frame in frames {
+            self.step(frame)?;
+            if self.has_seen() {
+                all.push(self.mean_evidence(frame.t_s));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Is the reach like those that were learnt from, under at least one component? If not, neither are the joints: a test of the
+    /// likelihood of all samples so far, by what held-out demonstrations have. It changes its mind at other limits than those at which
+    /// it made it up. `true` where too few were demonstrated.
+    #[must_use]
+    pub const fn is_familiar(&self) -> bool {
+        self.seen.familiar
     }
 
     /// Has a sample been seen since the reach began?

@@ -2,6 +2,7 @@
 
 use super::components::components;
 use super::demonstration::{ResponseDemonstration, Task};
+use super::familiarity::{Familiarity, LEAST};
 use super::filter::ResponseFilter;
 use crate::error::SessionError;
 use hwall_bip::{
@@ -49,6 +50,8 @@ impl Default for ResponseConfig {
 
 /// Within a sampling period the phase velocity changes by this share of its mean.
 const VELOCITY_CHANGE: f64 = 0.02;
+/// One demonstration in so many is held out to learn how much a reach of somebody else deviates from what is known.
+const OTHERS: usize = 4;
 /// Demonstrations of a component that are held out for the noise.
 const HELD_OUT: usize = 16;
 
@@ -60,10 +63,14 @@ pub struct ResponseModel {
     points: Vec<HandPoint>,
     bank: Bank,
     variance_m2: f64,
+    familiarity: Option<Familiarity>,
 }
 
 impl ResponseModel {
     /// Learns from demonstrations, in the base frame of the arm. Those points of the hand count that were seen in all of them.
+    ///
+    /// The last quarter for each task is held out once, to learn how much reaches deviate from a mixture that does not know them
+    /// ([`ResponseFilter::is_familiar`]); from fewer than four dozen nothing is learnt of that.
     ///
     /// # Errors
     /// No demonstration; one that is too short, has NaN in its joints or times that do not increase; no common point of the hand;
@@ -75,6 +82,36 @@ impl ResponseModel {
         for (number, demonstration) in demonstrations.iter().enumerate() {
             demonstration.validate(number)?;
         }
+        let all: Vec<&ResponseDemonstration> = demonstrations.iter().collect();
+        let model = Self::of(&all, config)?;
+        let (mut rest, mut others) = (Vec::new(), Vec::new());
+        for task in Task::ALL {
+            let of_task: Vec<_> = all.iter().filter(|d| d.task == task).copied().collect();
+            // The last ones, because demonstrations of one person stand together: others are other people.
+            let (known, other) = of_task.split_at(of_task.len() - of_task.len() / OTHERS);
+            rest.extend_from_slice(known);
+            others.extend_from_slice(other);
+        }
+        let familiarity = match others.len() < LEAST {
+            true => None,
+            false => {
+                let mut filter = Self::of(&rest, config)?.filter();
+                let evidence = |other: &&ResponseDemonstration| filter.evidence(&other.frames);
+                let reaches: Vec<_> = others.iter().map(evidence).collect::<Result<_, _>>()?;
+                Familiarity::of(&reaches)
+            }
+        };
+        Ok(Self {
+            familiarity,
+            ..model
+        })
+    }
+
+    /// Learns from demonstrations that were checked, without holding out any.
+    fn of(
+        demonstrations: &[&ResponseDemonstration],
+        config: &ResponseConfig,
+    ) -> Result<Self, SessionError> {
         let points: Vec<HandPoint> = HandPoint::ALL
             .into_iter()
             .filter(|point| demonstrations.iter().all(|d| d.sees(*point)))
@@ -126,6 +163,7 @@ impl ResponseModel {
             points,
             bank,
             variance_m2: config.noise_m.powi(2),
+            familiarity: None,
         })
     }
 
@@ -156,6 +194,11 @@ impl ResponseModel {
     /// Of each coordinate of a sample, m².
     pub(super) const fn variance_m2(&self) -> f64 {
         self.variance_m2
+    }
+
+    /// What is usual for reaches of others; `None` where too few were demonstrated.
+    pub(super) const fn familiarity(&self) -> Option<&Familiarity> {
+        self.familiarity.as_ref()
     }
 
     pub(super) const fn bank(&self) -> &Bank {

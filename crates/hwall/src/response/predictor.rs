@@ -19,6 +19,23 @@ const AT_IT_M: f64 = 0.12;
 /// A face within this of a surface stands for it, m. The surface is only named: neither point nor normal are taken from it.
 const STANDS_FOR_M: f64 = 0.3;
 
+/// An answer that was outside the joint limits is inside again by at least this, rad.
+const INSIDE_RAD: f64 = 0.03;
+
+/// What an [`EndToEnd`] predictor does with the hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ResponseState {
+    /// No reach is under way.
+    #[default]
+    Idle,
+    /// The arm is led.
+    Answering,
+    /// The arm waits: the reach is unlike all that were learnt from.
+    Unfamiliar,
+    /// The arm waits: the configuration that would answer is outside the joint limits.
+    BeyondLimits,
+}
+
 /// Leads the arm by the posterior over its joints; see [`Predictor::response_rad`].
 ///
 /// To the policy it is a predictor whose contact is the face of the board by forward kinematics, with the covariance of the
@@ -30,6 +47,7 @@ pub struct EndToEnd {
     newest: Option<(ContactEstimate, JointPosterior)>,
     hand_m: Option<DVec3>,
     answer: Option<ContactPrediction>,
+    state: ResponseState,
 }
 
 impl EndToEnd {
@@ -44,7 +62,34 @@ impl EndToEnd {
             newest: None,
             hand_m: None,
             answer: None,
+            state: ResponseState::Idle,
         })
+    }
+
+    /// What it does with the hand.
+    #[must_use]
+    pub const fn state(&self) -> ResponseState {
+        self.state
+    }
+
+    /// What to do with a posterior, given what was done with the one before.
+    fn state_with(&self, posterior: &JointPosterior) -> ResponseState {
+        let estimator = self.stream.estimator();
+        if !estimator.is_familiar() {
+            return ResponseState::Unfamiliar;
+        }
+        let inside_rad = match self.state {
+            ResponseState::BeyondLimits => INSIDE_RAD,
+            _ => 0.0,
+        };
+        let limits = estimator.arm().limits();
+        let is_inside = (limits.iter().zip(&posterior.q.0)).all(|(limit, q_rad)| {
+            limit.contains(q_rad - inside_rad) && limit.contains(q_rad + inside_rad)
+        });
+        match is_inside {
+            true => ResponseState::Answering,
+            false => ResponseState::BeyondLimits,
+        }
     }
 
     /// The posterior that the last prediction was made from; `None` without one.
@@ -60,13 +105,21 @@ impl Predictor for EndToEnd {
         let estimate = self.stream.step(input.frame, input.hand);
         self.hand_m = input.hand.map(|hand| hand.point_m).or(self.hand_m);
         match estimate.zip(self.stream.estimator().posterior().copied()) {
-            Some(newest) => self.newest = Some(newest),
+            Some(newest) => {
+                self.state = self.state_with(&newest.1);
+                let answers = self.state == ResponseState::Answering;
+                self.newest = answers.then_some(newest);
+            }
             None => {
                 let hand_m = self.hand_m;
                 let is_there = |point_m: DVec3| {
                     hand_m.is_some_and(|hand_m| hand_m.distance(point_m) <= AT_IT_M)
                 };
                 self.newest = self.newest.filter(|(e, _)| is_there(e.point_m));
+                self.state = match self.newest {
+                    Some(_) => ResponseState::Answering,
+                    None => ResponseState::Idle,
+                };
             }
         }
         self.answer = self.newest.and_then(|(estimate, _)| {
@@ -94,8 +147,13 @@ impl Predictor for EndToEnd {
         self.posterior().map(|posterior| posterior.q.0)
     }
 
+    fn is_unfamiliar(&self) -> bool {
+        self.state == ResponseState::Unfamiliar
+    }
+
     fn reset(&mut self) {
         self.stream.reset();
+        self.state = ResponseState::Idle;
         (self.newest, self.hand_m, self.answer) = (None, None, None);
     }
 }

@@ -52,6 +52,8 @@ pub enum EventKind {
     Resumed,
     /// The virtual world moved under the hand that touches the board; the board stands still until it is released.
     WorldMovedWhileTouched,
+    /// The hand moves in a way unlike all that the predictor learnt from: the board waits until it can be foreseen again.
+    HandUnfamiliar,
     /// A place of the virtual world came with a time stamp that is NaN or older than the one before; the world stays where
     /// it was.
     WorldRefused,

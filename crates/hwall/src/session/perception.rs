@@ -68,6 +68,8 @@ pub(super) struct Newest {
     stamp_s: f64,
     /// The place that was announced last.
     goal: Option<Goal>,
+    /// Did the predictor not know such motions?
+    unfamiliar: bool,
 }
 
 /// What the board is for.
@@ -161,8 +163,14 @@ impl<P: Predictor> Perception<P> {
             head_m: frame.head_m.filter(|m| m.is_finite()),
             stamp_s: arm_s,
             goal: self.newest.goal,
+            unfamiliar: self.newest.unfamiliar,
         };
         self.events.push(arm_s, EventKind::Frame(tracking));
+        let unfamiliar = self.predictor.is_unfamiliar();
+        if unfamiliar && !self.newest.unfamiliar {
+            self.events.push(arm_s, EventKind::HandUnfamiliar);
+        }
+        self.newest.unfamiliar = unfamiliar;
         let foreseen = self.foreseen();
         self.events.push(arm_s, EventKind::Predicted(foreseen));
         self.guide(foreseen);

@@ -98,6 +98,7 @@ fn touches_table(led: &[Led]) -> MarkdownTable {
         "beside the middle, mm",
         "tilt, degrees",
         "prediction, us, median / p99",
+        "of frames, %",
     ];
     let columns = first.into_iter().chain(gaps);
     let mut table = MarkdownTable::new(columns.chain(last.map(str::to_owned)));
@@ -135,6 +136,7 @@ fn touches_table(led: &[Led]) -> MarkdownTable {
                 format!("{:.1} / {:.0}", at(0.5), at(0.99))
             }
         });
+        cells.push(format!("{:.0}", 100.0 * one.inferring));
         table.row(cells);
     }
     table
@@ -184,8 +186,12 @@ arm answers each reach with its best presentation: the configuration of the atla
 reference motion, in step with the hand. A mixture of interaction primitives of hand and joints is learnt, one for each task and
 region of configurations. Of a new reach the hand is observed; the joints that the likeliest part expects at the end are where
 the arm goes. No surface is asked and no inverse kinematics is solved to aim. Everything that keeps the arm safe stays: joints
-outside their limits end in a hold (`InvalidTarget`), a posterior that is unsure by more than 0.2 m leaves the arm waiting, and
-a face that would stand before a surface is drawn back behind it.
+outside their limits leave the arm waiting, as does a posterior that is unsure by more than 0.2 m; a face that would stand before a
+surface is drawn back behind it.
+
+So does a reach unlike all that were learnt from (`HandUnfamiliar`): the likelihood of all its samples under the mixture is tested against
+what reaches have that were held out from training, of which one in a hundred fails. Between failing and passing again lies a
+margin, so that the arm does not alternate.
 ";
 
 const ENDS: &str = "
@@ -205,7 +211,8 @@ const TOUCHES: &str = "
 *In place*: before the hand came and until then within 5 mm and 2 degrees, as in [IN-TIME.md](IN-TIME.md). *Under the hand*: at the contact the
 touched point lay on the face, 2 cm inside its edge, and the face no further before or behind it than so much. *Felt*: the arm
 felt the press at all. *Led there*: for so long before the contact, without a break, the place was right that the board was led
-to. Counted are touches within the arm's reach.
+to. Counted are touches within the arm's reach. *Prediction*: in frames in which the predictor says something new, whose share
+of all frames stands beside; in the others a hand rests.
 
 The response pays twice. Its joints are off by what the first table says, along the normal and in tilt, too, where the size of a
 board forgives nothing. And it knows the hand alone: it is right later than a predictor that knows the gaze and the surfaces,

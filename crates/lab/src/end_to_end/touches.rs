@@ -3,7 +3,7 @@
 use hwall_haptics::{Board, PlaceTolerance};
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::participants;
-use hwall_stage::person::predictors::{PredictorKind, Predictors};
+use hwall_stage::person::predictors::{PredictionRecord, PredictorKind, Predictors};
 use hwall_stage::person::responses::{self, Scenery};
 use hwall_stage::run::people::{self, JudgedTouch, Stage};
 
@@ -19,8 +19,10 @@ pub struct Led {
     pub leader: PredictorKind,
     /// The touches within the arm's reach.
     pub touches: Vec<JudgedTouch>,
-    /// Time of a prediction of the leader, us, in rising order.
+    /// Time of a prediction of the leader in frames in which it infers something new, us, in rising order.
     pub predicted_us: Vec<f64>,
+    /// Their share of all frames.
+    pub inferring: f64,
 }
 
 impl Led {
@@ -64,10 +66,13 @@ pub(super) fn run(
             let done = all.len() as f64;
             let cast = participants::simulated(scene, arm, *kind, touches, seed)?;
             let made = people::run(&stage, &cast, |share| progress((done + share) / runs))?;
-            let records = made.iter().flat_map(|run| &run.run.predictions);
-            let took_us = records.map(|record| 1e-3 * record.took_ns[leader as usize]);
-            let mut predicted_us: Vec<f64> = took_us.collect();
+            let mut predicted_us: Vec<f64> = made
+                .iter()
+                .flat_map(|run| inferring_us(&run.run.predictions, leader))
+                .collect();
             predicted_us.sort_by(f64::total_cmp);
+            let frames: usize = made.iter().map(|run| run.run.predictions.len()).sum();
+            let inferring = predicted_us.len() as f64 / frames.max(1) as f64;
             let touches = made.into_iter().flat_map(|run| run.touches);
             let within_reach = |touch: &JudgedTouch| touch.outcome.unreachable.is_none();
             all.push(Led {
@@ -75,8 +80,24 @@ pub(super) fn run(
                 leader,
                 touches: touches.filter(within_reach).collect(),
                 predicted_us,
+                inferring,
             });
         }
     }
     Ok(all)
+}
+
+/// Time of the predictions that differ from the one before, us: a hand at rest costs a predictor of motions next to nothing, and
+/// most frames are of hands at rest.
+fn inferring_us(
+    records: &[PredictionRecord],
+    leader: PredictorKind,
+) -> impl Iterator<Item = f64> + '_ {
+    let leader = leader as usize;
+    records.windows(2).filter_map(move |pair| {
+        let [before, now] = pair else { return None };
+        let point_m = |of: &PredictionRecord| of.likeliest[leader].map(|place| place.point_m);
+        let is_new = point_m(now).is_some() && point_m(now) != point_m(before);
+        is_new.then(|| 1e-3 * now.took_ns[leader])
+    })
 }

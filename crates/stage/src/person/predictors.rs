@@ -285,6 +285,12 @@ impl Predictor for Predictors {
         leader.as_ref()?.response_rad()
     }
 
+    fn is_unfamiliar(&self) -> bool {
+        let leader = self.predictors.get(self.leader as usize);
+        let leader = leader.and_then(Option::as_ref);
+        leader.is_some_and(|leader| leader.is_unfamiliar())
+    }
+
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
         if self.adapts {
             for predictor in self.predictors.iter_mut().flatten() {

@@ -1,0 +1,118 @@
+//! Is a reach like those that were learnt from?
+
+/// What reaches of people who were held out pile up of evidence against the mixture, by the time since they began.
+///
+/// The evidence of a sample is `-2 ln p` of what was seen under the mixture of all components, above what a perfect prediction
+/// would leave; per value, so that missing points do not count as agreement. It is averaged over the reach so far: a start where
+/// nobody started speaks against the reach for as long as a path that nobody took.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Familiarity {
+    /// Median of the held-out reaches after 1, 2, 4, 8 ... sampling periods.
+    usual: Vec<f64>,
+    /// What none but one in a hundred of them exceeds at any time, as a multiple of the median.
+    limit: f64,
+}
+
+/// Fewer held-out reaches tell no stranger from a person.
+pub(super) const LEAST: usize = 12;
+/// Share of the held-out reaches that are familiar throughout.
+const FAMILIAR: f64 = 0.99;
+/// A reach of somebody who was never demonstrated is allowed this much more than those of simulated people among themselves.
+const ALLOWANCE: f64 = 1.5;
+/// An unfamiliar reach is familiar again below this share of the limit: between the two nothing changes.
+const AGAIN: f64 = 0.6;
+
+impl Familiarity {
+    /// From the evidence of held-out reaches, one list each: pairs of the time since the beginning, in sampling periods, and the
+    /// mean evidence by then. `None` from too few of them.
+    pub(super) fn of(reaches: &[Vec<(f64, f64)>]) -> Option<Self> {
+        if reaches.len() < LEAST {
+            return None;
+        }
+        let longest = reaches.iter().flatten().map(|(at, _)| *at);
+        let bins = 1 + bin(longest.fold(0.0, f64::max));
+        let mut usual = Vec::with_capacity(bins);
+        for number in 0..bins {
+            let mut values: Vec<f64> = reaches
+                .iter()
+                .filter_map(|reach| {
+                    let within = reach.iter().filter(|(at, _)| bin(*at) == number);
+                    within.map(|(_, mean)| *mean).reduce(f64::max)
+                })
+                .collect();
+            values.sort_by(f64::total_cmp);
+            let median = values.get(values.len() / 2).copied();
+            // A bin that nobody reached is like the one before.
+            let median = median.or(usual.last().copied()).unwrap_or(0.0);
+            usual.push(median.max(f64::MIN_POSITIVE));
+        }
+        let mut familiarity = Self { usual, limit: 1.0 };
+        let mut most: Vec<f64> = reaches
+            .iter()
+            .map(|reach| {
+                let ratios = reach.iter().map(|(at, mean)| familiarity.ratio(*at, *mean));
+                ratios.fold(0.0, f64::max)
+            })
+            .collect();
+        most.sort_by(f64::total_cmp);
+        let rank = (FAMILIAR * most.len() as f64).ceil() as usize;
+        familiarity.limit = ALLOWANCE * most.get(rank.max(1) - 1)?.max(1.0);
+        familiarity.limit.is_finite().then_some(familiarity)
+    }
+
+    /// The evidence as a multiple of what is usual by then.
+    fn ratio(&self, periods: f64, mean: f64) -> f64 {
+        let number = bin(periods).min(self.usual.len() - 1);
+        mean / self.usual[number]
+    }
+
+    /// Is the reach still familiar, given whether it was?
+    pub(super) fn is_familiar(&self, was: bool, periods: f64, mean: f64) -> bool {
+        let limit = match was {
+            true => self.limit,
+            false => AGAIN * self.limit,
+        };
+        // NaN is not familiar.
+        self.ratio(periods, mean) <= limit
+    }
+}
+
+/// Times are told apart by their doublings.
+fn bin(periods: f64) -> usize {
+    periods.max(1.0).log2() as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reaches() -> Vec<Vec<(f64, f64)>> {
+        let of = |size: usize| {
+            let at = |k: usize| (k as f64, (1.0 + 0.02 * size as f64) / k as f64);
+            (1..=100).map(at).collect()
+        };
+        (0..50).map(of).collect()
+    }
+
+    #[test]
+    fn reaches_like_those_held_out_are_familiar_and_others_stay_unfamiliar() {
+        let known = Familiarity::of(&reaches()).unwrap();
+        for k in 1..=300 {
+            let at = f64::from(k);
+            assert!(known.is_familiar(true, at, 2.0 / at.min(100.0)));
+            assert!(!known.is_familiar(true, at, 20.0 / at.min(100.0)));
+            assert!(!known.is_familiar(true, at, f64::NAN));
+        }
+        // What is in between keeps the verdict that was.
+        let between = 0.8 * known.limit * known.usual[5];
+        assert!(known.is_familiar(true, 40.0, between));
+        assert!(!known.is_familiar(false, 40.0, between));
+    }
+
+    #[test]
+    fn few_reaches_give_no_test() {
+        assert_eq!(Familiarity::of(&reaches()[..LEAST - 1]), None);
+        assert_eq!(Familiarity::of(&[]), None);
+        assert!(Familiarity::of(&vec![Vec::new(); LEAST]).is_some());
+    }
+}
