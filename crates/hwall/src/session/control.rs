@@ -5,6 +5,7 @@ use super::event::{Event, EventKind, EventQueue};
 use super::felt::Feeler;
 use super::guidance::Guidance;
 use super::handover::Receiver;
+use super::lean::Lean;
 use super::openings::OpeningSender;
 use super::response::Answer;
 use super::safety::{Safety, same_fault};
@@ -29,8 +30,8 @@ pub struct Control {
     pub(super) renderer: Renderer,
     pub(super) board: Board,
     pub(super) in_place: PlaceTolerance,
-    /// Where the arm waits, rad; `None`: where it is.
-    pub(super) waiting: Option<JointPositions>,
+    /// Where the arm waits; `None`: where it is.
+    pub(super) lean: Option<Lean>,
     /// Where it waits at present, rad.
     pub(super) waits_at: Option<JointPositions>,
     #[cfg(feature = "texture")]
@@ -235,18 +236,13 @@ impl Control {
             })
     }
 
-    /// The waiting posture, or one on the way from there to where a touch may come, if the board is then behind the surfaces.
-    fn posture(&self) -> Option<JointPositions> {
-        let waiting = self.waiting?;
-        let Some(leans_to) = self.guidance.leans_to else {
-            return Some(waiting);
-        };
-        let q = JointPositions(std::array::from_fn(|i| {
-            waiting[i] + LEAN * (leans_to[i] - waiting[i])
-        }));
-        let protrusion_m = self.renderer.follower().protrusion_at_m(&q);
-        let is_behind = protrusion_m.is_none_or(|m| m <= -LEAN_BEHIND_M);
-        Some(if is_behind { q } else { waiting })
+    /// The waiting posture, or one on the way from there to where a touch may come.
+    fn posture(&mut self) -> Option<JointPositions> {
+        let lean = self.lean.as_mut()?;
+        Some(match &self.guidance.leans_to {
+            Some(to) => lean.towards(to, self.renderer.follower()),
+            None => *lean.waiting(),
+        })
     }
 
     /// What the board is doing, as of the last step.
@@ -551,10 +547,6 @@ impl Control {
     }
 }
 
-/// How far an arm that waits leans towards a possible touch, as a share of the way ...
-const LEAN: f64 = 0.5;
-/// ... if its board then is behind the surfaces by this, m.
-const LEAN_BEHIND_M: f64 = 0.01;
 /// How far short of its surface a board stays that cannot be there in time, m.
 const SHORT_M: f64 = 0.03;
 /// A board that arrives this much after the expected contact is late, s: less is within the error of the expectation.

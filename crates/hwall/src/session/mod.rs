@@ -9,6 +9,7 @@ mod felt;
 mod guidance;
 mod hand_course;
 mod handover;
+mod lean;
 mod looks;
 mod openings;
 mod perception;
@@ -47,6 +48,7 @@ use hwall_haptics::{
 };
 use hwall_kinematics::ArmKinematics;
 use hwall_scene::{Scene, SurfaceId};
+use lean::Lean;
 use openings::openings;
 use perception::Newest;
 use policy::Policy;
@@ -138,7 +140,7 @@ impl<P: Predictor> Session<P> {
         };
         let scratch = renderer.arm().scratch();
         let control = Control {
-            waiting: perception.walls.waiting,
+            lean: perception.walls.waiting.map(Lean::new),
             waits_at: perception.walls.waiting,
             renderer,
             board: *board,
