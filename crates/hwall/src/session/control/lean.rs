@@ -67,7 +67,7 @@ mod tests {
     use crate::walls::barrier_of;
     use glam::DVec3;
     use hwall_haptics::{ApproachConfig, Board, FollowerConfig};
-    use hwall_kinematics::{ArmKinematics, SrsArm};
+    use hwall_kinematics::SrsArm;
     use std::sync::Arc;
 
     /// The iiwa behind a wall at this distance, and where it waits.
