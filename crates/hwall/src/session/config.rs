@@ -1,6 +1,6 @@
 //! Settings of a session.
 
-use super::policy_config::PolicyConfig;
+use super::policy::PolicyConfig;
 use hwall_hand::{GazeFilterConfig, HandFilterConfig};
 use hwall_haptics::safety::{ChannelWatch, LoadLimits, SupervisorConfig, TimingConfig};
 use hwall_haptics::{ObjectCommand, PlaceTolerance, RendererConfig};

@@ -1,23 +1,12 @@
 //! Hand in, board out.
 
-mod barriers;
 mod config;
 mod control;
 mod drive;
 mod event;
-mod felt;
-mod guidance;
-mod hand_course;
 mod handover;
-mod looks;
-mod openings;
 mod perception;
 mod policy;
-mod policy_config;
-mod response;
-mod safety;
-mod sequence_lock;
-mod sight;
 mod target_control;
 mod world;
 
@@ -26,7 +15,7 @@ pub use control::{Control, MovingSurface, SessionState};
 pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
-pub use policy_config::PolicyConfig;
+pub use policy::PolicyConfig;
 pub use target_control::TargetControl;
 pub use world::WorldPose;
 
@@ -35,10 +24,9 @@ use crate::objects::objects_of;
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, Presenter, TextureLevels};
 use crate::walls::Walls;
-use barriers::WorldBarriers;
+use control::{Lean, Safety};
 use event::EventQueue;
-use felt::felt_touches;
-use handover::handover;
+use handover::{Guidance, WorldBarriers, felt_touches, handover, openings};
 use hwall_contact::{ContactPrediction, Predictor};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::{
@@ -47,10 +35,8 @@ use hwall_haptics::{
 };
 use hwall_kinematics::ArmKinematics;
 use hwall_scene::{Scene, SurfaceId};
-use openings::openings;
 use perception::Newest;
 use policy::Policy;
-use safety::Safety;
 #[cfg(feature = "texture")]
 use std::sync::Arc;
 use world::World;
@@ -138,7 +124,7 @@ impl<P: Predictor> Session<P> {
         };
         let scratch = renderer.arm().scratch();
         let control = Control {
-            waiting: perception.walls.waiting,
+            lean: perception.walls.waiting.map(Lean::new),
             waits_at: perception.walls.waiting,
             renderer,
             board: *board,
@@ -153,7 +139,7 @@ impl<P: Predictor> Session<P> {
             touched_object: None,
             #[cfg(feature = "texture")]
             touched_at: 0.0,
-            guidance: guidance::Guidance::default(),
+            guidance: Guidance::default(),
             answer: None,
             scratch,
             events: EventQueue::new(),

@@ -1,13 +1,9 @@
 //! The tracker's side of a session: frames in, guidance out.
 
-use super::barriers::WorldBarriers;
+use super::control::kept_response;
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
-use super::felt::FeltTouches;
-use super::guidance::Guidance;
-use super::handover::Sender;
-use super::openings::OpeningReceiver;
+use super::handover::{FeltTouches, Guidance, OpeningReceiver, Sender, WorldBarriers};
 use super::policy::{Decision, Policy};
-use super::response::kept_response;
 use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
 use crate::fingertip::Fingertip;

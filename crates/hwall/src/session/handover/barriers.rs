@@ -28,7 +28,7 @@ struct Piece {
 
 /// Follows the surfaces of a scene, and tells the control half where they are. Pieces that are upright are carried along with
 /// doors and world, and nothing is allocated; only a world that leapt or tilted is looked at again.
-pub(super) struct WorldBarriers {
+pub(in crate::session) struct WorldBarriers {
     paths: Vec<(SurfaceId, ObjectPath)>,
     pieces: Vec<Piece>,
     /// Where the world stood when it was looked at.
@@ -50,7 +50,7 @@ fn opening(scene: &Scene, surface: SurfaceId) -> f64 {
 }
 
 /// Where the control half finds them.
-pub(super) struct BarrierReceiver {
+pub(in crate::session) struct BarrierReceiver {
     reader: Reader,
     words: Box<[u64]>,
     barriers: Vec<Barrier>,
@@ -67,7 +67,7 @@ const UNKNOWN: u64 = u64::MAX;
 
 impl WorldBarriers {
     /// Those of a scene in the base frame, and the other end.
-    pub(super) fn new(scene: &Scene) -> Result<(Self, BarrierReceiver), SessionError> {
+    pub(in crate::session) fn new(scene: &Scene) -> Result<(Self, BarrierReceiver), SessionError> {
         let triangles = (0..scene.surfaces().len())
             .filter_map(|id| Some(scene.triangles_m(SurfaceId(id)).ok()?.len()));
         let most = triangles.sum::<usize>().min(MOST);
@@ -133,12 +133,12 @@ impl WorldBarriers {
     }
 
     /// How many there may be.
-    pub(super) fn most(&self) -> usize {
+    pub(in crate::session) fn most(&self) -> usize {
         self.most
     }
 
     /// Those of now.
-    pub(super) fn all(&self) -> &[Barrier] {
+    pub(in crate::session) fn all(&self) -> &[Barrier] {
         &self.barriers
     }
 
@@ -146,7 +146,7 @@ impl WorldBarriers {
     ///
     /// # Errors
     /// The surfaces cannot be made out, since the last call; the other half knows none from then on.
-    pub(super) fn keep(
+    pub(in crate::session) fn keep(
         &mut self,
         scene: &Scene,
         base_from_world: &Pose,
@@ -229,7 +229,7 @@ impl WorldBarriers {
 
 impl BarrierReceiver {
     /// Gives the newest barriers to the renderer, if there are newer ones. Nothing is allocated.
-    pub(super) fn renew(&mut self, renderer: &mut Renderer) {
+    pub(in crate::session) fn renew(&mut self, renderer: &mut Renderer) {
         let words = |count: u64| match usize::try_from(count) {
             Ok(count) if count <= MOST => HEAD + EACH * count,
             _ => HEAD,

@@ -1,8 +1,8 @@
 //! When the board goes where: wait, be ready behind a surface, present it.
 
+use super::config::PolicyConfig;
 use super::hand_course::{HandCourse, MeanVelocity};
 use super::looks::{LookFrame, Looks};
-use super::policy_config::PolicyConfig;
 use super::sight::Sight;
 use crate::error::SessionError;
 use glam::{DMat3, DVec3};
@@ -14,7 +14,7 @@ use hwall_scene::SurfaceId;
 
 /// Where the board shall be.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Decision {
+pub(in crate::session) enum Decision {
     /// Nothing is about to be touched.
     Wait,
     /// Something may be: the arm waits nearer to it.
@@ -91,12 +91,15 @@ const LEAVES_M_PER_S: f64 = 0.1;
 const ALONG_SHARE: f64 = 0.2;
 /// A place is out of the question that is so many standard deviations from where the touch is expected.
 const OUT_OF_QUESTION_SDS: f64 = 2.0;
-/// How far away a place that is looked at usually is, m: its slack is that of a place faced from there.
+/// How far from the eyes a place is that can be touched, m: an arm's length and some. The slack of a place that is looked at takes the
+/// error of the line of sight on a wall that is faced from there, whatever the real distance and angle. What a grazing line of
+/// sight would add is left to the hand to correct; counted in full it would leave a door seen from the side hardly any slack, and the board would follow every
+/// wavering of the eyes.
 const USUAL_LOOK_M: f64 = 1.0;
 
 /// The memory of the decisions.
 #[derive(Debug, Clone)]
-pub(super) struct Policy {
+pub(in crate::session) struct Policy {
     config: PolicyConfig,
     steady: SteadyPoint,
     candidate: Option<Candidate>,
@@ -113,7 +116,7 @@ pub(super) struct Policy {
 }
 
 impl Policy {
-    pub(super) fn new(config: PolicyConfig) -> Result<Self, SessionError> {
+    pub(in crate::session) fn new(config: PolicyConfig) -> Result<Self, SessionError> {
         config.validate()?;
         Ok(Self {
             steady: SteadyPoint::new(config.steady_m)?,
@@ -130,7 +133,7 @@ impl Policy {
     }
 
     /// Forgets everything, for a world that leapt.
-    pub(super) fn reset(&mut self) {
+    pub(in crate::session) fn reset(&mut self) {
         self.steady.reset();
         self.candidate = None;
         self.decision = Decision::Wait;
@@ -141,7 +144,7 @@ impl Policy {
 
     /// The contact that counts after a frame and what is done about it: the ranked contacts, the hand and the place between the
     /// eyes, all in one frame. `None` without a contact in sight.
-    pub(super) fn step(
+    pub(in crate::session) fn step(
         &mut self,
         t_s: f64,
         ranked: &[ContactPrediction],
@@ -271,7 +274,7 @@ impl Policy {
         }
     }
 
-    pub(super) const fn ready_m(&self) -> f64 {
+    pub(in crate::session) const fn ready_m(&self) -> f64 {
         self.config.ready_m
     }
 
@@ -327,7 +330,7 @@ impl Policy {
     /// How far the middle of the board may be from a predicted point along the axes of the surface, the half axes of an
     /// ellipse, m. The contact is in the base frame; what was predicted was in
     /// that of the world.
-    pub(super) fn slack_m(
+    pub(in crate::session) fn slack_m(
         &self,
         contact: &ContactPrediction,
         base_from_world: &Pose,

@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 const NONE: u64 = u64::MAX;
 
 /// The control half's end: the time of the newest touch, as the bits of one word, so that it is never torn.
-pub(super) struct Feeler(Arc<AtomicU64>);
+pub(in crate::session) struct Feeler(Arc<AtomicU64>);
 
 impl Feeler {
     /// The board was pressed, s, on the arm's clock. Neither allocates nor waits.
-    pub(super) fn felt(&self, t_s: f64) {
+    pub(in crate::session) fn felt(&self, t_s: f64) {
         if t_s.is_finite() {
             self.0.store(t_s.to_bits(), Ordering::Release);
         }
@@ -21,7 +21,7 @@ impl Feeler {
 }
 
 /// The tracker's end: where the hand was when the board felt it.
-pub(super) struct FeltTouches {
+pub(in crate::session) struct FeltTouches {
     newest: Arc<AtomicU64>,
     seen: u64,
     /// The touching point in the frame before, in the frame of the scene: when, s, and where, m.
@@ -36,7 +36,7 @@ const APART_S: f64 = 0.1;
 const AWAY_M: f64 = 0.05;
 
 /// Both ends.
-pub(super) fn felt_touches() -> (Feeler, FeltTouches) {
+pub(in crate::session) fn felt_touches() -> (Feeler, FeltTouches) {
     let newest = Arc::new(AtomicU64::new(NONE));
     let touches = FeltTouches {
         newest: Arc::clone(&newest),
@@ -51,7 +51,7 @@ impl FeltTouches {
     /// Takes a frame in the frame of the scene and the hand in it, `None` if it is lost; returns where, m, and when, s, on
     /// the clock of the tracker, a touch was felt since the frame before. A touch of a hand that was not seen in both is
     /// not told.
-    pub(super) fn step(
+    pub(in crate::session) fn step(
         &mut self,
         frame: &HandFrame,
         hand: Option<&HandState>,
@@ -82,7 +82,7 @@ impl FeltTouches {
     }
 
     /// The world leapt: places of before mean nothing.
-    pub(super) const fn reset(&mut self) {
+    pub(in crate::session) const fn reset(&mut self) {
         self.last = None;
         self.at_m = None;
     }

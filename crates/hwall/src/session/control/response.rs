@@ -13,7 +13,7 @@ const STAYS_RAD: f64 = 0.01;
 
 /// The response to the newest frame, if it is to the contact that the policy stands by; otherwise the one before, while the
 /// policy stands by anything at all.
-pub(super) fn kept_response(
+pub(in crate::session) fn kept_response(
     newest_rad: Option<[f64; 7]>,
     first: Option<&ContactPrediction>,
     contact: Option<&ContactPrediction>,
@@ -37,7 +37,7 @@ pub(super) fn kept_response(
 
 /// Joint angles that answer a hand, drawn back behind the surfaces.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Answer {
+pub(in crate::session) struct Answer {
     at: JointPositions,
     short: JointPositions,
 }

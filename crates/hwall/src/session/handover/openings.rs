@@ -5,20 +5,20 @@ use hwall_haptics::RenderedObject;
 use hwall_scene::{Scene, SurfaceId};
 
 /// Tells how far objects have moved.
-pub(super) struct OpeningSender {
+pub(in crate::session) struct OpeningSender {
     writer: Writer,
     told: Box<[f64]>,
 }
 
 /// Moves the surfaces of a scene as the objects moved.
-pub(super) struct OpeningReceiver {
+pub(in crate::session) struct OpeningReceiver {
     reader: Reader,
     words: Box<[u64]>,
     surfaces: Box<[SurfaceId]>,
 }
 
 /// Both ends for the objects of these surfaces, in their order.
-pub(super) fn openings(surfaces: &[SurfaceId]) -> (OpeningSender, OpeningReceiver) {
+pub(in crate::session) fn openings(surfaces: &[SurfaceId]) -> (OpeningSender, OpeningReceiver) {
     let count = surfaces.len();
     let (writer, reader) = sequence_lock(count);
     let sender = OpeningSender {
@@ -35,7 +35,7 @@ pub(super) fn openings(surfaces: &[SurfaceId]) -> (OpeningSender, OpeningReceive
 
 impl OpeningSender {
     /// Tells positions that have changed.
-    pub(super) fn tell(&mut self, objects: &[RenderedObject]) {
+    pub(in crate::session) fn tell(&mut self, objects: &[RenderedObject]) {
         let mut changed = false;
         for (told, rendered) in self.told.iter_mut().zip(objects) {
             let now = rendered.object.position();
@@ -50,7 +50,7 @@ impl OpeningSender {
 
 impl OpeningReceiver {
     /// What the hand has opened is open in the scene, too.
-    pub(super) fn take(&mut self, scene: &mut Scene) {
+    pub(in crate::session) fn take(&mut self, scene: &mut Scene) {
         let count = self.words.len();
         if !self.reader.read(&mut self.words, |_| count) {
             return;

@@ -4,27 +4,27 @@ use super::guidance::{Guidance, WORDS};
 use super::sequence_lock::{Reader, Writer, sequence_lock};
 
 /// The writing end; there is only one.
-pub(super) struct Sender(Writer);
+pub(in crate::session) struct Sender(Writer);
 
 /// The reading end.
-pub(super) struct Receiver(Reader);
+pub(in crate::session) struct Receiver(Reader);
 
 /// Both ends of an empty hand-over.
-pub(super) fn handover() -> (Sender, Receiver) {
+pub(in crate::session) fn handover() -> (Sender, Receiver) {
     let (writer, reader) = sequence_lock(WORDS);
     (Sender(writer), Receiver(reader))
 }
 
 impl Sender {
     /// Replaces what the reader will see.
-    pub(super) fn send(&mut self, guidance: &Guidance) {
+    pub(in crate::session) fn send(&mut self, guidance: &Guidance) {
         self.0.write(guidance.to_words());
     }
 }
 
 impl Receiver {
     /// The newest value, if one was sent since the last call.
-    pub(super) fn newest(&mut self) -> Option<Guidance> {
+    pub(in crate::session) fn newest(&mut self) -> Option<Guidance> {
         let mut words = [0; WORDS];
         self.0
             .read(&mut words, |_| WORDS)

@@ -8,32 +8,32 @@ use hwall_scene::SurfaceId;
 
 /// Where the board shall go and what it shall stand for there, as of one frame of the tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Guidance {
+pub(in crate::session) struct Guidance {
     /// In the base frame, its stamp on the clock of the arm; `None`: no touch is foreseen.
-    pub(super) target: Option<BoardTarget>,
+    pub(in crate::session) target: Option<BoardTarget>,
     /// The surface that the board stands for.
-    pub(super) surface: Option<SurfaceId>,
+    pub(in crate::session) surface: Option<SurfaceId>,
     /// Its roughness in the scene.
-    pub(super) roughness: Option<f64>,
+    pub(in crate::session) roughness: Option<f64>,
     /// The hand, while it is tracked.
-    pub(super) fingertip: Option<Fingertip>,
+    pub(in crate::session) fingertip: Option<Fingertip>,
     /// The palm, while it is tracked, base frame, m.
-    pub(super) palm_m: Option<DVec3>,
+    pub(in crate::session) palm_m: Option<DVec3>,
     /// The head, while it is tracked, base frame, m.
-    pub(super) head_m: Option<DVec3>,
+    pub(in crate::session) head_m: Option<DVec3>,
     /// When hand and head were seen, on the clock of the arm, s.
-    pub(super) seen_s: f64,
+    pub(in crate::session) seen_s: f64,
     /// When it was decided that the arm waits, on the clock of the arm, s; counts while there is no target.
-    pub(super) waits_s: Option<f64>,
+    pub(in crate::session) waits_s: Option<f64>,
     /// A configuration towards which the arm leans while it waits, rad: where a touch might come.
-    pub(super) leans_to: Option<JointPositions>,
+    pub(in crate::session) leans_to: Option<JointPositions>,
     /// The configuration that answers the hand, rad, from a predictor that knows joints: the arm goes there, whatever the target's
     /// place, which then is where the face is by these angles.
-    pub(super) responds_with: Option<JointPositions>,
+    pub(in crate::session) responds_with: Option<JointPositions>,
     /// When the hand is expected at the surface, on the clock of the arm, s.
-    pub(super) contact_s: Option<f64>,
+    pub(in crate::session) contact_s: Option<f64>,
     /// How often the virtual world has moved.
-    pub(super) world_moves: u64,
+    pub(in crate::session) world_moves: u64,
 }
 
 /// Length of the encoding.

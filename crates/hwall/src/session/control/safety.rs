@@ -1,7 +1,7 @@
 //! The supervisor within a session.
 
-use super::control::SessionState;
-use super::guidance::Guidance;
+use super::state::SessionState;
+use crate::session::handover::Guidance;
 use glam::DVec3;
 use hwall_haptics::safety::{PersonPart, PersonPoint, SafeReason, SupervisorConfig};
 use hwall_haptics::{
@@ -11,7 +11,7 @@ use hwall_haptics::{
 use hwall_kinematics::ArmKinematics;
 
 /// The supervisor, if there is one, and what it said last.
-pub(super) struct Safety {
+pub(in crate::session) struct Safety {
     supervisor: Option<Supervisor>,
     last: Option<SupervisorStep>,
     /// The name that the renderer has given to the fault.
@@ -19,7 +19,7 @@ pub(super) struct Safety {
 }
 
 impl Safety {
-    pub(super) const fn none() -> Self {
+    pub(in crate::session) const fn none() -> Self {
         Self {
             supervisor: None,
             last: None,
@@ -27,7 +27,7 @@ impl Safety {
         }
     }
 
-    pub(super) fn new(
+    pub(in crate::session) fn new(
         arm: &dyn ArmKinematics,
         board: &Board,
         config: SupervisorConfig,

@@ -1,21 +1,19 @@
 //! The arm's side of a session: states in, commands out.
 
-use super::barriers::BarrierReceiver;
-use super::event::{Event, EventKind, EventQueue};
-use super::felt::Feeler;
-use super::guidance::Guidance;
-use super::handover::Receiver;
-use super::openings::OpeningSender;
+use super::lean::Lean;
 use super::response::Answer;
 use super::safety::{Safety, same_fault};
+use super::state::SessionState;
+use crate::session::event::{Event, EventKind, EventQueue};
+use crate::session::handover::{BarrierReceiver, Feeler, Guidance, OpeningSender, Receiver};
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, SurfaceMotion, TextureInput};
 use glam::DVec3;
 #[cfg(feature = "texture")]
 use hwall_haptics::ObjectPath;
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, BoardTarget, ContactState, HoldReason, Phase, PlaceTolerance,
-    PostureTarget, RenderInput, RenderStep, Renderer, SafeState, Slide,
+    ArmCommand, ArmState, Board, BoardTarget, ContactState, Phase, PlaceTolerance, PostureTarget,
+    RenderInput, RenderStep, Renderer, SafeState, Slide,
 };
 use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions};
 use hwall_scene::SurfaceId;
@@ -26,54 +24,54 @@ use std::sync::Arc;
 ///
 /// One half of a [`Session`](crate::Session), for a thread of its own: [`Session::split`](crate::Session::split).
 pub struct Control {
-    pub(super) renderer: Renderer,
-    pub(super) board: Board,
-    pub(super) in_place: PlaceTolerance,
-    /// Where the arm waits, rad; `None`: where it is.
-    pub(super) waiting: Option<JointPositions>,
+    pub(in crate::session) renderer: Renderer,
+    pub(in crate::session) board: Board,
+    pub(in crate::session) in_place: PlaceTolerance,
+    /// Where the arm waits; `None`: where it is.
+    pub(in crate::session) lean: Option<Lean>,
     /// Where it waits at present, rad.
-    pub(super) waits_at: Option<JointPositions>,
+    pub(in crate::session) waits_at: Option<JointPositions>,
     #[cfg(feature = "texture")]
-    pub(super) texture: Option<BoardTexture>,
-    pub(super) receiver: Receiver,
-    pub(super) barriers: BarrierReceiver,
-    pub(super) openings: OpeningSender,
-    pub(super) feeler: Feeler,
-    pub(super) guidance: Guidance,
+    pub(in crate::session) texture: Option<BoardTexture>,
+    pub(in crate::session) receiver: Receiver,
+    pub(in crate::session) barriers: BarrierReceiver,
+    pub(in crate::session) openings: OpeningSender,
+    pub(in crate::session) feeler: Feeler,
+    pub(in crate::session) guidance: Guidance,
     /// The configuration that answers the hand; `None`: the target has to be presented.
-    pub(super) answer: Option<Answer>,
-    pub(super) scratch: ArmScratch,
-    pub(super) events: EventQueue,
+    pub(in crate::session) answer: Option<Answer>,
+    pub(in crate::session) scratch: ArmScratch,
+    pub(in crate::session) events: EventQueue,
     /// The surfaces of the moving objects, in the order in which the renderer has them.
-    pub(super) objects: Vec<SurfaceId>,
+    pub(in crate::session) objects: Vec<SurfaceId>,
     /// Which of them the touch under way began on.
-    pub(super) touched_object: Option<usize>,
+    pub(in crate::session) touched_object: Option<usize>,
     /// Its position then, rad or m.
     #[cfg(feature = "texture")]
-    pub(super) touched_at: f64,
-    pub(super) safety: Safety,
-    pub(super) state: SessionState,
-    pub(super) step: Option<RenderStep>,
+    pub(in crate::session) touched_at: f64,
+    pub(in crate::session) safety: Safety,
+    pub(in crate::session) state: SessionState,
+    pub(in crate::session) step: Option<RenderStep>,
     /// The touch under way; a hold for want of a good state or clock does not end it.
-    pub(super) contact: Option<Contact>,
+    pub(in crate::session) contact: Option<Contact>,
     /// The hand was expected at the goal by now.
-    pub(super) late: bool,
+    pub(in crate::session) late: bool,
     /// The board cannot be at its goal in time, and stays short of it.
-    pub(super) short: bool,
+    pub(in crate::session) short: bool,
     /// It has come to rest short of this goal once: from there on the way is short.
-    pub(super) rested_short: bool,
+    pub(in crate::session) rested_short: bool,
     /// The goal was announced late; once for each goal.
-    pub(super) late_announced: bool,
+    pub(in crate::session) late_announced: bool,
     /// Guidance older than this no longer moves a touched board, s.
     #[cfg(feature = "texture")]
-    pub(super) max_guidance_age_s: f64,
+    pub(in crate::session) max_guidance_age_s: f64,
     /// The goal that was announced unreachable.
-    pub(super) unreachable: Option<BoardTarget>,
+    pub(in crate::session) unreachable: Option<BoardTarget>,
 }
 
 /// What a touch began with, and what became of it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Contact {
+pub(in crate::session) struct Contact {
     /// How often the world had moved before.
     moves_before: u64,
     /// Once moved it stays so: what is touched is no longer where it is shown.
@@ -95,38 +93,10 @@ pub struct MovingSurface {
     pub touched: bool,
 }
 
-/// What the board is doing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum SessionState {
-    /// Standing still because an input is missing or wrong.
-    Holding(HoldReason),
-    /// At its waiting posture, or on the way there: nothing is about to be touched.
-    Waiting,
-    /// Behind the surface that is looked at, or on the way there.
-    GettingReady,
-    /// On its way to the goal.
-    Approaching,
-    /// The board cannot be at its goal before the hand, or the hand was expected there by now: it stays behind the surface,
-    /// creeps, or stands because no way leads there behind the surfaces.
-    Late,
-    /// A person is where the board would have to be: it stays behind them.
-    Obstructed,
-    /// At the goal.
-    InPlace,
-    /// Touched: it stands still, or slides within its plane, whatever else happens.
-    Touched,
-    /// Touched while the virtual world moves around the arm: it stands still where it is until it is released.
-    TouchedInMovingWorld,
-    /// The supervisor has taken over: the board stands, withdraws, or gives way. Not for a fault that the renderer has named and
-    /// for which the arm stands: that is [`SessionState::Holding`].
-    Safe(SafeState),
-}
-
 impl Control {
     /// The command for the coming cycle. `now_s` and the stamp of the state are on one clock, that of the arm.
     ///
-    /// If an input is missing or wrong, the state is [`SessionState::Holding`] with the reason ([`HoldReason`]); motion
+    /// If an input is missing or wrong, the state is [`SessionState::Holding`] with the reason ([`HoldReason`](hwall_haptics::HoldReason)); motion
     /// resumes once the inputs are good again.
     pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         self.barriers.renew(&mut self.renderer);
@@ -235,18 +205,13 @@ impl Control {
             })
     }
 
-    /// The waiting posture, or one on the way from there to where a touch may come, if the board is then behind the surfaces.
-    fn posture(&self) -> Option<JointPositions> {
-        let waiting = self.waiting?;
-        let Some(leans_to) = self.guidance.leans_to else {
-            return Some(waiting);
-        };
-        let q = JointPositions(std::array::from_fn(|i| {
-            waiting[i] + LEAN * (leans_to[i] - waiting[i])
-        }));
-        let protrusion_m = self.renderer.follower().protrusion_at_m(&q);
-        let is_behind = protrusion_m.is_none_or(|m| m <= -LEAN_BEHIND_M);
-        Some(if is_behind { q } else { waiting })
+    /// The waiting posture, or one on the way from there to where a touch may come.
+    fn posture(&mut self) -> Option<JointPositions> {
+        let lean = self.lean.as_mut()?;
+        Some(match &self.guidance.leans_to {
+            Some(to) => lean.towards(to, self.renderer.follower()),
+            None => *lean.waiting(),
+        })
     }
 
     /// What the board is doing, as of the last step.
@@ -551,10 +516,6 @@ impl Control {
     }
 }
 
-/// How far an arm that waits leans towards a possible touch, as a share of the way ...
-const LEAN: f64 = 0.5;
-/// ... if its board then is behind the surfaces by this, m.
-const LEAN_BEHIND_M: f64 = 0.01;
 /// How far short of its surface a board stays that cannot be there in time, m.
 const SHORT_M: f64 = 0.03;
 /// A board that arrives this much after the expected contact is late, s: less is within the error of the expectation.

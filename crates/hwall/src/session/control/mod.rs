@@ -1,0 +1,13 @@
+//! The arm's side of a session: states in, commands out.
+
+mod commands;
+mod lean;
+mod response;
+mod safety;
+mod state;
+
+pub use commands::{Control, MovingSurface};
+pub(super) use lean::Lean;
+pub(super) use response::kept_response;
+pub(super) use safety::Safety;
+pub use state::SessionState;

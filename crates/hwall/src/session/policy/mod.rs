@@ -1,0 +1,10 @@
+//! When the board goes where, and what is known of hand and eyes to decide it.
+
+mod config;
+mod decision;
+mod hand_course;
+mod looks;
+mod sight;
+
+pub use config::PolicyConfig;
+pub(super) use decision::{Decision, Policy};
