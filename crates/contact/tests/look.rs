@@ -485,6 +485,80 @@ fn a_look_that_begins_on_the_way_can_change_the_goal() {
     }
 }
 
+/// A regression that has seen people touch a wall about its middle, in front of the resting hand: what it says is drawn there.
+#[derive(Debug, Clone, Copy)]
+struct Drawn {
+    measured_m: DVec3,
+}
+
+/// Spread of the places that people touch, and error of what the motion alone says, in each axis, m.
+const USUAL_SD_M: f64 = 0.2;
+const MEASURED_SD_M: f64 = 0.15;
+
+impl ContactEstimator for Drawn {
+    fn begin(&mut self) {}
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        let [usual, measured] = [USUAL_SD_M, MEASURED_SD_M].map(|sd_m| sd_m.powi(-2));
+        let share = measured / (usual + measured);
+        let middle_m = REST + DVec3::X * 0.7;
+        Some(ContactEstimate {
+            covariance_m2: Some(ball((usual + measured).powf(-0.5))),
+            time_to_contact_s: Some(TimeToContact {
+                mean_s: 0.7,
+                sd_s: None,
+            }),
+            ..ContactEstimate::of_point(frame.t_s, middle_m.lerp(self.measured_m, share))
+        })
+    }
+}
+
+#[test]
+fn a_look_at_an_unusual_place_is_not_dragged_to_where_people_usually_touch() {
+    let scene = with_a_door();
+    let error_m = |rest: RestingHand, y: f64| {
+        let target_m = DVec3::new(0.7, y, 1.2);
+        let mut config = FusedConfig::default();
+        // A poor eye tracker: the hand counts.
+        config.gaze.on_target_sd_rad = 0.1;
+        config.gaze.rest = rest;
+        let estimator = Drawn {
+            measured_m: target_m,
+        };
+        let mut fused = FusedPredictor::new(estimator, config).unwrap();
+        let mut last_m = DVec3::NAN;
+        for i in 0..50 {
+            let t_s = 0.01 * f64::from(i);
+            let way = target_m - REST;
+            let hand = state(t_s, REST + way * (0.008 * f64::from(i)), way * 0.8);
+            let frame = HandFrame {
+                palm_m: Some(hand.point_m),
+                ..HandFrame::empty(t_s)
+            };
+            let gaze = fixed(t_s, gaze_at(EYE, target_m));
+            let input = PredictorInput {
+                frame: &frame,
+                hand: Some(&hand),
+                gaze,
+            };
+            let first = fused.predict(&scene, &input)[0];
+            assert_eq!(Some(first.surface), scene.find("wall"));
+            last_m = first.point_m;
+        }
+        (last_m.y - y).abs()
+    };
+    let learnt = RestingHand {
+        mean_m: DVec3::X * 0.7,
+        covariance_m2: ball(USUAL_SD_M),
+    };
+    for y in [-0.45, -0.3] {
+        let [drawn_m, freed_m] = [RestingHand::default(), learnt].map(|rest| error_m(rest, y));
+        assert!(freed_m < 0.3 * drawn_m, "{y}: {drawn_m} {freed_m}");
+    }
+    // Nor does the middle of the usual places change.
+    assert!(error_m(learnt, 0.0) < 0.01);
+}
+
 #[test]
 fn streams_that_teach_nothing_are_refused_and_those_without_a_gaze_teach_the_rest() {
     let (frames, contacts) = person(&STEADY, 12, 3);

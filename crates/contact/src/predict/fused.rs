@@ -7,6 +7,7 @@ use super::gaussian::Gaussian;
 use super::gaze::memory::GazeMemory;
 use super::gaze::weights::{ASTRAY_SHARE, ASTRAY_STRETCH, ByHand, Hypothesis};
 use super::hand::free_side::{FreeSide, SideWatch};
+use super::hand::phase::ReachPhase;
 use super::hand::place::{HandPlace, close, gaussian_of, near};
 use super::hand::resting::{RestWatch, SurfacePlace};
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
@@ -28,7 +29,8 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 ///    another place than the one that was meant.
 /// 2. The gaze makes each of the two a mixture of three hypotheses: the Gaussian times a Gaussian about the present line of
 ///    sight, the same about the look before, and the Gaussian alone, for a person who does not look at
-///    the target. Each is weighed by how probable it makes both lines of sight, and by how often it is the true one in this phase
+///    the target. An estimate that was learnt is drawn towards where people usually touch; that is taken out of it where a line of
+///    sight says which place is meant. Each is weighed by how probable it makes both lines of sight, and by how often it is the true one in this phase
 ///    of a reach at this age of the look, which is learnt ([`GazeModel`](super::GazeModel)). Some estimates are assumed to be
 ///    further off than they state, so that a look far away from one still counts.
 /// 3. Each hypothesis is divided among the surfaces: density in the plane of a face, times the share of it
@@ -134,6 +136,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let narrower = directed.then(|| self.straight_on(scene, hand, &g));
             narrower.flatten().unwrap_or(g)
         };
+        // A regression is drawn towards where people usually touch. For a place that is looked at, scene and gaze say which places
+        // there are; to count that, too, would drag a look at an unusual place towards the usual ones.
+        let usual = self.config.gaze.rest.learnt_about(place.rest_m);
+        let left_s = estimate.and_then(|e| Some(e.time_to_contact_s?.mean_s));
+        let left_s = left_s.filter(|left_s| left_s.is_finite());
+        let freed = |g: Gaussian| g.without(&usual?, ReachPhase::drawn_share(left_s?));
+        let by_motion = estimated.and_then(freed).map(narrowed);
         let anew = if place.moves {
             self.straight_on(scene, hand, &near(hand.point_m)?)
                 .or_else(|| close(hand.point_m))
@@ -144,6 +153,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             phase: place.phase,
             began_s: began.map(|began| began.since_s),
             as_moves: estimated.map(narrowed),
+            by_motion,
             anew: anew?,
         })
     }

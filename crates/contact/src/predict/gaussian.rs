@@ -10,6 +10,9 @@ const FLOOR_M: f64 = 1e-3;
 /// Larger standard deviations mean nothing in a room, m.
 const CEILING_M: f64 = 1e2;
 
+/// An estimate keeps at least this share of its precision when a prior is taken out of it.
+const LEAST_LEFT: f64 = 0.1;
+
 /// A normal distribution of a point, with the inverse of its covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Gaussian {
@@ -92,6 +95,18 @@ impl Gaussian {
     pub(super) fn widened(&self, sd_m: f64) -> Option<Self> {
         let variance = DMat3::from_diagonal(DVec3::splat(sd_m * sd_m));
         Self::checked(self.mean_m, self.covariance_m2 + variance)
+    }
+
+    /// What remains of a posterior without so much of the prior that it was made with, `share` in [0, 1]: divided by that power of it,
+    /// or by a lower one where less than [`LEAST_LEFT`] of the precision would remain. The mean goes away from the prior's.
+    pub(super) fn without(&self, prior: &Self, share: f64) -> Option<Self> {
+        // The trace bounds the largest eigenvalue.
+        let [xx, _, _, _, yy, _, _, _, zz] = (self.covariance_m2 * prior.precision).to_cols_array();
+        let most = (1.0 - LEAST_LEFT) / (xx + yy + zz);
+        let taken_per_m2 = prior.precision * share.min(most);
+        let covariance_m2 = (self.precision - taken_per_m2).inverse();
+        let pull = taken_per_m2 * (self.mean_m - prior.mean_m);
+        Self::new(self.mean_m + covariance_m2 * pull, covariance_m2)
     }
 
     /// Multiplied by a Gaussian of `precision_per_m2` (which may be singular) about `about_m`.
@@ -189,6 +204,39 @@ mod tests {
         let seen = g.times(DVec3::ZERO, across).expect("a covariance");
         assert!(seen.mean_m.y.abs() < 1e-3 && seen.mean_m.z.abs() < 1e-3);
         assert!(seen.variance_along_m2(DVec3::X) > 0.02);
+    }
+
+    #[test]
+    fn a_posterior_without_its_prior_is_what_was_measured() {
+        let measured = slanted();
+        let prior = Gaussian::new(DVec3::new(-0.2, 0.1, 0.0), ball(0.4)).expect("a covariance");
+        let posterior = measured
+            .times(prior.mean_m, prior.precision)
+            .expect("a covariance");
+        assert!(posterior.mean_m.distance(measured.mean_m) > 0.03);
+        let found = posterior.without(&prior, 1.0).expect("a covariance");
+        // But for the floor of every covariance.
+        assert!(found.mean_m.distance(measured.mean_m) < 1e-4);
+        let off = found.covariance_m2 - measured.covariance_m2;
+        assert!(off.to_cols_array().iter().all(|c| c.abs() < 1e-4));
+        let same = posterior.without(&prior, 0.0).expect("a covariance");
+        assert!(same.mean_m.distance(posterior.mean_m) < 1e-12);
+    }
+
+    #[test]
+    fn an_estimate_that_is_no_better_than_the_prior_stays_a_covariance() {
+        let prior = Gaussian::new(DVec3::ZERO, ball(0.1)).expect("a covariance");
+        for sd_m in [0.05, 0.1, 0.3, 10.0] {
+            let estimate = Gaussian::new(DVec3::X * 0.1, ball(sd_m)).expect("a covariance");
+            let left = estimate.without(&prior, 1.0).expect("a covariance");
+            let kept = estimate.covariance_m2.x_axis.x / left.covariance_m2.x_axis.x;
+            assert!(kept > LEAST_LEFT * 0.99 && kept <= 1.0, "{sd_m}: {kept}");
+            assert!(left.mean_m.x >= 0.1 && left.mean_m.is_finite());
+        }
+    }
+
+    fn ball(sd_m: f64) -> DMat3 {
+        DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))
     }
 
     #[test]

@@ -17,6 +17,8 @@ pub(in crate::predict) struct ByHand {
     pub(in crate::predict) began_s: Option<f64>,
     /// Where its motion leads; `None` at rest.
     pub(in crate::predict) as_moves: Option<Gaussian>,
+    /// The same by the motion alone, without where people usually touch: of a place that is looked at that says nothing more.
+    pub(in crate::predict) by_motion: Option<Gaussian>,
     /// Where it may touch whatever the estimate says: what people touch from this resting place, or what lies ahead of a moving
     /// hand.
     pub(in crate::predict) anew: Gaussian,
@@ -92,7 +94,8 @@ impl GazeModel {
         let mut all = [None; HYPOTHESES];
         let (moves, resting) = all.split_at_mut(3);
         if let Some(motion) = &hand.as_moves {
-            let seen = |look: &Look| self.seen_anyhow(motion, look);
+            let by_motion = hand.by_motion.as_ref().unwrap_or(motion);
+            let seen = |look: &Look| self.seen_anyhow(by_motion, look);
             let now = now.and_then(seen);
             let before = before.and_then(|(look, _)| seen(look));
             // In every hypothesis each look is accounted for, on the target or elsewhere.

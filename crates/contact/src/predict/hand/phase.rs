@@ -21,6 +21,8 @@ impl ReachPhase {
     const ONSET_M: f64 = 0.08;
     /// The time before contact from which it is at its end, s.
     const END_S: f64 = 0.3;
+    /// The time before contact at which an estimate is still wholly drawn towards where people usually touch, s.
+    const DRAWN_S: f64 = 0.6;
 
     /// The phase of a reach after a way, m, with some time left, s.
     pub(in crate::predict) fn of(way_m: f64, left_s: Option<f64>) -> Self {
@@ -31,5 +33,11 @@ impl ReachPhase {
         } else {
             Self::UnderWay
         }
+    }
+
+    /// How much an estimate is drawn towards where people usually touch, with some time left, s: wholly before the hand has shown
+    /// its way, not at all at the end of a reach, where the estimate follows the hand.
+    pub(in crate::predict) fn drawn_share(left_s: f64) -> f64 {
+        ((left_s - Self::END_S) / (Self::DRAWN_S - Self::END_S)).clamp(0.0, 1.0)
     }
 }
