@@ -66,6 +66,17 @@ pub trait ContactEstimator {
     /// A new reach begins: forgets the samples of the one before.
     fn begin(&mut self);
 
+    /// A reach may be beginning: as [`begin`](Self::begin), but [`touched`](Self::touched) still tells of the reach before,
+    /// until [`confirm`](Self::confirm) says that it has begun; if it has not, the next `begin` or `begin_tentatively` says
+    /// so. Returns whether the estimator can do that: one that cannot does nothing, as the default, and is given the samples
+    /// again when the reach has begun.
+    fn begin_tentatively(&mut self) -> bool {
+        false
+    }
+
+    /// The reach that may have begun has begun.
+    fn confirm(&mut self) {}
+
     /// Takes the next sample of the reach; `None` while there is no estimate, as before the first
     /// sample in which a point of the hand is seen. All numbers of an estimate are finite.
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate>;
@@ -89,6 +100,14 @@ pub trait ContactEstimator {
 impl<E: ContactEstimator + ?Sized> ContactEstimator for Box<E> {
     fn begin(&mut self) {
         (**self).begin();
+    }
+
+    fn begin_tentatively(&mut self) -> bool {
+        (**self).begin_tentatively()
+    }
+
+    fn confirm(&mut self) {
+        (**self).confirm();
     }
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {

@@ -1,8 +1,16 @@
 //! An estimator in a stream: each reach is replayed from where it began.
 
+#[path = "../benches/reaches/mod.rs"]
+mod reaches;
+
 use glam::DVec3;
-use hwall_contact::{ContactEstimate, ContactEstimator, StreamEstimator};
-use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, WatchConfig};
+use hwall_contact::{
+    ContactEstimate, ContactEstimator, LearnedConfig, LearnedEstimator, LearnedModel,
+    StreamEstimator,
+};
+use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint, WatchConfig};
+use hwall_testkit::Sampler;
+use reaches::reaches;
 
 /// Writes down what it is given.
 #[derive(Debug, Default)]
@@ -90,4 +98,106 @@ fn touches_reach_the_estimator_and_a_reset_forgets_them() {
     assert_eq!(stream.estimator().touches, [DVec3::ONE]);
     stream.reset();
     assert!(stream.estimator().touches.is_empty());
+}
+
+/// Counts the steps of an estimator, which may get ahead of an onset or not.
+struct Counted {
+    estimator: LearnedEstimator,
+    gets_ahead: bool,
+    steps: usize,
+}
+
+impl ContactEstimator for Counted {
+    fn begin(&mut self) {
+        self.estimator.begin();
+    }
+
+    fn begin_tentatively(&mut self) -> bool {
+        self.gets_ahead && self.estimator.begin_tentatively()
+    }
+
+    fn confirm(&mut self) {
+        self.estimator.confirm();
+    }
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        self.steps += 1;
+        self.estimator.step(frame)
+    }
+
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        self.estimator.touched(contact_m, contact_s);
+    }
+
+    fn forget(&mut self) {
+        self.estimator.forget();
+    }
+}
+
+/// Reaches with rests before and after them, a way back, and a tracker that trembles.
+fn session(tremor_m: f64) -> Vec<HandFrame> {
+    let mut sampler = Sampler::new(5);
+    let mut frames: Vec<HandFrame> = Vec::new();
+    let mut add = |frame: &HandFrame, shift_m: DVec3| {
+        let t_s = frames.len() as f64 / 90.0;
+        let mut moved = HandFrame { t_s, ..*frame };
+        let noise_m = DVec3::from_array([(); 3].map(|()| sampler.normal())) * tremor_m;
+        for point in HandPoint::ALL {
+            let place_m = frame.point(point).map(|p| p + shift_m + noise_m);
+            moved.set_point(point, place_m);
+        }
+        frames.push(moved);
+    };
+    for reach in reaches(3, 2, 8) {
+        let (first, last) = (reach.frames[0], reach.frames[reach.frames.len() - 1]);
+        (0..50).for_each(|_| add(&first, DVec3::ZERO));
+        reach.frames.iter().for_each(|f| add(f, DVec3::ZERO));
+        (0..40).for_each(|_| add(&last, DVec3::ZERO));
+        // A twitch that is no reach, then the way back.
+        (0..9).for_each(|k| add(&last, DVec3::X * 0.002 * f64::from(k)));
+        (0..20).for_each(|_| add(&last, DVec3::X * 0.018));
+        reach.frames.iter().rev().for_each(|f| add(f, DVec3::ZERO));
+    }
+    frames
+}
+
+#[test]
+fn an_estimator_that_gets_ahead_of_an_onset_says_the_same_without_a_long_step() {
+    let model = LearnedModel::train(&reaches(1, 3, 12), &LearnedConfig::default()).unwrap();
+    for tremor_m in [0.0, 5e-4, 3e-3] {
+        let [mut ahead, mut replayed] = [true, false].map(|gets_ahead| {
+            let counted = Counted {
+                estimator: model.estimator(),
+                gets_ahead,
+                steps: 0,
+            };
+            StreamEstimator::new(counted, WatchConfig::default()).unwrap()
+        });
+        let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
+        let frames = session(tremor_m);
+        let mut longest = [0, 0];
+        for (i, frame) in frames.iter().enumerate() {
+            let tracking = filter.step(frame);
+            let before = [&ahead, &replayed].map(|s| s.estimator().steps);
+            let estimate = ahead.step(frame, tracking.state());
+            assert_eq!(estimate, replayed.step(frame, tracking.state()), "{i}");
+            assert_eq!(ahead.began(), replayed.began());
+            if ahead.began().is_some_and(|b| !b.turned) {
+                for (k, stream) in [&ahead, &replayed].into_iter().enumerate() {
+                    longest[k] = longest[k].max(stream.estimator().steps - before[k]);
+                }
+            }
+            // Touches are told of in the reach, at rest and while the hand may be setting off.
+            if i % 97 == 0 {
+                for stream in [&mut ahead, &mut replayed] {
+                    stream.touched(frame.point(HandPoint::Index).unwrap(), frame.t_s);
+                }
+            }
+        }
+        println!("{tremor_m} m: longest step {longest:?} samples");
+        assert!(ahead.estimator().estimator.touches() > 5);
+        if tremor_m == 0.0 {
+            assert!(longest[0] <= 3 && longest[1] >= 5, "{longest:?}");
+        }
+    }
 }

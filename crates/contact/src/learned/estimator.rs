@@ -71,12 +71,18 @@ impl ContactEstimator for LearnedEstimator {
     }
 
     fn begin(&mut self) {
-        self.last = None;
         self.adaptation.begin();
-        self.track.begin();
-        if let Some(run) = &mut self.run {
-            run.begin();
-        }
+        self.follow_anew();
+    }
+
+    fn begin_tentatively(&mut self) -> bool {
+        self.adaptation.begin_tentatively();
+        self.follow_anew();
+        true
+    }
+
+    fn confirm(&mut self) {
+        self.adaptation.confirm();
     }
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
@@ -109,6 +115,14 @@ impl LearnedEstimator {
             gates: Vec::with_capacity(learnt.gates.len()),
             last: None,
             learnt: Arc::clone(learnt),
+        }
+    }
+
+    fn follow_anew(&mut self) {
+        self.last = None;
+        self.track.begin();
+        if let Some(run) = &mut self.run {
+            run.begin();
         }
     }
 

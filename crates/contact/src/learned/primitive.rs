@@ -164,7 +164,10 @@ impl PrimitiveRun {
     }
 
     pub(super) fn begin(&mut self) {
-        self.filter.clone_from(&self.fresh);
+        // A copy without allocation; both are of one model.
+        if self.filter.restart_from(&self.fresh).is_err() {
+            self.filter.clone_from(&self.fresh);
+        }
         self.last_s = None;
     }
 

@@ -259,6 +259,13 @@ const LEAST_SLOPE: f64 = 0.05;
 /// The place looked at last counts for this long while the gaze is in flight or lost, s.
 const HOLD_S: f64 = 0.3;
 
+/// What a sample says before anything is predicted.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Followed {
+    looked_at: Option<Aim>,
+    side: FreeSide,
+}
+
 /// A surface, where the ray that found it meets it, and the look, if it was one.
 #[derive(Debug, Clone, Copy)]
 struct Aim {
@@ -285,12 +292,10 @@ fn sight_covariance_m2(look: &Fixation, sd_rad: f64, point_m: DVec3, normal: DVe
 
 impl Predictor for DeterministicPredictor {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
-        let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
-        let aim = self.look(scene, input.frame.t_s, &input.gaze);
-        self.prediction = input
-            .hand
-            .filter(usable)
-            .and_then(|hand| self.contact(scene, hand, aim));
+        let followed = self.follow(scene, input);
+        self.prediction = followed
+            .zip(input.hand)
+            .and_then(|(followed, hand)| self.contact(scene, hand, followed));
         self.prediction.as_slice()
     }
 
@@ -326,15 +331,23 @@ impl DeterministicPredictor {
         }
     }
 
-    /// The contact that comes next; `None` when none is in sight.
-    fn contact(
-        &mut self,
-        scene: &Scene,
-        hand: &HandState,
-        looked_at: Option<Aim>,
-    ) -> Option<ContactPrediction> {
+    /// Follows a sample without an answer; `None` while the hand is lost.
+    pub(super) fn follow(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> Option<Followed> {
+        let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
+        let looked_at = self.look(scene, input.frame.t_s, &input.gaze);
+        let hand = input.hand.filter(usable)?;
         let eye_m = looked_at.and_then(|aim| Some(aim.look?.ray.origin_m));
         let side = self.side.free_side(scene, hand, eye_m);
+        Some(Followed { looked_at, side })
+    }
+
+    /// The contact that comes next, by the sample that was followed last; `None` when none is in sight.
+    pub(super) fn contact(
+        &self,
+        scene: &Scene,
+        hand: &HandState,
+        Followed { looked_at, side }: Followed,
+    ) -> Option<ContactPrediction> {
         let by_gaze = || self.project(scene, looked_at?, hand, &side, PredictionSource::Gaze);
         // Without a gaze, the way that the hand has come says what it went through.
         let through = || {

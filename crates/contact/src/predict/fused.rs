@@ -131,11 +131,14 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let estimated = estimate.and_then(|e| gaussian_of(e, default_sd_m));
         let began = self.stream.began();
         let place = HandPlace::new(hand, began, estimate, &self.config.watch);
-        let narrowed = |g: Gaussian| {
-            let directed = place.moves || place.is_fast;
-            let narrower = directed.then(|| self.straight_on(scene, hand, &g));
-            narrower.flatten().unwrap_or(g)
-        };
+        // The first surface on the way, once for all that ends there.
+        let directed = place.moves || place.is_fast;
+        let ahead = hand.direction.filter(|_| directed).and_then(|ahead| {
+            let hit = scene.ray_cast(hand.point_m, ahead).ok()??;
+            Some((ahead, hit.distance_m))
+        });
+        let straight_on = |g: &Gaussian| self.straight_on(hand, ahead?, g);
+        let narrowed = |g: Gaussian| straight_on(&g).unwrap_or(g);
         // A regression is drawn towards where people usually touch. For a place that is looked at, scene and gaze say which places
         // there are; to count that, too, would drag a look at an unusual place towards the usual ones.
         let usual = self.config.gaze.rest.learnt_about(place.rest_m);
@@ -144,8 +147,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let freed = |g: Gaussian| g.without(&usual?, ReachPhase::drawn_share(left_s?));
         let by_motion = estimated.and_then(freed).map(narrowed);
         let anew = if place.moves {
-            self.straight_on(scene, hand, &near(hand.point_m)?)
-                .or_else(|| close(hand.point_m))
+            straight_on(&near(hand.point_m)?).or_else(|| close(hand.point_m))
         } else {
             self.config.gaze.rest.about(place.rest_m)
         };
@@ -163,16 +165,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     /// it. The estimator knows the direction but cannot know that distance.
     fn straight_on(
         &self,
-        scene: &Scene,
         hand: &HandState,
+        (ahead, free_m): (DVec3, f64),
         by_motion: &Gaussian,
     ) -> Option<Gaussian> {
-        let ahead = hand.direction?;
-        let hit = scene.ray_cast(hand.point_m, ahead).ok()??;
         // A surface that the hand only passes does not end the way.
-        let left_m = hit
-            .distance_m
-            .max((by_motion.mean_m - hand.point_m).dot(ahead));
+        let left_m = free_m.max((by_motion.mean_m - hand.point_m).dot(ahead));
         let sd_m = self.config.bend? * left_m + TRACKED_M;
         let across = DMat3::IDENTITY - square(ahead);
         by_motion.times(hand.point_m, across * (1.0 / (sd_m * sd_m)))
@@ -184,17 +182,25 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let Some(by_hand) = self.by_hand(scene, hand) else {
             return false;
         };
-        let distance_m = |ray: &GazeRay| {
-            let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
-            Some(hit.distance_m)
-        };
         let gaze = &self.config.gaze;
+        // What the two lines of sight meet, once for all hypotheses.
+        let (now, before) = self.gaze.looks(hand.t_s, gaze.memory_s);
+        let sights = [now, before.map(|(look, _)| look)].map(|look| {
+            let ray = look?.ray;
+            let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
+            Some((ray, hit))
+        });
+        let met_by = |ray: &GazeRay| {
+            let mut met = sights.iter().flatten();
+            met.find(|(sight, _)| sight == ray).map(|(_, hit)| *hit)
+        };
+        let distance_m = |ray: &GazeRay| Some(met_by(ray)?.distance_m);
         let hypotheses = gaze.weigh(&by_hand, &self.gaze, hand.t_s, distance_m);
         for hypothesis in hypotheses.into_iter().flatten() {
             let from = self.viewpoint(hand, side, &hypothesis);
             // What the line of sight meets may be meant although the straight way there is blocked.
             let seen = hypothesis.sight.and_then(|ray| {
-                let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
+                let hit = met_by(&ray)?;
                 let near = hit.point_m.distance(hand.point_m) <= self.config.max_distance_m;
                 (near && scene.surface(hit.surface).touchable()).then(|| SeenFace {
                     hit: facing(&hit, side.from_m),
@@ -430,7 +436,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         let apart_rad = self.config.gaze.apart_rad();
         self.gaze.step(input.frame.t_s, &input.gaze, apart_rad);
         // It follows every sample, so that it can take over at any.
-        let by_ray = self.fallback.predict(scene, input).first().copied();
+        let followed = self.fallback.follow(scene, input);
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
         let Some(hand) = input.hand.filter(usable) else {
             self.rest.forget();
@@ -448,6 +454,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             }
         }
         if self.ranked.is_empty() {
+            let by_ray = followed.and_then(|f| self.fallback.contact(scene, hand, f));
             self.ranked.extend(by_ray);
         }
         &self.ranked

@@ -7,16 +7,34 @@ use hwall_hand::{HandFrame, HandState, ReachWatch, WatchConfig, WatchUpdate};
 
 /// Feeds an estimator the reaches of an unbroken stream, each from its true start.
 ///
-/// The onset of a reach is seen some samples late. These are replayed, so the step at an onset takes as long
-/// as that many steps of the estimator, at most [`WatchConfig::buffer`]. Nothing is allocated after the
-/// construction, except by the estimator when a reach begins.
+/// The onset of a reach is seen some samples late. An estimator that can be ahead of it
+/// ([`ContactEstimator::begin_tentatively`]) is given these samples as they come, so that no step takes longer than
+/// another. To others, and after a turn in the middle of a movement, they are replayed: the step at the onset then takes as
+/// long as that many steps of the estimator, at most [`WatchConfig::buffer`]. The estimates are the same either way.
+/// Nothing is allocated after the construction, except by the estimator when a reach begins.
 #[derive(Debug, Clone)]
 pub struct StreamEstimator<E> {
     watch: ReachWatch,
     estimator: E,
     estimate: Option<ContactEstimate>,
     began: Option<ReachBeginning>,
+    ahead: Option<Ahead>,
+    last_s: f64,
 }
+
+/// What the estimator knows of a reach that may have begun.
+#[derive(Debug, Clone, Copy)]
+struct Ahead {
+    /// Time of the first sample, s.
+    first_s: f64,
+    /// How many samples it was given.
+    samples: usize,
+    estimate: Option<ContactEstimate>,
+}
+
+/// An estimator gets ahead of an onset from no more samples than this: later it would have to catch up on a reach that may
+/// never begin.
+const MOST_TO_CATCH_UP: usize = 3;
 
 /// How the reach under way began.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +58,8 @@ impl<E: ContactEstimator> StreamEstimator<E> {
             estimator,
             estimate: None,
             began: None,
+            ahead: None,
+            last_s: f64::NEG_INFINITY,
         })
     }
 
@@ -71,6 +91,8 @@ impl<E: ContactEstimator> StreamEstimator<E> {
     /// [`ContactEstimator::touched`].
     pub fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
         self.estimator.touched(contact_m, contact_s);
+        // What was said ahead did not know of this touch.
+        self.ahead = None;
     }
 
     /// Forgets every sample and every touch.
@@ -79,6 +101,8 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         self.estimator.forget();
         self.estimate = None;
         self.began = None;
+        self.ahead = None;
+        self.last_s = f64::NEG_INFINITY;
     }
 
     /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at rest. A
@@ -86,30 +110,84 @@ impl<E: ContactEstimator> StreamEstimator<E> {
     /// stream starts anew.
     pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> Option<ContactEstimate> {
         let turned = self.watch.reaching();
+        if frame.t_s < self.last_s {
+            self.ahead = None;
+        }
+        if frame.t_s.is_finite() {
+            self.last_s = frame.t_s;
+        }
         match self.watch.step(frame, hand) {
             WatchUpdate::Repeated => {}
             WatchUpdate::AtRest => {
                 self.estimate = None;
                 self.began = None;
+                self.get_ahead();
             }
             WatchUpdate::UnderWay => self.estimate = self.estimator.step(frame),
-            WatchUpdate::Begun { samples } => {
-                self.estimator.begin();
-                self.estimate = None;
-                let mut seen = self
-                    .watch
-                    .latest(samples)
-                    .filter_map(|frame| Some((frame.t_s, frame.contact_point()?)));
-                self.began = seen.next().map(|(since_s, first)| ReachBeginning {
-                    since_s,
-                    place_m: first.position_m,
-                    turned,
-                });
-                for frame in self.watch.latest(samples) {
-                    self.estimate = self.estimator.step(frame);
-                }
-            }
+            WatchUpdate::Begun { samples } => self.begin(samples, turned),
         }
         self.estimate
+    }
+
+    /// A reach has begun with the newest `samples`.
+    fn begin(&mut self, samples: usize, turned: bool) {
+        let mut seen = self
+            .watch
+            .latest(samples)
+            .filter_map(|frame| Some((frame.t_s, frame.contact_point()?)));
+        self.began = seen.next().map(|(since_s, first)| ReachBeginning {
+            since_s,
+            place_m: first.position_m,
+            turned,
+        });
+        let known = self.known(samples);
+        self.ahead = None;
+        if known.is_some() {
+            self.estimator.confirm();
+        } else {
+            self.estimator.begin();
+        }
+        let (known, estimate) = known.unwrap_or((0, None));
+        self.estimate = estimate;
+        for frame in self.watch.latest(samples - known) {
+            self.estimate = self.estimator.step(frame);
+        }
+    }
+
+    /// How many of the newest `samples` the estimator has had ahead, from the first of them on, and its estimate then; `None`
+    /// if it was given others.
+    fn known(&self, samples: usize) -> Option<(usize, Option<ContactEstimate>)> {
+        let first_s = self.watch.latest(samples).next()?.t_s;
+        let same = |a: &Ahead| a.first_s == first_s && a.samples <= samples;
+        let ahead = self.ahead.filter(same)?;
+        Some((ahead.samples, ahead.estimate))
+    }
+
+    /// Gives the estimator the samples of a reach that may have begun.
+    fn get_ahead(&mut self) {
+        let Some(samples) = self.watch.samples_if_begun() else {
+            self.ahead = None;
+            return;
+        };
+        let (known, mut estimate) = match self.known(samples) {
+            Some(known) => known,
+            None if samples <= MOST_TO_CATCH_UP && self.estimator.begin_tentatively() => (0, None),
+            None => {
+                self.ahead = None;
+                return;
+            }
+        };
+        let mut first_s = None;
+        for (index, frame) in self.watch.latest(samples).enumerate() {
+            first_s.get_or_insert(frame.t_s);
+            if index >= known {
+                estimate = self.estimator.step(frame);
+            }
+        }
+        self.ahead = first_s.map(|first_s| Ahead {
+            first_s,
+            samples,
+            estimate,
+        });
     }
 }

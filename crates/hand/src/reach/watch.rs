@@ -146,6 +146,19 @@ impl ReachWatch {
         self.recent.range(first..).map(|(frame, _)| frame)
     }
 
+    /// How many samples a reach would have that is found to have begun now, the newest one included; `None` while a reach is
+    /// under way, and while the hand is slow, when no reach can have begun.
+    #[must_use]
+    pub fn samples_if_begun(&self) -> Option<usize> {
+        let (_, newest_m_per_s) = self.recent.back()?;
+        let onset = self.config.onset();
+        if self.reach.is_some() || onset.is_slow(*newest_m_per_s) {
+            return None;
+        }
+        let speeds = self.recent.iter().map(|(_, speed)| *speed);
+        Some(self.recent.len() - onset.before(speeds))
+    }
+
     /// Takes the next sample, and the filtered hand unless it is lost. When the clock is set back, the watch
     /// starts anew.
     pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> WatchUpdate {

@@ -64,9 +64,10 @@ struct Stage {
 #[derive(Debug, Clone)]
 pub(in crate::learned) struct Adaptation {
     stages: [Stage; KNOTS],
-    pending: [Option<Pending>; KNOTS],
-    /// All that was said in the reach under way.
-    misses: [Misses; KNOTS],
+    /// What was said in the reach under way.
+    said: Said,
+    /// What was said in the reach before, while it is not certain that the next one has begun.
+    before: Option<Said>,
     /// The squared size of errors, in units of what was learnt from others, and how many touches say so, older ones
     /// counting less.
     spread: f64,
@@ -76,6 +77,22 @@ pub(in crate::learned) struct Adaptation {
     touches: usize,
     /// How much larger the squared errors of late were than expected.
     surprise: f64,
+}
+
+/// What was said in one reach.
+#[derive(Debug, Clone, Copy)]
+struct Said {
+    /// Last, at each time left.
+    pending: [Option<Pending>; KNOTS],
+    /// In all.
+    misses: [Misses; KNOTS],
+}
+
+impl Said {
+    const NOTHING: Self = Self {
+        pending: [None; KNOTS],
+        misses: [Misses::NONE; KNOTS],
+    };
 }
 
 /// What adaptation says at one time left.
@@ -99,8 +116,8 @@ impl Adaptation {
         };
         Self {
             stages: [stage; KNOTS],
-            pending: [None; KNOTS],
-            misses: [Misses::NONE; KNOTS],
+            said: Said::NOTHING,
+            before: None,
             spread: 1.0,
             judged: 0.0,
             own_m: [DVec3::ZERO; OWN_ENDS],
@@ -110,8 +127,19 @@ impl Adaptation {
     }
 
     pub(in crate::learned) fn begin(&mut self) {
-        self.pending = [None; KNOTS];
-        self.misses = [Misses::NONE; KNOTS];
+        self.said = Said::NOTHING;
+        self.before = None;
+    }
+
+    /// A reach may have begun; a touch would still be that of the reach before.
+    pub(in crate::learned) fn begin_tentatively(&mut self) {
+        let said = std::mem::replace(&mut self.said, Said::NOTHING);
+        self.before.get_or_insert(said);
+    }
+
+    /// It has begun.
+    pub(in crate::learned) fn confirm(&mut self) {
+        self.before = None;
     }
 
     pub(in crate::learned) const fn touches(&self) -> usize {
@@ -165,20 +193,21 @@ impl Adaptation {
                 nearest = k;
             }
         }
-        self.misses[nearest].add(pending.said_m, pending.covariance_m2);
-        self.pending[nearest] = Some(pending);
+        self.said.misses[nearest].add(pending.said_m, pending.covariance_m2);
+        self.said.pending[nearest] = Some(pending);
     }
 
     /// The reach has ended with a touch, m.
     pub(in crate::learned) fn touched(&mut self, contact_m: DVec3, blend: &Blend) {
         let (mut surprise, mut counted, mut judged) = (0.0, 0.0, 0.0);
-        let stages = self.stages.iter_mut().zip(&mut self.pending);
+        let said = self.before.as_mut().unwrap_or(&mut self.said);
+        let stages = self.stages.iter_mut().zip(&mut said.pending);
         for (stage, pending) in stages {
             if let Some(pending) = pending.take() {
                 stage.learn(&pending, contact_m, &blend.personal);
             }
         }
-        for (misses, usual) in self.misses.iter_mut().zip(&blend.usual_distances) {
+        for (misses, usual) in said.misses.iter_mut().zip(&blend.usual_distances) {
             if let Some(distance) = misses.take(contact_m) {
                 surprise += distance.min(SURPRISE * MOST_DISTANCE) / usual;
                 counted += (distance / self.spread).min(MOST_DISTANCE) / usual;
