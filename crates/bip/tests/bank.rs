@@ -455,8 +455,12 @@ fn groupings_at_their_limits() {
 fn a_motion_that_is_under_way_is_joined() {
     let model = model();
     // With the noise of the fit alone, fifteen times below what a linearised phase is off, some are lost.
-    let cases = [("wide", config(), 0), ("fit", BankConfig::default(), 6)];
-    for (name, config, lost) in cases {
+    let cases = [
+        ("wide", config(), 0, 0.0),
+        ("wide after a wait", config(), 0, 0.2),
+        ("fit", BankConfig::default(), 6, 0.0),
+    ];
+    for (name, config, lost, wait) in cases {
         let mut sampler = Sampler::new(410);
         for late in [10, 20, 30, 40, 50] {
             let (mut missed, mut within) = (0, 0);
@@ -464,6 +468,7 @@ fn a_motion_that_is_under_way_is_joined() {
                 let g = goal(&mut sampler);
                 let seen = motion(&mut sampler, g, &evenly(100));
                 let mut bank = Bank::new(&model, &config).unwrap();
+                bank.predict(wait).unwrap();
                 for k in late..100 {
                     step(&mut bank, seen.sample(k));
                     if k == 70 {

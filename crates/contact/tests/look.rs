@@ -489,6 +489,7 @@ fn a_look_that_begins_on_the_way_can_change_the_goal() {
 #[derive(Debug, Clone, Copy)]
 struct Drawn {
     measured_m: DVec3,
+    reaches: Option<usize>,
 }
 
 /// Spread of the places that people touch, and error of what the motion alone says, in each axis, m.
@@ -497,6 +498,10 @@ const MEASURED_SD_M: f64 = 0.15;
 
 impl ContactEstimator for Drawn {
     fn begin(&mut self) {}
+
+    fn training_reaches(&self) -> Option<usize> {
+        self.reaches
+    }
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         let [usual, measured] = [USUAL_SD_M, MEASURED_SD_M].map(|sd_m| sd_m.powi(-2));
@@ -516,7 +521,7 @@ impl ContactEstimator for Drawn {
 #[test]
 fn a_look_at_an_unusual_place_is_not_dragged_to_where_people_usually_touch() {
     let scene = with_a_door();
-    let error_m = |rest: RestingHand, y: f64| {
+    let error_of = |reaches: Option<usize>, rest: RestingHand, y: f64| {
         let target_m = DVec3::new(0.7, y, 1.2);
         let mut config = FusedConfig::default();
         // A poor eye tracker: the hand counts.
@@ -524,6 +529,7 @@ fn a_look_at_an_unusual_place_is_not_dragged_to_where_people_usually_touch() {
         config.gaze.rest = rest;
         let estimator = Drawn {
             measured_m: target_m,
+            reaches,
         };
         let mut fused = FusedPredictor::new(estimator, config).unwrap();
         let mut last_m = DVec3::NAN;
@@ -551,10 +557,15 @@ fn a_look_at_an_unusual_place_is_not_dragged_to_where_people_usually_touch() {
         mean_m: DVec3::X * 0.7,
         covariance_m2: ball(USUAL_SD_M),
     };
+    let error_m = |rest, y| error_of(Some(1_000), rest, y);
     for y in [-0.45, -0.3] {
         let [drawn_m, freed_m] = [RestingHand::default(), learnt].map(|rest| error_m(rest, y));
         assert!(freed_m < 0.3 * drawn_m, "{y}: {drawn_m} {freed_m}");
     }
+    // From what learnt nothing, nothing is taken.
+    let [as_is_m, learnt_m] =
+        [RestingHand::default(), learnt].map(|rest| error_of(None, rest, -0.3));
+    assert!(learnt_m > 0.7 * as_is_m, "{as_is_m} {learnt_m}");
     // Nor does the middle of the usual places change.
     assert!(error_m(learnt, 0.0) < 0.01);
 }

@@ -201,6 +201,22 @@ fn a_map_of_walls_for_any_chain() {
     let stopped = ChainMap::build(&solver(&chain, 2), vec![facing(0.5, 0.0, 1.0)], &stop);
     assert_eq!(stopped, Err(ReachabilityError::Cancelled));
     assert!(ChainMap::build(&solver(&chain, 2), Vec::new(), &go_on).is_err());
+    // Two pieces of one plane, left and right of a door, in either order.
+    let piece = |from_m: f64, to_m: f64| {
+        let ends = [from_m, to_m].map(|y| DVec3::new(0.5, y, 0.0));
+        let heights = Interval::new(0.3, 0.4);
+        let wall = WallGrid::for_wall(ends[0], DVec3::X, heights, 0.1).expect("a wall");
+        wall.within(ends).expect("two ends")
+    };
+    let mut pieces = vec![piece(-0.4, -0.1), piece(0.1, 0.4)];
+    for _ in 0..2 {
+        let map = ChainMap::build(&solver(&chain, 12), pieces.clone(), &go_on).expect("a map");
+        for (y, on) in [(-0.25, true), (0.0, false), (0.25, true)] {
+            let found = map.look_up(DVec3::new(0.5, y, 0.4), DVec3::X);
+            assert_eq!(found, Some(on), "at {y}");
+        }
+        pieces.reverse();
+    }
 }
 
 #[test]

@@ -73,7 +73,8 @@ impl Hypotheses {
         let largest = blanks.max_by_key(|b| b.size());
         let mut hypotheses = Self {
             list,
-            spare: largest.map_or(Vec::new(), |b| vec![b.clone(); most]),
+            // As many parents and as many children.
+            spare: largest.map_or(Vec::new(), |b| vec![b.clone(); 2 * capacity]),
             candidates: Vec::with_capacity((3 + components.len()).saturating_mul(capacity)),
         };
         hypotheses.list.reserve(2 * capacity);

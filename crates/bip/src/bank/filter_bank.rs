@@ -110,7 +110,10 @@ impl Bank {
             check::all_finite("dt", &[moved, noise * noise, noise * dt])?;
         }
         self.since_branching += dt * mean;
-        self.elapsed += dt * mean;
+        // Waiting before the first evidence settles nothing.
+        if self.weighed || self.elapsed > 0.0 {
+            self.elapsed += dt * mean;
+        }
         if self.weighed && self.since_branching >= self.config.branching {
             let most = most(&self.config, self.components.len(), self.elapsed);
             let (share, components) = (self.since_branching, &mut self.components);

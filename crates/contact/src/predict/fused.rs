@@ -29,9 +29,9 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 ///    another place than the one that was meant.
 /// 2. The gaze makes each of the two a mixture of three hypotheses: the Gaussian times a Gaussian about the present line of
 ///    sight, the same about the look before, and the Gaussian alone, for a person who does not look at
-///    the target. An estimate that was learnt is drawn towards where people usually touch; that is taken out of it where a line of
-///    sight says which place is meant. Each is weighed by how probable it makes both lines of sight, and by how often it is the true one in this phase
-///    of a reach at this age of the look, which is learnt ([`GazeModel`](super::GazeModel)). Some estimates are assumed to be
+///    the target. An estimate that was learnt is drawn towards where people usually touch; that is taken out of it
+///    where a line of sight says which place is meant. Each is weighed by how probable it makes both lines of sight, and
+///    by how often it is the true one in this phase of a reach at this age of the look, which is learnt ([`GazeModel`](super::GazeModel)). Some estimates are assumed to be
 ///    further off than they state, so that a look far away from one still counts.
 /// 3. Each hypothesis is divided among the surfaces: density in the plane of a face, times the share of it
 ///    that straight ways from the hand meet first, times the sine of the angle at which they meet it; for hypotheses that owe
@@ -139,9 +139,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         });
         let straight_on = |g: &Gaussian| self.straight_on(hand, ahead?, g);
         let narrowed = |g: Gaussian| straight_on(&g).unwrap_or(g);
-        // A regression is drawn towards where people usually touch. For a place that is looked at, scene and gaze say which places
-        // there are; to count that, too, would drag a look at an unusual place towards the usual ones.
+        // A regression is drawn towards where people usually touch. For a place that is looked at, scene and gaze say
+        // which places there are; to count that, too, would drag a look at an unusual place towards the usual ones.
+        // What learnt nothing is not drawn, nor is a reach that turned: it does not start where hands rest.
+        let is_drawn = self.stream.estimator().training_reaches().is_some()
+            && !began.is_some_and(|began| began.turned);
         let usual = self.config.gaze.rest.learnt_about(place.rest_m);
+        let usual = usual.filter(|_| is_drawn);
         let left_s = estimate.and_then(|e| Some(e.time_to_contact_s?.mean_s));
         let left_s = left_s.filter(|left_s| left_s.is_finite());
         let freed = |g: Gaussian| g.without(&usual?, ReachPhase::drawn_share(left_s?));

@@ -24,31 +24,37 @@ const AGAIN: f64 = 0.6;
 
 impl Familiarity {
     /// From the evidence of held-out reaches, one list each: pairs of the time since the beginning, in sampling periods, and the
-    /// mean evidence by then. `None` from too few of them.
+    /// mean evidence by then. `None` from too few of them that hold any.
     pub(super) fn of(reaches: &[Vec<(f64, f64)>]) -> Option<Self> {
-        if reaches.len() < LEAST {
+        let told = || reaches.iter().filter(|reach| !reach.is_empty());
+        if told().count() < LEAST {
             return None;
         }
-        let longest = reaches.iter().flatten().map(|(at, _)| *at);
+        let longest = told().flatten().map(|(at, _)| *at);
         let bins = 1 + bin(longest.fold(0.0, f64::max));
-        let mut usual = Vec::with_capacity(bins);
-        for number in 0..bins {
-            let mut values: Vec<f64> = reaches
-                .iter()
-                .filter_map(|reach| {
+        let medians: Vec<Option<f64>> = (0..bins)
+            .map(|number| {
+                let of_reach = |reach: &Vec<(f64, f64)>| {
                     let within = reach.iter().filter(|(at, _)| bin(*at) == number);
                     within.map(|(_, mean)| *mean).reduce(f64::max)
-                })
-                .collect();
-            values.sort_by(f64::total_cmp);
-            let median = values.get(values.len() / 2).copied();
-            // A bin that nobody reached is like the one before.
-            let median = median.or(usual.last().copied()).unwrap_or(0.0);
-            usual.push(median.max(f64::MIN_POSITIVE));
-        }
+                };
+                let mut values: Vec<f64> = told().filter_map(of_reach).collect();
+                values.sort_by(f64::total_cmp);
+                let median = values.get(values.len() / 2).copied();
+                median.filter(|median| *median > 0.0 && median.is_finite())
+            })
+            .collect();
+        // Times at which nobody was are like those before; nothing usual at any time is no test.
+        let mut last = *medians.iter().flatten().next()?;
+        let usual = medians
+            .into_iter()
+            .map(|median| {
+                last = median.unwrap_or(last);
+                last
+            })
+            .collect();
         let mut familiarity = Self { usual, limit: 1.0 };
-        let mut most: Vec<f64> = reaches
-            .iter()
+        let mut most: Vec<f64> = told()
             .map(|reach| {
                 let ratios = reach.iter().map(|(at, mean)| familiarity.ratio(*at, *mean));
                 ratios.fold(0.0, f64::max)
@@ -113,6 +119,12 @@ mod tests {
     fn few_reaches_give_no_test() {
         assert_eq!(Familiarity::of(&reaches()[..LEAST - 1]), None);
         assert_eq!(Familiarity::of(&[]), None);
-        assert!(Familiarity::of(&vec![Vec::new(); LEAST]).is_some());
+        assert_eq!(Familiarity::of(&vec![Vec::new(); 2 * LEAST]), None);
+        for nothing in [0.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(Familiarity::of(&vec![vec![(1.0, nothing)]; LEAST]), None);
+        }
+        // Reaches that were seen late only.
+        let late = vec![vec![(9.0, 0.2)]; LEAST];
+        assert!(Familiarity::of(&late).unwrap().is_familiar(true, 1.0, 0.2));
     }
 }

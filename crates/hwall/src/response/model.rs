@@ -83,7 +83,14 @@ impl ResponseModel {
             demonstration.validate(number)?;
         }
         let all: Vec<&ResponseDemonstration> = demonstrations.iter().collect();
-        let model = Self::of(&all, config)?;
+        let points: Vec<HandPoint> = HandPoint::ALL
+            .into_iter()
+            .filter(|point| all.iter().all(|d| d.sees(*point)))
+            .collect();
+        if points.is_empty() {
+            return Err(SessionError::UnseenHand { count: all.len() });
+        }
+        let model = Self::of(&all, &points, config)?;
         let (mut rest, mut others) = (Vec::new(), Vec::new());
         for task in Task::ALL {
             let of_task: Vec<_> = all.iter().filter(|d| d.task == task).copied().collect();
@@ -92,10 +99,15 @@ impl ResponseModel {
             rest.extend_from_slice(known);
             others.extend_from_slice(other);
         }
-        let familiarity = match others.len() < LEAST {
+        // Of the same points: the evidence is that of these values. Too few to make a model of the rest are too few for this.
+        let without_others = match others.len() < LEAST {
             true => None,
-            false => {
-                let mut filter = Self::of(&rest, config)?.filter();
+            false => Self::of(&rest, &points, config).ok(),
+        };
+        let familiarity = match without_others {
+            None => None,
+            Some(model) => {
+                let mut filter = model.filter();
                 let evidence = |other: &&ResponseDemonstration| filter.evidence(&other.frames);
                 let reaches: Vec<_> = others.iter().map(evidence).collect::<Result<_, _>>()?;
                 Familiarity::of(&reaches)
@@ -107,23 +119,15 @@ impl ResponseModel {
         })
     }
 
-    /// Learns from demonstrations that were checked, without holding out any.
+    /// Learns from demonstrations that were checked and see all `points`, without holding out any.
     fn of(
         demonstrations: &[&ResponseDemonstration],
+        points: &[HandPoint],
         config: &ResponseConfig,
     ) -> Result<Self, SessionError> {
-        let points: Vec<HandPoint> = HandPoint::ALL
-            .into_iter()
-            .filter(|point| demonstrations.iter().all(|d| d.sees(*point)))
-            .collect();
-        if points.is_empty() {
-            return Err(SessionError::UnseenHand {
-                count: demonstrations.len(),
-            });
-        }
         let primitives: Vec<Demonstration> = demonstrations
             .iter()
-            .map(|demonstration| demonstration.to_primitive(&points))
+            .map(|demonstration| demonstration.to_primitive(points))
             .collect::<Result<_, _>>()?;
         let ends: Vec<(Task, [f64; 7])> = demonstrations
             .iter()
@@ -160,7 +164,7 @@ impl ResponseModel {
         Ok(Self {
             mixture,
             tasks,
-            points,
+            points: points.to_vec(),
             bank,
             variance_m2: config.noise_m.powi(2),
             familiarity: None,

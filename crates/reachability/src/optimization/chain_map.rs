@@ -92,13 +92,18 @@ impl ChainMap {
             along(wall) > 0.0 && along(wall).powi(2) >= LEAST_COSINE_SQUARED * across
         };
         let walls = self.walls.iter().filter(is_near);
-        let near = walls.filter_map(|wall| Some((wall, wall.line(point_m)?)));
-        let (wall, line) = near.max_by(|(a, _), (b, _)| along(a).total_cmp(&along(b)))?;
-        let s_m = wall.normal.x * point_m.y - wall.normal.y * point_m.x;
-        let is_on_wall = wall.grid.span_m.is_none_or(|span| span.contains(s_m));
+        let near = walls.filter_map(|wall| {
+            let line = wall.line(point_m)?;
+            let s_m = wall.normal.x * point_m.y - wall.normal.y * point_m.x;
+            let is_on_wall = wall.grid.span_m.is_none_or(|span| span.contains(s_m));
+            (!s_m.is_nan()).then_some((is_on_wall, along(wall), line, s_m))
+        });
+        // Of pieces of one plane, that which the point is on.
+        let (is_on_wall, _, line, s_m) =
+            near.max_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))?;
         let (_, found) = self.lines.get(line)?;
         let is_found = found.as_ref().is_some_and(|f| f.interval().contains(s_m));
-        (!s_m.is_nan()).then_some(is_on_wall && is_found)
+        Some(is_on_wall && is_found)
     }
 
     /// Area of what was found within the walls' ends, m²: the lines' lengths times the distance between them.
