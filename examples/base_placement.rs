@@ -73,7 +73,7 @@ struct Args {
     out: PathBuf,
 }
 
-/// How far the base stands behind the walls; not the radius of a foot less, or the arm stands in the wall.
+/// How far the base stands behind the walls: at least the radius of the foot, or the arm would stand in the wall.
 #[derive(Clone, Copy)]
 struct Behind(Option<f64>);
 

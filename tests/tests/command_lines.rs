@@ -500,3 +500,31 @@ fn tables_of_studies_are_analysed_as_they_are_written() {
         "{long}"
     );
 }
+
+/// A column `valid` of other numbers could not be refused.
+#[test]
+fn a_column_that_says_nothing_of_rows_can_be_refused() {
+    let folder = scratch("own_valid");
+    let mut table = "subject,angle,answer,valid\n".to_owned();
+    for subject in 1..7 {
+        let (a, b) = (subject * 7 % 5 + 1, subject * 3 % 5 + 4);
+        table += &format!("{subject},0,{a},0.93\n{subject},90,{b},ok\n");
+    }
+    std::fs::write(folder.join("study.csv"), table).unwrap();
+    let analyse = |valid: &[&str]| {
+        let mut command = example("psychophysics")?;
+        let words = "analyse study.csv --value answer --subject subject --factors angle";
+        command.args(words.split(' ')).args(valid);
+        command.current_dir(&folder);
+        Some(command)
+    };
+    let Some(mut unasked) = analyse(&[]) else {
+        return;
+    };
+    refused(&mut unasked, &["\"0.93\"", "--valid none"]);
+    let output = analyse(&["--valid", "none"]).unwrap().output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{error}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(!text.contains("left out"), "{text}");
+}

@@ -5,7 +5,7 @@ use hwall_lab::attack::findings;
 use hwall_lab::faults::fault::Fault;
 use hwall_lab::{feel, in_time};
 use hwall_stage::person::kinds::PersonKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 fn document(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
@@ -63,7 +63,6 @@ fn what_is_felt_has_the_columns_of_its_program() {
     }
 }
 
-/// The README quotes one run, that of the document.
 /// Names of tests change: the table of findings changes with them, or this fails.
 #[test]
 fn findings_are_held_by_tests_that_there_are() {
@@ -81,6 +80,7 @@ fn findings_are_held_by_tests_that_there_are() {
     assert!(text.contains(&findings::section()), "attack --docs");
 }
 
+/// The README quotes one run, that of the document.
 #[test]
 fn the_readme_quotes_the_speeds_at_hand() {
     let machine = |name: &str| {
@@ -97,4 +97,33 @@ fn the_columns_of_touches_are_those_of_the_readme() {
     let header = header.lines().next().unwrap();
     let readme = document("README.md").replace('\n', "");
     assert!(readme.contains(&format!("`{header}`")), "{header}");
+}
+
+/// Whole paths of the files of a folder and of those in it.
+fn files_in(folder: &Path, found: &mut Vec<PathBuf>) {
+    let entries = std::fs::read_dir(folder);
+    for entry in entries.unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
+        let path = entry.unwrap().path();
+        match path.is_dir() {
+            true => files_in(&path, found),
+            false => found.push(path),
+        }
+    }
+}
+
+/// Files move: what is written about them goes along, or this fails.
+#[test]
+fn the_files_of_the_architecture_are_there() {
+    let mut files = Vec::new();
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
+    files_in(&crates, &mut files);
+    let text = document("docs/ARCHITECTURE.md");
+    let is_of_path = |c: char| c.is_ascii_alphanumeric() || "_/.".contains(c);
+    let words = text.split(|c| !is_of_path(c));
+    let named: Vec<&str> = words.filter(|word| word.ends_with(".rs")).collect();
+    assert!(named.len() > 100, "{}", named.len());
+    for name in named {
+        let is_there = files.iter().any(|path| path.ends_with(name));
+        assert!(is_there, "docs/ARCHITECTURE.md names {name}");
+    }
 }

@@ -24,7 +24,7 @@ impl BuiltInRoom {
     /// As the main job has it without flags.
     ///
     /// # Errors
-    /// None that is known: as for what is read from files.
+    /// As for [`BoardArm::named`] and [`load_scene`].
     pub fn new() -> anyhow::Result<Self> {
         let board = Board::default();
         Ok(Self {

@@ -4,7 +4,7 @@ use hwall_testkit::MarkdownTable;
 
 /// A class of inputs or faults that was not held once.
 pub struct Finding {
-    /// Its short name in the issue that reported it.
+    /// Its short name.
     pub id: &'static str,
     /// What happened.
     pub what: &'static str,
@@ -349,6 +349,16 @@ pub const OF_FILES: &[Finding] = &[
             (LINES, "a_full_device_is_an_error_and_no_panic"),
             (LINES, "refusals_name_the_flag_and_the_bound"),
         ],
+    ),
+    finding(
+        "F24",
+        "two samples a denormal apart had an infinite speed: an index below zero",
+        &[(HAND, "a_step_of_no_length_in_time_is_no_speed")],
+    ),
+    finding(
+        "F25",
+        "a trial whose hand is slow by the configuration from its first sample on: an index below zero",
+        &[(HAND, "a_hand_that_is_slow_by_the_configuration_has_an_end")],
     ),
     finding(
         "",

@@ -4,7 +4,8 @@ use crate::psychophysics::figures;
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall_psychophysics::{
-    Adjustment, AnalysisConfig, Columns, ErrorModel, Normalisation, Study, analyse,
+    Adjustment, AnalysisConfig, Columns, ErrorModel, Normalisation, PsychophysicsError, Study,
+    analyse,
 };
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::note;
@@ -14,6 +15,8 @@ use std::path::PathBuf;
 
 /// A column of this name says which rows count; tables of the example `study` have it.
 const VALID: &str = "valid";
+/// For `--valid`: no column says which rows count.
+const NONE: &str = "none";
 
 /// What to analyse and how.
 #[derive(clap::Args)]
@@ -42,8 +45,8 @@ pub struct Args {
     /// factor by the factor and a level, such as angle_0, or by numbers. Those that are taken are named
     #[arg(long, value_name = "JOINT", conflicts_with = "round")]
     wide: Option<String>,
-    /// Column that says of each row whether it counts, true or false: rows that do not are left out and counted [default: valid,
-    /// if there is such a column]
+    /// Column that says of each row whether it counts, true or false: rows that do not are left out and counted; none: no column
+    /// does, and all rows count [default: valid, if there is such a column]
     #[arg(long, conflicts_with = "wide")]
     valid: Option<String>,
     /// What is done about missing answers
@@ -109,7 +112,11 @@ impl Args {
         let within = within.filter(|f| self.between.as_deref() != Some(f));
         let value = self.value.as_deref().unwrap_or("answer");
         let mut columns = Columns::new(&self.subject, within, value);
-        columns.valid = self.valid.clone().or_else(|| self.own_valid(header));
+        columns.valid = match self.valid.as_deref() {
+            Some(NONE) => None,
+            Some(column) => Some(column.to_owned()),
+            None => self.own_valid(header),
+        };
         columns.between.clone_from(&self.between);
         columns.rounds.clone_from(&self.round);
         match self.missing {
@@ -128,6 +135,17 @@ impl Args {
             .map(|cell| cell.trim().trim_matches('"'))
             .any(|cell| cell.eq_ignore_ascii_case(VALID));
         (self.wide.is_none() && has_one && !is_taken).then(|| VALID.to_owned())
+    }
+
+    /// The error of a table; where its column `valid` was taken without being asked for, with the way to refuse it.
+    fn explained(&self, error: PsychophysicsError) -> anyhow::Error {
+        let is_own =
+            self.valid.is_none() && matches!(error, PsychophysicsError::NeitherValidNorNot { .. });
+        let error = anyhow::Error::from(error);
+        match is_own {
+            true => error.context("the column valid says which rows count, unless --valid none"),
+            false => error,
+        }
     }
 
     fn config(&self) -> AnalysisConfig {
@@ -183,6 +201,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         None => Study::read_csv(table.as_slice(), &columns),
     };
+    let study = study.map_err(|error| args.explained(error));
     let study = study.with_context(name)?;
     let config = args.config();
     let analysis = analyse(&study, &config).with_context(name)?;

@@ -19,8 +19,8 @@ use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions};
 use hwall_scene::SurfaceId;
 use std::sync::Arc;
 
-/// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is taken, no
-/// clock is read, and no input makes it fail.
+/// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is taken,
+/// no clock is read, and no input makes it fail.
 ///
 /// One half of a [`Session`](crate::Session), for a thread of its own: [`Session::split`](crate::Session::split).
 pub struct Control {
@@ -96,8 +96,8 @@ pub struct MovingSurface {
 impl Control {
     /// The command for the coming cycle. `now_s` and the stamp of the state are on one clock, that of the arm.
     ///
-    /// If an input is missing or wrong, the state is [`SessionState::Holding`] with the reason ([`HoldReason`](hwall_haptics::HoldReason)); motion
-    /// resumes once the inputs are good again.
+    /// If an input is missing or wrong, the state is [`SessionState::Holding`] with the reason
+    /// ([`HoldReason`](hwall_haptics::HoldReason)); motion resumes once the inputs are good again.
     pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         self.barriers.renew(&mut self.renderer);
         if let Some(mut guidance) = self.receiver.newest() {
@@ -351,8 +351,8 @@ impl Control {
         None
     }
 
-    /// The slack of a target. While there is no time left to move on before the hand comes, it is all that the face has: a goal that
-    /// holds the touch if the prediction is right is worth more than one that is reached too late.
+    /// The slack of a target. While there is no time left to move on before the hand comes, it is all that the face has: a
+    /// goal that holds the touch if the prediction is right is worth more than one that is reached too late.
     fn slack_m(&self, now_s: f64, target: &BoardTarget) -> [f64; 2] {
         let left_s = self.step.and_then(|step| step.left_s);
         let (Some(contact_s), Some(left_s)) = (self.guidance.contact_s, left_s) else {

@@ -41,7 +41,8 @@ impl Lean {
             let protrusion_m = follower.protrusion_at_m(q);
             protrusion_m.is_none_or(|m| m <= -BEHIND_M)
         };
-        // A door may have moved since.
+        // A door may have moved before it since. One that moved away makes no lean longer: a board that is asked to go to one
+        // place does not go to and fro with a door that swings, and starts from less far until it is asked for another place.
         if let Some([last_to, q]) = &self.last
             && last_to == to
             && is_behind(q)
