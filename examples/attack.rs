@@ -24,6 +24,9 @@ struct Args {
     /// Disturbed runs of the control loop [default: a tenth of the inputs]
     #[arg(long)]
     runs: Option<u64>,
+    /// Only this run of the loop, once more, with the others on its arm
+    #[arg(long, conflicts_with_all = ["inputs", "runs", "reader", "docs"])]
+    run: Option<u64>,
     /// all, or one of scene, hand, urdf, study, calibration, model, map, atlas, stl, exr, session, loop
     #[arg(long, default_value = "all")]
     reader: String,
@@ -51,16 +54,21 @@ fn run(args: &Args, out: &mut impl Write) -> anyhow::Result<()> {
         return Ok(write!(out, "{}", attack::findings::section())?);
     }
     let documents = args.docs.then(Documents::tracked).transpose()?;
-    let targets = attack::targets(&args.reader)?;
+    let targets = match args.run {
+        Some(_) => attack::targets(attack::LOOP)?,
+        None => attack::targets(&args.reader)?,
+    };
     // Panics are counted, not shown.
     std::panic::set_hook(Box::new(|_| {}));
     let mut reports = Vec::new();
     for target in &targets {
-        let report = target.attack(
-            args.inputs,
-            args.runs.unwrap_or(args.inputs / 10),
-            args.seed,
-        )?;
+        let report = match args.run {
+            Some(run) => attack::loop_again(run, args.seed)?,
+            None => {
+                let runs = args.runs.unwrap_or(args.inputs / 10);
+                target.attack(args.inputs, runs, args.seed)?
+            }
+        };
         for finding in &report.examples {
             note(format_args!(
                 "{} input {}: {}",

@@ -106,3 +106,61 @@ fn a_retreat_from_a_motion_is_no_leap_of_speed() {
     assert!(retreats > 600, "{retreats}");
     assert!(before.iter().all(|rate| rate.abs() < 1e-3), "{before:?}");
 }
+
+/// A command that is cut and behind what is wanted is no place to leap from, either: a loop that comes late goes on by four usual steps.
+#[test]
+fn after_a_stall_a_command_that_is_cut_does_not_leap() {
+    let most = GuardLimits::of_arm(&SrsArm::iiwa7()).velocity_rad_per_s;
+    for stall_s in [0.02, 0.15, 0.19] {
+        let mut bench = Bench::new();
+        bench.run(5);
+        let (mut to, mut from) = (home(), home());
+        let (mut rate, mut slowed, mut largest) = (0.0_f64, 0, 0.0_f64);
+        for k in 0..400 {
+            // Soon faster than joint 1 may be.
+            rate = (rate + 0.01).min(2.5);
+            to[0] += rate * DT_S;
+            bench.command = ArmCommand::Position(to);
+            if k == 380 {
+                bench.now_s += stall_s;
+            }
+            let step = bench.step();
+            let ArmCommand::Position(q) = step.command else {
+                panic!("{k}: {step:?}");
+            };
+            slowed += usize::from(step.state.name() == "slowed");
+            let turned = (q[0] - from[0]).abs();
+            let steps = if k == 380 { 4.0 } else { 1.0 };
+            assert!(
+                turned <= steps * most[0] * DT_S * (1.0 + 1e-6),
+                "stall of {stall_s} s, step {k}: {turned} rad"
+            );
+            largest = largest.max(turned);
+            let qd = JointVelocities(std::array::from_fn(|i| (q[i] - from[i]) / DT_S));
+            (from, bench.state.q) = (q, q);
+            bench.state.qd[0] = qd[0].min(most[0]);
+        }
+        println!("stall of {stall_s} s: largest step {largest:.4} rad, {slowed} cycles slowed");
+        assert!(slowed > 100, "{slowed}");
+    }
+}
+
+/// An arm may be measured to be a little faster than a command may be.
+#[test]
+fn the_first_command_of_an_arm_that_is_too_fast_is_not() {
+    let most = GuardLimits::of_arm(&SrsArm::iiwa7()).velocity_rad_per_s;
+    let mut bench = Bench::new();
+    bench.state.qd[0] = 1.15 * most[0];
+    let (mut from, mut to) = (bench.state.q, home());
+    for k in 0..50 {
+        to[0] += 3.0 * most[0] * DT_S;
+        bench.command = ArmCommand::Position(to);
+        let step = bench.step();
+        let ArmCommand::Position(q) = step.command else {
+            panic!("{k}: {step:?}");
+        };
+        let turned = (q[0] - from[0]).abs();
+        assert!(turned <= most[0] * DT_S * (1.0 + 1e-6), "{k}: {turned} rad");
+        (from, bench.state.q) = (q, q);
+    }
+}

@@ -17,6 +17,7 @@ use crate::board::{Board, BoardTarget};
 use crate::error::HapticsError;
 use crate::motion::{Barrier, Follower};
 use crate::safety::SafeRequest;
+use crate::usual_step::UsualStep;
 use glam::DVec3;
 use hwall_geometry::{Pose, Wrench};
 use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable, WrenchConfig};
@@ -32,11 +33,6 @@ const RIDES_M: f64 = 0.2;
 
 /// What is less than this may be an error of the torque sensors, and moves no object, N.
 const LIGHT_N: f64 = 0.5;
-
-/// A step that comes late moves the command by no more than so many usual ones, ...
-const LATE_STEPS: f64 = 4.0;
-/// ... which are averaged over ten.
-const USUAL_SHARE: f64 = 0.1;
 
 /// Outcome of an aim.
 #[derive(Debug, Clone, Copy, Default)]
@@ -64,8 +60,7 @@ pub struct Renderer {
     /// Are command and arm apart, after a hold or at the start?
     detached: Detached,
     last_s: Option<f64>,
-    /// How long steps take, s: after a late one no more than some of these are made up for at once.
-    usual_s: Option<f64>,
+    steps: UsualStep,
     /// The way back that a supervisor asked for.
     withdrawal: Withdrawal,
     /// The speed that a supervisor asked for.
@@ -124,7 +119,7 @@ impl Renderer {
             objects: None,
             detached: Detached::Always,
             last_s: None,
-            usual_s: None,
+            steps: UsualStep::default(),
             withdrawal: Withdrawal::new(arm),
             cap: SpeedCap::default(),
             knows_surfaces: true,
@@ -392,7 +387,7 @@ impl Renderer {
             })
     }
 
-    /// The time since the last step, at most `max_step_s`.
+    /// The time by which the command goes on.
     fn tick(&mut self, now_s: f64) -> Result<f64, HoldReason> {
         if !now_s.is_finite() {
             return Err(HoldReason::NonFiniteTime);
@@ -402,14 +397,7 @@ impl Renderer {
         if elapsed_s < 0.0 {
             return Err(HoldReason::TimeReversed { by_s: -elapsed_s });
         }
-        let most_s = self.watchdog.max_step_s;
-        let usual_s = self.usual_s.unwrap_or(most_s);
-        let step_s = elapsed_s.min(most_s).min(LATE_STEPS * usual_s);
-        if step_s > 0.0 {
-            let usual_s = self.usual_s.get_or_insert(step_s);
-            *usual_s += USUAL_SHARE * (step_s - *usual_s);
-        }
-        Ok(step_s)
+        Ok(self.steps.advance(elapsed_s, self.watchdog.max_step_s))
     }
 
     fn check_state(&self, now_s: f64, state: &ArmState) -> Result<(), HoldReason> {

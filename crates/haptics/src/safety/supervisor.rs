@@ -134,7 +134,6 @@ impl Supervisor {
     pub fn step(&mut self, input: &SupervisorInput<'_>) -> SupervisorStep {
         let tick = self.clock.tick(input.now_s, &self.config);
         let dt_s = tick.as_ref().map_or(0.0, |dt_s| *dt_s);
-        let dt_s = dt_s.min(self.config.timing.max_step_s);
         match input.command {
             ArmCommand::Torque(_) => self.torque_level = true,
             ArmCommand::Position(_) => self.torque_level = false,
@@ -258,7 +257,7 @@ impl Supervisor {
         let state = input.state;
         let last = match (self.braking, self.sent) {
             (Some(braking), Sent::Position(_)) => braking,
-            _ => Braking::from_state(&state.q, &state.qd.0),
+            _ => Braking::from_state(&state.q, &state.qd.0, &self.guard.velocity_rad_per_s),
         };
         if dt_s <= 0.0 {
             // No time passes: where it was sent, it stays.

@@ -25,7 +25,7 @@ pub struct TimingConfig {
     pub retreat_m: f64,
     /// Speed of a retreat, m/s; default 0.1.
     pub retreat_m_per_s: f64,
-    /// Longest step of time by which a command may go on, s; default 0.05.
+    /// Longest step of time by which a command may go on, s; default 0.05, and no more than four usual steps.
     pub max_step_s: f64,
 }
 

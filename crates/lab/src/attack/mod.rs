@@ -79,8 +79,8 @@ const NAMES: [&str; 13] = [
     LOOP,
 ];
 
-/// The control loop.
-const LOOP: &str = "loop";
+/// Name of the control loop among them.
+pub const LOOP: &str = "loop";
 
 /// All readers, or the one of this name.
 ///
@@ -116,6 +116,14 @@ fn target(name: &str) -> anyhow::Result<Target> {
             NAMES.join(", ")
         ),
     })
+}
+
+/// One run of the control loop once more, with the others on its arm.
+///
+/// # Errors
+/// A loop that cannot be set up.
+pub fn loop_again(run: u64, seed: u64) -> anyhow::Result<AttackReport> {
+    random::attack_again(run, seed)
 }
 
 /// A row for each attack.

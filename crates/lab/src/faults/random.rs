@@ -11,6 +11,7 @@ use hwall_kinematics::JointPositions;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_testkit::{AttackReport, Finding, Sampler};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
@@ -28,6 +29,8 @@ const APART_RAD: f64 = 0.75;
 const BEGINS_RAD: f64 = 0.15;
 /// A command is at most so much faster than the joints may be; rounding.
 const SLACK: f64 = 1.0 + 1e-6;
+/// A command that moves less than this is the same again, rad.
+const ROUNDING_RAD: f64 = 1e-12;
 /// After a stall a command makes up for so many cycles at most.
 const CAUGHT_UP: u32 = 4;
 /// Findings that are kept.
@@ -100,8 +103,8 @@ fn cycle(
             if apart_rad > most_rad {
                 return Err(format!("{apart_rad} rad from the arm"));
             }
-            // While the clock stands the command is repeated.
-            let repeated = before.filter(|before| before.q == q);
+            // While the clock stands the command is repeated; a clock may also go on by its rounding.
+            let repeated = before.filter(|before| before.q.max_abs_difference(&q) <= ROUNDING_RAD);
             *before = Some(repeated.unwrap_or(Before { q, cycles: 0 }));
         }
         ArmCommand::Torque(torque) => {
@@ -241,12 +244,27 @@ fn runs_of_an_arm(
 /// # Errors
 /// A simulation that cannot be set up.
 pub fn attack(runs: u64, seed: u64) -> anyhow::Result<AttackReport> {
+    attack_range(0..runs, seed)
+}
+
+/// One run of [`attack`] once more, with the others on its arm.
+///
+/// # Errors
+/// As for [`attack`].
+pub fn attack_again(run: u64, seed: u64) -> anyhow::Result<AttackReport> {
+    let first = run - run % RUNS_OF_AN_ARM;
+    attack_range(first..first.saturating_add(RUNS_OF_AN_ARM), seed)
+}
+
+/// From the first run of an arm on.
+fn attack_range(runs: Range<u64>, seed: u64) -> anyhow::Result<AttackReport> {
     let setup = Setup::new()?;
-    let arms: Vec<u64> = (0..runs).step_by(RUNS_OF_AN_ARM as usize).collect();
+    let end = runs.end;
+    let arms: Vec<u64> = runs.step_by(RUNS_OF_AN_ARM as usize).collect();
     let reports = arms
         .par_iter()
         .map(|first| {
-            let count = RUNS_OF_AN_ARM.min(runs - first);
+            let count = RUNS_OF_AN_ARM.min(end - first);
             runs_of_an_arm(&setup, (*first, count), seed)
         })
         .collect::<anyhow::Result<Vec<AttackReport>>>()?;

@@ -19,12 +19,24 @@ pub(in crate::safety) struct Braking {
 }
 
 impl Braking {
-    /// An arm that nothing was sent to so far: where it is, and how it moves.
-    pub(in crate::safety) fn from_state(q: &JointPositions, qd: &[f64; MOST_JOINTS]) -> Self {
+    /// An arm that nothing was sent to so far: where it is, and how it moves. It may be measured a little faster than a command
+    /// may be.
+    pub(in crate::safety) fn from_state(
+        q: &JointPositions,
+        qd: &[f64; MOST_JOINTS],
+        velocity_rad_per_s: &[f64; MOST_JOINTS],
+    ) -> Self {
         Self {
             wanted: *q,
             sent: *q,
-            rate_rad_per_s: qd.map(|v| if v.is_finite() { v } else { 0.0 }),
+            rate_rad_per_s: std::array::from_fn(|i| {
+                let most = velocity_rad_per_s[i];
+                if qd[i].is_finite() {
+                    qd[i].clamp(-most, most)
+                } else {
+                    0.0
+                }
+            }),
         }
     }
 
@@ -110,7 +122,7 @@ mod tests {
     fn run(share: impl Fn(usize) -> f64) -> (Vec<[f64; MOST_JOINTS]>, f64) {
         let rate = [0.5, -0.4, 0.3, 0.9, 0.0, -1.0, 0.2];
         let start = JointPositions::default();
-        let mut braking = Braking::from_state(&start, &rate);
+        let mut braking = Braking::from_state(&start, &rate, &[2.0; MOST_JOINTS]);
         let mut wanted = start;
         let mut rates = vec![rate];
         for k in 0..1000 {

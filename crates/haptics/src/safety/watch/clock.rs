@@ -2,20 +2,20 @@
 
 use crate::safety::state::{Channel, SafeReason};
 use crate::safety::supervisor_config::SupervisorConfig;
+use crate::usual_step::UsualStep;
 
 /// Watches the time that is handed in, and adds up its sound steps.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::safety) struct Clock {
     last_s: Option<f64>,
-    /// The newest step that was sound, s.
-    usual_s: Option<f64>,
+    steps: UsualStep,
     repeated: usize,
     /// Sum of the sound steps, s: states last by this, whatever the clock shows.
     pub(in crate::safety) elapsed_s: f64,
 }
 
 impl Clock {
-    /// The time since the last step, s.
+    /// The time by which a command goes on, s.
     pub(in crate::safety) fn tick(
         &mut self,
         now_s: f64,
@@ -23,7 +23,8 @@ impl Clock {
     ) -> Result<f64, SafeReason> {
         let channel = Channel::Time;
         // A clock that is none goes on as it did: a state that lasts must still end.
-        let fault_s = self.usual_s.unwrap_or(config.timing.max_step_s);
+        let most_s = config.timing.max_step_s;
+        let fault_s = self.steps.usual_s().unwrap_or(most_s);
         if !now_s.is_finite() {
             self.elapsed_s += fault_s;
             return Err(SafeReason::NonFinite(channel));
@@ -34,15 +35,12 @@ impl Clock {
             return Err(SafeReason::Jump { channel, by: dt_s });
         }
         self.elapsed_s += dt_s;
-        if dt_s > 0.0 {
-            self.usual_s = Some(dt_s.min(config.timing.max_step_s));
-        }
         self.repeated = if dt_s == 0.0 { self.repeated + 1 } else { 0 };
         if self.repeated > config.repeated_times {
             self.elapsed_s += fault_s;
             let for_s = 0.0;
             return Err(SafeReason::Frozen { channel, for_s });
         }
-        Ok(dt_s)
+        Ok(self.steps.advance(dt_s, most_s))
     }
 }

@@ -1,0 +1,62 @@
+//! How far a command goes on in one step of the loop, when the loop comes late.
+
+/// A step that comes late goes on by at most so many usual ones.
+const LATE_STEPS: f64 = 4.0;
+/// Share of a new step in the usual one.
+const USUAL_SHARE: f64 = 0.1;
+
+/// The step that the loop usually makes. After a stall a command goes on from where it was, instead of leaping to where it would
+/// have been.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct UsualStep {
+    usual_s: Option<f64>,
+}
+
+impl UsualStep {
+    /// The time by which a command goes on, s, of the time since the last step; at most `most_s`.
+    pub(crate) fn advance(&mut self, elapsed_s: f64, most_s: f64) -> f64 {
+        let usual_s = self.usual_s.unwrap_or(most_s);
+        let step_s = elapsed_s.min(most_s).min(LATE_STEPS * usual_s);
+        if step_s > 0.0 {
+            let usual_s = self.usual_s.get_or_insert(step_s);
+            *usual_s += USUAL_SHARE * (step_s - *usual_s);
+        }
+        step_s
+    }
+
+    /// The usual step, s; `None` before the first.
+    pub(crate) const fn usual_s(&self) -> Option<f64> {
+        self.usual_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MOST_S: f64 = 0.05;
+
+    #[test]
+    fn a_late_step_is_four_usual_ones() {
+        for late_s in [0.01, 0.021, 0.15, 3.0] {
+            let mut steps = UsualStep::default();
+            for _ in 0..100 {
+                assert_eq!(steps.advance(1e-3, MOST_S), 1e-3);
+            }
+            assert_eq!(steps.advance(late_s, MOST_S), 4e-3);
+        }
+    }
+
+    #[test]
+    fn a_loop_that_is_slower_from_now_on_is_followed() {
+        let mut steps = UsualStep::default();
+        for _ in 0..100 {
+            steps.advance(1e-3, MOST_S);
+        }
+        let slower = (0..100).map(|_| steps.advance(0.02, MOST_S));
+        assert_eq!(slower.last(), Some(0.02));
+        // One without time, or with hardly any, is none.
+        assert_eq!(steps.advance(0.0, MOST_S), 0.0);
+        assert_eq!(steps.advance(0.02, MOST_S), 0.02);
+    }
+}
