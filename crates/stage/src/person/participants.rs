@@ -9,7 +9,6 @@ use crate::person::touches::{self, Standing, Touch};
 use hwall::LikelyTouches;
 use hwall::arrival::WeightedTarget;
 use hwall::reachability::Target;
-use hwall_hand::HandFrame;
 use hwall_scene::Scene;
 use hwall_sim::{Person, PersonConfig, ReachPlan};
 
@@ -149,15 +148,9 @@ pub fn likely_touches(
 
 /// Where the first participant is seen first.
 fn standing_of(participants: &[Participant]) -> Option<Standing> {
-    let standing = |frame: &HandFrame| {
-        Some(Standing {
-            head_m: frame.head_m?,
-            hand_m: frame.contact_point()?.position_m,
-        })
-    };
     match &participants.first()?.hand {
-        Hand::Simulated(sequence, _) => standing(&sequence.sample(0.0).hand_frame()),
-        Hand::Recorded(frames, _) => frames.iter().find_map(standing),
+        Hand::Simulated(sequence, _) => Standing::seen_in(&sequence.sample(0.0).hand_frame()),
+        Hand::Recorded(frames, _) => frames.iter().find_map(Standing::seen_in),
     }
 }
 

@@ -13,7 +13,7 @@ use hwall_contact::{
 };
 use hwall_hand::{HandFrame, HandPoint};
 use hwall_scene::{Scene, SurfaceId};
-use hwall_sim::{PersonConfig, Population, TouchPlan, TouchSequence};
+use hwall_sim::{PersonConfig, Population, TouchSequence};
 use std::ops::Range;
 use std::time::Instant;
 
@@ -85,13 +85,18 @@ impl TrainingPeople {
         }
     }
 
-    /// The simulated people of [`TrainingPeople::default`], tracked no better than the hand in a recording. Nothing
-    /// else of the recording is used, neither places nor speeds: before the touches that are to be foreseen, nobody
-    /// knows them.
+    /// The simulated people of [`TrainingPeople::default`], tracked no better than the hand in a recording, and standing where it is
+    /// first seen. Nothing else of the recording is used, neither places nor speeds: before the touches that are to be foreseen,
+    /// nobody knows them.
     #[must_use]
     pub fn tracked_as(frames: &[HandFrame]) -> Self {
         let seen = |has: &dyn Fn(&HandFrame) -> bool| frames.iter().any(has);
+        let mut person = PersonConfig::varied();
+        if let Some(standing) = frames.iter().find_map(Standing::seen_in) {
+            (person.head_m, person.hand_rest_m) = (standing.head_m, standing.hand_m);
+        }
         Self {
+            person,
             points: HandPoint::ALL
                 .into_iter()
                 .filter(|p| seen(&|f| f.point(*p).is_some()))
@@ -360,9 +365,7 @@ pub fn streams_of(
                 head_m: person.head_m(),
                 hand_m: people.person.hand_rest_m,
             };
-            let mut plans = touches::plan(scene, arm, &places, touches, SEED ^ number)?;
-            let before_m = |plan: &TouchPlan| (places.hand_m - plan.target_m).dot(plan.normal);
-            plans.retain(|plan| before_m(plan) > CLEAR_M);
+            let plans = touches::plan_clear(scene, arm, &places, CLEAR_M, touches, SEED ^ number)?;
             stream(scene, &person.plan(&plans)?, people)
         })
         .collect()

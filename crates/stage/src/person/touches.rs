@@ -3,9 +3,9 @@
 use crate::input::arms::BoardArm;
 use anyhow::bail;
 use glam::{DAffine3, DVec3};
-use hwall_hand::{Reach, Recording};
+use hwall_hand::{HandFrame, Reach, Recording};
 use hwall_scene::{Facet, Scene, SurfaceId};
-use hwall_sim::{TouchPlan, TouchTruth};
+use hwall_sim::{PersonConfig, TouchPlan, TouchTruth};
 use hwall_testkit::Sampler;
 
 /// One touch of a surface.
@@ -34,6 +34,22 @@ pub struct Standing {
     pub head_m: DVec3,
     /// The resting hand, m.
     pub hand_m: DVec3,
+}
+
+impl Standing {
+    /// Where somebody stands in a sample; a head that is not tracked is where people's heads are above and behind a resting hand.
+    /// `None`: no hand.
+    #[must_use]
+    pub fn seen_in(frame: &HandFrame) -> Option<Self> {
+        let usual = PersonConfig::default();
+        let hand_m = frame.contact_point()?.position_m;
+        Some(Self {
+            head_m: frame
+                .head_m
+                .unwrap_or(hand_m + usual.head_m - usual.hand_rest_m),
+            hand_m,
+        })
+    }
 }
 
 /// People touch between the hip and a little above the eyes; distances from the eyes, m.
