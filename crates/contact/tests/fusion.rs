@@ -385,3 +385,43 @@ fn an_estimate_beyond_every_edge_goes_to_the_closest_surface() {
     )[0];
     assert_close!(p.point_m, DVec3::new(0.7, 0.05, 1.15), Tol::abs(1e-9));
 }
+
+#[test]
+fn an_estimate_far_behind_the_wall_does_not_lead_past_the_hand() {
+    // 6 cm before the wall, at a slant, the estimate half a metre on and turned downwards.
+    let scene = scene(&[("wall", WALL)], None);
+    let ahead = DVec3::new(0.8, 0.0, -0.6);
+    let state = (DVec3::new(0.64, 0.0, 1.2), ahead);
+    let estimate = Some((
+        DVec3::new(0.64, 0.0, 1.2) + DVec3::new(0.4, 0.05, -0.5),
+        ball(0.08),
+    ));
+    let p = Fused::new(following_the_motion()).see(&scene, state, estimate, None)[0];
+    let straight = DVec3::new(0.7, 0.0, 1.2 - 0.045);
+    // The direction counts twelve times as much as the estimate, which is half a metre off.
+    assert!(p.point_m.distance(straight) < 0.06, "{}", p.point_m);
+    // One that leads to the wall itself is believed as before.
+    let meant = DVec3::new(0.7, 0.01, 1.15);
+    let p =
+        Fused::new(following_the_motion()).see(&scene, state, Some((meant, ball(0.005))), None)[0];
+    assert!(p.point_m.distance(meant) < 0.006, "{}", p.point_m);
+}
+
+#[test]
+fn an_estimate_wrong_by_many_deviations_in_depth_is_not_sure_of_the_rest() {
+    let scene = scene(&[("wall", WALL)], None);
+    let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
+    let sd_m = |depth_m: f64| {
+        let at = DVec3::new(0.7 - depth_m, 0.0, 1.2);
+        let p = by_estimate().see(&scene, state, Some((at, ball(0.02))), None)[0];
+        p.covariance_m2.unwrap().y_axis.y.sqrt()
+    };
+    // Up to three deviations are what an estimate states; ten make 1 + (100 - 9) / 5 times the variance.
+    assert_close!(sd_m(0.02), 0.02, Tol::abs(1e-4));
+    assert_close!(sd_m(0.05), 0.02, Tol::abs(1e-4));
+    assert_close!(
+        sd_m(0.2),
+        0.02 * (1.0 + 91.0_f64 / 5.0).sqrt(),
+        Tol::rel(0.02)
+    );
+}

@@ -10,6 +10,7 @@ use super::hand::free_side::{FreeSide, SideWatch};
 use super::hand::phase::ReachPhase;
 use super::hand::place::{HandPlace, close, gaussian_of, near};
 use super::hand::resting::{RestWatch, SurfacePlace};
+use super::hand::straight_way::StraightWay;
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use super::stream::StreamEstimator;
 use super::surface_shares::{Evidence, Face, SeenFace, SurfaceShares, Viewpoint};
@@ -137,7 +138,18 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let hit = scene.ray_cast(hand.point_m, ahead).ok()??;
             Some((ahead, hit.distance_m))
         });
-        let straight_on = |g: &Gaussian| self.straight_on(hand, ahead?, g);
+        let straight = |g: &Gaussian| {
+            let bend = self.config.bend?;
+            let registration_sd_m = self.config.registration_sd_m;
+            Some(StraightWay::new(
+                hand.point_m,
+                ahead?,
+                bend,
+                g,
+                registration_sd_m,
+            ))
+        };
+        let straight_on = |g: &Gaussian| straight(g)?.narrowed();
         let narrowed = |g: Gaussian| straight_on(&g).unwrap_or(g);
         // A regression is drawn towards where people usually touch. For a place that is looked at, scene and gaze say
         // which places there are; to count that, too, would drag a look at an unusual place towards the usual ones.
@@ -159,25 +171,10 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             phase: place.phase,
             began_s: began.map(|began| began.since_s),
             as_moves: estimated.map(narrowed),
+            straight: estimated.as_ref().and_then(straight),
             by_motion,
             anew: anew?,
         })
-    }
-
-    /// The estimate narrowed by the direction of motion: the rest of the way is nearly straight, so
-    /// the contact lies beside the line ahead by a share of the distance to the first surface on
-    /// it. The estimator knows the direction but cannot know that distance.
-    fn straight_on(
-        &self,
-        hand: &HandState,
-        (ahead, free_m): (DVec3, f64),
-        by_motion: &Gaussian,
-    ) -> Option<Gaussian> {
-        // A surface that the hand only passes does not end the way.
-        let left_m = free_m.max((by_motion.mean_m - hand.point_m).dot(ahead));
-        let sd_m = self.config.bend? * left_m + TRACKED_M;
-        let across = DMat3::IDENTITY - square(ahead);
-        by_motion.times(hand.point_m, across * (1.0 / (sd_m * sd_m)))
     }
 
     /// Finds the faces of every hypothesis. Returns whether any is met.
@@ -217,7 +214,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 gaussian,
                 ..hypothesis
             };
-            let met = self.shares.add(scene, &from, &registered, seen);
+            let unseen = hypothesis.as_moves && hypothesis.sight.is_none();
+            let straight = by_hand.straight.filter(|_| unseen);
+            let straight = straight.map(|straight| straight.from(from.origin_m));
+            let met = self
+                .shares
+                .add(scene, &from, &registered, seen, straight.as_ref());
             if !met && hypothesis.as_moves && hypothesis.sight.is_none() {
                 self.add_closest(scene, side, &gaussian, hypothesis.weight);
             }
@@ -418,9 +420,6 @@ const LONGEST_S: f64 = 2.0;
 
 /// Least standard deviation of a prediction, m, so that no covariance is singular.
 const LEAST_SD_M: f64 = 1e-3;
-
-/// Error of the tracked point across its motion, filter included, m.
-const TRACKED_M: f64 = 0.004;
 
 /// The hit with its normal towards a point.
 fn facing(hit: &Hit, towards_m: DVec3) -> Hit {

@@ -133,7 +133,19 @@ pub(super) struct InPlane {
     peak_per_m2: f64,
 }
 
+/// Up to so many standard deviations an error is as one of a Gaussian; beyond, the tails are those of a t distribution ...
+const FAR_SD: f64 = 3.0;
+/// ... of so many degrees of freedom.
+const TAILS: f64 = 4.0;
+
 impl InPlane {
+    /// How many times the variances within the plane are those of the cut: who is wrong by several standard deviations in one
+    /// direction is wrong by more than the stated ones in the others, too. At least 1. Source: conditional of a multivariate t
+    /// distribution, Ding 2016, On the conditional distribution of the multivariate t distribution, from three deviations on.
+    pub(super) fn widening(&self) -> f64 {
+        1.0 + (self.off_squared - FAR_SD * FAR_SD).max(0.0) / (TAILS + 1.0)
+    }
+
     /// Density at a point of the plane, per square metre; `of` is the Gaussian it was cut from.
     pub(super) fn density_per_m2(&self, of: &Gaussian, point_m: DVec3) -> f64 {
         let within = (of.mahalanobis_squared(point_m) - self.off_squared).max(0.0);

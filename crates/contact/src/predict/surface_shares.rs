@@ -2,6 +2,7 @@
 
 use super::gaussian::{Gaussian, spiral};
 use super::gaze::weights::Hypothesis;
+use super::hand::straight_way::StraightWay;
 use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};
@@ -195,13 +196,15 @@ impl SurfaceShares {
     }
 
     /// Adds the faces that hold a part of a hypothesis and are met first from a viewpoint. The weights of all hypotheses add up
-    /// to 1. Returns whether there are any.
+    /// to 1. `straight`: the way of a hand that moves, for planes that it meets sooner than it was expected to. Returns whether there
+    /// are any.
     pub(super) fn add(
         &mut self,
         scene: &Scene,
         from: &Viewpoint,
         hypothesis: &Hypothesis,
         seen: Option<SeenFace>,
+        straight: Option<&StraightWay>,
     ) -> bool {
         let first = self.faces.len();
         let (gaussian, weight) = (&hypothesis.gaussian, hypothesis.weight);
@@ -210,6 +213,9 @@ impl SurfaceShares {
         for index in first..self.faces.len() {
             let is_seen = seen_index == Some(index);
             let least = seen.filter(|_| is_seen).map_or(0.0, |seen| seen.share);
+            let Face { met_m, normal, .. } = self.faces[index];
+            let sooner = straight.and_then(|way| way.narrowed_before(met_m, normal));
+            let gaussian = sooner.as_ref().unwrap_or(gaussian);
             self.weigh(index, from.origin_m, gaussian, weight.ln(), least);
         }
         let evidence = Evidence::of(hypothesis);
@@ -283,7 +289,7 @@ impl SurfaceShares {
             log_mass: cut.log_density + weight.ln(),
             mass: 0.0,
             mean_m: closest.point_m,
-            covariance_m2: cut.covariance_m2,
+            covariance_m2: cut.covariance_m2 * cut.widening(),
             evidence: Evidence::Motion { looked_at: false },
         });
     }
@@ -415,13 +421,15 @@ impl SurfaceShares {
         let approach = (face.met_m - origin_m).normalize_or_zero();
         let slope = approach.dot(face.normal).abs().max(LEAST_SLOPE);
         face.log_mass = log_weight + cut.log_density + share.max(least_share).ln() + slope.ln();
+        let widening = cut.widening();
         if blocked && met.weight > 1e-9 {
             // Few rays say little about the spread, so each stands for a part of the whole.
             face.mean_m = cut.mean_m + met.mean() - all.mean();
-            face.covariance_m2 = met.covariance() + cut.covariance_m2 * (1.0 / met.effective());
+            face.covariance_m2 =
+                (met.covariance() + cut.covariance_m2 * (1.0 / met.effective())) * widening;
         } else {
             face.mean_m = cut.mean_m;
-            face.covariance_m2 = cut.covariance_m2;
+            face.covariance_m2 = cut.covariance_m2 * widening;
         }
     }
 }

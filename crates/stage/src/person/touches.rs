@@ -100,6 +100,8 @@ pub fn plan_clear(
             let normal = facing(patch.normal, head_m - point_m);
             let suits = at_hand(places, point_m)
                 && (hand_m - point_m).dot(normal) >= clear_m
+                // The outline of a facet encloses its holes.
+                && scene.closest_touchable(point_m, ON_SURFACE_M).ok()?.is_some()
                 && arm.unreachable(point_m, normal).ok()?.is_none() == want_reachable
                 && scene.visible(head_m, point_m + normal * 0.01).ok()?
                 && scene.visible(hand_m, point_m + normal * 0.05).ok()?;
@@ -126,6 +128,9 @@ pub(super) fn at_hand(places: &Standing, point_m: DVec3) -> bool {
     point_m.distance(hand_m) < FAR_M
         && (head_m.z - BELOW_EYES_M..head_m.z + ABOVE_EYES_M).contains(&point_m.z)
 }
+
+/// A point this near to a surface is on it, m.
+const ON_SURFACE_M: f64 = 1e-3;
 
 /// The touches that a simulated person made.
 #[must_use]

@@ -2,6 +2,7 @@
 
 use super::super::gaussian::{Gaussian, log_density_2d};
 use super::super::hand::phase::ReachPhase;
+use super::super::hand::straight_way::StraightWay;
 use super::memory::{GazeMemory, Look};
 use super::model::GazeModel;
 use super::shares::LookShares;
@@ -17,6 +18,8 @@ pub(in crate::predict) struct ByHand {
     pub(in crate::predict) began_s: Option<f64>,
     /// Where its motion leads; `None` at rest.
     pub(in crate::predict) as_moves: Option<Gaussian>,
+    /// The same where the motion is nearly straight, for surfaces before the place that it leads to.
+    pub(in crate::predict) straight: Option<StraightWay>,
     /// The same by the motion alone, without where people usually touch: of a place that is looked at that says nothing more.
     pub(in crate::predict) by_motion: Option<Gaussian>,
     /// Where it may touch whatever the estimate says: what people touch from this resting place, or what lies ahead of a moving

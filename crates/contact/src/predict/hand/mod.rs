@@ -4,3 +4,4 @@ pub(super) mod free_side;
 pub(super) mod phase;
 pub(super) mod place;
 pub(super) mod resting;
+pub(super) mod straight_way;
