@@ -2,17 +2,20 @@
 
 use super::arrival::{degrees, extent, facets, in_base, named_walls, percent};
 use super::arrival_figure::{self, ArrivalFigure};
+use super::maps::progress;
 use hwall_arrival::reachability::{PlacementConfig, Target, WallMaps, WallMapsConfig};
 use hwall_arrival::{
     ArrivalPlacement, ArrivalPlacementConfig, Atlas, AtlasConfig, WaitingConfig, WeightedTarget,
-    place_base_by_arrival,
+    place_base_by_arrival_monitored,
 };
 use hwall_haptics::Board;
 use hwall_kinematics::SrsArm;
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_scene::Scene;
 use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::note;
 use hwall_testkit::MarkdownTable;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
@@ -50,7 +53,22 @@ pub fn run(wanted: &ByArrival, out: &Path) -> anyhow::Result<String> {
     };
     let walls = facets(wanted.scene);
     let start = Instant::now();
-    let found = place_base_by_arrival(wanted.arm, &targets, &walls, board, &limits, &config)?;
+    note("judging places by arrival, which may take a minute");
+    let bar = progress();
+    let found = place_base_by_arrival_monitored(
+        wanted.arm,
+        &targets,
+        &walls,
+        board,
+        &limits,
+        &config,
+        &|p| {
+            bar.set_length(p.total as u64);
+            bar.set_position(p.done as u64);
+            ControlFlow::Continue(())
+        },
+    )?;
+    bar.finish_and_clear();
     let took = start.elapsed().as_secs_f64();
     csv(&out.join("placements_by_arrival.csv"), &found.best)?;
     if let Some(best) = found.best.first() {

@@ -128,6 +128,23 @@ pub fn output(path: Option<&Path>) -> anyhow::Result<Output> {
     Output::create(path)
 }
 
+/// Removes what an earlier run left under these names in a folder and this one does not write: it would stand beside the new
+/// files as if it were of the same run. Returns a line about it; `None` if there was nothing.
+///
+/// # Errors
+/// A file that cannot be removed.
+pub fn remove_outdated(folder: &Path, names: &[&str]) -> anyhow::Result<Option<String>> {
+    let mut removed = Vec::new();
+    for name in names {
+        let path = folder.join(name);
+        if path.is_file() {
+            std::fs::remove_file(&path).with_context(|| path.display().to_string())?;
+            removed.push(*name);
+        }
+    }
+    Ok((!removed.is_empty()).then(|| format!("removed {} of an earlier run", removed.join(", "))))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,5 +180,20 @@ mod tests {
         fill(false).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "d\n");
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+    }
+
+    /// `hwall.glb` of an earlier run stayed beside the replay of another one.
+    #[test]
+    fn what_an_earlier_run_left_is_removed() {
+        let folder = std::env::temp_dir().join(format!("hwall_outdated_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for name in ["a", "b", "mine"] {
+            std::fs::write(folder.join(name), "old").unwrap();
+        }
+        let said = remove_outdated(&folder, &["a", "b", "c"]).unwrap();
+        assert_eq!(said.as_deref(), Some("removed a, b of an earlier run"));
+        assert_eq!(remove_outdated(&folder, &["a", "c"]).unwrap(), None);
+        assert!(!folder.join("a").exists() && folder.join("mine").exists());
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 }
