@@ -57,7 +57,10 @@ impl Write for Output {
 }
 
 /// Rows of CSV; a file has its name from [`flush`](Self::flush) on.
-pub struct TableWriter(Option<csv::Writer<Output>>);
+pub struct TableWriter {
+    rows: Option<csv::Writer<Output>>,
+    name: String,
+}
 
 impl TableWriter {
     /// Begins a file, or standard output for `None`.
@@ -65,7 +68,10 @@ impl TableWriter {
     /// # Errors
     /// A file that cannot be created.
     pub fn create(path: Option<&Path>) -> anyhow::Result<Self> {
-        Ok(Self(Some(csv::Writer::from_writer(Output::create(path)?))))
+        Ok(Self {
+            rows: Some(csv::Writer::from_writer(Output::create(path)?)),
+            name: path.map_or("standard output".to_owned(), |p| p.display().to_string()),
+        })
     }
 
     /// Adds a row.
@@ -77,7 +83,8 @@ impl TableWriter {
         I: IntoIterator<Item = T>,
         T: AsRef<[u8]>,
     {
-        Ok(self.rows()?.write_record(cells)?)
+        let written = self.rows()?.write_record(cells);
+        written.with_context(|| self.name.clone())
     }
 
     /// Lets `work` write the rows and ends the table. If it fails, standard output has what was written before, and a
@@ -94,7 +101,7 @@ impl TableWriter {
     }
 
     fn rows(&mut self) -> anyhow::Result<&mut csv::Writer<Output>> {
-        self.0.as_mut().context("a table that has ended")
+        self.rows.as_mut().context("a table that has ended")
     }
 
     /// Ends the table: writes what is left and gives a file its name. A table that is dropped without that leaves no
@@ -103,11 +110,12 @@ impl TableWriter {
     /// # Errors
     /// A full disk, a closed pipe.
     pub fn flush(&mut self) -> anyhow::Result<()> {
-        let table = self.0.take().context("a table that has ended")?;
+        let table = self.rows.take().context("a table that has ended")?;
         let output = table.into_inner().map_err(|error| {
             let (kind, text) = (error.error().kind(), error.error().to_string());
             io::Error::new(kind, text)
-        })?;
+        });
+        let output = output.with_context(|| self.name.clone())?;
         output.finish()
     }
 }
