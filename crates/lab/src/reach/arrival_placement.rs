@@ -3,6 +3,7 @@
 use super::arrival::{degrees, extent, facets, in_base, named_walls, percent};
 use super::arrival_figure::{self, ArrivalFigure};
 use super::maps::progress;
+use super::placement::metres;
 use hwall_arrival::reachability::{PlacementConfig, Target, WallMaps, WallMapsConfig};
 use hwall_arrival::{
     ArrivalPlacement, ArrivalPlacementConfig, Atlas, AtlasConfig, WaitingConfig, WeightedTarget,
@@ -120,8 +121,8 @@ fn table(places: &[ArrivalPlacement]) -> MarkdownTable {
         let arrivals = &place.arrivals;
         table.row([
             (i + 1).to_string(),
-            format!("{:.2}", base_m.x),
-            format!("{:.2}", base_m.y),
+            metres(base_m.x),
+            metres(base_m.y),
             format!("{:.0} deg", place.heading_rad.to_degrees()),
             percent(place.in_time_share),
             percent(arrivals.posture.reached_share),

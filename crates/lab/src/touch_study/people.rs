@@ -306,6 +306,7 @@ impl<R: BufRead, W: Write> Respondent for Keyboard<'_, R, W> {
             self.output.flush().map_err(failed)?;
             let mut line = String::new();
             if self.input.read_line(&mut line).map_err(failed)? == 0 {
+                writeln!(self.output).map_err(failed)?;
                 return Ok(None);
             }
             let answered_s = began.elapsed().as_secs_f64();

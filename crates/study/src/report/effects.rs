@@ -7,7 +7,6 @@ use hwall::psychophysics::{Effect, ErrorModel};
 pub(super) fn sentence(effect: &Effect) -> String {
     let none = || "none".to_owned();
     let f = effect.f.finite().map_or_else(none, |f| format!("{f:.2}"));
-    let probability = |p: Option<f64>| p.map_or_else(none, |p| format!("{p:.2e}"));
     let correction = match effect.errors {
         ErrorModel::Strata if effect.df1 > 1 => effect.gg.zip(effect.p_gg),
         _ => None,
@@ -35,6 +34,14 @@ pub(super) fn sentence(effect: &Effect) -> String {
         "{} ({errors}): F({df1}, {df2}) = {f}, p = {p}{plain}, partial eta squared {size}",
         effect.name
     )
+}
+
+fn probability(p: Option<f64>) -> String {
+    match p {
+        None => "none".to_owned(),
+        Some(p) if p >= 1e-3 => format!("{p:.4}"),
+        Some(p) => format!("{p:.2e}"),
+    }
 }
 
 #[cfg(test)]
@@ -73,11 +80,9 @@ mod tests {
         let df = format!("F({:.2}, {:.2})", 2.0 * epsilon, 8.0 * epsilon);
         assert!(said.starts_with("b (own errors): ") && said.contains(&df));
         let first_p = said.split(" = ").nth(2).unwrap();
-        assert!(first_p.starts_with(&format!("{p_gg:.2e} (Greenhouse")));
-        assert!(
-            said.contains(&format!("uncorrected p = {p:.2e})")),
-            "{said}"
-        );
+        let [p_gg, p] = [p_gg, p].map(|p| probability(Some(p)));
+        assert!(first_p.starts_with(&format!("{p_gg} (Greenhouse")));
+        assert!(said.contains(&format!("uncorrected p = {p})")), "{said}");
         // With one degree of freedom there is nothing to correct, and pooled errors have no correction.
         assert!(!sentence(&of(ErrorModel::Strata, "a")).contains("Greenhouse"));
         let pooled = sentence(&of(ErrorModel::Pooled, "b"));
