@@ -10,15 +10,15 @@ use hwall_sim::{
 };
 use hwall_stage::arms;
 use hwall_stage::exit;
-use hwall_stage::numbers::{list, positive, writer};
+use hwall_stage::numbers::{TableFiles, list, positive};
 use hwall_stage::response::arm_motion::{ArmMotion, bodies};
 use hwall_stage::response::torque_rows;
-use std::io::stdin;
+use std::io::BufReader;
 use std::process::ExitCode;
 
 /// Motion of rigid links under gravity, torques and a wrench.
 ///
-/// In: CSV rows t,tau1..tau7 (s, N m) on standard input, with or without that header; each row's torques hold until the time
+/// In: CSV rows t,tau1..tau7 (s, N m), with or without that header; each row's torques hold until the time
 /// of the next row, before the first row they are zero. Out: CSV t,q1..q7,qd1..qd7,energy_j (s, rad, rad/s, J; potential
 /// energy zero for a mass at the base origin) at 0, every, 2 every ... and at the duration. No friction, rotor inertia, joint
 /// limits or saturation unless asked for. An arm with n joints has n columns and values instead of seven.
@@ -51,8 +51,8 @@ struct Args {
     /// Constant wrench on the flange, base axes, about the flange: fx,fy,fz,mx,my,mz in N and N m
     #[arg(long, allow_hyphen_values = true)]
     wrench: Option<String>,
-    /// No torques: standard input is not read
-    #[arg(long)]
+    /// No torques: nothing is read
+    #[arg(long, conflicts_with_all = ["input", "table"])]
     gravity_only: bool,
     /// Length of the motion, s
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
@@ -66,6 +66,8 @@ struct Args {
     /// Longest step of the integration, s; the default is good to 1e-11 rad in half a second of a tumbling iiwa
     #[arg(long, default_value_t = 5e-5, allow_negative_numbers = true, value_parser = positive)]
     step: f64,
+    #[command(flatten)]
+    files: TableFiles,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -79,6 +81,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    args.files.plan().read_arm("--arm", &args.arm).check()?;
     let chain = arms::chain(&args.arm)?;
     let n = chain.joint_count();
     let values = |name: &str, text: &Option<String>| match text {
@@ -121,7 +124,12 @@ fn run(args: &Args) -> anyhow::Result<()> {
     };
     let torques = match args.gravity_only {
         true => HeldTorques::new(n),
-        false => torque_rows::read(stdin().lock(), "standard input", &chain, args.saturate)?,
+        false => {
+            let (name, table) = args.files.input().open()?;
+            torque_rows::read(BufReader::new(table), &name, &chain, args.saturate)?
+        }
     };
-    writer(None)?.fill(|rows| motion.write(&torques, rows))
+    args.files
+        .writer()?
+        .fill(|rows| motion.write(&torques, rows))
 }

@@ -19,10 +19,10 @@ use std::process::ExitCode;
 #[derive(Parser)]
 struct Args {
     /// Inputs for each reader
-    #[arg(long, default_value_t = 100_000)]
+    #[arg(long, default_value_t = 100_000, allow_negative_numbers = true)]
     inputs: u64,
     /// Disturbed runs of the control loop [default: a tenth of the inputs]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     runs: Option<u64>,
     /// Only this run of the loop, once more, with the others on its arm
     #[arg(long, conflicts_with_all = ["inputs", "runs", "reader", "docs"])]
@@ -31,7 +31,7 @@ struct Args {
     #[arg(long, default_value = "all")]
     reader: String,
     /// Seed of the inputs
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Write inputs that got through into this folder
     #[arg(long)]

@@ -50,7 +50,7 @@ struct Args {
     #[arg(long)]
     published: bool,
     /// Seed of the synthetic reaches
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Write the filter's estimates after every sample, JSON
     #[arg(long)]

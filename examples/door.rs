@@ -47,7 +47,7 @@ struct Args {
     #[arg(long, value_enum, default_value = "profile")]
     hand: HandKind,
     /// Seed of the pushes and the sensors' noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// The whole study
     #[arg(long, conflicts_with_all = ["scene", "surface", "arm_level", "render"])]

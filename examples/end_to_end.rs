@@ -7,6 +7,7 @@ use clap::Parser;
 use hwall_lab::documents::Destination;
 use hwall_lab::end_to_end::document;
 use hwall_lab::end_to_end::study::{self, Request};
+use hwall_stage::numbers::whole_within;
 use hwall_stage::{exit, note};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
@@ -18,10 +19,10 @@ struct Args {
     #[command(flatten)]
     destination: Destination,
     /// Touches of each kind of people, a dozen for each person
-    #[arg(long, default_value_t = 240, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, default_value_t = 240, value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
     touches: u64,
     /// Seed of the people who touch and of the sensors' noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
 }
 

@@ -21,7 +21,12 @@ struct Args {
     #[command(flatten)]
     destination: Destination,
     /// Seeds of the sensors' noise; the worst of all runs counts
-    #[arg(long, value_delimiter = ',', default_value = "1")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "1",
+        allow_negative_numbers = true
+    )]
     seeds: Vec<u64>,
     /// How much of the arm is simulated; default both
     #[arg(long)]

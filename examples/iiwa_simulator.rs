@@ -30,10 +30,10 @@ struct Args {
     #[arg(long, default_value = "1.15")]
     version: String,
     /// Time between messages, ms, 1 to 10
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     period_ms: u32,
     /// An answer is expected to every so-many-th message
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     receive_multiplier: u32,
     /// What is simulated: joint targets, or rigid-body dynamics
     #[arg(long, default_value = "servo", value_parser = ["servo", "torque"])]
@@ -54,7 +54,7 @@ struct Args {
     #[arg(long, allow_negative_numbers = true, value_parser = positive)]
     seconds: Option<f64>,
     /// Seed of losses, jitter and sensor noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
 }
 

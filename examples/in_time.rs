@@ -8,6 +8,7 @@ use hwall_lab::documents::Destination;
 use hwall_lab::in_time::document;
 use hwall_lab::in_time::study::{self, Request};
 use hwall_stage::exit;
+use hwall_stage::numbers::whole_within;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::PredictorKind;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -24,10 +25,10 @@ struct Args {
     #[arg(long, value_enum, num_args = 1..)]
     person: Vec<PersonKind>,
     /// Touches of each kind, a dozen for each person
-    #[arg(long, default_value_t = 1200, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, default_value_t = 1200, value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
     touches: u64,
     /// Seed of the people and the sensors' noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Who leads the board [default: fused]
     #[arg(long, value_enum)]

@@ -8,6 +8,7 @@ use hwall_lab::documents::Destination;
 use hwall_lab::environment::document;
 use hwall_lab::environment::study::{self, Request};
 use hwall_redirection::SampledOrientations;
+use hwall_stage::numbers::whole_within;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::{exit, note};
 use std::io::{self, Write};
@@ -21,10 +22,10 @@ struct Args {
     #[command(flatten)]
     destination: Destination,
     /// Touches, the same for every kind of redirection
-    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, default_value_t = 200, value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
     touches: u64,
     /// Seed of the gym and of the person
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// OBJ scene, z up, its lowest point on the floor [default: a gym of the seed]
     #[arg(long)]

@@ -91,7 +91,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         Some(radius_m) => object.with_radius(radius_m)?,
         None => object,
     };
-    let mut input = ForceRows::open(args.files.input.as_deref())?;
+    let mut input = ForceRows::open(args.files.input().path())?;
     let output = args.files.writer()?;
     output.fill(|rows| object.write(&mut input, rows))
 }

@@ -8,6 +8,7 @@ use hwall_lab::documents::Destination;
 use hwall_lab::passivity::document;
 use hwall_lab::passivity::study::{self, Request};
 use hwall_stage::exit;
+use hwall_stage::numbers::whole_within;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -19,10 +20,10 @@ struct Args {
     #[command(flatten)]
     destination: Destination,
     /// Number of contacts
-    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    #[arg(long, default_value_t = 1_000_000, value_parser = whole_within::<1, 100_000_000>, allow_negative_numbers = true)]
     contacts: u64,
     /// Seed of the contacts and the sensors' noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
 }
 

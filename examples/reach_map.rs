@@ -38,7 +38,7 @@ struct Args {
     #[arg(long, value_enum, default_value = "exact")]
     solver: Solver,
     /// Starts of the optimization on each line
-    #[arg(long, default_value_t = 5, value_parser = numbers::count_within::<1, 10_000>)]
+    #[arg(long, default_value_t = 5, value_parser = numbers::count_within::<1, 10_000>, allow_negative_numbers = true)]
     starts: usize,
     /// Accuracy of the ends, m (exact solver)
     #[arg(long, default_value_t = 1e-6, allow_negative_numbers = true)]

@@ -6,6 +6,7 @@ use anyhow::Context;
 use clap::Parser;
 use hwall_lab::documents::Destination;
 use hwall_lab::speed::document::{self, Request};
+use hwall_stage::numbers::whole_within;
 use hwall_stage::{exit, printed};
 use std::io::Write;
 use std::path::PathBuf;
@@ -20,10 +21,10 @@ struct Args {
     #[command(flatten)]
     destination: Destination,
     /// Seed of every target
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Targets per row
-    #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(100..=1_000_000))]
+    #[arg(long, default_value_t = 10_000, value_parser = whole_within::<100, 1_000_000>, allow_negative_numbers = true)]
     targets: u64,
     /// OBJ file for the ray casts and closest points; default: the built-in room full of bumpy balls
     #[arg(long)]

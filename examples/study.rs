@@ -35,14 +35,14 @@ struct Args {
     #[arg(
         long,
         value_name = "N",
-        value_parser = count_within::<2, 1000>
+        value_parser = count_within::<2, 1000>, allow_negative_numbers = true
     )]
     simulate: Option<usize>,
     /// Run the study of this folder with people, or go on with it
     #[arg(long, value_name = "DIR")]
     run: Option<PathBuf>,
     /// Subjects of a new study with people [default: 25]
-    #[arg(long, conflicts_with = "simulate", value_parser = count_within::<1, 1000>)]
+    #[arg(long, conflicts_with = "simulate", value_parser = count_within::<1, 1000>, allow_negative_numbers = true)]
     subjects: Option<usize>,
     /// They answer on a page that listens here, and not on the terminal: localhost:8081
     #[arg(long, conflicts_with = "simulate", value_name = "HOST:PORT", value_parser = socket_address)]
@@ -54,7 +54,12 @@ struct Args {
     #[arg(long)]
     resume: bool,
     /// Stop after so many trials, as if killed
-    #[arg(long, requires = "out", conflicts_with = "run")]
+    #[arg(
+        long,
+        requires = "out",
+        conflicts_with = "run",
+        allow_negative_numbers = true
+    )]
     kill_after: Option<usize>,
     /// Present each condition once, and use that for all its trials: faster
     #[arg(long, conflicts_with = "run")]

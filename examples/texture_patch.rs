@@ -24,7 +24,7 @@ struct Args {
     #[arg(long, default_value = "released", conflicts_with = "wished")]
     preset: String,
     /// Size in mm, one number or X,Y [default: 200 for the released patch, else 50]
-    #[arg(long, value_delimiter = ',', num_args = 1..=2)]
+    #[arg(long, value_delimiter = ',', num_args = 1..=2, allow_negative_numbers = true)]
     size_mm: Vec<f64>,
     /// Largest distance of the mesh from the true surface, micrometres, 1 to 1000
     #[arg(long, default_value_t = 10.0, allow_negative_numbers = true)]
@@ -45,7 +45,7 @@ struct Args {
     #[arg(long)]
     hole: Vec<String>,
     /// Size of the tiles in mm, one number or X,Y; no bump crosses their borders
-    #[arg(long, value_delimiter = ',', num_args = 1..=2, default_value = "100")]
+    #[arg(long, value_delimiter = ',', num_args = 1..=2, default_value = "100", allow_negative_numbers = true)]
     tile_mm: Vec<f64>,
     /// Continue the grid across tiles instead of starting it anew on each
     #[arg(long)]

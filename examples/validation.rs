@@ -33,10 +33,10 @@ struct Args {
     #[command(flatten)]
     destination: Destination,
     /// Seed of the random poses
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Random poses
-    #[arg(long, default_value_t = 10_000_000, value_parser = count_within::<1, 1_000_000_000>)]
+    #[arg(long, default_value_t = 10_000_000, value_parser = count_within::<1, 1_000_000_000>, allow_negative_numbers = true)]
     poses: usize,
 }
 

@@ -322,6 +322,8 @@ fn refusals_name_the_flag_and_the_bound() {
             &["--hand", "--touches"][..],
         ),
         ("hwall", "--rigid-hand", &["--hand"]),
+        ("hwall", "--touches -3", &["-3", "--touches", "1 to 100000"]),
+        ("in_time", "--seed -1", &["-1", "--seed"]),
         ("bridge", "--seconds -1", &["--seconds", "above 0"]),
         ("bridge", "--scene missing.obj", &["missing.obj"]),
         ("bridge", "--record missing/a.mcap", &["--record", "folder"]),
@@ -527,4 +529,126 @@ fn a_column_that_says_nothing_of_rows_can_be_refused() {
     assert_eq!(output.status.code(), Some(0), "{error}");
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(!text.contains("left out"), "{text}");
+}
+
+/// Some took `--in`, some a name alone, one standard input only.
+#[test]
+fn tables_come_by_flag_by_name_and_by_standard_input() {
+    let folder = scratch("inputs");
+    let put = |name: &str, text: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let answers = "s,a,y\n1,x,1\n1,z,2\n2,x,2\n2,z,4\n3,x,1\n3,z,5\n";
+    for (name, words, table) in [
+        ("arm_state", "", format!("{JOINTS}\n{POSE}\n")),
+        (
+            "reach_check",
+            "",
+            "px,py,pz,qw,qx,qy,qz\n0.5,0,0.6,0.7071,0,0.7071,0\n".to_owned(),
+        ),
+        (
+            "object_response",
+            "--object button --mass 0.1",
+            "t,force_n\n0,1\n0.5,0\n".to_owned(),
+        ),
+        (
+            "arm_simulate",
+            "--duration 0.02",
+            "t,tau1,tau2,tau3,tau4,tau5,tau6,tau7\n0,1,0,0,0,0,0,0\n".to_owned(),
+        ),
+        (
+            "psychophysics",
+            "analyse --subject s --factors a --value y",
+            answers.to_owned(),
+        ),
+    ] {
+        let file = put(name, &table);
+        let said = |more: &[&str], input: Stdio| {
+            let mut command = example(name)?;
+            let words = words.split_whitespace();
+            let output = command.args(words).args(more).stdin(input).output();
+            let output = output.unwrap();
+            let error = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{name} {more:?}: {error}");
+            Some(output.stdout)
+        };
+        let path = file.to_str().unwrap();
+        let open = || Stdio::from(std::fs::File::open(&file).unwrap());
+        let Some(by_standard_input) = said(&[], open()) else {
+            return;
+        };
+        assert!(!by_standard_input.is_empty(), "{name}");
+        for more in [&["--in", path][..], &[path]] {
+            let by_file = said(more, Stdio::null());
+            assert_eq!(by_file.as_ref(), Some(&by_standard_input), "{name}");
+        }
+        let mut both = example(name).unwrap();
+        both.args(words.split_whitespace());
+        both.args(["--in", path, path]).stdin(Stdio::null());
+        assert_eq!(both.output().unwrap().status.code(), Some(2), "{name}");
+    }
+}
+
+/// `--out` of the one tool that had none.
+#[test]
+fn a_simulated_motion_goes_to_a_file() {
+    let Some(mut arm_simulate) = example("arm_simulate") else {
+        return;
+    };
+    let out = scratch("motion").join("out.csv");
+    arm_simulate.args(["--gravity-only", "--duration", "0.02", "--out"]);
+    let output = arm_simulate.arg(&out).stdin(Stdio::null()).output();
+    let output = output.unwrap();
+    assert!(output.status.success() && output.stdout.is_empty());
+    assert_eq!(std::fs::read_to_string(&out).unwrap().lines().count(), 4);
+}
+
+/// The folder of a study was made before the address of its page was tried.
+#[test]
+fn a_study_that_cannot_begin_leaves_no_folder() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let folder = scratch("study").join("new");
+    for more in [
+        &["--page", &address][..],
+        &["--factors", "angle,angle"],
+        &["--fri", "127.0.0.1:0", "--hands", &address],
+    ] {
+        let Some(mut study) = example("study") else {
+            return;
+        };
+        study.arg("--run").arg(&folder).args(more);
+        refused(&mut study, &[]);
+        assert!(!folder.exists(), "{more:?}");
+    }
+    // One that can says that it is new, in case its name was mistyped.
+    let mut study = example("study").unwrap();
+    study.arg("--run").arg(&folder).args(["--subjects", "2"]);
+    let output = study.stdin(Stdio::null()).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("a new study begins, of 2 subjects"), "{text}");
+}
+
+/// Files of a search by arrival stayed beside those of one by coverage.
+#[test]
+fn a_search_by_coverage_leaves_nothing_by_arrival() {
+    let Some(mut base_placement) = example("base_placement") else {
+        return;
+    };
+    let out = scratch("coverage");
+    for name in ["arrival.svg", "placements_by_arrival.csv", "mine.svg"] {
+        std::fs::write(out.join(name), "old").unwrap();
+    }
+    base_placement.args(["--spacing-m", "0.5", "--grid-m", "0.5", "--out"]);
+    let output = base_placement.arg(&out).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success() && said.contains("removed"),
+        "{said}"
+    );
+    let left = |name: &str| out.join(name).exists();
+    assert!(left("placements.csv") && left("mine.svg"));
+    assert!(!left("arrival.svg") && !left("placements_by_arrival.csv"));
 }

@@ -30,6 +30,7 @@ pub use waiting::{
 // Where to stand.
 pub use placement::{
     ArrivalPlacement, ArrivalPlacementConfig, ArrivalPlacements, place_base_by_arrival,
+    place_base_by_arrival_monitored,
 };
 
 // What public signatures name.

@@ -4,12 +4,14 @@ mod common;
 
 use common::{BOARD, arm, limits, wall};
 use glam::DVec3;
-use hwall_arrival::reachability::{Interval, WallFacet};
+use hwall_arrival::reachability::{Interval, Monitor, Progress, ReachabilityError, WallFacet};
 use hwall_arrival::{
     ArrivalError, ArrivalPlacementConfig, TouchRange, WaitingConfig, WeightedTarget,
-    place_base_by_arrival, targets_of_facets,
+    place_base_by_arrival, place_base_by_arrival_monitored, targets_of_facets,
 };
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
 
 /// A wall in the middle of a room; people touch it from its far side.
 fn scene() -> (Vec<WallFacet>, Vec<WeightedTarget>) {
@@ -65,6 +67,37 @@ fn the_base_stands_behind_the_wall_and_looks_at_it() {
     for pair in found.best.windows(2) {
         assert!(pair[0].in_time_share >= pair[1].in_time_share);
     }
+}
+
+/// A search of a minute said nothing.
+#[test]
+fn a_search_tells_how_far_it_is_and_can_be_stopped() {
+    let (facets, targets) = scene();
+    let config = config(&targets);
+    let search = |monitor: &Monitor| {
+        let (arm, limits) = (arm(), limits());
+        place_base_by_arrival_monitored(&arm, &targets, &facets, BOARD, &limits, &config, monitor)
+    };
+    let told = Mutex::new(Vec::new());
+    let found = search(&|progress: Progress| {
+        told.lock().expect("one thread").push(progress);
+        ControlFlow::Continue(())
+    });
+    let told = told.into_inner().expect("one thread");
+    assert_eq!(told[0].done, 0);
+    assert!(told.len() > config.judged, "{told:?}");
+    assert!(
+        told.windows(2)
+            .all(|p| p[0].done <= p[1].done && p[0].total == p[1].total)
+    );
+    let last = told.last().expect("told");
+    assert_eq!(last.done, last.total);
+    assert!(found.is_ok_and(|found| !found.best.is_empty()));
+    let stopped = search(&|progress: Progress| match progress.done {
+        0..3 => ControlFlow::Continue(()),
+        _ => ControlFlow::Break(()),
+    });
+    assert_eq!(stopped, Err(ReachabilityError::Cancelled.into()));
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod reaches;
 use glam::DVec3;
 use hwall_contact::{
     ContactEstimate, ContactEstimator, LearnedConfig, LearnedEstimator, LearnedModel,
-    StreamEstimator,
+    ReachBeginning, StreamEstimator,
 };
 use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint, WatchConfig};
 use hwall_testkit::Sampler;
@@ -163,16 +163,9 @@ fn session(tremor_m: f64) -> Vec<HandFrame> {
 
 #[test]
 fn an_estimator_that_gets_ahead_of_an_onset_says_the_same_without_a_long_step() {
-    let model = LearnedModel::train(&reaches(1, 3, 12), &LearnedConfig::default()).unwrap();
+    let model = model();
     for tremor_m in [0.0, 5e-4, 3e-3] {
-        let [mut ahead, mut replayed] = [true, false].map(|gets_ahead| {
-            let counted = Counted {
-                estimator: model.estimator(),
-                gets_ahead,
-                steps: 0,
-            };
-            StreamEstimator::new(counted, WatchConfig::default()).unwrap()
-        });
+        let [mut ahead, mut replayed] = streams(&model);
         let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
         let frames = session(tremor_m);
         let mut longest = [0, 0];
@@ -198,6 +191,125 @@ fn an_estimator_that_gets_ahead_of_an_onset_says_the_same_without_a_long_step() 
         assert!(ahead.estimator().estimator.touches() > 5);
         if tremor_m == 0.0 {
             assert!(longest[0] <= 3 && longest[1] >= 5, "{longest:?}");
+        }
+    }
+}
+
+/// Streams of one model, with an estimator that gets ahead of onsets and with one that does not.
+fn streams(model: &LearnedModel) -> [StreamEstimator<Counted>; 2] {
+    [true, false].map(|gets_ahead| {
+        let counted = Counted {
+            estimator: model.estimator(),
+            gets_ahead,
+            steps: 0,
+        };
+        StreamEstimator::new(counted, WatchConfig::default()).unwrap()
+    })
+}
+
+fn model() -> LearnedModel {
+    LearnedModel::train(&reaches(1, 3, 12), &LearnedConfig::default()).unwrap()
+}
+
+/// What the streams answer, sample by sample: the estimate and how its reach began.
+fn answers<'a>(
+    streams: &mut [StreamEstimator<Counted>; 2],
+    frames: impl IntoIterator<Item = &'a HandFrame>,
+) -> Vec<(Option<ContactEstimate>, Option<ReachBeginning>)> {
+    let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
+    let mut said = Vec::new();
+    for frame in frames {
+        // A filter answers a sample without a time with a lost hand.
+        let tracking = filter.step(frame);
+        let [ahead, replayed] = streams.each_mut().map(|stream| {
+            let estimate = stream.step(frame, tracking.state());
+            (estimate, stream.began().copied())
+        });
+        assert_eq!(ahead, replayed, "{} s", frame.t_s);
+        said.push(ahead);
+    }
+    said
+}
+
+fn under_way(said: &[(Option<ContactEstimate>, Option<ReachBeginning>)]) -> usize {
+    said.iter()
+        .filter(|(estimate, _)| estimate.is_some())
+        .count()
+}
+
+#[test]
+fn a_clock_that_is_set_back_starts_the_stream_anew() {
+    let (model, mut frames) = (model(), session(0.0));
+    frames.truncate(800);
+    let fresh = answers(&mut streams(&model), &frames);
+    let reach = (1..frames.len()).find(|&i| fresh[i].0.is_some()).unwrap();
+    // At rest, where a reach may have begun, in its middle and after it.
+    for set_back in [20, reach - 2, reach + 10, reach + 80] {
+        let mut streams = streams(&model);
+        let before = answers(&mut streams, &frames[..set_back]);
+        assert_eq!(before, fresh[..set_back]);
+        assert_eq!(answers(&mut streams, &frames), fresh, "{set_back}");
+    }
+    // A hand that moves when the clock is set back has not turned.
+    let mut streams = streams(&model);
+    answers(&mut streams, &frames[..reach + 10]);
+    let said = answers(&mut streams, &frames[reach + 5..reach + 30]);
+    assert!(
+        said.iter()
+            .all(|(_, began)| began.is_none_or(|b| !b.turned))
+    );
+}
+
+/// A reach forgot how it had begun at a sample without a time.
+#[test]
+fn samples_without_a_time_change_nothing_of_the_others() {
+    let (model, frames) = (model(), session(5e-4));
+    let fresh = answers(&mut streams(&model), &frames);
+    assert!(under_way(&fresh) > 100);
+    let mut streams = streams(&model);
+    let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
+    for (i, (frame, said)) in frames.iter().zip(&fresh).enumerate() {
+        let tracking = filter.step(frame);
+        for stream in &mut streams {
+            if i % 5 == 2 {
+                for t_s in [f64::NAN, f64::INFINITY] {
+                    let frame = HandFrame { t_s, ..*frame };
+                    assert_eq!(stream.step(&frame, tracking.state()), None);
+                    assert_eq!(stream.step(&frame, None), None);
+                }
+            }
+            let estimate = stream.step(frame, tracking.state());
+            assert_eq!((estimate, stream.began().copied()), *said, "{i}");
+        }
+    }
+}
+
+#[test]
+fn after_a_reset_a_stream_is_a_new_one() {
+    let (model, mut frames) = (model(), session(0.0));
+    frames.truncate(800);
+    let fresh = answers(&mut streams(&model), &frames);
+    let ends = (1..frames.len()).find(|&i| fresh[i - 1].0.is_some() && fresh[i].0.is_none());
+    // Between reaches, and where one is under way; later times, and the same ones again.
+    for at in [ends.unwrap() + 5, ends.unwrap() - 5] {
+        for later_s in [0.0, 100.0] {
+            let mut streams = streams(&model);
+            answers(&mut streams, &frames[..at]);
+            for stream in &mut streams {
+                stream.touched(DVec3::new(0.2, 0.3, 1.1), frames[at].t_s);
+                stream.reset();
+                assert_eq!(stream.estimator().estimator.touches(), 0);
+                assert!(!stream.reaching() && stream.began().is_none());
+            }
+            let later = |frame: &HandFrame| HandFrame {
+                t_s: frame.t_s + later_s,
+                ..*frame
+            };
+            let frames: Vec<HandFrame> = frames.iter().map(later).collect();
+            let again = answers(&mut streams, &frames);
+            let expected = answers(&mut self::streams(&model), &frames);
+            assert_eq!(again, expected);
+            assert!(under_way(&again) > 100);
         }
     }
 }

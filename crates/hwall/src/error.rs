@@ -44,6 +44,17 @@ pub enum SessionError {
     /// Neither atlas nor waiting posture can be found.
     #[error(transparent)]
     Arrival(#[from] hwall_arrival::ArrivalError),
+    /// A scene with more upright pieces of surfaces than the board can be kept behind in every cycle.
+    #[error(
+        "the scene has {count} upright pieces of surfaces, and the board is kept behind no more than {most}: fewer, larger ones \
+         serve as well, and what is out of the arm's reach may be left out"
+    )]
+    TooManyUprightPieces {
+        /// How many it has.
+        count: usize,
+        /// How many it may have.
+        most: usize,
+    },
     /// The walls of the scene cannot be mapped.
     #[error(transparent)]
     Reachability(#[from] hwall_reachability::ReachabilityError),

@@ -4,14 +4,13 @@ mod common;
 
 use common::{Bench, GazeSession, Hand, TRACKER_S, home, iiwa, session, wall};
 use hwall::contact::{
-    ContactPrediction, DeterministicConfig, DeterministicPredictor, PredictionSource, Predictor,
-    PredictorInput,
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
 };
 use hwall::glam::{DMat3, DVec3};
 use hwall::hand::HandFilterConfig;
 use hwall::haptics::{Board, HoldReason};
 use hwall::scene::{Scene, SurfaceId};
-use hwall::{Session, SessionConfig, SessionState, Walls, WallsConfig};
+use hwall::{Session, SessionConfig, SessionError, SessionState, Walls, WallsConfig};
 
 /// Where the wall stands, m, and how far the board may come in front of it.
 const WALL_M: f64 = 0.6;
@@ -134,17 +133,59 @@ impl Predictor for Restless {
 
 fn place(point_m: DVec3) -> ContactPrediction {
     ContactPrediction {
-        surface: SurfaceId(0),
-        point_m,
         covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(1e-4))),
-        normal: DVec3::X,
-        roughness: None,
         distance_m: 0.3,
-        time_to_contact_s: None,
-        probability: 1.0,
-        source: PredictionSource::Motion,
-        looked_at_since_s: None,
+        ..ContactPrediction::of_place(SurfaceId(0), point_m, DVec3::X)
     }
+}
+
+/// `strips` narrow upright strips in a row, at one distance.
+fn strips(strips: usize) -> Scene {
+    let mut obj = String::from("o fence\n");
+    for i in 0..strips {
+        let y_m = 0.01 * i as f64;
+        let end_m = y_m + 0.005;
+        for (y_m, z_m) in [(y_m, 0.0), (end_m, 0.0), (end_m, 1.0), (y_m, 1.0)] {
+            obj += &format!("v {WALL_M} {y_m} {z_m}\n");
+        }
+        let first = 4 * i + 1;
+        obj += &format!("f {first} {} {} {}\n", first + 1, first + 2, first + 3);
+    }
+    Scene::from_obj_str(&obj, None).expect("a fence").0
+}
+
+/// Behind no more pieces than this does the board stay: one more is named, and none is left out.
+#[test]
+fn a_scene_of_too_many_upright_pieces_is_named() {
+    let of = |count| {
+        let scene = strips(count);
+        assert_eq!(scene.vertical_facets().len(), count);
+        let predictor =
+            DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
+        let walls = Walls::of(
+            &wall(WALL_M),
+            &iiwa(),
+            &Board::default(),
+            &WallsConfig::default(),
+        );
+        let (board, config) = (Board::default(), SessionConfig::default());
+        Session::new(
+            &iiwa(),
+            &board,
+            scene,
+            walls.expect("walls"),
+            predictor,
+            config,
+        )
+    };
+    assert!(of(2048).is_ok());
+    let error = of(2049).err().expect("an error");
+    let named = SessionError::TooManyUprightPieces {
+        count: 2049,
+        most: 2048,
+    };
+    assert_eq!(error, named);
+    assert!(error.to_string().contains("2049 upright pieces"), "{error}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Bench, DT_S, Hand, home, iiwa, wall};
-use hwall::contact::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
+use hwall::contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall::glam::{DMat3, DVec3};
 use hwall::hand::HandFilterConfig;
 use hwall::haptics::{Board, HoldReason};
@@ -22,22 +22,11 @@ struct Fixed {
 
 impl Fixed {
     fn new(q: JointPositions, place_m: DVec3, sd_m: f64) -> Self {
-        let prediction = ContactPrediction {
-            surface: SurfaceId(0),
-            point_m: place_m,
-            covariance_m2: None,
-            normal: DVec3::X,
-            roughness: None,
-            distance_m: 0.3,
-            time_to_contact_s: None,
-            probability: 1.0,
-            source: PredictionSource::Motion,
-            looked_at_since_s: None,
-        };
+        let prediction = [ContactPrediction::of_place(SurfaceId(0), place_m, DVec3::X)];
         Self {
             q,
             sd_m,
-            prediction: [prediction],
+            prediction,
         }
     }
 }

@@ -27,16 +27,9 @@ impl Fixed {
     fn at(point_m: DVec3) -> Self {
         Self {
             contact: ContactPrediction {
-                surface: SurfaceId(0),
-                point_m,
-                covariance_m2: None,
-                normal: DVec3::X,
-                roughness: None,
                 distance_m: 0.3,
-                time_to_contact_s: None,
-                probability: 1.0,
                 source: PredictionSource::Gaze,
-                looked_at_since_s: None,
+                ..ContactPrediction::of_place(SurfaceId(0), point_m, DVec3::X)
             },
             velocities: Vec::new(),
         }

@@ -134,6 +134,37 @@ impl Documents {
     }
 }
 
+/// The sentence of a document about the command that wrote it: the one that is running.
+#[must_use]
+pub fn written_by() -> String {
+    let program = std::env::current_exe().unwrap_or_default();
+    let name = program.file_stem().unwrap_or_default().to_string_lossy();
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    sentence_about(&name, &words)
+}
+
+fn sentence_about(program: &str, words: &[String]) -> String {
+    let mut command = format!("cargo run --release --example {program}");
+    if !words.is_empty() {
+        command += " --";
+    }
+    for word in words {
+        command += " ";
+        command += &quoted(word);
+    }
+    format!("Written by `{command}`; not edited by hand.")
+}
+
+/// A word for a shell.
+#[must_use]
+pub fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-,:=+".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        return text.to_owned();
+    }
+    format!("'{}'", text.replace('\'', "'\\''"))
+}
+
 fn make(folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())
 }
@@ -189,6 +220,19 @@ mod tests {
         // Tests run in the folder of their package, which is not the root.
         let error = opened(&["--docs"], &default).unwrap_err().to_string();
         assert!(error.contains("root of the project"), "{error}");
+    }
+
+    /// Some documents named their program without the flags that they had been written with.
+    #[test]
+    fn a_document_names_the_command_that_wrote_it() {
+        let words = ["--docs", "--touches", "1200", "--hand", "my hand.csv"].map(String::from);
+        let said = sentence_about("in_time", &words);
+        let command =
+            "`cargo run --release --example in_time -- --docs --touches 1200 --hand 'my hand.csv'`";
+        assert_eq!(said, format!("Written by {command}; not edited by hand."));
+        let said = sentence_about("in_time", &[]);
+        assert!(said.contains("--example in_time`;"), "{said}");
+        assert!(written_by().starts_with("Written by `cargo run"));
     }
 
     #[test]

@@ -45,12 +45,25 @@ impl fmt::Display for ArgumentError {
                 what,
                 value,
                 wanted,
-            } => write!(f, "{what} is {value}, it must be {wanted}"),
+            } => write!(f, "{what} is {}, it must be {wanted}", Shown(*value)),
         }
     }
 }
 
 impl std::error::Error for ArgumentError {}
+
+/// A number in a message: with an exponent where it would have rows of zeros.
+struct Shown(f64);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let value = self.0;
+        match value == 0.0 || !value.is_finite() || (1e-6..1e15).contains(&value.abs()) {
+            true => write!(f, "{value}"),
+            false => write!(f, "{value:e}"),
+        }
+    }
+}
 
 /// The value, if it is finite.
 ///

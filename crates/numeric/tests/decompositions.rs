@@ -251,4 +251,21 @@ fn checks_name_what_is_wrong_and_let_no_nan_pass() {
     assert!(check::that(true, "share", f64::NAN, "at most 1").is_err());
     let error = check::that(false, "share", 2.0, "at most 1").unwrap_err();
     assert_eq!(error.to_string(), "share is 2, it must be at most 1");
+    // 1e-320 was told with 320 zeros.
+    for (value, shown) in [
+        (1e-320, "1e-320"),
+        (-2.5e160, "-2.5e160"),
+        (0.0, "0"),
+        (1e-5, "0.00001"),
+    ] {
+        let error = hwall_numeric::ArgumentError::OutOfRange {
+            what: "share",
+            value,
+            wanted: "0.5",
+        };
+        assert_eq!(
+            error.to_string(),
+            format!("share is {shown}, it must be 0.5")
+        );
+    }
 }

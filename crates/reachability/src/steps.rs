@@ -86,6 +86,17 @@ impl Steps {
         self.step_m.abs()
     }
 
+    /// Integral over the steps of what has these values at them, by the trapezoidal rule: a value counts for the step that it
+    /// is in the middle of, the first and the last for the half of it that lies between the ends. One value spans nothing.
+    pub(crate) fn integral(&self, values: impl Iterator<Item = f64>) -> f64 {
+        let last = self.count() - 1;
+        let weighted = values.enumerate().map(|(i, value)| {
+            let halves = u8::from(i > 0) + u8::from(i < last);
+            0.5 * f64::from(halves) * value
+        });
+        weighted.sum::<f64>() * self.spacing_m()
+    }
+
     /// The nearest value's index, `None` further than half a step from all of them (or NaN).
     #[must_use]
     #[inline]

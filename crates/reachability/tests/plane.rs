@@ -3,8 +3,8 @@
 use glam::DVec3;
 use hwall_kinematics::{Pose, SrsArm};
 use hwall_reachability::{
-    ArgumentError, BoardPart, ExactConfig, ExactSolver, Plane, PlaneMap, ReachabilityError, Roll,
-    Steps, WallPlane, WallPoint,
+    ArgumentError, BoardPart, ExactConfig, ExactSolver, Interval, Plane, PlaneMap, PolygonConfig,
+    ReachabilityError, Roll, Steps, WallPlane, WallPoint, WallRegion,
 };
 use hwall_testkit::Sampler;
 
@@ -119,6 +119,31 @@ fn a_ramp_is_looked_up_by_lines() {
     assert_eq!(map.look_up(ramp.point_m(WallPoint::new(0.0, 0.32))), None);
     assert_eq!(map.look_up(DVec3::NAN), None);
     assert_eq!(map.look_up(DVec3::new(f64::NAN, 0.0, 0.0)), None);
+}
+
+/// Border lines counted whole: a plane had the area of one step more than it has.
+#[test]
+fn the_area_of_a_plane_is_that_between_its_first_and_last_line() {
+    let arm = SrsArm::iiwa7();
+    let wall = Plane::through(DVec3::new(0.6, 0.0, 0.0), DVec3::X).unwrap();
+    let area_m2 = |step_m: f64| {
+        let heights = Steps::spanning(0.3, 0.7, step_m).unwrap();
+        let map = PlaneMap::build(&arm, &ExactConfig::default(), wall, heights).unwrap();
+        map.area_m2()
+    };
+    let solver = ExactSolver::new(&arm, &ExactConfig::default()).unwrap();
+    let outline = PolygonConfig {
+        heights_m: Some(Interval::new(0.3, 0.7)),
+        ..PolygonConfig::default()
+    };
+    let plane = WallPlane::new(0.0, 0.6).unwrap();
+    let region = WallRegion::of_plane(&solver, &plane, &outline).unwrap();
+    for step_m in [0.1, 0.05, 0.025] {
+        let off_m2 = (area_m2(step_m) - region.area_m2()).abs();
+        // The error of the trapezoidal rule falls with the square of the step.
+        assert!(off_m2 < 0.3 * step_m * step_m, "{step_m} m: {off_m2}");
+    }
+    assert_eq!(area_m2(1.0), 0.0);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use crate::console::note;
 use crate::input::arms::BoardArm;
 use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
+use crate::input::numbers::whole_within;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, Predictors};
 use crate::person::responses::{self, Scenery};
@@ -67,10 +68,10 @@ pub struct JobOptions {
     #[arg(long, value_enum, default_value_t, conflicts_with = "hand")]
     pub person: PersonKind,
     /// Touches of the simulated people: one makes a dozen, for more there are more people
-    #[arg(long, default_value_t = 12, conflicts_with = "hand", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, default_value_t = 12, conflicts_with = "hand", value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
     pub touches: u64,
     /// Seed of the simulated people and the sensors' noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
     /// Control period in milliseconds, 0.1 to 20
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]

@@ -1,5 +1,6 @@
 //! The setting of the main job: scene, hand and touches in the arm's base frame.
 
+use crate::console::note;
 use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
 use crate::input::place::{self, Contacts};
@@ -99,6 +100,7 @@ impl Setting {
             // People such as these, before anybody is there; they stand where they stand.
             let people = participants::simulated(&scene, arm, kind, 1, seed)?;
             let likely = participants::likely_touches(&scene, arm, &people);
+            note("looking for the arm's base by rehearsals, which takes about a minute and a half");
             let base = base_by_arrival(&scene, arm, &Board::default(), &likely, kind)?;
             remarks.push(format!(
                 "by arrival the arm's base stands best at {base} (x,y,z,yaw)"

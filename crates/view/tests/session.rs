@@ -92,7 +92,7 @@ fn a_session_is_seen_and_nothing_is_allocated_for_it() {
 /// The axes of the 90 % region hold 90 % of points drawn from the covariance.
 #[test]
 fn the_region_holds_ninety_percent() {
-    use hwall::contact::{ContactPrediction, PredictionSource};
+    use hwall::contact::ContactPrediction;
     use hwall::glam::DMat3;
     use hwall::scene::SurfaceId;
     let mut sampler = hwall_testkit::Sampler::new(6);
@@ -103,16 +103,8 @@ fn the_region_holds_ninety_percent() {
             turn * DMat3::from_diagonal(DVec3::from_array(sd_m.map(|s| s * s))) * turn.transpose();
         let normal = sampler.unit_vector();
         let contact = ContactPrediction {
-            surface: SurfaceId(0),
-            point_m: DVec3::ZERO,
             covariance_m2: Some(covariance),
-            normal,
-            roughness: None,
-            distance_m: 0.1,
-            time_to_contact_s: None,
-            probability: 1.0,
-            source: PredictionSource::Motion,
-            looked_at_since_s: None,
+            ..ContactPrediction::of_place(SurfaceId(0), DVec3::ZERO, normal)
         };
         let [a, b] = hwall_view::ViewPrediction::of(&contact).region_m.unwrap();
         assert!(a.dot(b).abs() < 1e-9 && a.dot(normal).abs() < 1e-9 && a.length() >= b.length());

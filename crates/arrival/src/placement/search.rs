@@ -15,8 +15,10 @@ use hwall_geometry::Pose;
 use hwall_kinematics::{JointPositions, SrsArm};
 use hwall_motion::MotionLimits;
 use hwall_reachability::{
-    Interval, PlacementConfig, PlacementScores, Target, WallFacet, place_base,
+    Interval, Monitor, PlacementConfig, PlacementScores, Progress, ReachabilityError, Target,
+    WallFacet, place_base,
 };
+use std::ops::ControlFlow;
 
 /// One place for the base, and how soon its arm is where people touch.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,6 +60,23 @@ pub fn place_base_by_arrival(
     limits: &MotionLimits,
     config: &ArrivalPlacementConfig,
 ) -> Result<ArrivalPlacements, ArrivalError> {
+    let go_on = |_: Progress| ControlFlow::Continue(());
+    place_base_by_arrival_monitored(arm, targets, facets, board, limits, config, &go_on)
+}
+
+/// As [`place_base_by_arrival`], with reports of how many of the places are judged; the monitor can cancel it.
+///
+/// # Errors
+/// As [`place_base_by_arrival`]; [`ReachabilityError::Cancelled`] where the monitor stops it.
+pub fn place_base_by_arrival_monitored(
+    arm: &SrsArm,
+    targets: &[WeightedTarget],
+    facets: &[WallFacet],
+    board: BoardExtent,
+    limits: &MotionLimits,
+    config: &ArrivalPlacementConfig,
+    monitor: &Monitor,
+) -> Result<ArrivalPlacements, ArrivalError> {
     config.validate()?;
     board.validate()?;
     limits.validate()?;
@@ -79,8 +98,15 @@ pub fn place_base_by_arrival(
         least_behind_m: from_behind.least_behind_m.unwrap_or(0.0),
     };
     let mut judged: Vec<Judged> = Vec::new();
-    for place in most_covering(&room, &coverage, config.judged) {
-        let found = room.judge(place, &judged)?;
+    let places = most_covering(&room, &coverage, config.judged);
+    let total = places.len() + config.refined * TRIED_AROUND + config.best;
+    let tell = |done: usize| match monitor(Progress { done, total }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(ReachabilityError::Cancelled),
+    };
+    for (done, place) in places.iter().enumerate() {
+        tell(done)?;
+        let found = room.judge(*place, &judged)?;
         judged.extend(found);
     }
     if judged.is_empty() {
@@ -92,6 +118,7 @@ pub fn place_base_by_arrival(
     judged.sort_by(by_share);
     let spacing_m = from_behind.x.spacing_m().max(from_behind.y.spacing_m());
     for i in 0..config.refined.min(judged.len()) {
+        tell(places.len() + i * TRIED_AROUND)?;
         let refined = room.refine(judged[i], spacing_m, &mut judged)?;
         judged.push(refined);
     }
@@ -104,6 +131,7 @@ pub fn place_base_by_arrival(
         if taken.iter().any(near) {
             continue;
         }
+        tell(total - config.best + taken.len())?;
         taken.push(place);
         best.push(room.judge_closely(candidate)?);
         if best.len() == config.best {
@@ -111,12 +139,16 @@ pub fn place_base_by_arrival(
         }
     }
     best.sort_by(|a, b| b.in_time_share.total_cmp(&a.in_time_share));
+    tell(total)?;
     Ok(ArrivalPlacements {
         best,
         judged: judged.len(),
         coverage,
     })
 }
+
+/// Places that are tried around one: six neighbours, at two distances.
+const TRIED_AROUND: usize = 12;
 
 /// Where the base may stand.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -45,6 +45,26 @@ pub struct ContactPrediction {
     pub looked_at_since_s: Option<f64>,
 }
 
+impl ContactPrediction {
+    /// One place, for certain, with the hand there: without covariance, time, roughness or look, found by the hand's motion. A
+    /// predictor that knows more fills in the rest.
+    #[must_use]
+    pub const fn of_place(surface: SurfaceId, point_m: DVec3, normal: DVec3) -> Self {
+        Self {
+            surface,
+            point_m,
+            covariance_m2: None,
+            normal,
+            roughness: None,
+            distance_m: 0.0,
+            time_to_contact_s: None,
+            probability: 1.0,
+            source: PredictionSource::Motion,
+            looked_at_since_s: None,
+        }
+    }
+}
+
 /// What a predicted surface was found by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]

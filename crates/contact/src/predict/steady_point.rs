@@ -156,19 +156,10 @@ mod tests {
     use hwall_scene::SurfaceId;
 
     fn at(surface: usize, point_m: DVec3, normal: DVec3) -> ContactPrediction {
-        let (distance_m, time_to_contact_s) = (0.1, None);
-        let surface = SurfaceId(surface);
         ContactPrediction {
-            surface,
-            point_m,
-            covariance_m2: None,
-            normal,
-            roughness: None,
-            distance_m,
-            time_to_contact_s,
-            probability: 1.0,
+            distance_m: 0.1,
             source: PredictionSource::Gaze,
-            looked_at_since_s: None,
+            ..ContactPrediction::of_place(SurfaceId(surface), point_m, normal)
         }
     }
 

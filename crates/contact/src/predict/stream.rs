@@ -106,16 +106,20 @@ impl<E: ContactEstimator> StreamEstimator<E> {
     }
 
     /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at rest. A
-    /// sample that repeats the time of the one before gets the same estimate; when the clock is set back, the
-    /// stream starts anew.
+    /// sample that repeats the time of the one before gets the same estimate, one without a finite time none; when the clock
+    /// is set back, the stream starts anew.
     pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> Option<ContactEstimate> {
-        let turned = self.watch.reaching();
-        if frame.t_s < self.last_s {
+        if !frame.t_s.is_finite() {
+            // The reach under way goes on with the next sample.
+            self.estimate = None;
+            return None;
+        }
+        let is_set_back = frame.t_s < self.last_s;
+        let turned = self.watch.reaching() && !is_set_back;
+        if is_set_back {
             self.ahead = None;
         }
-        if frame.t_s.is_finite() {
-            self.last_s = frame.t_s;
-        }
+        self.last_s = frame.t_s;
         match self.watch.step(frame, hand) {
             WatchUpdate::Repeated => {}
             WatchUpdate::AtRest => {

@@ -6,8 +6,7 @@ use super::model::ResponseModel;
 use crate::error::SessionError;
 use glam::DVec3;
 use hwall_contact::{
-    ContactEstimate, ContactPrediction, PredictionSource, Predictor, PredictorInput,
-    StreamEstimator,
+    ContactEstimate, ContactPrediction, Predictor, PredictorInput, StreamEstimator,
 };
 use hwall_hand::WatchConfig;
 use hwall_kinematics::ArmKinematics;
@@ -128,16 +127,11 @@ impl Predictor for EndToEnd {
             let normal = estimate.normal?;
             let from_hand = self.hand_m? - estimate.point_m;
             Some(ContactPrediction {
-                surface,
-                point_m: estimate.point_m,
                 covariance_m2: estimate.covariance_m2,
-                normal,
                 roughness: scene.surface(surface).roughness,
                 distance_m: from_hand.dot(normal),
                 time_to_contact_s: estimate.time_to_contact_s,
-                probability: 1.0,
-                source: PredictionSource::Motion,
-                looked_at_since_s: None,
+                ..ContactPrediction::of_place(surface, estimate.point_m, normal)
             })
         });
         self.answer.as_slice()

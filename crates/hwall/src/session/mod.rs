@@ -60,7 +60,8 @@ impl<P: Predictor> Session<P> {
     /// for an arm whose solver decides alone; maps alone will do too.
     ///
     /// # Errors
-    /// A setting outside its range; more roughnesses in the scene than the board has levels.
+    /// A setting outside its range; more roughnesses in the scene than the board has levels;
+    /// [`SessionError::TooManyUprightPieces`], above 2,048 of them.
     pub fn new(
         arm: &dyn ArmKinematics,
         board: &Board,

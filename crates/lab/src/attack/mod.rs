@@ -6,7 +6,7 @@ mod session;
 mod study_log;
 mod text;
 
-use crate::documents::Documents;
+use crate::documents::{Documents, written_by};
 use crate::faults::random;
 use anyhow::bail;
 use hwall_testkit::{AttackReport, Machine, MarkdownTable, Verdict, attack};
@@ -163,8 +163,8 @@ pub fn write(
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
     let text = format!(
-        "# Attacks\n\nWhat becomes of hostile files, and of the control loop under faults? Written by `cargo run --release --example attack -- --docs`; not edited by \
-         hand.\n\n{}\n\n{}\n{EXPLAINED}\n{}",
+        "# Attacks\n\nWhat becomes of hostile files, and of the control loop under faults? {}\n\n{}\n\n{}\n{EXPLAINED}\n{}",
+        written_by(),
         Machine::detect(seed),
         table(reports),
         findings::section()

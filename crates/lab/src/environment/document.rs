@@ -1,6 +1,6 @@
 //! The tables of the study, and the whole of docs/ENVIRONMENTS.md.
 
-use crate::documents::Documents;
+use crate::documents::{Documents, written_by};
 use crate::environment::figures;
 use crate::environment::modes::Mode;
 use crate::environment::outcome::OutOfReach;
@@ -201,8 +201,8 @@ pub fn write(
         touch_file::write(&documents.folder().join("touches.csv"), results)?;
     }
     let text = format!(
-        "# Large environments\n\nHow much of an environment far larger than the room can one fixed arm present? Written by \
-         `cargo run --release --example large_environment`; not edited by hand.\n\n{}\n\n{}\n{EXPLAINED}",
+        "# Large environments\n\nHow much of an environment far larger than the room can one fixed arm present? {}\n\n{}\n\n{}\n{EXPLAINED}",
+        written_by(),
         Machine::detect(request.seed),
         text(results)
     );

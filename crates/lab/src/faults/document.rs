@@ -5,7 +5,7 @@ use super::impact::SPEED_M_PER_S;
 use super::outcome::{Bounds, Outcome};
 use super::phase::Phase;
 use super::study::{Request, Results};
-use crate::documents::Documents;
+use crate::documents::{Documents, written_by};
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_testkit::{Machine, MarkdownTable};
 use std::path::PathBuf;
@@ -193,9 +193,9 @@ pub fn write(
     }
     let seeds: Vec<String> = request.seeds.iter().map(u64::to_string).collect();
     let text = format!(
-        "# Faults\n\nWhat happens when something fails while a person is near? Written by `cargo run --release --example \
-         fault_matrix -- --docs`; not edited by hand. {} faults in {} phases of a touch, at each arm level, with seeds {}.\n\n{}\n\n\
+        "# Faults\n\nWhat happens when something fails while a person is near? {} {} faults in {} phases of a touch, at each arm level, with seeds {}.\n\n{}\n\n\
          {EXPLAINED}\n{figures}{}",
+        written_by(),
         results.outcomes.len() / (Phase::ALL.len() * request.levels.len().max(1)),
         Phase::ALL.len(),
         seeds.join(", "),

@@ -6,7 +6,7 @@ use super::rig::{Rig, Way};
 use super::stability::{Bound, Held, SWING_M};
 use super::study::{EXCITED_HZ, HELD_N, MOST_M, PUSHES, Request, Results, Row};
 use super::subject::{Kind, Subject, of_scene};
-use crate::documents::Documents;
+use crate::documents::{Documents, written_by};
 use hwall_haptics::ObjectRenderingConfig;
 use hwall_stage::setting::load_scene;
 use hwall_testkit::{Machine, MarkdownTable, format_ns};
@@ -289,9 +289,9 @@ pub fn write(
     figures::errors(&folder.join("errors.svg"), &results.rows)?;
     figures::bounds(&folder.join("bounds.svg"), &results.bounds)?;
     let text = format!(
-        "# Feel\n\nDoes a hand feel the door that was asked for? Written by `cargo run --release --example door -- --identify`; not \
-         edited by hand.\n\n{}\n\n{}\n![A push at the door](figures/feel/door.svg)\n\n![Errors](figures/feel/errors.svg)\n\n\
+        "# Feel\n\nDoes a hand feel the door that was asked for? {}\n\n{}\n\n{}\n![A push at the door](figures/feel/door.svg)\n\n![Errors](figures/feel/errors.svg)\n\n\
          ![Lightest stable mass](figures/feel/bounds.svg)\n\n{}",
+        written_by(),
         Machine::detect(request.seed),
         text(results),
         explained(),

@@ -3,7 +3,7 @@
 use super::figures;
 use super::study::{FELT_J, LIMIT_CYCLE_M, NUMERICAL_J, Request, Results, Row};
 use super::z_width::{MASS_KG, Point};
-use crate::documents::Documents;
+use crate::documents::{Documents, written_by};
 use hwall_haptics::passivity::PassivityMethod;
 use hwall_testkit::{Machine, MarkdownTable, Timing, format_ns};
 use std::path::PathBuf;
@@ -148,9 +148,9 @@ pub fn write(
     figures::z_width(&folder.join("z_width.svg"), &results.points)?;
     figures::generated(&folder.join("generated.svg"), &results.rows)?;
     let text = format!(
-        "# Passivity\n\nDoes the board give out more energy than a hand has put in? Written by `cargo run --release --example \
-         passivity_study`; not edited by hand.\n\n{}\n\n{}\n![Stiffness against damping](figures/passivity/z_width.svg)\n\n\
+        "# Passivity\n\nDoes the board give out more energy than a hand has put in? {}\n\n{}\n\n{}\n![Stiffness against damping](figures/passivity/z_width.svg)\n\n\
          ![Energy generated](figures/passivity/generated.svg)\n\n{EXPLAINED}",
+        written_by(),
         Machine::detect(request.seed),
         text(request, results)
     );

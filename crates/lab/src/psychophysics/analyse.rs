@@ -9,8 +9,9 @@ use hwall_psychophysics::{
 };
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::note;
+use hwall_stage::numbers::TableInput;
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::PathBuf;
 
 /// A column of this name says which rows count; tables of the example `study` have it.
@@ -21,8 +22,8 @@ const NONE: &str = "none";
 /// What to analyse and how.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The table
-    table: PathBuf,
+    #[command(flatten)]
+    table: TableInput,
     /// Column of the subjects
     #[arg(long)]
     subject: String,
@@ -184,13 +185,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         "--svg needs a factor within subjects beside --between"
     );
     FilePlan::default()
-        .read("the table", Some(&args.table))
+        .read("--in", args.table.path())
         .write("--json", args.json.as_deref())
         .write("--markdown", args.markdown.as_deref())
         .write_into("--svg", args.svg.as_deref(), &["means.svg", "boxes.svg"])
         .check()?;
-    let name = || args.table.display().to_string();
-    let table = fs::read(&args.table).with_context(name)?;
+    let (name, mut source) = args.table.open()?;
+    let name = || name.clone();
+    let mut table = Vec::new();
+    source.read_to_end(&mut table).with_context(name)?;
     let columns = args.columns(&String::from_utf8_lossy(first_line(&table)));
     let study = match &args.wide {
         Some(joint) => {

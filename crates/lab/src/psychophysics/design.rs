@@ -17,16 +17,16 @@ pub struct Args {
     #[arg(long)]
     factors: String,
     /// Subjects
-    #[arg(long, value_parser = numbers::count_within::<1, 100_000>)]
+    #[arg(long, value_parser = numbers::count_within::<1, 100_000>, allow_negative_numbers = true)]
     subjects: usize,
     /// How often every subject meets every condition
-    #[arg(long, default_value_t = 1, value_parser = numbers::count_within::<1, 10_000>)]
+    #[arg(long, default_value_t = 1, value_parser = numbers::count_within::<1, 10_000>, allow_negative_numbers = true)]
     rounds: usize,
     /// random: every round a random order of its own; latin: rows of a balanced Latin square
     #[arg(long, value_enum, default_value = "random")]
     order: Order,
     /// Seed of the random orders
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Write the CSV here instead of to standard output
     #[arg(long)]

@@ -28,7 +28,7 @@ pub struct Args {
     )]
     means: Vec<f64>,
     /// Subjects, or several numbers of them: 10,15,20
-    #[arg(long, value_delimiter = ',', required = true, value_parser = count_within::<2, 10_000>)]
+    #[arg(long, value_delimiter = ',', required = true, value_parser = count_within::<2, 10_000>, allow_negative_numbers = true)]
     subjects: Vec<usize>,
     /// Standard deviation between the subjects' means
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
@@ -52,10 +52,10 @@ pub struct Args {
     #[arg(long)]
     art: bool,
     /// Studies drawn
-    #[arg(long, default_value_t = 10_000, value_parser = count_within::<1, 10_000_000>)]
+    #[arg(long, default_value_t = 10_000, value_parser = count_within::<1, 10_000_000>, allow_negative_numbers = true)]
     studies: usize,
     /// Seed of the studies
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Write the result here, as JSON
     #[arg(long)]

@@ -2,17 +2,21 @@
 
 use super::arrival::{degrees, extent, facets, in_base, named_walls, percent};
 use super::arrival_figure::{self, ArrivalFigure};
+use super::maps::progress;
+use super::placement::metres;
 use hwall_arrival::reachability::{PlacementConfig, Target, WallMaps, WallMapsConfig};
 use hwall_arrival::{
     ArrivalPlacement, ArrivalPlacementConfig, Atlas, AtlasConfig, WaitingConfig, WeightedTarget,
-    place_base_by_arrival,
+    place_base_by_arrival_monitored,
 };
 use hwall_haptics::Board;
 use hwall_kinematics::SrsArm;
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_scene::Scene;
 use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::note;
 use hwall_testkit::MarkdownTable;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
@@ -50,7 +54,22 @@ pub fn run(wanted: &ByArrival, out: &Path) -> anyhow::Result<String> {
     };
     let walls = facets(wanted.scene);
     let start = Instant::now();
-    let found = place_base_by_arrival(wanted.arm, &targets, &walls, board, &limits, &config)?;
+    note("judging places by arrival, which may take a minute");
+    let bar = progress();
+    let found = place_base_by_arrival_monitored(
+        wanted.arm,
+        &targets,
+        &walls,
+        board,
+        &limits,
+        &config,
+        &|p| {
+            bar.set_length(p.total as u64);
+            bar.set_position(p.done as u64);
+            ControlFlow::Continue(())
+        },
+    )?;
+    bar.finish_and_clear();
     let took = start.elapsed().as_secs_f64();
     csv(&out.join("placements_by_arrival.csv"), &found.best)?;
     if let Some(best) = found.best.first() {
@@ -102,8 +121,8 @@ fn table(places: &[ArrivalPlacement]) -> MarkdownTable {
         let arrivals = &place.arrivals;
         table.row([
             (i + 1).to_string(),
-            format!("{:.2}", base_m.x),
-            format!("{:.2}", base_m.y),
+            metres(base_m.x),
+            metres(base_m.y),
             format!("{:.0} deg", place.heading_rad.to_degrees()),
             percent(place.in_time_share),
             percent(arrivals.posture.reached_share),

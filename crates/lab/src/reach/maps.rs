@@ -250,7 +250,8 @@ fn roll(text: &str) -> anyhow::Result<Roll> {
     }
 }
 
-fn progress() -> ProgressBar {
+/// A bar on standard error, if that is a terminal.
+pub(super) fn progress() -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len}  {eta} left")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(0).with_style(style)

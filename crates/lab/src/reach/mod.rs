@@ -2,9 +2,11 @@
 
 pub mod arrival;
 pub mod arrival_figure;
+pub mod arrival_job;
 pub mod arrival_placement;
 pub mod disagreement;
 pub mod figures;
 pub mod maps;
 pub mod placement;
+pub mod placement_job;
 pub mod published;

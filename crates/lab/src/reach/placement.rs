@@ -190,6 +190,11 @@ fn on(patch: &Facet, point_m: DVec3) -> bool {
     })
 }
 
+/// In centimetres, and not -0.
+pub(super) fn metres(value_m: f64) -> String {
+    format!("{:.2}", (100.0 * value_m).round() / 100.0 + 0.0)
+}
+
 /// The best placements as a table.
 #[must_use]
 pub fn table(scores: &PlacementScores) -> MarkdownTable {
@@ -208,8 +213,8 @@ pub fn table(scores: &PlacementScores) -> MarkdownTable {
         let base_m = place.room_from_base.position_m();
         table.row([
             (i + 1).to_string(),
-            format!("{:.2}", base_m.x),
-            format!("{:.2}", base_m.y),
+            metres(base_m.x),
+            metres(base_m.y),
             format!("{:.0} deg", place.heading_rad.to_degrees()),
             format!(
                 "{} of {} ({:.1} %)",

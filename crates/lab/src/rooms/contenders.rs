@@ -4,7 +4,7 @@ use crate::contact::candidates::{self, BoxedEstimator, Role};
 use anyhow::Context;
 use hwall_contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
-    LearnedConfig, LearnedModel, PredictionSource, Predictor, PredictorInput, StreamEstimator,
+    LearnedConfig, LearnedModel, Predictor, PredictorInput, StreamEstimator,
 };
 use hwall_hand::{Gaze, LabelledReach, WatchConfig};
 use hwall_scene::Scene;
@@ -185,17 +185,12 @@ impl Predictor for Projected {
         let estimate = self.stream.step(seen.frame, seen.hand);
         self.prediction = estimate.and_then(|e| {
             let closest = scene.closest_touchable(e.point_m, FARTHEST_M).ok()??;
+            let at = (closest.surface, closest.point_m, closest.normal);
             Some(ContactPrediction {
-                surface: closest.surface,
-                point_m: closest.point_m,
                 covariance_m2: e.covariance_m2,
-                normal: closest.normal,
-                roughness: None,
                 distance_m: closest.distance_m,
                 time_to_contact_s: e.time_to_contact_s,
-                probability: 1.0,
-                source: PredictionSource::Motion,
-                looked_at_since_s: None,
+                ..ContactPrediction::of_place(at.0, at.1, at.2)
             })
         });
         self.prediction.as_slice()

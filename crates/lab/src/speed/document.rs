@@ -1,6 +1,6 @@
 //! The whole of docs/SPEED-AGAINST-ERROR.md, and the README's excerpt of it.
 
-use crate::documents::{Documents, renew_block};
+use crate::documents::{Documents, renew_block, written_by};
 use crate::speed::connect::measured as connect;
 use crate::speed::contact::{estimators, fusion, knobs};
 use crate::speed::page::section::{Section, summary_table};
@@ -69,9 +69,9 @@ pub fn write(
         timed(connect::connect(seed, n)?),
     ];
     let mut text = format!(
-        "# Speed against error\n\nWritten by `cargo run --release --example speed_against_error`; not edited \
-         by hand.\n\n{machine}\n\n{yardstick}.\n\nMedian and p99 are per call; calls below a microsecond are timed in batches, \
-         so their p99 is over batches. Errors are against the exact answer named with each table.\n"
+        "# Speed against error\n\n{}\n\n{machine}\n\n{yardstick}.\n\nMedian and p99 are per call; calls below a microsecond are timed in batches, \
+         so their p99 is over batches. Errors are against the exact answer named with each table.\n",
+        written_by()
     );
     for section in &sections {
         writeln!(out, "{}", section.text).context("standard output")?;

@@ -47,19 +47,19 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["report", "out"])]
     docs: bool,
     /// Seed of the simulated people [default: 1]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Simulated people to learn from [default: that of the protocol]
-    #[arg(long, value_parser = count_within::<1, 10_000>)]
+    #[arg(long, value_parser = count_within::<1, 10_000>, allow_negative_numbers = true)]
     people: Option<usize>,
     /// Reaches of all of them together [default: that of the protocol]
-    #[arg(long, value_parser = count_within::<1, 100_000>)]
+    #[arg(long, value_parser = count_within::<1, 100_000>, allow_negative_numbers = true)]
     reaches: Option<usize>,
     /// Regions of progress of the learned estimator [default: chosen on held-out reaches]
-    #[arg(long, value_parser = count_within::<1, 1_000>)]
+    #[arg(long, value_parser = count_within::<1, 1_000>, allow_negative_numbers = true)]
     regions: Option<usize>,
     /// Past positions that it compares with the present one, 0 to 8 [default: 4]
-    #[arg(long, value_parser = count_within::<0, 8>)]
+    #[arg(long, value_parser = count_within::<0, 8>, allow_negative_numbers = true)]
     lags: Option<usize>,
     /// Points that estimators may see beside the touching one, separated by commas: palm, thumb, index, middle, ring, little, wrist, forearm, elbow, shoulder, grip, aim [default: all]
     #[arg(long, value_delimiter = ',', value_parser = named_point)]

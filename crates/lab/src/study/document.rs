@@ -4,6 +4,7 @@ use crate::contact::candidates::Candidate;
 use crate::contact::dissertation::{self, Overrides};
 use crate::contact::report::{self, Choice};
 use crate::contact::tables;
+use crate::documents::written_by;
 use crate::rooms::study;
 use anyhow::{Context, ensure};
 use hwall_testkit::Machine;
@@ -36,8 +37,9 @@ pub fn write(
         file.display()
     );
     let machine = format!(
-        "Written by `contact_study --report`. {}. Simulated people are drawn from the seed; those \
+        "{} {}. Simulated people are drawn from the seed; those \
          judged are never those learnt from.",
+        written_by(),
         Machine::detect(overrides.seed)
     );
     let all = Choice::default();

@@ -84,7 +84,8 @@ pub struct WantedArgs {
         long = "for",
         value_delimiter = ',',
         value_name = "LEVELS",
-        group = "wished"
+        group = "wished",
+        allow_negative_numbers = true
     )]
     pub levels: Vec<f64>,
     /// Design it for the roughnesses of the touchable surfaces of this OBJ scene and its sidecar
@@ -112,7 +113,12 @@ pub struct WantedArgs {
     #[arg(long, requires = "wished")]
     pub narrow: bool,
     /// Which of the candidates is made, from 1
-    #[arg(long, default_value_t = 1, requires = "wished")]
+    #[arg(
+        long,
+        default_value_t = 1,
+        requires = "wished",
+        allow_negative_numbers = true
+    )]
     pub candidate: usize,
 }
 

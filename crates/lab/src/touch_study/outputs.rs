@@ -1,6 +1,7 @@
 //! Tables, report and figures of a study, beside its log.
 
 use super::figures;
+use crate::documents::quoted;
 use crate::psychophysics::figures as answers;
 use anyhow::Context;
 use hwall_psychophysics::Normalisation;
@@ -86,13 +87,4 @@ fn again(folder: &Path, study: &StudyRecord, incomplete: bool) -> String {
         quoted(&folder.join("trials.csv").display().to_string()),
         factors.join(",")
     )
-}
-
-/// A word for a shell.
-fn quoted(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
-    if text.chars().all(plain) {
-        return text.to_owned();
-    }
-    format!("'{}'", text.replace('\'', "'\\''"))
 }

@@ -44,32 +44,59 @@ pub fn run(
     setup: Setup<'_>,
     out: &mut impl Write,
 ) -> anyhow::Result<bool> {
+    // What may fail comes first: it leaves no folder behind.
+    let protocol_of = planned(folder, subjects, protocol)?;
+    let page = setup
+        .page
+        .map(|listen| QuestionServer::start(listen, Vec::new()));
+    let page = page.transpose()?;
+    let begins = !Study::log_path(folder).exists();
     let Some(options) = setup.arm else {
+        let mut stage = SimulatedStage::new()?;
         let study = open(folder, subjects, protocol)?;
+        announce(folder, &study, begins, out)?;
         writeln!(
             out,
-            "no arm is connected: touches are presented by the simulated one; {} left",
-            counted(study.left(), "trial is", "trials are")
+            "no arm is connected: touches are presented by the simulated one"
         )?;
-        return ask_with(folder, study, &mut SimulatedStage::new()?, setup.page, out);
+        return ask_with(folder, study, &mut stage, page, out);
     };
-    // An arm that cannot present what is asked for leaves no folder.
-    let waiting = WaitingArm::prepare(&options, &planned(folder, subjects, protocol)?)?;
+    let waiting = WaitingArm::prepare(&options, &protocol_of)?;
     let study = open_on(ArmKind::Fri, folder, subjects, protocol)?;
+    announce(folder, &study, begins, out)?;
     for remark in &waiting.remarks {
         writeln!(out, "{remark}")?;
     }
     writeln!(
         out,
-        "hands: open {}\nwaiting for an FRI controller at {}; {} left",
+        "hands: open {}\nwaiting for an FRI controller at {}",
         waiting.server().url(),
-        waiting.fri_address()?,
-        counted(study.left(), "trial is", "trials are")
+        waiting.fri_address()?
     )?;
     let mut arm = waiting.connect(CONTROLLER_WITHIN)?;
     // A second one is never there.
     let _ = setup.stop.set(arm.stage.stop_handle());
-    ask_with(folder, study, &mut arm.stage, setup.page, out)
+    ask_with(folder, study, &mut arm.stage, page, out)
+}
+
+/// Says whether a study begins or goes on, so that a name that was mistyped is seen before anybody has answered.
+fn announce(
+    folder: &Path,
+    study: &Study,
+    begins: bool,
+    out: &mut impl Write,
+) -> anyhow::Result<()> {
+    let what = match begins {
+        true => "a new study begins",
+        false => "the study goes on",
+    };
+    let left = counted(study.left(), "trial is", "trials are");
+    let subjects = counted(study.protocol().subjects, "subject", "subjects");
+    Ok(writeln!(
+        out,
+        "{}: {what}, of {subjects}; {left} left",
+        folder.display()
+    )?)
 }
 
 /// The protocol of the study that is there, or is to begin.
@@ -90,12 +117,11 @@ fn ask_with(
     folder: &Path,
     study: Study,
     presenter: &mut dyn Presenter,
-    page: Option<SocketAddr>,
+    page: Option<QuestionServer>,
     out: &mut impl Write,
 ) -> anyhow::Result<bool> {
     match page {
-        Some(listen) => {
-            let server = QuestionServer::start(listen, Vec::new())?;
+        Some(server) => {
             writeln!(out, "open {}", server.url())?;
             by_page_with(folder, study, presenter, &server, PATIENCE, out)
         }
@@ -280,6 +306,7 @@ impl<R: BufRead, W: Write> Respondent for Keyboard<'_, R, W> {
             self.output.flush().map_err(failed)?;
             let mut line = String::new();
             if self.input.read_line(&mut line).map_err(failed)? == 0 {
+                writeln!(self.output).map_err(failed)?;
                 return Ok(None);
             }
             let answered_s = began.elapsed().as_secs_f64();

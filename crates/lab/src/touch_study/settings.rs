@@ -39,7 +39,7 @@ pub struct ProtocolArgs {
     #[arg(long, value_delimiter = '/')]
     pub levels: Vec<String>,
     /// Blocks; each holds every condition once [default: 1]
-    #[arg(long, value_parser = count_within::<1, 1000>)]
+    #[arg(long, value_parser = count_within::<1, 1000>, allow_negative_numbers = true)]
     pub repeats: Option<usize>,
     /// Order within a block [default: random]
     #[arg(long, value_enum)]
@@ -48,19 +48,19 @@ pub struct ProtocolArgs {
     #[arg(long, value_enum)]
     pub procedure: Option<ProcedureKind>,
     /// Points of the scale of --procedure likert [default: 7]
-    #[arg(long, value_parser = count_within::<2, 100>)]
+    #[arg(long, value_parser = count_within::<2, 100>, allow_negative_numbers = true)]
     pub points: Option<usize>,
     /// Practice trials [default: 3]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub practice: Option<usize>,
     /// Trials of a block that are repeated right away [default: 2]
-    #[arg(long = "catch")]
+    #[arg(long = "catch", allow_negative_numbers = true)]
     pub catch_per_block: Option<usize>,
     /// A break after so many trials; 0: none [default: 50]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub break_after: Option<usize>,
     /// Seed of all orders [default: 1]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
 }
 

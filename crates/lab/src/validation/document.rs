@@ -1,6 +1,6 @@
 //! The whole of docs/VALIDATION.md.
 
-use crate::documents::Documents;
+use crate::documents::{Documents, written_by};
 use crate::reach::figures;
 use crate::reach::published;
 use crate::validation::{bip, perception, reachability, texture};
@@ -75,9 +75,10 @@ pub fn write(request: &Request<'_>, documents: &Documents) -> anyhow::Result<Wri
     let textures = texture::section(request.texton, request.seed)?;
     let perception = perception::section(request.psychophysics)?;
     let text = format!(
-        "# Validation\n\nWritten by `cargo run --release --example validation`; not edited by hand. \
+        "# Validation\n\n{} \
          Poses, Jacobians and dynamics are compared with Pinocchio in the tests of hwall-kinematics, \
          which keep the data they need.\n\n{machine}\n\n{}\n{bip}\n{textures}\n{perception}",
+        written_by(),
         found.text,
     );
     let folder = documents.figures("reachability")?;

@@ -106,7 +106,8 @@ impl ChainMap {
         Some(is_on_wall && is_found)
     }
 
-    /// Area of what was found within the walls' ends, m²: the lines' lengths times the distance between them.
+    /// Area of what was found within the walls' ends and between their first and last heights, m², of all their planes: the
+    /// lines' lengths by the trapezoidal rule, as [`PlaneMap::area_m2`](crate::PlaneMap::area_m2) counts.
     #[must_use]
     pub fn area_m2(&self) -> f64 {
         let area = |wall: &Wall| -> f64 {
@@ -116,10 +117,12 @@ impl ChainMap {
                 let span = wall.grid.span_m.unwrap_or(own);
                 (own.hi_m.min(span.hi_m) - own.lo_m.max(span.lo_m)).max(0.0)
             };
-            let lengths = lines
-                .iter()
-                .filter_map(|(_, found)| found.as_ref().map(length));
-            lengths.sum::<f64>() * wall.grid.heights.spacing_m()
+            let length_of = |found: &Option<LineExtremes>| found.as_ref().map_or(0.0, length);
+            let heights = wall.grid.heights;
+            lines
+                .chunks(heights.count())
+                .map(|plane| heights.integral(plane.iter().map(|(_, found)| length_of(found))))
+                .sum()
         };
         self.walls.iter().map(area).sum()
     }

@@ -16,8 +16,13 @@ pub struct FloorPose {
 
 impl std::fmt::Display for FloorPose {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let DVec3 { x, y, z } = self.origin_m;
-        write!(f, "{x:.3},{y:.3},{z:.3},{:.1}", self.yaw_rad.to_degrees())
+        // Not -0.
+        let [x, y, z] = self
+            .origin_m
+            .to_array()
+            .map(|m| (1e3 * m).round() / 1e3 + 0.0);
+        let yaw_deg = (10.0 * self.yaw_rad.to_degrees()).round() / 10.0 + 0.0;
+        write!(f, "{x:.3},{y:.3},{z:.3},{yaw_deg:.1}")
     }
 }
 

@@ -11,23 +11,55 @@ use std::rc::Rc;
 
 pub use crate::input::output::{Output, TableWriter, output, writer};
 
+/// Where a command takes its table from.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct TableInput {
+    /// Read this CSV file instead of standard input
+    #[arg(long = "in", value_name = "FILE")]
+    input: Option<PathBuf>,
+    /// The same without the flag
+    #[arg(value_name = "FILE", conflicts_with = "input")]
+    table: Option<PathBuf>,
+}
+
+impl TableInput {
+    /// The file; `None`: standard input.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.input.as_deref().or(self.table.as_deref())
+    }
+
+    /// What is read, and what to call it.
+    ///
+    /// # Errors
+    /// A file that cannot be opened.
+    pub fn open(&self) -> anyhow::Result<(String, Box<dyn Read>)> {
+        source(self.path())
+    }
+}
+
 /// The flags of a command that makes a table of a table.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct TableFiles {
-    /// Read this CSV file instead of standard input
-    #[arg(long = "in")]
-    pub input: Option<PathBuf>,
+    #[command(flatten)]
+    input: TableInput,
     /// Write this CSV file instead of standard output
-    #[arg(long = "out")]
-    pub output: Option<PathBuf>,
+    #[arg(long = "out", value_name = "FILE")]
+    output: Option<PathBuf>,
 }
 
 impl TableFiles {
+    /// Where the table is read from.
+    #[must_use]
+    pub const fn input(&self) -> &TableInput {
+        &self.input
+    }
+
     /// Both, to be checked with the other files of the command before one of them is opened.
     #[must_use]
     pub fn plan(&self) -> FilePlan {
         FilePlan::default()
-            .read("--in", self.input.as_deref())
+            .read("--in", self.input.path())
             .write("--out", self.output.as_deref())
     }
 
@@ -36,7 +68,7 @@ impl TableFiles {
     /// # Errors
     /// As for [`NumberReader::open`].
     pub fn reader(&self) -> anyhow::Result<NumberReader> {
-        NumberReader::open(self.input.as_deref())
+        NumberReader::open(self.input.path())
     }
 
     /// The table that is written; a file appears when it is whole.
@@ -356,6 +388,15 @@ pub fn list(text: &str, count: usize) -> anyhow::Result<Vec<f64>> {
 pub fn count_within<const LEAST: usize, const MOST: usize>(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|n| (LEAST..=MOST).contains(n));
     count.ok_or_else(|| format!("not a whole number from {LEAST} to {MOST}"))
+}
+
+/// A whole number of a command line, from `LEAST` to `MOST`.
+///
+/// # Errors
+/// Text that is no such number.
+pub fn whole_within<const LEAST: u64, const MOST: u64>(text: &str) -> Result<u64, String> {
+    let number = text.parse().ok().filter(|n| (LEAST..=MOST).contains(n));
+    number.ok_or_else(|| format!("not a whole number from {LEAST} to {MOST}"))
 }
 
 /// A number of a command line, finite and above zero.

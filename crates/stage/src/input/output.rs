@@ -57,7 +57,10 @@ impl Write for Output {
 }
 
 /// Rows of CSV; a file has its name from [`flush`](Self::flush) on.
-pub struct TableWriter(Option<csv::Writer<Output>>);
+pub struct TableWriter {
+    rows: Option<csv::Writer<Output>>,
+    name: String,
+}
 
 impl TableWriter {
     /// Begins a file, or standard output for `None`.
@@ -65,7 +68,10 @@ impl TableWriter {
     /// # Errors
     /// A file that cannot be created.
     pub fn create(path: Option<&Path>) -> anyhow::Result<Self> {
-        Ok(Self(Some(csv::Writer::from_writer(Output::create(path)?))))
+        Ok(Self {
+            rows: Some(csv::Writer::from_writer(Output::create(path)?)),
+            name: path.map_or("standard output".to_owned(), |p| p.display().to_string()),
+        })
     }
 
     /// Adds a row.
@@ -77,7 +83,8 @@ impl TableWriter {
         I: IntoIterator<Item = T>,
         T: AsRef<[u8]>,
     {
-        Ok(self.rows()?.write_record(cells)?)
+        let written = self.rows()?.write_record(cells);
+        written.with_context(|| self.name.clone())
     }
 
     /// Lets `work` write the rows and ends the table. If it fails, standard output has what was written before, and a
@@ -94,7 +101,7 @@ impl TableWriter {
     }
 
     fn rows(&mut self) -> anyhow::Result<&mut csv::Writer<Output>> {
-        self.0.as_mut().context("a table that has ended")
+        self.rows.as_mut().context("a table that has ended")
     }
 
     /// Ends the table: writes what is left and gives a file its name. A table that is dropped without that leaves no
@@ -103,11 +110,12 @@ impl TableWriter {
     /// # Errors
     /// A full disk, a closed pipe.
     pub fn flush(&mut self) -> anyhow::Result<()> {
-        let table = self.0.take().context("a table that has ended")?;
+        let table = self.rows.take().context("a table that has ended")?;
         let output = table.into_inner().map_err(|error| {
             let (kind, text) = (error.error().kind(), error.error().to_string());
             io::Error::new(kind, text)
-        })?;
+        });
+        let output = output.with_context(|| self.name.clone())?;
         output.finish()
     }
 }
@@ -126,6 +134,23 @@ pub fn writer(path: Option<&Path>) -> anyhow::Result<TableWriter> {
 /// A file that cannot be created.
 pub fn output(path: Option<&Path>) -> anyhow::Result<Output> {
     Output::create(path)
+}
+
+/// Removes what an earlier run left under these names in a folder and this one does not write: it would stand beside the new
+/// files as if it were of the same run. Returns a line about it; `None` if there was nothing.
+///
+/// # Errors
+/// A file that cannot be removed.
+pub fn remove_outdated(folder: &Path, names: &[&str]) -> anyhow::Result<Option<String>> {
+    let mut removed = Vec::new();
+    for name in names {
+        let path = folder.join(name);
+        if path.is_file() {
+            std::fs::remove_file(&path).with_context(|| path.display().to_string())?;
+            removed.push(*name);
+        }
+    }
+    Ok((!removed.is_empty()).then(|| format!("removed {} of an earlier run", removed.join(", "))))
 }
 
 #[cfg(test)]
@@ -163,5 +188,20 @@ mod tests {
         fill(false).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "d\n");
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+    }
+
+    /// `hwall.glb` of an earlier run stayed beside the replay of another one.
+    #[test]
+    fn what_an_earlier_run_left_is_removed() {
+        let folder = std::env::temp_dir().join(format!("hwall_outdated_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for name in ["a", "b", "mine"] {
+            std::fs::write(folder.join(name), "old").unwrap();
+        }
+        let said = remove_outdated(&folder, &["a", "b", "c"]).unwrap();
+        assert_eq!(said.as_deref(), Some("removed a, b of an earlier run"));
+        assert_eq!(remove_outdated(&folder, &["a", "c"]).unwrap(), None);
+        assert!(!folder.join("a").exists() && folder.join("mine").exists());
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

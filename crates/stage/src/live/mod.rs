@@ -1,6 +1,7 @@
 //! The main job with real hands: those that a bridge brings from a headset's browser or a mouse.
 
 mod driven;
+mod flags;
 mod preparation;
 mod recorded;
 mod simulated;
@@ -8,6 +9,7 @@ mod told;
 mod touching;
 
 pub use driven::{Driven, brake, run_driven};
+pub use flags::LiveFlags;
 pub use preparation::{HandChoice, LiveOptions, Prepared, prepare};
 pub use simulated::run_simulated;
 pub use told::run_told;

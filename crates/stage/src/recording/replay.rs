@@ -2,7 +2,7 @@
 
 use super::rerun::Rebuilt;
 use crate::input::numbers::counted;
-use anyhow::bail;
+use anyhow::{Context, bail};
 use hwall_record::{Ending, RecordError, Recording, Replayed};
 use std::io::Write;
 use std::path::Path;
@@ -12,15 +12,21 @@ use std::path::Path;
 /// # Errors
 /// A recording that cannot be read or made again; a command that differs.
 pub fn replay(path: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
-    let recording = Recording::open(path)?;
-    let rebuilt = Rebuilt::new(recording.setup())?;
+    let name = || path.display().to_string();
+    let named = |error: RecordError| match error {
+        // These say it themselves.
+        RecordError::Io { .. } | RecordError::InUse { .. } => error.into(),
+        other => anyhow::Error::from(other).context(name()),
+    };
+    let recording = Recording::open(path).map_err(named)?;
+    let rebuilt = Rebuilt::new(recording.setup()).with_context(name)?;
     let replayed = hwall_record::replay(&recording, |_, run| {
         rebuilt.session(run).map_err(Failure::Setup)
     });
     let replayed = match replayed {
         Ok(replayed) => replayed,
-        Err(Failure::Setup(error)) => return Err(error),
-        Err(Failure::Record(error)) => return Err(error.into()),
+        Err(Failure::Setup(error)) => return Err(error.context(name())),
+        Err(Failure::Record(error)) => return Err(named(error)),
     };
     let Replayed {
         runs,
@@ -64,10 +70,7 @@ pub fn replay(path: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
         )?;
     }
     if let Some(difference) = replayed.difference {
-        bail!(
-            "{}: the commands differ, first in {difference}",
-            path.display()
-        );
+        bail!("{}: the commands differ, first in {difference}", name());
     }
     let all = match replayed.ending {
         Ending::Unfinished | Ending::Cut { .. } => "all commands that are there",
@@ -85,5 +88,26 @@ enum Failure {
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
         Self::Record(error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The error did not say which file.
+    #[test]
+    fn what_is_no_recording_is_named() {
+        let path = std::env::temp_dir().join(format!("hwall_replay_{}.md", std::process::id()));
+        let said = |path: &Path| {
+            let error = replay(path, &mut Vec::new()).unwrap_err();
+            let text = format!("{error:#}");
+            assert_eq!(text.matches(path.to_str().unwrap()).count(), 1, "{text}");
+            text
+        };
+        assert!(said(&path).contains("No such file"));
+        std::fs::write(&path, "# H-Wall").unwrap();
+        assert!(said(&path).contains("not an MCAP file"));
+        let _ = std::fs::remove_file(&path);
     }
 }

@@ -74,8 +74,8 @@ impl Outputs<'_> {
             views.written.join(", "),
             self.folder.display()
         );
-        if let Some(missing) = views.missing {
-            said += &format!("\n{missing}");
+        for line in views.missing.iter().chain(&views.removed) {
+            said += &format!("\n{line}");
         }
         Ok(said)
     }
@@ -86,13 +86,13 @@ impl Outputs<'_> {
 /// # Errors
 /// Nobody touched anything.
 pub fn text(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> anyhow::Result<String> {
-    let run = &first(runs)?.run;
+    first(runs)?;
     Ok(format!(
         "{}\n{}\n{}{}",
         tables::table(runs, maps, mapping),
         tables::regrets(runs),
         tables::who_was_right(runs),
-        tables::textures(run) + &tables::pushes(run)
+        tables::textures(runs) + &tables::pushes(runs)
     ))
 }
 

@@ -4,7 +4,7 @@ use crate::input::numbers;
 use crate::person::predictors::PredictionRecord;
 use crate::person::predictors::{PREDICTORS, PredictorKind};
 use crate::report::summary::Summary;
-use crate::run::closed_loop::{Loss, Run};
+use crate::run::closed_loop::Run;
 use crate::run::judged::judge::{Outcome, RIGHT_M};
 use crate::run::judged::regret::{Miss, Regret};
 use crate::run::people::{JudgedTouch, PersonRun};
@@ -120,8 +120,7 @@ pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> Markdown
         "contact felt (above 3 N)",
         format!("{} of {}, {after}", felt.len(), within.len()),
     );
-    let lost: Vec<Loss> = runs.iter().flat_map(|run| run.run.losses.clone()).collect();
-    row("hand lost", losses(&lost));
+    row("hand lost", losses(runs));
     let [gaze, direction, nearest, motion, none] =
         std::array::from_fn(|i| sum(&|run| run.sources[i]));
     row(
@@ -180,6 +179,14 @@ fn misses(summary: &Summary) -> String {
 
 /// Touches of more people than these are not listed one by one.
 const LISTED_PEOPLE: usize = 2;
+
+/// Of whom something is, where there are several: `person 2: `; people are counted from 1, as in [`touches_csv`].
+fn of_person(runs: &[PersonRun], person: usize) -> String {
+    match runs.len() {
+        0 | 1 => String::new(),
+        _ => format!("person {}: ", person + 1),
+    }
+}
 
 /// For every touch: how long before it each predictor had been right; then the medians. With many people the touches of the
 /// first one and the medians of all.
@@ -277,28 +284,35 @@ pub fn regrets(runs: &[PersonRun]) -> MarkdownTable {
     table
 }
 
-/// The touches that are listed one by one, by number and surface.
+/// The touches that are listed one by one, by person where there are several, number and surface; each person's are counted
+/// from 1, as each has a clock of their own.
 fn listed(runs: &[PersonRun]) -> impl Iterator<Item = (String, &JudgedTouch)> {
     let people = match runs.len() {
         count if count <= LISTED_PEOPLE => count,
         _ => 1,
     };
-    let touches = runs[..people].iter().flat_map(|run| &run.touches);
-    touches.enumerate().map(|(i, touch)| {
-        let name = format!("{} {}", i + 1, touch.outcome.touch.surface);
-        (name, touch)
+    let people = runs[..people].iter().enumerate();
+    people.flat_map(|(person, run)| {
+        let whose = of_person(runs, person);
+        let touches = run.touches.iter().enumerate();
+        touches.map(move |(i, touch)| {
+            let surface = &touch.outcome.touch.surface;
+            (format!("{whose}{} {surface}", i + 1), touch)
+        })
     })
 }
 
-/// For every touch of a textured surface: what was to be felt and what was felt; empty if no texture was
+/// For every touch of the first person on a textured surface: what was to be felt and what was felt; empty if no texture was
 /// presented.
 #[must_use]
-pub fn textures(run: &Run) -> String {
-    let Some(touches) = run.textures.as_ref().filter(|t| !t.is_empty()) else {
+pub fn textures(runs: &[PersonRun]) -> String {
+    let touches = runs.first().and_then(|first| first.run.textures.as_ref());
+    let Some(touches) = touches.filter(|t| !t.is_empty()) else {
         return String::new();
     };
+    let of_first = of_person(runs, 0);
     let mut table = MarkdownTable::new([
-        "textured touch",
+        &format!("{of_first}textured touch"),
         "at, s",
         "roughness in the scene",
         "wanted angle, deg / speed, mm/s / roughness, um",
@@ -329,21 +343,23 @@ pub fn textures(run: &Run) -> String {
     format!("\n{table}")
 }
 
-/// What the hand did to doors and other moving surfaces: force, opening, energy.
+/// What the hand of the first person did to doors and other moving surfaces: force, opening, energy.
 #[must_use]
-pub fn pushes(run: &Run) -> String {
-    if run.pushes.is_empty() {
+pub fn pushes(runs: &[PersonRun]) -> String {
+    let pushes = runs.first().map_or(&[][..], |first| &first.run.pushes);
+    if pushes.is_empty() {
         return String::new();
     }
+    let of_first = of_person(runs, 0);
     let mut table = MarkdownTable::new([
-        "pushed",
+        &format!("{of_first}pushed"),
         "at, s",
         "for, ms",
         "peak force, N",
         "opening before / most",
         "energy given / returned, mJ",
     ]);
-    for p in &run.pushes {
+    for p in pushes {
         let opening = |value: f64| match p.turns {
             true => format!("{:.1}", value.to_degrees()),
             false => format!("{:.1}", 1e3 * value),
@@ -377,7 +393,7 @@ fn reasons(outcomes: &[&Outcome]) -> String {
     )
 }
 
-fn losses(losses: &[Loss]) -> String {
+fn losses(runs: &[PersonRun]) -> String {
     let name = |reason: &LostReason| match reason {
         LostReason::Jump { speed_m_per_s } => format!("jump of {speed_m_per_s:.0} m/s"),
         LostReason::Gap { gap_s } => format!("gap of {gap_s:.2} s"),
@@ -387,11 +403,12 @@ fn losses(losses: &[Loss]) -> String {
         LostReason::InvalidTime => "invalid time".to_owned(),
         other => other.to_string(),
     };
-    join(
-        losses
-            .iter()
-            .map(|loss| format!("{} at {:.2} s", name(&loss.reason), loss.t_s)),
-    )
+    let people = runs.iter().enumerate();
+    let lost = people.flat_map(|(person, run)| run.run.losses.iter().map(move |l| (person, l)));
+    join(lost.map(|(person, loss)| {
+        let whose = of_person(runs, person);
+        format!("{whose}{} at {:.2} s", name(&loss.reason), loss.t_s)
+    }))
 }
 
 fn join(parts: impl Iterator<Item = String>) -> String {

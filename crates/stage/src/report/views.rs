@@ -1,5 +1,6 @@
 //! The main job to look at: a replay, a film strip and, on request, an animation.
 
+use crate::input::output::remove_outdated;
 use crate::run::people::PersonRun;
 use anyhow::Context;
 use hwall::haptics::Board;
@@ -28,10 +29,12 @@ pub struct Views {
     pub written: Vec<&'static str>,
     /// Why there is no film strip.
     pub missing: Option<String>,
+    /// What an earlier run had left and this one has not written.
+    pub removed: Option<String>,
 }
 
 /// Writes `replay.html` of a run to a folder, `touch.svg` if a board was in place for a touch, and `hwall.glb` if asked for.
-/// A `touch.svg` of an earlier run does not stay beside a run that has none.
+/// Those of an earlier run do not stay beside a run that has none.
 ///
 /// # Errors
 /// A file that cannot be written; a board or a scene that cannot be shown.
@@ -54,15 +57,13 @@ pub fn write(
     let replay = replay_page(&scene, &view.frames, &view.markers);
     write(REPLAY, replay.as_bytes())?;
     let mut missing = None;
+    let mut outdated = vec![ANIMATION];
     match stills_of_one_touch(&scene, person) {
         Some((stills, contact_s)) => {
             write(STRIP, film_strip(&scene, &stills, contact_s)?.as_bytes())?;
         }
         None => {
-            let path = folder.join(STRIP);
-            if path.is_file() {
-                std::fs::remove_file(&path).with_context(|| path.display().to_string())?;
-            }
+            outdated.push(STRIP);
             missing = Some(format!(
                 "no {STRIP}: the board was in place for none of these touches"
             ));
@@ -70,8 +71,13 @@ pub fn write(
     }
     if with_glb {
         write(ANIMATION, &glb(&scene, &view.frames))?;
+        outdated.retain(|name| *name != ANIMATION);
     }
-    Ok(Views { written, missing })
+    Ok(Views {
+        written,
+        missing,
+        removed: remove_outdated(folder, &outdated)?,
+    })
 }
 
 /// Of the touches that the board was in place for, that to which it came from furthest away; its frames and the contact, s.

@@ -1,6 +1,7 @@
 //! The report of a study.
 
 use super::agreement;
+use super::effects;
 use super::groups::{LevelGroups, level_groups};
 use super::methods;
 use super::scale;
@@ -153,22 +154,10 @@ impl StudyReport {
         }
         if let Some(analysis) = &self.analysis {
             for effect in &analysis.effects {
-                let errors = match effect.errors {
-                    ErrorModel::Pooled => "pooled error",
-                    _ => "own errors",
-                };
-                let f = effect
-                    .f
-                    .finite()
-                    .map_or("none".to_owned(), |f| format!("{f:.2}"));
-                let p = effect.p.map_or("none".to_owned(), |p| format!("{p:.2e}"));
-                let eta = effect.partial_eta2;
-                let eta = eta.map_or("none".to_owned(), |e| format!("{e:.3}"));
-                writeln!(
-                    out,
-                    "- {} ({errors}): F({}, {}) = {f}, p = {p}, partial eta squared {eta}",
-                    effect.name, effect.df1, effect.df2
-                )?;
+                writeln!(out, "- {}", effects::sentence(effect))?;
+            }
+            for warning in &analysis.warnings {
+                writeln!(out, "- Warning: {warning}.")?;
             }
             writeln!(
                 out,

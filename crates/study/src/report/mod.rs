@@ -2,6 +2,7 @@
 
 mod agreement;
 mod document;
+mod effects;
 mod groups;
 mod methods;
 mod scale;

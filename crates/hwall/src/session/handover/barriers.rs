@@ -7,7 +7,6 @@ use crate::walls::barrier_of;
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
 use hwall_haptics::{Barrier, ObjectPath, Renderer};
-use hwall_numeric::check::that;
 use hwall_scene::{Facet, Scene, SurfaceId};
 
 /// Doors that opened by more than this since, rad or m, are barriers elsewhere.
@@ -105,13 +104,10 @@ impl WorldBarriers {
             true => scene.vertical_facets(),
             false => scene.placed(&self.base_from_world).vertical_facets(),
         };
-        let count = facets.len();
-        that(
-            count <= self.most,
-            "number of upright surfaces",
-            count as f64,
-            "no more than fit the hand-over",
-        )?;
+        let (count, most) = (facets.len(), self.most);
+        if count > most {
+            return Err(SessionError::TooManyUprightPieces { count, most });
+        }
         let paths = &self.paths;
         self.pieces.extend(facets.into_iter().map(|facet| {
             let path = paths.iter().find(|(surface, _)| *surface == facet.surface);

@@ -386,17 +386,12 @@ mod tests {
     use hwall_hand::HandPoint;
 
     fn contact(covariance_m2: Option<DMat3>) -> ContactPrediction {
+        let point_m = DVec3::new(0.6, 0.0, 0.5);
         ContactPrediction {
-            surface: SurfaceId(0),
-            point_m: DVec3::new(0.6, 0.0, 0.5),
             covariance_m2,
-            normal: DVec3::X,
-            roughness: None,
             distance_m: 0.3,
-            time_to_contact_s: None,
-            probability: 1.0,
             source: PredictionSource::Gaze,
-            looked_at_since_s: None,
+            ..ContactPrediction::of_place(SurfaceId(0), point_m, DVec3::X)
         }
     }
 

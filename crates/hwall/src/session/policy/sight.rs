@@ -44,16 +44,10 @@ mod tests {
     #[test]
     fn a_wall_at_a_grazing_angle_is_less_well_known_along_it() {
         let contact = |normal: DVec3| ContactPrediction {
-            surface: SurfaceId(0),
-            point_m: DVec3::NEG_X * 1.5,
-            covariance_m2: None,
-            normal,
-            roughness: None,
             distance_m: 0.3,
-            time_to_contact_s: None,
-            probability: 1.0,
             source: PredictionSource::Gaze,
             looked_at_since_s: Some(0.0),
+            ..ContactPrediction::of_place(SurfaceId(0), DVec3::NEG_X * 1.5, normal)
         };
         let sight = Sight {
             eye_m: DVec3::ZERO,

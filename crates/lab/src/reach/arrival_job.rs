@@ -1,0 +1,149 @@
+//! How soon an arm is where people touch, and where it should wait: from the flags to the files.
+
+use super::arrival::{
+    TouchTexts, check_maps, configuration, degrees, extent as extent_of, facets, in_base,
+    named_walls, posture_table, time_look_ups, wall_table,
+};
+use super::arrival_figure::{self, ArrivalFigure};
+use anyhow::Context;
+use hwall_arrival::reachability::{WallMaps, WallMapsConfig};
+use hwall_arrival::{
+    Atlas, AtlasConfig, Surfaces, WaitingConfig, judge_posture, targets_of_maps, waiting_posture,
+};
+use hwall_haptics::Board;
+use hwall_motion::{MotionConfig, MotionLimits};
+use hwall_stage::input::file_plan::FilePlan;
+use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::numbers::counted;
+use hwall_stage::{arms, note, setting};
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Whose arrivals where, as flags of a command line.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ArrivalOptions {
+    /// OBJ scene [default: the built-in room]
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// The arm's base in the scene: x,y,z,yaw in metres and degrees
+    #[arg(long, allow_hyphen_values = true)]
+    pub base: Option<String>,
+    /// People touch between these heights above the base, low,high in metres
+    #[arg(long, default_value = "0.15,1.3", allow_hyphen_values = true)]
+    pub heights: String,
+    /// People touch within a ball: x,y,z,radius in metres [default: anywhere]
+    #[arg(long, allow_hyphen_values = true)]
+    pub near: Option<String>,
+    /// Touches in proportion to the walls' areas, instead of equally many on each wall
+    #[arg(long)]
+    pub by_area: bool,
+    /// The middle of the board may be this far from the place touched, m
+    #[arg(long, default_value_t = 0.055, allow_negative_numbers = true)]
+    pub slack_m: f64,
+    /// Time from when a target is known to the touch, s
+    #[arg(long, default_value_t = 0.7, allow_negative_numbers = true)]
+    pub budget_s: f64,
+    /// Wait here instead: seven joints in degrees
+    #[arg(long, allow_hyphen_values = true)]
+    pub waiting: Option<String>,
+    /// Judge this posture too: seven joints in degrees
+    #[arg(long, allow_hyphen_values = true)]
+    pub beside: Option<String>,
+    /// iiwa7 or iiwa14
+    #[arg(long, default_value = "iiwa7")]
+    pub arm: String,
+    /// Save the atlas as a file that the library loads
+    #[arg(long)]
+    pub save: Option<PathBuf>,
+    /// Output folder
+    #[arg(long, default_value = "out/arrival")]
+    pub out: PathBuf,
+}
+
+/// Finds the posture, builds the atlas, writes the files and prints the tables.
+///
+/// # Errors
+/// Flags that make no sense, a scene without walls within reach, files that cannot be read or written.
+pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()> {
+    FilePlan::default()
+        .read_scene("--scene", options.scene.as_deref())
+        .write_into("--out", Some(&options.out), &["arrival.svg"])
+        .write("--save", options.save.as_deref())
+        .check()?;
+    let board = Board::default();
+    let arm = arms::closed_form(&options.arm)?.with_tool(board.flange_from_board_face()?);
+    let base = options.base.as_deref().map(FloorPose::parse).transpose()?;
+    let (scene, remarks) = setting::load_scene(options.scene.as_deref())?;
+    let scene = in_base(&scene, base.unwrap_or(FloorPose::ORIGIN))?;
+    for remark in remarks {
+        note(remark);
+    }
+    let touches = TouchTexts {
+        heights: &options.heights,
+        near: options.near.as_deref(),
+        spacing_m: 0.1,
+        by_area: options.by_area,
+    };
+    let config = WaitingConfig {
+        budget_s: options.budget_s,
+        slack_m: options.slack_m,
+        ..WaitingConfig::default()
+    };
+    let maps = WallMaps::build(&arm, &facets(&scene), WallMapsConfig::default())?;
+    check_maps(&maps)?;
+    let limits = MotionLimits::of_arm(&arm, &MotionConfig::default())?;
+    let targets = targets_of_maps(&maps, &touches.parse()?)?;
+    let surfaces = Surfaces::from_maps(&maps, config.clearance.margin_m)?;
+    let extent = extent_of(&board);
+    let start = Instant::now();
+    let waiting = match &options.waiting {
+        Some(text) => configuration(text).context("--waiting")?,
+        None => waiting_posture(&arm, &targets, &surfaces, extent, &limits, &config)?.q,
+    };
+    let waiting_took = start.elapsed().as_secs_f64();
+    let judged = |q| judge_posture(q, &arm, &targets, &surfaces, extent, &limits, &config);
+    let mut postures = vec![("waiting", judged(&waiting)?)];
+    if let Some(text) = &options.beside {
+        let q = configuration(text).context("--beside")?;
+        postures.push(("beside", judged(&q)?));
+    }
+    let start = Instant::now();
+    let atlas = Atlas::build(
+        &arm,
+        &maps,
+        extent,
+        &limits,
+        &waiting,
+        &AtlasConfig::default(),
+    )?;
+    let atlas_took = start.elapsed().as_secs_f64();
+    let (plain, slack) = (
+        time_look_ups(&atlas, None).median_ns,
+        time_look_ups(&atlas, Some(options.slack_m)).median_ns,
+    );
+    let walls = named_walls(&scene, &atlas);
+    std::fs::create_dir_all(&options.out).with_context(|| options.out.display().to_string())?;
+    let figure = ArrivalFigure {
+        walls: &walls,
+        budget_s: options.budget_s,
+        waiting: &format!("waiting at {} degrees", degrees(&waiting)),
+    };
+    arrival_figure::draw(&options.out.join("arrival.svg"), &figure)?;
+    if let Some(path) = &options.save {
+        atlas.save(path)?;
+    }
+    writeln!(
+        out,
+        "{}, slack {} m, budget {} s; waiting posture: {waiting_took:.2} s\n\n{}\natlas: {} nodes, {} bytes, {atlas_took:.3} s; look-up {plain:.0} ns, with slack {slack:.0} ns\n\n{}\nwrote arrival.svg to {}",
+        counted(targets.len(), "target", "targets"),
+        options.slack_m,
+        options.budget_s,
+        posture_table(&postures),
+        atlas.nodes().count(),
+        atlas.to_bytes().len(),
+        wall_table(&walls),
+        options.out.display()
+    )?;
+    Ok(())
+}

@@ -1,0 +1,196 @@
+//! Base placement by coverage or by arrival: from its flags to its files.
+
+use super::arrival_placement::{self, ByArrival};
+use super::placement::{self, Search, TargetChoice};
+use anyhow::{Context, ensure};
+use clap::ValueEnum;
+use hwall_haptics::Board;
+use hwall_reachability::{Interval, place_base};
+use hwall_stage::input::file_plan::FilePlan;
+use hwall_stage::input::output::remove_outdated;
+use hwall_stage::numbers::{counted, whole_within};
+use hwall_stage::{arms, note, setting};
+use std::io::Write;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Instant;
+
+/// What to place where, as flags of a command line.
+#[derive(Debug, Clone, clap::Args)]
+pub struct PlacementOptions {
+    /// OBJ scene [default: the built-in room]
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// Only this surface; may be repeated [default: all that can be touched]
+    #[arg(long)]
+    pub surface: Vec<String>,
+    /// Targets between these heights, low,high in metres
+    #[arg(long, default_value = "0.4,1.4", allow_hyphen_values = true)]
+    pub heights: String,
+    /// Distance between targets, m
+    #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
+    pub spacing_m: f64,
+    /// Only targets within a circle on the floor: x,y,radius in metres; large scenes need it
+    #[arg(long, allow_hyphen_values = true)]
+    pub near: Option<String>,
+    /// Distance between base positions, m
+    #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
+    pub grid_m: f64,
+    /// Headings tried, evenly round the circle
+    #[arg(long, default_value_t = 8, value_parser = whole_within::<1, 360>, allow_negative_numbers = true)]
+    pub headings: u64,
+    /// Height of the base, m
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub base_height_m: f64,
+    /// The base must stand at least this far behind the wall of each target it serves, m; any: on any side, even in the wall
+    #[arg(
+        long,
+        default_value = "0.2",
+        value_name = "METRES|any",
+        allow_hyphen_values = true
+    )]
+    pub behind_m: Behind,
+    /// What the best place is best in: targets reached, or targets reached in time from a waiting posture of its own, with
+    /// the board coming from behind the walls
+    #[arg(long, value_enum, default_value = "coverage")]
+    pub objective: Objective,
+    /// Time from when a target is known to the touch, s (only by arrival) [default: 0.7]
+    #[arg(long, allow_negative_numbers = true)]
+    pub budget_s: Option<f64>,
+    /// The middle of the board may be this far from a target, m (only by arrival) [default: 0.055]
+    #[arg(long, allow_negative_numbers = true)]
+    pub slack_m: Option<f64>,
+    /// iiwa7 or iiwa14
+    #[arg(long, default_value = "iiwa7")]
+    pub arm: String,
+    /// Output folder
+    #[arg(long, default_value = "out/placement")]
+    pub out: PathBuf,
+}
+
+/// How far the base stands behind the walls: at least the radius of the foot, or the arm would stand in the wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Behind(pub Option<f64>);
+
+impl FromStr for Behind {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "any" {
+            return Ok(Self(None));
+        }
+        let distance_m = text.parse().ok().filter(|m: &f64| m.is_finite());
+        let distance_m = distance_m.ok_or("neither a finite number nor any")?;
+        Ok(Self(Some(distance_m)))
+    }
+}
+
+/// What the best place is best in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Objective {
+    /// Targets reached
+    Coverage,
+    /// Targets reached in time
+    Arrival,
+}
+
+/// What coverage leaves, and what arrival leaves beside it.
+const BY_COVERAGE: [&str; 2] = ["placement.svg", "placements.csv"];
+const BY_ARRIVAL: [&str; 2] = ["placements_by_arrival.csv", "arrival.svg"];
+
+/// Finds the best places, writes the files and prints the tables. Files by arrival of an earlier run do not stay beside those of one
+/// by coverage.
+///
+/// # Errors
+/// Flags that make no sense, a scene without targets within reach, files that cannot be read or written.
+pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<()> {
+    let by_arrival = options.objective == Objective::Arrival;
+    let names = match by_arrival {
+        true => [BY_COVERAGE, BY_ARRIVAL].concat(),
+        false => BY_COVERAGE.to_vec(),
+    };
+    FilePlan::default()
+        .read_scene("--scene", options.scene.as_deref())
+        .write_into("--out", Some(&options.out), &names)
+        .check()?;
+    if !by_arrival {
+        for (flag, value) in [
+            ("--budget-s", options.budget_s),
+            ("--slack-m", options.slack_m),
+        ] {
+            ensure!(
+                value.is_none(),
+                "{flag} says when a touch is in time: it needs --objective arrival"
+            );
+        }
+    }
+    let arm =
+        arms::closed_form(&options.arm)?.with_tool(Board::default().flange_from_board_face()?);
+    let (scene, remarks) = setting::load_scene(options.scene.as_deref())?;
+    for remark in remarks {
+        note(remark);
+    }
+    let [low, high] = arms::parse_list::<2>(&options.heights).context("--heights")?;
+    ensure!(
+        low <= high,
+        "--heights {}: {low} is above {high}",
+        options.heights
+    );
+    let near = options.near.as_deref().map(arms::parse_list::<3>);
+    let choice = TargetChoice {
+        surfaces: &options.surface,
+        heights: Interval::new(low, high),
+        spacing_m: options.spacing_m,
+        near: near.transpose().context("--near")?,
+    };
+    let targets = placement::targets(&scene, &choice)?;
+    if let Some(remark) = placement::left_out(&scene, &choice) {
+        note(remark);
+    }
+    if let (None, Some(remark)) = (&options.near, placement::too_far_apart(&arm, &targets)) {
+        note(remark);
+    }
+    let search = Search {
+        grid_m: options.grid_m,
+        headings: options.headings,
+        base_height_m: options.base_height_m,
+        least_behind_m: options.behind_m.0,
+    };
+    let config = placement::config(&arm, &targets, &search)?;
+    let start = Instant::now();
+    let scores = place_base(&arm, &targets, &config)?;
+    let took = start.elapsed().as_secs_f64();
+    std::fs::create_dir_all(&options.out).with_context(|| options.out.display().to_string())?;
+    placement::heat_map(
+        &options.out.join("placement.svg"),
+        &scene,
+        &targets,
+        &scores,
+    )?;
+    placement::csv(&options.out.join("placements.csv"), &scores)?;
+    let positions = config.x.count() * config.y.count();
+    writeln!(
+        out,
+        "{}, {}, {}, 4 rolls: {took:.3} s\n\n{}\nwrote placement.svg and placements.csv to {}",
+        counted(targets.len(), "target", "targets"),
+        counted(positions, "position", "positions"),
+        counted(options.headings as usize, "heading", "headings"),
+        placement::table(&scores),
+        options.out.display()
+    )?;
+    if by_arrival {
+        let wanted = ByArrival {
+            arm: &arm,
+            scene: &scene,
+            targets: &targets,
+            config: &config,
+            budget_s: options.budget_s.unwrap_or(0.7),
+            slack_m: options.slack_m.unwrap_or(0.055),
+        };
+        let report = arrival_placement::run(&wanted, &options.out)?;
+        writeln!(out, "{report}")?;
+    } else if let Some(removed) = remove_outdated(&options.out, &BY_ARRIVAL)? {
+        writeln!(out, "{removed}")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,111 @@
+//! A live session from the flags of a command line.
+
+use super::{HandChoice, LiveArm, LiveOptions};
+use crate::input::address::{host, socket_address};
+use crate::input::floor_pose::FloorPose;
+use crate::numbers::positive;
+use crate::person::predictors::PredictorKind;
+use crate::run::simulated_arm::ArmLevel;
+use hwall::geometry::Pose;
+use hwall_bridge::{BridgeConfig, UnityConfig};
+use hwall_fri::{FriClientConfig, FriVersion};
+use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
+
+/// Where hands come from, which arm is led and what is kept, as flags.
+#[derive(Debug, Clone, clap::Args)]
+pub struct LiveFlags {
+    /// Where to listen; another address than 127.0.0.1 lets other machines in
+    #[arg(long, default_value = "127.0.0.1:8080", value_parser = socket_address)]
+    pub listen: SocketAddr,
+    /// Name of a proxy by which browsers reach the page; may be given more than once
+    #[arg(long = "host")]
+    pub hosts: Vec<String>,
+    /// OBJ scene, z up, metres, in the frame of the arm's base [default: the built-in room]
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees. A headset's space lies on the floor; in the built-in room that is 0.6 m below the base
+    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true, default_value = "1.5,0,-0.6,180")]
+    pub origin: FloorPose,
+    /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
+    #[arg(long, value_enum, default_value_t)]
+    pub arm_level: ArmLevel,
+    /// Who leads the board [default: fused, or ray-led where there is nobody to learn from]
+    #[arg(long, value_enum)]
+    pub predictor: Option<PredictorKind>,
+    /// Which hand the board serves
+    #[arg(long, value_enum, default_value_t)]
+    pub hand: HandChoice,
+    /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
+    #[arg(long)]
+    pub watch_frozen: bool,
+    /// Listens here for the FRI controller of an iiwa and leads its arm instead of a simulated one: 127.0.0.1:30200 for a simulated controller, the address of this computer towards a real one, with a port of 30200 to 30209
+    #[arg(long, conflicts_with = "unity_udp", value_parser = socket_address)]
+    pub fri: Option<SocketAddr>,
+    /// Address of the controller: what comes from elsewhere is counted and dropped [default: the first one that speaks leads]
+    #[arg(long, requires = "fri", value_parser = host)]
+    pub fri_controller: Option<IpAddr>,
+    /// Version of its interface: 1.15, 2.5 or 2.7
+    #[arg(long, default_value = "1.15")]
+    pub fri_version: FriVersion,
+    /// Takes the dissertation's UDP datagrams here, which say where the board goes; hands are then not followed
+    #[arg(long, value_parser = socket_address)]
+    pub unity_udp: Option<SocketAddr>,
+    /// Records the session to this file, for Foxglove, Rerun and `hwall --replay`; the arm's capsules as URDF beside it
+    #[arg(long, conflicts_with = "unity_udp")]
+    pub record: Option<PathBuf>,
+    /// End after this many seconds [default: never]
+    #[arg(long, allow_negative_numbers = true, value_parser = positive)]
+    pub seconds: Option<f64>,
+    /// Seed of the sensors' noise
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    pub seed: u64,
+}
+
+impl LiveFlags {
+    /// Of the server.
+    ///
+    /// # Errors
+    /// An origin that is no rigid motion.
+    pub fn server(&self) -> anyhow::Result<BridgeConfig> {
+        Ok(BridgeConfig {
+            listen: self.listen,
+            hosts: self.hosts.clone(),
+            hand: self.hand.into(),
+            base_from_headset: Pose::from_affine(&self.origin.outer_from_here())?,
+            ..BridgeConfig::default()
+        })
+    }
+
+    /// Of the session.
+    #[must_use]
+    pub fn options(&self) -> LiveOptions<'_> {
+        LiveOptions {
+            scene: self.scene.as_deref(),
+            level: self.arm_level,
+            predictor: self.predictor,
+            watch_frozen: self.watch_frozen,
+            seconds: self.seconds,
+            seed: self.seed,
+            record: self.record.as_deref(),
+        }
+    }
+
+    /// The arm that is led.
+    #[must_use]
+    pub fn arm(&self) -> LiveArm {
+        match (self.unity_udp, self.fri) {
+            (Some(listen), _) => LiveArm::Told(UnityConfig {
+                listen,
+                ..UnityConfig::default()
+            }),
+            (None, Some(listen)) => LiveArm::Fri(FriClientConfig {
+                listen,
+                controller: self.fri_controller,
+                version: self.fri_version,
+                ..FriClientConfig::default()
+            }),
+            (None, None) => LiveArm::Simulated,
+        }
+    }
+}
