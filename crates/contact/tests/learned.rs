@@ -258,6 +258,46 @@ fn ten_kilometres_from_the_origin() {
     }
 }
 
+/// The same reaches in 1.8 times the time.
+fn slowed(mut reaches: Vec<LabelledReach>) -> Vec<LabelledReach> {
+    for reach in &mut reaches {
+        reach.contact_s *= 1.8;
+        reach.frames.iter_mut().for_each(|frame| frame.t_s *= 1.8);
+    }
+    reaches
+}
+
+#[test]
+fn hands_slower_than_all_that_were_learnt_from_are_foreseen_by_another_pace() {
+    let known = reaches(1, 4, 15);
+    let slow = slowed(reaches(2, 3, 10));
+    let config = LearnedConfig {
+        other_pace: Some(1.7),
+        ..LearnedConfig::default()
+    };
+    let paced = LearnedModel::train(&known, &config).expect("good reaches");
+    // A copy is no experience.
+    assert_eq!(paced.reaches(), known.len());
+    let made = model(Combination::Both);
+    let error_m = |model: &LearnedModel| {
+        let at = [0.3, 0.5, 0.7, 0.9];
+        at.map(|share| mean_error_m(model, &slow, share))
+            .iter()
+            .sum::<f64>()
+            / at.len() as f64
+    };
+    let (with_m, without_m) = (error_m(&paced), error_m(made));
+    println!("with another pace {with_m:.4} m, as made {without_m:.4} m");
+    assert!(with_m < 0.8 * without_m, "{with_m} {without_m}");
+    for times in [1.0, 0.5, f64::NAN, 9.0] {
+        let refused = LearnedConfig {
+            other_pace: Some(times),
+            ..config
+        };
+        assert!(LearnedModel::train(&known, &refused).is_err(), "{times}");
+    }
+}
+
 #[test]
 fn one_person_nine_reaches_and_one_region_are_enough() {
     let few = reaches(9, 1, 9);

@@ -58,6 +58,10 @@ pub struct LearnedConfig {
     pub rank: usize,
     /// Most parts in which reaches are held out; whole people where there are three or more. Default 16.
     pub folds: usize,
+    /// Learns from each reach twice: as it was made, and at another pace, alternately so many times as slow and as fast; above
+    /// 1 and at most 4. A reach counts as one all the same; training takes about one and a half times as long. Default `None`: as
+    /// made. Take it where few people are learnt from and others come who are slower or faster than all of them.
+    pub other_pace: Option<f64>,
 }
 
 impl Default for LearnedConfig {
@@ -72,6 +76,7 @@ impl Default for LearnedConfig {
             basis: Basis::normalized_gaussian(9),
             rank: 24,
             folds: 16,
+            other_pace: None,
         }
     }
 }
@@ -93,6 +98,10 @@ impl LearnedConfig {
         within("lags", self.lags, 0..=MOST_LAGS, "at most 8")?;
         within("rank", self.rank, 1..=usize::MAX, "at least 1")?;
         within("folds", self.folds, 2..=usize::MAX, "at least 2")?;
+        if let Some(times) = self.other_pace {
+            let wanted = "above 1 and at most 4";
+            that(times > 1.0 && times <= 4.0, "other_pace", times, wanted)?;
+        }
         Ok(())
     }
 }

@@ -10,6 +10,7 @@ mod input_file;
 mod model;
 #[cfg(feature = "serde")]
 mod model_file;
+mod paces;
 mod primitive;
 mod primitive_training;
 mod reach_track;

@@ -8,6 +8,7 @@ use super::blend::sources::{SOURCES, Source, of_combination};
 use super::blend::training::{Evidence, Witness};
 use super::config::{Combination, Frame, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
+use super::paces::at_another_pace;
 use super::primitive_training;
 use super::reach_track::Inputs;
 use super::regression::local_ridge::Fitted;
@@ -58,9 +59,25 @@ impl LearnedModel {
             });
         }
         touching_point(reaches)?;
+        let made = reaches;
+        let ends: Vec<DVec3> = made.iter().map(|r| r.contact_m).collect();
+        let folds_made = held_out_groups(made, config.folds, config.folds);
+        let places = (config.frame != Frame::Start).then(|| Places::of(&ends, &folds_made));
+        let copies = config.other_pace.map(|times| at_another_pace(made, times));
+        let copies = references(copies.as_deref().unwrap_or_default());
+        let reaches = &[made, &copies].concat()[..];
+        // A copy is held out with what it is a copy of.
+        let folds: Vec<usize> = folds_made
+            .iter()
+            .cycle()
+            .take(reaches.len())
+            .copied()
+            .collect();
         let inputs = Inputs::of(reaches, config.gaze, config.lags);
-        let folds = held_out_groups(reaches, config.folds, config.folds);
         let mut samples = samples::of(&inputs, reaches, &folds, config);
+        // A reach and its copy together tell as much as one.
+        let share = made.len() as f64 / reaches.len() as f64;
+        samples.iter_mut().for_each(|s| s.weight *= share);
         let primitive = match config.combination {
             Combination::Regression => None,
             _ => Some(primitive_training::primitive(
@@ -98,8 +115,6 @@ impl LearnedModel {
                 witness(sample, row, &fitted, corrected_m, time_from, config)
             })
             .collect();
-        let ends: Vec<DVec3> = reaches.iter().map(|r| r.contact_m).collect();
-        let places = (config.frame != Frame::Start).then(|| Places::of(&ends, &folds));
         let people = numbered(reaches);
         let of_samples: Vec<usize> = samples.iter().map(|s| people[s.reach]).collect();
         let evidence = Evidence {
@@ -121,7 +136,7 @@ impl LearnedModel {
         let [room, start] = fitted;
         Ok(Self {
             learnt: Arc::new(Learnt {
-                origin: origin(reaches),
+                origin: origin(made),
                 inputs,
                 gates,
                 ridges: [room.ridge, start.ridge],

@@ -311,6 +311,10 @@ impl Predictor for Predictors {
     }
 }
 
+/// A dozen people are learnt from, who reach in about a second, and whoever comes may be slower or faster than all of them. So many
+/// times as slow and as fast, the same reaches take a third of a second to two seconds.
+const OTHER_PACE: f64 = 1.7;
+
 /// The fused predictor, trained for a scene, and how many reaches it learnt from.
 ///
 /// # Errors
@@ -322,7 +326,11 @@ pub fn fused(
 ) -> anyhow::Result<(FusedPredictor<LearnedEstimator>, usize)> {
     let streams = training_streams(scene, arm, people)?;
     let reaches = training::reaches(&streams)?;
-    let model = LearnedModel::train(&reaches, &LearnedConfig::default())?;
+    let config = LearnedConfig {
+        other_pace: Some(OTHER_PACE),
+        ..LearnedConfig::default()
+    };
+    let model = LearnedModel::train(&reaches, &config)?;
     let gaze = training::gaze_model(&streams, |_| model.estimator())?;
     let config = FusedConfig {
         gaze,

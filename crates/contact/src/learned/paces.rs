@@ -1,0 +1,115 @@
+//! Reaches at another pace than they were made.
+
+use hwall_hand::{LabelledReach, Recording, Sample};
+
+/// Between samples further apart than so many usual steps nothing is interpolated.
+const LONGEST_GAP_STEPS: f64 = 2.5;
+
+/// One copy of each reach, alternately so many times as slow and as fast.
+///
+/// People who hurry and people who take their time move along much the same paths, with speeds in proportion [Atkeson 1985].
+/// So a reach tells how others would have made it at another pace, and a model of a few people need not guess what a hand is
+/// about that is slower than all of theirs.
+pub(super) fn at_another_pace(reaches: &[&LabelledReach], times: f64) -> Vec<LabelledReach> {
+    let turns = [times, times.recip()].into_iter().cycle();
+    let copies = reaches.iter().zip(turns);
+    copies.map(|(reach, times)| paced(reach, times)).collect()
+}
+
+/// The reach `times` times as slow, with the same contact, sampled as often as it was.
+fn paced(reach: &LabelledReach, times: f64) -> LabelledReach {
+    let mut copy = reach.clone();
+    if let Some(samples) = resampled(reach, times) {
+        copy.frames = samples.into_iter().map(|sample| sample.frame).collect();
+    }
+    slow_down(&mut copy, times);
+    if copy.validate().is_err() {
+        // Too little of it is left at even times.
+        copy.frames.clone_from(&reach.frames);
+        slow_down(&mut copy, times);
+    }
+    copy
+}
+
+/// The samples `times` times as dense; `None` where a recording cannot be resampled.
+fn resampled(reach: &LabelledReach, times: f64) -> Option<Vec<Sample>> {
+    let samples: Vec<Sample> = reach
+        .frames
+        .iter()
+        .map(|frame| Sample {
+            frame: *frame,
+            ..Sample::default()
+        })
+        .collect();
+    let (first, last) = (samples.first()?.frame.t_s, samples.last()?.frame.t_s);
+    let step_s = (last - first) / (samples.len() - 1) as f64;
+    let recording = Recording {
+        samples,
+        ..Recording::default()
+    };
+    let dense = recording.resampled(step_s / times, LONGEST_GAP_STEPS * step_s);
+    dense.ok().map(|dense| dense.samples)
+}
+
+/// All times before the contact `times` times as long.
+fn slow_down(reach: &mut LabelledReach, times: f64) {
+    let contact_s = reach.contact_s;
+    for frame in &mut reach.frames {
+        // A last sample that is a rounding after the contact is at the contact.
+        let before_s = (contact_s - frame.t_s).max(0.0);
+        frame.t_s = contact_s - times * before_s;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use hwall_hand::{HandFrame, HandPoint};
+
+    fn place_m(share: f64) -> DVec3 {
+        DVec3::new(0.4 * share, 0.1 * share * share, 0.7)
+    }
+
+    /// 0.8 s at 90 Hz.
+    fn reach() -> LabelledReach {
+        let frames = (0..=72).map(|i| {
+            let mut frame = HandFrame::empty(3.0 + f64::from(i) / 90.0);
+            frame.set_point(HandPoint::Index, Some(place_m(f64::from(i) / 72.0)));
+            frame
+        });
+        LabelledReach::new(HandPoint::Index, frames.collect(), place_m(1.0), 3.8)
+    }
+
+    #[test]
+    fn a_copy_takes_the_same_way_in_another_time() {
+        let made = reach();
+        let copies = at_another_pace(&[&made, &made], 1.6);
+        for (copy, times) in copies.iter().zip([1.6, 1.0 / 1.6]) {
+            copy.validate().expect("a reach");
+            assert_eq!(copy.contact_s, made.contact_s);
+            assert!((copy.duration_s() - times * 0.8).abs() < 1e-9);
+            let steps = copy.frames.windows(2).map(|w| w[1].t_s - w[0].t_s);
+            // As often, to one sample.
+            assert!(steps.into_iter().all(|s| (s * 90.0 - 1.0).abs() < 1e-6));
+            for frame in &copy.frames {
+                let share = 1.0 - (copy.contact_s - frame.t_s) / (times * 0.8);
+                let seen_m = frame.point(HandPoint::Index).expect("seen");
+                assert!(seen_m.distance(place_m(share)) < 1e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn a_reach_of_which_hardly_anything_was_seen_has_a_copy_too() {
+        let mut made = reach();
+        for (i, frame) in made.frames.iter_mut().enumerate() {
+            if i % 12 != 0 {
+                frame.set_point(HandPoint::Index, None);
+            }
+        }
+        for copy in at_another_pace(&[&made, &made], 1.7) {
+            copy.validate().expect("a reach");
+        }
+    }
+}
