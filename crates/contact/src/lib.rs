@@ -8,6 +8,7 @@ pub mod learned;
 mod outer_product;
 pub mod predict;
 mod reach_set;
+pub mod registration;
 mod regression;
 pub mod score;
 mod slope;
@@ -27,3 +28,4 @@ pub use predict::{
     PredictorInput, RayLead, ReachBeginning, ReachPhase, RestingHand, SteadyPoint, StreamContact,
     StreamEstimator, StreamFilters, TargetLook, TargetShares,
 };
+pub use registration::{MeasuredTouch, RegistrationConfig, RegistrationEstimator, TouchVerdict};

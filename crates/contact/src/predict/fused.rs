@@ -3,7 +3,7 @@
 use super::deterministic::DeterministicPredictor;
 use super::face_moments::Moments;
 use super::fused_config::FusedConfig;
-use super::gaussian::Gaussian;
+use super::gaussian::{Gaussian, isotropic};
 use super::gaze::memory::GazeMemory;
 use super::gaze::weights::{ASTRAY_SHARE, ASTRAY_STRETCH, ByHand, Hypothesis};
 use super::hand::free_side::{FreeSide, SideWatch};
@@ -17,8 +17,9 @@ use super::surface_shares::{Evidence, Face, SeenFace, SurfaceShares, Viewpoint};
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use crate::outer_product::square;
+use crate::registration::{MeasuredTouch, RegistrationEstimator};
 use glam::{DMat3, DVec3};
-use hwall_hand::{GazeRay, HandState};
+use hwall_hand::{GazeRay, HandState, Pose};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
 /// Fuses an estimate of where the hand's motion ends with the gaze and the surfaces of the scene.
@@ -48,7 +49,8 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 /// The error of registration of the tracker to the scene widens every part of the mixture and every covariance
 /// across its surface, so covariances are positive definite. The covariance of a surface mixes all parts that
 /// end there: of a place that is looked at it has the error of the gaze in each direction of the surface, which along a
-/// surface seen at a slant is many times that across.
+/// surface seen at a slant is many times that across. With [`FusedConfig::registration`] it is learnt from touches
+/// ([`Predictor::touched`]): what the tracker sees is corrected by what they told, and only the error that is left widens.
 ///
 /// A hand at rest on a surface touches it: that surface comes first, with the error of registration as its
 /// covariance and time 0, and `leaving_share` goes to all other surfaces, until the hand is faster than the
@@ -71,6 +73,11 @@ pub struct FusedPredictor<E> {
     estimate: Option<ContactEstimate>,
     look: Option<TargetLook>,
     fallback: DeterministicPredictor,
+    registration: Option<RegistrationEstimator>,
+    /// Error of registration at the hand: what is left of it, m².
+    registration_m2: DMat3,
+    /// A touch that the registration has yet to learn from: where it was seen, m, and of which surface.
+    touched: Option<(DVec3, SurfaceId)>,
     /// Of the last sample, the most probable first.
     ranked: Vec<ContactPrediction>,
 }
@@ -86,6 +93,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             stream: StreamEstimator::new(estimator, config.watch)?,
             shares: SurfaceShares::new(config.rays),
             fallback: DeterministicPredictor::new(config.fallback)?,
+            registration: config
+                .registration
+                .map(RegistrationEstimator::new)
+                .transpose()?,
+            registration_m2: isotropic(config.registration_sd_m),
+            touched: None,
             config,
             gaze: GazeMemory::default(),
             side: SideWatch::default(),
@@ -123,6 +136,69 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     #[must_use]
     pub const fn look(&self) -> Option<&TargetLook> {
         self.look.as_ref()
+    }
+
+    /// What touches told of the registration; `None` without [`FusedConfig::registration`].
+    #[must_use]
+    pub const fn registration(&self) -> Option<&RegistrationEstimator> {
+        self.registration.as_ref()
+    }
+
+    /// The same, for touches that are measured elsewhere, as by an arm that feels where its board is pressed.
+    pub const fn registration_mut(&mut self) -> Option<&mut RegistrationEstimator> {
+        self.registration.as_mut()
+    }
+
+    /// Learns from the touch of the last sample. The hand is on the surface that it was predicted to touch, so that is where it is.
+    fn learn_registration(&mut self, scene: &Scene) {
+        let Some((seen_m, surface)) = self.touched.take() else {
+            return;
+        };
+        let Some(registration) = &mut self.registration else {
+            return;
+        };
+        let at_m = registration.true_from_seen().transform_point(seen_m);
+        let Some(closest) = scene.project_on(surface, at_m).ok() else {
+            return;
+        };
+        if closest.distance_m <= TOUCHED_M {
+            let touch = MeasuredTouch {
+                seen_m,
+                surface_m: closest.point_m,
+                normal: closest.normal,
+                located_sd_m: None,
+            };
+            // Only what is no touch is refused, and teaches nothing.
+            let _ = registration.touched(&touch);
+        }
+    }
+
+    /// What corrects the tracker; `None` while there is nothing to correct. Sets the error that is left at the hand.
+    fn correction(&mut self, hand: Option<&HandState>) -> Option<Pose> {
+        let registration = self.registration.as_ref()?;
+        if let Some(hand) = hand.filter(|hand| hand.point_m.is_finite()) {
+            self.registration_m2 = registration.covariance_m2(hand.point_m);
+        }
+        (registration.touches() > 0).then(|| registration.true_from_seen())
+    }
+
+    /// Standard deviation of the error of registration across a surface, m.
+    fn registration_across_m(&self, normal: DVec3) -> f64 {
+        match self.registration {
+            Some(_) => normal.dot(self.registration_m2 * normal).max(0.0).sqrt(),
+            None => self.config.registration_sd_m,
+        }
+    }
+
+    /// Root of its mean variance in the three axes, m.
+    fn registration_sd_m(&self) -> f64 {
+        match self.registration {
+            Some(_) => {
+                let [xx, _, _, _, yy, _, _, _, zz] = self.registration_m2.to_cols_array();
+                ((xx + yy + zz) / 3.0).sqrt()
+            }
+            None => self.config.registration_sd_m,
+        }
     }
 
     /// What the hand alone says: where its motion leads, and where a hand at rest here may touch.
@@ -208,7 +284,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                     share: self.config.round_about_share,
                 })
             });
-            let widened = hypothesis.gaussian.widened(self.config.registration_sd_m);
+            let widened = hypothesis.gaussian.widened(self.registration_m2);
             let Some(gaussian) = widened else { continue };
             let registered = Hypothesis {
                 gaussian,
@@ -316,7 +392,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let SurfacePlace {
                 point_m, normal, ..
             } = met.below(scene, moments.mean_m).unwrap_or(met);
-            let off_plane_m = self.config.registration_sd_m.hypot(LEAST_SD_M);
+            let off_plane_m = self.registration_across_m(best.normal).hypot(LEAST_SD_M);
             let covariance_m2 = moments.covariance_m2
                 + square(point_m - moments.mean_m)
                 + square(best.normal * off_plane_m);
@@ -341,11 +417,11 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             });
         }
         if let Some(touched) = touched {
-            let sd_m = self.config.registration_sd_m.hypot(LEAST_SD_M);
+            let covariance_m2 = self.registration_m2 + isotropic(LEAST_SD_M);
             self.ranked.push(ContactPrediction {
                 surface: touched.surface,
                 point_m: touched.point_m,
-                covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))),
+                covariance_m2: Some(covariance_m2),
                 normal: touched.normal,
                 roughness: scene.surface(touched.surface).roughness,
                 distance_m: (hand.point_m - touched.point_m).dot(touched.normal),
@@ -418,6 +494,9 @@ const NOW: TimeToContact = TimeToContact {
 /// Longest time that is predicted from the speed of the hand, s.
 const LONGEST_S: f64 = 2.0;
 
+/// A touch is told to the registration if the hand was seen this near to the surface, m.
+const TOUCHED_M: f64 = 0.08;
+
 /// Least standard deviation of a prediction, m, so that no covariance is singular.
 const LEAST_SD_M: f64 = 1e-3;
 
@@ -432,6 +511,22 @@ fn facing(hit: &Hit, towards_m: DVec3) -> Hit {
 
 impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        self.learn_registration(scene);
+        let (frame, hand);
+        let corrected;
+        let input = match self.correction(input.hand) {
+            None => input,
+            Some(true_from_seen) => {
+                frame = input.frame.transformed(&true_from_seen);
+                hand = input.hand.map(|hand| hand.transformed(&true_from_seen));
+                corrected = PredictorInput {
+                    frame: &frame,
+                    hand: hand.as_ref(),
+                    gaze: input.gaze.transformed(&true_from_seen),
+                };
+                &corrected
+            }
+        };
         self.ranked.clear();
         self.look = None;
         let finite = |e: &ContactEstimate| e.point_m.is_finite();
@@ -448,7 +543,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         if self.experience() == Experience::Enough {
             let eye_m = self.gaze.now().map(|look| look.ray.origin_m);
             let side = self.side.free_side(scene, hand, eye_m);
-            let registration_sd_m = self.config.registration_sd_m;
+            let registration_sd_m = self.registration_sd_m();
             let watch = &self.config.watch;
             let touched = self.rest.rest(scene, hand, &side, registration_sd_m, watch);
             let met = self.divide(scene, hand, &side);
@@ -464,7 +559,15 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     }
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
-        self.stream.touched(contact_m, contact_s);
+        let corrected_m = match &self.registration {
+            Some(registration) if registration.touches() > 0 => {
+                registration.true_from_seen().transform_point(contact_m)
+            }
+            _ => contact_m,
+        };
+        self.stream.touched(corrected_m, contact_s);
+        let first = self.ranked.first().map(|first| (contact_m, first.surface));
+        self.touched = first.filter(|_| self.registration.is_some());
     }
 
     fn reset(&mut self) {
@@ -473,6 +576,10 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         self.side.forget();
         self.rest.forget();
         self.fallback.reset();
+        if let Some(registration) = &mut self.registration {
+            registration.forget();
+        }
+        self.touched = None;
         self.estimate = None;
         self.look = None;
         self.ranked.clear();

@@ -3,6 +3,7 @@
 use super::deterministic::DeterministicConfig;
 use super::gaze::model::GazeModel;
 use crate::error::ContactError;
+use crate::registration::RegistrationConfig;
 use hwall_hand::WatchConfig;
 use hwall_numeric::check::{non_negative, positive, that};
 
@@ -20,6 +21,12 @@ pub struct FusedConfig {
     /// measure it with [`RigidFit`](hwall_hand::RigidFit), and take 0 for simulations. It shifts hand, gaze
     /// and estimate alike, so it does not move them apart.
     pub registration_sd_m: f64,
+    /// Is the error of registration learnt from touches ([`RegistrationEstimator`](crate::RegistrationEstimator)), and from what
+    /// on? Its covariance then takes the place of `registration_sd_m`. The predictor must be told of touches
+    /// ([`Predictor::touched`](super::Predictor::touched)), and the scene stand where it is touched: on what a board stands for, within
+    /// millimetres. It corrects hand, gaze and head against the scene; where the headset that tracks the hand also draws the
+    /// scene, both are off alike, and the correction belongs into the pose of the world instead. Default `None`: not learnt.
+    pub registration: Option<RegistrationConfig>,
     /// How far beside its direction of motion a hand touches, as a share of the way left: standard deviation
     /// in each of two directions. `None` ignores the direction of motion. Default 0.25: on simulated
     /// reaches it takes a third off the error of a regression at 90 % of the time. The learned estimator
@@ -54,6 +61,7 @@ impl Default for FusedConfig {
             watch: WatchConfig::default(),
             default_sd_m: 0.1,
             registration_sd_m: 0.008,
+            registration: None,
             bend: Some(0.25),
             leaving_share: 0.1,
             max_distance_m: 1.5,

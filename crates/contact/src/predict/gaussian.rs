@@ -92,10 +92,9 @@ impl Gaussian {
         Self::checked(self.mean_m, self.covariance_m2 * (factor * factor))
     }
 
-    /// With an independent error of `sd_m` in each axis added.
-    pub(super) fn widened(&self, sd_m: f64) -> Option<Self> {
-        let variance = DMat3::from_diagonal(DVec3::splat(sd_m * sd_m));
-        Self::checked(self.mean_m, self.covariance_m2 + variance)
+    /// With an independent error of this covariance added.
+    pub(super) fn widened(&self, covariance_m2: DMat3) -> Option<Self> {
+        Self::checked(self.mean_m, self.covariance_m2 + covariance_m2)
     }
 
     /// What remains of a posterior without so much of the prior that it was made with, `share` in [0, 1]: divided by that
@@ -118,6 +117,11 @@ impl Gaussian {
         let pull = precision_per_m2 * (about_m - self.mean_m);
         Self::new(self.mean_m + covariance_m2 * pull, covariance_m2)
     }
+}
+
+/// Covariance of an error with the same standard deviation, m, in each axis, m².
+pub(in crate::predict) fn isotropic(sd_m: f64) -> DMat3 {
+    DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))
 }
 
 /// A Gaussian, given that the point lies in a plane.

@@ -2,7 +2,7 @@
 
 use crate::contact::candidates::{BoxedEstimator, Candidate, Role};
 use crate::contact::rows::{EstimateRows, TimedEstimate};
-use crate::contact::scores::{Adapting, EstimateError, Scores};
+use crate::contact::scores::{Adapting, EstimateError, Scores, Training};
 use anyhow::Context;
 use hwall_contact::score::Split;
 use hwall_contact::score::{Evaluation, Moment};
@@ -32,14 +32,29 @@ pub fn run(
         (candidate.train)(&learnt)
     };
     let bound = candidate.role == Role::Bound;
-    let trained: Vec<Option<BoxedEstimator>> = split
+    let timed = |numbers: &[usize]| -> anyhow::Result<(BoxedEstimator, Training)> {
+        let start = Instant::now();
+        let estimator = train(numbers)?;
+        let training = Training {
+            reaches: numbers.len(),
+            took_s: start.elapsed().as_secs_f64(),
+        };
+        Ok((estimator, training))
+    };
+    let trained: Vec<Option<(BoxedEstimator, Training)>> = split
         .folds
         .par_iter()
-        .map(|fold| (!bound).then(|| train(&fold.train)).transpose())
+        .map(|fold| (!bound).then(|| timed(&fold.train)).transpose())
         .collect::<anyhow::Result<_>>()?;
+    let training = trained
+        .iter()
+        .flatten()
+        .map(|(_, training)| *training)
+        .max_by(|a, b| a.took_s.total_cmp(&b.took_s));
     let mut estimates: Vec<Vec<ReachEstimates>> = Vec::new();
     let mut adapting = Adapting::default();
-    for (fold, mut estimator) in split.folds.iter().zip(trained) {
+    for (fold, trained) in split.folds.iter().zip(trained) {
+        let mut estimator = trained.map(|(estimator, _)| estimator);
         let mut of_fold = Vec::new();
         for &number in &fold.test {
             if bound {
@@ -81,6 +96,7 @@ pub fn run(
         role: candidate.role,
         errors: Moment::all().map(|_| Vec::new()).collect(),
         step_us: Vec::new(),
+        training,
     };
     let mut rows = rows;
     for (fold, of_fold) in estimates.iter().enumerate() {

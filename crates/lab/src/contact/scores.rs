@@ -15,8 +15,19 @@ pub struct Scores {
     pub errors: Vec<Vec<Option<EstimateError>>>,
     /// Time for one frame, µs, sorted.
     pub step_us: Vec<f64>,
+    /// The longest training of a fold; `None` where nothing was trained before.
+    pub training: Option<Training>,
     /// For the learned estimator: what touches teach it.
     pub adapting: Option<Adapting>,
+}
+
+/// How long learning takes; folds are trained side by side, as many as there are cores.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Training {
+    /// Reaches learnt from.
+    pub reaches: usize,
+    /// s.
+    pub took_s: f64,
 }
 
 /// The same estimator left alone, and told of each touch of a person once that is made.

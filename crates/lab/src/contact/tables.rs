@@ -339,6 +339,7 @@ fn calibration(scores: &[Scores]) -> MarkdownTable {
         "in 90 %",
         "µs per frame, median / p99",
         "silent",
+        "longest training of a fold, s (reaches)",
     ]);
     for (number, s) in scores.iter().enumerate() {
         let all = s.under_way();
@@ -371,6 +372,10 @@ fn calibration(scores: &[Scores]) -> MarkdownTable {
                 quantile(&s.step_us, 0.99)
             ),
             all.silent.to_string(),
+            s.training.map_or_else(
+                || "none".to_owned(),
+                |t| format!("{:.1} ({})", t.took_s, t.reaches),
+            ),
         ]);
     }
     table
@@ -444,6 +449,7 @@ mod tests {
             role,
             errors: vec![vec![Some(error)], vec![None]],
             step_us: vec![1.0],
+            training: None,
             adapting: None,
         }
     }

@@ -3,6 +3,7 @@
 pub mod contenders;
 pub mod figures;
 pub mod people;
+pub mod registration;
 pub mod room;
 pub mod scores;
 pub mod study;

@@ -186,6 +186,15 @@ pub struct PredictedSample<'a> {
     pub took_us: f64,
 }
 
+/// Is a predictor told of the touches that were made?
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Telling {
+    /// Of each, with the first sample after it: where the touching point was seen.
+    Touches,
+    /// Of none.
+    Nothing,
+}
+
 /// Runs a predictor over people, frame by frame; `record` gets every sample of a touch from the time at which the gaze leaves for it
 /// to its contact.
 ///
@@ -195,6 +204,7 @@ pub fn run(
     predictor: &mut dyn Predictor,
     room: &Room,
     streams: &[Stream],
+    telling: Telling,
     mut record: impl FnMut(&PredictedSample<'_>),
 ) -> anyhow::Result<()> {
     for (person, stream) in streams.iter().enumerate() {
@@ -202,8 +212,16 @@ pub fn run(
         predictor.reset();
         let mut due = 0;
         for frame in &stream.frames {
-            let over = |t: &SurfaceTouch| frame.t_s >= t.contact_s;
-            due += usize::from(stream.touches.get(due).is_some_and(over));
+            let over = |t: &&SurfaceTouch| frame.t_s >= t.contact_s;
+            if let Some(made) = stream.touches.get(due).filter(over) {
+                due += 1;
+                let tip = frame
+                    .contact_point()
+                    .filter(|_| telling == Telling::Touches);
+                if let Some(tip) = tip {
+                    predictor.touched(tip.position_m, made.contact_s);
+                }
+            }
             let Some(touch) = stream.touches.get(due) else {
                 break;
             };
@@ -240,6 +258,19 @@ pub fn predictions(
     room: &Room,
     streams: &[Stream],
 ) -> anyhow::Result<Vec<TouchPredictions>> {
+    predictions_told(predictor, room, streams, Telling::Nothing)
+}
+
+/// The same by a predictor that may be told of the touches.
+///
+/// # Errors
+/// Settings that a filter refuses.
+pub fn predictions_told(
+    predictor: &mut dyn Predictor,
+    room: &Room,
+    streams: &[Stream],
+    telling: Telling,
+) -> anyhow::Result<Vec<TouchPredictions>> {
     let mut touches: Vec<TouchPredictions> = Vec::new();
     let mut firsts = Vec::with_capacity(streams.len());
     for stream in streams {
@@ -250,7 +281,7 @@ pub fn predictions(
             samples: Vec::new(),
         }));
     }
-    run(predictor, room, streams, |sample| {
+    run(predictor, room, streams, telling, |sample| {
         let touch = &mut touches[firsts[sample.person] + sample.touch];
         let due = if sample.seen.frame.t_s < touch.touch.start_s {
             &mut touch.early

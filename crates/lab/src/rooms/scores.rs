@@ -12,6 +12,8 @@ const HALF_BOARD_M: f64 = 0.1;
 const OFF_PLANE_M: f64 = 0.03;
 /// A predicted point is right within this distance, m.
 pub const RIGHT_M: f64 = 0.05;
+/// The regions that are judged.
+pub const REGION_SHARES: [f64; 3] = [0.5, 0.7, 0.9];
 /// 90 % of a normal distribution in one dimension, deviations.
 const IN_90_OF_ONE: f64 = 1.644_853_626_951;
 
@@ -71,17 +73,16 @@ impl TouchPredictions {
         off_plane_m.abs() > OFF_PLANE_M || up_m.abs().max(across_m) > HALF_BOARD_M
     }
 
-    /// Does the 90 % region in the plane of the surface hold the target? `None` on a wrong surface.
-    fn in_90(&self, prediction: &ContactPrediction) -> Option<bool> {
+    /// Squared distance of the target from the predicted point in standard deviations of the prediction, in the plane of the
+    /// surface. `None` on a wrong surface.
+    fn squared_deviations(&self, prediction: &ContactPrediction) -> Option<f64> {
         let c = prediction
             .covariance_m2
             .filter(|_| self.right(prediction))?;
         let (u, v) = prediction.normal.any_orthonormal_pair();
         let [uu, uv, vv] = [u.dot(c * u), u.dot(c * v), v.dot(c * v)];
         let [a, b] = [u, v].map(|axis| self.off_m(prediction).dot(axis));
-        let squared = (vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv);
-        // 90 % of a normal distribution in two dimensions.
-        Some(squared <= 2.0 * 10_f64.ln())
+        Some((vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv))
     }
 
     /// Time before contact from which the predictions stay right, s.
@@ -146,18 +147,42 @@ pub struct Summary {
     pub axis_max_m: DVec3,
     /// Share of the boards that are missed.
     pub missed: f64,
-    /// Share of the 90 % regions in the plane of the right surface that hold the target.
-    pub in_90: Option<f64>,
+    /// Shares of the regions of [`REGION_SHARES`] in the plane of the right surface that hold the target.
+    pub within: Option<[f64; 3]>,
     /// Mean error of the time to contact, s.
     pub time_mean_s: Option<f64>,
     /// Share of its 90 % intervals that hold the truth.
     pub time_in_90: Option<f64>,
 }
 
+impl Summary {
+    /// Share of the 90 % regions in the plane of the right surface that hold the target.
+    #[must_use]
+    pub fn in_90(&self) -> Option<f64> {
+        self.within.map(|within| within[2])
+    }
+}
+
 /// Over all touches at a moment.
 #[must_use]
 pub fn summary(touches: &[TouchPredictions], moment: Moment) -> Summary {
     summary_of(touches, &[moment])
+}
+
+/// Over those touches that are chosen by their place among all, at a moment.
+#[must_use]
+pub fn summary_among(
+    touches: &[TouchPredictions],
+    moment: Moment,
+    chosen: impl Fn(usize) -> bool,
+) -> Summary {
+    let chosen: Vec<TouchPredictions> = touches
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| chosen(*index))
+        .map(|(_, touch)| touch.clone())
+        .collect();
+    summary(&chosen, moment)
 }
 
 /// Over all touches from 30 to 90 % of their time.
@@ -199,6 +224,10 @@ fn summary_of(touches: &[TouchPredictions], moments: &[Moment]) -> Summary {
             Some((off_s, left.sd_s))
         })
         .collect();
+    let deviations: Vec<f64> = predicted
+        .iter()
+        .filter_map(|(t, _, a)| t.squared_deviations(a))
+        .collect();
     let share = |hits: Vec<bool>| {
         let n = hits.len();
         (n > 0).then(|| hits.into_iter().filter(|hit| *hit).count() as f64 / n as f64)
@@ -212,12 +241,7 @@ fn summary_of(touches: &[TouchPredictions], moments: &[Moment]) -> Summary {
         axis_mean_m: axes().sum::<DVec3>() / predicted.len() as f64,
         axis_max_m: axes().fold(DVec3::ZERO, DVec3::max),
         missed: of_all(count(&|t, a| t.missed(a)) + all.len() - predicted.len()),
-        in_90: share(
-            predicted
-                .iter()
-                .filter_map(|(t, _, a)| t.in_90(a))
-                .collect(),
-        ),
+        within: within(&deviations),
         time_mean_s: (!times.is_empty())
             .then(|| times.iter().map(|t| t.0).sum::<f64>() / times.len() as f64),
         time_in_90: share(
@@ -227,6 +251,16 @@ fn summary_of(touches: &[TouchPredictions], moments: &[Moment]) -> Summary {
                 .collect(),
         ),
     }
+}
+
+/// Shares within the regions of a normal distribution in two dimensions.
+fn within(squared: &[f64]) -> Option<[f64; 3]> {
+    let n = squared.len() as f64;
+    let held = |share: f64| {
+        let limit = -2.0 * (1.0 - share).ln();
+        squared.iter().filter(|s| **s <= limit).count() as f64 / n
+    };
+    (n > 0.0).then(|| REGION_SHARES.map(held))
 }
 
 /// Time before contact from which the predictions stay right, for every touch, s.

@@ -3,7 +3,8 @@
 use crate::contact::figures::{ErrorLine, errors};
 use crate::rooms::contenders::{Contender, FUSED, NO_GAZE, RAY_CAST, RAY_LED, SharedTraining};
 use crate::rooms::figures::{self, ShownMoment, TouchPicture};
-use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
+use crate::rooms::people::{self, Condition, StudyPeople, StudySize, Telling};
+use crate::rooms::registration;
 use crate::rooms::room::{ROOMS, Room};
 use crate::rooms::scores::{TouchPredictions, gained_s, summary};
 use crate::rooms::tables::{self, PooledResult, PredictionRows, PredictorResult, SettingResults};
@@ -168,7 +169,7 @@ fn markdown(size: &StudySize, settings: &[Setting]) -> anyhow::Result<String> {
         "\nA surface is right if the most probable prediction names it; no prediction counts as wrong. A board of \
          0.2 m is missed if its middle, the prediction, is more than 0.1 m to a side or up or 0.03 m before or \
          behind the touch. Right for good: from then on the surface stays right and the point within 0.05 m. \
-         90 % regions are in the plane of the surface, where it is right. `{RAY_LED}` follows the gaze ray \
+         Regions of 50, 70 and 90 % are in the plane of the surface, where it is right. `{RAY_LED}` follows the gaze ray \
          until the hand is within 0.06 m, so the gaze alone has no row of its own.\n"
     )?;
     for s in settings
@@ -201,6 +202,13 @@ fn markdown(size: &StudySize, settings: &[Setting]) -> anyhow::Result<String> {
         tables::condition_rows(&mut table, &s.condition.name, &results);
     }
     write!(text, "{table}\n{}", latencies(settings))?;
+    if let Some(main) = settings
+        .iter()
+        .find(|s| s.surfaces == MAIN_ROOM && s.condition == Condition::usual())
+    {
+        let told = registration::section(&main.training, &main.room, &main.participants, size.seed);
+        write!(text, "\n{}", told?)?;
+    }
     write!(
         text,
         "\n### Are the stated probabilities of the surface right?\n\nAll rooms and conditions together, \
@@ -345,7 +353,7 @@ fn room_section(s: &Setting) -> String {
          #### Right surface, %\n\n{}\n\
          #### Distance of the predicted from the true point, median / mean, mm\n\n{}\n\
          #### Boards missed, %\n\n{}\n\
-         #### 90 % regions in the plane of the right surface hold the point, %\n\n{}\n\
+         #### Regions of 50 / 70 / 90 % in the plane of the right surface hold the point, %\n\n{}\n\
          #### Per axis, mean / largest error in cm\n\n{}\n\
          #### How sure, how early, how fast\n\n{}",
         counted_surfaces(s.surfaces),
@@ -421,16 +429,22 @@ fn picture(s: &Setting) -> anyhow::Result<TouchPicture> {
     let mut hand_m = Vec::new();
     let mut all = Vec::new();
     let mut fused = s.training.fused(&s.training.config)?;
-    people::run(fused.predictor.as_mut(), &s.room, one, |sample| {
-        if sample.touch == before && sample.seen.frame.t_s >= touch.start_s {
-            hand_m.extend(sample.seen.hand.map(|h| h.point_m));
-            all.push((
-                sample.seen.frame.t_s,
-                sample.predictions.first().copied(),
-                sample.seen.gaze.ray().copied(),
-            ));
-        }
-    })?;
+    people::run(
+        fused.predictor.as_mut(),
+        &s.room,
+        one,
+        Telling::Nothing,
+        |sample| {
+            if sample.touch == before && sample.seen.frame.t_s >= touch.start_s {
+                hand_m.extend(sample.seen.hand.map(|h| h.point_m));
+                all.push((
+                    sample.seen.frame.t_s,
+                    sample.predictions.first().copied(),
+                    sample.seen.gaze.ray().copied(),
+                ));
+            }
+        },
+    )?;
     let shown = SHOWN.into_iter().filter_map(|share| {
         let index = Moment::Share(share).index(all.iter().map(|a| a.0), cast.span())?;
         let (_, fused, gaze) = all[index];

@@ -87,10 +87,13 @@ pub fn missed(all: &[PredictorResult]) -> MarkdownTable {
     by_moment(all, |s| format!("{:.1}", 100.0 * s.missed))
 }
 
-/// Regions of 90 % that hold the point, %; "none" where none is stated.
+/// Regions of 50 / 70 / 90 % that hold the point, %; "none" where none is stated.
 #[must_use]
 pub fn coverage(all: &[PredictorResult]) -> MarkdownTable {
-    by_moment(all, |s| percent(s.in_90))
+    by_moment(all, |s| match s.within {
+        Some(within) => within.map(|share| percent(Some(share))).join(" / "),
+        None => percent(None),
+    })
 }
 
 /// Errors of each axis at half and at 70 % of the time, cm.
@@ -244,7 +247,7 @@ pub fn condition_rows(table: &mut MarkdownTable, condition: &str, all: &[Predict
             list(&|s| format!("{:.0}", 100.0 * s.right)),
             list(&|s| format!("{:.0}", 1e3 * s.median_m)),
             list(&|s| format!("{:.0}", 100.0 * s.missed)),
-            list(&|s| percent(s.in_90)),
+            list(&|s| percent(s.in_90())),
             quartiles_ms(leads_s(touches)),
             quartiles_ms(gained_s(touches, &all[0].touches)),
         ]);
@@ -355,7 +358,8 @@ pub fn medians_before(touches: &[TouchPredictions]) -> Vec<(f64, f64)> {
 pub fn scores_csv(path: &Path, all: &[SettingResults<'_>]) -> anyhow::Result<()> {
     let mut out = numbers::writer(Some(path))?;
     let names = "room,condition,predictor,moment,touches,silent,right,median_m,mean_m,mean_x_m,mean_y_m,mean_z_m,\
-                 max_x_m,max_y_m,max_z_m,missed,in_90,time_mean_s,time_in_90";
+                 max_x_m,max_y_m,max_z_m,missed,in_90,time_mean_s,time_in_90,\
+                 in_50,in_70";
     out.write_record(names.split(','))?;
     let number = |v: f64| {
         if v.is_finite() {
@@ -375,7 +379,8 @@ pub fn scores_csv(path: &Path, all: &[SettingResults<'_>]) -> anyhow::Result<()>
                 cells.extend(s.axis_mean_m.to_array().map(number));
                 cells.extend(s.axis_max_m.to_array().map(number));
                 cells.push(number(s.missed));
-                let optional = [s.in_90, s.time_mean_s, s.time_in_90];
+                let within = |k: usize| s.within.map(|within| within[k]);
+                let optional = [within(2), s.time_mean_s, s.time_in_90, within(0), within(1)];
                 cells.extend(optional.map(|v| v.map_or(String::new(), number)));
                 out.write_record(&cells)?;
             }

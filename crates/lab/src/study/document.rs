@@ -5,7 +5,7 @@ use crate::contact::dissertation::{self, Overrides};
 use crate::contact::report::{self, Choice};
 use crate::contact::tables;
 use crate::documents::written_by;
-use crate::rooms::study;
+use crate::rooms::{registration, study};
 use anyhow::{Context, ensure};
 use hwall_testkit::Machine;
 use std::path::Path;
@@ -77,7 +77,11 @@ pub fn write(
             break;
         }
     }
-    page += &format!("\n## Which surface?\n\n{}", in_short(&rooms));
+    page += &format!("\n## Which surface?\n\n{}", section(&rooms, SHORT));
+    page += &format!(
+        "\n## A tracker that is off\n\n{}",
+        section(&rooms, registration::HEADING)
+    );
     for (path, text) in [
         (file.to_owned(), page),
         (file.with_file_name(TABLES), tables),
@@ -90,14 +94,18 @@ pub fn write(
 /// Fewer reaches show no curve.
 const LEAST_FOR_A_CURVE: usize = 200;
 
-/// The part of a study of rooms that says it in short.
-fn in_short(rooms: &str) -> String {
-    let from = rooms.find(SHORT).map_or(0, |at| at + SHORT.len());
+/// The part of a study of rooms under a heading that begins so.
+fn section(rooms: &str, heading: &str) -> String {
+    let from = rooms.find(heading).map_or(0, |at| at + heading.len());
     let rest = rooms[from..].trim_start();
-    let rest = rest.split_once('\n').map_or(rest, |(_, rest)| rest);
+    // The rest of a heading stands on its line.
+    let rest = match rooms[from..].starts_with('\n') {
+        true => rest,
+        false => rest.split_once('\n').map_or(rest, |(_, rest)| rest),
+    };
     let end = rest.find("\n### ").unwrap_or(rest.len());
     rest[..end].trim().to_owned() + "\n"
 }
 
-/// The heading of that part.
+/// The heading of the part that says it in short.
 const SHORT: &str = "### In short";

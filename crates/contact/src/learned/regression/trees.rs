@@ -168,6 +168,10 @@ fn leaf(lessons: &Lessons, members: &[usize], each: f64) -> [f64; CORRECTED] {
     sum.map(|s| s / total)
 }
 
+/// Thresholds are lower by this, in the units of the features (metres, seconds): the middle of two samples of a tracker's clock is
+/// often a third one, and rounding would decide on which side of it such samples fall. Far above rounding, far below any noise.
+const OFF_TIES: f64 = 1e-6;
+
 /// The best of some random splits, one a feature tried; `None` where none leaves `least` on both sides.
 fn best_split(
     lessons: &Lessons,
@@ -182,7 +186,7 @@ fn best_split(
         // Thresholds are drawn between two samples: outliers do not stretch the range.
         let at =
             |random: &mut Random| lessons.features[(members[random.below(members.len())], feature)];
-        let threshold = 0.5 * (at(random) + at(random));
+        let threshold = 0.5 * (at(random) + at(random)) - OFF_TIES;
         let mut sides = [([0.0; CORRECTED], 0.0); 2];
         for &row in members {
             let side = usize::from(lessons.features[(row, feature)] >= threshold);

@@ -1,5 +1,6 @@
 //! How people look, learnt from reaches or from whole streams.
 
+use super::super::gaussian::isotropic;
 use super::super::hand::phase::ReachPhase;
 use super::super::hand::place::{HandPlace, gaussian_of};
 use super::super::stream::{ReachBeginning, StreamEstimator};
@@ -226,7 +227,7 @@ impl GazeModel {
             age_s: now.map_or(0.0, |look| look.age_s(hand.t_s)),
             weight: 0.0,
             log_as_moves: moves
-                .and_then(|g| g.widened(LABEL_SD_M))
+                .and_then(|g| g.widened(isotropic(LABEL_SD_M)))
                 .map_or(f64::NEG_INFINITY, |g| {
                     log_tailed(&g, contact.point_m, ASTRAY_SHARE, ASTRAY_STRETCH)
                 }),

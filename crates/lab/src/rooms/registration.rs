@@ -1,0 +1,217 @@
+//! A tracker that stands elsewhere than is believed, and what touches tell of that.
+
+use crate::rooms::contenders::SharedTraining;
+use crate::rooms::people::{Telling, predictions_told};
+use crate::rooms::room::Room;
+use crate::rooms::scores::{Summary, TouchPredictions, summary_among};
+use glam::{DMat3, DQuat, DVec3};
+use hwall_contact::score::Moment;
+use hwall_contact::{FusedConfig, MeasuredTouch, RegistrationConfig, RegistrationEstimator};
+use hwall_hand::Pose;
+use hwall_stage::training::Stream;
+use hwall_testkit::{MarkdownTable, Sampler};
+
+/// The heading of the part.
+pub const HEADING: &str = "### What touches tell of the registration";
+/// Touches made before, from the first number up to the second.
+const TOUCHES: [(usize, usize); 5] = [(0, 1), (1, 3), (3, 6), (6, 9), (9, usize::MAX)];
+/// Errors of registration that each person is seen with.
+const DRAWS: usize = 3;
+/// Late enough that the error of the registration is not small beside that of the prediction.
+const MOMENT: Moment = Moment::Share(0.9);
+
+/// People as a tracker sees them that is displaced from the scene, and by what.
+pub struct Displaced {
+    /// Samples as seen; touches where they are.
+    pub streams: Vec<Stream>,
+    /// What the tracker is off by, person by person.
+    pub seen_from_true: Vec<Pose>,
+}
+
+impl Displaced {
+    /// Every participant under `draws` errors as large as the settings say.
+    #[must_use]
+    pub fn draw(
+        participants: &[Stream],
+        config: &RegistrationConfig,
+        draws: usize,
+        seed: u64,
+    ) -> Self {
+        let mut sampler = Sampler::new(seed);
+        let seen_from_true = errors(&mut sampler, config, draws * participants.len());
+        let streams = seen_from_true
+            .iter()
+            .zip(participants.iter().cycle())
+            .map(|(seen_from_true, stream)| {
+                let frames = stream.frames.iter().map(|f| f.transformed(seen_from_true));
+                Stream::new(frames.collect(), stream.touches.clone())
+            })
+            .collect();
+        Self {
+            streams,
+            seen_from_true,
+        }
+    }
+}
+
+/// What is left of the errors of registration at the next place that is touched.
+#[derive(Debug, Clone, Copy)]
+pub struct Left {
+    /// Touches made before, at least.
+    pub touches: usize,
+    /// Root mean square across the surface, m.
+    pub across_m: f64,
+    /// Root mean square in each direction along it, m.
+    pub along_m: f64,
+    /// Share of the 90 % regions in space that hold it.
+    pub in_90: f64,
+}
+
+/// Errors of registration that are left after more and more touches, by the ranges of the tables.
+///
+/// # Errors
+/// Settings that the estimator refuses.
+pub fn left(displaced: &Displaced, config: &RegistrationConfig) -> anyhow::Result<Vec<Left>> {
+    let mut sums = TOUCHES.map(|_| [0.0; 4]);
+    for (stream, seen_from_true) in displaced.streams.iter().zip(&displaced.seen_from_true) {
+        let mut estimator = RegistrationEstimator::new(*config)?;
+        for (made, touch) in stream.touches.iter().enumerate() {
+            let seen_m = seen_from_true.transform_point(touch.target_m);
+            let off_m = estimator.true_from_seen().transform_point(seen_m) - touch.target_m;
+            let across_m = off_m.dot(touch.normal);
+            let deviations = off_m.dot(estimator.covariance_m2(seen_m).inverse() * off_m);
+            let range = TOUCHES
+                .iter()
+                .position(|(from, to)| (*from..*to).contains(&made));
+            if let Some(sum) = range.and_then(|k| sums.get_mut(k)) {
+                sum[0] += 1.0;
+                sum[1] += across_m * across_m;
+                sum[2] += 0.5 * (off_m.length_squared() - across_m * across_m);
+                sum[3] += f64::from(deviations <= IN_90_OF_THREE);
+            }
+            let first_after = stream.frames.iter().find(|f| f.t_s >= touch.contact_s);
+            let Some(tip) = first_after.and_then(|f| f.contact_point()) else {
+                continue;
+            };
+            estimator.touched(&MeasuredTouch {
+                seen_m: tip.position_m,
+                surface_m: touch.target_m,
+                normal: touch.normal,
+                located_sd_m: None,
+            })?;
+        }
+    }
+    let of = |((touches, _), [count, across, along, inside]): ((usize, usize), [f64; 4])| Left {
+        touches,
+        across_m: (across / count).sqrt(),
+        along_m: (along / count).sqrt(),
+        in_90: inside / count,
+    };
+    Ok(TOUCHES.into_iter().zip(sums).map(of).collect())
+}
+
+/// 90 % of a normal distribution in three dimensions, squared deviations.
+const IN_90_OF_THREE: f64 = 6.251;
+
+/// Error and regions against touches made, for people seen with errors of registration as large as the settings say.
+///
+/// # Errors
+/// Settings that the predictor or a filter refuses.
+pub fn section(
+    training: &SharedTraining,
+    room: &Room,
+    participants: &[Stream],
+    seed: u64,
+) -> anyhow::Result<String> {
+    let learning = RegistrationConfig::default();
+    let constant = &training.config;
+    let learnt = FusedConfig {
+        registration: Some(learning),
+        ..constant.clone()
+    };
+    let displaced = Displaced::draw(participants, &learning, DRAWS, seed);
+    let run = |config: &FusedConfig, streams: &[Stream]| {
+        let mut fused = training.fused(config)?;
+        predictions_told(fused.predictor.as_mut(), room, streams, Telling::Touches)
+    };
+    let exact = run(constant, participants)?;
+    let exact_learnt = run(&learnt, participants)?;
+    let off = run(constant, &displaced.streams)?;
+    let corrected = run(&learnt, &displaced.streams)?;
+    let made = |streams: &[Stream]| -> Vec<usize> {
+        streams.iter().flat_map(|s| 0..s.touches.len()).collect()
+    };
+    let (made_exact, made_off) = (made(participants), made(&displaced.streams));
+    let mut table = MarkdownTable::new([
+        "touches made",
+        "touches judged",
+        "registration off, across / along the surface, mm (in 90 %, %)",
+        "tracker exact",
+        "the same, learnt",
+        "tracker off",
+        "tracker off, learnt",
+    ]);
+    for ((from, to), left) in TOUCHES.into_iter().zip(left(&displaced, &learning)?) {
+        let cell = |touches: &[TouchPredictions], made: &[usize]| {
+            let chosen = |index: usize| (from..to).contains(&made[index]);
+            described(&summary_among(touches, MOMENT, chosen))
+        };
+        let range = match to {
+            usize::MAX => format!("{from} and more"),
+            _ if to == from + 1 => from.to_string(),
+            _ => format!("{from} to {}", to - 1),
+        };
+        let judged = made_off.iter().filter(|made| (from..to).contains(*made));
+        table.row([
+            range,
+            judged.count().to_string(),
+            format!(
+                "{:.1} / {:.1} ({:.0})",
+                1e3 * left.across_m,
+                1e3 * left.along_m,
+                100.0 * left.in_90
+            ),
+            cell(&exact, &made_exact),
+            cell(&exact_learnt, &made_exact),
+            cell(&off, &made_off),
+            cell(&corrected, &made_off),
+        ]);
+    }
+    Ok(format!(
+        "{HEADING}\n\nRoom of six; everybody's touches are told. Off: the tracker is displaced from the scene by {:.0} mm in each axis \
+         and turned by {:.1} degrees about each (standard deviations, drawn anew for each of {} people), which is what the fusion \
+         assumes. Learnt: `FusedConfig::registration`. What is told of a touch is where the tracker saw the finger; along a wall that \
+         tells nothing. First what is left of the error at the next place (root mean square, that along the surface in each \
+         direction); then the fusion at {} of the time: median error in mm, right surface in % (regions of 50 / 70 / 90 % hold, \
+         %).\n\n{table}",
+        1e3 * learning.offset_sd_m,
+        learning.turn_sd_rad.to_degrees(),
+        displaced.streams.len(),
+        MOMENT.name(),
+    ))
+}
+
+fn described(summary: &Summary) -> String {
+    let percent = |share: f64| format!("{:.0}", 100.0 * share);
+    let within = summary.within.map(|within| within.map(percent).join(" / "));
+    format!(
+        "{:.1}, {:.0} ({})",
+        1e3 * summary.median_m,
+        100.0 * summary.right,
+        within.unwrap_or_else(|| "none".to_owned())
+    )
+}
+
+/// Draws of `seen_from_true`.
+fn errors(sampler: &mut Sampler, config: &RegistrationConfig, count: usize) -> Vec<Pose> {
+    let mut normal = |sd: f64| DVec3::from_array([0; 3].map(|_| sd * sampler.normal()));
+    let centre_m = config.centre_m;
+    let draw = |_| {
+        let offset_m = normal(config.offset_sd_m);
+        let turn = DQuat::from_scaled_axis(normal(config.turn_sd_rad));
+        let rotation = DMat3::from_quat(turn);
+        let true_from_seen = Pose::new(rotation, centre_m - rotation * centre_m + offset_m);
+        true_from_seen.unwrap_or(Pose::IDENTITY).inverse()
+    };
+    (0..count).map(draw).collect()
+}
