@@ -1,7 +1,7 @@
 //! Rays and closest points.
 
 use crate::error::{SceneError, finite};
-use crate::part::{ALL, PartHit, PartRay, triangle};
+use crate::part::{ALL, Face, PartHit, PartRay, triangle};
 use crate::scene::Scene;
 use crate::surface::{SurfaceId, SurfaceKind};
 use glam::DVec3;
@@ -58,9 +58,10 @@ impl Scene {
             }
         }
         Ok(best.map(|(part, hit)| {
-            let (normal, outside) = self.facing(part, &hit, -direction);
+            let face = &self.geometry.parts[part].faces()[hit.triangle];
+            let (normal, outside) = self.facing(part, face, -direction);
             Hit {
-                surface: SurfaceId(self.geometry.parts[part].surface(hit.triangle)),
+                surface: SurfaceId(face.surface as usize),
                 point_m: self.world_from_part[part].transform_point(hit.point_m),
                 normal,
                 outside,
@@ -194,9 +195,10 @@ impl Scene {
 
     fn to_closest(&self, part: usize, hit: &PartHit, query_m: DVec3) -> Closest {
         let point_m = self.world_from_part[part].transform_point(hit.point_m);
-        let (normal, outside) = self.facing(part, hit, query_m - point_m);
+        let face = &self.geometry.parts[part].faces()[hit.triangle];
+        let (normal, outside) = self.facing(part, face, query_m - point_m);
         Closest {
-            surface: SurfaceId(self.geometry.parts[part].surface(hit.triangle)),
+            surface: SurfaceId(face.surface as usize),
             point_m,
             normal,
             outside,
@@ -224,8 +226,8 @@ impl Scene {
 
     /// Unit normal of a triangle on the side that `towards` points to, and whether that is the outside.
     #[inline(always)]
-    fn facing(&self, part: usize, hit: &PartHit, towards: DVec3) -> (DVec3, bool) {
-        let outward = triangle::normal(&self.geometry.parts[part].faces()[hit.triangle].corners_m);
+    fn facing(&self, part: usize, face: &Face, towards: DVec3) -> (DVec3, bool) {
+        let outward = triangle::normal(&face.corners_m);
         let normal = self.world_from_part[part].transform_vector(outward);
         let outside = normal.dot(towards) >= 0.0;
         (if outside { normal } else { -normal }, outside)

@@ -1,6 +1,8 @@
 //! Rigid parts: triangles, their hierarchy, and how queries search it.
 
+mod block;
 mod even_tree;
+mod machine;
 mod rigid_part;
 mod sliver;
 mod tree;

@@ -4,6 +4,8 @@
 //! the part and divided by a power of two, so they lie in [-1, 1] whatever the size and place
 //! of the part.
 
+use super::block::LANES;
+use super::machine::{self, Machine, Task};
 use super::tree::{BoxRay, BuildQuality, PADDING, Tree};
 use super::triangle::{self, Triangle, WatertightRay};
 use glam::DVec3;
@@ -16,6 +18,9 @@ const TIE: f64 = 1e-12;
 
 /// Surfaces of a part that have a bit of their own in the hierarchy; the others share the rest.
 const OWN_BITS: usize = 48;
+
+/// The surface of what is no face.
+const NO_SURFACE: u32 = u32::MAX;
 
 /// A ray in the frame of the part: finite, unit direction.
 #[derive(Debug, Clone, Copy)]
@@ -38,9 +43,17 @@ pub(crate) struct Face {
     pub(crate) surface: u32,
 }
 
+impl Face {
+    const NONE: Self = Self {
+        corners_m: [DVec3::NAN; 3],
+        surface: NO_SURFACE,
+    };
+}
+
 #[derive(Clone)]
 pub(crate) struct Part {
-    /// In the frame of the part and in the order of the leaves.
+    /// In the frame of the part and in the order of the leaves. Behind them [`Face::NONE`]s, as rays look at several at
+    /// once from the first of a leaf on, whatever the number of those in it.
     faces: Vec<Face>,
     /// By surface: its bit in the hierarchy, zero for surfaces of other parts.
     bits: Vec<u64>,
@@ -73,7 +86,7 @@ impl Part {
 
     /// The same part with another hierarchy.
     pub(crate) fn rebuilt(&self, quality: BuildQuality) -> Self {
-        Self::in_frame(&self.faces, self.unit_m, self.half_extent_m, quality)
+        Self::in_frame(self.faces(), self.unit_m, self.half_extent_m, quality)
     }
 
     fn in_frame(faces: &[Face], unit_m: f64, half_extent_m: DVec3, quality: BuildQuality) -> Self {
@@ -84,8 +97,10 @@ impl Part {
             .collect();
         let bits_of: Vec<u64> = faces.iter().map(|f| bits[f.surface as usize]).collect();
         let (tree, order) = Tree::build(&rounded, &bits_of, quality);
+        let mut in_order: Vec<Face> = order.iter().map(|&i| faces[i as usize]).collect();
+        in_order.extend([Face::NONE; LANES - 1]);
         Self {
-            faces: order.iter().map(|&i| faces[i as usize]).collect(),
+            faces: in_order,
             bits,
             tree,
             unit_m,
@@ -94,12 +109,9 @@ impl Part {
         }
     }
 
+    /// In the frame of the part.
     pub(crate) fn faces(&self) -> &[Face] {
-        &self.faces
-    }
-
-    pub(crate) fn surface(&self, triangle: usize) -> usize {
-        self.faces[triangle].surface as usize
+        &self.faces[..self.faces.len() - (LANES - 1)]
     }
 
     /// What marks a surface in the hierarchy: other surfaces may have the same bit, a surface of
@@ -115,40 +127,64 @@ impl Part {
 
     /// Nearest hit at a distance in `[0, max_m)`.
     pub(crate) fn ray_cast(&self, ray: &PartRay, max_m: f64) -> Option<PartHit> {
-        self.hit::<false>(ray, max_m)
+        machine::run(Hit::<false> {
+            part: self,
+            ray,
+            max_m,
+        })
     }
 
     /// Is there a hit at a distance in `[0, max_m)`? Stops at the first.
     pub(crate) fn any_hit(&self, ray: &PartRay, max_m: f64) -> bool {
-        self.hit::<true>(ray, max_m).is_some()
+        machine::run(Hit::<true> {
+            part: self,
+            ray,
+            max_m,
+        })
+        .is_some()
     }
 
     /// The nearest hit, or any.
-    fn hit<const ANY: bool>(&self, ray: &PartRay, max_m: f64) -> Option<PartHit> {
+    #[inline(always)]
+    fn hit<const ANY: bool, M: Machine>(
+        &self,
+        machine: M,
+        ray: &PartRay,
+        max_m: f64,
+    ) -> Option<PartHit> {
         let clipped = self.clip(ray, max_m)?;
         let boxes = BoxRay::new(clipped.start_m * self.per_unit, clipped.inverse);
         let exact = WatertightRay::new(clipped.start_m, ray.direction, clipped.inverse);
         let bound = |distance_m: f64| (distance_m * self.per_unit) as f32 + DISTANCE_SLACK;
         let mut best_m = max_m - clipped.skipped_m;
         let mut best = None;
-        self.tree
-            .visit_along(&boxes, bound(best_m), |triangles, mut max| {
-                for i in triangles {
-                    if let Some(distance_m) = exact.intersect(&self.faces[i].corners_m)
-                        && distance_m >= -clipped.skipped_m
-                        && distance_m < best_m
-                    {
+        self.tree.visit_along(
+            machine,
+            &boxes,
+            bound(best_m),
+            #[inline(always)]
+            |first, max| {
+                // What follows the triangles of a leaf is met, too, or not: no hit of it is wrong.
+                let four = self.faces.get(first..).and_then(<[Face]>::first_chunk);
+                let least_m = -clipped.skipped_m;
+                let met = four.and_then(
+                    #[inline(always)]
+                    |four| exact.intersect_four(machine.simd(), four, least_m, best_m),
+                );
+                match met {
+                    Some((lane, distance_m)) => {
                         best_m = distance_m;
-                        best = Some(i);
-                        max = if ANY {
+                        best = Some(first + lane);
+                        if ANY {
                             f32::NEG_INFINITY
                         } else {
                             bound(best_m)
-                        };
+                        }
                     }
+                    None => max,
                 }
-                max
-            });
+            },
+        );
         let triangle = best?;
         let point_m = exact.point_on(&self.faces[triangle].corners_m);
         Some(PartHit {
@@ -201,16 +237,59 @@ impl Part {
         wanted: u64,
         accept: impl Fn(usize) -> bool,
     ) -> Option<PartHit> {
-        let mut best = Nearest::new(max_m);
-        let per_square_unit = self.per_unit * self.per_unit;
-        self.tree.visit_near(
-            p * self.per_unit,
+        machine::run(Closest {
+            part: self,
+            p,
+            max_m,
             wanted,
+            accept,
+        })
+    }
+}
+
+/// The nearest hit of a ray, or any.
+struct Hit<'a, const ANY: bool> {
+    part: &'a Part,
+    ray: &'a PartRay,
+    max_m: f64,
+}
+
+impl<const ANY: bool> Task for Hit<'_, ANY> {
+    type Output = Option<PartHit>;
+
+    #[inline(always)]
+    fn run<M: Machine>(self, machine: M) -> Self::Output {
+        self.part.hit::<ANY, M>(machine, self.ray, self.max_m)
+    }
+}
+
+/// The closest point among accepted surfaces.
+struct Closest<'a, F> {
+    part: &'a Part,
+    p: DVec3,
+    max_m: f64,
+    wanted: u64,
+    accept: F,
+}
+
+impl<F: Fn(usize) -> bool> Task for Closest<'_, F> {
+    type Output = Option<PartHit>;
+
+    #[inline(always)]
+    fn run<M: Machine>(self, machine: M) -> Self::Output {
+        let Self { part, p, .. } = self;
+        let mut best = Nearest::new(self.max_m);
+        let per_square_unit = part.per_unit * part.per_unit;
+        part.tree.visit_near(
+            machine,
+            p * part.per_unit,
+            self.wanted,
             best.bound() * per_square_unit,
             |triangles| {
                 for i in triangles {
-                    if accept(self.surface(i)) {
-                        best.offer(p, i, &self.faces[i].corners_m);
+                    let face = &part.faces[i];
+                    if (self.accept)(face.surface as usize) {
+                        best.offer(p, i, &face.corners_m);
                     }
                 }
                 best.bound() * per_square_unit
@@ -301,6 +380,7 @@ impl Nearest {
 
 #[cfg(test)]
 mod tests {
+    use super::super::machine::Portable;
     use super::*;
     use hwall_testkit::Sampler;
 
@@ -349,9 +429,10 @@ mod tests {
     fn hits_are_those_of_the_exact_test_alone() {
         let mut sampler = Sampler::new(9);
         let (part, _) = Part::build(faces(&mut sampler), BuildQuality::Balanced);
+        let faces = part.faces();
         let (mut hits, mut edges) = (0, 0);
         for _ in 0..100_000 {
-            let [a, b, c] = part.faces[sampler.index(part.faces.len())].corners_m;
+            let [a, b, c] = faces[sampler.index(faces.len())].corners_m;
             let target = match sampler.index(5) {
                 0 => a,
                 1 => a.lerp(b, 0.5),
@@ -373,9 +454,12 @@ mod tests {
                 direction,
             };
             let found = part.ray_cast(&ray, f64::INFINITY);
+            let portable = part.hit::<false, _>(Portable, &ray, f64::INFINITY);
+            let parts = |hit: PartHit| (hit.triangle, hit.point_m, hit.distance_m);
+            assert_eq!(found.map(parts), portable.map(parts), "{ray:?}");
             let nearest = part.clip(&ray, f64::INFINITY).and_then(|clipped| {
                 let exact = WatertightRay::new(clipped.start_m, direction, clipped.inverse);
-                let distances = part.faces.iter().enumerate().filter_map(|(i, face)| {
+                let distances = faces.iter().enumerate().filter_map(|(i, face)| {
                     let distance = exact.intersect(&face.corners_m)?;
                     (distance >= -clipped.skipped_m).then_some((distance, i))
                 });

@@ -1,11 +1,13 @@
-//! The hierarchy of a rigid part: boxes of its triangles, tested four at a time.
+//! The hierarchy of a rigid part: boxes of its triangles, tested eight at a time.
 //!
-//! The binary hierarchy comes from `obvhs`; here its nodes are merged four at a time, so that
-//! one sequence of vector instructions tests four boxes. Everything is in units of the part,
+//! The binary hierarchy comes from `obvhs`; here its nodes are merged eight at a time, so that
+//! one sequence of vector instructions tests eight boxes. Everything is in units of the part,
 //! with coordinates in [-1, 1], in single precision.
 
+use super::block::LANES;
 use super::even_tree;
-use glam::{DVec3, Vec3, Vec3A, Vec4};
+use super::machine::{Keys, LEFT_OUT, Machine, distance, key};
+use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::bvh2::{Bvh2, leaf_collapser::collapse};
@@ -25,10 +27,10 @@ pub(super) const PADDING: f32 = 16.0 * f32::EPSILON;
 const NEAR: f64 = 2.0;
 
 /// Triangles of a leaf at most.
-const LEAF_TRIANGLES: u32 = 4;
+const LEAF_TRIANGLES: u32 = LANES as u32;
 
-/// Size of the stack for traversals of usual trees: about 28 levels.
-const USUAL_STACK: usize = 88;
+/// Size of the stack for traversals of usual trees: 16 levels.
+const USUAL_STACK: usize = 120;
 
 /// All surfaces.
 pub(crate) const ALL: u64 = u64::MAX;
@@ -46,14 +48,17 @@ pub enum BuildQuality {
     Best,
 }
 
-/// Four children; unused ones have a box that nothing meets.
+/// Children of a node.
+pub(super) const CHILDREN: usize = 8;
+
+/// Unused children have a box that nothing meets.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-struct Node {
+pub(super) struct Node {
     /// Lower and upper planes of the boxes, by axis.
-    planes: [[Vec4; 3]; 2],
+    pub(super) planes: [[[f32; CHILDREN]; 3]; 2],
     /// Index of a node, or a leaf.
-    children: [u32; 4],
+    children: [u32; CHILDREN],
 }
 
 /// Marks a leaf; below it one less than the number of its triangles, below that the first.
@@ -76,9 +81,12 @@ fn triangles_of(leaf: u32) -> Range<usize> {
 }
 
 impl Node {
-    const EMPTY: Self = Self {
-        planes: [[Vec4::INFINITY; 3], [Vec4::NEG_INFINITY; 3]],
-        children: [UNUSED; 4],
+    pub(super) const EMPTY: Self = Self {
+        planes: [
+            [[f32::INFINITY; CHILDREN]; 3],
+            [[f32::NEG_INFINITY; CHILDREN]; 3],
+        ],
+        children: [UNUSED; CHILDREN],
     };
 }
 
@@ -86,7 +94,7 @@ impl Node {
 pub(super) struct Tree {
     nodes: Vec<Node>,
     /// For each child of each node the surfaces below it, as bits that several may share.
-    surfaces: Vec<[u64; 4]>,
+    surfaces: Vec<[u64; CHILDREN]>,
     /// No traversal holds more open nodes.
     stack: usize,
 }
@@ -112,7 +120,7 @@ impl Tree {
         while let Some((index, binary, level)) = open.pop() {
             depth = depth.max(level);
             let mut node = Node::EMPTY;
-            for (lane, child) in four_below(&bvh, binary).into_iter().flatten().enumerate() {
+            for (lane, child) in children_of(&bvh, binary).into_iter().flatten().enumerate() {
                 let binary_child = &bvh.nodes[child as usize];
                 let aabb = binary_child.aabb();
                 for axis in 0..3 {
@@ -132,17 +140,17 @@ impl Tree {
             }
             tree.nodes[index] = node;
         }
-        // Each level leaves at most three open; the last one writes four.
-        tree.stack = 3 * depth + 4;
+        // Each level leaves at most seven open; the last one writes eight.
+        tree.stack = (CHILDREN - 1) * depth + CHILDREN;
         tree.mark(bits, &order);
         (tree, order)
     }
 
     /// Collects the surfaces below each node. Children have a higher index than their parents.
     fn mark(&mut self, bits: &[u64], order: &[u32]) {
-        self.surfaces = vec![[0; 4]; self.nodes.len()];
+        self.surfaces = vec![[0; CHILDREN]; self.nodes.len()];
         for index in (0..self.nodes.len()).rev() {
-            for lane in 0..4 {
+            for lane in 0..CHILDREN {
                 self.surfaces[index][lane] = match self.nodes[index].children[lane] {
                     UNUSED => 0,
                     leaf if leaf & LEAF != 0 => {
@@ -161,225 +169,225 @@ impl Tree {
         size_of_val(&*self.nodes) + size_of_val(&*self.surfaces)
     }
 
-    /// Calls `leaf` with the triangles of the leaves that a ray meets at a distance up to `max`,
+    /// Calls `leaf` with the first triangle of the leaves that a ray meets at a distance up to `max`,
     /// nearest first as far as boxes tell; it returns what `max` shall be from there on.
-    pub(super) fn visit_along(
+    #[inline(always)]
+    pub(super) fn visit_along<M: Machine>(
         &self,
+        machine: M,
         ray: &BoxRay,
         max: f32,
-        leaf: impl FnMut(Range<usize>, f32) -> f32,
+        mut leaf: impl FnMut(usize, f32) -> f32,
     ) {
-        let boxes = |node: usize, max: f32| ray.enter(&self.nodes[node], max);
-        self.visit(max, boxes, leaf);
+        self.visit(
+            machine,
+            max,
+            #[inline(always)]
+            |node, max| machine.along(ray, &self.nodes[node], max),
+            #[inline(always)]
+            |child, max| leaf(triangles_of(child).start, max),
+        );
     }
 
     /// Calls `leaf` for the leaves that may hold one of the `wanted` surfaces within a distance
     /// of `p`, nearest first as far as boxes tell. `within_squared`: square of that distance;
     /// `leaf` returns what it shall be from there on.
-    pub(super) fn visit_near(
+    #[inline(always)]
+    pub(super) fn visit_near<M: Machine>(
         &self,
+        machine: M,
         p: DVec3,
         wanted: u64,
         within_squared: f64,
         leaf: impl FnMut(Range<usize>) -> f64,
     ) {
         if p.abs().max_element() <= NEAR {
-            let p = p.to_array().map(|x| Vec4::splat(x as f32));
-            let squared = |node: &Node| {
-                let outside = |axis: usize| {
-                    let [low, high] = &node.planes;
-                    (low[axis] - p[axis])
-                        .max(p[axis] - high[axis])
-                        .max(Vec4::ZERO)
-                };
-                let (x, y, z) = (outside(0), outside(1), outside(2));
-                x * x + y * y + z * z
-            };
-            self.visit_within(squared, 0.0, wanted, within_squared, leaf);
+            let p = p.as_vec3().to_array();
+            self.visit_within(
+                machine,
+                #[inline(always)]
+                |node, max| machine.near(&p, node, max),
+                0.0,
+                wanted,
+                within_squared,
+                leaf,
+            );
         } else {
             // Far away all distances look alike to single precision: what is handed on is how
             // much larger their squares are than that of the distance to the part.
             let least = DVec3::splat(1.0 + f64::from(PADDING) * 2.0);
             let offset = p.distance_squared(p.clamp(-least, least));
-            let squared = |node: &Node| {
-                let lane = |i: usize| {
+            let keys = |node: &Node, max: f32| {
+                let mut keys = [LEFT_OUT; CHILDREN];
+                for (lane, to) in keys.iter_mut().enumerate() {
                     let plane = |side: usize| {
                         DVec3::from_array(
-                            [0, 1, 2].map(|axis| f64::from(node.planes[side][axis][i])),
+                            [0, 1, 2].map(|axis| f64::from(node.planes[side][axis][lane])),
                         )
                     };
                     let outside = (plane(0) - p).max(p - plane(1)).max(DVec3::ZERO);
-                    ((outside.length_squared() - offset) as f32)
+                    let more = ((outside.length_squared() - offset) as f32)
                         .next_down()
-                        .max(0.0)
-                };
-                Vec4::new(lane(0), lane(1), lane(2), lane(3))
+                        .max(0.0);
+                    if more <= max {
+                        *to = key(more, lane);
+                    }
+                }
+                keys
             };
-            self.visit_within(squared, offset, wanted, within_squared, leaf);
+            self.visit_within(machine, keys, offset, wanted, within_squared, leaf);
         }
     }
 
-    fn visit_within(
+    #[inline(always)]
+    fn visit_within<M: Machine>(
         &self,
-        squared: impl Fn(&Node) -> Vec4,
+        machine: M,
+        near: impl Fn(&Node, f32) -> Keys,
         offset: f64,
         wanted: u64,
         within_squared: f64,
         mut leaf: impl FnMut(Range<usize>) -> f64,
     ) {
-        let upwards = |within_squared: f64| {
-            let more = ((within_squared - offset) as f32).next_up();
-            // The difference of two infinities: so far away that nothing can be told apart.
-            if more.is_nan() { f32::INFINITY } else { more }
-        };
-        let boxes = |node: usize, max: f32| {
-            let distances = squared(&self.nodes[node]);
-            let mut hits = distances.cmple(Vec4::splat(max)).bitmask();
-            // An unlimited search accepts even the boxes of unused lanes.
-            for (lane, &child) in self.nodes[node].children.iter().enumerate() {
-                hits &= !(u32::from(child == UNUSED) << lane);
-            }
-            if wanted != ALL {
-                for (lane, surfaces) in self.surfaces[node].iter().enumerate() {
-                    hits &= !(u32::from(surfaces & wanted == 0) << lane);
+        self.visit(
+            machine,
+            upwards(within_squared, offset),
+            #[inline(always)]
+            |index, max| {
+                let node = &self.nodes[index];
+                let mut keys = near(node, max);
+                // An unlimited search accepts even the boxes of unused lanes.
+                for (key, &child) in keys.iter_mut().zip(&node.children) {
+                    *key = if child == UNUSED { LEFT_OUT } else { *key };
                 }
-            }
-            (hits, distances)
-        };
-        self.visit(upwards(within_squared), boxes, |triangles, _| {
-            upwards(leaf(triangles))
-        });
+                if wanted != ALL {
+                    for (key, &surfaces) in keys.iter_mut().zip(&self.surfaces[index]) {
+                        *key = if surfaces & wanted == 0 {
+                            LEFT_OUT
+                        } else {
+                            *key
+                        };
+                    }
+                }
+                keys
+            },
+            #[inline(always)]
+            |child, _| upwards(leaf(triangles_of(child)), offset),
+        );
     }
 
-    fn visit(
+    #[inline(always)]
+    fn visit<M: Machine>(
         &self,
+        machine: M,
         max: f32,
-        boxes: impl Fn(usize, f32) -> (u32, Vec4),
-        leaf: impl FnMut(Range<usize>, f32) -> f32,
+        boxes: impl Fn(usize, f32) -> Keys,
+        leaf: impl FnMut(u32, f32) -> f32,
     ) {
-        let (mut usual, mut deep) = ([0; USUAL_STACK], Vec::new());
+        let (mut usual, mut deep) = ([[0; 2]; USUAL_STACK], Vec::new());
         // Deeper trees come from thousands of faces in one place only. The traversal is called from one place, so that
         // the compiler merges `leaf` into it.
         let stack = if self.stack <= USUAL_STACK {
-            &mut usual[..]
+            usual.as_flattened_mut()
         } else {
-            deep.resize(self.stack, 0);
+            deep.resize(2 * self.stack, 0);
             &mut deep[..]
         };
-        self.visit_on(stack, max, boxes, leaf);
+        let (keys, children) = stack.split_at_mut(stack.len() / 2);
+        self.visit_on(machine, keys, children, max, boxes, leaf);
     }
 
-    /// `boxes` tells which children of a node matter, bit by bit, and how far they are.
+    /// `boxes` tells which children of a node matter and how far they are.
     ///
-    /// An entry of the stack is a child below the bits of its distance: distances are not
-    /// negative, so entries are in order as whole numbers, and none is zero: no child is the root.
+    /// The stack holds children and their keys.
     #[inline(always)]
-    fn visit_on(
+    fn visit_on<M: Machine>(
         &self,
-        stack: &mut [u64],
+        machine: M,
+        open_keys: &mut [u32],
+        open: &mut [u32],
         mut max: f32,
-        boxes: impl Fn(usize, f32) -> (u32, Vec4),
-        mut leaf: impl FnMut(Range<usize>, f32) -> f32,
+        boxes: impl Fn(usize, f32) -> Keys,
+        mut leaf: impl FnMut(u32, f32) -> f32,
     ) {
         // The root has no distance yet.
         let (mut child, mut top) = (0, 0);
         loop {
             if child & LEAF == 0 {
-                let (hits, distances) = boxes(child as usize, max);
-                let distances = distances.to_array();
-                let children = &self.nodes[child as usize].children;
-                let entry = |lane: usize| {
-                    let entry =
-                        u64::from(distances[lane].to_bits()) << 32 | u64::from(children[lane]);
-                    if hits >> lane & 1 == 1 { entry } else { 0 }
-                };
-                let entries = [entry(0), entry(1), entry(2), entry(3)];
-                // Always four: a branch on their number would be mispredicted half of the time.
-                stack[top..top + 4].copy_from_slice(&descending(entries));
-                if hits != 0 {
-                    // The nearest is not fetched from the stack, so that the next node waits neither for that nor for
-                    // the order of the others. What is zero becomes the largest number.
-                    let [a, b, c, d] = entries.map(|entry| entry.wrapping_sub(1));
-                    child = a.min(b).min(c.min(d)).wrapping_add(1) as u32;
-                    top += hits.count_ones() as usize - 1;
+                let keys = boxes(child as usize, max);
+                let next = machine.next(keys, &self.nodes[child as usize].children);
+                // Always all: a branch on their number would be mispredicted half of the time.
+                open_keys[top..top + CHILDREN].copy_from_slice(&next.keys);
+                open[top..top + CHILDREN].copy_from_slice(&next.children);
+                if next.count != 0 {
+                    child = next.nearest;
+                    top += next.count - 1;
                     continue;
                 }
             } else {
-                max = leaf(triangles_of(child), max);
+                max = leaf(child, max);
             }
             child = loop {
                 if top == 0 {
                     return;
                 }
                 top -= 1;
-                let entry = stack[top];
-                if f32::from_bits((entry >> 32) as u32) <= max {
-                    break entry as u32;
+                if distance(open_keys[top]) <= max {
+                    break open[top];
                 }
             };
         }
     }
 }
 
-/// A sorting network.
+/// The square of a distance in single precision, less an offset, rounded up.
 #[inline(always)]
-fn descending([a, b, c, d]: [u64; 4]) -> [u64; 4] {
-    let (a, b) = (a.max(b), a.min(b));
-    let (c, d) = (c.max(d), c.min(d));
-    let (a, c) = (a.max(c), a.min(c));
-    let (b, d) = (b.max(d), b.min(d));
-    [a, b.max(c), b.min(c), d]
+fn upwards(within_squared: f64, offset: f64) -> f32 {
+    let more = ((within_squared - offset) as f32).next_up();
+    // The difference of two infinities: so far away that nothing can be told apart.
+    if more.is_nan() { f32::INFINITY } else { more }
 }
 
 /// A ray prepared for boxes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BoxRay {
-    origin: [Vec4; 3],
-    inverse: [Vec4; 3],
+    pub(super) origin: [f32; 3],
+    pub(super) inverse: [f32; 3],
     /// By axis: which plane the ray meets first, 0 for the lower.
-    entered: [usize; 3],
+    pub(super) entered: [usize; 3],
 }
 
 impl BoxRay {
     /// `inverse`: of each component of the direction.
+    #[inline(always)]
     pub(super) fn new(origin: DVec3, inverse: DVec3) -> Self {
         // The inverse of epsilon at most, so that no product of zero and infinity arises.
         let limit = f64::from(1.0 / f32::EPSILON);
         let inverse = inverse.clamp(DVec3::splat(-limit), DVec3::splat(limit));
         Self {
-            origin: origin.as_vec3().to_array().map(Vec4::splat),
-            inverse: inverse.as_vec3().to_array().map(Vec4::splat),
-            entered: inverse.to_array().map(|d| usize::from(d < 0.0)),
+            origin: origin.as_vec3().to_array(),
+            inverse: inverse.as_vec3().to_array(),
+            entered: [
+                usize::from(inverse.x < 0.0),
+                usize::from(inverse.y < 0.0),
+                usize::from(inverse.z < 0.0),
+            ],
         }
-    }
-
-    /// Which boxes the ray meets at a distance in `[0, max]`, bit by bit, and where it enters them.
-    #[inline(always)]
-    fn enter(&self, node: &Node, max: f32) -> (u32, Vec4) {
-        let at = |axis: usize, side: usize| {
-            (node.planes[side & 1][axis] - self.origin[axis]) * self.inverse[axis]
-        };
-        let [x, y, z] = self.entered;
-        let enter = at(0, x).max(at(1, y)).max(at(2, z).max(Vec4::ZERO));
-        let leave = at(0, 1 - x)
-            .min(at(1, 1 - y))
-            .min(at(2, 1 - z).min(Vec4::splat(max)));
-        (enter.cmple(leave).bitmask(), enter)
     }
 }
 
-/// The up to four nodes that stand for a binary one: it is opened, then the largest below it,
-/// until there are four or only leaves. A root without children stands for itself.
-fn four_below(bvh: &Bvh2, binary: u32) -> [Option<u32>; 4] {
+/// The up to eight nodes that stand for a binary one: it is opened, then the largest below it,
+/// until there are eight or only leaves. A root without children stands for itself.
+fn children_of(bvh: &Bvh2, binary: u32) -> [Option<u32>; CHILDREN] {
     let root = &bvh.nodes[binary as usize];
-    let mut found = [None; 4];
+    let mut found = [None; CHILDREN];
     if root.is_leaf() {
         found[0] = Some(binary);
         return found;
     }
     found[0] = Some(root.first_index);
     found[1] = Some(root.first_index + 1);
-    for free in 2..4 {
+    for free in 2..CHILDREN {
         let area = |lane: &usize| {
             let node = &bvh.nodes[found[*lane]? as usize];
             (!node.is_leaf()).then(|| node.aabb().half_area())
@@ -449,8 +457,8 @@ fn build_bvh(boxes: &[Aabb], quality: BuildQuality) -> Bvh2 {
     );
     let mut reinsertion = ReinsertionOptimizer::default();
     reinsertion.run(&mut bvh, reinsertion_ratio, None);
-    // A box costs as much as three triangles: four boxes are tested at once, triangles one by one
-    // but without the wait for the next node.
+    // The price of a node in triangles, high enough that leaves are as full as they may be: rays test all triangles of a
+    // leaf at once.
     collapse(&mut bvh, LEAF_TRIANGLES, 3.0);
     reinsertion.run(&mut bvh, 2.0 * reinsertion_ratio, None);
     bvh

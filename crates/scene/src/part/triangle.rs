@@ -1,7 +1,10 @@
 //! One triangle: ray intersection without gaps at edges, closest point, normal.
 
+use super::block::{LANES, Lanes, block};
+use super::rigid_part::Face;
 use super::sliver;
 use glam::DVec3;
+use pulp::Simd;
 
 /// Largest coordinate of a vertex, m. Beyond it, products of areas lose their
 /// precision or overflow; no room is larger than the distance to the moon.
@@ -188,7 +191,7 @@ impl WatertightRay {
 
     /// Distance to the triangle in lengths of the direction, negative behind the origin; both
     /// sides count. `None` for a miss or a triangle seen edge-on.
-    #[inline(always)]
+    #[cfg(test)]
     pub(crate) fn intersect(&self, corners: &Triangle) -> Option<f64> {
         let ([u, v, w], [az, bz, cz]) = self.edges(corners);
         let negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
@@ -202,12 +205,103 @@ impl WatertightRay {
         }
     }
 
+    /// The nearest of four triangles at a distance in `[least, most)` and that distance, bit by bit as
+    /// [`intersect`](Self::intersect) finds them; of several equally near ones the first.
+    #[inline(always)]
+    pub(super) fn intersect_four<S: Simd>(
+        &self,
+        simd: S,
+        faces: &[Face; LANES],
+        least: f64,
+        most: f64,
+    ) -> Option<(usize, f64)> {
+        let block = block(faces, self.axes);
+        let [x, y, z] = [
+            lanes::<S>(&block[0]),
+            lanes::<S>(&block[1]),
+            lanes::<S>(&block[2]),
+        ];
+        let splat = [
+            simd.splat_f64s(self.shear[0]),
+            simd.splat_f64s(self.shear[1]),
+            simd.splat_f64s(self.shear[2]),
+            simd.splat_f64s(self.origin[0]),
+            simd.splat_f64s(self.origin[1]),
+            simd.splat_f64s(self.origin[2]),
+        ];
+        let [sx, sy, sz, ox, oy, oz] = splat;
+        let (zero, none) = (simd.splat_f64s(0.0), simd.splat_f64s(f64::INFINITY));
+        let (lowest, highest) = (simd.splat_f64s(least), simd.splat_f64s(most));
+        let mut distances = [f64::INFINITY; LANES];
+        let mut any = false;
+        let per = S::F64_LANES;
+        for (i, to) in S::as_mut_simd_f64s(&mut distances).0.iter_mut().enumerate() {
+            // The corners seen along the ray, and how far they are.
+            let mut seen = [[zero; 3]; 3];
+            for corner in 0..3 {
+                let depth = simd.sub_f64s(z[corner][i], oz);
+                let across = simd.sub_f64s(x[corner][i], ox);
+                let up = simd.sub_f64s(y[corner][i], oy);
+                seen[corner] = [
+                    simd.sub_f64s(across, simd.mul_f64s(sx, depth)),
+                    simd.sub_f64s(up, simd.mul_f64s(sy, depth)),
+                    simd.mul_f64s(sz, depth),
+                ];
+            }
+            let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = seen;
+            let u = simd.sub_f64s(simd.mul_f64s(cx, by), simd.mul_f64s(cy, bx));
+            let v = simd.sub_f64s(simd.mul_f64s(ax, cy), simd.mul_f64s(ay, cx));
+            let w = simd.sub_f64s(simd.mul_f64s(bx, ay), simd.mul_f64s(by, ax));
+            let smallest = simd.min_f64s(simd.min_f64s(u, v), w);
+            let largest = simd.max_f64s(simd.max_f64s(u, v), w);
+            let one_sign = simd.or_m64s(
+                simd.less_than_or_equal_f64s(zero, smallest),
+                simd.less_than_or_equal_f64s(largest, zero),
+            );
+            let sum = simd.add_f64s(simd.add_f64s(u, v), w);
+            let weighed = simd.add_f64s(
+                simd.add_f64s(simd.mul_f64s(u, az), simd.mul_f64s(v, bz)),
+                simd.mul_f64s(w, cz),
+            );
+            // Not a number where all weights are zero: no comparison holds.
+            let distance = simd.div_f64s(weighed, sum);
+            let hit = simd.and_m64s(
+                one_sign,
+                simd.and_m64s(
+                    simd.less_than_or_equal_f64s(lowest, distance),
+                    simd.less_than_f64s(distance, highest),
+                ),
+            );
+            *to = simd.select_f64s(hit, distance, none);
+            any |= simd.first_true_m64s(hit) < per;
+        }
+        if !any {
+            return None;
+        }
+        let mut nearest = (0, distances[0]);
+        for (lane, &distance) in distances.iter().enumerate() {
+            if distance < nearest.1 {
+                nearest = (lane, distance);
+            }
+        }
+        Some(nearest)
+    }
+
     /// Where a ray that meets the triangle does so, as a point of the triangle.
     #[inline(always)]
     pub(crate) fn point_on(&self, corners: &Triangle) -> DVec3 {
         let ([u, v, w], _) = self.edges(corners);
         (corners[0] * u + corners[1] * v + corners[2] * w) / (u + v + w)
     }
+}
+
+#[inline(always)]
+fn lanes<S: Simd>(corners: &[Lanes; 3]) -> [&[S::f64s]; 3] {
+    [
+        S::as_simd_f64s(&corners[0]).0,
+        S::as_simd_f64s(&corners[1]).0,
+        S::as_simd_f64s(&corners[2]).0,
+    ]
 }
 
 #[cfg(test)]
