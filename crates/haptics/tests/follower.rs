@@ -219,6 +219,43 @@ fn slack_is_used_to_be_there_sooner() {
     assert!(sum_slack_s < 0.97 * sum_exact_s);
 }
 
+/// A place beyond the reach is served by a middle of the board beside it, if the slack holds one that can be presented.
+#[test]
+fn slack_serves_a_place_that_cannot_be_held_itself() {
+    let arm = arm();
+    let place = |z_m: f64| target(DVec3::new(0.6, 0.1, z_m), DVec3::X);
+    let held = |aim: &BoardTarget| {
+        let mut f = follower(FollowerConfig::default());
+        let unreachable = f.set_target(aim).unwrap();
+        (f.goal(), unreachable)
+    };
+    let mut last = None;
+    let mut heights_m = (0..200).map(|k| 0.6 + 0.005 * f64::from(k));
+    let above_m = heights_m.find(|z_m| match held(&place(*z_m)).0 {
+        Some(goal) => {
+            last = Some(goal);
+            false
+        }
+        None => true,
+    });
+    let above_m = above_m.expect("the arm ends somewhere");
+    let near = last.expect("the first height is within reach");
+    for (slack_m, serves) in [(0.0, false), (0.04, true)] {
+        let aim = BoardTarget {
+            near: Some(near),
+            slack_m: [slack_m; 2],
+            ..place(above_m + 0.01)
+        };
+        let (goal, unreachable) = held(&aim);
+        assert_eq!((goal.is_some(), unreachable.is_none()), (serves, serves));
+        let Some(goal) = goal else { continue };
+        let pose = arm.forward(&goal);
+        let off = pose.position_m() - aim.point_m;
+        assert!(off.length() <= slack_m && off.x.abs() < 1e-9, "{off}");
+        assert!(pose.rotation().z_axis.angle_between(DVec3::X) < 1e-6);
+    }
+}
+
 #[test]
 fn an_unreachable_target_keeps_the_goal_and_says_why() {
     let mut f = follower(FollowerConfig::default());

@@ -289,6 +289,12 @@ impl Follower {
         Some(left_s + detour_s)
     }
 
+    /// Least time until all joints could rest at a configuration, s: of the joints one by one, wherever the board is on the way.
+    #[must_use]
+    pub fn least_time_to_s(&self, q: &JointPositions) -> f64 {
+        self.reference.least_time_to_s(q)
+    }
+
     /// Is the board on its way to a place behind the surfaces, from where it goes on to its goal?
     #[must_use]
     pub const fn is_detour(&self) -> bool {

@@ -72,6 +72,9 @@ const DIRECTIONS: [(f64, f64); 8] = [
 ];
 /// ... and so far around the best of them afterwards.
 const NEARBY: f64 = 0.5;
+/// Where a point itself cannot be held, middles at this share of its slack are tried: not at its very end, which the next prediction
+/// may leave.
+const ASIDE: f64 = 0.8;
 /// The redundancy of the arm is free: configurations are sought that are nearest to one on the way from the one that was asked for
 /// to where the arm is, at these shares of that way.
 const TOWARDS_HERE: [f64; 2] = [0.3, 0.6];
@@ -172,6 +175,8 @@ impl Goals {
                     behind_m: target.behind_m,
                 };
                 found_goal = Some(self.within_slack(goal, target, reference)?);
+            } else if let Some(near) = target.near.filter(|_| !self.solver.arm().searches()) {
+                found_goal = self.aside(target, unit_normal, &near, reference)?;
             }
         }
         if found_goal.is_some() {
@@ -417,6 +422,45 @@ impl Goals {
             // No further than the slack.
             if at.0.hypot(at.1) <= 1.0 {
                 look(at, share)?;
+            }
+        }
+        Ok(best)
+    }
+
+    /// For a place that cannot be held itself: the middle of the board within its slack that can, and is reached soonest.
+    fn aside(
+        &mut self,
+        target: &BoardTarget,
+        unit_normal: DVec3,
+        near: &JointPositions,
+        reference: &ReferenceMotion,
+    ) -> Result<Option<Goal>, HapticsError> {
+        let [slack_u, slack_v] = target.slack_m;
+        if slack_u.min(slack_v) <= 0.0 {
+            return Ok(None);
+        }
+        let [x, y] = surface_axes(unit_normal)?;
+        let (mut best, mut best_s) = (None, f64::INFINITY);
+        for (u, v) in DIRECTIONS {
+            let off = x * (ASIDE * u * slack_u) + y * (ASIDE * v * slack_v);
+            let moved = BoardTarget {
+                point_m: target.point_m + off,
+                ..*target
+            };
+            let (found, _) = self.near_to(&moved, unit_normal, near, reference)?;
+            let Some((solution, roll_rad)) = found else {
+                continue;
+            };
+            let time_s = reference.least_time_to_s(&solution.q);
+            if time_s < best_s {
+                best = Some(Goal {
+                    q: solution.q,
+                    point_m: moved.point_m,
+                    normal: unit_normal,
+                    roll_rad,
+                    behind_m: target.behind_m,
+                });
+                best_s = time_s;
             }
         }
         Ok(best)

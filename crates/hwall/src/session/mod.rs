@@ -152,6 +152,7 @@ impl<P: Predictor> Session<P> {
             late_announced: false,
             short: false,
             rested_short: false,
+            stays_until_s: None,
             #[cfg(feature = "texture")]
             max_guidance_age_s,
             unreachable: None,
