@@ -216,13 +216,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         });
         let straight = |g: &Gaussian| {
             let bend = self.config.bend?;
-            let registration_sd_m = self.config.registration_sd_m;
             Some(StraightWay::new(
                 hand.point_m,
                 ahead?,
                 bend,
                 g,
-                registration_sd_m,
+                self.registration_m2,
             ))
         };
         let straight_on = |g: &Gaussian| straight(g)?.narrowed();

@@ -21,7 +21,8 @@ pub(in crate::predict) struct StraightWay {
     estimated: Gaussian,
     /// The way to where the estimate leads, or to the first surface if that is further, m.
     left_m: f64,
-    registration_sd_m: f64,
+    /// Error of registration at the hand, m².
+    registration_m2: DMat3,
 }
 
 impl StraightWay {
@@ -31,7 +32,7 @@ impl StraightWay {
         (ahead, free_m): (DVec3, f64),
         bend: f64,
         estimated: &Gaussian,
-        registration_sd_m: f64,
+        registration_m2: DMat3,
     ) -> Self {
         Self {
             from_m,
@@ -40,7 +41,7 @@ impl StraightWay {
             estimated: *estimated,
             // A surface that the hand only passes does not end the way.
             left_m: free_m.max((estimated.mean_m - from_m).dot(ahead)),
-            registration_sd_m,
+            registration_m2,
         }
     }
 
@@ -58,7 +59,7 @@ impl StraightWay {
     ) -> Option<Gaussian> {
         let way_m = (point_m - self.from_m).dot(normal) / self.ahead.dot(normal);
         if way_m >= 0.0 && way_m < self.left_m {
-            self.narrowed_for(way_m)?.widened(self.registration_sd_m)
+            self.narrowed_for(way_m)?.widened(self.registration_m2)
         } else {
             None
         }
