@@ -328,6 +328,12 @@ pub(super) struct Plane {
 }
 
 impl Plane {
+    /// How far the points beside the place are in front, m; negative if all are behind.
+    pub(super) fn most_in_front_m(&self, points_m: &[DVec3]) -> f64 {
+        let sides = points_m.iter().filter_map(|point_m| self.side(*point_m));
+        sides.fold(f64::NEG_INFINITY, |most, side| most.max(side.in_front_m))
+    }
+
     fn side(&self, point_m: DVec3) -> Option<FacePoint> {
         let off = point_m - self.point_m;
         (off.length() <= self.radius_m).then_some(FacePoint {

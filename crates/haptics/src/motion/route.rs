@@ -1,6 +1,6 @@
 //! Which way the board takes to its goal: straight, or by a place behind the surfaces.
 
-use super::barrier::{Barrier, Barriers, Footprint, Plane};
+use super::barrier::{Barrier, Barriers, Footprint, Plane, corners_and_middle};
 use super::goals::Goal;
 use super::solver::{Place, Solver};
 use super::way::{Check, PLACES, SPARE_M, Way};
@@ -133,6 +133,8 @@ pub(super) struct Route {
     /// The face where its way was last planned, if it was before a surface there: a goal may change while the board is in a
     /// shelf.
     departed: Option<Footprint>,
+    /// The face at the destination of the way that was planned last.
+    ends: Option<Pose>,
     /// How far behind the goal the detour under way ends, m; infinite for one behind the departure. `None`: no detour.
     detour_m: Option<f64>,
     /// No way leads to the destination behind the surfaces.
@@ -150,6 +152,7 @@ impl Route {
             under_way: None,
             on_known: None,
             departed: None,
+            ends: None,
             detour_m: None,
             is_blocked: false,
             retry_in_s: 0.0,
@@ -173,6 +176,7 @@ impl Route {
             self.left = self.left.map(carried);
             self.under_way = carried(self.under_way);
             self.departed = self.departed.map(|face| face.carried(moved));
+            self.ends = self.ends.map(|face| *moved * face);
         }
         self.barriers.set(barriers);
         for (place, was_known) in self.left.iter_mut().zip(were_known) {
@@ -207,7 +211,7 @@ impl Route {
 
     pub(super) const fn forget(&mut self) {
         (self.left, self.under_way, self.departed) = ([None; PLACES], None, None);
-        self.on_known = None;
+        (self.on_known, self.ends) = (None, None);
         (self.detour_m, self.is_blocked) = (None, false);
     }
 
@@ -284,11 +288,18 @@ impl Route {
             let face = board_pose(place.point_m, place.normal, place.roll_rad)?;
             check.footprints[i] = Some(Footprint::new(face, board, self.config.footprint_m));
             let unknown = !self.barriers.have(place.point_m, place.normal);
-            check.planes[i] = (role.has_plane() && unknown).then_some(Plane {
+            let plane = Plane {
                 point_m: place.point_m,
                 normal: place.normal,
                 radius_m: self.config.extent_m,
+            };
+            // Nobody knows how far that surface goes. A destination in front of its plane says that it ends before: no way there could
+            // stay behind the plane, and the board would stand for good.
+            let ends_behind = self.ends.is_none_or(|ends| {
+                let most_m = plane.most_in_front_m(&corners_and_middle(board, &ends));
+                role == Role::Ahead || most_m <= self.config.allowed_m
             });
+            check.planes[i] = (role.has_plane() && unknown && ends_behind).then_some(plane);
         }
         check.footprints[PLACES + 2] = self.departed;
         Ok(check)
@@ -318,6 +329,7 @@ impl Route {
             Destination::Posture(_) => None,
         };
         let here = solver.arm().forward(&reference.state().q);
+        self.ends = Some(solver.arm().forward(destination.q()));
         if !bends_again {
             self.departed = None;
             if self.check(&board, goal)?.protrusion_m(&here) > config.allowed_m {
@@ -571,6 +583,12 @@ mod tests {
         let roles: Vec<Role> = route.places(None).map(|(role, _)| role).collect();
         let before = Role::LeftBefore;
         assert_eq!(roles, [Role::UnderWay, Role::LeftLast, before, before]);
+        // A way to a destination in front of the newest plane cannot stay behind it.
+        let mut ends_in_front = route.clone();
+        ends_in_front.ends = board_pose(DVec3::new(0.65, 0.1, 0.5), DVec3::X, 0.0).ok();
+        assert_eq!(counts(&ends_in_front, None), [0.0_f64; 0]);
+        ends_in_front.ends = board_pose(DVec3::new(0.55, 0.1, 0.5), DVec3::X, 0.0).ok();
+        assert_eq!(counts(&ends_in_front, None), [0.6]);
         // A newest place that was forgotten with its surface passes its role on to nobody.
         route.left[0] = None;
         route.under_way = None;
