@@ -25,6 +25,8 @@ const CATCHING_S: f64 = 0.005;
 const BRAKING: f64 = 0.4;
 /// Share of the acceleration with which the face brakes before a joint's limit: rates of joints change on the way.
 const BEFORE_LIMITS: f64 = 0.4;
+/// The face comes to rest so far before the end of the arm's reach, rad or m.
+const BEFORE_END: f64 = 1e-4;
 /// A path whose share in the face is larger than this leads along it: a drawer that is pushed sideways does not slide there, unless it
 /// is held.
 const ACROSS: f64 = 0.1;
@@ -181,7 +183,11 @@ impl PathFollower {
         let most = self.largest_acceleration(&rates);
         let free = self.next_rate(wanted, rate, most, dt_s);
         let before_limits = (2.0 * BEFORE_LIMITS * most * self.left(&rates, free)).sqrt();
-        let before_limits = before_limits.max(0.0);
+        let mut before_limits = before_limits.max(0.0);
+        let end = self.end_of_reach(free, most)?;
+        if end.is_some() {
+            before_limits = before_limits.min((self.rate.abs() - most * dt_s).max(0.0));
+        }
         let allowed = limited(free.clamp(-before_limits, before_limits))?;
         // What is allowed may be less at once; a board that moves takes its time.
         let least = if self.rate * free > 0.0 {
@@ -200,7 +206,7 @@ impl PathFollower {
                 (rate / free).clamp(0.0, 1.0)
             },
             rate: 0.0,
-            unreachable: None,
+            unreachable: end.filter(|_| rate == 0.0),
             most_acceleration: most,
             cannot_slide: None,
         };
@@ -377,6 +383,25 @@ impl PathFollower {
             .fold(FARTHEST, f64::min)
     }
 
+    /// Why the face would be out of reach once its joints had braked, if it would: where the arm is straight, joints turn ever faster for
+    /// the same motion, and would have to stop at once.
+    fn end_of_reach(&mut self, free: f64, most: f64) -> Result<Option<Unreachable>, HapticsError> {
+        let stop = BEFORE_END + self.rate * self.rate / (2.0 * BEFORE_LIMITS * most);
+        if free == 0.0 || self.rate * free < 0.0 || !stop.is_finite() {
+            return Ok(None);
+        }
+        let further = self.reached - self.position + stop.copysign(free);
+        let face = self.slide.on(&self.path.moved(&self.face, further));
+        match self
+            .arm
+            .nearest(&face, &self.q, &self.config, &mut self.scratch)
+        {
+            Ok(_) => Ok(None),
+            Err(KinematicsError::Unreachable(reason)) => Ok(Some(reason)),
+            Err(other) => Err(other.into()),
+        }
+    }
+
     /// Along the path, rad/s² or m/s².
     fn largest_acceleration(&self, rates: &[f64; 7]) -> f64 {
         rates
@@ -523,6 +548,32 @@ mod tests {
         let followed = straight.follow((0.01, 0.1), 1e-3, Ok).unwrap();
         assert_eq!((followed.share, followed.rate), (0.0, 0.0));
         assert!(followed.unreachable.is_some() && followed.most_acceleration == 0.0);
+    }
+
+    #[test]
+    fn where_the_reach_ends_no_joint_stops_at_once() {
+        const DT_S: f64 = 1e-3;
+        for speed in [0.1, 0.3, 0.6] {
+            let mut arm = follower(BENT);
+            let (mut before, mut last, mut hardest) = (arm.q, [0.0; 7], 0.0_f64);
+            for k in 1..4000 {
+                let wanted = speed * DT_S * f64::from(k);
+                arm.follow((wanted, speed), DT_S, Ok).unwrap();
+                for i in 0..7 {
+                    let rate = (arm.q[i] - before[i]) / DT_S;
+                    let change = (rate - last[i]).abs() / DT_S;
+                    hardest = hardest.max(change / arm.max_acceleration_rad_per_s2[i]);
+                    last[i] = rate;
+                }
+                before = arm.q;
+            }
+            println!(
+                "{speed} m/s: {hardest:.2} times the acceleration, {:.3} m",
+                arm.reached()
+            );
+            assert!(arm.rate.abs() < 1e-3, "{}", arm.rate);
+            assert!(hardest < 2.0, "{speed} m/s: {hardest}");
+        }
     }
 
     #[test]
