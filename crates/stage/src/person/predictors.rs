@@ -103,7 +103,6 @@ impl TrainingPeople {
                 .collect(),
             head: seen(&|f| f.head_m.is_some()),
             gaze: seen(&|f| f.gaze_ray().is_some()),
-            ..Self::default()
         }
     }
 }
