@@ -241,3 +241,48 @@ pub(super) fn facing(normal: DVec3, towards: DVec3) -> DVec3 {
         normal
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_haptics::Board;
+
+    #[test]
+    fn nobody_touches_the_hole_in_a_wall() {
+        // A window of half a metre in a wall of 1.2 m by 1 m.
+        let corners = |half_y: f64, [z0, z1]: [f64; 2]| {
+            [[-half_y, z0], [half_y, z0], [half_y, z1], [-half_y, z1]]
+                .map(|[y, z]| format!("v 0.62 {y} {z}\n"))
+                .concat()
+        };
+        let (outer, inner) = (corners(0.6, [0.2, 1.2]), corners(0.25, [0.45, 0.95]));
+        let faces = "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+        let obj = format!("o wall\n{outer}{inner}{faces}");
+        let (scene, _) = Scene::from_obj_str(&obj, None).unwrap();
+        assert_eq!(scene.vertical_facets().len(), 1);
+        let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
+        let usual = PersonConfig::default();
+        let standing = Standing {
+            head_m: usual.head_m,
+            hand_m: usual.hand_rest_m,
+        };
+        let plans = plan(&scene, &arm, &standing, 48, 3).unwrap();
+        for plan in &plans {
+            let [y, z] = [plan.target_m.y, plan.target_m.z];
+            assert!(y.abs() >= 0.25 || !(0.45..=0.95).contains(&z), "{y} {z}");
+        }
+        assert!(plans.len() >= 40, "{}", plans.len());
+    }
+
+    #[test]
+    fn a_person_without_a_tracked_head_stands_behind_the_hand() {
+        let usual = PersonConfig::default();
+        let mut frame = HandFrame::empty(0.0);
+        assert_eq!(Standing::seen_in(&frame), None);
+        frame.palm_m = Some(usual.hand_rest_m + DVec3::Y);
+        let seen = Standing::seen_in(&frame).unwrap();
+        assert!(seen.head_m.distance(usual.head_m + DVec3::Y) < 1e-12);
+        frame.head_m = Some(DVec3::ONE);
+        assert_eq!(Standing::seen_in(&frame).unwrap().head_m, DVec3::ONE);
+    }
+}
