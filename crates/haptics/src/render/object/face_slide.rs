@@ -49,7 +49,7 @@ impl InFace {
 }
 
 /// How far the board has slid since the touch began, in the axes of the face then, carried along with the object.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(in crate::render) struct FaceSlide {
     moved: InFace,
     velocity: InFace,

@@ -27,6 +27,10 @@ const BRAKING: f64 = 0.4;
 const BEFORE_LIMITS: f64 = 0.4;
 /// The face comes to rest so far before the end of the arm's reach, rad or m.
 const BEFORE_END: f64 = 1e-4;
+/// So many halvings say where the end of the reach is when it comes in sight; then one in each step.
+const HALVINGS: usize = 6;
+/// An end further away than this many ways to brake is out of sight again.
+const OUT_OF_SIGHT: f64 = 4.0;
 /// A path whose share in the face is larger than this leads along it: a drawer that is pushed sideways does not slide there, unless it
 /// is held.
 const ACROSS: f64 = 0.1;
@@ -69,8 +73,19 @@ pub(in crate::render) struct PathFollower {
     wanted_slide: InFace,
     /// For so long the object has been held, s.
     held_s: f64,
+    /// The end of the arm's reach that the face goes towards, if it is in sight.
+    end: Option<EndOfReach>,
     max_acceleration_rad_per_s2: [f64; 7],
     q: JointPositions,
+}
+
+/// Where on the path the arm's reach ends: between a position that it reaches and one that it does not.
+#[derive(Debug, Clone, Copy)]
+struct EndOfReach {
+    reachable: f64,
+    beyond: f64,
+    slide: FaceSlide,
+    reason: Unreachable,
 }
 
 /// How far the face could follow.
@@ -115,6 +130,7 @@ impl PathFollower {
             slide: FaceSlide::default(),
             wanted_slide: InFace::default(),
             held_s: 0.0,
+            end: None,
             max_acceleration_rad_per_s2,
             q: JointPositions::default(),
             arm,
@@ -136,7 +152,7 @@ impl PathFollower {
         (self.path, self.position, self.q) = (path, position, *q);
         (self.reached, self.rate) = (position, 0.0);
         (self.slide, self.wanted_slide) = (FaceSlide::default(), InFace::default());
-        self.held_s = 0.0;
+        (self.held_s, self.end) = (0.0, None);
         Ok(())
     }
 
@@ -182,12 +198,9 @@ impl PathFollower {
         };
         let most = self.largest_acceleration(&rates);
         let free = self.next_rate(wanted, rate, most, dt_s);
-        let before_limits = (2.0 * BEFORE_LIMITS * most * self.left(&rates, free)).sqrt();
-        let mut before_limits = before_limits.max(0.0);
-        let end = self.end_of_reach(free, most)?;
-        if end.is_some() {
-            before_limits = before_limits.min((self.rate.abs() - most * dt_s).max(0.0));
-        }
+        self.look_for_end(free, most)?;
+        let room = self.left(&rates, free).min(self.before_end());
+        let before_limits = (2.0 * BEFORE_LIMITS * most * room).sqrt().max(0.0);
         let allowed = limited(free.clamp(-before_limits, before_limits))?;
         // What is allowed may be less at once; a board that moves takes its time.
         let least = if self.rate * free > 0.0 {
@@ -206,7 +219,7 @@ impl PathFollower {
                 (rate / free).clamp(0.0, 1.0)
             },
             rate: 0.0,
-            unreachable: end.filter(|_| rate == 0.0),
+            unreachable: self.end.filter(|_| rate == 0.0).map(|end| end.reason),
             most_acceleration: most,
             cannot_slide: None,
         };
@@ -383,23 +396,61 @@ impl PathFollower {
             .fold(FARTHEST, f64::min)
     }
 
-    /// Why the face would be out of reach once its joints had braked, if it would: where the arm is straight, joints turn ever faster for
-    /// the same motion, and would have to stop at once.
-    fn end_of_reach(&mut self, free: f64, most: f64) -> Result<Option<Unreachable>, HapticsError> {
+    /// Looks where the reach ends, if the face would be beyond its end once its joints had braked: where the arm is straight, joints turn
+    /// ever faster for the same motion, and would have to stop at once.
+    fn look_for_end(&mut self, free: f64, most: f64) -> Result<(), HapticsError> {
         let stop = BEFORE_END + self.rate * self.rate / (2.0 * BEFORE_LIMITS * most);
         if free == 0.0 || self.rate * free < 0.0 || !stop.is_finite() {
-            return Ok(None);
+            self.end = None;
+            return Ok(());
         }
-        let further = self.reached - self.position + stop.copysign(free);
-        let face = self.slide.on(&self.path.moved(&self.face, further));
-        match self
-            .arm
-            .nearest(&face, &self.q, &self.config, &mut self.scratch)
-        {
-            Ok(_) => Ok(None),
-            Err(KinematicsError::Unreachable(reason)) => Ok(Some(reason)),
-            Err(other) => Err(other.into()),
+        let far = OUT_OF_SIGHT * (stop + BEFORE_END);
+        let (slide, reached) = (self.slide, self.reached);
+        let ahead = |position: f64| (position - reached) * free.signum();
+        let in_sight = |end: &EndOfReach| {
+            end.slide == slide && ahead(end.reachable) >= 0.0 && ahead(end.beyond) <= far
+        };
+        let mut halvings = 1;
+        let mut end = match self.end.filter(in_sight) {
+            Some(end) => end,
+            None => {
+                halvings = HALVINGS;
+                let beyond = self.reached + stop.copysign(free);
+                let Some(reason) = self.no_reach_at(beyond)? else {
+                    self.end = None;
+                    return Ok(());
+                };
+                EndOfReach {
+                    reachable: self.reached,
+                    beyond,
+                    slide,
+                    reason,
+                }
+            }
+        };
+        for _ in 0..halvings {
+            let middle = 0.5 * (end.reachable + end.beyond);
+            match self.no_reach_at(middle)? {
+                None => end.reachable = middle,
+                Some(reason) => (end.beyond, end.reason) = (middle, reason),
+            }
         }
+        self.end = Some(end);
+        Ok(())
+    }
+
+    /// Room of the face before the end of the reach, rad or m.
+    fn before_end(&self) -> f64 {
+        match self.end {
+            Some(end) => ((end.reachable - self.reached).abs() - BEFORE_END).max(0.0),
+            None => FARTHEST,
+        }
+    }
+
+    /// Why no joints hold the face at a position, if none do.
+    fn no_reach_at(&mut self, position: f64) -> Result<Option<Unreachable>, HapticsError> {
+        let slide = self.slide;
+        Ok(self.nearest_at(position, &slide)?.err())
     }
 
     /// Along the path, rad/s² or m/s².
@@ -482,7 +533,19 @@ impl PathFollower {
         })
     }
 
+    /// Joints for a position that the face can go to in a step, or why there are none.
     fn solved(
+        &mut self,
+        position: f64,
+        slide: &FaceSlide,
+    ) -> Result<Result<JointPositions, Unreachable>, HapticsError> {
+        Ok(match self.nearest_at(position, slide)? {
+            Ok(q) if q.max_abs_difference(&self.q) > NEXT_RAD => Err(Unreachable::OtherBranch),
+            found => found,
+        })
+    }
+
+    fn nearest_at(
         &mut self,
         position: f64,
         slide: &FaceSlide,
@@ -492,8 +555,7 @@ impl PathFollower {
             .arm
             .nearest(&face, &self.q, &self.config, &mut self.scratch)
         {
-            Ok(found) if found.q.max_abs_difference(&self.q) <= NEXT_RAD => Ok(Ok(found.q)),
-            Ok(_) => Ok(Err(Unreachable::OtherBranch)),
+            Ok(found) => Ok(Ok(found.q)),
             Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
             Err(other) => Err(other.into()),
         }
@@ -556,9 +618,14 @@ mod tests {
         for speed in [0.1, 0.3, 0.6] {
             let mut arm = follower(BENT);
             let (mut before, mut last, mut hardest) = (arm.q, [0.0; 7], 0.0_f64);
+            let (mut braked, mut again) = (false, 0.0_f64);
             for k in 1..4000 {
-                let wanted = speed * DT_S * f64::from(k);
+                let (wanted, rate) = (speed * DT_S * f64::from(k), arm.rate);
                 arm.follow((wanted, speed), DT_S, Ok).unwrap();
+                braked |= arm.rate < rate && arm.reached() > 0.1;
+                if braked {
+                    again = again.max(arm.rate - rate);
+                }
                 for i in 0..7 {
                     let rate = (arm.q[i] - before[i]) / DT_S;
                     let change = (rate - last[i]).abs() / DT_S;
@@ -568,11 +635,12 @@ mod tests {
                 before = arm.q;
             }
             println!(
-                "{speed} m/s: {hardest:.2} times the acceleration, {:.3} m",
+                "{speed} m/s: {hardest:.2} times the acceleration, {:.3} m, faster again by {again:.2e} m/s",
                 arm.reached()
             );
             assert!(arm.rate.abs() < 1e-3, "{}", arm.rate);
             assert!(hardest < 2.0, "{speed} m/s: {hardest}");
+            assert!(again < 1e-4, "{speed} m/s: {again}");
         }
     }
 
