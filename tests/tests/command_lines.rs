@@ -651,4 +651,10 @@ fn a_search_by_coverage_leaves_nothing_by_arrival() {
     let left = |name: &str| out.join(name).exists();
     assert!(left("placements.csv") && left("mine.svg"));
     assert!(!left("arrival.svg") && !left("placements_by_arrival.csv"));
+    // Without such placements the figure is that of `arrival_map`, and stays.
+    std::fs::write(out.join("arrival.svg"), "of the map").unwrap();
+    let mut again = example("base_placement").unwrap();
+    again.args(["--spacing-m", "0.5", "--grid-m", "0.5", "--out"]);
+    assert!(again.arg(&out).output().unwrap().status.success());
+    assert!(left("arrival.svg"));
 }

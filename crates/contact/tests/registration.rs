@@ -39,7 +39,7 @@ fn drawn_error(sampler: &mut Sampler) -> Pose {
     error(offset_m, normal3(sampler) * CONFIG.turn_sd_rad)
 }
 
-/// A point of a wall half a metre from the centre along its normal's axis.
+/// A point of a wall that is 0.3 m from the centre, 0.3 to 0.64 m from it.
 fn on_wall(sampler: &mut Sampler, normal: DVec3) -> DVec3 {
     let (u, v) = normal.any_orthonormal_pair();
     let [a, b] = [0; 2].map(|_| sampler.uniform(-0.4, 0.4));
@@ -207,7 +207,12 @@ fn regions_hold_what_they_say_after_any_number_of_touches() {
                 "{name}, {touches} touches: {:.1} mm left, {share:.3} in 90 %",
                 1e3 * squares_m2.sqrt()
             );
-            assert!((0.86..=0.95).contains(&share), "{name} {touches}: {share}");
+            assert!((0.87..=0.94).contains(&share), "{name} {touches}: {share}");
+            if walls == 3 {
+                let most_m = [(3, 0.010), (10, 0.0065), (40, 0.0035)];
+                let most_m = most_m.iter().find(|(of, _)| *of == touches);
+                assert!(most_m.is_none_or(|(_, m)| squares_m2.sqrt() <= *m));
+            }
         }
     }
 }
@@ -274,8 +279,8 @@ fn a_tracker_that_was_moved_is_noticed_and_followed() {
     }
     late.sort_unstable();
     println!("noticed after {late:?} touches; {false_alarms} false alarms in 3000");
-    assert!(late[50] <= 6 && late[90] <= 10, "{late:?}");
-    assert!(false_alarms <= 6, "{false_alarms}");
+    assert!(late[50] <= 4 && late[90] <= 6 && late[98] <= 8, "{late:?}");
+    assert!(false_alarms <= 3, "{false_alarms}");
 }
 
 #[test]

@@ -55,7 +55,7 @@ mod tests {
         }
         let slower = (0..100).map(|_| steps.advance(0.02, MOST_S));
         assert_eq!(slower.last(), Some(0.02));
-        // One without time, or with hardly any, is none.
+        // One without time, as of a clock that stood, is none.
         assert_eq!(steps.advance(0.0, MOST_S), 0.0);
         assert_eq!(steps.advance(0.02, MOST_S), 0.02);
     }

@@ -275,6 +275,27 @@ fn a_shelf_is_reached_from_behind_its_wall() {
     assert!(most_m <= 5e-3, "{most_m}");
 }
 
+/// The plane of a shelf's top, which no barrier says the end of, lies between the board and a place of the wall above it.
+#[test]
+fn a_shelf_that_nobody_knows_does_not_keep_the_board_for_good() {
+    for y_m in [-0.35, -0.25, -0.15] {
+        let mut follower = follower(&barriers()[..2]);
+        let top_m = DVec3::new(0.5, y_m, 0.45);
+        for (point_m, normal) in [
+            (top_m, DVec3::Z),
+            (DVec3::new(WALL_X_M, y_m, 0.75), DVec3::X),
+        ] {
+            let target = BoardTarget::new(point_m, normal, 0.0);
+            assert_eq!(follower.set_target(&target).unwrap(), None);
+            for _ in 0..2500 {
+                follower.step(DT_S).unwrap();
+            }
+            let off_m = follower.commanded_pose().position_m().distance(point_m);
+            assert!(off_m < 1e-9, "{point_m} of {normal}: {off_m}");
+        }
+    }
+}
+
 #[test]
 fn what_is_before_a_surface_is_told() {
     let follower = follower(&barriers());

@@ -150,9 +150,22 @@ fn sentence_about(program: &str, words: &[String]) -> String {
     }
     for word in words {
         command += " ";
-        command += &quoted(word);
+        command += &quoted(&without_place(word));
     }
     format!("Written by `{command}`; not edited by hand.")
+}
+
+/// A word of a command line, without the way to a file or folder that only this machine has.
+fn without_place(word: &str) -> String {
+    let (flag, value) = match word.split_once('=') {
+        Some((flag, value)) if flag.starts_with("--") => (format!("{flag}="), value),
+        _ => (String::new(), word),
+    };
+    let path = Path::new(value);
+    match path.file_name() {
+        Some(name) if path.is_absolute() => format!("{flag}{}", name.to_string_lossy()),
+        _ => word.to_owned(),
+    }
 }
 
 /// A word for a shell.
@@ -233,6 +246,17 @@ mod tests {
         let said = sentence_about("in_time", &[]);
         assert!(said.contains("--example in_time`;"), "{said}");
         assert!(written_by().starts_with("Written by `cargo run"));
+        // The ways of this machine are no one else's.
+        let here = std::env::temp_dir().join("my scene.obj");
+        let words = [
+            here.display().to_string(),
+            format!("--in={}", here.display()),
+        ];
+        let said = sentence_about("in_time", &words);
+        assert!(
+            said.contains("-- 'my scene.obj' '--in=my scene.obj'`"),
+            "{said}"
+        );
     }
 
     #[test]

@@ -56,6 +56,7 @@ impl Account {
         blend: &Blend,
         inputs: &Inputs,
         fitted: &[Fitted; 2],
+        made: usize,
     ) -> Self {
         let share = |k: usize, block: usize| {
             let used = fitted[k].used.iter().filter(|used| used[block]).count();
@@ -72,18 +73,19 @@ impl Account {
             along_the_way: blend.axes == Axes::Way,
             place_scatter_m: evidence.places.map_or(0.0, |p| p.scatter_m),
             stages: (0..STAGES_S.len())
-                .map(|k| stage(evidence, blend, k))
+                .map(|k| stage(evidence, blend, k, made))
                 .collect(),
         }
     }
 }
 
-fn stage(evidence: &Evidence, blend: &Blend, stage: usize) -> StageAccount {
+/// Errors of the first `made` reaches: copies of them at another pace are no evidence.
+fn stage(evidence: &Evidence, blend: &Blend, stage: usize, made: usize) -> StageAccount {
     let until_s = STAGES_S.get(stage + 1).copied().unwrap_or(f64::INFINITY);
     let (mut errors, mut sums) = (Vec::new(), [0.0; SOURCES]);
     let (mut places, mut total) = (0.0, f64::MIN_POSITIVE);
     for (row, sample) in evidence.samples.iter().enumerate() {
-        if !(STAGES_S[stage]..until_s).contains(&sample.left_s) {
+        if sample.reach >= made || !(STAGES_S[stage]..until_s).contains(&sample.left_s) {
             continue;
         }
         let region = Region::between(&blend.regions, evidence.rows.gates(row));

@@ -132,7 +132,7 @@ impl LearnedModel {
                 .collect(),
         };
         let blend = Blend::of(&evidence);
-        let account = Account::of(&evidence, &blend, &inputs, &fitted);
+        let account = Account::of(&evidence, &blend, &inputs, &fitted, made.len());
         let [room, start] = fitted;
         Ok(Self {
             learnt: Arc::new(Learnt {

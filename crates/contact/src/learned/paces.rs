@@ -4,16 +4,22 @@ use hwall_hand::{LabelledReach, Recording, Sample};
 
 /// Between samples further apart than so many usual steps nothing is interpolated.
 const LONGEST_GAP_STEPS: f64 = 2.5;
+/// Multiples of this number, the least rational of all, are spread evenly between whole ones, and so are any that are taken by turns.
+const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
-/// One copy of each reach, alternately so many times as slow and as fast.
+/// One copy of each reach, half of them so many times as slow, the others as fast.
 ///
 /// People who hurry and people who take their time move along much the same paths, with speeds in proportion [Atkeson 1985].
 /// So a reach tells how others would have made it at another pace, and a model of a few people need not guess what a hand is
 /// about that is slower than all of theirs.
 pub(super) fn at_another_pace(reaches: &[&LabelledReach], times: f64) -> Vec<LabelledReach> {
-    let turns = [times, times.recip()].into_iter().cycle();
-    let copies = reaches.iter().zip(turns);
-    copies.map(|(reach, times)| paced(reach, times)).collect()
+    // In step with no turn of places: who touches one wall after the other is not learnt as slow at the one and fast at the other.
+    let pace = |index: usize| match (index as f64 * GOLDEN_RATIO).fract() < 0.5 {
+        true => times,
+        false => times.recip(),
+    };
+    let copies = reaches.iter().enumerate();
+    copies.map(|(k, reach)| paced(reach, pace(k))).collect()
 }
 
 /// The reach `times` times as slow, with the same contact, sampled as often as it was.
@@ -96,6 +102,21 @@ mod tests {
                 let share = 1.0 - (copy.contact_s - frame.t_s) / (times * 0.8);
                 let seen_m = frame.point(HandPoint::Index).expect("seen");
                 assert!(seen_m.distance(place_m(share)) < 1e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn no_turn_of_places_is_only_made_slow() {
+        let made = reach();
+        let copies = at_another_pace(&[&made; 120], 2.0);
+        let is_slow = |copy: &LabelledReach| copy.duration_s() > made.duration_s();
+        for of in 1..=8 {
+            for place in 0..of {
+                let of_place = || copies.iter().skip(place).step_by(of);
+                let slow = of_place().filter(|copy| is_slow(copy)).count();
+                let share = slow as f64 / of_place().count() as f64;
+                assert!((0.25..=0.75).contains(&share), "{place} of {of}: {share}");
             }
         }
     }

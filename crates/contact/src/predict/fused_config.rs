@@ -25,7 +25,9 @@ pub struct FusedConfig {
     /// on? Its covariance then takes the place of `registration_sd_m`. The predictor must be told of touches
     /// ([`Predictor::touched`](super::Predictor::touched)), and the scene stand where it is touched: on what a board stands for, within
     /// millimetres. It corrects hand, gaze and head against the scene; where the headset that tracks the hand also draws the
-    /// scene, both are off alike, and the correction belongs into the pose of the world instead. Default `None`: not learnt.
+    /// scene, both are off alike, and the correction belongs in the pose of the world instead. In a world that is turned or moved under its
+    /// user (redirection) the predictor sees the moved world, in which an error that is fixed to the tracker turns along: what was learnt
+    /// before a move is wrong after it, so learn only where the world stands. Default `None`: not learnt.
     pub registration: Option<RegistrationConfig>,
     /// How far beside its direction of motion a hand touches, as a share of the way left: standard deviation
     /// in each of two directions. `None` ignores the direction of motion. Default 0.25: on simulated

@@ -34,6 +34,7 @@ const ROUGHNESS: &str = "crates/texton/tests/roughness.rs";
 const TAILS: &str = "crates/psychophysics/tests/attacks.rs";
 const LINES: &str = "tests/tests/command_lines.rs";
 const PLAN: &str = "crates/stage/src/input/file_plan.rs";
+const APPROACH: &str = "crates/haptics/tests/approach.rs";
 const OBEDIENCE: &str = "crates/haptics/tests/obedience.rs";
 
 /// Of the control loop.
@@ -137,6 +138,28 @@ pub const OF_THE_LOOP: &[Finding] = &[
             (
                 "crates/haptics/src/safety/watch/target_leaps.rs",
                 "flips_that_are_each_a_little_shorter_than_a_leap_are_noticed",
+            ),
+        ],
+    ),
+    finding(
+        "",
+        "at the end of the arm's reach an object under a hand stopped the joints at once",
+        &[(
+            "crates/haptics/src/render/object/path_follower.rs",
+            "where_the_reach_ends_no_joint_stops_at_once",
+        )],
+    ),
+    finding(
+        "",
+        "behind a surface of which nobody knew the end the board stood for good, its destination before it",
+        &[
+            (
+                "crates/haptics/src/motion/route.rs",
+                "only_the_place_left_last_keeps_its_plane_whether_there_is_a_goal_or_not",
+            ),
+            (
+                APPROACH,
+                "a_shelf_that_nobody_knows_does_not_keep_the_board_for_good",
             ),
         ],
     ),

@@ -189,8 +189,11 @@ pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<(
         };
         let report = arrival_placement::run(&wanted, &options.out)?;
         writeln!(out, "{report}")?;
-    } else if let Some(removed) = remove_outdated(&options.out, &BY_ARRIVAL)? {
-        writeln!(out, "{removed}")?;
+    } else if options.out.join(BY_ARRIVAL[0]).exists() {
+        // An arrival.svg without these placements is `arrival_map`'s.
+        if let Some(removed) = remove_outdated(&options.out, &BY_ARRIVAL)? {
+            writeln!(out, "{removed}")?;
+        }
     }
     Ok(())
 }

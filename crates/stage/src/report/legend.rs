@@ -14,7 +14,7 @@ const ROW_PX: i32 = 22;
 const SIGN_PX: i32 = 30;
 const TEXT_PX: i32 = 40;
 
-/// Signs and their names. Draws in pixels of the whole picture, also what belongs into the drawing itself.
+/// Signs and their names. Draws in pixels of the whole picture, also what belongs in the drawing itself.
 pub(super) struct Legend<'a> {
     pub(super) area: DrawingArea<SVGBackend<'a>, Shift>,
     /// Left end, and middle of the next row.

@@ -66,8 +66,13 @@ impl StraightWay {
     }
 
     /// The same, seen from where the hand went through a surface.
-    pub(in crate::predict) const fn from(self, from_m: DVec3) -> Self {
-        Self { from_m, ..self }
+    pub(in crate::predict) fn from(self, from_m: DVec3) -> Self {
+        let left_m = (self.left_m - (from_m - self.from_m).dot(self.ahead)).max(0.0);
+        Self {
+            from_m,
+            left_m,
+            ..self
+        }
     }
 
     fn narrowed_for(&self, way_m: f64) -> Option<Gaussian> {

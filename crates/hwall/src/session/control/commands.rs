@@ -394,7 +394,7 @@ impl Control {
         }
     }
 
-    /// Least time to a target, at whichever quarter turn, s; infinite for one that cannot be held.
+    /// Least time to a target, s: the way that its map knows, or else at whichever quarter turn; infinite for one that cannot be held.
     fn takes_s(&mut self, target: &BoardTarget) -> f64 {
         let follower = self.renderer.follower();
         if let Some(near) = &target.near {
@@ -632,8 +632,15 @@ mod tests {
 
     const CONTACT_S: f64 = 0.35;
 
+    const NOW_S: f64 = 0.0;
+
     /// Serves a place on a wall, `left_s` away from it, and is sent to another one, a quarter turn away: is the first one kept?
-    fn keeps(left_s: f64, now_s: f64, change: impl Fn(&mut Guidance)) -> bool {
+    fn keeps(left_s: f64, change: impl Fn(&mut Guidance)) -> bool {
+        keeps_until(None, left_s, change)
+    }
+
+    /// The same where it has been kept before, until some time at the latest.
+    fn keeps_until(until_s: Option<f64>, left_s: f64, change: impl Fn(&mut Guidance)) -> bool {
         let obj = "o wall\nv 0.7 -1 0\nv 0.7 1 0\nv 0.7 1 2\nv 0.7 -1 2\nf 1 2 3 4\n";
         let (scene, _) = Scene::from_obj_str(obj, None).expect("a wall");
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led());
@@ -664,7 +671,7 @@ mod tests {
         turned[0] += std::f64::consts::FRAC_PI_2;
         let place = |point_m: DVec3, normal: DVec3, near: JointPositions| BoardTarget {
             near: Some(near),
-            ..BoardTarget::new(point_m, normal, now_s)
+            ..BoardTarget::new(point_m, normal, NOW_S)
         };
         let before = place(DVec3::new(0.7, 0.0, 0.6), DVec3::X, at);
         control.guidance = Guidance {
@@ -679,32 +686,36 @@ mod tests {
             ..control.guidance
         };
         change(&mut guidance);
-        control.stay_if_other_is_too_far(now_s, &mut guidance);
+        control.stays_until_s = until_s;
+        control.stay_if_other_is_too_far(NOW_S, &mut guidance);
         guidance.surface == Some(SurfaceId(0))
     }
 
     #[test]
     fn a_board_that_is_in_time_does_not_leave_for_a_place_round_the_edge_that_it_cannot_reach() {
-        assert!(keeps(0.0, 0.0, |_| {}));
-        assert!(keeps(0.3, 0.0, |_| {}));
+        assert!(keeps(0.0, |_| {}));
+        assert!(keeps(0.3, |_| {}));
         // It would not be in time here either, or would be in time there.
-        assert!(!keeps(0.4, 0.0, |_| {}));
-        assert!(!keeps(0.0, 0.0, |guidance| guidance.contact_s = Some(3.0)));
+        assert!(!keeps(0.4, |_| {}));
+        assert!(!keeps(0.0, |guidance| guidance.contact_s = Some(3.0)));
+        // Not for ever: once the hand is overdue, where it is expected now counts.
+        assert!(keeps_until(Some(NOW_S + 0.01), 0.0, |_| {}));
+        assert!(!keeps_until(Some(NOW_S - 0.01), 0.0, |_| {}));
         // What is far away, on the same surface, behind it, or in a world that moved is another matter.
         let far = |guidance: &mut Guidance| {
             if let Some(target) = &mut guidance.target {
                 target.point_m.y = 0.5;
             }
         };
-        assert!(!keeps(0.0, 0.0, far));
-        assert!(!keeps(0.0, 0.0, |guidance| guidance.world_moves = 1));
-        assert!(!keeps(0.0, 0.0, |guidance| guidance.target = None));
+        assert!(!keeps(0.0, far));
+        assert!(!keeps(0.0, |guidance| guidance.world_moves = 1));
+        assert!(!keeps(0.0, |guidance| guidance.target = None));
         let no_normal = |guidance: &mut Guidance| {
             if let Some(target) = &mut guidance.target {
                 target.normal = DVec3::NAN;
             }
         };
-        assert!(!keeps(0.0, 0.0, no_normal));
+        assert!(!keeps(0.0, no_normal));
         // One that no map knows is looked for: the arm cannot hold the board with its face towards itself there.
         let unknown = |normal: DVec3| {
             move |guidance: &mut Guidance| {
@@ -714,9 +725,9 @@ mod tests {
                 guidance.contact_s = Some(1.5);
             }
         };
-        assert!(keeps(0.0, 0.0, unknown(DVec3::NEG_X)));
-        assert!(!keeps(0.0, 0.0, unknown(DVec3::X)));
-        assert!(!keeps(0.0, 0.0, |guidance| guidance.contact_s = None));
-        assert!(!keeps(0.0, 0.0, |guidance| guidance.contact_s = Some(f64::NAN)));
+        assert!(keeps(0.0, unknown(DVec3::NEG_X)));
+        assert!(!keeps(0.0, unknown(DVec3::X)));
+        assert!(!keeps(0.0, |guidance| guidance.contact_s = None));
+        assert!(!keeps(0.0, |guidance| guidance.contact_s = Some(f64::NAN)));
     }
 }
