@@ -1,5 +1,7 @@
 //! Several people in one go, and what others read of them.
 
+use glam::DVec3;
+use hwall_hand::HandFrame;
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::participants::Participant;
@@ -7,6 +9,19 @@ use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople}
 use hwall_stage::report::{json, summary::Summary, tables};
 use hwall_stage::run::people::{self, PersonRun, Stage};
 use serde_json::Value;
+
+/// A hand that is first seen far from everything still has a predictor that was learnt from others.
+#[test]
+fn who_is_first_seen_out_of_reach_is_foreseen_all_the_same() {
+    let room = BuiltInRoom::new().unwrap();
+    let mut frame = HandFrame::empty(0.0);
+    (frame.palm_m, frame.head_m) = (Some(DVec3::splat(30.0)), Some(DVec3::splat(30.5)));
+    let people = TrainingPeople::tracked_as(&[frame]);
+    let fused = Some(PredictorKind::Fused);
+    let (predictors, said) = Predictors::train(&room.scene, &room.arm, &people, fused).unwrap();
+    assert_eq!(predictors.leader(), PredictorKind::Fused);
+    assert!(said.contains("stand elsewhere"), "{said}");
+}
 
 /// Fifteen touches by two people, judged together; then each alone, the second one first.
 #[test]

@@ -105,6 +105,19 @@ impl TrainingPeople {
             gaze: seen(&|f| f.gaze_ray().is_some()),
         }
     }
+
+    /// The same, standing where people do unless told otherwise.
+    fn standing_as_usual(&self) -> Self {
+        let usual = PersonConfig::default();
+        Self {
+            person: PersonConfig {
+                head_m: usual.head_m,
+                hand_rest_m: usual.hand_rest_m,
+                ..self.person
+            },
+            ..self.clone()
+        }
+    }
 }
 
 /// People to learn from, and touches of each.
@@ -173,10 +186,18 @@ impl Predictors {
         leader: Option<PredictorKind>,
     ) -> anyhow::Result<(Self, String)> {
         let began = Instant::now();
-        let (fused, leader, remark) = match fused(scene, arm, people) {
+        let (learnt, stood) = match fused(scene, arm, people) {
+            // From where a hand was first seen there may be nothing within reach; the person goes there later.
+            Err(error) => match fused(scene, arm, &people.standing_as_usual()) {
+                Ok(learnt) => (Ok(learnt), ", who stand elsewhere"),
+                Err(_) => (Err(error), ""),
+            },
+            learnt => (learnt, ""),
+        };
+        let (fused, leader, remark) = match learnt {
             Ok((fused, reaches)) => {
                 let remark = format!(
-                    "split: the fused predictor learnt from {reaches} simulated reaches of {PEOPLE} people of seed {SEED:#x}, none of whom is judged, in {:.1} s",
+                    "split: the fused predictor learnt from {reaches} simulated reaches of {PEOPLE} people of seed {SEED:#x}{stood}, none of whom is judged, in {:.1} s",
                     began.elapsed().as_secs_f64()
                 );
                 (Some(fused), leader.unwrap_or(PredictorKind::Fused), remark)

@@ -144,6 +144,14 @@ pub fn gaze_model<E: ContactEstimator>(
 /// # Errors
 /// Settings that a filter refuses.
 pub fn reaches(streams: &[Stream]) -> anyhow::Result<Vec<LabelledReach>> {
+    // Who has no fingertip tracked is learnt from by what there is of the hand.
+    let is_tracked = |point: &HandPoint| {
+        let mut frames = streams.iter().flat_map(|stream| &stream.frames);
+        frames.any(|frame| frame.point(*point).is_some())
+    };
+    let Some(point) = HandPoint::BY_CONTACT.into_iter().find(is_tracked) else {
+        return Ok(Vec::new());
+    };
     let mut all = Vec::new();
     for (person, stream) in streams.iter().enumerate() {
         let mut filters = Filters::new()?;
@@ -158,7 +166,7 @@ pub fn reaches(streams: &[Stream]) -> anyhow::Result<Vec<LabelledReach>> {
                 let reach = LabelledReach {
                     person: Some(person.to_string()),
                     trial: Some(all.len().to_string()),
-                    point: HandPoint::Index,
+                    point,
                     frames: so_far.clone(),
                     contact_m: touch.target_m,
                     contact_s: touch.contact_s,
