@@ -4,6 +4,7 @@ use crate::error::{BipError, length};
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check;
 use hwall_numeric::dense::{Matrix, Svd};
+use std::fmt;
 
 /// More functions than this are a mistake, and would take minutes to make orthonormal.
 const MAX_COUNT: usize = 1024;
@@ -56,6 +57,24 @@ pub enum Basis {
         /// Number of functions: the degree plus one.
         count: usize,
     },
+}
+
+/// In words: `9 normalized Gaussians of variance 0.015625`.
+impl fmt::Display for Basis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Gaussian { count, variance } => {
+                write!(f, "{count} Gaussians of variance {variance}")
+            }
+            Self::NormalizedGaussian { count, variance } => {
+                write!(f, "{count} normalized Gaussians of variance {variance}")
+            }
+            Self::Sigmoid { count, width } => write!(f, "{count} sigmoids of width {width}"),
+            Self::Polynomial { count } => write!(f, "{count} powers"),
+            Self::Legendre { count } => write!(f, "{count} Legendre polynomials"),
+            Self::Chebyshev { count } => write!(f, "{count} Chebyshev polynomials"),
+        }
+    }
 }
 
 impl Basis {

@@ -79,10 +79,7 @@ fn costs(setup: &Setup, trained: &TrainedModel, runs: &Runs) -> MarkdownTable {
     );
     row("state of the filter", state.to_string());
     for group in trained.model.groups() {
-        row(
-            &format!("basis of {}", group.name),
-            format!("{:?}", group.basis),
-        );
+        row(&format!("basis of {}", group.name), group.basis.to_string());
     }
     if let Some(t) = trained.model.tuning() {
         row(
@@ -206,7 +203,7 @@ pub fn write_json(
             .model
             .groups()
             .iter()
-            .map(|g| format!("{}: {:?}", g.name, g.basis))
+            .map(|g| format!("{}: {}", g.name, g.basis))
             .collect(),
         noise: setup.noise.to_string(),
         published: setup.trains_as_published(),
