@@ -320,3 +320,16 @@ fn moments_after_no_time_are_those_of_the_present() {
     assert!((filter.probability_ended(time.mean).unwrap() - 0.5).abs() < 1e-9);
     assert!(filter.probability_ended(10.0 * time.mean).unwrap() > 0.5);
 }
+
+#[test]
+fn families_are_told_in_words() {
+    let count = 9;
+    let normalized = Basis::NormalizedGaussian {
+        count,
+        variance: 0.015625,
+    };
+    let said = normalized.to_string();
+    assert_eq!(said, "9 normalized Gaussians of variance 0.015625");
+    let legendre = Basis::Legendre { count };
+    assert_eq!(legendre.to_string(), "9 Legendre polynomials");
+}
