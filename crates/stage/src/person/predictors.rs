@@ -401,10 +401,16 @@ pub fn streams_of(
 
 fn stream(scene: &Scene, hand: &TouchSequence, people: &TrainingPeople) -> anyhow::Result<Stream> {
     let count = (hand.duration_s() / TRACKER_S) as usize;
+    // Who is tracked without a fingertip touches with the point that stands for the contact.
+    let mut by_contact = HandPoint::BY_CONTACT.into_iter();
+    let touching = by_contact.find(|point| people.points.contains(point));
     let frames = (0..count)
         .map(|i| {
             let tracked = hand.tracked(i as f64 * TRACKER_S);
             let mut frame = tracked.limited_to(&people.points, people.gaze);
+            if let Some(touching) = touching {
+                frame.set_point(touching, tracked.point(HandPoint::Index));
+            }
             frame.head_m = frame.head_m.filter(|_| people.head);
             frame
         })
