@@ -490,6 +490,27 @@ fn a_motion_that_is_under_way_is_joined() {
     }
 }
 
+/// The room for motions under way was filled, step after step, with what branches off the others.
+#[test]
+fn an_ordinary_motion_has_few_hypotheses_from_its_third_sample_on() {
+    let model = model();
+    let mut sampler = Sampler::new(46);
+    for _ in 0..10 {
+        let g = goal(&mut sampler);
+        let seen = motion(&mut sampler, g, &evenly(100));
+        let mut bank = Bank::new(&model, &BankConfig::default()).unwrap();
+        for k in 0..20 {
+            step(&mut bank, seen.sample(k));
+            let (count, on_the_way) = (
+                bank.hypotheses().count(),
+                bank.hypotheses().filter(|h| h.phase > 0.3).count(),
+            );
+            assert!(k < 2 || count - on_the_way <= 16, "{k}: {count}");
+            assert!(k < 10 || count <= 8, "{k}: {count}");
+        }
+    }
+}
+
 /// A hand that appears away from the start and stays: no runaway, and a motion after it is seen.
 #[test]
 fn a_hand_frozen_away_from_the_start() {

@@ -115,6 +115,60 @@ fn refusing_is_not_listing() {
     assert_eq!(gate.covariance(), less.covariance());
 }
 
+/// Whether all values lie within the noise alone, so that no variance is asked for, or only within that of their prediction.
+#[test]
+fn a_gate_that_refuses_nothing_changes_no_bit() {
+    let model = model();
+    let mut sampler = Sampler::new(15);
+    let (mut within_noise, mut beyond) = (0, 0);
+    for (iterations, lasting) in [(1, 0.0), (3, 0.0), (1, 3.0)] {
+        let filter = |gate| {
+            let config = FilterConfig {
+                gate,
+                iterations,
+                correlation_time: Some(lasting),
+                phase: 0.4,
+                phase_variance: 0.01,
+                noise_factor: Some(4.0),
+                ..FilterConfig::default()
+            };
+            Filter::new(&model, &config).unwrap()
+        };
+        for _ in 0..40 {
+            let seen = motion(&mut sampler);
+            let (mut gate, mut open) = (
+                filter(Some(Gate {
+                    deviations: 12.0,
+                    ..Gate::default()
+                })),
+                filter(None),
+            );
+            for k in 30..45 {
+                gate.predict(1.0).unwrap();
+                open.predict(1.0).unwrap();
+                let (mut mean, mut variance) = ([0.0; DOFS], [0.0; DOFS]);
+                open.moments_at(open.phase(), &ALL, &mut mean, &mut variance)
+                    .unwrap();
+                let sure = ALL.iter().all(|&d| {
+                    let noise = open.noise_variance(d).unwrap();
+                    (seen.sample(k)[d] - mean[d]).powi(2) <= 144.0 * noise
+                });
+                within_noise += usize::from(sure);
+                beyond += usize::from(!sure);
+                let observation = Observation::new(&ALL, seen.sample(k));
+                let (a, b) = (gate.observe(&observation), open.observe(&observation));
+                assert_eq!(a.unwrap(), b.unwrap(), "{iterations}, {lasting}, {k}");
+            }
+            assert_eq!(gate.covariance(), open.covariance());
+            assert!(gate.coefficients().eq(open.coefficients()));
+        }
+    }
+    assert!(
+        within_noise > 1000 && beyond > 10,
+        "{within_noise}, {beyond}"
+    );
+}
+
 #[test]
 fn a_filter_that_refuses_everything_listens_again() {
     let model = model();

@@ -17,7 +17,7 @@ pub use surface::{OpeningRange, Surface, SurfaceId, SurfaceKind};
 // Questions and answers.
 pub use facet::{Facet, VERTICAL_TOLERANCE_RAD};
 pub use part::BuildQuality;
-pub use queries::{Closest, Hit};
+pub use queries::{Closest, Hit, Ray};
 
 // Reading.
 pub use error::SceneError;

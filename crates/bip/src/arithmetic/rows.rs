@@ -45,6 +45,10 @@ impl Rows {
         &mut self.a[tile * self.capacity + row]
     }
 
+    pub(crate) fn tile(&self, row: usize, tile: usize) -> &Tile {
+        &self.a[tile * self.capacity + row]
+    }
+
     /// Dot product of two rows of `width` tiles.
     pub(crate) fn dot(&self, i: usize, j: usize, width: usize) -> f64 {
         let mut sum: Tile = [0.0; LANES];

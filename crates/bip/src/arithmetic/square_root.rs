@@ -372,10 +372,14 @@ impl WithSimd for SolvingTransposed<'_> {
             for (y, row) in y.iter_mut().zip(here) {
                 *y = row[lane] * inverse;
             }
-            for (t, r) in (first..width).zip(r) {
-                let block = &mut rows.a[t * capacity..t * capacity + m];
-                for (row, y) in block.iter_mut().zip(y.iter()) {
-                    add_multiple::<S>(row, -y, r);
+            // Before any evidence the coefficients are independent: nothing to take off the others.
+            let mut beside = r.iter().flat_map(|tile| tile.0).skip(lane + 1);
+            if beside.any(|x| x != 0.0) {
+                for (t, r) in (first..width).zip(r) {
+                    let block = &mut rows.a[t * capacity..t * capacity + m];
+                    for (row, y) in block.iter_mut().zip(y.iter()) {
+                        add_multiple::<S>(row, -y, r);
+                    }
                 }
             }
             let here = &mut rows.a[first * capacity..first * capacity + m];

@@ -40,6 +40,32 @@ struct Candidate {
     weight: f64,
 }
 
+/// How many hypotheses are kept.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Room {
+    pub any: usize,
+    /// Beside them, of those that began on the way and have not branched since: one sample does not tell a place on the way
+    /// from another shape. What branches off them has no room of its own, or all of it would be full of that.
+    pub joining: usize,
+}
+
+impl Room {
+    pub(super) fn total(self) -> usize {
+        self.any.saturating_add(self.joining)
+    }
+
+    /// Gives a place away, if there is one.
+    fn take(&mut self, joins: bool) -> bool {
+        let places = match self.any {
+            0 if joins => &mut self.joining,
+            _ => &mut self.any,
+        };
+        let free = *places > 0;
+        *places -= usize::from(free);
+        free
+    }
+}
+
 /// All hypotheses, with scratch that is allocated once.
 #[derive(Debug)]
 pub(super) struct Hypotheses {
@@ -90,11 +116,11 @@ impl Hypotheses {
     }
 
     /// Lets every event happen in each hypothesis within a `share` of a motion, and keeps the most
-    /// probable hypotheses, at most `most`.
+    /// probable hypotheses, as many as there is room for.
     pub(super) fn branch(
         &mut self,
         share: f64,
-        most: usize,
+        room: Room,
         config: &BankConfig,
         components: &mut [ComponentFilter],
     ) {
@@ -102,8 +128,11 @@ impl Hypotheses {
         self.candidates
             .sort_unstable_by(|a, b| b.weight.total_cmp(&a.weight));
         let heaviest = self.candidates[0].weight;
-        self.candidates.truncate(most);
-        self.candidates.retain(|c| c.weight > NEGLIGIBLE * heaviest);
+        let (list, mut left) = (&self.list, room);
+        self.candidates.retain(|c| {
+            let joins = c.event == Event::None && list[c.from].joins;
+            c.weight > NEGLIGIBLE * heaviest && left.take(joins)
+        });
         let parents = self.list.len();
         for h in &mut self.list {
             h.weight = 0.0;

@@ -31,7 +31,7 @@ pub struct BankConfig {
     /// such moments is taken for another shape of the motion, and that is not forgotten.
     pub branching: f64,
     /// Most hypotheses kept. Default 8; the time of a step grows in proportion. In the first tenth
-    /// of a motion two for each component are kept, if that is more, and eighteen for a motion under way.
+    /// of a motion two for each component are kept, if that is more, and up to eighteen beside them that began on the way.
     pub hypotheses: usize,
 }
 

@@ -1,6 +1,6 @@
 //! The bank: hypotheses, weighted by how well they predict.
 
-use super::branching::{CHANGE_OF_SPEED, Hypotheses};
+use super::branching::{CHANGE_OF_SPEED, Hypotheses, Room};
 use super::component::{Component, ComponentFilter, total_probability};
 use super::config::BankConfig;
 use super::hypothesis::{Hypothesis, HypothesisView, Mode};
@@ -17,8 +17,7 @@ const UNDER_WAY: [f64; 18] = [
 /// Close enough for one linearisation: from a tenth of a motion away the shape takes the blame for the phase.
 const UNDER_WAY_VARIANCE: f64 = 0.000_625;
 
-/// Share of a motion in which two hypotheses for each component have room, and those of a motion under way: one sample does not
-/// tell a place on the way from another shape.
+/// Share of a motion in which two hypotheses for each component have room, and those of a motion under way.
 const SETTLING: f64 = 0.1;
 
 /// An estimate as a mixture over components of the prior and over what the person is doing.
@@ -81,7 +80,7 @@ impl Bank {
         }
         let dofs = components[0].model.dofs();
         Ok(Self {
-            hypotheses: Hypotheses::new(list, &filters, most(config, filters.len(), 0.0)),
+            hypotheses: Hypotheses::new(list, &filters, room(config, filters.len(), 0.0).total()),
             components: filters,
             config: config.clone(),
             moments: [vec![0.0; dofs * dofs], vec![0.0; dofs * dofs]],
@@ -115,10 +114,10 @@ impl Bank {
             self.elapsed += dt * mean;
         }
         if self.weighed && self.since_branching >= self.config.branching {
-            let most = most(&self.config, self.components.len(), self.elapsed);
+            let room = room(&self.config, self.components.len(), self.elapsed);
             let (share, components) = (self.since_branching, &mut self.components);
             self.hypotheses
-                .branch(share, most, &self.config, components);
+                .branch(share, room, &self.config, components);
             self.since_branching = 0.0;
             self.weighed = false;
         }
@@ -235,17 +234,18 @@ fn change_of_speed(velocity: f64) -> f64 {
     velocity.powi(2) / CHANGE_OF_SPEED
 }
 
-/// Most hypotheses after a share of a motion.
-fn most(config: &BankConfig, components: usize, elapsed: f64) -> usize {
+/// How many hypotheses are kept after a share of a motion.
+fn room(config: &BankConfig, components: usize, elapsed: f64) -> Room {
     if elapsed < SETTLING {
-        let under_way = if config.under_way > 0.0 {
-            UNDER_WAY.len()
-        } else {
-            0
-        };
-        config.hypotheses.max(2 * components) + under_way
+        Room {
+            any: config.hypotheses.max(2 * components),
+            joining: UNDER_WAY.len(),
+        }
     } else {
-        config.hypotheses
+        Room {
+            any: config.hypotheses,
+            joining: 0,
+        }
     }
 }
 
@@ -259,18 +259,21 @@ fn add_first_hypotheses(
     split_velocity: bool,
 ) -> Result<(), BipError> {
     let prior = component.filter.posterior();
-    let mut add = |posterior, share: f64, mode| {
+    let mut add = |posterior, share: f64, mode, joins| {
         let weight = component.probability * share;
         if weight > 0.0 {
-            list.push(Hypothesis::new(posterior, weight, mode, at));
+            list.push(Hypothesis {
+                joins,
+                ..Hypothesis::new(posterior, weight, mode, at)
+            });
         }
     };
     for part in velocity_parts(component.velocity, split_velocity) {
         let mut moving = prior.clone();
         moving.redraw_velocity(part.velocity);
-        add(moving, part.share * config.begins(), Mode::Moving);
+        add(moving, part.share * config.begins(), Mode::Moving, false);
     }
-    add(prior.clone(), config.not_begun, Mode::Resting);
+    add(prior.clone(), config.not_begun, Mode::Resting, false);
     for phase in UNDER_WAY {
         let under_way = FilterConfig {
             phase,
@@ -279,7 +282,7 @@ fn add_first_hypotheses(
         };
         let filter = Filter::new(model, &under_way)?;
         let share = config.under_way / UNDER_WAY.len() as f64;
-        add(filter.posterior().clone(), share, Mode::Moving);
+        add(filter.posterior().clone(), share, Mode::Moving, true);
     }
     Ok(())
 }

@@ -37,6 +37,8 @@ pub(super) struct Hypothesis {
     pub score: f64,
     pub mode: Mode,
     pub component: usize,
+    /// Began on the way, at a motion that may have been under way at the start.
+    pub joins: bool,
 }
 
 impl Hypothesis {
@@ -47,6 +49,7 @@ impl Hypothesis {
             score: 0.0,
             mode,
             component,
+            joins: false,
         }
     }
 

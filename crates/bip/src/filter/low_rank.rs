@@ -4,7 +4,7 @@ use super::config::{FilterConfig, Gate};
 use super::health::Health;
 use super::noise::NoiseModel;
 use super::posterior::{PHASE_STATES, PhaseDynamics, Posterior};
-use super::projector::Projector;
+use super::projector::{Predicted, Projector};
 use crate::arithmetic::{LANES, Rows, SquareRoot, Tile, tiles};
 use crate::error::{BipError, length};
 use crate::model::Model;
@@ -13,6 +13,9 @@ use crate::model::Model;
 #[derive(Debug, Clone)]
 pub(super) struct Scratch {
     pub rows: Rows,
+    /// Rows of all values at the state, before they are scaled, and what they predict; for the gate.
+    pub plain: Rows,
+    pub predicted: Vec<Predicted>,
     pub root: SquareRoot,
     pub column: Vec<f64>,
     pub z: Vec<f64>,
@@ -67,6 +70,8 @@ impl Filter {
             scratch: Scratch {
                 // Two at least, for the phase and its velocity.
                 rows: Rows::new(size, dofs.max(2)),
+                plain: Rows::new(size, dofs),
+                predicted: vec![Predicted::default(); dofs],
                 root: posterior.root.clone(),
                 column: vec![0.0; 2 * dofs.max(2)],
                 z: vec![0.0; size],

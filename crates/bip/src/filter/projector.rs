@@ -7,7 +7,7 @@ use hwall_numeric::dense::dot;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Prediction of one degree of freedom at one phase, and its derivative by phase.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Predicted {
     pub value: f64,
     pub slope: f64,

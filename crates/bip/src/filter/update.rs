@@ -112,7 +112,12 @@ impl Filter {
         let rows = &mut scratch.rows;
         let m = scratch.kept.len();
         rows.reset(m);
-        self.projector.set_phase(phase);
+        let at_state = scratch.point == *state;
+        // The gate has looked at the same rows.
+        let known = at_state && self.gate.is_some();
+        if !known {
+            self.projector.set_phase(phase);
+        }
         let mut log_sd = 0.0;
         let moved = scratch.point[0][0] - state[0][0];
         for (i, &at) in scratch.kept.iter().enumerate() {
@@ -125,10 +130,17 @@ impl Filter {
             let scale = 1.0 / sd;
             // The prediction is linear in the coefficients: only the slope and the value that
             // belongs to the phase come from the point, the coefficients may stay at the state.
-            let predicted = self.projector.row(d, state, |t, h| {
-                *rows.tile_mut(i, t) = h.map(|x| x * scale);
-            });
-            let slope = if scratch.point == *state {
+            let predicted = if known {
+                for t in 0..state.len() {
+                    *rows.tile_mut(i, t) = scratch.plain.tile(at, t).map(|x| x * scale);
+                }
+                scratch.predicted[at]
+            } else {
+                self.projector.row(d, state, |t, h| {
+                    *rows.tile_mut(i, t) = h.map(|x| x * scale);
+                })
+            };
+            let slope = if at_state {
                 predicted.slope
             } else {
                 self.projector.row(d, &scratch.point, |_, _| ()).slope
@@ -208,12 +220,35 @@ impl Filter {
         let phase = fixed.unwrap_or(self.phase());
         self.projector.set_phase(phase);
         let scratch = &mut self.scratch;
+        let noise_variance = |at: usize| match observation.noise {
+            Noise::Model => self.noise.sd[observation.dofs[at]].powi(2),
+            Noise::Variances(v) => v[at],
+            Noise::Covariance(c) => c[at * observation.dofs.len() + at],
+        };
+        let limit = gate.deviations.powi(2);
+        let mut within = true;
+        for (at, (&d, y)) in observation.dofs.iter().zip(observation.values).enumerate() {
+            let plain = &mut scratch.plain;
+            let predicted = self.projector.row(d, &self.posterior.mean, |t, tile| {
+                *plain.tile_mut(at, t) = tile;
+            });
+            scratch.predicted[at] = predicted;
+            // That of the prediction only adds to the variance.
+            within &= (y - predicted.value).powi(2) <= limit * noise_variance(at);
+        }
+        if within {
+            if observation.dofs.is_empty() {
+                refused.in_a_row = self.posterior.refused;
+            }
+            return Ok(refused);
+        }
         let rows = &mut scratch.rows;
         rows.reset(observation.dofs.len());
-        for (at, (&d, y)) in observation.dofs.iter().zip(observation.values).enumerate() {
-            let predicted = self.projector.row(d, &self.posterior.mean, |t, tile| {
-                *rows.tile_mut(at, t) = tile
-            });
+        for (at, y) in observation.values.iter().enumerate() {
+            for t in 0..self.posterior.mean.len() {
+                *rows.tile_mut(at, t) = *scratch.plain.tile(at, t);
+            }
+            let predicted = scratch.predicted[at];
             if fixed.is_none() {
                 rows.set(at, 0, predicted.slope);
             }
@@ -223,15 +258,9 @@ impl Filter {
             .root
             .solve_transposed(rows, 0, &mut scratch.column);
         scratch.kept.clear();
-        for (at, &d) in observation.dofs.iter().enumerate() {
-            let variance = rows.dot(at, at, self.posterior.mean.len())
-                + match observation.noise {
-                    Noise::Model => self.noise.sd[d].powi(2),
-                    Noise::Variances(v) => v[at],
-                    Noise::Covariance(c) => c[at * observation.dofs.len() + at],
-                };
+        for at in 0..observation.dofs.len() {
+            let variance = rows.dot(at, at, self.posterior.mean.len()) + noise_variance(at);
             let away = rows.e[at].powi(2);
-            let limit = gate.deviations.powi(2);
             if away <= limit * variance {
                 scratch.kept.push(at);
             } else if away.is_finite() {
@@ -262,6 +291,10 @@ impl Filter {
     fn fold(&mut self, m: usize, phase: f64) -> Result<Update, BipError> {
         let scratch = &mut self.scratch;
         scratch.root.copy_from(&self.posterior.root);
+        if m == 0 {
+            scratch.padded.as_flattened_mut().fill(0.0);
+            return Ok(Update::NOTHING);
+        }
         scratch.z.fill(0.0);
         let fold = scratch
             .root

@@ -16,6 +16,9 @@ const BALLS: usize = 60;
 /// Builds are repeated this often; the median counts.
 const BUILDS: usize = 3;
 
+/// Calls of which the median counts.
+const TOGETHER: usize = 30;
+
 /// Triangle tests that brute force may take, which limits the rays and points compared.
 const BRUTE: usize = 100_000_000;
 
@@ -48,6 +51,8 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
         "on one surface",
         "rays elsewhere",
         "largest error",
+        "coherent together",
+        "incoherent together",
     ]);
     let mut quoted = Vec::new();
     let names = [
@@ -73,6 +78,7 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
             let cast = |rays: &[Ray], i: usize| scene.ray_cast(rays[i % n].0, rays[i % n].1);
             let along = batches(|i| cast(&coherent, i));
             let across = batches(|i| cast(&incoherent, i));
+            let together = |rays: &[Ray]| together_m_per_s(&scene, rays);
             let near = batches(|i| scene.closest_point(incoherent[i % n].0, f64::INFINITY));
             let on_one = time_batches(200, 100, |i| {
                 scene.project_on(SurfaceId(i % surfaces), incoherent[i % n].0)
@@ -94,6 +100,8 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
                 format_ns(on_one.median_ns),
                 format!("{} of {}", errors.elsewhere, oracle.rays.len()),
                 format_error(errors.largest_m, "m"),
+                together(&coherent)?,
+                together(&incoherent)?,
             ]);
             if quality != BuildQuality::default() {
                 continue;
@@ -126,7 +134,7 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
             "### Ray casts and closest points, by the quality of the hierarchy\n\n\
              The built-in room with {BALLS} bumpy balls (or the scene given), {n} rays. Coherent: a camera that \
              sweeps the scene; incoherent: between random points of its box, which are the points of the closest-point \
-             queries too. Elsewhere: other than brute force over all triangles in f64 in hit, miss or, by more than \
+             queries too; together: all in one call of `ray_casts`, whose hits are the same. Elsewhere: other than brute force over all triangles in f64 in hit, miss or, by more than \
              {ELSEWHERE_M:.0e} m, in distance. Largest error: of the distances of the other rays and of \
              closest points. A query asks for one \
              surface after the other in \"on one surface\".\n\n{table}"
@@ -134,6 +142,28 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
         figure: (scenes.len() > 1)
             .then(|| Figure::scaling("rays.svg", title, "triangles", lines.to_vec())),
     })
+}
+
+/// Millions of rays a second, all in one call.
+fn together_m_per_s(scene: &Scene, rays: &[Ray]) -> anyhow::Result<String> {
+    let rays: Vec<_> = rays
+        .iter()
+        .map(|&(origin_m, direction)| hwall_scene::Ray {
+            origin_m,
+            direction,
+        })
+        .collect();
+    let mut hits = Vec::new();
+    scene.ray_casts(&rays, &mut hits)?;
+    for (ray, hit) in rays.iter().zip(&hits) {
+        let alone = scene.ray_cast(ray.origin_m, ray.direction)?;
+        anyhow::ensure!(alone == *hit, "{ray:?} meets {hit:?}, alone {alone:?}");
+    }
+    let timing = time_each(TOGETHER, |_| scene.ray_casts(&rays, &mut hits));
+    Ok(format!(
+        "{:.2} M/s",
+        1e3 * rays.len() as f64 / timing.median_ns
+    ))
 }
 
 /// The answers of brute force, computed once a scene.

@@ -5,6 +5,7 @@ mod even_tree;
 mod machine;
 mod rigid_part;
 mod sliver;
+mod together;
 mod tree;
 pub(crate) mod triangle;
 

@@ -6,6 +6,7 @@
 
 use super::block::LANES;
 use super::machine::{self, Machine, Task};
+use super::together::{STACK, Together, WORTHWHILE};
 use super::tree::{BoxRay, BuildQuality, PADDING, Tree};
 use super::triangle::{self, Triangle, WatertightRay};
 use glam::DVec3;
@@ -57,9 +58,9 @@ pub(crate) struct Part {
     faces: Vec<Face>,
     /// By surface: its bit in the hierarchy, zero for surfaces of other parts.
     bits: Vec<u64>,
-    tree: Tree,
+    pub(super) tree: Tree,
     unit_m: f64,
-    per_unit: f64,
+    pub(super) per_unit: f64,
     half_extent_m: DVec3,
 }
 
@@ -164,8 +165,7 @@ impl Part {
             bound(best_m),
             #[inline(always)]
             |first, max| {
-                // What follows the triangles of a leaf is met, too, or not: no hit of it is wrong.
-                let four = self.faces.get(first..).and_then(<[Face]>::first_chunk);
+                let four = self.leaf(first);
                 let least_m = -clipped.skipped_m;
                 let met = four.and_then(
                     #[inline(always)]
@@ -194,9 +194,45 @@ impl Part {
         })
     }
 
+    /// A leaf, from its first triangle on. What follows its triangles is met, too, or not: no hit of it is wrong.
+    #[inline(always)]
+    pub(super) fn leaf(&self, first: usize) -> Option<&[Face; LANES]> {
+        self.faces.get(first..).and_then(<[Face]>::first_chunk)
+    }
+
+    /// Up to where boxes matter for hits nearer than this.
+    #[inline(always)]
+    pub(super) fn bound(&self, distance_m: f64) -> f32 {
+        (distance_m * self.per_unit) as f32 + DISTANCE_SLACK
+    }
+
+    /// The nearest hits of many rays. `rays` tells each and where it ends, `found` is told of those that meet something.
+    pub(crate) fn ray_casts(
+        &self,
+        count: usize,
+        rays: impl Fn(usize) -> (PartRay, f64),
+        mut found: impl FnMut(usize, PartHit),
+    ) {
+        if count >= WORTHWHILE && self.tree.stack() <= STACK {
+            machine::run(Together {
+                part: self,
+                count,
+                rays,
+                found,
+            });
+            return;
+        }
+        for ray in 0..count {
+            let (part_ray, max_m) = rays(ray);
+            if let Some(hit) = self.ray_cast(&part_ray, max_m) {
+                found(ray, hit);
+            }
+        }
+    }
+
     /// Moves the start of the ray to just before the box of the part, in f64, so that single
     /// precision never sees a large number. `None` when the ray misses the box.
-    fn clip(&self, ray: &PartRay, max_m: f64) -> Option<Clipped> {
+    pub(super) fn clip(&self, ray: &PartRay, max_m: f64) -> Option<Clipped> {
         let slack_m = f64::from(DISTANCE_SLACK) * self.unit_m;
         let half = self.half_extent_m + DVec3::splat(slack_m);
         let inverse = ray.direction.recip();
@@ -322,11 +358,11 @@ fn surface_bits(faces: &[Face]) -> Vec<u64> {
 }
 
 /// A ray from where it enters the box of the part.
-struct Clipped {
-    start_m: DVec3,
+pub(super) struct Clipped {
+    pub(super) start_m: DVec3,
     /// Of each component of the direction.
-    inverse: DVec3,
-    skipped_m: f64,
+    pub(super) inverse: DVec3,
+    pub(super) skipped_m: f64,
 }
 
 /// The closest point so far.
@@ -431,6 +467,7 @@ mod tests {
         let (part, _) = Part::build(faces(&mut sampler), BuildQuality::Balanced);
         let faces = part.faces();
         let (mut hits, mut edges) = (0, 0);
+        let (mut rays, mut alone) = (Vec::new(), Vec::new());
         for _ in 0..100_000 {
             let [a, b, c] = faces[sampler.index(faces.len())].corners_m;
             let target = match sampler.index(5) {
@@ -457,6 +494,8 @@ mod tests {
             let portable = part.hit::<false, _>(Portable, &ray, f64::INFINITY);
             let parts = |hit: PartHit| (hit.triangle, hit.point_m, hit.distance_m);
             assert_eq!(found.map(parts), portable.map(parts), "{ray:?}");
+            rays.push(ray);
+            alone.push(found.map(parts));
             let nearest = part.clip(&ray, f64::INFINITY).and_then(|clipped| {
                 let exact = WatertightRay::new(clipped.start_m, direction, clipped.inverse);
                 let distances = faces.iter().enumerate().filter_map(|(i, face)| {
@@ -479,5 +518,22 @@ mod tests {
             }
         }
         assert!(hits > 60_000 && edges < hits / 2, "{hits}, {edges}");
+        for portable in [false, true] {
+            let mut together = vec![None; rays.len()];
+            let task = Together {
+                part: &part,
+                count: rays.len(),
+                rays: |i: usize| (rays[i], f64::INFINITY),
+                found: |i: usize, hit: PartHit| {
+                    together[i] = Some((hit.triangle, hit.point_m, hit.distance_m));
+                },
+            };
+            if portable {
+                task.run(Portable);
+            } else {
+                machine::run(task);
+            }
+            assert!(together == alone, "portable {portable}");
+        }
     }
 }

@@ -6,7 +6,7 @@
 
 use super::block::LANES;
 use super::even_tree;
-use super::machine::{Keys, LEFT_OUT, Machine, distance, key};
+use super::machine::{Keys, LEFT_OUT, Machine, Next, distance, key};
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -78,6 +78,12 @@ fn leaf(triangles: Range<usize>) -> u32 {
 fn triangles_of(leaf: u32) -> Range<usize> {
     let first = (leaf & ((1 << COUNT_SHIFT) - 1)) as usize;
     first..first + ((leaf & !LEAF) >> COUNT_SHIFT) as usize + 1
+}
+
+/// A leaf, not a node?
+#[inline(always)]
+pub(super) fn is_leaf(child: u32) -> bool {
+    child & LEAF != 0
 }
 
 impl Node {
@@ -167,6 +173,24 @@ impl Tree {
     /// Bytes on the heap.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.nodes) + size_of_val(&*self.surfaces)
+    }
+
+    /// No traversal holds more open children.
+    pub(super) fn stack(&self) -> usize {
+        self.stack
+    }
+
+    /// The children of a node that a ray meets at a distance up to `max`.
+    #[inline(always)]
+    pub(super) fn open<M: Machine>(&self, machine: M, ray: &BoxRay, node: u32, max: f32) -> Next {
+        let node = &self.nodes[node as usize];
+        machine.next(machine.along(ray, node, max), &node.children)
+    }
+
+    /// The first triangle of a leaf.
+    #[inline(always)]
+    pub(super) fn first_of(&self, leaf: u32) -> usize {
+        triangles_of(leaf).start
     }
 
     /// Calls `leaf` with the first triangle of the leaves that a ray meets at a distance up to `max`,
@@ -349,7 +373,7 @@ fn upwards(within_squared: f64, offset: f64) -> f32 {
 }
 
 /// A ray prepared for boxes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct BoxRay {
     pub(super) origin: [f32; 3],
     pub(super) inverse: [f32; 3],

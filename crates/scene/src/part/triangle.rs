@@ -145,7 +145,7 @@ fn weights(p: DVec3, &[a, b, c]: &Triangle) -> [f64; 3] {
 /// Space is sheared so that the ray becomes the z axis; a triangle is hit when its three
 /// edge functions agree in sign there. Two triangles that share an edge compute the very
 /// same products for it, so the ray cannot pass between them, whatever the rounding.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct WatertightRay {
     /// Largest component of the direction last, the other two before it in cyclic order.
     axes: [usize; 3],
