@@ -5,6 +5,7 @@ mod account;
 mod blend;
 mod config;
 mod estimator;
+mod held_out;
 #[cfg(feature = "serde")]
 mod input_file;
 mod model;
@@ -22,4 +23,5 @@ mod tree_file;
 pub use account::{Account, InputUse, StageAccount};
 pub use config::{Combination, Frame, LearnedConfig};
 pub use estimator::LearnedEstimator;
+pub use held_out::{HeldOutEstimator, HeldOutReach};
 pub use model::LearnedModel;

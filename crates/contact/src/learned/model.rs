@@ -8,6 +8,7 @@ use super::blend::sources::{SOURCES, Source, of_combination};
 use super::blend::training::{Evidence, Witness};
 use super::config::{Combination, Frame, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
+use super::held_out::{HeldOutReach, held_out_reaches};
 use super::paces::at_another_pace;
 use super::primitive_training;
 use super::reach_track::Inputs;
@@ -50,6 +51,18 @@ impl LearnedModel {
         reaches: &[R],
         config: &LearnedConfig,
     ) -> Result<Self, ContactError> {
+        Self::train_and_hold_out(reaches, config).map(|(model, _)| model)
+    }
+
+    /// The same, with what the model would have said of each reach without its fold, in the order of the reaches: from these
+    /// errors others learn that build on the model, as [`RegionModel::fit_streams`](crate::RegionModel::fit_streams).
+    ///
+    /// # Errors
+    /// As [`train`](Self::train).
+    pub fn train_and_hold_out<R: Borrow<LabelledReach>>(
+        reaches: &[R],
+        config: &LearnedConfig,
+    ) -> Result<(Self, Vec<HeldOutReach>), ContactError> {
         let reaches = &references(reaches)[..];
         config.validate()?;
         if reaches.len() < FEWEST {
@@ -131,10 +144,11 @@ impl LearnedModel {
                 })
                 .collect(),
         };
-        let blend = Blend::of(&evidence);
+        let (blend, points_m) = Blend::of(&evidence);
+        let held_out = held_out_reaches(&evidence, &blend, &points_m, made);
         let account = Account::of(&evidence, &blend, &inputs, &fitted);
         let [room, start] = fitted;
-        Ok(Self {
+        let model = Self {
             learnt: Arc::new(Learnt {
                 origin: origin(made),
                 inputs,
@@ -150,7 +164,8 @@ impl LearnedModel {
                 frame: config.frame,
                 account,
             }),
-        })
+        };
+        Ok((model, held_out))
     }
 
     /// Number of reaches it was learnt from.
