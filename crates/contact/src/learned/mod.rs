@@ -2,6 +2,7 @@
 //! their errors on reaches that were held out.
 
 mod account;
+mod alone;
 mod blend;
 mod config;
 mod estimator;

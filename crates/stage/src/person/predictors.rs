@@ -329,14 +329,12 @@ pub fn fused(
         other_pace: Some(OTHER_PACE),
         ..LearnedConfig::default()
     };
-    let (model, held_out) = LearnedModel::train_and_hold_out(&reaches, &config)?;
+    let model = LearnedModel::train(&reaches, &config)?;
     let gaze = training::gaze_model(&streams, |_| model.estimator())?;
-    let mut config = FusedConfig {
+    let config = FusedConfig {
         gaze,
         ..FusedConfig::default()
     };
-    let held_out = (&reaches[..], &held_out[..]);
-    config.regions = Some(training::region_model(scene, &streams, held_out, &config)?);
     Ok((
         FusedPredictor::new(model.estimator(), config)?,
         reaches.len(),

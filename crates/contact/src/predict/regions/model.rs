@@ -15,6 +15,9 @@ const OFFSET_M: f64 = 5e-3;
 /// most errors are about what is stated, and near the end the allowance for the registration of the tracker is most of the
 /// covariance, whether or not the tracker is off. The way left tells the moments of a reach apart better than the time left,
 /// which is itself an estimate.
+///
+/// Learn it from a tracker that is registered as the one in use: near the end the error of registration is most of all errors. Where
+/// people are simulated, without such an error, and a real tracker follows, normal regions are the honest ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RegionModel {
     /// Logarithms of the squared distances, by the way left.
