@@ -454,15 +454,19 @@ fn groupings_at_their_limits() {
 #[test]
 fn a_motion_that_is_under_way_is_joined() {
     let model = model();
-    // With the noise of the fit alone, fifteen times below what a linearised phase is off, some are lost.
+    // With the noise of the fit alone, fifteen times below what a linearised phase is off, a phase that is wrong by a few percent is
+    // ruled out by the first samples, and with it the hypotheses next to the true one. Early that costs no motion; where the hand is
+    // fastest it costs some: over four seeds 0, 0, 11, 34 and 16 of 320, joined at 10 to 50 %. More than so many joining places
+    // or a wider start would hide that the noise is too small; who joins late states a wider one, and then none is lost.
+    let none = [0; 5];
     let cases = [
-        ("wide", config(), 0, 0.0),
-        ("wide after a wait", config(), 0, 0.2),
-        ("fit", BankConfig::default(), 6, 0.0),
+        ("wide", config(), none, 0.0),
+        ("wide after a wait", config(), none, 0.2),
+        ("fit", BankConfig::default(), [0, 0, 4, 6, 6], 0.0),
     ];
     for (name, config, lost, wait) in cases {
         let mut sampler = Sampler::new(410);
-        for late in [10, 20, 30, 40, 50] {
+        for (late, lost) in [10, 20, 30, 40, 50].into_iter().zip(lost) {
             let (mut missed, mut within) = (0, 0);
             for _ in 0..80 {
                 let g = goal(&mut sampler);

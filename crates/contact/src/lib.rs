@@ -21,11 +21,15 @@ pub use hwall_bip;
 pub use hwall_hand;
 pub use hwall_numeric::ArgumentError;
 pub use hwall_scene;
-pub use learned::{Account, Combination, Frame, LearnedConfig, LearnedEstimator, LearnedModel};
+pub use learned::{
+    Account, Combination, Frame, HeldOutEstimator, HeldOutReach, LearnedConfig, LearnedEstimator,
+    LearnedModel,
+};
 pub use predict::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Experience, FusedConfig,
     FusedPredictor, GazeModel, LabelledStream, LookShares, LookTable, PredictionSource, Predictor,
-    PredictorInput, RayLead, ReachBeginning, ReachPhase, RestingHand, SteadyPoint, StreamContact,
-    StreamEstimator, StreamFilters, TargetLook, TargetShares,
+    PredictorInput, REGION_SHARES, RayLead, ReachBeginning, ReachPhase, RegionModel, RegionSizes,
+    RestingHand, SteadyPoint, StreamContact, StreamEstimator, StreamFilters, TargetLook,
+    TargetShares,
 };
 pub use registration::{MeasuredTouch, RegistrationConfig, RegistrationEstimator, TouchVerdict};

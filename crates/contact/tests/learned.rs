@@ -130,17 +130,26 @@ fn regions_of_ninety_percent_hold_about_ninety_percent() {
 #[test]
 fn what_is_sure_along_the_normal_of_a_wall_is_said_to_be() {
     let model = model(Combination::Both);
-    let test = &reaches(13, 1, 1)[0];
-    let seen = &test.frames[..test.frames.len() / 2];
-    let last = *follow(&mut model.estimator(), seen)
-        .last()
-        .expect("tracked");
-    let covariance = last.covariance_m2.expect("learnt");
-    // All contacts lie on x = 0. The weights of the sources are those of four people, so even that is not quite sure.
-    let least_sure = covariance.y_axis.y.max(covariance.z_axis.z);
-    assert!(covariance.x_axis.x < 0.25 * least_sure, "{covariance}");
-    let held = last.distance_squared(test.contact_m).expect("learnt");
-    assert!(held < 20.0, "{held}");
+    let (mut across, mut off, mut least_sure, mut held) = (0.0, 0.0, 0.0, 0.0);
+    let tests = reaches(13, 10, 4);
+    for test in &tests {
+        let seen = &test.frames[..test.frames.len() / 2];
+        let estimates = follow(&mut model.estimator(), seen);
+        let last = estimates.last().expect("tracked");
+        let covariance = last.covariance_m2.expect("learnt");
+        across += covariance.x_axis.x;
+        off += last.point_m.x.powi(2);
+        least_sure += covariance.y_axis.y.max(covariance.z_axis.z);
+        held += f64::from(last.distance_squared(test.contact_m).expect("learnt") <= 6.251);
+    }
+    // All contacts lie on x = 0, half way estimates are off it by 6 mm (rms) and say 11 mm, and along the wall they say 29 mm. They do
+    // not say less across because one shape holds for all reaches, along the way of each: ways that are at up to 35 degrees to the
+    // normal turn some of what is unsure along the wall into it. Axes of the room would say less across the wall, and are chosen
+    // where they make all held-out contacts more probable; here they do not.
+    assert!(across < 0.18 * least_sure, "{across} of {least_sure}");
+    assert!(across > off && across < 4.5 * off, "{across} for {off}");
+    let held = held / tests.len() as f64;
+    assert!((0.8..=0.98).contains(&held), "{held}");
 }
 
 #[test]

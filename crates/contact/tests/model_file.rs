@@ -159,7 +159,7 @@ fn each_damage_has_its_error() {
             r#"{{"format": "{expected}", "version": 9, "x": 1}}"#
         )),
         E::File(F::Version {
-            newest: 4,
+            newest: 5,
             found: 9
         })
     );

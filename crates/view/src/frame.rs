@@ -10,9 +10,6 @@ use hwall::hand::HandFrame;
 use hwall::haptics::{ArmState, surface_axes};
 use hwall::kinematics::JointPositions;
 
-/// The 90 % quantile of chi squared with two degrees of freedom: the region in the plane of a surface.
-const NINETY_PERCENT: f64 = 4.605;
-
 /// Where the hand is foreseen to touch, base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewPrediction {
@@ -36,16 +33,18 @@ impl ViewPrediction {
             point_m: contact.point_m,
             normal: contact.normal,
             surface: u32::try_from(contact.surface.0).ok(),
-            region_m: contact
-                .covariance_m2
-                .and_then(|covariance| region_m(&covariance, contact.normal)),
+            region_m: contact.covariance_m2.and_then(|covariance| {
+                let [.., ninety] = contact.regions.squared();
+                region_m(&covariance, contact.normal, ninety)
+            }),
             contact_s: contact.time_to_contact_s.map(|time| time.mean_s),
         }
     }
 }
 
-/// Half axes of the 90 % ellipse of a covariance (m²) within the plane of a normal, m.
-fn region_m(covariance_m2: &DMat3, normal: DVec3) -> Option<[DVec3; 2]> {
+/// Half axes of the ellipse within the plane of a normal of what lies within the square root of `ninety` standard deviations, m, of a
+/// covariance, m².
+fn region_m(covariance_m2: &DMat3, normal: DVec3, ninety: f64) -> Option<[DVec3; 2]> {
     let [x, y] = surface_axes(normal).ok()?;
     let (a, b, c) = (
         x.dot(*covariance_m2 * x),
@@ -55,7 +54,7 @@ fn region_m(covariance_m2: &DMat3, normal: DVec3) -> Option<[DVec3; 2]> {
     // Eigenvalues of [[a, b], [b, c]] and the angle of the first axis.
     let (mean, half) = (0.5 * (a + c), (0.5 * (a - c)).hypot(b));
     let (sin, cos) = (0.5 * (2.0 * b).atan2(a - c)).sin_cos();
-    let length_m = |variance_m2: f64| (NINETY_PERCENT * variance_m2.max(0.0)).sqrt();
+    let length_m = |variance_m2: f64| (ninety * variance_m2.max(0.0)).sqrt();
     let axes_m = [
         (x * cos + y * sin) * length_m(mean + half),
         (y * cos - x * sin) * length_m(mean - half),

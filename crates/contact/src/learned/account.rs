@@ -6,6 +6,7 @@ use super::blend::sources::{SOURCES, Source};
 use super::blend::training::Evidence;
 use super::reach_track::{BlockKind, Inputs};
 use super::regression::local_ridge::Fitted;
+use hwall_hand::NamedPoint;
 use std::fmt;
 
 /// Stages of the time left for which errors are told, s; the last has no end.
@@ -50,7 +51,21 @@ pub struct StageAccount {
     pub places: f64,
 }
 
+/// A point is relied on where the regression uses it in more than this share of the regions.
+const RELIED_ON: f64 = 0.25;
+
 impl Account {
+    /// Is this point, or the head (`None`), relied on?
+    pub(super) fn relies_on(&self, point: Option<NamedPoint>) -> bool {
+        let names = match point {
+            Some(p) => [BlockKind::Place(p), BlockKind::Motion(p)].map(name),
+            None => [BlockKind::HeadPlace, BlockKind::HeadMotion].map(name),
+        };
+        let relied = |input: &InputUse| input.used.iter().any(|share| *share > RELIED_ON);
+        let mut inputs = self.inputs.iter().filter(|i| names.contains(&i.name));
+        inputs.any(relied)
+    }
+
     pub(super) fn of(
         evidence: &Evidence,
         blend: &Blend,

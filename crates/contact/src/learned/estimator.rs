@@ -14,11 +14,14 @@ use super::regression::local_ridge::LocalRidge;
 use super::regression::training::OUTPUTS;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use glam::DVec3;
-use hwall_hand::HandFrame;
+use hwall_hand::{HandFrame, NamedPoint};
 use std::sync::Arc;
 
 /// Longest time without any point of the hand that is bridged, s.
 const LONGEST_GAP_S: f64 = 0.1;
+
+/// A point that is relied on is waited for so long, s.
+const WAITED_S: f64 = 0.1;
 
 /// All that was learnt; shared between estimators.
 #[derive(Debug)]
@@ -52,7 +55,8 @@ pub(super) struct Origin {
 /// [`begin`](ContactEstimator::begin) does.
 ///
 /// While the touching point is missing, another point of the hand stands in; while none is seen at all, the
-/// last estimate is repeated for up to 0.1 s, with less and less time to contact.
+/// last estimate is repeated for up to 0.1 s, with less and less time to contact. While a point that the model relies on has not
+/// been seen in a reach, the model of the touching point alone answers, after 0.1 s.
 #[derive(Debug, Clone)]
 pub struct LearnedEstimator {
     learnt: Arc<Learnt>,
@@ -63,6 +67,11 @@ pub struct LearnedEstimator {
     gates: Vec<f64>,
     last: Option<ContactEstimate>,
     adaptation: Adaptation,
+    /// What is relied on beside the touching point; `None` is the head.
+    relied_on: Vec<Option<NamedPoint>>,
+    alone: Option<Box<LearnedEstimator>>,
+    /// Did the model of the touching point alone answer last?
+    answered_alone: bool,
 }
 
 impl ContactEstimator for LearnedEstimator {
@@ -73,26 +82,43 @@ impl ContactEstimator for LearnedEstimator {
     fn begin(&mut self) {
         self.adaptation.begin();
         self.follow_anew();
+        if let Some(alone) = &mut self.alone {
+            alone.begin();
+        }
     }
 
     fn begin_tentatively(&mut self) -> bool {
         self.adaptation.begin_tentatively();
         self.follow_anew();
+        if let Some(alone) = &mut self.alone {
+            alone.begin_tentatively();
+        }
         true
     }
 
     fn confirm(&mut self) {
         self.adaptation.confirm();
+        if let Some(alone) = &mut self.alone {
+            alone.confirm();
+        }
     }
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
-        if contact_m.is_finite() && contact_s.is_finite() {
-            self.adaptation.touched(contact_m, &self.learnt.blend);
+        // Each learns from what it said; without its points the other said nothing.
+        match self.alone.as_mut().filter(|_| self.answered_alone) {
+            Some(alone) => alone.touched(contact_m, contact_s),
+            None if contact_m.is_finite() && contact_s.is_finite() => {
+                self.adaptation.touched(contact_m, &self.learnt.blend);
+            }
+            None => {}
         }
     }
 
     fn forget(&mut self) {
         self.adaptation = self.learnt.blend.fresh();
+        if let Some(alone) = &mut self.alone {
+            alone.forget();
+        }
     }
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
@@ -100,13 +126,31 @@ impl ContactEstimator for LearnedEstimator {
             return self.unseen(frame.t_s);
         }
         self.last = self.seen();
+        let track = &self.track;
+        let waits = self.relied_on.iter().any(|point| !track.has_seen(*point));
+        self.answered_alone = false;
+        // What has not been seen until now was not there before: the other has followed from the start.
+        if let Some(alone) = self.alone.as_mut().filter(|_| waits) {
+            let estimate = alone.step(frame);
+            if estimate.is_some() && track.followed_s() >= WAITED_S {
+                self.answered_alone = true;
+                self.last = estimate;
+            }
+        }
         self.last
     }
 }
 
 impl LearnedEstimator {
-    pub(super) fn new(learnt: &Arc<Learnt>) -> Self {
+    pub(super) fn new(learnt: &Arc<Learnt>, alone: Option<&Arc<Learnt>>) -> Self {
+        let points = learnt.inputs.others.iter().copied().map(Some);
+        let all = points.chain(learnt.inputs.head.then_some(None));
         Self {
+            relied_on: all
+                .filter(|point| learnt.account.relies_on(*point))
+                .collect(),
+            alone: alone.map(|alone| Box::new(Self::new(alone, None))),
+            answered_alone: false,
             track: ReachTrack::new(&learnt.inputs),
             run: learnt.primitive.as_ref().map(PrimitiveRun::new),
             features: Vec::with_capacity(learnt.inputs.width()),

@@ -2,9 +2,11 @@
 //! their errors on reaches that were held out.
 
 mod account;
+mod alone;
 mod blend;
 mod config;
 mod estimator;
+mod held_out;
 #[cfg(feature = "serde")]
 mod input_file;
 mod model;
@@ -22,4 +24,5 @@ mod tree_file;
 pub use account::{Account, InputUse, StageAccount};
 pub use config::{Combination, Frame, LearnedConfig};
 pub use estimator::LearnedEstimator;
+pub use held_out::{HeldOutEstimator, HeldOutReach};
 pub use model::LearnedModel;

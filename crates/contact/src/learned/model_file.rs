@@ -27,7 +27,7 @@ use std::sync::Arc;
 /// What a file of this crate calls itself, and the version written.
 const FORMAT: Format = Format {
     name: "hwall-contact learned model",
-    version: 4,
+    version: 5,
 };
 
 /// A whole file.
@@ -54,6 +54,9 @@ struct File {
     places: Option<FilePlaces>,
     primitive: Option<FilePrimitive>,
     account: FileAccount,
+    /// Of the touching point alone; its own digest is empty, for that of the whole file covers it. Without one in old files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    alone: Option<Box<File>>,
 }
 
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq)]
@@ -185,7 +188,11 @@ impl LearnedModel {
     #[must_use]
     pub fn to_json(&self) -> String {
         // Strings and finite numbers only: nothing that could fail.
-        let mut file = serde_json::to_value(File::of(&self.learnt)).unwrap_or_default();
+        let file = File {
+            alone: self.alone.as_ref().map(|alone| Box::new(File::of(alone))),
+            ..File::of(&self.learnt)
+        };
+        let mut file = serde_json::to_value(file).unwrap_or_default();
         file["digest"] = digest(&file).into();
         file.to_string()
     }
@@ -204,11 +211,17 @@ impl LearnedModel {
     /// A text that is not JSON, another format, a newer version; a file that was cut off or edited: lengths
     /// and ranges are checked one by one, and everything together against the digest.
     pub fn from_json(text: &str) -> Result<Self, ContactError> {
-        let file: File = FORMAT.parse(text)?;
+        let mut file: File = FORMAT.parse(text)?;
         file.validate()?;
+        let alone = file.alone.take();
+        if let Some(alone) = &alone {
+            alone.validate()?;
+        }
         let value: Value = serde_json::from_str(text).map_err(ModelFileError::from)?;
         model_file::check_digest(&file.digest, digest(&value))?;
+        let alone = alone.map(|alone| alone.into_learnt()).transpose()?;
         Ok(Self {
+            alone: alone.map(Arc::new),
             learnt: Arc::new(file.into_learnt()?),
         })
     }
@@ -258,6 +271,7 @@ impl File {
             places: s.places,
         };
         Self {
+            alone: None,
             format: FORMAT.name.to_owned(),
             version: FORMAT.version,
             digest: String::new(),

@@ -300,6 +300,22 @@ impl ReachTrack {
         true
     }
 
+    /// For how long the reach has been followed, s.
+    pub(super) fn followed_s(&self) -> f64 {
+        match (self.history.first(), self.history.last()) {
+            (Some(first), Some(last)) => last.0 - first.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Has this point, or the head (`None`), been seen in this reach?
+    pub(super) fn has_seen(&self, point: Option<NamedPoint>) -> bool {
+        match point {
+            Some(point) => self.relative_m[point.index()].is_some(),
+            None => self.head_m.is_some(),
+        }
+    }
+
     /// Has the reach, by all that was seen, only just started?
     pub(super) fn is_at_start(&self) -> bool {
         self.now() == self.start

@@ -2,6 +2,7 @@
 
 use super::hand::free_side::{FreeSide, SideWatch};
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
+use super::regions::RegionSizes;
 use crate::error::ContactError;
 use crate::estimate::TimeToContact;
 use crate::outer_product::square;
@@ -217,6 +218,7 @@ impl DeterministicPredictor {
             surface,
             point_m,
             covariance_m2,
+            regions: RegionSizes::NORMAL,
             normal,
             roughness: scene.surface(surface).roughness,
             distance_m,

@@ -12,6 +12,7 @@ use super::hand::place::{HandPlace, close, gaussian_of, near};
 use super::hand::resting::{RestWatch, SurfacePlace};
 use super::hand::straight_way::StraightWay;
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
+use super::regions::RegionSizes;
 use super::stream::StreamEstimator;
 use super::surface_shares::{Evidence, Face, SeenFace, SurfaceShares, Viewpoint};
 use crate::error::ContactError;
@@ -402,6 +403,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 surface: face.surface,
                 point_m,
                 covariance_m2: Some(covariance_m2),
+                regions: self.regions(hand.point_m.distance(point_m)),
                 normal,
                 roughness: scene.surface(face.surface).roughness,
                 distance_m,
@@ -421,6 +423,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 surface: touched.surface,
                 point_m: touched.point_m,
                 covariance_m2: Some(covariance_m2),
+                regions: RegionSizes::NORMAL,
                 normal: touched.normal,
                 roughness: scene.surface(touched.surface).roughness,
                 distance_m: (hand.point_m - touched.point_m).dot(touched.normal),
@@ -436,6 +439,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             .for_each(|a| a.probability /= probability);
         self.ranked
             .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
+    }
+
+    /// The sizes of regions, learnt from hands that reach.
+    fn regions(&self, way_m: f64) -> RegionSizes {
+        let model = self.config.regions.filter(|_| self.estimate.is_some());
+        model.map_or(RegionSizes::NORMAL, |model| model.at(way_m))
     }
 
     /// The estimator's time, else the time that a hand which clearly approaches takes.

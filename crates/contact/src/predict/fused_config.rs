@@ -2,6 +2,7 @@
 
 use super::deterministic::DeterministicConfig;
 use super::gaze::model::GazeModel;
+use super::regions::RegionModel;
 use crate::error::ContactError;
 use crate::registration::RegistrationConfig;
 use hwall_hand::WatchConfig;
@@ -52,6 +53,9 @@ pub struct FusedConfig {
     /// An estimator that was learnt from fewer reaches than this is not believed, and the ray leads
     /// ([`FusedPredictor::experience`](super::FusedPredictor::experience)). Default 30: with eight an estimator can be made, with fifty it is good.
     pub least_reaches: usize,
+    /// How large the regions of predictions are ([`ContactPrediction::regions`](super::ContactPrediction::regions)). Default
+    /// `None`: as of a normal distribution, which states too much within and is right at 90 %.
+    pub regions: Option<RegionModel>,
     /// The predictor that leads then, and when no surface lies where the evidence points.
     pub fallback: DeterministicConfig,
 }
@@ -71,6 +75,7 @@ impl Default for FusedConfig {
             round_about_share: 0.1,
             min_probability: 0.005,
             least_reaches: 30,
+            regions: None,
             fallback: DeterministicConfig::ray_led(),
         }
     }

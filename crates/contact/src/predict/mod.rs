@@ -8,6 +8,7 @@ mod gaussian;
 pub mod gaze;
 mod hand;
 mod prediction;
+mod regions;
 mod steady_point;
 mod stream;
 mod surface_shares;
@@ -21,5 +22,6 @@ pub use gaze::{
 };
 pub use hand::phase::ReachPhase;
 pub use prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
+pub use regions::{REGION_SHARES, RegionModel, RegionSizes};
 pub use steady_point::SteadyPoint;
 pub use stream::{ReachBeginning, StreamEstimator};

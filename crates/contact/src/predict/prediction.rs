@@ -1,5 +1,6 @@
 //! Predictions of contact in a scene, and the trait of all predictors.
 
+use super::regions::RegionSizes;
 use crate::estimate::TimeToContact;
 use glam::{DMat3, DVec3};
 use hwall_hand::{Gaze, HandFrame, HandState};
@@ -27,6 +28,9 @@ pub struct ContactPrediction {
     /// Covariance of the error of `point_m`, if it is this surface, symmetric, m²; `None` from a
     /// predictor that has none.
     pub covariance_m2: Option<DMat3>,
+    /// How large the regions of 50, 70 and 90 % are, in standard deviations of this covariance: those of a normal distribution
+    /// from a predictor that has not learnt them.
+    pub regions: RegionSizes,
     /// Unit normal of the surface there, on the person's side.
     pub normal: DVec3,
     /// Roughness level of the surface, on the scale of the scene, where it has one.
@@ -54,6 +58,7 @@ impl ContactPrediction {
             surface,
             point_m,
             covariance_m2: None,
+            regions: RegionSizes::NORMAL,
             normal,
             roughness: None,
             distance_m: 0.0,
@@ -62,6 +67,18 @@ impl ContactPrediction {
             source: PredictionSource::Motion,
             looked_at_since_s: None,
         }
+    }
+
+    /// Squared distance of a point of the surface from the predicted one in standard deviations, in the plane of the surface; `None`
+    /// without a covariance. Within [`regions`](Self::regions) it is to be compared with them.
+    #[must_use]
+    pub fn squared_deviations(&self, point_m: DVec3) -> Option<f64> {
+        let c = self.covariance_m2?;
+        let (u, v) = self.normal.any_orthonormal_pair();
+        let [uu, uv, vv] = [u.dot(c * u), u.dot(c * v), v.dot(c * v)];
+        let off_m = point_m - self.point_m;
+        let [a, b] = [u, v].map(|axis| off_m.dot(axis));
+        Some((vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv))
     }
 }
 

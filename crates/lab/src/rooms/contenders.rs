@@ -1,6 +1,7 @@
 //! The predictors that are compared: ray casts, estimates moved to a surface, fusions and their ablations.
 
 use crate::contact::candidates::{self, BoxedEstimator, Role};
+use crate::end_to_end;
 use anyhow::Context;
 use hwall_contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
@@ -20,6 +21,8 @@ pub const FUSED: &str = "learned, fused";
 pub const NO_GAZE: &str = "learned, fused without gaze";
 /// The same without the direction of motion.
 pub const NO_BEND: &str = "learned, fused without bend";
+/// The response of an arm that is learnt end to end.
+pub const END_TO_END: &str = "end-to-end, middle of the board";
 
 /// A predictor and its name in the tables.
 pub struct Contender {
@@ -90,21 +93,25 @@ pub struct SharedTraining {
 }
 
 impl SharedTraining {
-    /// Learns the main estimator and how people look.
+    /// Learns the main estimator, how people look, and how far fused predictions are off.
     ///
     /// # Errors
     /// Too few reaches, or too few looks.
-    pub fn new(streams: &[Stream]) -> anyhow::Result<Self> {
+    pub fn new(scene: &Scene, streams: &[Stream]) -> anyhow::Result<Self> {
         let reaches = training::reaches(streams)?;
-        let learned = LearnedModel::train(&reaches, &LearnedConfig::default());
-        let learned = learned.context("the learned estimator")?;
+        let learned = LearnedModel::train_and_hold_out(&reaches, &LearnedConfig::default());
+        let (learned, held_out) = learned.context("the learned estimator")?;
         let gaze = training::gaze_model(streams, |_| learned.estimator()).context("the gaze")?;
+        let mut config = FusedConfig {
+            gaze,
+            ..FusedConfig::default()
+        };
+        let held_out = (&reaches[..], &held_out[..]);
+        let regions = training::region_model(scene, streams, held_out, &config);
+        config.regions = Some(regions.context("the regions")?);
         Ok(Self {
             learned,
-            config: FusedConfig {
-                gaze,
-                ..FusedConfig::default()
-            },
+            config,
             reaches,
         })
     }
@@ -142,7 +149,7 @@ impl SharedTraining {
     }
 
     /// All contenders: the ray casts, each baseline on the closest surface and fused, the rest of the main ones,
-    /// and the fusion without `bend`.
+    /// the fusion without `bend`, and the response that leads an arm by joints.
     ///
     /// # Errors
     /// An estimator that cannot be trained.
@@ -167,6 +174,8 @@ impl SharedTraining {
         };
         let estimator = Box::new(self.learned.estimator());
         all.push(Contender::fused(NO_BEND, estimator, &straight)?);
+        let response = end_to_end::candidate::predictor(&self.reaches);
+        all.push(Contender::of(END_TO_END, response.context(END_TO_END)?));
         Ok(all)
     }
 }

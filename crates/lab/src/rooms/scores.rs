@@ -12,8 +12,6 @@ const HALF_BOARD_M: f64 = 0.1;
 const OFF_PLANE_M: f64 = 0.03;
 /// A predicted point is right within this distance, m.
 pub const RIGHT_M: f64 = 0.05;
-/// The regions that are judged.
-pub const REGION_SHARES: [f64; 3] = [0.5, 0.7, 0.9];
 /// 90 % of a normal distribution in one dimension, deviations.
 const IN_90_OF_ONE: f64 = 1.644_853_626_951;
 
@@ -73,16 +71,12 @@ impl TouchPredictions {
         off_plane_m.abs() > OFF_PLANE_M || up_m.abs().max(across_m) > HALF_BOARD_M
     }
 
-    /// Squared distance of the target from the predicted point in standard deviations of the prediction, in the plane of the
-    /// surface. `None` on a wrong surface.
-    fn squared_deviations(&self, prediction: &ContactPrediction) -> Option<f64> {
-        let c = prediction
-            .covariance_m2
-            .filter(|_| self.right(prediction))?;
-        let (u, v) = prediction.normal.any_orthonormal_pair();
-        let [uu, uv, vv] = [u.dot(c * u), u.dot(c * v), v.dot(c * v)];
-        let [a, b] = [u, v].map(|axis| self.off_m(prediction).dot(axis));
-        Some((vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv))
+    /// Do the regions of 50, 70 and 90 % hold the target, in the plane of the surface? `None` on a wrong surface, and without a
+    /// covariance.
+    fn within(&self, prediction: &ContactPrediction) -> Option<[bool; 3]> {
+        let right = Some(prediction).filter(|p| self.right(p));
+        let squared = right?.squared_deviations(self.touch.target_m)?;
+        Some(prediction.regions.squared().map(|most| squared <= most))
     }
 
     /// Time before contact from which the predictions stay right, s.
@@ -147,7 +141,7 @@ pub struct Summary {
     pub axis_max_m: DVec3,
     /// Share of the boards that are missed.
     pub missed: f64,
-    /// Shares of the regions of [`REGION_SHARES`] in the plane of the right surface that hold the target.
+    /// Shares of the regions of [`REGION_SHARES`](hwall_contact::REGION_SHARES) in the plane of the right surface that hold the target.
     pub within: Option<[f64; 3]>,
     /// Mean error of the time to contact, s.
     pub time_mean_s: Option<f64>,
@@ -224,9 +218,9 @@ fn summary_of(touches: &[TouchPredictions], moments: &[Moment]) -> Summary {
             Some((off_s, left.sd_s))
         })
         .collect();
-    let deviations: Vec<f64> = predicted
+    let held: Vec<[bool; 3]> = predicted
         .iter()
-        .filter_map(|(t, _, a)| t.squared_deviations(a))
+        .filter_map(|(t, _, a)| t.within(a))
         .collect();
     let share = |hits: Vec<bool>| {
         let n = hits.len();
@@ -241,7 +235,7 @@ fn summary_of(touches: &[TouchPredictions], moments: &[Moment]) -> Summary {
         axis_mean_m: axes().sum::<DVec3>() / predicted.len() as f64,
         axis_max_m: axes().fold(DVec3::ZERO, DVec3::max),
         missed: of_all(count(&|t, a| t.missed(a)) + all.len() - predicted.len()),
-        within: within(&deviations),
+        within: within(&held),
         time_mean_s: (!times.is_empty())
             .then(|| times.iter().map(|t| t.0).sum::<f64>() / times.len() as f64),
         time_in_90: share(
@@ -253,14 +247,11 @@ fn summary_of(touches: &[TouchPredictions], moments: &[Moment]) -> Summary {
     }
 }
 
-/// Shares within the regions of a normal distribution in two dimensions.
-fn within(squared: &[f64]) -> Option<[f64; 3]> {
-    let n = squared.len() as f64;
-    let held = |share: f64| {
-        let limit = -2.0 * (1.0 - share).ln();
-        squared.iter().filter(|s| **s <= limit).count() as f64 / n
-    };
-    (n > 0.0).then(|| REGION_SHARES.map(held))
+/// Shares that each region holds.
+fn within(held: &[[bool; 3]]) -> Option<[f64; 3]> {
+    let n = held.len() as f64;
+    let share = |k: usize| held.iter().filter(|h| h[k]).count() as f64 / n;
+    (n > 0.0).then(|| std::array::from_fn(share))
 }
 
 /// Time before contact from which the predictions stay right, for every touch, s.

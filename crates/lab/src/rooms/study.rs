@@ -93,7 +93,7 @@ impl Setting {
             training,
             participants,
         } = people::people(&room, &condition, size).with_context(name)?;
-        let training = SharedTraining::new(&training).with_context(name)?;
+        let training = SharedTraining::new(&room.scene, &training).with_context(name)?;
         Ok(Self {
             surfaces,
             room,

@@ -249,7 +249,10 @@ fn predictor(
     if asked == Some(PredictorKind::EndToEnd) {
         let (response, shown) =
             responses::end_to_end(scenery).context("the end-to-end response cannot be trained")?;
-        let line = format!("the end-to-end response learnt from {shown} simulated demonstrations");
+        let untaught = responses::untaught_line(&responses::taught_tasks(scenery.scene, shown));
+        let line = format!(
+            "the end-to-end response learnt from {shown} simulated demonstrations ({untaught})"
+        );
         return Ok((Box::new(response), PredictorKind::EndToEnd, line));
     }
     match fused(scenery.scene, scenery.arm, scenery.people) {

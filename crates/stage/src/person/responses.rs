@@ -11,7 +11,8 @@ use hwall::response::{
 };
 use hwall::texture::TextureLevels;
 use hwall_hand::LabelledReach;
-use hwall_scene::{Scene, SurfaceId};
+use hwall_scene::{Scene, SurfaceId, SurfaceKind};
+use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -45,6 +46,62 @@ pub struct Scenery<'a> {
     pub textured: bool,
 }
 
+/// What the response of the main job is taught of a task.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Taught {
+    /// It is shown so many times.
+    Shown(usize),
+    /// It is not shown.
+    Untaught(Untaught),
+}
+
+/// Why a task is not shown in the main job. The example `end_to_end` shows all three and judges how they are told apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Untaught {
+    /// Nothing in the scene gives way to a push.
+    NothingGivesWay,
+    /// What gives way is presented as for a touch, with the middle of the board under the fingertip: to tell a push from a touch would
+    /// lead the arm nowhere else.
+    PushedAsTouched,
+    /// A scene says of surfaces where they are and how they move, not around which edge a hand can close, and the people of the main job
+    /// touch with the fingertip.
+    NothingToGrasp,
+}
+
+impl fmt::Display for Untaught {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NothingGivesWay => "nothing in the scene gives way",
+            Self::PushedAsTouched => "what gives way is presented as for a touch",
+            Self::NothingToGrasp => "a scene does not say what can be grasped",
+        })
+    }
+}
+
+/// What is taught of every task in a scene with so many demonstrations, in the order of [`Task::ALL`].
+#[must_use]
+pub fn taught_tasks(scene: &Scene, demonstrations: usize) -> [Taught; 3] {
+    let still = [SurfaceKind::Static, SurfaceKind::Untouchable];
+    let gives_way = scene.surfaces().iter().any(|s| !still.contains(&s.kind));
+    Task::ALL.map(|task| match task {
+        Task::Touch => Taught::Shown(demonstrations),
+        Task::Push if gives_way => Taught::Untaught(Untaught::PushedAsTouched),
+        Task::Push => Taught::Untaught(Untaught::NothingGivesWay),
+        Task::Grasp => Taught::Untaught(Untaught::NothingToGrasp),
+    })
+}
+
+/// The tasks that are not taught, each with its reason; empty if all are.
+#[must_use]
+pub fn untaught_line(taught: &[Taught; 3]) -> String {
+    let each = Task::ALL.iter().zip(taught);
+    let untaught = each.filter_map(|(task, taught)| match taught {
+        Taught::Shown(_) => None,
+        Taught::Untaught(why) => Some(format!("no {}: {why}", task.name())),
+    });
+    untaught.collect::<Vec<_>>().join("; ")
+}
+
 /// The predictors, with the end-to-end response trained if it leads, and then a line for the user: what was learnt from whom.
 ///
 /// # Errors
@@ -59,9 +116,10 @@ pub fn taught(
     let began = Instant::now();
     let trained = end_to_end(scenery).context("the end-to-end response cannot be trained")?;
     let remark = format!(
-        "the end-to-end response learnt from {} simulated demonstrations of hand and joints, of {PEOPLE} people none of whom is judged, in {:.1} s",
+        "the end-to-end response learnt from {} simulated demonstrations of hand and joints, of {PEOPLE} people none of whom is judged, in {:.1} s ({})",
         trained.1,
-        began.elapsed().as_secs_f64()
+        began.elapsed().as_secs_f64(),
+        untaught_line(&taught_tasks(scenery.scene, trained.1))
     );
     Ok((predictors.with_response(trained.0), Some(remark)))
 }

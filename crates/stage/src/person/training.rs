@@ -1,12 +1,15 @@
 //! Reaches that a predictor learns from: people as the live filters see them.
 
 use glam::DVec3;
-use hwall_contact::{ContactEstimator, GazeModel, LabelledStream, StreamContact, StreamFilters};
+use hwall_contact::{
+    ContactEstimator, FusedConfig, FusedPredictor, GazeModel, HeldOutEstimator, HeldOutReach,
+    LabelledStream, RegionModel, StreamContact, StreamFilters,
+};
 use hwall_hand::{
     GazeFilter, HandFilter, HandFilterConfig, HandFrame, HandPoint, LabelledReach, ReachWatch,
     WatchConfig, WatchUpdate,
 };
-use hwall_scene::SurfaceId;
+use hwall_scene::{Scene, SurfaceId};
 use hwall_sim::{TouchSequence, TouchTruth};
 
 /// One touch that is judged.
@@ -83,6 +86,15 @@ impl Stream {
     pub const fn new(frames: Vec<HandFrame>, touches: Vec<SurfaceTouch>) -> Self {
         Self { frames, touches }
     }
+
+    /// Where and when the touches are.
+    fn contacts(&self) -> Vec<StreamContact> {
+        let contact = |touch: &SurfaceTouch| StreamContact {
+            point_m: touch.target_m,
+            contact_s: touch.contact_s,
+        };
+        self.touches.iter().map(contact).collect()
+    }
 }
 
 /// The filters in front of every predictor.
@@ -115,27 +127,56 @@ pub fn gaze_model<E: ContactEstimator>(
     streams: &[Stream],
     estimator: impl FnMut(usize) -> E,
 ) -> anyhow::Result<GazeModel> {
-    let contact = |touch: &SurfaceTouch| StreamContact {
-        point_m: touch.target_m,
-        contact_s: touch.contact_s,
+    let contacts: Vec<Vec<_>> = streams.iter().map(Stream::contacts).collect();
+    let labelled = labelled(streams, &contacts);
+    Ok(GazeModel::default().fit_streams(&labelled, estimator, &filters())?)
+}
+
+/// How large the regions of fused predictions are, learnt from how far they are off where the estimator has not learnt from the
+/// person. `reaches` are those of [`reaches`], and `held_out` what the estimator would have said of them.
+///
+/// # Errors
+/// Too few touches; settings that the predictor refuses.
+pub fn region_model(
+    scene: &Scene,
+    streams: &[Stream],
+    (reaches, held_out): (&[LabelledReach], &[HeldOutReach]),
+    config: &FusedConfig,
+) -> anyhow::Result<RegionModel> {
+    let contacts: Vec<Vec<_>> = streams.iter().map(Stream::contacts).collect();
+    let labelled = labelled(streams, &contacts);
+    let predictor = |number: usize| {
+        let person = Some(number.to_string());
+        let of_stream = reaches.iter().zip(held_out);
+        let of_stream = of_stream.filter(|(reach, _)| reach.person == person);
+        let estimator = HeldOutEstimator::new(of_stream.map(|(_, held)| held), reaches.len());
+        FusedPredictor::new(estimator, config.clone())
     };
-    let contacts: Vec<Vec<_>> = streams
-        .iter()
-        .map(|stream| stream.touches.iter().map(contact).collect())
-        .collect();
-    let labelled: Vec<LabelledStream<'_>> = streams
-        .iter()
-        .zip(&contacts)
-        .map(|(stream, contacts)| LabelledStream {
-            frames: &stream.frames,
-            contacts,
-        })
-        .collect();
-    let filters = StreamFilters {
+    Ok(RegionModel::fit_streams(
+        scene,
+        &labelled,
+        predictor,
+        &filters(),
+    )?)
+}
+
+fn labelled<'a>(
+    streams: &'a [Stream],
+    contacts: &'a [Vec<StreamContact>],
+) -> Vec<LabelledStream<'a>> {
+    let each = streams.iter().zip(contacts);
+    each.map(|(stream, contacts)| LabelledStream {
+        frames: &stream.frames,
+        contacts,
+    })
+    .collect()
+}
+
+fn filters() -> StreamFilters {
+    StreamFilters {
         hand: HandFilterConfig::simulated(),
         ..StreamFilters::default()
-    };
-    Ok(GazeModel::default().fit_streams(&labelled, estimator, &filters)?)
+    }
 }
 
 /// Reaches to learn from, each with the samples that a live estimator would see of it, and with the

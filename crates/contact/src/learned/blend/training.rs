@@ -112,7 +112,9 @@ impl Blend {
     ///
     /// Weights and shares are learnt from those errors; the spread is learnt from the errors of a fold that remain under
     /// weights and shares mostly of the others. Else estimates would look better than the next one will be.
-    pub(in crate::learned) fn of(evidence: &Evidence) -> Self {
+    ///
+    /// Also returns where every sample points by what was learnt without its fold, m.
+    pub(in crate::learned) fn of(evidence: &Evidence) -> (Self, Vec<DVec3>) {
         let mut turns = Turns::new(evidence.rows.regions, evidence.folds());
         for region in 0..evidence.rows.regions {
             moments(evidence, region, &mut turns);
@@ -132,7 +134,7 @@ impl Blend {
         let mut blend = if world.1 > way.1 { world.0 } else { way.0 };
         blend.arrival = arrival;
         blend.personal = personal(evidence, &blend.regions);
-        blend
+        (blend, points_m)
     }
 }
 

@@ -1,0 +1,104 @@
+//! What a model would have said of the reaches it was learnt from, had it not learnt from them.
+
+use super::blend::combination::{Blend, Region, between_knots, combine, time_key};
+use super::blend::sources::SOURCES;
+use super::blend::training::Evidence;
+use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
+use glam::DVec3;
+use hwall_hand::{HandFrame, LabelledReach};
+
+/// Estimates of one reach by sources that were learnt without its fold, in order of time, about as many as
+/// [`LearnedConfig::samples_per_reach`](super::LearnedConfig::samples_per_reach). How the sources are weighed was learnt from these
+/// estimates together, which makes them a little optimistic.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct HeldOutReach {
+    /// As an estimator would have given them.
+    pub estimates: Vec<ContactEstimate>,
+}
+
+/// Those of the first reaches that the evidence is of; `points_m` are the points that every sample then names.
+pub(super) fn held_out_reaches(
+    evidence: &Evidence,
+    blend: &Blend,
+    points_m: &[DVec3],
+    reaches: &[&LabelledReach],
+) -> Vec<HeldOutReach> {
+    let mut all = vec![HeldOutReach::default(); reaches.len()];
+    for (row, sample) in evidence.samples.iter().enumerate() {
+        // Behind them are copies at another pace.
+        let Some((reach, held_out)) = reaches.get(sample.reach).zip(all.get_mut(sample.reach))
+        else {
+            continue;
+        };
+        let witness = &evidence.witnesses[row];
+        let region = Region::between(&blend.regions, evidence.rows.gates(row));
+        let Some(combined) = combine(&region, &witness.ends_m, &[1.0; SOURCES]) else {
+            continue;
+        };
+        let hats = between_knots(&blend.knots, time_key(witness.left_s));
+        let factor = blend.doubt(&region, combined.apart_m2) * blend.at_time(&hats);
+        let point_m = points_m[row];
+        let estimate = ContactEstimate {
+            t_s: reach.contact_s - sample.left_s,
+            point_m,
+            covariance_m2: Some(blend.covariance_m2(&region, factor, sample.start_m, point_m)),
+            normal: sample.normal,
+            time_to_contact_s: Some(TimeToContact {
+                mean_s: witness.left_s,
+                sd_s: Some(region.time_sd_s()),
+            }),
+        };
+        if estimate.is_finite() {
+            held_out.estimates.push(estimate);
+        }
+    }
+    all
+}
+
+/// Estimates are repeated for so long at most, s.
+const LONGEST_S: f64 = 0.2;
+
+/// Repeats held-out estimates of the reaches of one stream, on the clock of the stream: stands for a
+/// [`LearnedEstimator`](super::LearnedEstimator) that has not learnt from this stream, to learn from the errors of a fusion with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldOutEstimator {
+    estimates: Vec<ContactEstimate>,
+    reaches: usize,
+}
+
+impl HeldOutEstimator {
+    /// Of the reaches of a stream; `learnt` reaches are said to be learnt from.
+    pub fn new<'a>(reaches: impl IntoIterator<Item = &'a HeldOutReach>, learnt: usize) -> Self {
+        let of_reaches = reaches.into_iter().flat_map(|reach| &reach.estimates);
+        let mut estimates: Vec<ContactEstimate> = of_reaches.copied().collect();
+        estimates.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+        Self {
+            estimates,
+            reaches: learnt,
+        }
+    }
+}
+
+impl ContactEstimator for HeldOutEstimator {
+    fn begin(&mut self) {}
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        let before = self
+            .estimates
+            .partition_point(|e| e.t_s <= frame.t_s + 1e-9);
+        let last = self.estimates.get(before.checked_sub(1)?)?;
+        let waited_s = (frame.t_s - last.t_s).max(0.0);
+        (waited_s <= LONGEST_S).then(|| ContactEstimate {
+            t_s: frame.t_s,
+            time_to_contact_s: last.time_to_contact_s.map(|time| TimeToContact {
+                mean_s: (time.mean_s - waited_s).max(0.0),
+                ..time
+            }),
+            ..*last
+        })
+    }
+
+    fn training_reaches(&self) -> Option<usize> {
+        Some(self.reaches)
+    }
+}

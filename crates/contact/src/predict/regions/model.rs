@@ -1,0 +1,95 @@
+//! Sizes of regions by the way that is left to the hand.
+
+use super::sizes::RegionSizes;
+
+/// How many ways left the sizes are learnt at.
+pub(super) const KNOTS: usize = 7;
+/// These ways, m: closer together where the hand is near.
+const WAYS_M: [f64; KNOTS] = [0.0, 0.01, 0.03, 0.06, 0.12, 0.25, 0.5];
+/// Ways are compared by the logarithm of themselves and this, m: about the noise of a tracker.
+const OFFSET_M: f64 = 5e-3;
+
+/// The regions of 50, 70 and 90 % of a fused prediction, by how far the hand still is from the predicted point.
+///
+/// How far predictions are off, measured by the covariance they state, changes in the course of a reach: at half of the way
+/// most errors are about what is stated, and near the end the allowance for the registration of the tracker is most of the
+/// covariance, whether or not the tracker is off. The way left tells the moments of a reach apart better than the time left,
+/// which is itself an estimate.
+///
+/// Learn it from a tracker that is registered as the one in use: near the end the error of registration is most of all errors. Where
+/// people are simulated, without such an error, and a real tracker follows, normal regions are the honest ones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RegionModel {
+    /// Logarithms of the squared distances, by the way left.
+    pub(super) logarithms: [[f64; 3]; KNOTS],
+    pub(super) touches: usize,
+}
+
+/// A way left among those that sizes are learnt at: the one before it, and the weight of the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct BetweenWays {
+    pub(super) before: usize,
+    pub(super) next_weight: f64,
+}
+
+impl BetweenWays {
+    /// A way that is not finite counts as the longest.
+    pub(super) fn of(way_m: f64) -> Self {
+        let key = |way_m: f64| (way_m + OFFSET_M).ln();
+        let way_m = if way_m.is_finite() { way_m } else { 1.0 };
+        let way_m = way_m.clamp(WAYS_M[0], WAYS_M[KNOTS - 1]);
+        let after = WAYS_M.iter().position(|w| *w > way_m);
+        let before = after.unwrap_or(KNOTS - 1).clamp(1, KNOTS - 1) - 1;
+        let (from, to) = (key(WAYS_M[before]), key(WAYS_M[before + 1]));
+        Self {
+            before,
+            next_weight: (key(way_m) - from) / (to - from),
+        }
+    }
+}
+
+impl RegionModel {
+    /// Touches it was learnt from.
+    #[must_use]
+    pub const fn touches(&self) -> usize {
+        self.touches
+    }
+
+    /// The sizes where the hand is so far from the predicted point, m.
+    #[must_use]
+    pub fn at(&self, way_m: f64) -> RegionSizes {
+        let BetweenWays {
+            before,
+            next_weight,
+        } = BetweenWays::of(way_m);
+        let (a, b) = (&self.logarithms[before], &self.logarithms[before + 1]);
+        RegionSizes::from_logarithms(std::array::from_fn(|k| {
+            (1.0 - next_weight) * a[k] + next_weight * b[k]
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ways_lie_between_the_nearest_two() {
+        for (knot, way_m) in WAYS_M.into_iter().enumerate() {
+            let at = BetweenWays::of(way_m);
+            let found = at.before as f64 + at.next_weight;
+            assert!((found - knot as f64).abs() < 1e-12, "{way_m}: {found}");
+        }
+        for (way_m, expected) in [
+            (-1.0, 0.0),
+            (9.0, 6.0),
+            (f64::NAN, 6.0),
+            (f64::INFINITY, 6.0),
+        ] {
+            let at = BetweenWays::of(way_m);
+            assert!((at.before as f64 + at.next_weight - expected).abs() < 1e-12);
+        }
+        let half = BetweenWays::of((0.035_f64 * 0.065).sqrt() - OFFSET_M);
+        assert!(half.before == 2 && (half.next_weight - 0.5).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,45 @@
+//! The sizes of the regions of one prediction.
+
+/// Shares of the contacts that regions are told for.
+pub const REGION_SHARES: [f64; 3] = [0.5, 0.7, 0.9];
+
+/// How large the regions of a prediction are: squared distances in standard deviations, in the plane of the surface, within which
+/// a contact lies with the probabilities of [`REGION_SHARES`].
+///
+/// The errors of predictions have heavy tails: most are much smaller than the covariance says, and a few are larger. So no one
+/// normal distribution has regions of 50, 70 and 90 % that all hold what they say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RegionSizes {
+    squared: [f64; 3],
+}
+
+impl RegionSizes {
+    /// Those of a normal distribution in two dimensions: `-2 ln(1 - p)`.
+    pub const NORMAL: Self = Self {
+        squared: [
+            1.386_294_361_119_890_6,
+            2.407_945_608_651_872,
+            4.605_170_185_988_091,
+        ],
+    };
+
+    /// From the logarithms; a region is at least as large as those that hold less.
+    pub(super) fn from_logarithms(logarithms: [f64; 3]) -> Self {
+        let mut squared = logarithms.map(f64::exp);
+        squared[1] = squared[1].max(squared[0]);
+        squared[2] = squared[2].max(squared[1]);
+        Self { squared }
+    }
+
+    /// The largest squared distance in each region, in the order of [`REGION_SHARES`].
+    #[must_use]
+    pub const fn squared(&self) -> [f64; 3] {
+        self.squared
+    }
+}
+
+impl Default for RegionSizes {
+    fn default() -> Self {
+        Self::NORMAL
+    }
+}
