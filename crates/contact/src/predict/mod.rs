@@ -8,6 +8,7 @@ mod gaussian;
 pub mod gaze;
 mod hand;
 mod prediction;
+mod repeats;
 mod steady_point;
 mod stream;
 mod surface_shares;

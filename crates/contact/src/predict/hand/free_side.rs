@@ -49,11 +49,14 @@ impl SideWatch {
             self.forget();
         }
         self.seen_s = hand.t_s;
-        let through = |from_m: DVec3| {
+        let mut is_on = false;
+        let mut through = |from_m: DVec3| {
             let way = hand_m - from_m;
             let hit = scene.ray_cast(from_m, way).ok()??;
-            let before = hit.distance_m < way.length() - ON_SURFACE_M;
-            (before && scene.surface(hit.surface).touchable()).then_some(hit)
+            let beyond_m = way.length() - hit.distance_m;
+            let touchable = scene.surface(hit.surface).touchable();
+            is_on = touchable && beyond_m.abs() <= ON_SURFACE_M;
+            (touchable && beyond_m > ON_SURFACE_M).then_some(hit)
         };
         let behind = match (self.free_m, eye_m) {
             (Some(free_m), _) => through(free_m).map(|hit| (hit, free_m)),
@@ -70,12 +73,56 @@ impl SideWatch {
                 }
             }
             _ => {
-                self.free_m = Some(hand_m);
+                // Of a hand on a surface rounding says which side it is on: it is still on the one it came from. Taken for free,
+                // a place behind the surface would turn the sides round until the hand is far away.
+                self.free_m = self.free_m.filter(|_| is_on).or(Some(hand_m));
                 FreeSide {
                     from_m: hand_m,
                     behind: None,
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_hand::HandPoint;
+
+    /// A recorded hand came back through a wall with one sample 50 nm behind its front. That was taken for free, and from then on
+    /// the hand was behind the wall wherever it went.
+    #[test]
+    fn a_hand_in_the_plane_of_a_surface_stays_on_its_side() {
+        let wall = "o wall\nv 0.5 -1 0\nv 0.5 1 0\nv 0.5 1 2\nv 0.5 -1 2\nf 1 2 3 4\n";
+        let (scene, _) = Scene::from_obj_str(wall, None).expect("a wall");
+        let mut watch = SideWatch::default();
+        let depths_m = [-0.02, -0.01, 0.01, 0.02, 0.01, 5e-8, -0.01, -0.02, -0.1];
+        let sides: Vec<(f64, bool)> = depths_m
+            .into_iter()
+            .zip(0..)
+            .map(|(depth_m, sample)| {
+                let point_m = DVec3::new(0.5 + depth_m, 0.0, 1.0);
+                let hand = HandState {
+                    t_s: 0.01 * f64::from(sample),
+                    point: HandPoint::Index,
+                    point_m,
+                    velocity_m_per_s: DVec3::ZERO,
+                    direction: None,
+                    smoothed_m: [point_m; 2],
+                    delay_s: 0.01,
+                    unseen_s: 0.0,
+                    palm_m: None,
+                };
+                let side = watch.free_side(&scene, &hand, None);
+                (depth_m, side.behind.is_some())
+            })
+            .collect();
+        assert!(
+            sides
+                .iter()
+                .all(|(depth_m, behind)| *behind == (*depth_m > 1e-6)),
+            "{sides:?}"
+        );
     }
 }
