@@ -13,6 +13,7 @@ use super::hand::resting::{RestWatch, SurfacePlace};
 use super::hand::straight_way::StraightWay;
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use super::regions::RegionSizes;
+use super::repeats::Repeats;
 use super::stream::StreamEstimator;
 use super::surface_shares::{Evidence, Face, SeenFace, SurfaceShares, Viewpoint};
 use crate::error::ContactError;
@@ -57,6 +58,10 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 /// covariance and time 0, and `leaving_share` goes to all other surfaces, until the hand is faster than the
 /// onset of a reach or further away than a few errors of registration.
 ///
+/// While no gaze is seen, the places that this person has touched before count, too: each touch, also of a surface that nothing stands
+/// for and the hand goes through, says how often this person comes back and how good the predictions were that were made of it. The place
+/// that probably comes next is named beside the others ([`PredictionSource::TouchedBefore`]).
+///
 /// The estimator's normal is not used: faces have exact ones, and the point and the direction of motion already
 /// tell which is meant.
 ///
@@ -71,6 +76,7 @@ pub struct FusedPredictor<E> {
     shares: SurfaceShares,
     side: SideWatch,
     rest: RestWatch,
+    repeats: Repeats,
     estimate: Option<ContactEstimate>,
     look: Option<TargetLook>,
     fallback: DeterministicPredictor,
@@ -104,6 +110,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             gaze: GazeMemory::default(),
             side: SideWatch::default(),
             rest: RestWatch::default(),
+            repeats: Repeats::default(),
             estimate: None,
             look: None,
             ranked: Vec::with_capacity(16),
@@ -447,6 +454,42 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         model.map_or(RegionSizes::NORMAL, |model| model.at(way_m))
     }
 
+    /// Of a person whose gaze is not seen: where they touch again what they have touched before.
+    fn add_repeat(&mut self, scene: &Scene, hand: &HandState) {
+        let (now, before) = self.gaze.looks(hand.t_s, self.config.gaze.memory_s);
+        if now.is_some() || before.is_some() {
+            return;
+        }
+        let Some(repeat) = self.repeats.likeliest(hand.t_s, &self.ranked) else {
+            return;
+        };
+        for other in &mut self.ranked {
+            other.probability *= 1.0 - repeat.probability;
+            if let Some(covariance_m2) = &mut other.covariance_m2 {
+                *covariance_m2 *= repeat.scale;
+            }
+        }
+        let SurfacePlace {
+            surface,
+            point_m,
+            normal,
+        } = repeat.place;
+        let off_plane_m = self.registration_across_m(normal).hypot(LEAST_SD_M);
+        let across = square(normal);
+        let along = DMat3::IDENTITY - across;
+        self.ranked.push(ContactPrediction {
+            covariance_m2: Some(along * repeat.along_m2 + across * (off_plane_m * off_plane_m)),
+            roughness: scene.surface(surface).roughness,
+            distance_m: (hand.point_m - point_m).dot(normal),
+            time_to_contact_s: self.time_to(hand, point_m, false),
+            probability: repeat.probability,
+            source: PredictionSource::TouchedBefore,
+            ..ContactPrediction::of_place(surface, point_m, normal)
+        });
+        self.ranked
+            .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
+    }
+
     /// The estimator's time, else the time that a hand which clearly approaches takes.
     fn time_to(&self, hand: &HandState, point_m: DVec3, there: bool) -> Option<TimeToContact> {
         if there {
@@ -558,6 +601,8 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             if met || touched.is_some() {
                 self.rank(scene, hand, side.behind.is_some(), touched);
             }
+            self.repeats.step(hand, &side, touched.as_ref());
+            self.add_repeat(scene, hand);
         }
         if self.ranked.is_empty() {
             let by_ray = followed.and_then(|f| self.fallback.contact(scene, hand, f));
@@ -583,6 +628,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         self.gaze.forget();
         self.side.forget();
         self.rest.forget();
+        self.repeats.forget();
         self.fallback.reset();
         if let Some(registration) = &mut self.registration {
             registration.forget();

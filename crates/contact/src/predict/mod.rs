@@ -9,6 +9,7 @@ pub mod gaze;
 mod hand;
 mod prediction;
 mod regions;
+mod repeats;
 mod steady_point;
 mod stream;
 mod surface_shares;

@@ -94,6 +94,9 @@ pub enum PredictionSource {
     Nearest,
     /// An estimate of where the hand's motion ends, combined with the gaze.
     Motion,
+    /// This person has touched the place before. A surface may then be named twice: with this place, and with the one that the rest
+    /// of the evidence speaks for.
+    TouchedBefore,
 }
 
 /// Predicts contact from a scene, a tracked hand and, where there is one, a gaze.

@@ -390,7 +390,8 @@ impl Log {
                     Some(PredictionSource::Gaze) => 0,
                     Some(PredictionSource::HandDirection) => 1,
                     Some(PredictionSource::Nearest) => 2,
-                    Some(PredictionSource::Motion) => 3,
+                    // Which of the places touched before comes next the motion says, too.
+                    Some(PredictionSource::Motion | PredictionSource::TouchedBefore) => 3,
                     _ => 4,
                 };
                 self.sources[source] += 1;

@@ -49,30 +49,23 @@ impl SideWatch {
             self.forget();
         }
         self.seen_s = hand.t_s;
-        // What lies between, or under the hand, and which of them.
-        let through = |from_m: DVec3| {
+        let mut is_on = false;
+        let mut through = |from_m: DVec3| {
             let way = hand_m - from_m;
             let hit = scene.ray_cast(from_m, way).ok()??;
             let beyond_m = way.length() - hit.distance_m;
-            let met = beyond_m > -ON_SURFACE_M && scene.surface(hit.surface).touchable();
-            met.then_some((hit, beyond_m <= ON_SURFACE_M))
+            let touchable = scene.surface(hit.surface).touchable();
+            is_on = touchable && beyond_m.abs() <= ON_SURFACE_M;
+            (touchable && beyond_m > ON_SURFACE_M).then_some(hit)
         };
-        let met = match (self.free_m, eye_m) {
-            (Some(free_m), _) => through(free_m).map(|met| (met, free_m)),
-            (None, Some(eye_m)) => through(eye_m).map(|met| (met, met.0.point_m.lerp(eye_m, 1e-3))),
+        let behind = match (self.free_m, eye_m) {
+            (Some(free_m), _) => through(free_m).map(|hit| (hit, free_m)),
+            (None, Some(eye_m)) => through(eye_m).map(|hit| (hit, hit.point_m.lerp(eye_m, 1e-3))),
             (None, None) => None,
         };
-        match met {
-            // On the surface: a rounding behind it is no free side, from which all that is before it would be behind.
-            Some(((_, true), free_m)) => {
-                self.free_m = Some(free_m);
-                FreeSide {
-                    from_m: free_m,
-                    behind: None,
-                }
-            }
+        match behind {
             // A hand that is deeper went round, or the tracker lost it on the way.
-            Some(((hit, false), free_m)) if hit.point_m.distance(hand_m) <= DEEPEST_M => {
+            Some((hit, free_m)) if hit.point_m.distance(hand_m) <= DEEPEST_M => {
                 self.free_m = Some(free_m);
                 FreeSide {
                     from_m: free_m,
@@ -80,7 +73,9 @@ impl SideWatch {
                 }
             }
             _ => {
-                self.free_m = Some(hand_m);
+                // Of a hand on a surface rounding says which side it is on: it is still on the one it came from. Taken for free,
+                // a place behind the surface would turn the sides round until the hand is far away.
+                self.free_m = self.free_m.filter(|_| is_on).or(Some(hand_m));
                 FreeSide {
                     from_m: hand_m,
                     behind: None,
@@ -95,37 +90,39 @@ mod tests {
     use super::*;
     use hwall_hand::HandPoint;
 
-    /// A hand that goes through a wall, rests within a rounding of its surface on its way back, and comes out.
+    /// A recorded hand came back through a wall with one sample 50 nm behind its front. That was taken for free, and from then on
+    /// the hand was behind the wall wherever it went.
     #[test]
-    fn a_hand_that_comes_back_by_way_of_the_surface_is_on_the_side_it_came_from() {
-        let obj = "o wall\nv 0.62 -1 0\nv 0.62 1 0\nv 0.62 1 2\nv 0.62 -1 2\nf 1 2 3 4\n";
-        let (scene, _) = Scene::from_obj_str(obj, None).unwrap();
-        for off_m in [-5e-7, -5e-8, -1e-16, 0.0, 1e-16, 5e-8, 5e-7] {
-            let mut watch = SideWatch::default();
-            let mut side_at = |k: usize, x_m: f64| {
+    fn a_hand_in_the_plane_of_a_surface_stays_on_its_side() {
+        let wall = "o wall\nv 0.5 -1 0\nv 0.5 1 0\nv 0.5 1 2\nv 0.5 -1 2\nf 1 2 3 4\n";
+        let (scene, _) = Scene::from_obj_str(wall, None).expect("a wall");
+        let mut watch = SideWatch::default();
+        let depths_m = [-0.02, -0.01, 0.01, 0.02, 0.01, 5e-8, -0.01, -0.02, -0.1];
+        let sides: Vec<(f64, bool)> = depths_m
+            .into_iter()
+            .zip(0..)
+            .map(|(depth_m, sample)| {
+                let point_m = DVec3::new(0.5 + depth_m, 0.0, 1.0);
                 let hand = HandState {
-                    t_s: 0.01 * k as f64,
+                    t_s: 0.01 * f64::from(sample),
                     point: HandPoint::Index,
-                    point_m: DVec3::new(0.62 + x_m, 0.01, 1.0),
+                    point_m,
                     velocity_m_per_s: DVec3::ZERO,
                     direction: None,
-                    smoothed_m: [DVec3::ZERO; 2],
-                    delay_s: 0.0,
+                    smoothed_m: [point_m; 2],
+                    delay_s: 0.01,
                     unseen_s: 0.0,
                     palm_m: None,
                 };
-                watch.free_side(&scene, &hand, None)
-            };
-            let way_m = [0.1, 0.01, -0.02, -0.05, -0.02, off_m, off_m, 0.01, 0.1];
-            let sides: Vec<FreeSide> = way_m
+                let side = watch.free_side(&scene, &hand, None);
+                (depth_m, side.behind.is_some())
+            })
+            .collect();
+        assert!(
+            sides
                 .iter()
-                .enumerate()
-                .map(|(k, x_m)| side_at(k, *x_m))
-                .collect();
-            for (side, x_m) in sides.iter().zip(way_m) {
-                assert!(side.from_m.x > 0.62, "{off_m} at {x_m}: {side:?}");
-                assert_eq!(side.behind.is_some(), x_m < -2e-6, "{off_m} at {x_m}");
-            }
-        }
+                .all(|(depth_m, behind)| *behind == (*depth_m > 1e-6)),
+            "{sides:?}"
+        );
     }
 }

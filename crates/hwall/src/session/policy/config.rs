@@ -28,6 +28,9 @@ pub struct PolicyConfig {
     /// A look brings the board only while at least this share of the person's looks led to a reach; default 0.9. Whoever
     /// looks around is served when the hand sets off.
     pub trusted_share: f64,
+    /// A resting hand is awaited at a place that it has touched before if it comes back there with this probability at least; default
+    /// 0.4. Only of a person whose gaze is not seen.
+    pub again_share: f64,
     /// A hand this fast towards the predicted place in the mean of 0.1 s reaches for it, m/s; default 0.045: three standard
     /// deviations of one that rests before a tracker with 1 mm of noise.
     pub reach_m_per_s: f64,
@@ -62,6 +65,7 @@ impl Default for PolicyConfig {
             still_s: 0.1,
             look_s: 1.0,
             trusted_share: 0.9,
+            again_share: 0.4,
             reach_m_per_s: 0.045,
             near_m: 0.06,
             pause_s: 0.3,
@@ -88,6 +92,7 @@ impl PolicyConfig {
             ("still_s", self.still_s),
             ("look_s", self.look_s),
             ("trusted_share", self.trusted_share),
+            ("again_share", self.again_share),
             ("near_m", self.near_m),
             ("pause_s", self.pause_s),
             ("deviations", self.deviations),

@@ -6,7 +6,7 @@ use super::looks::{LookFrame, Looks};
 use super::sight::Sight;
 use crate::error::SessionError;
 use glam::{DMat3, DVec3};
-use hwall_contact::{ContactPrediction, SteadyPoint};
+use hwall_contact::{ContactPrediction, PredictionSource, SteadyPoint};
 use hwall_geometry::Pose;
 use hwall_hand::HandState;
 use hwall_haptics::{Board, PlaceTolerance, surface_axes};
@@ -85,6 +85,40 @@ fn in_time(mut contact: ContactPrediction, hand: &HandState) -> ContactPredictio
 /// Of a slower hand the speed tells nothing, m/s.
 const SLOWEST_M_PER_S: f64 = 0.1;
 
+/// What a board covers about its middle, m.
+const COVERED_M: f64 = 0.075;
+
+/// The ranked contacts from the one on that a board covers most probably: of a place touched before and of what else is predicted, the
+/// more probable one may be so vague that hardly any place of the board serves it.
+fn worth_a_board(ranked: &[ContactPrediction]) -> &[ContactPrediction] {
+    let Some(repeat) = (ranked.iter()).position(|p| p.source == PredictionSource::TouchedBefore)
+    else {
+        return ranked;
+    };
+    let other = usize::from(repeat == 0);
+    let covered = |p: &ContactPrediction| p.probability * covered_share(p);
+    match ranked.get(other) {
+        Some(other) if covered(other) > covered(&ranked[repeat]) => {
+            if repeat == 0 {
+                &ranked[1..]
+            } else {
+                ranked
+            }
+        }
+        _ => &ranked[repeat..=repeat],
+    }
+}
+
+/// The share of the touches meant by a contact that a board on its point covers.
+fn covered_share(contact: &ContactPrediction) -> f64 {
+    let (Some(c), Ok(axes)) = (contact.covariance_m2, surface_axes(contact.normal)) else {
+        return 0.0;
+    };
+    let variance_m2 = |i: usize| (c * axes[i]).dot(axes[i]).max(0.0);
+    let sds_m2 = (variance_m2(0) * variance_m2(1)).sqrt();
+    1.0 - (-0.5 * COVERED_M * COVERED_M / sds_m2).exp()
+}
+
 /// A hand that moves away this fast in the mean of 0.1 s leaves, m/s.
 const LEAVES_M_PER_S: f64 = 0.1;
 /// A hand that moves along a surface may move away from it by this share of what it comes nearer to a point on it: ways are bent.
@@ -162,13 +196,15 @@ impl Policy {
         self.course.step(t_s, hand.map(|hand| hand.point_m));
         let sight = eye_m.map(|eye_m| self.sight(eye_m));
         // The first guesses of a hand that sets off are no better than a look, whatever they say themselves.
-        let held = self.steady.step_ranked_known(ranked, |prediction| {
-            let own_m = spread_m(prediction);
-            match (prediction.looked_at_since_s, sight) {
-                (Some(_), Some(sight)) => own_m.min(sight.spread_m(prediction)),
-                _ => own_m,
-            }
-        });
+        let held = self
+            .steady
+            .step_ranked_known(worth_a_board(ranked), |prediction| {
+                let own_m = spread_m(prediction);
+                match (prediction.looked_at_since_s, sight) {
+                    (Some(_), Some(sight)) => own_m.min(sight.spread_m(prediction)),
+                    _ => own_m,
+                }
+            });
         self.off = held.and_then(|held| {
             let newest = ranked.iter().find(|p| p.surface == held.surface)?;
             Some((held.surface, newest.point_m - held.point_m))
@@ -254,6 +290,10 @@ impl Policy {
         // Where people look while the hand comes back is not yet where it goes next.
         let is_look =
             look.is_some_and(|since_s| t_s - since_s <= c.look_s) && motion != Motion::Leaves;
+        // Nobody's eyes are seen; where the last touches were is all that is known before the hand sets off.
+        let is_again = contact.source == PredictionSource::TouchedBefore
+            && contact.probability >= c.again_share
+            && motion != Motion::Leaves;
         match (self.decision, motion) {
             (Decision::Present(_) | Decision::Ready(_), Motion::Leaves) if settled => {
                 Decision::Wait
@@ -269,6 +309,7 @@ impl Policy {
                 true => Decision::Ready(*contact),
                 false => Decision::Lean(*contact),
             },
+            _ if settled && is_again && is_still => Decision::Ready(*contact),
             _ if settled => Decision::Wait,
             (last, _) => last,
         }
@@ -382,7 +423,6 @@ impl Policy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hwall_contact::PredictionSource;
     use hwall_hand::HandPoint;
 
     fn contact(covariance_m2: Option<DMat3>) -> ContactPrediction {
@@ -544,6 +584,38 @@ mod tests {
             }
         };
         assert_eq!([after(0.15), after(0.4)], [0.0, 0.4]);
+    }
+
+    #[test]
+    fn a_hand_that_rests_is_awaited_where_it_probably_comes_again() {
+        let of = |source, y: f64, sd_m: f64, probability| {
+            let mut p = contact(Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))));
+            p.point_m.y += y;
+            ContactPrediction {
+                source,
+                probability,
+                ..p
+            }
+        };
+        let decided = |again: f64, elsewhere_sd_m: f64| {
+            let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+            let mut ranked = [
+                of(PredictionSource::TouchedBefore, 0.0, 0.04, again),
+                of(PredictionSource::Motion, 0.5, elsewhere_sd_m, 1.0 - again),
+            ];
+            ranked.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+            let mut last = None;
+            for frame in 0..30 {
+                last = policy.step(0.01 * f64::from(frame), &ranked, None, None);
+            }
+            last.expect("a contact")
+        };
+        // What else may come is too vague for any place of a board, although it is more probable.
+        assert!(matches!(decided(0.45, 0.18), (c, Decision::Ready(_)) if c.point_m.y == 0.0));
+        // Hardly ever again: the arm waits for what the hand says.
+        assert!(matches!(decided(0.1, 0.18), (_, Decision::Wait)));
+        let (elsewhere, _) = decided(0.45, 0.03);
+        assert_eq!(elsewhere.point_m.y, 0.5);
     }
 
     #[test]

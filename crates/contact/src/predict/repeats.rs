@@ -1,0 +1,419 @@
+//! The places that this person has touched, one of which may come next.
+
+use super::hand::free_side::FreeSide;
+use super::hand::resting::SurfacePlace;
+use super::prediction::ContactPrediction;
+use glam::{DMat3, DVec3};
+use hwall_hand::HandState;
+use hwall_scene::SurfaceId;
+
+/// How far touches of one place lie apart, standard deviation in each axis, m. The ends of the reaches of the two recorded hands that the
+/// main job is tried with scatter by 36 and 42 mm in all three axes together; a place known from one touch is off twice.
+const SCATTER_M: f64 = 0.04;
+/// A touch this near to a place is one of that place, m: two and a half standard deviations.
+const SAME_M: f64 = 0.1;
+/// So many places are kept.
+const PLACES: usize = 8;
+/// Before the first touch nothing is known of a person: one of two would be of a place touched before ...
+const REPEATS_BEFORE: f64 = 1.0;
+const TOUCHES_BEFORE: f64 = 2.0;
+/// ... and an older touch counts this much less than the next one.
+const FADES: f64 = 0.9;
+/// Touches of new places are spread over about a square metre, 1/m².
+const NEW_PER_M2: f64 = 1.0;
+/// Share of the predictions that are astray, and how many times their standard deviation they then are off.
+const ASTRAY: [f64; 2] = [0.1, 3.0];
+/// A touch is over once the hand is this far in front of the surface, m.
+const AWAY_M: f64 = 0.08;
+/// What was predicted so long before a touch shows how good predictions of this person are, s: the time that an arm needs.
+const JUDGED_S: f64 = 0.3;
+/// How many samples back a prediction is looked for, and how near to that time it must be, s.
+const SAMPLES: usize = 48;
+const NEAR_S: f64 = 0.05;
+/// Predictions as good as those learnt from count as so many touches; squared errors beyond this many times the usual as that many.
+const GOOD_BEFORE: f64 = 2.0;
+const MOST_SCALE: f64 = 10.0;
+/// Places less probable than this are not named.
+const LEAST: f64 = 0.02;
+
+/// A place, and how often it was touched, older touches counting less.
+#[derive(Debug, Clone, Copy)]
+struct TouchedPlace {
+    place: SurfacePlace,
+    touches: f64,
+}
+
+/// A prediction, until a touch tells whether it was right.
+#[derive(Debug, Clone, Copy)]
+struct Predicted {
+    t_s: f64,
+    surface: SurfaceId,
+    point_m: DVec3,
+    covariance_m2: DMat3,
+}
+
+/// A place touched before that may come next.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Repeat {
+    pub(super) place: SurfacePlace,
+    /// Variance of the touch about it, in each direction along the surface, m².
+    pub(super) along_m2: f64,
+    pub(super) probability: f64,
+    /// How many times as large the squared errors of what is predicted otherwise are as it says itself.
+    pub(super) scale: f64,
+}
+
+/// The places that this person has touched, how often a touch is of one of them again, and how good the predictions of this
+/// person's touches have been.
+///
+/// It is asked of a person whose gaze is not seen: a look tells earlier and better what comes next.
+#[derive(Debug, Clone)]
+pub(super) struct Repeats {
+    places: [Option<TouchedPlace>; PLACES],
+    /// Sums over touches after the first, older ones counting less: those of a place touched before, and all.
+    again: f64,
+    all: f64,
+    /// Sum of squared errors over the expected ones, and of how many touches.
+    scale: f64,
+    judged: f64,
+    /// The touch under way.
+    under_way: Option<SurfacePlace>,
+    said: [Option<Predicted>; SAMPLES],
+    next: usize,
+}
+
+impl Default for Repeats {
+    fn default() -> Self {
+        Self {
+            places: [None; PLACES],
+            again: 0.0,
+            all: 0.0,
+            scale: 0.0,
+            judged: 0.0,
+            under_way: None,
+            said: [None; SAMPLES],
+            next: 0,
+        }
+    }
+}
+
+impl Repeats {
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Takes the hand: a touch is where it goes through a surface or rests on one, until it has gone away from it.
+    pub(super) fn step(
+        &mut self,
+        hand: &HandState,
+        side: &FreeSide,
+        rests_on: Option<&SurfacePlace>,
+    ) {
+        if let Some(place) = self.under_way {
+            if (hand.point_m - place.point_m).dot(place.normal) < AWAY_M {
+                return;
+            }
+            self.under_way = None;
+        }
+        let through = side.behind.as_ref().map(|hit| {
+            let towards = (side.from_m - hit.point_m).dot(hit.normal);
+            SurfacePlace {
+                surface: hit.surface,
+                point_m: hit.point_m,
+                normal: if towards < 0.0 {
+                    -hit.normal
+                } else {
+                    hit.normal
+                },
+            }
+        });
+        if let Some(place) = through.or(rests_on.copied()) {
+            self.under_way = Some(place);
+            self.touched(&place, hand.t_s);
+        }
+    }
+
+    fn touched(&mut self, place: &SurfacePlace, t_s: f64) {
+        self.judge(place, t_s);
+        let known = self.places.iter().flatten().count() > 0;
+        let same = |p: &&mut TouchedPlace| {
+            p.place.surface == place.surface && p.place.point_m.distance(place.point_m) <= SAME_M
+        };
+        for known in self.places.iter_mut().flatten() {
+            known.touches *= FADES;
+        }
+        let again = match self.places.iter_mut().flatten().find(same) {
+            Some(same) => {
+                same.touches += 1.0;
+                let way = place.point_m - same.place.point_m;
+                same.place.point_m += way / same.touches;
+                same.place.normal = place.normal;
+                true
+            }
+            None => {
+                let touches = |p: &Option<TouchedPlace>| p.map_or(0.0, |p| p.touches);
+                let least = self
+                    .places
+                    .iter_mut()
+                    .min_by(|a, b| touches(a).total_cmp(&touches(b)));
+                if let Some(least) = least {
+                    *least = Some(TouchedPlace {
+                        place: *place,
+                        touches: 1.0,
+                    });
+                }
+                false
+            }
+        };
+        if known {
+            self.again = FADES * self.again + f64::from(u8::from(again));
+            self.all = FADES * self.all + 1.0;
+        }
+    }
+
+    /// What was predicted before a touch, and what came.
+    fn judge(&mut self, place: &SurfacePlace, t_s: f64) {
+        let off_s = |said: &&Predicted| (t_s - said.t_s - JUDGED_S).abs();
+        let said = self.said.iter().flatten();
+        let said = said
+            .min_by(|a, b| off_s(a).total_cmp(&off_s(b)))
+            .filter(|said| off_s(said) <= NEAR_S);
+        if let Some(said) = said {
+            let ratio = if said.surface == place.surface {
+                let [u, v] = in_plane(place.normal);
+                let off = place.point_m - said.point_m;
+                squared(
+                    [off.dot(u), off.dot(v)],
+                    across_m2(&said.covariance_m2, [u, v]),
+                ) / 2.0
+            } else {
+                MOST_SCALE
+            };
+            if ratio.is_finite() {
+                self.scale = FADES * self.scale + ratio.min(MOST_SCALE);
+                self.judged = FADES * self.judged + 1.0;
+            }
+        }
+        self.said = [None; SAMPLES];
+    }
+
+    /// How many times as large the squared errors of predictions of this person are as predictions say themselves; at least 1.
+    fn scale(&self) -> f64 {
+        ((GOOD_BEFORE + self.scale) / (GOOD_BEFORE + self.judged)).max(1.0)
+    }
+
+    /// Remembers the prediction of a sample.
+    fn remember(&mut self, t_s: f64, first: &ContactPrediction) {
+        self.said[self.next] = first.covariance_m2.map(|covariance_m2| Predicted {
+            t_s,
+            surface: first.surface,
+            point_m: first.point_m,
+            covariance_m2,
+        });
+        self.next = (self.next + 1) % SAMPLES;
+    }
+
+    /// The place touched before that most probably comes next, for a hand that has gone away from what it touched last; `ranked` is what
+    /// is predicted otherwise.
+    pub(super) fn likeliest(&mut self, t_s: f64, ranked: &[ContactPrediction]) -> Option<Repeat> {
+        self.remember(t_s, ranked.first()?);
+        if self.under_way.is_some() {
+            return None;
+        }
+        let scale = self.scale();
+        let again = (REPEATS_BEFORE + self.again) / (TOUCHES_BEFORE + self.all);
+        let each = || self.places.iter().flatten();
+        let all: f64 = each().map(|p| p.touches).sum();
+        let odds = |touched: &TouchedPlace| {
+            let per_m2 = density_per_m2(ranked, &touched.place, scale);
+            again * touched.touches / all * per_m2 / NEW_PER_M2
+        };
+        let sum = each().map(odds).sum::<f64>() + 1.0 - again;
+        let touched = each().max_by(|a, b| odds(a).total_cmp(&odds(b)))?;
+        let probability = odds(touched) / sum;
+        let SurfacePlace {
+            surface,
+            point_m,
+            normal,
+        } = touched.place;
+        let mut repeat = Repeat {
+            place: touched.place,
+            along_m2: SCATTER_M * SCATTER_M * (1.0 + 1.0 / touched.touches.max(1.0)),
+            probability,
+            scale,
+        };
+        let of_surface = ranked.iter().find(|p| p.surface == surface);
+        if let Some(predicted) = of_surface
+            && let Some(covariance_m2) = predicted.covariance_m2
+        {
+            let [uu, _, vv] = across_m2(&covariance_m2, in_plane(normal));
+            let share = repeat.along_m2 / (repeat.along_m2 + scale * (uu + vv) / 2.0);
+            let way = predicted.point_m - point_m;
+            let way = way - normal * way.dot(normal);
+            // One that is further away means another place.
+            if share.is_finite() && way.length() <= SAME_M {
+                repeat.place.point_m += way * share;
+                repeat.along_m2 *= 1.0 - share;
+            }
+        }
+        // NaN is not probable.
+        (probability >= LEAST).then_some(repeat)
+    }
+}
+
+/// The density that ranked contacts give to a place touched before, 1/m², if their squared errors are `scale` times as large as
+/// they say.
+fn density_per_m2(ranked: &[ContactPrediction], place: &SurfacePlace, scale: f64) -> f64 {
+    let axes = in_plane(place.normal);
+    let of_surface = ranked.iter().find(|p| p.surface == place.surface);
+    let predicted = of_surface.and_then(|p| Some((p, p.covariance_m2?)));
+    let Some((predicted, covariance_m2)) = predicted else {
+        return 0.0;
+    };
+    let off = place.point_m - predicted.point_m;
+    let off = axes.map(|axis| off.dot(axis));
+    let density = |factor: f64| {
+        let [uu, uv, vv] = across_m2(&covariance_m2, axes).map(|c| c * factor);
+        let own_m2 = SCATTER_M * SCATTER_M;
+        let c = [uu + own_m2, uv, vv + own_m2];
+        let determinant = c[0] * c[2] - c[1] * c[1];
+        (-0.5 * squared(off, c)).exp() / (std::f64::consts::TAU * determinant.sqrt())
+    };
+    let [share, stretch] = ASTRAY;
+    let mixed = (1.0 - share) * density(scale) + share * density(scale * stretch * stretch);
+    let mixed = mixed * predicted.probability;
+    if mixed.is_finite() { mixed } else { 0.0 }
+}
+
+/// Two axes in a plane.
+fn in_plane(normal: DVec3) -> [DVec3; 2] {
+    let (u, v) = normal.any_orthonormal_pair();
+    [u, v]
+}
+
+/// A covariance in two axes: `[uu, uv, vv]`, m².
+fn across_m2(c: &DMat3, [u, v]: [DVec3; 2]) -> [f64; 3] {
+    let (cu, cv) = (*c * u, *c * v);
+    [u.dot(cu), u.dot(cv), v.dot(cv)]
+}
+
+/// Squared Mahalanobis distance in two dimensions.
+fn squared([a, b]: [f64; 2], [uu, uv, vv]: [f64; 3]) -> f64 {
+    (vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_hand::HandPoint;
+
+    const WALL: SurfaceId = SurfaceId(3);
+
+    /// A hand at rest there.
+    fn hand_at(point_m: DVec3, t_s: f64) -> HandState {
+        HandState {
+            t_s,
+            point: HandPoint::Index,
+            point_m,
+            velocity_m_per_s: DVec3::ZERO,
+            direction: None,
+            smoothed_m: [point_m; 2],
+            delay_s: 0.01,
+            unseen_s: 0.0,
+            palm_m: None,
+        }
+    }
+
+    fn place(y: f64) -> SurfacePlace {
+        SurfacePlace {
+            surface: WALL,
+            point_m: DVec3::new(0.0, y, 1.0),
+            normal: DVec3::X,
+        }
+    }
+
+    /// The hand touches a place and goes back.
+    fn touch(repeats: &mut Repeats, y: f64, t_s: f64) {
+        let place = place(y);
+        for (off_m, rests_on) in [(0.01, Some(&place)), (0.01, Some(&place)), (0.4, None)] {
+            let hand = hand_at(place.point_m + DVec3::X * off_m, t_s);
+            let side = FreeSide {
+                from_m: hand.point_m,
+                behind: None,
+            };
+            repeats.step(&hand, &side, rests_on);
+        }
+    }
+
+    fn predicted(y: f64, sd_m: f64) -> ContactPrediction {
+        ContactPrediction {
+            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))),
+            ..ContactPrediction::of_place(WALL, place(y).point_m, DVec3::X)
+        }
+    }
+
+    #[test]
+    fn who_touches_a_place_again_is_expected_there() {
+        let mut repeats = Repeats::default();
+        let vague = [predicted(0.2, 0.3)];
+        assert!(repeats.likeliest(0.0, &vague).is_none());
+        touch(&mut repeats, 0.0, 1.0);
+        let once = repeats.likeliest(1.0, &vague).expect("a place");
+        touch(&mut repeats, 0.03, 2.0);
+        touch(&mut repeats, -0.03, 3.0);
+        let thrice = repeats.likeliest(3.0, &vague).expect("a place");
+        assert!(once.probability > 0.4 && thrice.probability > once.probability + 0.1);
+        assert!(thrice.along_m2 < once.along_m2);
+        assert!(thrice.place.point_m.distance(place(0.0).point_m) < 0.03);
+        repeats.forget();
+        assert!(repeats.likeliest(4.0, &vague).is_none());
+    }
+
+    #[test]
+    fn who_never_touches_a_place_again_is_hardly_expected_there() {
+        let mut repeats = Repeats::default();
+        for k in 0..8 {
+            touch(&mut repeats, 0.3 * f64::from(k), f64::from(k));
+        }
+        let named = repeats.likeliest(9.0, &[predicted(0.3, 0.3)]);
+        assert!(named.is_none_or(|r| r.probability < 0.1), "{named:?}");
+    }
+
+    #[test]
+    fn a_sure_prediction_of_another_place_rules_it_out() {
+        let mut repeats = Repeats::default();
+        touch(&mut repeats, 0.0, 1.0);
+        let there = |y: f64| [predicted(y, 0.03)];
+        let near = repeats.likeliest(1.1, &there(0.05)).expect("a place");
+        assert!(near.probability > 0.8);
+        // The motion says where on the place.
+        assert!((0.02..0.05).contains(&near.place.point_m.y));
+        assert!(repeats.likeliest(1.2, &there(0.6)).is_none());
+        let elsewhere = [ContactPrediction {
+            surface: SurfaceId(0),
+            ..predicted(0.0, 0.03)
+        }];
+        assert!(repeats.likeliest(1.3, &elsewhere).is_none());
+        let broken = [predicted(f64::NAN, 0.03), predicted(0.0, f64::NAN)];
+        assert!(repeats.likeliest(1.4, &broken[..1]).is_none());
+        assert!(repeats.likeliest(1.5, &broken[1..]).is_none());
+    }
+
+    #[test]
+    fn predictions_that_were_wrong_are_believed_less() {
+        let mut repeats = Repeats::default();
+        for (k, y) in (0..4).zip([0.0, 0.02, -0.02, 0.0]) {
+            let t_s = f64::from(k);
+            for sample in 0..40 {
+                repeats.likeliest(t_s - 0.4 + 0.01 * f64::from(sample), &[predicted(0.4, 0.1)]);
+            }
+            touch(&mut repeats, y, t_s);
+        }
+        assert!(repeats.scale() > 3.0, "{}", repeats.scale());
+        let again = repeats.likeliest(5.0, &[predicted(0.4, 0.1)]);
+        assert!(
+            again.is_some_and(|again| again.probability > 0.3),
+            "{again:?}"
+        );
+    }
+}
