@@ -3,6 +3,7 @@
 use super::hand::free_side::FreeSide;
 use super::hand::resting::SurfacePlace;
 use super::prediction::ContactPrediction;
+use super::regions::RegionSizes;
 use glam::{DMat3, DVec3};
 use hwall_hand::HandState;
 use hwall_scene::SurfaceId;
@@ -244,7 +245,7 @@ impl Repeats {
         };
         let of_surface = ranked.iter().find(|p| p.surface == surface);
         if let Some(predicted) = of_surface
-            && let Some(covariance_m2) = predicted.covariance_m2
+            && let Some(covariance_m2) = typical_m2(predicted)
         {
             let [uu, _, vv] = across_m2(&covariance_m2, in_plane(normal));
             let share = repeat.along_m2 / (repeat.along_m2 + scale * (uu + vv) / 2.0);
@@ -266,7 +267,7 @@ impl Repeats {
 fn density_per_m2(ranked: &[ContactPrediction], place: &SurfacePlace, scale: f64) -> f64 {
     let axes = in_plane(place.normal);
     let of_surface = ranked.iter().find(|p| p.surface == place.surface);
-    let predicted = of_surface.and_then(|p| Some((p, p.covariance_m2?)));
+    let predicted = of_surface.and_then(|p| Some((p, typical_m2(p)?)));
     let Some((predicted, covariance_m2)) = predicted else {
         return 0.0;
     };
@@ -283,6 +284,13 @@ fn density_per_m2(ranked: &[ContactPrediction], place: &SurfacePlace, scale: f64
     let mixed = (1.0 - share) * density(scale) + share * density(scale * stretch * stretch);
     let mixed = mixed * predicted.probability;
     if mixed.is_finite() { mixed } else { 0.0 }
+}
+
+/// The covariance whose region of 50 % is the one that was learnt: where most errors are much smaller than is stated, a few are larger,
+/// and those are what `ASTRAY` is for.
+fn typical_m2(predicted: &ContactPrediction) -> Option<DMat3> {
+    let [learnt, normal] = [predicted.regions, RegionSizes::NORMAL].map(|r| r.squared()[0]);
+    Some(predicted.covariance_m2? * (learnt / normal))
 }
 
 /// Two axes in a plane.

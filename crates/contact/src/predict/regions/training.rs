@@ -2,7 +2,7 @@
 
 use super::super::fused::FusedPredictor;
 use super::super::gaze::{LabelledStream, StreamFilters};
-use super::super::prediction::{Predictor, PredictorInput};
+use super::super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use super::model::{BetweenWays, KNOTS, RegionModel};
 use super::quantiles::{Miss, quantiles};
 use super::sizes::{REGION_SHARES, RegionSizes};
@@ -125,8 +125,10 @@ impl Collected {
             let away_m = last.map_or(f64::INFINITY, |c| c.point_m.distance(state.point_m));
             on_the_way |= !reaches && away_m > AWAY_M;
             let counts = reaches && on_the_way;
+            // A place touched before says of itself how sure it is; what is learnt is of the estimator.
+            let of_motion = |p: &ContactPrediction| p.source != PredictionSource::TouchedBefore;
             let Some(prediction) =
-                prediction.filter(|p| counts && contact.surface == Some(p.surface))
+                prediction.filter(|p| counts && contact.surface == Some(p.surface) && of_motion(p))
             else {
                 continue;
             };
