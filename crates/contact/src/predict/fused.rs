@@ -59,7 +59,8 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 /// onset of a reach or further away than a few errors of registration.
 ///
 /// While no gaze is seen, the places that this person has touched before count, too: each touch, also of a surface that nothing stands
-/// for and the hand goes through, says how often this person comes back and how good the predictions were that were made of it. The place
+/// for and the hand goes through, says how often this person comes back, how good the predictions were that were made of it, and whether
+/// they were better with those places than without. The place
 /// that probably comes next is named beside the others ([`PredictionSource::TouchedBefore`]).
 ///
 /// The estimator's normal is not used: faces have exact ones, and the point and the direction of motion already

@@ -288,11 +288,11 @@ pub fn predictions_told(
         } else {
             &mut touch.samples
         };
-        due.push(TimedPrediction {
-            t_s: sample.seen.frame.t_s,
-            first: sample.predictions.first().copied(),
-            took_us: sample.took_us,
-        });
+        due.push(TimedPrediction::of_ranked(
+            sample.seen.frame.t_s,
+            sample.predictions,
+            sample.took_us,
+        ));
     })?;
     Ok(touches)
 }

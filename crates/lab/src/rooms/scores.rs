@@ -22,6 +22,8 @@ pub struct TimedPrediction {
     pub t_s: f64,
     /// The most probable prediction, if there is any.
     pub first: Option<ContactPrediction>,
+    /// The probability of its surface, with all places predicted there.
+    pub of_surface: f64,
     /// How long it took, µs.
     pub took_us: f64,
 }
@@ -35,6 +37,21 @@ pub struct TouchPredictions {
     pub early: Vec<TimedPrediction>,
     /// Sample by sample from the start of the hand to the contact.
     pub samples: Vec<TimedPrediction>,
+}
+
+impl TimedPrediction {
+    /// Of the predictions of a sample, the most probable one first.
+    #[must_use]
+    pub fn of_ranked(t_s: f64, ranked: &[ContactPrediction], took_us: f64) -> Self {
+        let first = ranked.first();
+        let there = |p: &&ContactPrediction| first.is_some_and(|f| f.surface == p.surface);
+        Self {
+            t_s,
+            first: first.copied(),
+            of_surface: ranked.iter().filter(there).map(|p| p.probability).sum(),
+            took_us,
+        }
+    }
 }
 
 impl TouchPredictions {
@@ -295,9 +312,10 @@ pub struct Bin {
 pub fn reliability<'a>(touches: impl IntoIterator<Item = &'a TouchPredictions>) -> Vec<Bin> {
     let mut bins = [(0.0, 0, 0); 10];
     for t in touches {
-        for first in under_way_moments().filter_map(|m| t.at(m)?.first) {
-            let bin = &mut bins[((10.0 * first.probability) as usize).min(9)];
-            bin.0 += first.probability;
+        for sample in under_way_moments().filter_map(|m| t.at(m)) {
+            let Some(first) = sample.first else { continue };
+            let bin = &mut bins[((10.0 * sample.of_surface) as usize).min(9)];
+            bin.0 += sample.of_surface;
             bin.1 += usize::from(t.right(&first));
             bin.2 += 1;
         }

@@ -313,7 +313,7 @@ impl PredictionRows {
                 let or_empty = |text: Option<String>| text.unwrap_or_default();
                 cells.push(or_empty(first.map(|a| surface(a.surface))));
                 cells.push(surface(t.touch.surface));
-                cells.push(or_empty(first.map(|a| format!("{:.4}", a.probability))));
+                cells.push(or_empty(first.map(|_| format!("{:.4}", sample.of_surface))));
                 cells.extend(first.map_or([const { String::new() }; 3], |a| metres(a.point_m)));
                 cells.extend(metres(t.touch.target_m));
                 let six = first.and_then(|a| a.covariance_m2).map(|c| {
