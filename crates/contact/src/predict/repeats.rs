@@ -35,7 +35,7 @@ const NEAR_S: f64 = 0.05;
 const GOOD_BEFORE: f64 = 2.0;
 const MOST_SCALE: f64 = 10.0;
 /// Before the first touch the odds that places touched before foretell the next one better than all people's habits do, as a logarithm ...
-const CREDIT_BEFORE: f64 = 2.5;
+const CREDIT_BEFORE: f64 = 2.0;
 /// ... which touches move this far at most.
 const MOST_CREDIT: f64 = 3.0;
 /// Density of touches where nothing is expected, 1/m².

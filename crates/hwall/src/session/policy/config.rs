@@ -29,7 +29,7 @@ pub struct PolicyConfig {
     /// looks around is served when the hand sets off.
     pub trusted_share: f64,
     /// A resting hand is awaited at a place that it has touched before if it comes back there with this probability at least; default
-    /// 0.4. Only of a person whose gaze is not seen.
+    /// 0.37. Only of a person whose gaze is not seen.
     pub again_share: f64,
     /// A hand this fast towards the predicted place in the mean of 0.1 s reaches for it, m/s; default 0.045: three standard
     /// deviations of one that rests before a tracker with 1 mm of noise.
@@ -65,7 +65,7 @@ impl Default for PolicyConfig {
             still_s: 0.1,
             look_s: 1.0,
             trusted_share: 0.9,
-            again_share: 0.4,
+            again_share: 0.37,
             reach_m_per_s: 0.045,
             near_m: 0.06,
             pause_s: 0.3,
