@@ -210,4 +210,14 @@ fn sizes_rise_with_the_share_and_are_finite_anywhere() {
     for (squared, share) in RegionSizes::NORMAL.squared().into_iter().zip(REGION_SHARES) {
         assert!((squared + 2.0 * (1.0 - share).ln()).abs() < 1e-12);
     }
+    let own = RegionSizes::from_squared([0.5, 0.5, 3.0]).expect("rising");
+    assert_eq!(own.squared(), [0.5, 0.5, 3.0]);
+    for wrong in [
+        [0.0, 1.0, 2.0],
+        [1.0, 0.9, 2.0],
+        [1.0, f64::NAN, 2.0],
+        [1.0, 2.0, f64::INFINITY],
+    ] {
+        assert!(RegionSizes::from_squared(wrong).is_err(), "{wrong:?}");
+    }
 }

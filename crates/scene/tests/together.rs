@@ -149,3 +149,27 @@ fn a_bad_ray_is_an_error_and_leaves_no_hits() {
         assert!(hits.is_empty());
     }
 }
+
+/// From so far away rounding puts the bound of a search before its origin; a door is a part of its own behind the hit.
+#[test]
+fn from_very_far_away() {
+    let text = "o wall\nv 0.7 -1 0\nv 0.7 1 0\nv 0.7 1 2\nv 0.7 -1 2\nf 1 2 3 4\n\
+                o door\nv 0.7001 -1 0\nv 0.7001 1 0\nv 0.7001 1 2\nv 0.7001 -1 2\nf 5 6 7 8\n";
+    let sidecar = "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [0.7001, -1.0, 0.0]\nhinge_axis = [0.0, 0.0, 1.0]\nrange_deg = [0.0, 90.0]\n";
+    let (scene, _) = Scene::from_obj_str(text, Some(sidecar)).unwrap();
+    for far_m in [1e9, 1e10, 1e11, 1e12, 1e14, 1e15] {
+        let rays: Vec<Ray> = (0..40)
+            .map(|k| Ray {
+                origin_m: DVec3::new(-far_m, 0.01 * f64::from(k), 1.0),
+                direction: DVec3::X,
+            })
+            .collect();
+        let alone: Vec<Option<Hit>> = rays
+            .iter()
+            .map(|ray| scene.ray_cast(ray.origin_m, ray.direction).unwrap())
+            .collect();
+        let mut hits = Vec::new();
+        scene.ray_casts(&rays, &mut hits).unwrap();
+        assert_eq!(hits, alone, "{far_m}");
+    }
+}

@@ -144,6 +144,7 @@ impl Setting {
             }
         }
         check_times(&recording).map_err(|e| named_text(path, &e.to_string()))?;
+        remarks.extend(unused_columns(&recording));
         let contacts = place::reaches_to_contact(&recording, options.rigid_hand);
         let (base, hand) = match (options.auto, options.base, options.hand_origin) {
             // Nothing is left to place; a recording without a reach then has no touch to judge.
@@ -174,7 +175,11 @@ impl Setting {
         let scene = base.scene_seen(&scene)?;
         let touches = touches::of_recording(&scene, &recording, base_from_hand, &contacts.reaches)?;
         if touches.is_empty() {
-            remarks.push("no recorded movement meets a touchable surface".to_owned());
+            remarks.push(
+                "no recorded movement meets a touchable surface: --hand-origin moves the recording, and without --place none a \
+                 place before a wall is looked for"
+                    .to_owned(),
+            );
         }
         let filter = if options.rigid_hand {
             HandFilterConfig::simulated()
@@ -207,6 +212,20 @@ impl Setting {
 ///
 /// # Errors
 /// Times that are too far apart: of neighbours, or of the first and the last sample.
+/// A misspelt column is noticed by its name.
+fn unused_columns(recording: &Recording) -> Option<String> {
+    const NAMED: usize = 8;
+    let names = &recording.ignored_columns;
+    let first: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
+    let more = if names.len() > NAMED { ", ..." } else { "" };
+    (!first.is_empty()).then(|| {
+        format!(
+            "columns of the recording that are not used: {}{more}",
+            first.join(", ")
+        )
+    })
+}
+
 fn check_times(recording: &Recording) -> anyhow::Result<()> {
     let times_s: Vec<f64> = recording.frames().map(|frame| frame.t_s).collect();
     for (sample, pair) in (2..).zip(times_s.windows(2)) {

@@ -42,8 +42,7 @@ impl ViewPrediction {
     }
 }
 
-/// Half axes of the ellipse within the plane of a normal of what lies within the square root of `ninety` standard deviations, m, of a
-/// covariance, m².
+/// Half axes, m, of the ellipse at a squared distance of `ninety` standard deviations of a covariance, m², in the plane of a normal.
 fn region_m(covariance_m2: &DMat3, normal: DVec3, ninety: f64) -> Option<[DVec3; 2]> {
     let [x, y] = surface_axes(normal).ok()?;
     let (a, b, c) = (

@@ -239,7 +239,11 @@ fn room(config: &BankConfig, components: usize, elapsed: f64) -> Room {
     if elapsed < SETTLING {
         Room {
             any: config.hypotheses.max(2 * components),
-            joining: UNDER_WAY.len(),
+            joining: if config.under_way > 0.0 {
+                UNDER_WAY.len()
+            } else {
+                0
+            },
         }
     } else {
         Room {

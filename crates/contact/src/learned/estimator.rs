@@ -70,8 +70,10 @@ pub struct LearnedEstimator {
     /// What is relied on beside the touching point; `None` is the head.
     relied_on: Vec<Option<NamedPoint>>,
     alone: Option<Box<LearnedEstimator>>,
-    /// Did the model of the touching point alone answer last?
+    /// Has the model of the touching point alone answered last in this reach?
     answered_alone: bool,
+    /// The same of the reach before, while this one is tentative: a touch is still of that one.
+    before_alone: Option<bool>,
 }
 
 impl ContactEstimator for LearnedEstimator {
@@ -81,6 +83,8 @@ impl ContactEstimator for LearnedEstimator {
 
     fn begin(&mut self) {
         self.adaptation.begin();
+        self.answered_alone = false;
+        self.before_alone = None;
         self.follow_anew();
         if let Some(alone) = &mut self.alone {
             alone.begin();
@@ -89,6 +93,8 @@ impl ContactEstimator for LearnedEstimator {
 
     fn begin_tentatively(&mut self) -> bool {
         self.adaptation.begin_tentatively();
+        let answered_alone = std::mem::take(&mut self.answered_alone);
+        self.before_alone.get_or_insert(answered_alone);
         self.follow_anew();
         if let Some(alone) = &mut self.alone {
             alone.begin_tentatively();
@@ -98,6 +104,7 @@ impl ContactEstimator for LearnedEstimator {
 
     fn confirm(&mut self) {
         self.adaptation.confirm();
+        self.before_alone = None;
         if let Some(alone) = &mut self.alone {
             alone.confirm();
         }
@@ -105,7 +112,8 @@ impl ContactEstimator for LearnedEstimator {
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
         // Each learns from what it said; without its points the other said nothing.
-        match self.alone.as_mut().filter(|_| self.answered_alone) {
+        let answered_alone = self.before_alone.unwrap_or(self.answered_alone);
+        match self.alone.as_mut().filter(|_| answered_alone) {
             Some(alone) => alone.touched(contact_m, contact_s),
             None if contact_m.is_finite() && contact_s.is_finite() => {
                 self.adaptation.touched(contact_m, &self.learnt.blend);
@@ -116,6 +124,8 @@ impl ContactEstimator for LearnedEstimator {
 
     fn forget(&mut self) {
         self.adaptation = self.learnt.blend.fresh();
+        self.answered_alone = false;
+        self.before_alone = None;
         if let Some(alone) = &mut self.alone {
             alone.forget();
         }
@@ -151,6 +161,7 @@ impl LearnedEstimator {
                 .collect(),
             alone: alone.map(|alone| Box::new(Self::new(alone, None))),
             answered_alone: false,
+            before_alone: None,
             track: ReachTrack::new(&learnt.inputs),
             run: learnt.primitive.as_ref().map(PrimitiveRun::new),
             features: Vec::with_capacity(learnt.inputs.width()),
@@ -268,14 +279,18 @@ impl LearnedEstimator {
 
     /// How many touches it has been told of since it last forgot.
     #[must_use]
-    pub const fn touches(&self) -> usize {
-        self.adaptation.touches()
+    pub fn touches(&self) -> usize {
+        self.adaptation.touches() + self.alone.as_ref().map_or(0, |alone| alone.touches())
     }
 
     /// How much larger the squared errors of the last touches were than expected, in standard deviations and per
-    /// axis: about 1 normally; far above it something in the room has moved, or somebody else has come.
+    /// axis: about 1 normally; far above it something in the room has moved, or somebody else has come. Of the model that answers:
+    /// where a point that it relies on stays away, that is the one of the touching point alone.
     #[must_use]
-    pub const fn surprise(&self) -> f64 {
-        self.adaptation.surprise()
+    pub fn surprise(&self) -> f64 {
+        match self.alone.as_ref().filter(|_| self.answered_alone) {
+            Some(alone) => alone.surprise(),
+            None => self.adaptation.surprise(),
+        }
     }
 }

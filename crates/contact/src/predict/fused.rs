@@ -58,9 +58,10 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 /// covariance and time 0, and `leaving_share` goes to all other surfaces, until the hand is faster than the
 /// onset of a reach or further away than a few errors of registration.
 ///
-/// While no gaze is seen, the places that this person has touched before count, too: each touch, also of a surface that nothing stands
-/// for and the hand goes through, says how often this person comes back, how good the predictions were that were made of it, and whether
-/// they were better with those places than without. The place
+/// While no gaze is seen, the places that this person has touched before count, too. Touches are those that are
+/// [felt](Predictor::touched), those of a hand that rests on a surface, and those of one that goes through a surface that nothing
+/// stands for. They say how often this person comes back, how good predictions of this person have been, and whether they were better with
+/// those places than without; covariances grow for a person of whom predictions were worse than they said. The place
 /// that probably comes next is named beside the others ([`PredictionSource::TouchedBefore`]).
 ///
 /// The estimator's normal is not used: faces have exact ones, and the point and the direction of motion already
@@ -461,14 +462,22 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         if now.is_some() || before.is_some() {
             return;
         }
-        let Some(repeat) = self.repeats.likeliest(hand.t_s, &self.ranked) else {
-            return;
+        let off_m = |place: &SurfacePlace| {
+            let closest = scene.project_on(place.surface, place.point_m);
+            closest.ok().map(|closest| closest.distance_m)
         };
+        let repeat = self.repeats.likeliest(hand.t_s, &self.ranked, off_m);
+        let scale = self.repeats.scale();
+        let motions = self
+            .ranked
+            .iter_mut()
+            .filter(|p| p.source == PredictionSource::Motion);
+        for covariance_m2 in motions.filter_map(|p| p.covariance_m2.as_mut()) {
+            *covariance_m2 *= scale;
+        }
+        let Some(repeat) = repeat else { return };
         for other in &mut self.ranked {
             other.probability *= 1.0 - repeat.probability;
-            if let Some(covariance_m2) = &mut other.covariance_m2 {
-                *covariance_m2 *= repeat.scale;
-            }
         }
         let SurfacePlace {
             surface,
@@ -620,6 +629,14 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             _ => contact_m,
         };
         self.stream.touched(corrected_m, contact_s);
+        if let Some(first) = self.ranked.first() {
+            let place = SurfacePlace {
+                surface: first.surface,
+                point_m: corrected_m,
+                normal: first.normal,
+            };
+            self.repeats.felt(&place, contact_s);
+        }
         let first = self.ranked.first().map(|first| (contact_m, first.surface));
         self.touched = first.filter(|_| self.registration.is_some());
     }

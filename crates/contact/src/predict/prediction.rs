@@ -41,7 +41,8 @@ pub struct ContactPrediction {
     /// Time until the hand is there, s: 0 for a hand behind the surface, `None` for one that does
     /// not approach.
     pub time_to_contact_s: Option<TimeToContact>,
-    /// Probability of this surface; those of all predictions of a sample add up to 1.
+    /// Probability of this place; those of all predictions of a sample add up to 1. That of a surface is the sum over those that name
+    /// it.
     pub probability: f64,
     /// What the surface was found by.
     pub source: PredictionSource,
@@ -104,7 +105,7 @@ pub enum PredictionSource {
 /// Samples come in order of time, including those in which the hand is lost. The scene may change from
 /// sample to sample, since doors move.
 pub trait Predictor {
-    /// Predicts the contact that comes next, the most probable surface first; empty when no contact is in
+    /// Predicts the contact that comes next, the most probable place first; empty when no contact is in
     /// sight. All numbers are finite.
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction];
 

@@ -9,7 +9,8 @@ use hwall_hand::HandState;
 use hwall_scene::SurfaceId;
 
 /// How far touches of one place lie apart, standard deviation in each axis, m. The ends of the reaches of the two recorded hands that the
-/// main job is tried with scatter by 36 and 42 mm in all three axes together; a place known from one touch is off twice.
+/// main job is tried with scatter by 36 and 42 mm in all three axes together; each axis is given as much, for hands that vary more. A
+/// place known from one touch is off twice.
 const SCATTER_M: f64 = 0.04;
 /// A touch this near to a place is one of that place, m: two and a half standard deviations.
 const SAME_M: f64 = 0.1;
@@ -24,12 +25,19 @@ const FADES: f64 = 0.9;
 const NEW_PER_M2: f64 = 1.0;
 /// Share of the predictions that are astray, and how many times their standard deviation they then are off.
 const ASTRAY: [f64; 2] = [0.1, 3.0];
-/// A touch is over once the hand is this far in front of the surface, m.
+/// A touch is over once the hand is this far in front of the surface, or, on no surface and behind none, from the place, m.
 const AWAY_M: f64 = 0.08;
+/// A hand that was not seen for so long touches anew, s.
+const LOST_S: f64 = 0.5;
+/// What is felt within this time of a touch that was seen to begin is that touch, s.
+const SAME_S: f64 = 1.0;
+/// A place that is further than this from its surface has been left by it: a door has moved, m.
+const LEFT_M: f64 = 0.03;
 /// What was predicted so long before a touch shows how good predictions of this person are, s: the time that an arm needs.
 const JUDGED_S: f64 = 0.3;
-/// How many samples back a prediction is looked for, and how near to that time it must be, s.
+/// How many samples back a prediction is looked for, how far they are apart at least, s, and how near to that time one must be, s.
 const SAMPLES: usize = 48;
+const APART_S: f64 = 0.008;
 const NEAR_S: f64 = 0.05;
 /// Predictions as good as those learnt from count as so many touches; squared errors beyond this many times the usual as that many.
 const GOOD_BEFORE: f64 = 2.0;
@@ -69,8 +77,6 @@ pub(super) struct Repeat {
     /// Variance of the touch about it, in each direction along the surface, m².
     pub(super) along_m2: f64,
     pub(super) probability: f64,
-    /// How many times as large the squared errors of what is predicted otherwise are as it says itself.
-    pub(super) scale: f64,
 }
 
 /// The places that this person has touched, how often a touch is of one of them again, how good the predictions of this
@@ -90,6 +96,10 @@ pub(super) struct Repeats {
     credit: f64,
     /// The touch under way.
     under_way: Option<SurfacePlace>,
+    /// When the last touch began, and when the hand was last seen, s.
+    touched_s: f64,
+    seen_s: f64,
+    remembered_s: f64,
     said: [Option<Predicted>; SAMPLES],
     next: usize,
 }
@@ -104,6 +114,9 @@ impl Default for Repeats {
             judged: 0.0,
             credit: 0.0,
             under_way: None,
+            touched_s: f64::NEG_INFINITY,
+            seen_s: f64::NEG_INFINITY,
+            remembered_s: f64::NEG_INFINITY,
             said: [None; SAMPLES],
             next: 0,
         }
@@ -122,8 +135,20 @@ impl Repeats {
         side: &FreeSide,
         rests_on: Option<&SurfacePlace>,
     ) {
+        if hand.t_s < self.seen_s {
+            // The clock was set back.
+            self.said = [None; SAMPLES];
+            [self.touched_s, self.remembered_s] = [f64::NEG_INFINITY; 2];
+        }
+        if !(0.0..=LOST_S).contains(&(hand.t_s - self.seen_s)) {
+            self.under_way = None;
+        }
+        self.seen_s = hand.t_s;
         if let Some(place) = self.under_way {
-            if (hand.point_m - place.point_m).dot(place.normal) < AWAY_M {
+            let way = hand.point_m - place.point_m;
+            let is_free = side.behind.is_none() && rests_on.is_none();
+            // Beside a table or round a wall the hand is not in front of it.
+            if way.dot(place.normal) < AWAY_M && !(is_free && way.length() > AWAY_M) {
                 return;
             }
             self.under_way = None;
@@ -146,7 +171,17 @@ impl Repeats {
         }
     }
 
+    /// Takes a touch that the board felt: of a quick tap nothing else may tell.
+    pub(super) fn felt(&mut self, place: &SurfacePlace, t_s: f64) {
+        let is_known = self.under_way.is_some() || (t_s - self.touched_s).abs() <= SAME_S;
+        if !is_known && place.point_m.is_finite() && t_s.is_finite() {
+            self.under_way = Some(*place);
+            self.touched(place, t_s);
+        }
+    }
+
     fn touched(&mut self, place: &SurfacePlace, t_s: f64) {
+        self.touched_s = t_s;
         self.judge(place, t_s);
         let known = self.places.iter().flatten().count() > 0;
         let same = |p: &&mut TouchedPlace| {
@@ -224,12 +259,16 @@ impl Repeats {
     }
 
     /// How many times as large the squared errors of predictions of this person are as predictions say themselves; at least 1.
-    fn scale(&self) -> f64 {
+    pub(super) fn scale(&self) -> f64 {
         ((GOOD_BEFORE + self.scale) / (GOOD_BEFORE + self.judged)).max(1.0)
     }
 
     /// Remembers the prediction of a sample.
     fn remember(&mut self, t_s: f64, first: &ContactPrediction, repeat: Option<Repeat>) {
+        if t_s - self.remembered_s < APART_S {
+            return;
+        }
+        self.remembered_s = t_s;
         self.said[self.next] = first.covariance_m2.map(|covariance_m2| Predicted {
             t_s,
             surface: first.surface,
@@ -242,10 +281,17 @@ impl Repeats {
     }
 
     /// The place touched before that most probably comes next, for a hand that has gone away from what it touched last; `ranked` is what
-    /// is predicted otherwise.
-    pub(super) fn likeliest(&mut self, t_s: f64, ranked: &[ContactPrediction]) -> Option<Repeat> {
+    /// is predicted otherwise. Doors move: `off_m` says how far a point is from its surface.
+    pub(super) fn likeliest(
+        &mut self,
+        t_s: f64,
+        ranked: &[ContactPrediction],
+        off_m: impl Fn(&SurfacePlace) -> Option<f64>,
+    ) -> Option<Repeat> {
         let first = ranked.first()?;
-        let repeat = self.likeliest_if_any_is(ranked);
+        let is_there = |p: &TouchedPlace| off_m(&p.place).is_some_and(|off_m| off_m <= LEFT_M);
+        let places = self.places.map(|p| p.filter(is_there));
+        let repeat = self.likeliest_if_any_is(&places, ranked);
         self.remember(t_s, first, repeat);
         let mut repeat = repeat.filter(|_| self.under_way.is_none())?;
         // Who touches always other places is expected anywhere.
@@ -255,10 +301,14 @@ impl Repeats {
     }
 
     /// The likeliest of the places, if they do foretell the next touch.
-    fn likeliest_if_any_is(&self, ranked: &[ContactPrediction]) -> Option<Repeat> {
+    fn likeliest_if_any_is(
+        &self,
+        places: &[Option<TouchedPlace>; PLACES],
+        ranked: &[ContactPrediction],
+    ) -> Option<Repeat> {
         let scale = self.scale();
         let again = (REPEATS_BEFORE + self.again) / (TOUCHES_BEFORE + self.all);
-        let each = || self.places.iter().flatten();
+        let each = || places.iter().flatten();
         let all: f64 = each().map(|p| p.touches).sum();
         let odds = |touched: &TouchedPlace| {
             let per_m2 = density_per_m2(ranked, &touched.place, scale);
@@ -276,7 +326,6 @@ impl Repeats {
             place: touched.place,
             along_m2: SCATTER_M * SCATTER_M * (1.0 + 1.0 / touched.touches.max(1.0)),
             probability,
-            scale,
         };
         let of_surface = ranked.iter().find(|p| p.surface == surface);
         if let Some(predicted) = of_surface
@@ -365,6 +414,13 @@ mod tests {
 
     const WALL: SurfaceId = SurfaceId(3);
 
+    impl Repeats {
+        /// Nothing has moved.
+        fn likeliest_anywhere(&mut self, t_s: f64, ranked: &[ContactPrediction]) -> Option<Repeat> {
+            self.likeliest(t_s, ranked, |_| Some(0.0))
+        }
+    }
+
     /// A hand at rest there.
     fn hand_at(point_m: DVec3, t_s: f64) -> HandState {
         HandState {
@@ -412,17 +468,17 @@ mod tests {
     fn who_touches_a_place_again_is_expected_there() {
         let mut repeats = Repeats::default();
         let vague = [predicted(0.2, 0.3)];
-        assert!(repeats.likeliest(0.0, &vague).is_none());
+        assert!(repeats.likeliest_anywhere(0.0, &vague).is_none());
         touch(&mut repeats, 0.0, 1.0);
-        let once = repeats.likeliest(1.0, &vague).expect("a place");
+        let once = repeats.likeliest_anywhere(1.0, &vague).expect("a place");
         touch(&mut repeats, 0.03, 2.0);
         touch(&mut repeats, -0.03, 3.0);
-        let thrice = repeats.likeliest(3.0, &vague).expect("a place");
+        let thrice = repeats.likeliest_anywhere(3.0, &vague).expect("a place");
         assert!(once.probability > 0.4 && thrice.probability > once.probability + 0.1);
         assert!(thrice.along_m2 < once.along_m2);
         assert!(thrice.place.point_m.distance(place(0.0).point_m) < 0.03);
         repeats.forget();
-        assert!(repeats.likeliest(4.0, &vague).is_none());
+        assert!(repeats.likeliest_anywhere(4.0, &vague).is_none());
     }
 
     #[test]
@@ -431,7 +487,7 @@ mod tests {
         for k in 0..8 {
             touch(&mut repeats, 0.3 * f64::from(k), f64::from(k));
         }
-        let named = repeats.likeliest(9.0, &[predicted(0.3, 0.3)]);
+        let named = repeats.likeliest_anywhere(9.0, &[predicted(0.3, 0.3)]);
         assert!(named.is_none_or(|r| r.probability < 0.1), "{named:?}");
     }
 
@@ -440,19 +496,21 @@ mod tests {
         let mut repeats = Repeats::default();
         touch(&mut repeats, 0.0, 1.0);
         let there = |y: f64| [predicted(y, 0.03)];
-        let near = repeats.likeliest(1.1, &there(0.05)).expect("a place");
+        let near = repeats
+            .likeliest_anywhere(1.1, &there(0.05))
+            .expect("a place");
         assert!(near.probability > 0.6);
         // The motion says where on the place.
         assert!((0.02..0.05).contains(&near.place.point_m.y));
-        assert!(repeats.likeliest(1.2, &there(0.6)).is_none());
+        assert!(repeats.likeliest_anywhere(1.2, &there(0.6)).is_none());
         let elsewhere = [ContactPrediction {
             surface: SurfaceId(0),
             ..predicted(0.0, 0.03)
         }];
-        assert!(repeats.likeliest(1.3, &elsewhere).is_none());
+        assert!(repeats.likeliest_anywhere(1.3, &elsewhere).is_none());
         let broken = [predicted(f64::NAN, 0.03), predicted(0.0, f64::NAN)];
-        assert!(repeats.likeliest(1.4, &broken[..1]).is_none());
-        assert!(repeats.likeliest(1.5, &broken[1..]).is_none());
+        assert!(repeats.likeliest_anywhere(1.4, &broken[..1]).is_none());
+        assert!(repeats.likeliest_anywhere(1.5, &broken[1..]).is_none());
     }
 
     /// Motions foretell these touches well, and none is where one was before, though some are near.
@@ -462,18 +520,21 @@ mod tests {
         for (k, y) in (0..8).zip([0.0, 0.15, -0.12, 0.28, 0.07, -0.25, 0.2, -0.05]) {
             let t_s = f64::from(k);
             for sample in 0..40 {
-                repeats.likeliest(t_s - 0.4 + 0.01 * f64::from(sample), &[predicted(y, 0.02)]);
+                repeats.likeliest_anywhere(
+                    t_s - 0.4 + 0.01 * f64::from(sample),
+                    &[predicted(y, 0.02)],
+                );
             }
             touch(&mut repeats, y, t_s);
         }
         assert!(repeats.credit < -0.5, "{}", repeats.credit);
         let later = repeats
-            .likeliest(8.0, &[predicted(0.1, 0.3)])
+            .likeliest_anywhere(8.0, &[predicted(0.1, 0.3)])
             .expect("a place");
         let mut young = Repeats::default();
         touch(&mut young, 0.07, 1.0);
         let sooner = young
-            .likeliest(8.0, &[predicted(0.1, 0.3)])
+            .likeliest_anywhere(8.0, &[predicted(0.1, 0.3)])
             .expect("a place");
         assert!(later.probability < 0.5 * sooner.probability);
     }
@@ -481,18 +542,83 @@ mod tests {
     #[test]
     fn predictions_that_were_wrong_are_believed_less() {
         let mut repeats = Repeats::default();
-        for (k, y) in (0..4).zip([0.0, 0.02, -0.02, 0.0]) {
+        // However often a hand is seen.
+        for (k, (y, rate_hz)) in
+            (0..4).zip([(0.0, 90.0), (0.02, 240.0), (-0.02, 1000.0), (0.0, 60.0)])
+        {
             let t_s = f64::from(k);
-            for sample in 0..40 {
-                repeats.likeliest(t_s - 0.4 + 0.01 * f64::from(sample), &[predicted(0.4, 0.1)]);
+            let judged = repeats.judged;
+            for sample in 0..(0.4 * rate_hz) as usize {
+                let t_s = t_s - 0.4 + sample as f64 / rate_hz;
+                repeats.likeliest_anywhere(t_s, &[predicted(0.4, 0.1)]);
             }
             touch(&mut repeats, y, t_s);
+            assert!(repeats.judged > judged, "{rate_hz} Hz");
         }
         assert!(repeats.scale() > 3.0, "{}", repeats.scale());
-        let again = repeats.likeliest(5.0, &[predicted(0.4, 0.1)]);
+        let again = repeats.likeliest_anywhere(5.0, &[predicted(0.4, 0.1)]);
         assert!(
             again.is_some_and(|again| again.probability > 0.3),
             "{again:?}"
         );
+    }
+
+    /// From a table top the hand goes to the lap, which is nowhere in front of it.
+    #[test]
+    fn a_touch_ends_beside_its_surface_too() {
+        let top = SurfacePlace {
+            surface: WALL,
+            point_m: DVec3::new(0.5, 0.0, 0.75),
+            normal: DVec3::Z,
+        };
+        let mut repeats = Repeats::default();
+        let mut at = |point_m: DVec3, t_s: f64, rests_on: Option<&SurfacePlace>| {
+            let hand = hand_at(point_m, t_s);
+            let side = FreeSide {
+                from_m: point_m,
+                behind: None,
+            };
+            repeats.step(&hand, &side, rests_on);
+            repeats.under_way.is_some()
+        };
+        assert!(at(top.point_m, 0.0, Some(&top)));
+        assert!(at(top.point_m + DVec3::X * 0.05, 0.1, None));
+        assert!(!at(DVec3::new(0.2, 0.0, 0.55), 0.2, None));
+        assert!(at(top.point_m, 0.3, Some(&top)));
+        // Lost in between, and with the clock set back.
+        assert!(!at(top.point_m + DVec3::Z * 0.05, 2.0, None));
+        assert!(at(top.point_m, 2.1, Some(&top)));
+        assert!(!at(top.point_m + DVec3::Z * 0.05, 1.0, None));
+    }
+
+    #[test]
+    fn a_touch_that_is_felt_counts_once() {
+        let mut repeats = Repeats {
+            seen_s: 0.99,
+            ..Repeats::default()
+        };
+        repeats.felt(&place(0.0), 1.0);
+        touch(&mut repeats, 0.0, 1.1);
+        repeats.felt(&place(0.0), 1.2);
+        assert_eq!(repeats.all, 0.0);
+        repeats.felt(&place(0.02), 3.0);
+        assert_eq!((repeats.all, repeats.again), (1.0, 1.0));
+        let mut none = Repeats::default();
+        none.felt(&place(f64::NAN), 1.0);
+        none.felt(&place(0.0), f64::NAN);
+        assert!(
+            none.likeliest_anywhere(2.0, &[predicted(0.0, 0.3)])
+                .is_none()
+        );
+    }
+
+    #[test]
+    fn a_place_that_its_door_has_left_is_not_named() {
+        let mut repeats = Repeats::default();
+        touch(&mut repeats, 0.0, 1.0);
+        let vague = [predicted(0.2, 0.3)];
+        assert!(repeats.likeliest(2.0, &vague, |_| Some(0.4)).is_none());
+        assert!(repeats.likeliest(2.1, &vague, |_| None).is_none());
+        assert!(repeats.likeliest(2.2, &vague, |_| Some(0.01)).is_some());
     }
 }

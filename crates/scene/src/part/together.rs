@@ -164,13 +164,14 @@ impl Traveller {
         }
     }
 
-    /// To the nearest child that still matters; the end, at a distance of zero, always does.
+    /// To the nearest child that still matters, else to the end, also where rounding has put the bound before the origin.
     #[inline(always)]
     fn go_on(&mut self) {
         loop {
             self.top -= 1;
-            if distance(self.keys[self.top]) <= self.max {
-                self.at = self.children[self.top];
+            let child = self.children[self.top];
+            if child == END || distance(self.keys[self.top]) <= self.max {
+                self.at = child;
                 return;
             }
         }

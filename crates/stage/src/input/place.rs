@@ -19,6 +19,12 @@ const BELOW_M: f64 = 0.55;
 const LONG_M: f64 = 0.3;
 const SHORT_M: f64 = 0.15;
 
+/// One direction ends in touches this much more often than the other, or this much further from the head, m.
+const MORE_TOUCHES: f64 = 0.5;
+const FROM_HEAD_M: f64 = 0.1;
+/// A contact is noticed this long after the end of its movement at most, s.
+const TOUCH_AFTER_S: f64 = 0.2;
+
 /// Distance between the places that are tried on a wall, and their least distance from its border, m.
 const STEP_M: f64 = 0.25;
 const BORDER_M: f64 = 0.25;
@@ -49,8 +55,9 @@ pub struct Contacts {
     pub remark: String,
 }
 
-/// The reaches that end on something. Hands move to and fro; of the two directions it is the one whose ends lie
-/// much closer together (a wall stops the hand at one place, while a resting hand may be anywhere), else the first.
+/// The reaches that end on something. Hands move to and fro; of the two directions it is the one that ends in touches where the
+/// recording says so, or away from the head where that is recorded, else the one whose ends lie much closer together (a wall stops the hand at
+/// one place, while a resting hand may be anywhere), else the first.
 ///
 /// Movements are told apart by the steadiest point. Where they lead is read from the index tip if it is recorded, as
 /// in the prediction.
@@ -101,15 +108,27 @@ pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<
             .sum::<f64>();
         (squares / group.len() as f64).sqrt()
     };
-    // A single end has no scatter; a small difference is chance.
-    let swap = to.len() > 1 && fro.len() > 1 && scatter(&fro) < 0.5 * scatter(&to);
+    let by = |of: fn(&Recording, &Reach) -> Option<f64>, least: f64| {
+        let [to, fro] =
+            [&to, &fro].map(|group| mean_of(group.iter().filter_map(|r| of(recording, r))));
+        let more = to? - fro?;
+        (more.abs() >= least).then_some(more < 0.0)
+    };
+    let (swap, why) = if let Some(swap) = by(touches, MORE_TOUCHES) {
+        (swap, "they end in the touches recorded")
+    } else if let Some(swap) = by(from_head_m, FROM_HEAD_M) {
+        (swap, "they lead away from the head")
+    } else if to.len() > 1 && fro.len() > 1 && scatter(&fro) < 0.5 * scatter(&to) {
+        // A single end has no scatter; a small difference is chance.
+        (
+            true,
+            "their ends lie closest together; without a head or a column contact nothing else tells them from the way back",
+        )
+    } else {
+        (false, "the first direction")
+    };
     let chosen = if swap { fro } else { to };
     let starts: Vec<String> = chosen.iter().map(|r| format!("{:.2}", r.start_s)).collect();
-    let why = if swap {
-        "their ends lie closest together"
-    } else {
-        "the first direction"
-    };
     let remark = format!(
         "taken as reaches: the movements that start at {} s ({why})",
         starts.join(", ")
@@ -118,6 +137,31 @@ pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<
         reaches: chosen,
         remark,
     })
+}
+
+/// 1 if the movement ends in a touch, 0 if not; `None` where the recording does not know touches.
+fn touches(recording: &Recording, reach: &Reach) -> Option<f64> {
+    let samples = &recording.samples;
+    samples.iter().find(|s| s.contact == Some(true))?;
+    // A way back begins in a touch.
+    let middle = reach.first.midpoint(reach.last);
+    let end = samples[middle..].iter();
+    let mut end = end.take_while(|s| s.frame.t_s <= reach.end_s + TOUCH_AFTER_S);
+    Some(f64::from(u8::from(end.any(|s| s.contact == Some(true)))))
+}
+
+/// How much further from the head a movement ends than it starts, m.
+fn from_head_m(recording: &Recording, reach: &Reach) -> Option<f64> {
+    let distance_m = |sample: usize, point_m: DVec3| {
+        let head_m = recording.samples[sample].frame.head_m?;
+        Some(head_m.distance(point_m)).filter(|m| m.is_finite())
+    };
+    Some(distance_m(reach.last, reach.end_m)? - distance_m(reach.first, reach.start_m)?)
+}
+
+fn mean_of(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
+    (count > 0.0).then(|| sum / count)
 }
 
 /// The same movement of the index tip, if that was seen at both ends.
@@ -283,4 +327,60 @@ fn heading(v: DVec3) -> f64 {
 fn mean(points: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {
     let count = points.len() as f64;
     points.sum::<DVec3>() / count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_hand::{HandFrame, Sample};
+
+    /// Three reaches of a hand that comes back to one place, to ends that lie apart.
+    fn recording(head: bool, contact: bool) -> Recording {
+        let rest_m = dvec3(0.3, 0.0, 1.0);
+        let ends_m = [-0.3, 0.0, 0.3].map(|y| dvec3(0.8, y, 1.2));
+        let mut samples = Vec::new();
+        for k in 0..600_u32 {
+            let (cycle, t_s) = ((k / 200) as usize, f64::from(k % 200) * 0.0125);
+            let ease = |from_s: f64| {
+                let tau = ((t_s - from_s) / 0.6).clamp(0.0, 1.0);
+                tau * tau * (3.0 - 2.0 * tau)
+            };
+            let at_m = rest_m.lerp(ends_m[cycle], ease(0.4) - ease(1.5));
+            let mut frame = HandFrame::empty(f64::from(k) * 0.0125);
+            for point in [HandPoint::Palm, HandPoint::Index] {
+                frame.set_point(point, Some(at_m));
+            }
+            frame.head_m = head.then_some(dvec3(0.1, 0.0, 1.5));
+            samples.push(Sample {
+                frame,
+                contact: contact.then_some((1.0..1.5).contains(&t_s)),
+                ..Sample::default()
+            });
+        }
+        Recording {
+            samples,
+            ..Recording::default()
+        }
+    }
+
+    #[test]
+    fn touches_and_the_head_tell_reaches_from_ways_back() {
+        for (head, contact, why) in [
+            (false, true, "touches"),
+            (true, false, "head"),
+            (true, true, "touches"),
+        ] {
+            let found = reaches_to_contact(&recording(head, contact), true).expect("reaches");
+            assert!(found.remark.contains(why), "{}", found.remark);
+            assert_eq!(found.reaches.len(), 3);
+            assert!(found.reaches.iter().all(|r| r.end_m.x > 0.75));
+        }
+        // Nothing tells that the ends which lie together are not those on a wall, and it is said.
+        let found = reaches_to_contact(&recording(false, false), true).expect("reaches");
+        assert!(
+            found.remark.contains("closest together"),
+            "{}",
+            found.remark
+        );
+    }
 }

@@ -35,6 +35,10 @@ pub fn read(path: &Path, wanted: Option<&str>) -> anyhow::Result<Recording> {
     }
     match found[..] {
         [only] => Ok(trials.swap_remove(only)),
+        _ if trials.iter().all(|trial| name(trial).is_empty()) => bail!(
+            "{}: --trial {wanted}: the recording names no trials",
+            place()
+        ),
         _ => bail!(
             "{}: --trial {wanted}: no trial, or several, of that name; there are {}",
             place(),

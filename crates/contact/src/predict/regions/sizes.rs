@@ -1,5 +1,8 @@
 //! The sizes of the regions of one prediction.
 
+use crate::error::ContactError;
+use hwall_numeric::check::{positive, that};
+
 /// Shares of the contacts that regions are told for.
 pub const REGION_SHARES: [f64; 3] = [0.5, 0.7, 0.9];
 
@@ -22,6 +25,25 @@ impl RegionSizes {
             4.605_170_185_988_091,
         ],
     };
+
+    /// Those of somebody else's: squared distances in standard deviations, in the order of [`REGION_SHARES`].
+    ///
+    /// # Errors
+    /// A number that is not finite and above zero, or smaller than the one before.
+    pub fn from_squared(squared: [f64; 3]) -> Result<Self, ContactError> {
+        let what = "squared distance of a region";
+        let mut least = 0.0;
+        for value in squared {
+            positive(what, value)?;
+            least = that(
+                value >= least,
+                what,
+                value,
+                "no smaller than the one before",
+            )?;
+        }
+        Ok(Self { squared })
+    }
 
     /// From the logarithms; a region is at least as large as those that hold less.
     pub(super) fn from_logarithms(logarithms: [f64; 3]) -> Self {

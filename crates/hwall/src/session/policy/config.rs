@@ -7,7 +7,8 @@ use hwall_numeric::check::{non_negative, positive};
 ///
 /// People want a board that goes early and once and then stands still, rather than one that chases them. What the hand reaches
 /// for brings the board; so does what is looked at, as long as the looks of this person lead to touches. Whoever looks around
-/// only makes the arm lean towards where they look. After a touch the arm returns to its waiting posture.
+/// only makes the arm lean towards where they look. After a touch the arm returns to its waiting posture, unless nobody's eyes are seen and
+/// the hand probably comes back to a place that it has touched: there it waits for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolicyConfig {
     /// The predicted place stays while it moves less than this, m; default 0.05, half of the half width of a board.
@@ -16,7 +17,7 @@ pub struct PolicyConfig {
     pub settle_s: f64,
     /// A predicted place that moves by less than this between frames stays, m; default 0.06.
     pub settle_m: f64,
-    /// How far behind a surface that is looked at the board gets ready, m; default 0: on it, for a board
+    /// How far behind a surface that is looked at, or was touched before, the board gets ready, m; default 0: on it, for a board
     /// that need not move again is there sooner.
     pub ready_m: f64,
     /// A hand slower than this rests, m/s; default 0.3: that of a resting hand is seen with an error of a third of it.

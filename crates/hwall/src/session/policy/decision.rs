@@ -19,7 +19,7 @@ pub(in crate::session) enum Decision {
     Wait,
     /// Something may be: the arm waits nearer to it.
     Lean(ContactPrediction),
-    /// Behind the place that is looked at.
+    /// Behind the place that is looked at, or that will probably be touched again.
     Ready(ContactPrediction),
     /// On the place that is about to be touched.
     Present(ContactPrediction),
@@ -88,7 +88,7 @@ const SLOWEST_M_PER_S: f64 = 0.1;
 /// What a board covers about its middle, m.
 const COVERED_M: f64 = 0.075;
 
-/// The ranked contacts from the one on that a board covers most probably: of a place touched before and of what else is predicted, the
+/// The ranked contacts, starting with the one that a board is most likely to cover: of a place touched before and of what else is predicted, the
 /// more probable one may be so vague that hardly any place of the board serves it.
 fn worth_a_board(ranked: &[ContactPrediction]) -> &[ContactPrediction] {
     let Some(repeat) = (ranked.iter()).position(|p| p.source == PredictionSource::TouchedBefore)
@@ -111,11 +111,19 @@ fn worth_a_board(ranked: &[ContactPrediction]) -> &[ContactPrediction] {
 
 /// The share of the touches meant by a contact that a board on its point covers.
 fn covered_share(contact: &ContactPrediction) -> f64 {
-    let (Some(c), Ok(axes)) = (contact.covariance_m2, surface_axes(contact.normal)) else {
+    let Ok(axes) = surface_axes(contact.normal) else {
         return 0.0;
     };
-    let variance_m2 = |i: usize| (c * axes[i]).dot(axes[i]).max(0.0);
-    let sds_m2 = (variance_m2(0) * variance_m2(1)).sqrt();
+    // One that comes without is exact.
+    let Some(c) = contact.covariance_m2 else {
+        return 1.0;
+    };
+    let variances_m2 = axes.map(|axis| (c * axis).dot(axis));
+    // NaN covers nothing.
+    if !variances_m2.iter().all(|v| *v >= 0.0) {
+        return 0.0;
+    }
+    let sds_m2 = (variances_m2[0] * variances_m2[1]).sqrt();
     1.0 - (-0.5 * COVERED_M * COVERED_M / sds_m2).exp()
 }
 
@@ -195,16 +203,15 @@ impl Policy {
         self.decision = self.decision.aged(dt_s);
         self.course.step(t_s, hand.map(|hand| hand.point_m));
         let sight = eye_m.map(|eye_m| self.sight(eye_m));
+        let ranked = worth_a_board(ranked);
         // The first guesses of a hand that sets off are no better than a look, whatever they say themselves.
-        let held = self
-            .steady
-            .step_ranked_known(worth_a_board(ranked), |prediction| {
-                let own_m = spread_m(prediction);
-                match (prediction.looked_at_since_s, sight) {
-                    (Some(_), Some(sight)) => own_m.min(sight.spread_m(prediction)),
-                    _ => own_m,
-                }
-            });
+        let held = self.steady.step_ranked_known(ranked, |prediction| {
+            let own_m = spread_m(prediction);
+            match (prediction.looked_at_since_s, sight) {
+                (Some(_), Some(sight)) => own_m.min(sight.spread_m(prediction)),
+                _ => own_m,
+            }
+        });
         self.off = held.and_then(|held| {
             let newest = ranked.iter().find(|p| p.surface == held.surface)?;
             Some((held.surface, newest.point_m - held.point_m))

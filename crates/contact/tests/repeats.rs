@@ -1,0 +1,199 @@
+//! Of a person whose gaze is not seen, the places touched before are named beside what the motion says.
+
+use glam::{DMat3, DVec3};
+use hwall_contact::{
+    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor,
+    PredictionSource, Predictor, PredictorInput,
+};
+use hwall_hand::{GazeFilter, GazeRay, HandFilter, HandFilterConfig, HandFrame, HandPoint};
+use hwall_scene::Scene;
+
+const ROOM: &str = "o wall\nv 0 -2 0\nv 0 0.5 0\nv 0 0.5 3\nv 0 -2 3\nf 1 2 3 4\n\
+    o door\nv 0 0.5 0\nv 0 1.5 0\nv 0 1.5 3\nv 0 0.5 3\nf 5 6 7 8\n";
+const DOOR: &str = "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [0.0, 1.5, 0.0]\n\
+    hinge_axis = [0.0, 0.0, 1.0]\nrange_deg = [-90.0, 90.0]\n";
+const HOME: DVec3 = DVec3::new(0.6, 0.3, 1.2);
+const PLACE: DVec3 = DVec3::new(0.0, 0.9, 1.3);
+const PERIOD_S: f64 = 1.0 / 90.0;
+
+/// Says the same of every motion: it may end anywhere about the middle.
+#[derive(Debug, Clone)]
+struct Vague;
+
+impl ContactEstimator for Vague {
+    fn begin(&mut self) {}
+
+    fn begin_tentatively(&mut self) -> bool {
+        true
+    }
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        Some(ContactEstimate {
+            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(0.3 * 0.3))),
+            ..ContactEstimate::of_point(frame.t_s, DVec3::new(0.0, 0.4, 1.2))
+        })
+    }
+}
+
+struct Person {
+    scene: Scene,
+    predictor: FusedPredictor<Vague>,
+    hand: HandFilter,
+    gaze: GazeFilter,
+    t_s: f64,
+}
+
+impl Person {
+    fn new() -> Self {
+        Self {
+            scene: Scene::from_obj_str(ROOM, Some(DOOR)).expect("a room").0,
+            predictor: FusedPredictor::new(Vague, FusedConfig::default()).expect("settings"),
+            hand: HandFilter::new(HandFilterConfig::simulated()).expect("settings"),
+            gaze: GazeFilter::default(),
+            t_s: 0.0,
+        }
+    }
+
+    fn step(&mut self, point_m: DVec3, looks_at_m: Option<DVec3>) -> Vec<ContactPrediction> {
+        self.t_s += PERIOD_S;
+        let mut frame = HandFrame::empty(self.t_s);
+        frame.set_point(HandPoint::Index, Some(point_m));
+        let eye_m = DVec3::new(0.8, 0.3, 1.6);
+        let ray = looks_at_m.map(|at_m| GazeRay {
+            origin_m: eye_m,
+            direction: (at_m - eye_m).normalize(),
+        });
+        let tracking = self.hand.step(&frame);
+        let input = PredictorInput {
+            frame: &frame,
+            hand: tracking.state(),
+            gaze: self.gaze.step(self.t_s, ray.as_ref()),
+        };
+        self.predictor.predict(&self.scene, &input).to_vec()
+    }
+
+    /// So far of the way to a place and back, with a pause at either end; what is predicted half a second after the start.
+    fn reach(&mut self, share: f64, looks_at_m: Option<DVec3>) -> Vec<ContactPrediction> {
+        let mut early = Vec::new();
+        for k in 0..=220_i32 {
+            let there = f64::from(k.clamp(40, 110) - 40) / 70.0;
+            let back = f64::from(k.clamp(130, 190) - 130) / 60.0;
+            let ease = |tau: f64| tau * tau * (3.0 - 2.0 * tau);
+            let ranked = self.step(
+                HOME.lerp(PLACE, share * (ease(there) - ease(back))),
+                looks_at_m,
+            );
+            if k == 85 {
+                early = ranked;
+            }
+        }
+        adds_up(&early);
+        early
+    }
+
+    /// Touches the place four times.
+    fn touched() -> Self {
+        let mut person = Self::new();
+        for _ in 0..4 {
+            person.reach(1.0, None);
+        }
+        person
+    }
+
+    /// What is predicted when it sets off once more.
+    fn again(&mut self) -> Option<ContactPrediction> {
+        repeat(&self.reach(0.5, None)).copied()
+    }
+}
+
+fn repeat(ranked: &[ContactPrediction]) -> Option<&ContactPrediction> {
+    let mut repeats =
+        (ranked.iter()).filter(|p| matches!(p.source, PredictionSource::TouchedBefore));
+    let first = repeats.next();
+    assert!(repeats.next().is_none(), "one place at most");
+    first
+}
+
+fn adds_up(ranked: &[ContactPrediction]) {
+    let sum: f64 = ranked.iter().map(|p| p.probability).sum();
+    assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    assert!(
+        ranked
+            .windows(2)
+            .all(|p| p[0].probability >= p[1].probability)
+    );
+    assert!(
+        ranked
+            .iter()
+            .all(|p| p.point_m.is_finite() && p.normal.is_finite())
+    );
+}
+
+#[test]
+fn who_comes_back_is_expected_at_the_place() {
+    let mut person = Person::new();
+    assert!(repeat(&person.reach(1.0, None)).is_none());
+    for _ in 0..3 {
+        person.reach(1.0, None);
+    }
+    let ranked = person.reach(0.5, None);
+    let again = repeat(&ranked).expect("a place");
+    assert!(
+        again.probability > 0.4 && again.point_m.distance(PLACE) < 0.1,
+        "{again:?}"
+    );
+    assert_eq!(person.scene.surface(again.surface).name, "door");
+    assert!(again.point_m.x.abs() < 1e-9);
+    let other = ranked.iter().find(|p| p.source == PredictionSource::Motion);
+    let vague = other
+        .and_then(|p| p.covariance_m2)
+        .expect("the motion")
+        .y_axis
+        .y;
+    let narrow = again.covariance_m2.expect("stated").y_axis.y;
+    assert!(
+        narrow < 0.05 * 0.05 && vague > 10.0 * narrow,
+        "{narrow} {vague}"
+    );
+}
+
+#[test]
+fn a_gaze_says_it_better() {
+    let ranked = Person::touched().reach(0.5, Some(DVec3::new(0.0, -0.2, 1.3)));
+    assert!(!ranked.is_empty() && repeat(&ranked).is_none());
+}
+
+#[test]
+fn a_door_takes_its_place_along_and_brings_it_back() {
+    let mut person = Person::touched();
+    let door = person.scene.find("door").expect("a door");
+    person
+        .scene
+        .set_opening(door, -0.8)
+        .expect("within its range");
+    assert_eq!(person.again(), None);
+    person
+        .scene
+        .set_opening(door, 0.0)
+        .expect("within its range");
+    assert!(person.again().is_some());
+}
+
+#[test]
+fn it_is_forgotten_with_everything_else() {
+    let mut person = Person::touched();
+    person.predictor.reset();
+    assert_eq!(person.again(), None);
+}
+
+#[test]
+fn a_lost_hand_and_a_clock_that_is_set_back_end_a_touch_and_no_memory() {
+    let mut person = Person::touched();
+    for share in [0.3, 0.7, 1.0, 1.0, 1.0] {
+        person.step(HOME.lerp(PLACE, share), None);
+    }
+    person.t_s += 5.0;
+    assert!(person.again().is_some());
+    person.t_s -= 30.0;
+    assert!(person.again().is_some());
+}
