@@ -208,6 +208,55 @@ fn where_a_decisive_point_stays_away_the_others_answer_less_sure() {
     assert!(judged(&full, &seen, 0.5).0 < 0.6 * judged(&full, &away, 0.5).0);
 }
 
+/// Everything is 5 cm further to the side than it was learnt, and a touch is told of when the next reach may already have begun.
+#[test]
+fn a_touch_teaches_the_model_that_answered() {
+    let full = LearnedModel::train(&reaches(31, 6, 10), &LearnedConfig::default());
+    let full = full.expect("enough");
+    let off_m = DVec3::Y * 0.05;
+    let (seen, test) = (reaches(34, 1, 12), reaches(35, 2, 10));
+    let miss_m = |estimator: &hwall_contact::LearnedEstimator, test: &[LabelledReach]| {
+        let misses = test.iter().map(|reach| {
+            let mut estimator = estimator.clone();
+            estimator.begin();
+            let seen = (reach.frames.iter()).take_while(|f| f.t_s <= 0.7 * reach.contact_s);
+            let last = seen.filter_map(|f| estimator.step(f)).last();
+            (reach.contact_m + off_m - last.expect("tracked").point_m)
+                .y
+                .abs()
+        });
+        misses.sum::<f64>() / test.len() as f64
+    };
+    for away in [true, false] {
+        let of = |all: &[LabelledReach], away: bool| {
+            if away {
+                without_elbow(all.to_vec())
+            } else {
+                all.to_vec()
+            }
+        };
+        let mut estimator = full.estimator();
+        let before = [true, false].map(|away| miss_m(&estimator, &of(&test, away)));
+        for reach in of(&seen, away) {
+            estimator.begin();
+            for frame in &reach.frames {
+                estimator.step(frame);
+            }
+            assert!(estimator.begin_tentatively());
+            for frame in &reach.frames[..3] {
+                estimator.step(frame);
+            }
+            estimator.touched(reach.contact_m + off_m, reach.contact_s);
+        }
+        assert_eq!(estimator.touches(), seen.len());
+        let after = [true, false].map(|away| miss_m(&estimator, &of(&test, away)));
+        println!("taught away {away}: {before:?} -> {after:?}");
+        let (own, other) = if away { (0, 1) } else { (1, 0) };
+        assert!(after[own] < 0.7 * before[own]);
+        assert!((after[other] - before[other]).abs() < 0.1 * before[other]);
+    }
+}
+
 #[test]
 fn a_decisive_point_that_comes_late_or_goes_is_used_while_it_is_known() {
     let full = LearnedModel::train(&reaches(31, 6, 10), &LearnedConfig::default());

@@ -8,7 +8,7 @@ use hwall_contact::hwall_bip::model_file::ModelFileError;
 use hwall_contact::{
     Combination, ContactError, ContactEstimate, ContactEstimator, LearnedConfig, LearnedModel,
 };
-use hwall_hand::{HandPoint, LabelledReach};
+use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
 use reaches::reaches;
 use serde_json::Value;
@@ -39,12 +39,19 @@ static SMALL: LazyLock<String> = LazyLock::new(|| {
     .to_json()
 });
 
+/// To hands of which everything is seen, and to those of which the touching point alone is.
 fn answers(model: &LearnedModel) -> Vec<ContactEstimate> {
     let mut estimator = model.estimator();
     let mut all = Vec::new();
     for reach in reaches(2, 2, 4) {
         estimator.begin();
         all.extend(reach.frames.iter().filter_map(|f| estimator.step(f)));
+        estimator.begin();
+        for frame in &reach.frames {
+            let mut only = HandFrame::empty(frame.t_s);
+            only.set_point(HandPoint::Index, frame.point(HandPoint::Index));
+            all.extend(estimator.step(&only));
+        }
     }
     assert!(!all.is_empty());
     all
@@ -221,6 +228,47 @@ fn each_damage_has_its_error() {
             "{path:?}: {error}"
         );
     }
+}
+
+/// The model of the touching point alone is a part of the file, and as well guarded.
+#[test]
+fn the_model_for_hands_of_which_little_is_seen_is_guarded_too() {
+    let model = trained(|config, _| {
+        config.regions = Some(2);
+        config.samples_per_reach = 5;
+    });
+    let file: Value = serde_json::from_str(&model.to_json()).expect("JSON");
+    assert!(file["alone"].is_object());
+    for (path, value) in [
+        (&["ridges", "0", "coefficients", "2"][..], 0.25.into()),
+        (&["ridges", "0", "scale", "0"], (-1.0).into()),
+        (&["blend", "regions", "0", "size_m2"], (-1e-3).into()),
+        (&["gates", "centres"], Value::Array(Vec::new())),
+        (&["inputs", "lags"], 9.into()),
+        (&["primitive"], Value::Null),
+        (&["more"], 1.into()),
+        (&[], 1.into()),
+    ] {
+        let mut damaged = file.clone();
+        let mut at = &mut damaged["alone"];
+        for key in path {
+            at = match key.parse::<usize>() {
+                Ok(index) => &mut at[index],
+                Err(_) => &mut at[*key],
+            };
+        }
+        assert_ne!(*at, value);
+        *at = value;
+        let refused = LearnedModel::from_json(&damaged.to_string());
+        assert!(refused.is_err(), "{path:?}");
+    }
+    // The digest of the whole covers it.
+    let mut without = file.clone();
+    without.as_object_mut().expect("an object").remove("alone");
+    assert!(matches!(
+        LearnedModel::from_json(&without.to_string()),
+        Err(ContactError::File(ModelFileError::Digest { .. }))
+    ));
 }
 
 /// A digest is against accidents: durations and variances are looked at before it is compared.
