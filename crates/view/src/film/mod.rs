@@ -7,6 +7,7 @@ mod still;
 use crate::error::ViewError;
 use crate::frame::ViewFrame;
 use crate::scene::ViewScene;
+use crate::state::ViewState;
 use camera::Camera;
 use glam::{DVec2, DVec3};
 use hwall::geometry::Pose;
@@ -150,8 +151,12 @@ fn words(frame: &ViewFrame, contact_s: f64) -> String {
         (Some(force_n), ..) if force_n.length() > LEAST_FORCE_N => {
             format!("{:.0} N", force_n.length())
         }
+        // When the hand comes is foreseen; the title says when it did.
+        (_, _, Some(hand_s)) if left_s > 0.0 && frame.state == ViewState::InPlace => {
+            format!("hand in about {hand_s:.2} s")
+        }
         (_, Some(board_s), Some(hand_s)) if left_s > 0.0 && frame.goal.is_some() => {
-            format!("board in {board_s:.2} s, hand in {hand_s:.2} s")
+            format!("board in {board_s:.2} s, hand \u{2248} {hand_s:.2} s")
         }
         _ => String::new(),
     };
