@@ -164,7 +164,7 @@ fn a_gaze_says_it_better() {
 }
 
 #[test]
-fn a_door_takes_its_place_along_and_brings_it_back() {
+fn a_place_on_a_door_is_not_named_while_the_door_is_elsewhere() {
     let mut person = Person::touched();
     let door = person.scene.find("door").expect("a door");
     person

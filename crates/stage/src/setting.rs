@@ -208,10 +208,6 @@ impl Setting {
     }
 }
 
-/// Passes if a loop that runs from the first sample to the last one ends within minutes.
-///
-/// # Errors
-/// Times that are too far apart: of neighbours, or of the first and the last sample.
 /// A misspelt column is noticed by its name.
 fn unused_columns(recording: &Recording) -> Option<String> {
     const NAMED: usize = 8;
@@ -226,6 +222,10 @@ fn unused_columns(recording: &Recording) -> Option<String> {
     })
 }
 
+/// Passes if a loop that runs from the first sample to the last one ends within minutes.
+///
+/// # Errors
+/// Times that are too far apart: of neighbours, or of the first and the last sample.
 fn check_times(recording: &Recording) -> anyhow::Result<()> {
     let times_s: Vec<f64> = recording.frames().map(|frame| frame.t_s).collect();
     for (sample, pair) in (2..).zip(times_s.windows(2)) {

@@ -114,7 +114,11 @@ pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<
         let more = to? - fro?;
         (more.abs() >= least).then_some(more < 0.0)
     };
-    let (swap, why) = if let Some(swap) = by(touches, MORE_TOUCHES) {
+    let knows_touches = recording.samples.iter().any(|s| s.contact == Some(true));
+    let by_touches = knows_touches
+        .then(|| by(ends_in_touch, MORE_TOUCHES))
+        .flatten();
+    let (swap, why) = if let Some(swap) = by_touches {
         (swap, "they end in the touches recorded")
     } else if let Some(swap) = by(from_head_m, FROM_HEAD_M) {
         (swap, "they lead away from the head")
@@ -139,13 +143,11 @@ pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<
     })
 }
 
-/// 1 if the movement ends in a touch, 0 if not; `None` where the recording does not know touches.
-fn touches(recording: &Recording, reach: &Reach) -> Option<f64> {
-    let samples = &recording.samples;
-    samples.iter().find(|s| s.contact == Some(true))?;
+/// 1 if the movement ends in a touch, 0 if not.
+fn ends_in_touch(recording: &Recording, reach: &Reach) -> Option<f64> {
     // A way back begins in a touch.
     let middle = reach.first.midpoint(reach.last);
-    let end = samples[middle..].iter();
+    let end = recording.samples[middle..].iter();
     let mut end = end.take_while(|s| s.frame.t_s <= reach.end_s + TOUCH_AFTER_S);
     Some(f64::from(u8::from(end.any(|s| s.contact == Some(true)))))
 }
