@@ -8,8 +8,10 @@ use hwall_arrival::{
     ArrivalError, Atlas, AtlasConfig, BoardExtent, Surfaces, TouchRange, WaitingConfig,
     WeightedTarget, targets_of_maps, waiting_posture,
 };
-use hwall_haptics::{Barrier, Board, MotionConfig, MotionLimits, surface_axes};
-use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
+use hwall_haptics::{
+    Barrier, Board, MotionConfig, MotionLimits, QUARTER_TURNS_RAD, board_pose, surface_axes,
+};
+use hwall_kinematics::{ArmKinematics, JointPositions, NearestConfig, SrsArm};
 use hwall_numeric::check::{all_finite, finite, that};
 use hwall_reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_scene::{Facet, Scene};
@@ -135,6 +137,24 @@ impl Walls {
     pub(crate) fn near(&self, point_m: DVec3, normal: DVec3) -> Option<JointPositions> {
         let entry = self.atlas.as_ref()?.look_up(point_m, normal)?;
         Some(entry.q)
+    }
+
+    /// How soon the board is at a place from the waiting posture, s: by the atlas, else at whichever quarter turn. `None` where no atlas
+    /// was made; infinite for a place that cannot be held.
+    pub(crate) fn arrival_s(&self, point_m: DVec3, normal: DVec3) -> Option<f64> {
+        let atlas = self.atlas.as_ref()?;
+        if let Some(entry) = atlas.look_up(point_m, normal) {
+            return Some(entry.arrival_s);
+        }
+        let waiting = atlas.waiting();
+        let config = NearestConfig::default();
+        let time_s = |roll_rad: f64| {
+            let pose = board_pose(point_m, normal, roll_rad).ok()?;
+            let solution = atlas.arm().nearest_solution(&pose, waiting, &config).ok()?;
+            Some(atlas.limits().travel_time_s(waiting, &solution.q))
+        };
+        let times_s = QUARTER_TURNS_RAD.into_iter().filter_map(time_s);
+        Some(times_s.fold(f64::INFINITY, f64::min))
     }
 
     pub(crate) fn validate(&self, arm: &dyn ArmKinematics) -> Result<(), SessionError> {

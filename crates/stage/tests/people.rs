@@ -114,6 +114,9 @@ fn check_json(value: &Value, summary: &Summary) {
         "foreseen_s",
         "reversals",
         "person",
+        "known_s",
+        "least_from_waiting_s",
+        "least_from_there_s",
     ];
     keys.sort_unstable();
     let count = |what: &dyn Fn(&Value) -> bool| touches.iter().filter(|t| what(t)).count();
@@ -124,7 +127,7 @@ fn check_json(value: &Value, summary: &Summary) {
         assert!(touch["surface"].is_string());
         let point_m = touch["point_m"].as_array().unwrap();
         assert!(point_m.len() == 3 && point_m.iter().all(Value::is_number));
-        for number in ["contact_s", "offset_m", "gap_m", "tilt_deg"] {
+        for number in ["contact_s", "known_s", "offset_m", "gap_m", "tilt_deg"] {
             assert!(touch[number].is_number(), "{number}: {touch}");
         }
         assert!(touch["reversals"].is_u64());
@@ -132,6 +135,7 @@ fn check_json(value: &Value, summary: &Summary) {
         assert_eq!(is("in_place"), touch["lead_s"].is_number());
         assert_eq!(is("in_place"), touch["reason"].is_null());
         assert!(is("reachable") || !is("possible"));
+        assert!(!is("possible") || touch["least_from_waiting_s"].is_number());
         assert_eq!(!is("reachable"), touch["reason"] == "unreachable");
     }
     let of = |key: &str| &value["summary"][key];

@@ -24,6 +24,8 @@ struct Held {
     prediction: ContactPrediction,
     /// Standard deviation of the point when it was taken, m; 0 for one that has none.
     sd_m: f64,
+    /// When the last look at the place began, s.
+    look_s: Option<f64>,
 }
 
 /// Normals that differ by less than this belong to one wall, rad.
@@ -83,10 +85,16 @@ impl SteadyPoint {
             let Held {
                 prediction: before,
                 sd_m: before_sd_m,
+                look_s,
             } = held;
             let off = prediction.point_m - before.point_m;
             let near = off.length() <= self.radius_m;
-            let no_better = sd_m >= HELD_SHARE * before_sd_m
+            // Where the eyes have gone to another place, that is no error of the last one.
+            let looks_elsewhere = look_s.is_some()
+                && prediction.looked_at_since_s.is_some()
+                && prediction.looked_at_since_s != *look_s;
+            let no_better = !looks_elsewhere
+                && sd_m >= HELD_SHARE * before_sd_m
                 && off.dot(before.normal).abs() <= self.radius_m
                 && is_unsure_of(&prediction, off);
             before.surface == prediction.surface
@@ -107,9 +115,14 @@ impl SteadyPoint {
                         ..prediction
                     },
                     sd_m: held.sd_m,
+                    look_s: prediction.looked_at_since_s.or(held.look_s),
                 }
             }
-            _ => Held { prediction, sd_m },
+            _ => Held {
+                prediction,
+                sd_m,
+                look_s: prediction.looked_at_since_s,
+            },
         };
         self.held = Some(held);
         held.prediction
@@ -207,6 +220,29 @@ mod tests {
         assert_eq!(steady.step(spread(away, 0.02)).point_m, away.point_m);
         let back = spread(at(0, DVec3::ZERO, DVec3::X), 0.04);
         assert_eq!(steady.step(back).point_m, DVec3::ZERO);
+    }
+
+    #[test]
+    fn eyes_that_went_elsewhere_are_no_error_of_the_last_look() {
+        let looked = |y: f64, since_s: f64| ContactPrediction {
+            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(0.15 * 0.15))),
+            looked_at_since_s: Some(since_s),
+            ..at(0, DVec3::Y * y, DVec3::X)
+        };
+        let mut steady = SteadyPoint::new(0.04).expect("positive");
+        let mut y_m = |prediction| steady.step(prediction).point_m.y;
+        // One look wanders, within what it says of itself ...
+        assert_eq!([y_m(looked(0.0, 1.0)), y_m(looked(0.1, 1.0))], [0.0; 2]);
+        // ... another one is of another place, unless that is near.
+        assert_eq!(y_m(looked(0.03, 2.0)), 0.0);
+        assert_eq!(y_m(looked(0.1, 3.0)), 0.1);
+        // What the hand says in between is a guess.
+        let guess = ContactPrediction {
+            looked_at_since_s: None,
+            ..looked(0.2, 0.0)
+        };
+        assert_eq!([y_m(guess), y_m(looked(0.2, 3.0))], [0.1; 2]);
+        assert_eq!(y_m(looked(0.2, 4.0)), 0.2);
     }
 
     #[test]

@@ -123,9 +123,16 @@ impl<P: Predictor> Perception<P> {
         }
         let ranked = self.predictor.predict(&self.scene, &input);
         let first = ranked.first().copied();
-        let decided = self
-            .policy
-            .step(frame.t_s, ranked, input.hand, input.frame.head_m);
+        let decided = self.policy.step(
+            frame.t_s,
+            ranked,
+            input.hand,
+            input.frame.head_m,
+            |contact| {
+                let contact = self.world.contact_in_base(*contact);
+                self.walls.arrival_s(contact.point_m, contact.normal)
+            },
+        );
         let stands_by = decided.map(|(contact, decision)| match decision {
             Decision::Present(contact) | Decision::Ready(contact) | Decision::Lean(contact) => {
                 contact

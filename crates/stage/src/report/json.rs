@@ -41,6 +41,12 @@ struct TouchEntry<'a> {
     reason: Option<&'static str>,
     /// How long before the contact the board was led to the right place without a break, s.
     foreseen_s: Option<f64>,
+    /// When the target could be known, in the run of its person, s.
+    known_s: f64,
+    /// Least times to hold the board there from the waiting posture, and from where the arm stood when the target could be
+    /// known, without the delay of the arm, s.
+    least_from_waiting_s: Option<f64>,
+    least_from_there_s: Option<f64>,
     /// How often it turned back on its way since the touch before.
     reversals: usize,
     /// Whose touch it was, from 0: every person has a run, and a clock, of their own.
@@ -88,6 +94,9 @@ impl<'a> TouchEntry<'a> {
             tilt_deg: outcome.tilt_rad.to_degrees(),
             reason: regret.miss.map(Miss::name),
             foreseen_s: regret.foreseen_s,
+            known_s: regret.known_s,
+            least_from_waiting_s: regret.from_waiting_s,
+            least_from_there_s: regret.from_there_s,
             reversals: regret.detours.reversals,
             person,
         }

@@ -1,6 +1,7 @@
 //! When the board goes where: wait, be ready behind a surface, present it.
 
 use super::config::PolicyConfig;
+use super::edge::Weighed;
 use super::hand_course::{HandCourse, MeanVelocity};
 use super::looks::{LookFrame, Looks};
 use super::sight::Sight;
@@ -192,6 +193,7 @@ impl Policy {
         ranked: &[ContactPrediction],
         hand: Option<&HandState>,
         eye_m: Option<DVec3>,
+        arrival_s: impl Fn(&ContactPrediction) -> Option<f64>,
     ) -> Option<(ContactPrediction, Decision)> {
         if t_s < self.last_s {
             // The clock was set back.
@@ -203,7 +205,10 @@ impl Policy {
         self.decision = self.decision.aged(dt_s);
         self.course.step(t_s, hand.map(|hand| hand.point_m));
         let sight = eye_m.map(|eye_m| self.sight(eye_m));
+        let told = ranked;
         let ranked = worth_a_board(ranked);
+        let weighed = Weighed::at_edge(ranked, arrival_s);
+        let ranked = weighed.as_ref().map_or(ranked, Weighed::contacts);
         // The first guesses of a hand that sets off are no better than a look, whatever they say themselves.
         let held = self.steady.step_ranked_known(ranked, |prediction| {
             let own_m = spread_m(prediction);
@@ -214,7 +219,8 @@ impl Policy {
         });
         self.off = held.and_then(|held| {
             let newest = ranked.iter().find(|p| p.surface == held.surface)?;
-            Some((held.surface, newest.point_m - held.point_m))
+            let off = newest.point_m - held.point_m;
+            Some((held.surface, off * self.told_share(newest, off)))
         });
         let Some(contact) = held else {
             self.steady.reset();
@@ -229,6 +235,15 @@ impl Policy {
             self.decision = Decision::Present(contact);
             return Some((contact, self.decision));
         }
+        let same =
+            |p: &&ContactPrediction| (p.surface, p.source) == (contact.surface, contact.source);
+        let contact = ContactPrediction {
+            probability: told
+                .iter()
+                .find(same)
+                .map_or(contact.probability, |p| p.probability),
+            ..contact
+        };
         let contact = hand.map_or(contact, |hand| in_time(contact, hand));
         self.decision = self.decide(t_s, &contact, hand);
         Some((contact, self.decision))
@@ -368,6 +383,25 @@ impl Policy {
         is_fast || is_near || self.course.velocity().is_none_or(gains)
     }
 
+    /// The share of its way that a place that was looked at is moved by a newer prediction. One of another look counts in full; of one
+    /// by the hand's motion as much as its variance says: two estimates of one place.
+    fn told_share(&self, newest: &ContactPrediction, off: DVec3) -> f64 {
+        if newest.looked_at_since_s.is_some() {
+            return 1.0;
+        }
+        let along = off.normalize_or_zero();
+        let Some(variance_m2) = newest.covariance_m2.map(|c| (c * along).dot(along)) else {
+            return 1.0;
+        };
+        let looked_m2 = (self.config.looked_rad * USUAL_LOOK_M).powi(2);
+        // NaN counts in full.
+        if variance_m2 >= 0.0 {
+            looked_m2 / (looked_m2 + variance_m2)
+        } else {
+            1.0
+        }
+    }
+
     const fn sight(&self, eye_m: DVec3) -> Sight {
         Sight {
             eye_m,
@@ -432,6 +466,11 @@ mod tests {
     use super::*;
     use hwall_hand::HandPoint;
 
+    /// Nobody knows how soon the board is there.
+    fn nobody(_: &ContactPrediction) -> Option<f64> {
+        None
+    }
+
     fn contact(covariance_m2: Option<DMat3>) -> ContactPrediction {
         let point_m = DVec3::new(0.6, 0.0, 0.5);
         ContactPrediction {
@@ -468,7 +507,7 @@ mod tests {
         };
         let mut slack_m = |y: f64| {
             let (held, _) = policy
-                .step(0.1, &[newest(y)], None, None)
+                .step(0.1, &[newest(y)], None, None, nobody)
                 .expect("a contact");
             assert_eq!(held.point_m, contact(None).point_m);
             policy.slack_m(&held, &Pose::IDENTITY, &board, &place)
@@ -478,6 +517,75 @@ mod tests {
         let least = near_x.min(near_y);
         assert!((free - least - 0.03).abs() < 1e-12, "{free} {least}");
         assert!((near_x.max(near_y) - free).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_vague_guess_takes_next_to_no_slack_from_a_place_that_was_looked_at() {
+        let slack_m = |newest: ContactPrediction| {
+            let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+            let vague = Some(DMat3::from_diagonal(DVec3::splat(0.15 * 0.15)));
+            let looked_at = ContactPrediction {
+                looked_at_since_s: Some(0.0),
+                ..contact(vague)
+            };
+            let (held, _) = policy
+                .step(0.1, &[looked_at], None, None, nobody)
+                .expect("a contact");
+            policy.step(0.11, &[newest], None, None, nobody);
+            let (board, place) = (Board::default(), PlaceTolerance::default());
+            let slack_m = policy.slack_m(&held, &Pose::IDENTITY, &board, &place);
+            slack_m[0].min(slack_m[1])
+        };
+        let away = |sd_m: f64, looked_at_since_s| {
+            let mut p = contact(Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))));
+            p.point_m.y += 0.04;
+            ContactPrediction {
+                looked_at_since_s,
+                ..p
+            }
+        };
+        let here = slack_m(ContactPrediction {
+            looked_at_since_s: Some(0.0),
+            ..contact(Some(DMat3::from_diagonal(DVec3::splat(0.15 * 0.15))))
+        });
+        assert!((here - 0.049).abs() < 1e-12, "{here}");
+        // For one frame the motion of a hand that sets off speaks for a place further on.
+        assert!(here - slack_m(away(0.15, None)) < 2e-3);
+        // A sure one counts, half at the error of the look; another look in full; NaN as well.
+        assert!((here - slack_m(away(0.026, None)) - 0.02).abs() < 1e-12);
+        assert!((here - slack_m(away(0.15, Some(0.0))) - 0.04).abs() < 1e-12);
+        assert!((here - slack_m(away(f64::NAN, None)) - 0.04).abs() < 1e-12);
+    }
+
+    #[test]
+    fn at_an_edge_the_surface_is_served_on_which_the_board_is_in_time() {
+        let of = |surface: usize, y: f64, probability: f64| {
+            let mut p = contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))));
+            p.point_m.y += y;
+            ContactPrediction {
+                surface: SurfaceId(surface),
+                probability,
+                ..p
+            }
+        };
+        let soon_on_the_wall =
+            |p: &ContactPrediction| Some(if p.surface.0 == 0 { 0.4 } else { 1.0 });
+        let served = |ledge: f64, at_m: f64, wall: f64| {
+            let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+            let ranked = [of(1, at_m, ledge), of(0, 0.0, wall)];
+            let (contact, _) = policy
+                .step(0.1, &ranked, None, None, soon_on_the_wall)
+                .expect("a contact");
+            // What is told is what was predicted.
+            let told = if contact.surface.0 == 1 { ledge } else { wall };
+            assert_eq!(contact.probability, told);
+            contact.surface.0
+        };
+        assert_eq!(served(0.7, 0.05, 0.3), 0);
+        // Surer than it is late, or no edge.
+        assert_eq!(served(0.85, 0.05, 0.15), 1);
+        assert_eq!(served(0.95, 0.05, 0.05), 1);
+        assert_eq!(served(0.7, 0.3, 0.3), 1);
     }
 
     #[test]
@@ -549,7 +657,7 @@ mod tests {
                 unseen_s: 0.0,
                 palm_m: None,
             };
-            policy.step(t_s, &[place], Some(&hand), None);
+            policy.step(t_s, &[place], Some(&hand), None, nobody);
         }
         policy.decision
     }
@@ -573,7 +681,7 @@ mod tests {
                 ..contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))))
             };
             (0..60).for_each(|frame| {
-                policy.step(0.01 * f64::from(frame), &[looked_at], None, None);
+                policy.step(0.01 * f64::from(frame), &[looked_at], None, None, nobody);
             });
             assert!(matches!(policy.decision, Decision::Ready(_)));
             policy.reached_s = 0.6;
@@ -582,7 +690,7 @@ mod tests {
             ))));
             guess.point_m.y += off_m;
             (60..80).for_each(|frame| {
-                policy.step(0.01 * f64::from(frame), &[guess], None, None);
+                policy.step(0.01 * f64::from(frame), &[guess], None, None, nobody);
                 policy.reached_s = 0.6;
             });
             match policy.decision {
@@ -613,7 +721,7 @@ mod tests {
             ranked.sort_by(|a, b| b.probability.total_cmp(&a.probability));
             let mut last = None;
             for frame in 0..30 {
-                last = policy.step(0.01 * f64::from(frame), &ranked, None, None);
+                last = policy.step(0.01 * f64::from(frame), &ranked, None, None, nobody);
             }
             last.expect("a contact")
         };
@@ -631,7 +739,7 @@ mod tests {
             let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
             let guess = contact(Some(DMat3::from_diagonal(DVec3::splat(variance_m2))));
             for frame in 0..50 {
-                let step = policy.step(0.01 * f64::from(frame), &[guess], None, None);
+                let step = policy.step(0.01 * f64::from(frame), &[guess], None, None, nobody);
                 assert!(matches!(step, Some((_, Decision::Wait))), "{step:?}");
             }
         }

@@ -2,6 +2,7 @@
 
 mod config;
 mod decision;
+mod edge;
 mod hand_course;
 mod looks;
 mod sight;
