@@ -28,6 +28,8 @@ use std::sync::Arc;
 /// to forget what they say.
 const MAX_FORCE_N: f64 = 1e4;
 
+/// A board that stops within this time may go along with an object at once, s: what is left of the way to its place.
+const AT_REST_S: f64 = 0.02;
 /// A finger within this of the middle of the face keeps the board on a moving object between two pushes, m.
 const RIDES_M: f64 = 0.2;
 
@@ -447,6 +449,8 @@ impl Renderer {
         dt_s: f64,
     ) -> Option<(ArmCommand, Option<Unreachable>, bool)> {
         let rides = self.rides(input, state);
+        // A board that is met on its way comes to rest before it goes along with the object: joints cannot stop at once.
+        let comes_to_rest = self.touched_object().is_none() && self.follower.stop_s() > AT_REST_S;
         let objects = self.objects.as_mut()?;
         let is_contact = matches!(phase, Phase::Contact { .. });
         let rides = matches!(phase, Phase::NonContact) && rides;
@@ -455,7 +459,9 @@ impl Renderer {
         } else {
             Some(Wrench::default())
         };
-        let touched = input.object.filter(|_| is_contact || rides);
+        let touched = input
+            .object
+            .filter(|_| (is_contact || rides) && !comes_to_rest);
         let rendered = match (touched, wrench) {
             (Some(index), Some(wrench)) if dt_s > 0.0 => {
                 let q = self.follower.commanded();

@@ -1,0 +1,93 @@
+//! A hand that meets the board on its way to a door.
+
+use hwall_haptics::glam::DVec3;
+use hwall_haptics::{
+    ArmCommand, ArmState, Board, BoardTarget, MotionConfig, MotionLimits, MovingObject,
+    ObjectCommand, ObjectConfig, ObjectPath, ObjectRenderingConfig, RenderInput, RenderedObject,
+    Renderer, RendererConfig,
+};
+use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
+
+const DT_S: f64 = 1e-3;
+
+#[test]
+fn a_board_that_is_met_at_speed_brakes_before_it_goes_along_with_the_door() {
+    let q = JointPositions::from_deg([0.0, 45.0, 0.0, -70.0, 0.0, -25.0, 90.0]);
+    let arm = SrsArm::iiwa7();
+    let mut renderer = Renderer::new(&arm, &Board::default(), RendererConfig::default()).unwrap();
+    let first = renderer.arm().forward(&q);
+    let door = RenderedObject {
+        object: MovingObject::new(ObjectConfig {
+            inertia: 4.0,
+            ..ObjectConfig::default()
+        })
+        .unwrap(),
+        path: ObjectPath::Sliding {
+            direction: -first.rotation().z_axis,
+        },
+    };
+    renderer
+        .set_objects(
+            ObjectCommand::Position,
+            ObjectRenderingConfig::default(),
+            vec![door],
+        )
+        .unwrap();
+    let mut state = ArmState {
+        t_s: 0.0,
+        q,
+        qd: JointVelocities::default(),
+        external_torque: Some(JointTorques::default()),
+    };
+    let most = MotionLimits::of_arm(&arm, &MotionConfig::default())
+        .unwrap()
+        .acceleration_rad_per_s2;
+    let mut last_qd = [0.0; 7];
+    let (mut fastest, mut began_s) = (0.0_f64, None);
+    for step in 0..1500 {
+        state.t_s = f64::from(step) * DT_S;
+        let is_met = step >= 300;
+        let push = Wrench {
+            force_n: renderer.arm().forward(&state.q).rotation().z_axis
+                * (if is_met { -6.0 } else { 0.0 }),
+            ..Wrench::default()
+        };
+        state.external_torque = Some(renderer.arm().torques_from_wrench(&state.q, &push));
+        let aside = first.position_m() + DVec3::new(-0.25, 0.45, -0.1);
+        let target = BoardTarget::new(aside, first.rotation().z_axis, state.t_s);
+        let input = RenderInput {
+            target: Some(&target),
+            object: Some(0),
+            ..RenderInput::default()
+        };
+        let answer = renderer.step_with(state.t_s, &state, &input);
+        let ArmCommand::Position(next) = answer.command else {
+            panic!("{answer:?}");
+        };
+        for joint in 0..7 {
+            let qd = (next[joint] - state.q[joint]) / DT_S;
+            let acceleration = (qd - last_qd[joint]).abs() / DT_S;
+            // What is left at rest, and the object's own motion, are small.
+            let small = 0.25 / DT_S;
+            assert!(
+                step == 0 || acceleration <= (1.01 * most[joint]).max(small),
+                "step {step}, joint {}: {acceleration} rad/s2",
+                joint + 1
+            );
+            if !is_met {
+                fastest = fastest.max(qd.abs());
+            }
+            last_qd[joint] = qd;
+        }
+        state.qd = JointVelocities(last_qd);
+        state.q = next;
+        if renderer.touched_object().is_some() && began_s.is_none() {
+            began_s = Some(state.t_s);
+        }
+    }
+    // It was fast when it was met, the door moved, and only after the board had braked.
+    assert!(fastest > 0.5, "{fastest}");
+    let began_s = began_s.expect("a touch");
+    assert!((0.32..0.5).contains(&began_s), "{began_s}");
+    assert!(renderer.objects()[0].object.position() > 1e-3);
+}
