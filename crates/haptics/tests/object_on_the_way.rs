@@ -4,7 +4,7 @@ use hwall_haptics::glam::DVec3;
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, MotionConfig, MotionLimits, MovingObject,
     ObjectCommand, ObjectConfig, ObjectPath, ObjectRenderingConfig, RenderInput, RenderedObject,
-    Renderer, RendererConfig,
+    Renderer, RendererConfig, Slide,
 };
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
 
@@ -12,6 +12,21 @@ const DT_S: f64 = 1e-3;
 
 #[test]
 fn a_board_that_is_met_at_speed_brakes_before_it_goes_along_with_the_door() {
+    met_on_the_way(None);
+}
+
+/// A texture asks for a slide from the first moment of the touch on.
+#[test]
+fn a_slide_waits_until_the_board_has_braked() {
+    for speed_m_per_s in [0.05, 0.3] {
+        met_on_the_way(Some(Slide {
+            velocity_m_per_s: DVec3::Y * speed_m_per_s,
+            turn_rad_per_s: 0.0,
+        }));
+    }
+}
+
+fn met_on_the_way(slide: Option<Slide>) {
     let q = JointPositions::from_deg([0.0, 45.0, 0.0, -70.0, 0.0, -25.0, 90.0]);
     let arm = SrsArm::iiwa7();
     let mut renderer = Renderer::new(&arm, &Board::default(), RendererConfig::default()).unwrap();
@@ -58,6 +73,7 @@ fn a_board_that_is_met_at_speed_brakes_before_it_goes_along_with_the_door() {
         let input = RenderInput {
             target: Some(&target),
             object: Some(0),
+            slide: slide.as_ref().filter(|_| is_met),
             ..RenderInput::default()
         };
         let answer = renderer.step_with(state.t_s, &state, &input);

@@ -285,9 +285,11 @@ impl Renderer {
             let has_slowed = self.follower.has_slowed();
             let most = self.cap.step(asked, self.speed_share, has_slowed, dt_s);
             self.keep_distance(input.person_m, most);
-            let slide = input
-                .slide
-                .filter(|s| matches!(phase, Phase::Contact { .. }) && s.validate().is_ok());
+            let slide = input.slide.filter(|s| {
+                matches!(phase, Phase::Contact { .. })
+                    && s.validate().is_ok()
+                    && !self.comes_to_rest(input)
+            });
             if matches!(phase, Phase::Hold(_)) {
                 self.let_go(Some(state));
             }
@@ -389,6 +391,14 @@ impl Renderer {
             })
     }
 
+    /// A board that is met on its way to an object comes to rest before it goes along with that, or slides: joints cannot stop at once.
+    fn comes_to_rest(&self, input: &RenderInput<'_>) -> bool {
+        self.objects.is_some()
+            && input.object.is_some()
+            && self.touched_object().is_none()
+            && self.follower.stop_s() > AT_REST_S
+    }
+
     /// The time by which the command goes on.
     fn tick(&mut self, now_s: f64) -> Result<f64, HoldReason> {
         if !now_s.is_finite() {
@@ -449,8 +459,7 @@ impl Renderer {
         dt_s: f64,
     ) -> Option<(ArmCommand, Option<Unreachable>, bool)> {
         let rides = self.rides(input, state);
-        // A board that is met on its way comes to rest before it goes along with the object: joints cannot stop at once.
-        let comes_to_rest = self.touched_object().is_none() && self.follower.stop_s() > AT_REST_S;
+        let comes_to_rest = self.comes_to_rest(input);
         let objects = self.objects.as_mut()?;
         let is_contact = matches!(phase, Phase::Contact { .. });
         let rides = matches!(phase, Phase::NonContact) && rides;
