@@ -45,6 +45,11 @@ const NOISE_M: f64 = 3e-4;
 /// A headset that trembles as all do is frozen after this, s.
 pub(super) const HEAD_FROZEN_S: f64 = 0.5;
 
+/// A hand that is in a hurry sets off so long after its look, and takes so long for its reach, s: at least, at most.
+const LEAST_S: f64 = 0.2;
+const MOST_WAIT_S: f64 = 1.4;
+const MOST_REACH_S: f64 = 1.0;
+
 /// Plus and minus one, ten times a second.
 pub(super) fn to_and_fro(since_s: f64) -> f64 {
     if (since_s / 0.1) as i64 % 2 == 0 {
@@ -111,6 +116,8 @@ pub(super) struct Bench {
     pub(super) hand: HandBody,
     pub(super) script_is_over: bool,
     script: Script,
+    /// What the script is of.
+    phase: Phase,
     /// When the script began, s.
     script_from_s: f64,
     /// What the session answered in the last cycle; `None` if it was not asked.
@@ -158,6 +165,7 @@ impl Bench {
             hand: HandBody::new(hand, TARGET_M + REST_M, DVec3::ZERO)?,
             script_is_over: false,
             script: Script::of(phase),
+            phase,
             script_from_s: 0.0,
             command: None,
             noise: Sampler::new(seed),
@@ -171,11 +179,18 @@ impl Bench {
         })
     }
 
-    /// Begins the script again once the hand is back at rest; true if it did.
-    pub(super) fn goes_again(&mut self) -> bool {
+    /// Begins the script again once the hand is back at rest; true if it did. One that is `hurried` leaves the arm any time, or
+    /// hardly any.
+    pub(super) fn goes_again(&mut self, hurried: bool) -> bool {
         let over = self.t_s > self.script_from_s + self.script.end_s + 0.4;
         if over {
             self.script_from_s = self.t_s;
+            self.script = Script::of(self.phase);
+            if hurried {
+                let [waits_s, takes_s] =
+                    [MOST_WAIT_S, MOST_REACH_S].map(|most_s| self.noise.uniform(LEAST_S, most_s));
+                self.script = Script::of(self.phase).hurried(waits_s, takes_s);
+            }
         }
         over
     }

@@ -73,7 +73,6 @@ fn cycle(
     fault: Option<(Fault, f64)>,
     number: Option<&WrongNumber>,
 ) -> Result<bool, String> {
-    bench.goes_again();
     bench
         .cycle_with(fault, number)
         .map_err(|error| format!("the arm refused a command: {error:#}"))?;
@@ -130,13 +129,19 @@ fn run(
     let mut named = false;
     let limits = max_velocity_rad_per_s;
     for _ in 0..sound {
+        bench.goes_again(true);
         cycle(bench, limits, &mut before, None, None)?;
+        if bench.session.control().is_latched() {
+            let state = bench.session.state();
+            return Err(format!("latched without a fault: {state:?}"));
+        }
     }
     if disturbance.fault == Some(Fault::Stop) {
         bench.session.stop();
     }
     for k in 0..disturbance.cycles {
         let fault = disturbance.fault.map(|fault| (fault, k as f64 * DT_S));
+        bench.goes_again(true);
         named |= cycle(
             bench,
             limits,
@@ -146,10 +151,12 @@ fn run(
         )?;
     }
     for _ in 0..AFTERWARDS {
+        bench.goes_again(true);
         named |= cycle(bench, limits, &mut before, None, None)?;
     }
     bench.session.reset();
     for _ in 0..AFTER_RESET {
+        bench.goes_again(true);
         cycle(bench, limits, &mut before, None, None)?;
     }
     if bench.session.control().is_latched() {
@@ -167,7 +174,8 @@ fn is_served(bench: &mut Bench, max_velocity_rad_per_s: &[f64; 7]) -> Result<(),
     // The touch under way first.
     let mut begun = 0;
     for _ in 0..30_000 {
-        if bench.goes_again() {
+        // Whoever wants to be served leaves the arm its time.
+        if bench.goes_again(false) {
             begun += 1;
         }
         cycle(bench, max_velocity_rad_per_s, &mut before, None, None)?;

@@ -39,6 +39,20 @@ impl Script {
         }
     }
 
+    /// The same of a hand that sets off `waits_s` after the look and is there `takes_s` later, whether a board is or not.
+    pub(super) fn hurried(self, waits_s: f64, takes_s: f64) -> Self {
+        let reach_s = self.look_s + waits_s;
+        let press_s = reach_s + takes_s;
+        let sooner_s = self.press_s - press_s;
+        Self {
+            reach_s,
+            press_s,
+            leave_s: self.leave_s - sooner_s,
+            end_s: self.end_s - sooner_s,
+            ..self
+        }
+    }
+
     /// Where the muscles aim, m.
     pub(super) fn aim_m(&self, t_s: f64) -> DVec3 {
         let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
