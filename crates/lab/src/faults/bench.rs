@@ -49,6 +49,8 @@ pub(super) const HEAD_FROZEN_S: f64 = 0.5;
 const LEAST_S: f64 = 0.2;
 const MOST_WAIT_S: f64 = 1.4;
 const MOST_REACH_S: f64 = 1.0;
+/// It touches so far beside the usual place at most, in either direction along the wall, m.
+const BESIDE_M: f64 = 0.3;
 
 /// Plus and minus one, ten times a second.
 pub(super) fn to_and_fro(since_s: f64) -> f64 {
@@ -189,7 +191,9 @@ impl Bench {
             if hurried {
                 let [waits_s, takes_s] =
                     [MOST_WAIT_S, MOST_REACH_S].map(|most_s| self.noise.uniform(LEAST_S, most_s));
-                self.script = Script::of(self.phase).hurried(waits_s, takes_s);
+                let [y, z] = [BESIDE_M; 2].map(|most_m| self.noise.uniform(-most_m, most_m));
+                self.script =
+                    Script::of(self.phase).hurried(waits_s, takes_s, DVec3::new(0.0, y, z));
             }
         }
         over
@@ -280,7 +284,11 @@ impl Bench {
             head_m += way.clamp_length_max(1.5 * since_s);
         }
         let looks = t_s >= self.script_from_s + self.script.look_s;
-        let gaze = if looks { TARGET_M - head_m } else { DVec3::X };
+        let gaze = if looks {
+            self.script.target_m - head_m
+        } else {
+            DVec3::X
+        };
         HandFrame {
             palm_m,
             tips_m,

@@ -4,13 +4,15 @@ use super::phase::Phase;
 use glam::DVec3;
 use hwall_sim::{HandDrive, minimum_jerk};
 
-/// Where the hand touches, base frame, m.
+/// Where the hand touches if nobody says otherwise, base frame, m.
 pub(super) const TARGET_M: DVec3 = DVec3::new(0.6, 0.02, 0.6);
-/// Where it rests, m, from there.
+/// Where the hand rests, m, from there.
 pub(super) const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
 
 /// When the hand does what, s.
 pub(super) struct Script {
+    /// Where it touches, base frame, m.
+    pub(super) target_m: DVec3,
     pub(super) look_s: f64,
     pub(super) reach_s: f64,
     pub(super) press_s: f64,
@@ -30,6 +32,7 @@ impl Script {
         };
         let later_s = if waits { 3.0 } else { 0.0 };
         Self {
+            target_m: TARGET_M,
             look_s: 0.8 + later_s,
             reach_s: 2.2 + later_s,
             press_s: 3.2 + later_s,
@@ -39,12 +42,14 @@ impl Script {
         }
     }
 
-    /// The same of a hand that sets off `waits_s` after the look and is there `takes_s` later, whether a board is or not.
-    pub(super) fn hurried(self, waits_s: f64, takes_s: f64) -> Self {
+    /// The same of a hand that sets off `waits_s` after the look and is there `takes_s` later, whether a board is or not, `beside_m`
+    /// the usual place.
+    pub(super) fn hurried(self, waits_s: f64, takes_s: f64, beside_m: DVec3) -> Self {
         let reach_s = self.look_s + waits_s;
         let press_s = reach_s + takes_s;
         let sooner_s = self.press_s - press_s;
         Self {
+            target_m: self.target_m + beside_m,
             reach_s,
             press_s,
             leave_s: self.leave_s - sooner_s,
@@ -58,7 +63,7 @@ impl Script {
         let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
         let out = share(self.reach_s, self.press_s) - share(self.leave_s, self.end_s);
         let pressed_s = t_s.clamp(self.press_s, self.leave_s) - self.press_s;
-        let inside_m = TARGET_M - DVec3::X * 0.03 + self.pressing_m_per_s * pressed_s;
+        let inside_m = self.target_m - DVec3::X * 0.03 + self.pressing_m_per_s * pressed_s;
         (TARGET_M + REST_M).lerp(inside_m, out)
     }
 
