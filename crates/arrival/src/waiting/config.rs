@@ -46,8 +46,8 @@ pub struct WaitingConfig {
 impl Default for WaitingConfig {
     fn default() -> Self {
         Self {
-            budget_s: 0.86,
-            softness_s: 0.1,
+            budget_s: Self::USUAL_S,
+            softness_s: Self::USUAL_SOFTNESS_S,
             standoff_m: 0.04,
             slack_m: 0.05,
             rolls_rad: vec![0.0, FRAC_PI_2, PI, -FRAC_PI_2],
@@ -63,6 +63,11 @@ impl Default for WaitingConfig {
 }
 
 impl WaitingConfig {
+    /// The default of [`Self::budget_s`], s.
+    pub const USUAL_S: f64 = 0.86;
+    /// The default of [`Self::softness_s`], s.
+    pub const USUAL_SOFTNESS_S: f64 = 0.1;
+
     /// Rejects settings out of range.
     ///
     /// # Errors

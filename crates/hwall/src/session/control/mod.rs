@@ -1,6 +1,7 @@
 //! The arm's side of a session: states in, commands out.
 
 mod commands;
+mod edge;
 mod lean;
 mod response;
 mod safety;

@@ -1,15 +1,15 @@
 //! Which of the surfaces that meet at an edge is served.
 
+use hwall_arrival::WaitingConfig;
 use hwall_contact::ContactPrediction;
 
 /// Places on two surfaces that are no further from each other meet at an edge, m: a board's width.
 const BESIDE_M: f64 = 0.2;
 /// A surface that is less probable than this is no alternative.
 const LEAST_PROBABILITY: f64 = 0.1;
-/// Time until the hand comes where nobody says, s: the middle of the times that a
-/// [`WaitingConfig`](hwall_arrival::WaitingConfig) counts on, and the scale of their distribution.
-const USUAL_S: f64 = 0.86;
-const SOFTNESS_S: f64 = 0.1;
+/// Time until the hand comes where nobody says, s, and the scale of its distribution: what the waiting posture is chosen by, too.
+const USUAL_S: f64 = WaitingConfig::USUAL_S;
+const SOFTNESS_S: f64 = WaitingConfig::USUAL_SOFTNESS_S;
 /// A board that is late is still worth this share of one that is in time.
 const LATE_SHARE: f64 = 0.1;
 /// So many contacts are weighed at most; the rest are less probable.
