@@ -1,6 +1,6 @@
 //! A few thousand hostile inputs for every reader, and some runs of the disturbed loop; `--example attack` gives as many as wanted.
 
-use hwall_lab::attack::targets;
+use hwall_lab::attack::{loop_again, targets};
 
 const INPUTS: u64 = 1500;
 const RUNS: u64 = 150;
@@ -78,6 +78,14 @@ fn recordings_of_sessions() {
 #[test]
 fn the_control_loop() {
     nothing_gets_through("loop");
+}
+
+#[test]
+fn two_hands_in_a_hurry_that_once_met_a_board_on_its_way_to_a_door() {
+    for run in [9970, 19895] {
+        let report = loop_again(run, 1).unwrap();
+        assert_eq!(report.findings, 0, "{:#?}", report.examples);
+    }
 }
 
 #[test]

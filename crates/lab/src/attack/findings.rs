@@ -35,6 +35,8 @@ const TAILS: &str = "crates/psychophysics/tests/attacks.rs";
 const LINES: &str = "tests/tests/command_lines.rs";
 const PLAN: &str = "crates/stage/src/input/file_plan.rs";
 const APPROACH: &str = "crates/haptics/tests/approach.rs";
+const ON_THE_WAY: &str = "crates/haptics/tests/object_on_the_way.rs";
+const LOOP_RUNS: &str = "tests/tests/attacks.rs";
 const OBEDIENCE: &str = "crates/haptics/tests/obedience.rs";
 
 /// Of the control loop.
@@ -160,6 +162,21 @@ pub const OF_THE_LOOP: &[Finding] = &[
             (
                 APPROACH,
                 "a_shelf_that_nobody_knows_does_not_keep_the_board_for_good",
+            ),
+        ],
+    ),
+    finding(
+        "",
+        "a hand that met the board on its way to a door stopped the command in one cycle; the arm went on, and what it did was latched as \
+         not obeyed",
+        &[
+            (
+                ON_THE_WAY,
+                "a_board_that_is_met_at_speed_brakes_before_it_goes_along_with_the_door",
+            ),
+            (
+                LOOP_RUNS,
+                "two_hands_in_a_hurry_that_once_met_a_board_on_its_way_to_a_door",
             ),
         ],
     ),
