@@ -208,6 +208,7 @@ fn flags_have_bounds() {
             ],
         ),
         ("reach_map", &["--starts", "99999999999"]),
+        ("arm_simulate", &["--gravity-only", "--step", "1e-12"]),
         ("validation", &["--poses", "99999999999"]),
     ] {
         let Some(mut command) = example(name) else {

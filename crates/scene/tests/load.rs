@@ -199,6 +199,7 @@ fn repairs_are_listed() {
         concave_polygons: 1,
         points_and_lines: 3,
         ignored_lines: 1,
+        thinned_surfaces: ["wall", "dart", "nothing"].map(str::to_owned).to_vec(),
         empty_surfaces: vec![],
         missing_material_libraries: vec!["gone.mtl".to_owned()],
         missing_materials: vec!["brick".to_owned()],

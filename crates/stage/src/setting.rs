@@ -288,28 +288,56 @@ fn named_text(path: &Path, text: &str) -> anyhow::Error {
     }
 }
 
+/// Names in brackets, the first few of them; nothing without names.
+fn first_of(names: &[String]) -> String {
+    const MOST: usize = 3;
+    match names.len() {
+        0 => String::new(),
+        n if n <= MOST => format!(" ({})", names.join(", ")),
+        n => format!(" ({} and {} more)", names[..MOST].join(", "), n - MOST),
+    }
+}
+
 /// What the loader had to drop or repair, one line for each kind.
 fn repairs(report: &LoadReport) -> Vec<String> {
     if report.is_clean() {
         return Vec::new();
     }
-    let counts = [
-        ("degenerate faces dropped", report.degenerate_faces),
-        ("duplicate faces dropped", report.duplicate_faces),
-        ("concave polygons cut as fans", report.concave_polygons),
-        ("points and lines ignored", report.points_and_lines),
-        ("lines ignored", report.ignored_lines),
-        ("empty surfaces", report.empty_surfaces.len()),
+    // Faces have no names; the surfaces that they were left out of have.
+    let counts: [(_, usize, &[String]); 8] = [
+        (
+            "degenerate faces dropped",
+            report.degenerate_faces,
+            &report.thinned_surfaces,
+        ),
+        (
+            "duplicate faces dropped",
+            report.duplicate_faces,
+            &report.thinned_surfaces,
+        ),
+        ("concave polygons cut as fans", report.concave_polygons, &[]),
+        ("points and lines ignored", report.points_and_lines, &[]),
+        ("lines ignored", report.ignored_lines, &[]),
+        (
+            "empty surfaces",
+            report.empty_surfaces.len(),
+            &report.empty_surfaces,
+        ),
         (
             "material libraries missing",
             report.missing_material_libraries.len(),
+            &report.missing_material_libraries,
         ),
-        ("materials missing", report.missing_materials.len()),
+        (
+            "materials missing",
+            report.missing_materials.len(),
+            &report.missing_materials,
+        ),
     ];
     let found = counts
         .into_iter()
-        .filter(|(_, n)| *n > 0)
-        .map(|(what, n)| format!("{n} {what}"));
+        .filter(|(_, n, _)| *n > 0)
+        .map(|(what, n, names)| format!("{n} {what}{}", first_of(names)));
     vec![format!("scene: {}", found.collect::<Vec<_>>().join(", "))]
 }
 
@@ -321,6 +349,22 @@ mod tests {
     fn refused(times_s: impl IntoIterator<Item = f64>) -> Option<String> {
         let recording = Recording::from_frames(times_s.into_iter().map(HandFrame::empty)).unwrap();
         check_times(&recording).err().map(|error| error.to_string())
+    }
+
+    #[test]
+    fn surfaces_that_lost_faces_are_named() {
+        let names = |n: usize| (0..n).map(|i| format!("s{i}")).collect::<Vec<_>>();
+        let report = |n: usize| LoadReport {
+            degenerate_faces: 7,
+            thinned_surfaces: names(n),
+            ..LoadReport::default()
+        };
+        let lines = |n| repairs(&report(n));
+        assert_eq!(lines(0), ["scene: 7 degenerate faces dropped"]);
+        assert_eq!(lines(3), ["scene: 7 degenerate faces dropped (s0, s1, s2)"]);
+        let many = "scene: 7 degenerate faces dropped (s0, s1, s2 and 2 more)";
+        assert_eq!(lines(5), [many]);
+        assert!(repairs(&LoadReport::default()).is_empty());
     }
 
     /// One late stamp ran for ever (1e4), out of memory (1e7) or into a panic (1e300).

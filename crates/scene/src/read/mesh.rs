@@ -28,6 +28,8 @@ pub struct LoadReport {
     pub points_and_lines: usize,
     /// Lines whose keyword means nothing to this reader, left out.
     pub ignored_lines: usize,
+    /// Surfaces of which faces were left out, degenerate ones or duplicates.
+    pub thinned_surfaces: Vec<String>,
     /// Surfaces that had no face left, left out.
     pub empty_surfaces: Vec<String>,
     /// Material libraries that are missing or malformed.
@@ -77,6 +79,7 @@ pub(crate) fn repaired(
                 wanted,
             });
         }
+        let given = triangles_m.len();
         triangles_m.retain(|t| {
             let degenerate = triangle::is_degenerate(t) || triangle::is_lost(t, reach_m);
             report.degenerate_faces += usize::from(degenerate);
@@ -93,6 +96,9 @@ pub(crate) fn repaired(
         });
         if surface.kind.range().is_some() {
             seen.clear();
+        }
+        if triangles_m.len() < given {
+            report.thinned_surfaces.push(surface.name.clone());
         }
         if triangles_m.is_empty() {
             report.empty_surfaces.push(surface.name);

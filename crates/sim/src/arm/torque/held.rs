@@ -11,6 +11,8 @@ use std::f64::consts::TAU;
 const SAME_TIME_S: f64 = 1e-12;
 /// Most samples of one motion.
 const MOST_SAMPLES: f64 = 1e9;
+/// More steps than this would take hours.
+const MOST_STEPS: f64 = 1e9;
 /// Steps in which a joint turns further than this show nothing of its motion, rad.
 const MOST_TURN_RAD: f64 = TAU;
 
@@ -184,7 +186,13 @@ fn step_to(
 fn last_sample(sampling: &MotionSampling) -> Result<u64, SimError> {
     let every_s = positive("every_s", sampling.every_s)?;
     let duration_s = positive("duration_s", sampling.duration_s)?;
-    positive("max_step_s", sampling.max_step_s)?;
+    let max_step_s = positive("max_step_s", sampling.max_step_s)?;
+    that(
+        duration_s / max_step_s <= MOST_STEPS,
+        "max_step_s",
+        max_step_s,
+        "a larger share of the duration",
+    )?;
     let count = duration_s / every_s;
     that(
         count <= MOST_SAMPLES,
