@@ -51,6 +51,11 @@ fn models() {
 }
 
 #[test]
+fn regions() {
+    nothing_gets_through("regions");
+}
+
+#[test]
 fn maps() {
     nothing_gets_through("map");
 }

@@ -2,14 +2,13 @@
 
 use super::blend::combination::{Blend, Region, between_knots, combine, time_key};
 use super::blend::sources::SOURCES;
-use super::blend::training::Evidence;
+use super::blend::training::{Evidence, HeldOut};
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
-use glam::DVec3;
 use hwall_hand::{HandFrame, LabelledReach};
 
 /// Estimates of one reach by sources that were learnt without its fold, in order of time, about as many as
-/// [`LearnedConfig::samples_per_reach`](super::LearnedConfig::samples_per_reach). How the sources are weighed was learnt from these
-/// estimates together, which makes them a little optimistic.
+/// [`LearnedConfig::samples_per_reach`](super::LearnedConfig::samples_per_reach). What is weighed and chosen was learnt from these
+/// estimates together, so their errors are smaller than those to come. Their covariances are smaller by as much.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HeldOutReach {
     /// As an estimator would have given them.
@@ -20,7 +19,7 @@ pub struct HeldOutReach {
 pub(super) fn held_out_reaches(
     evidence: &Evidence,
     blend: &Blend,
-    points_m: &[DVec3],
+    HeldOut { points_m, optimism }: &HeldOut,
     reaches: &[&LabelledReach],
 ) -> Vec<HeldOutReach> {
     let mut all = vec![HeldOutReach::default(); reaches.len()];
@@ -36,7 +35,7 @@ pub(super) fn held_out_reaches(
             continue;
         };
         let hats = between_knots(&blend.knots, time_key(witness.left_s));
-        let factor = blend.doubt(&region, combined.apart_m2) * blend.at_time(&hats);
+        let factor = blend.doubt(&region, combined.apart_m2) * blend.at_time(&hats) / optimism;
         let point_m = points_m[row];
         let estimate = ContactEstimate {
             t_s: reach.contact_s - sample.left_s,

@@ -150,8 +150,8 @@ impl LearnedModel {
                 })
                 .collect(),
         };
-        let (blend, points_m) = Blend::of(&evidence);
-        let held_out = held_out_reaches(&evidence, &blend, &points_m, made);
+        let (blend, held_out) = Blend::of(&evidence);
+        let held_out = held_out_reaches(&evidence, &blend, &held_out, made);
         let account = Account::of(&evidence, &blend, &inputs, &fitted, made.len());
         let [room, start] = fitted;
         let alone = match inputs.others.is_empty() && !inputs.head {

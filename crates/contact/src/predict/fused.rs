@@ -12,7 +12,7 @@ use super::hand::place::{HandPlace, close, gaussian_of, near};
 use super::hand::resting::{RestWatch, SurfacePlace};
 use super::hand::straight_way::StraightWay;
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
-use super::regions::RegionSizes;
+use super::regions::{InPlaneError, RegionSizes};
 use super::repeats::Repeats;
 use super::stream::StreamEstimator;
 use super::surface_shares::{Evidence, Face, SeenFace, SurfaceShares, Viewpoint};
@@ -412,7 +412,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 surface: face.surface,
                 point_m,
                 covariance_m2: Some(covariance_m2),
-                regions: self.regions(hand.point_m.distance(point_m)),
+                regions: self.regions(hand.point_m.distance(point_m), &covariance_m2, normal),
                 normal,
                 roughness: scene.surface(face.surface).roughness,
                 distance_m,
@@ -450,10 +450,25 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
     }
 
-    /// The sizes of regions, learnt from hands that reach.
-    fn regions(&self, way_m: f64) -> RegionSizes {
-        let model = self.config.regions.filter(|_| self.estimate.is_some());
-        model.map_or(RegionSizes::NORMAL, |model| model.at(way_m))
+    /// The sizes of regions: learnt from hands that reach, with what is left of the error of registration beside that.
+    fn regions(&self, way_m: f64, covariance_m2: &DMat3, normal: DVec3) -> RegionSizes {
+        let Some(model) = self.config.regions.filter(|_| self.estimate.is_some()) else {
+            return RegionSizes::NORMAL;
+        };
+        InPlaneError::new(covariance_m2, &self.registration_m2, normal).sizes(&model.at(way_m))
+    }
+
+    /// What a prediction of the last sample is unsure of, by itself and by the registration; `None` without a covariance.
+    pub(in crate::predict) fn in_plane_error(
+        &self,
+        prediction: &ContactPrediction,
+    ) -> Option<InPlaneError> {
+        let covariance_m2 = prediction.covariance_m2?;
+        Some(InPlaneError::new(
+            &covariance_m2,
+            &self.registration_m2,
+            prediction.normal,
+        ))
     }
 
     /// Of a person whose gaze is not seen: where they touch again what they have touched before.

@@ -54,7 +54,8 @@ pub struct FusedConfig {
     /// ([`FusedPredictor::experience`](super::FusedPredictor::experience)). Default 30: with eight an estimator can be made, with fifty it is good.
     pub least_reaches: usize,
     /// How large the regions of predictions are ([`ContactPrediction::regions`](super::ContactPrediction::regions)). Default
-    /// `None`: as of a normal distribution, whose regions of 50 and 70 % hold more than they say; that of 90 % is right.
+    /// `None`: as of a normal distribution, whose regions of 50 and 70 % hold more than they say; that of 90 % is right. What is
+    /// learnt is the error of the prediction; that of the registration is added to it as it is.
     pub regions: Option<RegionModel>,
     /// The predictor that leads then, and when no surface lies where the evidence points.
     pub fallback: DeterministicConfig,

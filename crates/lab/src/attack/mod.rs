@@ -63,7 +63,7 @@ impl Target {
 }
 
 /// Names of the readers, and of what is no reader.
-const NAMES: [&str; 13] = [
+const NAMES: [&str; 14] = [
     "scene",
     "hand",
     "urdf",
@@ -71,6 +71,7 @@ const NAMES: [&str; 13] = [
     "log",
     "calibration",
     "model",
+    "regions",
     "map",
     "atlas",
     "stl",
@@ -102,6 +103,7 @@ fn target(name: &str) -> anyhow::Result<Target> {
         "log" => study_log::log()?,
         "calibration" => text::calibration(),
         "model" => text::model(),
+        "regions" => text::regions()?,
         "map" => binary::map()?,
         "atlas" => binary::atlas()?,
         "stl" => binary::stl()?,

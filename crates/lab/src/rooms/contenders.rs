@@ -104,6 +104,8 @@ impl SharedTraining {
         let gaze = training::gaze_model(streams, |_| learned.estimator()).context("the gaze")?;
         let mut config = FusedConfig {
             gaze,
+            // These people are simulated, and so is the tracker.
+            registration_sd_m: 0.0,
             ..FusedConfig::default()
         };
         let held_out = (&reaches[..], &held_out[..]);

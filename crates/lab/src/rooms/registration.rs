@@ -124,7 +124,10 @@ pub fn section(
     seed: u64,
 ) -> anyhow::Result<String> {
     let learning = RegistrationConfig::default();
-    let constant = &training.config;
+    let constant = FusedConfig {
+        registration_sd_m: learning.offset_sd_m,
+        ..training.config.clone()
+    };
     let learnt = FusedConfig {
         registration: Some(learning),
         ..constant.clone()
@@ -134,9 +137,9 @@ pub fn section(
         let mut fused = training.fused(config)?;
         predictions_told(fused.predictor.as_mut(), room, streams, Telling::Touches)
     };
-    let exact = run(constant, participants)?;
+    let exact = run(&training.config, participants)?;
     let exact_learnt = run(&learnt, participants)?;
-    let off = run(constant, &displaced.streams)?;
+    let off = run(&constant, &displaced.streams)?;
     let corrected = run(&learnt, &displaced.streams)?;
     let made = |streams: &[Stream]| -> Vec<usize> {
         streams.iter().flat_map(|s| 0..s.touches.len()).collect()

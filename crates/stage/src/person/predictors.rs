@@ -350,12 +350,15 @@ pub fn fused(
         other_pace: Some(OTHER_PACE),
         ..LearnedConfig::default()
     };
-    let model = LearnedModel::train(&reaches, &config)?;
+    let (model, held_out) = LearnedModel::train_and_hold_out(&reaches, &config)?;
     let gaze = training::gaze_model(&streams, |_| model.estimator())?;
-    let config = FusedConfig {
+    let mut config = FusedConfig {
         gaze,
         ..FusedConfig::default()
     };
+    let held_out = (&reaches[..], &held_out[..]);
+    // Where hardly a touch was foreseen there is nothing to learn, and regions stay normal.
+    config.regions = training::region_model(scene, &streams, held_out, &config).ok();
     Ok((
         FusedPredictor::new(model.estimator(), config)?,
         reaches.len(),

@@ -133,7 +133,7 @@ pub fn gaze_model<E: ContactEstimator>(
 }
 
 /// How large the regions of fused predictions are, learnt from how far they are off where the estimator has not learnt from the
-/// person. `reaches` are those of [`reaches`], and `held_out` what the estimator would have said of them.
+/// person. Trackers of simulated people stand where they are believed to, whatever `config` says of the one in use. `reaches` are those of [`reaches`], and `held_out` what the estimator would have said of them.
 ///
 /// # Errors
 /// Too few touches; settings that the predictor refuses.
@@ -145,12 +145,17 @@ pub fn region_model(
 ) -> anyhow::Result<RegionModel> {
     let contacts: Vec<Vec<_>> = streams.iter().map(Stream::contacts).collect();
     let labelled = labelled(streams, &contacts);
+    let exact = FusedConfig {
+        registration: None,
+        registration_sd_m: 0.0,
+        ..config.clone()
+    };
     let predictor = |number: usize| {
         let person = Some(number.to_string());
         let of_stream = reaches.iter().zip(held_out);
         let of_stream = of_stream.filter(|(reach, _)| reach.person == person);
         let estimator = HeldOutEstimator::new(of_stream.map(|(_, held)| held), reaches.len());
-        FusedPredictor::new(estimator, config.clone())
+        FusedPredictor::new(estimator, exact.clone())
     };
     Ok(RegionModel::fit_streams(
         scene,

@@ -113,8 +113,7 @@ impl Blend {
     /// Weights and shares are learnt from those errors; the spread is learnt from the errors of a fold that remain under
     /// weights and shares mostly of the others. Else estimates would look better than the next one will be.
     ///
-    /// Also returns where every sample points by what was learnt without its fold, m.
-    pub(in crate::learned) fn of(evidence: &Evidence) -> (Self, Vec<DVec3>) {
+    pub(in crate::learned) fn of(evidence: &Evidence) -> (Self, HeldOut) {
         let mut turns = Turns::new(evidence.rows.regions, evidence.folds());
         for region in 0..evidence.rows.regions {
             moments(evidence, region, &mut turns);
@@ -131,11 +130,32 @@ impl Blend {
             calibrated(evidence, &combined, &points_m, turns, axes, independent)
         });
         // The more likely of the two; a tie goes to the axes that turn with the reach.
-        let mut blend = if world.1 > way.1 { world.0 } else { way.0 };
+        let Calibrated {
+            mut blend,
+            optimism,
+            ..
+        } = if world.score > way.score { world } else { way };
         blend.arrival = arrival;
         blend.personal = personal(evidence, &blend.regions);
-        (blend, points_m)
+        (blend, HeldOut { points_m, optimism })
     }
+}
+
+/// What is left of the training for those who learn from held-out errors.
+pub(in crate::learned) struct HeldOut {
+    /// Where every sample points by what was learnt without its fold, m.
+    pub(in crate::learned) points_m: Vec<DVec3>,
+    /// How many times as large covariances are as held-out errors ask for, since those to come are larger.
+    pub(in crate::learned) optimism: f64,
+}
+
+/// A blend with covariances.
+struct Calibrated {
+    blend: Blend,
+    /// Mean log density of the contacts under them.
+    score: f64,
+    /// As [`HeldOut::optimism`].
+    optimism: f64,
 }
 
 /// Second moments of the errors of the sources in a region, in units of the smallest.
@@ -295,7 +315,7 @@ fn arrivals(evidence: &Evidence, points_m: &[DVec3]) -> (Arrival, Vec<DVec3>) {
     (Arrival::of(stops.iter()), points_m)
 }
 
-/// The covariances in some axes, and the mean log density of the contacts under them.
+/// The covariances in some axes.
 fn calibrated(
     evidence: &Evidence,
     combined: &[Combined],
@@ -303,7 +323,7 @@ fn calibrated(
     mut turns: Turns,
     axes: Axes,
     independent: f64,
-) -> (Blend, f64) {
+) -> Calibrated {
     let turned: Vec<(DMat3, DVec3)> = evidence
         .each()
         .map(|(row, sample, _)| {
@@ -346,9 +366,12 @@ fn calibrated(
         })
         .collect();
     blend.by_disagreement = slope(evidence, &judged);
-    spread(evidence, &judged, &mut blend, independent);
-    let score = log_score(evidence, &judged, &mut blend);
-    (blend, score)
+    let optimism = spread(evidence, &judged, &mut blend, independent);
+    Calibrated {
+        score: log_score(evidence, &judged, &mut blend),
+        blend,
+        optimism,
+    }
 }
 
 /// Second moments of the errors of the estimates, and of the time.
@@ -409,8 +432,9 @@ fn slope(evidence: &Evidence, judged: &[Judged]) -> f64 {
     }
 }
 
-/// The factors that make 90 % regions hold 90 % in every region of progress and at every time left.
-fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent: f64) {
+/// The factors that make 90 % regions hold 90 % of the errors to come in every region of progress and at every time left. Returns how many
+/// times as large they are as for the errors that they are learnt from.
+fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent: f64) -> f64 {
     // There are fewer independent errors than reaches, for those of one person are alike. A new error lies below their quantile less
     // often than they do, and a covariance learnt from few is too small for new ones.
     let level = (0.9 * (independent + 1.0) / independent).min(LEVEL_MOST);
@@ -458,6 +482,21 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
         });
         let most = weighted_quantile(level, pairs) / NORMAL_90;
         blend.regions[k].time_s2 *= most.clamp(0.1, 10.0).powi(2);
+    }
+    let at = |level: f64| {
+        let each = plain.iter().zip(judged).enumerate();
+        let pairs = each.map(|(row, (d, j))| {
+            let spread = Region::spread_between(&blend.regions, evidence.rows.gates(row));
+            let distance = d / (spread * blend.at_time(&j.hats));
+            (distance, evidence.samples[row].weight)
+        });
+        weighted_quantile(level, pairs)
+    };
+    let wider = at(level) / at(0.9).max(f64::MIN_POSITIVE);
+    few * if wider.is_finite() {
+        wider.max(1.0)
+    } else {
+        1.0
     }
 }
 

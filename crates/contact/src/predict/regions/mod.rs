@@ -1,9 +1,14 @@
 //! How large the regions are that hold a contact with a stated probability, learnt from how far predictions were off.
 
+mod alike;
+#[cfg(feature = "serde")]
+mod file;
+mod in_plane;
 mod model;
 mod quantiles;
 mod sizes;
 mod training;
 
+pub(super) use in_plane::InPlaneError;
 pub use model::RegionModel;
 pub use sizes::{REGION_SHARES, RegionSizes};

@@ -12,12 +12,11 @@ const OFFSET_M: f64 = 5e-3;
 /// The regions of 50, 70 and 90 % of a fused prediction, by how far the hand still is from the predicted point.
 ///
 /// How far predictions are off, measured by the covariance they state, changes in the course of a reach: at half of the way
-/// most errors are about what is stated, and near the end the allowance for the registration of the tracker is most of the
-/// covariance, whether or not the tracker is off. The way left tells the moments of a reach apart better than the time left,
-/// which is itself an estimate.
+/// most errors are about what is stated, and near the end the hand says more than the covariance of what was learnt. The way left
+/// tells the moments of a reach apart better than the time left, which is itself an estimate.
 ///
-/// Learn it from a tracker that is registered as the one in use: near the end the error of registration is most of all errors. Where
-/// people are simulated, without such an error, and a real tracker follows, normal regions are the honest ones.
+/// These are the errors of the prediction. That of the registration of the tracker comes on top, as large as it is said to be or as touches
+/// have left it: it may be learnt from simulated people, whose tracker is exact, and used with a tracker that is off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RegionModel {
     /// Logarithms of the squared distances, by the way left.
@@ -55,7 +54,7 @@ impl RegionModel {
         self.touches
     }
 
-    /// The sizes where the hand is so far from the predicted point, m.
+    /// The sizes where the hand is so far from the predicted point, m, with an exact registration.
     #[must_use]
     pub fn at(&self, way_m: f64) -> RegionSizes {
         let BetweenWays {

@@ -1,13 +1,16 @@
 //! Quantiles that change with the way left.
 
 use super::model::{BetweenWays, KNOTS};
+use super::sizes::REGION_SHARES;
 
 /// One error of a prediction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Miss {
     pub(super) at: BetweenWays,
-    /// Logarithm of the squared distance in standard deviations.
-    pub(super) logarithm: f64,
+    /// The number of the touch.
+    pub(super) touch: usize,
+    /// Logarithms of the squared distance in standard deviations, as it counts for each of the regions.
+    pub(super) logarithms: [f64; REGION_SHARES.len()],
     /// The weights of all samples of a touch add up to 1.
     pub(super) weight: f64,
 }
@@ -20,9 +23,9 @@ const PRIOR_TOUCHES: f64 = 0.03;
 /// ... and that neighbours are alike.
 const ALIKE_TOUCHES: f64 = 0.1;
 
-/// Below which value a share of the errors lies, linear between the knots: quantile regression [Koenker 1978] by majorising the
+/// Below which value a share of the errors lies as they count for a `region`, linear between the knots: quantile regression [Koenker 1978] by majorising the
 /// absolute value with squares [Hunter 2000]. Where nothing was seen it is as at the next knots, and `expected` without any.
-pub(super) fn quantiles(misses: &[Miss], share: f64, expected: f64) -> [f64; KNOTS] {
+pub(super) fn quantiles(misses: &[Miss], region: usize, share: f64, expected: f64) -> [f64; KNOTS] {
     let mut found = [expected; KNOTS];
     for round in 0..ROUNDS {
         let corner = CORNERS[usize::from(2 * round >= ROUNDS)];
@@ -38,9 +41,10 @@ pub(super) fn quantiles(misses: &[Miss], share: f64, expected: f64) -> [f64; KNO
         for miss in misses {
             let (k, b) = (miss.at.before, miss.at.next_weight);
             let a = 1.0 - b;
-            let off = miss.logarithm - (a * found[k] + b * found[k + 1]);
+            let logarithm = miss.logarithms[region];
+            let off = logarithm - (a * found[k] + b * found[k + 1]);
             let weight = miss.weight / (corner + off.abs());
-            let pull = weight * miss.logarithm + (2.0 * share - 1.0) * miss.weight;
+            let pull = weight * logarithm + (2.0 * share - 1.0) * miss.weight;
             diagonal[k] += weight * a * a;
             diagonal[k + 1] += weight * b * b;
             beside[k] += weight * a * b;
@@ -82,12 +86,13 @@ mod tests {
         let misses: Vec<Miss> = (0..5000)
             .map(|i| Miss {
                 at: BetweenWays::of(ways_m[i % 5]),
-                logarithm: level(ways_m[i % 5]) * ((i / 5) as f64 + 0.5) / 1000.0,
+                touch: i,
+                logarithms: [level(ways_m[i % 5]) * ((i / 5) as f64 + 0.5) / 1000.0; 3],
                 weight: 0.1,
             })
             .collect();
         for share in [0.5, 0.7, 0.9] {
-            let found = quantiles(&misses, share, 0.0);
+            let found = quantiles(&misses, 1, share, 0.0);
             for (knot, way_m) in (1..).zip(ways_m) {
                 // Levels are below zero: the share lies at the other end.
                 let expected = level(way_m)
@@ -105,7 +110,7 @@ mod tests {
 
     #[test]
     fn without_errors_it_is_what_was_expected() {
-        for found in quantiles(&[], 0.7, 0.88) {
+        for found in quantiles(&[], 1, 0.7, 0.88) {
             assert!((found - 0.88).abs() < 1e-9);
         }
     }

@@ -45,6 +45,13 @@ impl RegionSizes {
         Ok(Self { squared })
     }
 
+    /// `None` for a number that is not finite and above zero; a region is at least as large as those that hold less.
+    pub(super) fn rising(mut squared: [f64; 3]) -> Option<Self> {
+        squared[1] = squared[1].max(squared[0]);
+        squared[2] = squared[2].max(squared[1]);
+        Self::from_squared(squared).ok()
+    }
+
     /// From the logarithms; a region is at least as large as those that hold less.
     pub(super) fn from_logarithms(logarithms: [f64; 3]) -> Self {
         let mut squared = logarithms.map(f64::exp);

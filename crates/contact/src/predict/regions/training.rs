@@ -3,6 +3,7 @@
 use super::super::fused::FusedPredictor;
 use super::super::gaze::{LabelledStream, StreamFilters};
 use super::super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
+use super::alike::independent;
 use super::model::{BetweenWays, KNOTS, RegionModel};
 use super::quantiles::{Miss, quantiles};
 use super::sizes::{REGION_SHARES, RegionSizes};
@@ -14,13 +15,15 @@ use hwall_numeric::check::{all_finite, finite};
 use hwall_scene::{Scene, SurfaceId};
 
 /// Fewest touches that can be learnt from.
-const LEAST_TOUCHES: usize = 4;
+pub(super) const LEAST_TOUCHES: usize = 4;
 /// A contact is on a surface within this, m.
 const ON_IT_M: f64 = 0.05;
 /// A hand that is at rest this far from its last contact is on its way to the next, m.
 const AWAY_M: f64 = 0.08;
 /// Smaller squared distances are as good as this one.
 const LEAST_SQUARED: f64 = 1e-6;
+/// Squared distances lie between this and its inverse, as logarithms: what is learnt does by far.
+pub(super) const MOST_LOGARITHM: f64 = 20.0;
 /// Of few touches a new one lies beyond the largest error with this probability at least.
 const MOST_SHARE: f64 = 0.98;
 
@@ -28,7 +31,10 @@ impl RegionModel {
     /// Learns from the errors of predictors over streams in a scene; `predictor` is given the number of the stream and makes one
     /// that has not learnt from it, best with a [`HeldOutEstimator`](crate::HeldOutEstimator): errors on what was learnt from are smaller than
     /// those to come. Samples of a reach up to the contact are used while the right surface comes first, and all touches count
-    /// alike.
+    /// alike; those of one stream are of one person, whose errors are alike.
+    ///
+    /// What is learnt is how far off predictions are beside the error of registration, so the settings of `predictor` must state
+    /// what that was when the streams were made: 0 for simulated ones ([`FusedConfig::registration_sd_m`](crate::FusedConfig::registration_sd_m)).
     ///
     /// # Errors
     /// Fewer than 4 touches with a prediction; a contact that is not finite; settings that a filter refuses; what `predictor` refuses.
@@ -41,6 +47,7 @@ impl RegionModel {
         let mut collected = Collected::default();
         for (number, stream) in streams.iter().enumerate() {
             collected.collect(scene, stream, &mut predictor(number)?, filters)?;
+            collected.people.push(collected.touches);
         }
         let touches = collected.touches;
         if touches < LEAST_TOUCHES {
@@ -49,15 +56,17 @@ impl RegionModel {
                 needed: LEAST_TOUCHES,
             });
         }
-        // A new error lies below the quantile of few less often than they do.
-        let n = touches as f64;
+        // A new error lies below the quantile of few less often than they do, and there are fewer independent ones than touches.
+        let n = independent(&collected.misses, &collected.people);
         let each: [[f64; KNOTS]; 3] = std::array::from_fn(|k| {
             let share = (REGION_SHARES[k] * (n + 1.0) / n).min(MOST_SHARE);
             let expected = RegionSizes::NORMAL.squared()[k].ln();
-            quantiles(&collected.misses, share, expected)
+            quantiles(&collected.misses, k, share, expected)
         });
         Ok(Self {
-            logarithms: std::array::from_fn(|knot| std::array::from_fn(|k| each[k][knot])),
+            logarithms: std::array::from_fn(|knot| {
+                std::array::from_fn(|k| each[k][knot].clamp(-MOST_LOGARITHM, MOST_LOGARITHM))
+            }),
             touches,
         })
     }
@@ -76,6 +85,8 @@ struct Collected {
     misses: Vec<Miss>,
     /// Those with a sample that counts.
     touches: usize,
+    /// How many of them there were after each person.
+    people: Vec<usize>,
 }
 
 impl Collected {
@@ -133,12 +144,18 @@ impl Collected {
                 continue;
             };
             let squared = prediction.squared_deviations(contact.point_m);
-            let Some(squared) = squared.filter(|squared| squared.is_finite()) else {
+            let Some((squared, error)) = squared
+                .filter(|squared| squared.is_finite())
+                .zip(predictor.in_plane_error(&prediction))
+            else {
                 continue;
             };
             self.misses.push(Miss {
                 at: BetweenWays::of(state.point_m.distance(prediction.point_m)),
-                logarithm: squared.max(LEAST_SQUARED).ln(),
+                touch: self.touches,
+                logarithms: error
+                    .own_squared(squared)
+                    .map(|own| own.max(LEAST_SQUARED).ln()),
                 weight: 1.0,
             });
         }

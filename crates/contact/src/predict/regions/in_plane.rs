@@ -1,0 +1,213 @@
+//! Two uncertainties of a predicted point in the plane of its surface: that of the prediction, and that of the registration.
+
+use super::sizes::{REGION_SHARES, RegionSizes};
+use glam::{DMat3, DVec3};
+
+/// A symmetric matrix of the plane, m².
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Plane {
+    uu: f64,
+    uv: f64,
+    vv: f64,
+}
+
+impl Plane {
+    const ZERO: Self = Self {
+        uu: 0.0,
+        uv: 0.0,
+        vv: 0.0,
+    };
+
+    fn of(m: &DMat3, u: DVec3, v: DVec3) -> Self {
+        let mv = *m * v;
+        Self {
+            uu: u.dot(*m * u),
+            uv: u.dot(mv),
+            vv: v.dot(mv),
+        }
+    }
+
+    fn determinant(&self) -> f64 {
+        self.uu * self.vv - self.uv * self.uv
+    }
+
+    /// What the determinant of a sum has beside those of the two.
+    fn mixed(&self, other: &Self) -> f64 {
+        self.uu * other.vv + self.vv * other.uu - 2.0 * self.uv * other.uv
+    }
+
+    fn less(&self, other: &Self, share: f64) -> Self {
+        Self {
+            uu: self.uu - share * other.uu,
+            uv: self.uv - share * other.uv,
+            vv: self.vv - share * other.vv,
+        }
+    }
+}
+
+/// The covariance of a predicted point in the plane of its surface, as the sum of what the prediction is unsure of and of the
+/// error of registration.
+///
+/// How far predictions are off beside what they state is learnt without the second part, and changes the first alone. Else a
+/// scale that was learnt from an exact tracker would also shrink the error of one that is off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::predict) struct InPlaneError {
+    own: Plane,
+    registration: Plane,
+    total: Plane,
+}
+
+impl InPlaneError {
+    /// `covariance_m2`: of both together, on a surface with this unit normal; `registration_m2`: of the registration in space. On a
+    /// surface the point is known across it, so of the registration that part counts which is left once its error across is known.
+    pub(in crate::predict) fn new(
+        covariance_m2: &DMat3,
+        registration_m2: &DMat3,
+        normal: DVec3,
+    ) -> Self {
+        let (u, v) = normal.any_orthonormal_pair();
+        let total = Plane::of(covariance_m2, u, v);
+        let across = *registration_m2 * normal;
+        let variance = normal.dot(across);
+        let [a, b] = [u.dot(across), v.dot(across)];
+        let known = if variance > 0.0 { 1.0 / variance } else { 0.0 };
+        let registration = Plane {
+            uu: a * a,
+            uv: a * b,
+            vv: b * b,
+        };
+        let registration = Plane::of(registration_m2, u, v).less(&registration, known);
+        // The sum holds the part, but for what an edge of the surface cuts off.
+        let share = largest_share(&total, &registration);
+        let own = total.less(&registration, share);
+        let usable = share > 0.0 && own.determinant().is_finite();
+        Self {
+            own: if usable { own } else { total },
+            registration: if usable { registration } else { Plane::ZERO },
+            total,
+        }
+    }
+
+    /// The sizes of regions in deviations of both together, of those in deviations of the prediction alone: the regions of the sum are as
+    /// large, and have the shape of its covariance.
+    pub(in crate::predict) fn sizes(&self, own: &RegionSizes) -> RegionSizes {
+        let normal = RegionSizes::NORMAL.squared();
+        let own = own.squared();
+        let of = |k: usize| {
+            let (a, b) = (own[k], normal[k]);
+            let area = a * a * self.own.determinant()
+                + a * b * self.own.mixed(&self.registration)
+                + b * b * self.registration.determinant();
+            (area / self.total.determinant()).sqrt()
+        };
+        RegionSizes::rising(std::array::from_fn(of)).unwrap_or(RegionSizes::NORMAL)
+    }
+
+    /// The other way round, for each of [`REGION_SHARES`]: the size in deviations of the prediction alone with which a region ends at
+    /// a squared distance in deviations of both; 0 where the registration alone explains it.
+    pub(super) fn own_squared(&self, squared: f64) -> [f64; REGION_SHARES.len()] {
+        RegionSizes::NORMAL.squared().map(|normal| {
+            let a = self.own.determinant();
+            let b = normal * self.own.mixed(&self.registration);
+            let c = normal * normal * self.registration.determinant()
+                - squared * squared * self.total.determinant();
+            if c >= 0.0 {
+                return 0.0;
+            }
+            // The positive root of a x² + b x + c, without a difference of large numbers.
+            -2.0 * c / (b + (b * b - 4.0 * a * c).max(0.0).sqrt())
+        })
+    }
+}
+
+/// The most of the second that the first holds, at most 1: less than that leaves a covariance.
+fn largest_share(total: &Plane, part: &Plane) -> f64 {
+    // det(total - x part) = a - b x + c x², zero first at the smaller root.
+    let (a, b, c) = (total.determinant(), total.mixed(part), part.determinant());
+    let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+    let most = 2.0 * a / (b + root).max(f64::MIN_POSITIVE);
+    // NaN is no share.
+    if most > 0.0 {
+        (KEPT * most).min(1.0)
+    } else {
+        0.0
+    }
+}
+
+/// What is taken off at most of what there is, so that something is left.
+const KEPT: f64 = 0.99;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNEVEN: [f64; 9] = [4e-4, 1e-4, 0.0, 1e-4, 9e-4, 0.0, 0.0, 0.0, 1e-6];
+
+    #[test]
+    fn without_an_error_of_registration_sizes_are_those_learnt() {
+        let total = DMat3::from_cols_array(&UNEVEN);
+        let error = InPlaneError::new(&total, &DMat3::ZERO, DVec3::Z);
+        let own = RegionSizes::from_squared([0.3, 1.0, 5.0]).expect("rising");
+        let sizes = error.sizes(&own).squared();
+        for (size, own) in sizes.into_iter().zip(own.squared()) {
+            assert!((size - own).abs() < 1e-9, "{size} {own}");
+        }
+        assert!(
+            error
+                .own_squared(2.0)
+                .iter()
+                .all(|own| (own - 2.0).abs() < 1e-9)
+        );
+    }
+
+    #[test]
+    fn what_is_learnt_leaves_the_error_of_registration_as_it_is() {
+        let registration = DMat3::from_diagonal(DVec3::splat(64e-6));
+        let own = DMat3::from_cols_array(&UNEVEN);
+        let error = InPlaneError::new(&(own + registration), &registration, DVec3::Z);
+        let normal = error.sizes(&RegionSizes::NORMAL).squared();
+        for (size, normal) in normal.into_iter().zip(RegionSizes::NORMAL.squared()) {
+            assert!((size - normal).abs() < 1e-9);
+        }
+        // A prediction that turned out a hundred times as sure: the registration is left.
+        let sure = RegionSizes::NORMAL.squared().map(|s| 1e-4 * s);
+        let sure = RegionSizes::from_squared(sure).expect("rising");
+        let [.., most] = error.sizes(&sure).squared();
+        let total = Plane::of(&(own + registration), DVec3::X, DVec3::Y);
+        let left = 64e-6 / total.determinant().sqrt() * RegionSizes::NORMAL.squared()[2];
+        assert!((most - left).abs() < 0.02 * left, "{most} {left}");
+    }
+
+    #[test]
+    fn sizes_and_distances_are_inverse() {
+        let registration =
+            DMat3::from_cols_array(&[9e-5, 1e-5, 2e-5, 1e-5, 5e-5, 0.0, 2e-5, 0.0, 4e-5]);
+        let own = DMat3::from_cols_array(&UNEVEN);
+        let error = InPlaneError::new(&(own + registration), &registration, DVec3::Z);
+        let learnt = RegionSizes::from_squared([0.4, 1.7, 6.0]).expect("rising");
+        for (k, squared) in error.sizes(&learnt).squared().into_iter().enumerate() {
+            let found = error.own_squared(squared)[k];
+            assert!((found - learnt.squared()[k]).abs() < 1e-9, "{found}");
+        }
+        assert_eq!(error.own_squared(1e-9), [0.0; 3]);
+    }
+
+    #[test]
+    fn no_numbers_give_no_region_that_is_none() {
+        let part = DMat3::from_diagonal(DVec3::splat(64e-6));
+        for (total, registration) in [
+            (DMat3::ZERO, DMat3::ZERO),
+            (DMat3::ZERO, part),
+            (part * 0.1, part),
+            (part, part),
+            (part * f64::NAN, part),
+            (part, part * f64::NAN),
+            (part * 1e300, part),
+            (part, part * f64::INFINITY),
+        ] {
+            let error = InPlaneError::new(&total, &registration, DVec3::X);
+            let [a, b, c] = error.sizes(&RegionSizes::NORMAL).squared();
+            assert!(a > 0.0 && a <= b && b <= c && c.is_finite(), "{a} {b} {c}");
+        }
+    }
+}
