@@ -1,8 +1,9 @@
 //! Many rays through one hierarchy.
 //!
 //! A ray alone waits at every box for the one before it, and the processor often guesses wrong whether a node or a leaf
-//! comes next. Here rays take turns: first all that stand at a node, then all that stand at a leaf. Each goes the very way
-//! that it would go alone, so its hit is the same to the last bit.
+//! comes next. Here rays take turns: first all that stand at a node, then all that stand at a leaf. What they need is brought
+//! into the nearest cache before, which a ray alone, that learns where it goes only on arrival, cannot ask for. Each goes the very
+//! way that it would go alone, so its hit is the same to the last bit.
 
 use super::block::LANES;
 use super::machine::{Machine, Task, distance};
@@ -44,6 +45,14 @@ impl<R: Fn(usize) -> (PartRay, f64), F: FnMut(usize, PartHit)> Task for Together
             now.nodes.push_if(traveller.at != END, place);
         }
         while now.nodes.len + now.leaves.len > 0 {
+            // All that this turn looks at comes in while its first rays are served.
+            for place in now.nodes.iter() {
+                machine.fetch(tree.node(travellers[place].at));
+            }
+            for place in now.leaves.iter() {
+                let leaf = leaf_of(travellers[place].at);
+                machine.fetch(&self.part.blocks[leaf]);
+            }
             let mut then = Places::default();
             for place in now.nodes.iter() {
                 let t = &mut travellers[place];

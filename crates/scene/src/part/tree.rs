@@ -195,10 +195,15 @@ impl Tree {
         self.stack
     }
 
+    #[inline(always)]
+    pub(super) fn node(&self, node: u32) -> &Node {
+        &self.nodes[node as usize]
+    }
+
     /// The children of a node that a ray meets at a distance up to `max`.
     #[inline(always)]
     pub(super) fn open<M: Machine>(&self, machine: M, ray: &BoxRay, node: u32, max: f32) -> Next {
-        let node = &self.nodes[node as usize];
+        let node = self.node(node);
         machine.next(machine.along(ray, node, max), &node.children)
     }
 
