@@ -250,7 +250,7 @@ impl Scene {
 
     #[inline(always)]
     fn to_hit(&self, part: usize, hit: &PartHit, direction: DVec3) -> Hit {
-        let face = &self.geometry.parts[part].faces()[hit.triangle];
+        let face = &self.geometry.parts[part].face(hit.triangle);
         let (normal, outside) = self.facing(part, face, -direction);
         Hit {
             surface: SurfaceId(face.surface as usize),
@@ -263,7 +263,7 @@ impl Scene {
 
     fn to_closest(&self, part: usize, hit: &PartHit, query_m: DVec3) -> Closest {
         let point_m = self.world_from_part[part].transform_point(hit.point_m);
-        let face = &self.geometry.parts[part].faces()[hit.triangle];
+        let face = &self.geometry.parts[part].face(hit.triangle);
         let (normal, outside) = self.facing(part, face, query_m - point_m);
         Closest {
             surface: SurfaceId(face.surface as usize),

@@ -46,7 +46,7 @@ pub(crate) struct Geometry {
     pub(crate) kinds: Vec<SurfaceKind>,
     /// Part of each surface.
     pub(crate) part_of: Vec<usize>,
-    /// Triangles of each surface within its part.
+    /// Numbers of the triangles of each surface within its part.
     triangles_of: Vec<Vec<u32>>,
     /// For each part what marks its touchable surfaces.
     pub(crate) touchable_bits: Vec<u64>,
@@ -61,7 +61,7 @@ impl Geometry {
     ) -> Self {
         let mut triangles_of = vec![Vec::new(); kinds.len()];
         for part in &parts {
-            for (i, face) in part.faces().iter().enumerate() {
+            for (i, face) in part.faces() {
                 triangles_of[face.surface as usize].push(i as u32);
             }
         }
@@ -273,7 +273,7 @@ impl Scene {
     /// Triangles in the scene.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
-        self.geometry.parts.iter().map(|p| p.faces().len()).sum()
+        self.geometry.triangles_of.iter().map(Vec::len).sum()
     }
 
     /// Triangles of one surface where it is now, corners in metres, counter-clockwise from outside.
@@ -287,12 +287,11 @@ impl Scene {
         self.check(id)?;
         let part = self.geometry.part_of[id.0];
         let world_from_part = self.world_from_part[part];
-        let faces = self.geometry.parts[part].faces();
-        let indices = &self.geometry.triangles_of[id.0];
-        Ok(indices.iter().map(move |&i| {
-            faces[i as usize]
-                .corners_m
-                .map(|p| world_from_part.transform_point(p))
+        let numbers = &self.geometry.triangles_of[id.0];
+        let part = &self.geometry.parts[part];
+        Ok(numbers.iter().map(move |&number| {
+            let corners_m = part.face(number as usize).corners_m;
+            corners_m.map(|p| world_from_part.transform_point(p))
         }))
     }
 
@@ -304,7 +303,7 @@ impl Scene {
             max_m: DVec3::NEG_INFINITY,
         };
         for (part, world_from_part) in self.geometry.parts.iter().zip(&self.world_from_part) {
-            for corner in part.faces().iter().flat_map(|f| f.corners_m) {
+            for corner in part.faces().flat_map(|(_, face)| face.corners_m) {
                 let p = world_from_part.transform_point(corner);
                 bounds.min_m = bounds.min_m.min(p);
                 bounds.max_m = bounds.max_m.max(p);

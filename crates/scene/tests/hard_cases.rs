@@ -41,6 +41,15 @@ fn two_walls() -> Scene {
         .0
 }
 
+/// Are the faces at a corner or an edge seen some from the front and some from the back? Then they end there, and rounding
+/// decides whether a ray aimed at it passes them: 60 of 240,000 do.
+fn is_rim(all: &[Triangle], shared: &[DVec3], direction: DVec3) -> bool {
+    let at = all.iter().filter(|t| shared.iter().all(|p| t.contains(p)));
+    let fronts = at.map(|[a, b, c]| (b - a).cross(c - a).dot(direction) < 0.0);
+    let (fronts, backs): (Vec<bool>, Vec<bool>) = fronts.partition(|front| *front);
+    !fronts.is_empty() && !backs.is_empty()
+}
+
 /// Aimed exactly at a corner or at an edge that faces share: hit where the target is, or before it.
 #[test]
 fn rays_at_shared_edges_and_corners_hit_at_the_right_distance() {
@@ -51,19 +60,22 @@ fn rays_at_shared_edges_and_corners_hit_at_the_right_distance() {
         let mut aimed = 0;
         while aimed < 1500 {
             let [a, b, _] = all[sampler.index(all.len())];
-            let target = match sampler.index(3) {
-                0 => a,
-                1 => a.lerp(b, 0.5),
-                _ => a.lerp(b, sampler.uniform(0.0, 1.0)),
+            let (target, shared) = match sampler.index(3) {
+                0 => (a, vec![a]),
+                1 => (a.lerp(b, 0.5), vec![a, b]),
+                _ => (a.lerp(b, sampler.uniform(0.0, 1.0)), vec![a, b]),
             };
             if (target - offset).truncate().abs().max_element() > 0.9 * scale {
                 continue;
             }
-            aimed += 1;
             let up = sampler.uniform(0.05, 2.0);
             let side = sampler.unit_vector() * 0.5;
             let origin = target + (side + DVec3::Z * (up + 0.5)) * scale;
             let direction = target - origin;
+            if is_rim(&all, &shared, direction) {
+                continue;
+            }
+            aimed += 1;
             let hit = scene.ray_cast(origin, direction).unwrap().expect("a hit");
             // Brute force without tolerance may miss the target itself.
             let expected = brute_ray(&all, origin, direction)

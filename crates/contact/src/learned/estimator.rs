@@ -288,7 +288,8 @@ impl LearnedEstimator {
     /// where a point that it relies on stays away, that is the one of the touching point alone.
     #[must_use]
     pub fn surprise(&self) -> f64 {
-        match self.alone.as_ref().filter(|_| self.answered_alone) {
+        let answered_alone = self.before_alone.unwrap_or(self.answered_alone);
+        match self.alone.as_ref().filter(|_| answered_alone) {
             Some(alone) => alone.surprise(),
             None => self.adaptation.surprise(),
         }

@@ -167,12 +167,10 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         Some((ahead.samples, ahead.estimate))
     }
 
-    /// Gives the estimator the samples of a reach that may have begun.
+    /// Gives the estimator the samples of a reach that may have begun. While the hand is slow, that reach would begin with the newest
+    /// sample. Waiting for the next one would save steps at rest, but give the estimator two samples in one step of twelve.
     fn get_ahead(&mut self) {
-        let Some(samples) = self.watch.samples_if_begun() else {
-            self.ahead = None;
-            return;
-        };
+        let samples = self.watch.samples_if_begun().unwrap_or(1);
         let (known, mut estimate) = match self.known(samples) {
             Some(known) => known,
             None if samples <= MOST_TO_CATCH_UP && self.estimator.begin_tentatively() => (0, None),

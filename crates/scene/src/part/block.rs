@@ -1,6 +1,10 @@
-//! Four triangles side by side, for the exact test of a ray against all of them at once.
+//! Up to four triangles of a leaf side by side, for the exact test of a ray against all of them at once.
+//!
+//! A ray looks at the axes in an order of its own, so a triangle of nine numbers in a row would have to be taken apart
+//! for every ray: a quarter of all instructions of a ray cast.
 
 use super::rigid_part::Face;
+use glam::DVec3;
 
 /// Triangles of a block.
 pub(super) const LANES: usize = 4;
@@ -8,34 +12,52 @@ pub(super) const LANES: usize = 4;
 /// One number of each triangle.
 pub(super) type Lanes = [f64; LANES];
 
-/// By axis and corner, m.
-pub(super) type Block = [[Lanes; 3]; 3];
+/// The surface of a lane without a triangle.
+const NO_SURFACE: u32 = u32::MAX;
 
-/// Four triangles with their axes in another order.
-#[inline(always)]
-pub(super) fn block(faces: &[Face; LANES], axes: [usize; 3]) -> Block {
-    [
-        along(faces, axes[0]),
-        along(faces, axes[1]),
-        along(faces, axes[2]),
-    ]
+/// In the frame of the part.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(super) struct Block {
+    /// By axis and corner, m; not a number in lanes without a triangle, so that nothing meets them.
+    pub(super) corners_m: [[Lanes; 3]; 3],
+    surfaces: [u32; LANES],
 }
 
-#[inline(always)]
-fn along(faces: &[Face; LANES], axis: usize) -> [Lanes; 3] {
-    [
-        lanes(faces, axis, 0),
-        lanes(faces, axis, 1),
-        lanes(faces, axis, 2),
-    ]
-}
+impl Block {
+    pub(super) const EMPTY: Self = Self {
+        corners_m: [[[f64::NAN; LANES]; 3]; 3],
+        surfaces: [NO_SURFACE; LANES],
+    };
 
-#[inline(always)]
-fn lanes([a, b, c, d]: &[Face; LANES], axis: usize, corner: usize) -> Lanes {
-    [
-        a.corners_m[corner][axis],
-        b.corners_m[corner][axis],
-        c.corners_m[corner][axis],
-        d.corners_m[corner][axis],
-    ]
+    /// At most [`LANES`] triangles.
+    pub(super) fn new<'a>(faces: impl Iterator<Item = &'a Face>) -> Self {
+        let mut block = Self::EMPTY;
+        for (lane, face) in faces.take(LANES).enumerate() {
+            block.surfaces[lane] = face.surface;
+            for axis in 0..3 {
+                for (corner, point_m) in face.corners_m.iter().enumerate() {
+                    block.corners_m[axis][corner][lane] = point_m[axis];
+                }
+            }
+        }
+        block
+    }
+
+    /// How many triangles there are, in the first lanes.
+    #[inline(always)]
+    pub(super) fn len(&self) -> usize {
+        let are = self.surfaces.iter().filter(|&&s| s != NO_SURFACE);
+        are.count()
+    }
+
+    #[inline(always)]
+    pub(super) fn face(&self, lane: usize) -> Face {
+        let [x, y, z] = &self.corners_m;
+        let corner = |i: usize| DVec3::new(x[i][lane], y[i][lane], z[i][lane]);
+        Face {
+            corners_m: [corner(0), corner(1), corner(2)],
+            surface: self.surfaces[lane],
+        }
+    }
 }

@@ -51,6 +51,9 @@ pub(super) trait Machine: Copy {
 
     /// In which order to go to the boxes of these keys.
     fn next(self, keys: Keys, children: &[u32; CHILDREN]) -> Next;
+
+    /// Asks for something that is needed soon to be brought into the nearest cache, and does not wait for it.
+    fn fetch<T>(self, soon: &T);
 }
 
 /// What runs on a machine.
@@ -133,6 +136,10 @@ impl Machine for Portable {
             children: keys.map(child),
         }
     }
+
+    /// Plain code cannot ask.
+    #[inline(always)]
+    fn fetch<T>(self, _: &T) {}
 }
 
 /// As one instruction does it.
@@ -167,6 +174,10 @@ mod x86 {
             self.task.run(self.machine)
         }
     }
+
+    /// Bytes.
+    const CACHE_LINE: usize = 64;
+    const NEAREST_CACHE: i32 = std::arch::x86_64::_MM_HINT_T0;
 
     const LANES: Keys = [0, 1, 2, 3, 4, 5, 6, 7];
 
@@ -308,6 +319,15 @@ mod x86 {
                 keys: cast(k),
                 // The lowest three bits of a key are the lane, and the instruction looks at no others.
                 children: cast(m.avx2._mm256_permutevar8x32_epi32(cast(*children), k)),
+            }
+        }
+
+        #[inline(always)]
+        fn fetch<T>(self, soon: &T) {
+            let first = std::ptr::from_ref(soon).cast::<i8>();
+            for line in 0..size_of::<T>().div_ceil(CACHE_LINE) {
+                let at = first.wrapping_add(CACHE_LINE * line);
+                self.sse._mm_prefetch::<NEAREST_CACHE>(at);
             }
         }
     }

@@ -3,6 +3,7 @@
 mod block;
 mod even_tree;
 mod machine;
+mod merging;
 mod rigid_part;
 mod sliver;
 mod together;

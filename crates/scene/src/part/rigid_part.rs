@@ -4,12 +4,13 @@
 //! the part and divided by a power of two, so they lie in [-1, 1] whatever the size and place
 //! of the part.
 
-use super::block::LANES;
+use super::block::{Block, LANES};
 use super::machine::{self, Machine, Task};
 use super::together::{STACK, Together, WORTHWHILE};
 use super::tree::{BoxRay, BuildQuality, PADDING, Tree};
 use super::triangle::{self, Triangle, WatertightRay};
 use glam::DVec3;
+use std::ops::Range;
 
 /// Slack of single-precision distances to boxes, in units of the part.
 const DISTANCE_SLACK: f32 = 2.0 * PADDING;
@@ -19,9 +20,6 @@ const TIE: f64 = 1e-12;
 
 /// Surfaces of a part that have a bit of their own in the hierarchy; the others share the rest.
 const OWN_BITS: usize = 48;
-
-/// The surface of what is no face.
-const NO_SURFACE: u32 = u32::MAX;
 
 /// A ray in the frame of the part: finite, unit direction.
 #[derive(Debug, Clone, Copy)]
@@ -37,25 +35,17 @@ pub(crate) struct PartHit {
     pub(crate) distance_m: f64,
 }
 
-/// Side by side, because a query needs both of the face it finds.
+/// A triangle in the frame of the part and the surface that it belongs to.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Face {
     pub(crate) corners_m: Triangle,
     pub(crate) surface: u32,
 }
 
-impl Face {
-    const NONE: Self = Self {
-        corners_m: [DVec3::NAN; 3],
-        surface: NO_SURFACE,
-    };
-}
-
 #[derive(Clone)]
 pub(crate) struct Part {
-    /// In the frame of the part and in the order of the leaves. Behind them [`Face::NONE`]s, as rays look at several at
-    /// once from the first of a leaf on, whatever the number of those in it.
-    faces: Vec<Face>,
+    /// One for each leaf.
+    pub(super) blocks: Vec<Block>,
     /// By surface: its bit in the hierarchy, zero for surfaces of other parts.
     bits: Vec<u64>,
     pub(super) tree: Tree,
@@ -87,7 +77,8 @@ impl Part {
 
     /// The same part with another hierarchy.
     pub(crate) fn rebuilt(&self, quality: BuildQuality) -> Self {
-        Self::in_frame(self.faces(), self.unit_m, self.half_extent_m, quality)
+        let faces: Vec<Face> = self.faces().map(|(_, face)| face).collect();
+        Self::in_frame(&faces, self.unit_m, self.half_extent_m, quality)
     }
 
     fn in_frame(faces: &[Face], unit_m: f64, half_extent_m: DVec3, quality: BuildQuality) -> Self {
@@ -97,11 +88,13 @@ impl Part {
             .map(|f| f.corners_m.map(|p| (p / unit_m).as_vec3()))
             .collect();
         let bits_of: Vec<u64> = faces.iter().map(|f| bits[f.surface as usize]).collect();
-        let (tree, order) = Tree::build(&rounded, &bits_of, quality);
-        let mut in_order: Vec<Face> = order.iter().map(|&i| faces[i as usize]).collect();
-        in_order.extend([Face::NONE; LANES - 1]);
+        let (tree, leaves) = Tree::build(&rounded, &bits_of, quality);
+        let block = |leaf: &Range<usize>| {
+            let held = leaves.triangles[leaf.clone()].iter();
+            Block::new(held.map(|&i| &faces[i as usize]))
+        };
         Self {
-            faces: in_order,
+            blocks: leaves.ranges.iter().map(block).collect(),
             bits,
             tree,
             unit_m,
@@ -110,9 +103,17 @@ impl Part {
         }
     }
 
-    /// In the frame of the part.
-    pub(crate) fn faces(&self) -> &[Face] {
-        &self.faces[..self.faces.len() - (LANES - 1)]
+    /// All triangles, leaf by leaf, with their numbers: four times that of the leaf, and the place in it.
+    pub(crate) fn faces(&self) -> impl Iterator<Item = (usize, Face)> + '_ {
+        let lanes = |(leaf, block): (usize, &Block)| (0..block.len()).map(move |lane| (leaf, lane));
+        let all = self.blocks.iter().enumerate().flat_map(lanes);
+        all.map(|(leaf, lane)| (LANES * leaf + lane, self.blocks[leaf].face(lane)))
+    }
+
+    /// The triangle of a number.
+    #[inline(always)]
+    pub(crate) fn face(&self, number: usize) -> Face {
+        self.blocks[number / LANES].face(number % LANES)
     }
 
     /// What marks a surface in the hierarchy: other surfaces may have the same bit, a surface of
@@ -123,7 +124,7 @@ impl Part {
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&*self.faces) + size_of_val(&*self.bits) + self.tree.bytes()
+        size_of_val(&*self.blocks) + size_of_val(&*self.bits) + self.tree.bytes()
     }
 
     /// Nearest hit at a distance in `[0, max_m)`.
@@ -164,17 +165,17 @@ impl Part {
             &boxes,
             bound(best_m),
             #[inline(always)]
-            |first, max| {
-                let four = self.leaf(first);
+            |leaf, max| {
+                let block = self.blocks.get(leaf);
                 let least_m = -clipped.skipped_m;
-                let met = four.and_then(
+                let met = block.and_then(
                     #[inline(always)]
-                    |four| exact.intersect_four(machine.simd(), four, least_m, best_m),
+                    |block| exact.intersect_block(machine.simd(), block, least_m, best_m),
                 );
                 match met {
                     Some((lane, distance_m)) => {
                         best_m = distance_m;
-                        best = Some(first + lane);
+                        best = Some(LANES * leaf + lane);
                         if ANY {
                             f32::NEG_INFINITY
                         } else {
@@ -186,18 +187,12 @@ impl Part {
             },
         );
         let triangle = best?;
-        let point_m = exact.point_on(&self.faces[triangle].corners_m);
+        let point_m = exact.point_on(&self.face(triangle).corners_m);
         Some(PartHit {
             triangle,
             point_m,
             distance_m: clipped.skipped_m + best_m,
         })
-    }
-
-    /// A leaf, from its first triangle on. What follows its triangles is met, too, or not: no hit of it is wrong.
-    #[inline(always)]
-    pub(super) fn leaf(&self, first: usize) -> Option<&[Face; LANES]> {
-        self.faces.get(first..).and_then(<[Face]>::first_chunk)
     }
 
     /// Up to where boxes matter for hits nearer than this.
@@ -321,11 +316,12 @@ impl<F: Fn(usize) -> bool> Task for Closest<'_, F> {
             p * part.per_unit,
             self.wanted,
             best.bound() * per_square_unit,
-            |triangles| {
-                for i in triangles {
-                    let face = &part.faces[i];
+            |leaf| {
+                let block = &part.blocks[leaf];
+                for lane in 0..block.len() {
+                    let face = block.face(lane);
                     if (self.accept)(face.surface as usize) {
-                        best.offer(p, i, &face.corners_m);
+                        best.offer(p, LANES * leaf + lane, &face.corners_m);
                     }
                 }
                 best.bound() * per_square_unit
@@ -465,11 +461,11 @@ mod tests {
     fn hits_are_those_of_the_exact_test_alone() {
         let mut sampler = Sampler::new(9);
         let (part, _) = Part::build(faces(&mut sampler), BuildQuality::Balanced);
-        let faces = part.faces();
+        let faces: Vec<(usize, Face)> = part.faces().collect();
         let (mut hits, mut edges) = (0, 0);
         let (mut rays, mut alone) = (Vec::new(), Vec::new());
         for _ in 0..100_000 {
-            let [a, b, c] = faces[sampler.index(faces.len())].corners_m;
+            let [a, b, c] = faces[sampler.index(faces.len())].1.corners_m;
             let target = match sampler.index(5) {
                 0 => a,
                 1 => a.lerp(b, 0.5),
@@ -498,9 +494,9 @@ mod tests {
             alone.push(found.map(parts));
             let nearest = part.clip(&ray, f64::INFINITY).and_then(|clipped| {
                 let exact = WatertightRay::new(clipped.start_m, direction, clipped.inverse);
-                let distances = faces.iter().enumerate().filter_map(|(i, face)| {
+                let distances = faces.iter().filter_map(|(i, face)| {
                     let distance = exact.intersect(&face.corners_m)?;
-                    (distance >= -clipped.skipped_m).then_some((distance, i))
+                    (distance >= -clipped.skipped_m).then_some((distance, *i))
                 });
                 let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0))?;
                 Some((clipped.skipped_m + nearest.0, nearest.1))

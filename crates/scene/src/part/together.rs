@@ -1,12 +1,14 @@
 //! Many rays through one hierarchy.
 //!
 //! A ray alone waits at every box for the one before it, and the processor often guesses wrong whether a node or a leaf
-//! comes next. Here rays take turns: first all that stand at a node, then all that stand at a leaf. Each goes the very way
-//! that it would go alone, so its hit is the same to the last bit.
+//! comes next. Here rays take turns: first all that stand at a node, then all that stand at a leaf. What they need is brought
+//! into the nearest cache before, which a ray alone, that learns where it goes only on arrival, cannot ask for. Each goes the very
+//! way that it would go alone, so its hit is the same to the last bit.
 
+use super::block::LANES;
 use super::machine::{Machine, Task, distance};
 use super::rigid_part::{Part, PartHit, PartRay};
-use super::tree::{BoxRay, CHILDREN, is_leaf};
+use super::tree::{BoxRay, CHILDREN, is_leaf, leaf_of};
 use super::triangle::WatertightRay;
 
 /// Rays that take turns: enough to wait for none of them, few enough for their stacks to stay in the nearest cache.
@@ -18,7 +20,7 @@ pub(super) const WORTHWHILE: usize = TURNS;
 /// Children that a ray can leave for later; deeper trees are searched by one ray after the other.
 pub(super) const STACK: usize = 120;
 
-/// What lies below all children on a stack. A leaf of this number would begin behind the last possible triangle.
+/// What lies below all children on a stack. No tree has so many leaves.
 const END: u32 = u32::MAX;
 
 /// Casts many rays. `rays` tells each and where it ends, `found` is told of those that meet something.
@@ -43,6 +45,14 @@ impl<R: Fn(usize) -> (PartRay, f64), F: FnMut(usize, PartHit)> Task for Together
             now.nodes.push_if(traveller.at != END, place);
         }
         while now.nodes.len + now.leaves.len > 0 {
+            // All that this turn looks at comes in while its first rays are served.
+            for place in now.nodes.iter() {
+                machine.fetch(tree.node(travellers[place].at));
+            }
+            for place in now.leaves.iter() {
+                let leaf = leaf_of(travellers[place].at);
+                machine.fetch(&self.part.blocks[leaf]);
+            }
             let mut then = Places::default();
             for place in now.nodes.iter() {
                 let t = &mut travellers[place];
@@ -65,7 +75,7 @@ impl<R: Fn(usize) -> (PartRay, f64), F: FnMut(usize, PartHit)> Task for Together
                 if let Some(triangle) = t.best {
                     let hit = PartHit {
                         triangle,
-                        point_m: t.exact.point_on(&self.part.faces()[triangle].corners_m),
+                        point_m: t.exact.point_on(&self.part.face(triangle).corners_m),
                         distance_m: t.skipped_m + t.best_m,
                     };
                     (self.found)(t.ray, hit);
@@ -149,17 +159,17 @@ impl Traveller {
     /// Looks for a nearer hit in a leaf.
     #[inline(always)]
     fn look<M: Machine>(&mut self, machine: M, part: &Part) {
-        let first = part.tree.first_of(self.at);
-        let met = part.leaf(first).and_then(
+        let leaf = leaf_of(self.at);
+        let met = part.blocks.get(leaf).and_then(
             #[inline(always)]
-            |four| {
+            |block| {
                 self.exact
-                    .intersect_four(machine.simd(), four, -self.skipped_m, self.best_m)
+                    .intersect_block(machine.simd(), block, -self.skipped_m, self.best_m)
             },
         );
         if let Some((lane, distance_m)) = met {
             self.best_m = distance_m;
-            self.best = Some(first + lane);
+            self.best = Some(LANES * leaf + lane);
             self.max = part.bound(distance_m);
         }
     }

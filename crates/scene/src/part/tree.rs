@@ -7,6 +7,7 @@
 use super::block::LANES;
 use super::even_tree;
 use super::machine::{Keys, LEFT_OUT, Machine, Next, distance, key};
+use super::merging::Merging;
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -61,23 +62,19 @@ pub(super) struct Node {
     children: [u32; CHILDREN],
 }
 
-/// Marks a leaf; below it one less than the number of its triangles, below that the first.
+/// Marks a leaf; below it stands its number.
 const LEAF: u32 = 1 << 31;
-const COUNT_SHIFT: u32 = 29;
 
 /// No node has the root for a child.
 const UNUSED: u32 = 0;
 
 /// Triangles that a tree can count.
-pub(crate) const MAX_TRIANGLES: u64 = 1 << COUNT_SHIFT;
+pub(crate) const MAX_TRIANGLES: u64 = 1 << 29;
 
-fn leaf(triangles: Range<usize>) -> u32 {
-    LEAF | ((triangles.len() - 1) as u32) << COUNT_SHIFT | triangles.start as u32
-}
-
-fn triangles_of(leaf: u32) -> Range<usize> {
-    let first = (leaf & ((1 << COUNT_SHIFT) - 1)) as usize;
-    first..first + ((leaf & !LEAF) >> COUNT_SHIFT) as usize + 1
+/// The number of a leaf.
+#[inline(always)]
+pub(super) fn leaf_of(child: u32) -> usize {
+    (child & !LEAF) as usize
 }
 
 /// A leaf, not a node?
@@ -105,16 +102,26 @@ pub(super) struct Tree {
     stack: usize,
 }
 
+/// What the leaves of a tree hold.
+#[derive(Default)]
+pub(super) struct Leaves {
+    /// Of one leaf after the other.
+    pub(super) triangles: Vec<u32>,
+    /// For each leaf its part of them, of one to [`LANES`].
+    pub(super) ranges: Vec<Range<usize>>,
+}
+
 impl Tree {
     /// Triangles in units of the part, with the bits of their surfaces; at least one. Returns
-    /// the order in which the leaves hold them.
+    /// what the leaves hold.
     pub(super) fn build(
         triangles: &[[Vec3; 3]],
         bits: &[u64],
         quality: BuildQuality,
-    ) -> (Self, Vec<u32>) {
+    ) -> (Self, Leaves) {
         let bvh = build_bvh(&boxes(triangles), quality);
-        let mut order = Vec::with_capacity(triangles.len());
+        let merging = Merging::new(&bvh);
+        let mut leaves = Leaves::default();
         let mut tree = Self {
             nodes: vec![Node::EMPTY],
             surfaces: Vec::new(),
@@ -126,7 +133,12 @@ impl Tree {
         while let Some((index, binary, level)) = open.pop() {
             depth = depth.max(level);
             let mut node = Node::EMPTY;
-            for (lane, child) in children_of(&bvh, binary).into_iter().flatten().enumerate() {
+            for (lane, child) in merging
+                .children_of(binary)
+                .into_iter()
+                .flatten()
+                .enumerate()
+            {
                 let binary_child = &bvh.nodes[child as usize];
                 let aabb = binary_child.aabb();
                 for axis in 0..3 {
@@ -136,8 +148,10 @@ impl Tree {
                 if binary_child.is_leaf() {
                     let start = binary_child.first_index as usize;
                     let held = &bvh.primitive_indices[start..][..binary_child.prim_count as usize];
-                    node.children[lane] = leaf(order.len()..order.len() + held.len());
-                    order.extend_from_slice(held);
+                    node.children[lane] = LEAF | leaves.ranges.len() as u32;
+                    let first = leaves.triangles.len();
+                    leaves.ranges.push(first..first + held.len());
+                    leaves.triangles.extend_from_slice(held);
                 } else {
                     node.children[lane] = tree.nodes.len() as u32;
                     open.push((tree.nodes.len(), child, level + 1));
@@ -148,19 +162,20 @@ impl Tree {
         }
         // Each level leaves at most seven open; the last one writes eight.
         tree.stack = (CHILDREN - 1) * depth + CHILDREN;
-        tree.mark(bits, &order);
-        (tree, order)
+        tree.mark(bits, &leaves);
+        (tree, leaves)
     }
 
     /// Collects the surfaces below each node. Children have a higher index than their parents.
-    fn mark(&mut self, bits: &[u64], order: &[u32]) {
+    fn mark(&mut self, bits: &[u64], leaves: &Leaves) {
         self.surfaces = vec![[0; CHILDREN]; self.nodes.len()];
         for index in (0..self.nodes.len()).rev() {
             for lane in 0..CHILDREN {
                 self.surfaces[index][lane] = match self.nodes[index].children[lane] {
                     UNUSED => 0,
-                    leaf if leaf & LEAF != 0 => {
-                        triangles_of(leaf).fold(0, |all, i| all | bits[order[i] as usize])
+                    leaf if is_leaf(leaf) => {
+                        let held = &leaves.triangles[leaves.ranges[leaf_of(leaf)].clone()];
+                        held.iter().fold(0, |all, &i| all | bits[i as usize])
                     }
                     node => self.surfaces[node as usize]
                         .iter()
@@ -180,20 +195,19 @@ impl Tree {
         self.stack
     }
 
+    #[inline(always)]
+    pub(super) fn node(&self, node: u32) -> &Node {
+        &self.nodes[node as usize]
+    }
+
     /// The children of a node that a ray meets at a distance up to `max`.
     #[inline(always)]
     pub(super) fn open<M: Machine>(&self, machine: M, ray: &BoxRay, node: u32, max: f32) -> Next {
-        let node = &self.nodes[node as usize];
+        let node = self.node(node);
         machine.next(machine.along(ray, node, max), &node.children)
     }
 
-    /// The first triangle of a leaf.
-    #[inline(always)]
-    pub(super) fn first_of(&self, leaf: u32) -> usize {
-        triangles_of(leaf).start
-    }
-
-    /// Calls `leaf` with the first triangle of the leaves that a ray meets at a distance up to `max`,
+    /// Calls `leaf` with the numbers of the leaves that a ray meets at a distance up to `max`,
     /// nearest first as far as boxes tell; it returns what `max` shall be from there on.
     #[inline(always)]
     pub(super) fn visit_along<M: Machine>(
@@ -209,11 +223,11 @@ impl Tree {
             #[inline(always)]
             |node, max| machine.along(ray, &self.nodes[node], max),
             #[inline(always)]
-            |child, max| leaf(triangles_of(child).start, max),
+            |child, max| leaf(leaf_of(child), max),
         );
     }
 
-    /// Calls `leaf` for the leaves that may hold one of the `wanted` surfaces within a distance
+    /// Calls `leaf` with the numbers of the leaves that may hold one of the `wanted` surfaces within a distance
     /// of `p`, nearest first as far as boxes tell. `within_squared`: square of that distance;
     /// `leaf` returns what it shall be from there on.
     #[inline(always)]
@@ -223,7 +237,7 @@ impl Tree {
         p: DVec3,
         wanted: u64,
         within_squared: f64,
-        leaf: impl FnMut(Range<usize>) -> f64,
+        leaf: impl FnMut(usize) -> f64,
     ) {
         if p.abs().max_element() <= NEAR {
             let p = p.as_vec3().to_array();
@@ -271,7 +285,7 @@ impl Tree {
         offset: f64,
         wanted: u64,
         within_squared: f64,
-        mut leaf: impl FnMut(Range<usize>) -> f64,
+        mut leaf: impl FnMut(usize) -> f64,
     ) {
         self.visit(
             machine,
@@ -296,7 +310,7 @@ impl Tree {
                 keys
             },
             #[inline(always)]
-            |child, _| upwards(leaf(triangles_of(child)), offset),
+            |child, _| upwards(leaf(leaf_of(child)), offset),
         );
     }
 
@@ -398,33 +412,6 @@ impl BoxRay {
             ],
         }
     }
-}
-
-/// The up to eight nodes that stand for a binary one: it is opened, then the largest below it,
-/// until there are eight or only leaves. A root without children stands for itself.
-fn children_of(bvh: &Bvh2, binary: u32) -> [Option<u32>; CHILDREN] {
-    let root = &bvh.nodes[binary as usize];
-    let mut found = [None; CHILDREN];
-    if root.is_leaf() {
-        found[0] = Some(binary);
-        return found;
-    }
-    found[0] = Some(root.first_index);
-    found[1] = Some(root.first_index + 1);
-    for free in 2..CHILDREN {
-        let area = |lane: &usize| {
-            let node = &bvh.nodes[found[*lane]? as usize];
-            (!node.is_leaf()).then(|| node.aabb().half_area())
-        };
-        let largest = (0..free)
-            .filter(|lane| area(lane).is_some())
-            .max_by(|a, b| area(a).unwrap_or(0.0).total_cmp(&area(b).unwrap_or(0.0)));
-        let Some(lane) = largest else { break };
-        let first = bvh.nodes[found[lane].unwrap_or(0) as usize].first_index;
-        found[lane] = Some(first);
-        found[free] = Some(first + 1);
-    }
-    found
 }
 
 /// Boxes of the triangles, padded.

@@ -1,7 +1,6 @@
 //! One triangle: ray intersection without gaps at edges, closest point, normal.
 
-use super::block::{LANES, Lanes, block};
-use super::rigid_part::Face;
+use super::block::{Block, LANES, Lanes};
 use super::sliver;
 use glam::DVec3;
 use pulp::Simd;
@@ -205,22 +204,17 @@ impl WatertightRay {
         }
     }
 
-    /// The nearest of four triangles at a distance in `[least, most)` and that distance, bit by bit as
+    /// The nearest triangle of a block at a distance in `[least, most)` and that distance, bit by bit as
     /// [`intersect`](Self::intersect) finds them; of several equally near ones the first.
     #[inline(always)]
-    pub(super) fn intersect_four<S: Simd>(
+    pub(super) fn intersect_block<S: Simd>(
         &self,
         simd: S,
-        faces: &[Face; LANES],
+        block: &Block,
         least: f64,
         most: f64,
     ) -> Option<(usize, f64)> {
-        let block = block(faces, self.axes);
-        let [x, y, z] = [
-            lanes::<S>(&block[0]),
-            lanes::<S>(&block[1]),
-            lanes::<S>(&block[2]),
-        ];
+        let [x, y, z] = self.axes.map(|axis| lanes::<S>(&block.corners_m[axis]));
         let splat = [
             simd.splat_f64s(self.shear[0]),
             simd.splat_f64s(self.shear[1]),

@@ -1,0 +1,78 @@
+//! Which nodes of a binary hierarchy become nodes of eight children: those that make the search cheapest.
+//!
+//! A ray that meets a box opens it with a probability in proportion to the area of the box. The cheapest choice follows
+//! from the leaves up (Ylitie, Karras and Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide
+//! BVHs", section 3.1).
+
+use super::tree::CHILDREN;
+use obvhs::bvh2::Bvh2;
+
+pub(super) struct Merging<'a> {
+    bvh: &'a Bvh2,
+    /// For each binary node the expected price of what is below it, where it may fill up to 1, 2, ... places of the node
+    /// above it.
+    prices: Vec<[f32; CHILDREN]>,
+}
+
+impl<'a> Merging<'a> {
+    pub(super) fn new(bvh: &'a Bvh2) -> Self {
+        let mut order = vec![0];
+        let mut next = 0;
+        while let Some(&index) = order.get(next) {
+            let node = &bvh.nodes[index as usize];
+            if !node.is_leaf() {
+                order.extend([node.first_index, node.first_index + 1]);
+            }
+            next += 1;
+        }
+        let mut merging = Self {
+            bvh,
+            prices: vec![[0.0; CHILDREN]; bvh.nodes.len()],
+        };
+        // Children stand behind their parents.
+        for index in order.into_iter().rev() {
+            let node = &bvh.nodes[index as usize];
+            // The leaves are what they are, whatever nodes lead to them.
+            if node.is_leaf() {
+                continue;
+            }
+            let as_node = node.aabb().half_area() + merging.shared(index, CHILDREN).0;
+            let mut prices = [as_node; CHILDREN];
+            for places in 2..=CHILDREN {
+                let shared = merging.shared(index, places).0;
+                prices[places - 1] = prices[places - 2].min(shared);
+            }
+            merging.prices[index as usize] = prices;
+        }
+        merging
+    }
+
+    /// The least price if the two halves of a node share so many places, and how many of them the first half fills.
+    fn shared(&self, index: u32, places: usize) -> (f32, usize) {
+        let first = self.bvh.nodes[index as usize].first_index as usize;
+        let [a, b] = [&self.prices[first], &self.prices[first + 1]];
+        let all = (1..places).map(|k| (a[k - 1] + b[places - k - 1], k));
+        all.min_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((f32::INFINITY, 1))
+    }
+
+    /// The up to eight binary nodes that are the children of one. A root without children stands for itself.
+    pub(super) fn children_of(&self, index: u32) -> [Option<u32>; CHILDREN] {
+        let mut found = [None; CHILDREN];
+        let mut count = 0;
+        let mut open = vec![(index, CHILDREN, true)];
+        while let Some((index, places, divide)) = open.pop() {
+            let node = &self.bvh.nodes[index as usize];
+            let prices = &self.prices[index as usize];
+            if !node.is_leaf() && (divide || prices[places - 1] < prices[0]) {
+                let k = self.shared(index, places).1;
+                open.push((node.first_index + 1, places - k, false));
+                open.push((node.first_index, k, false));
+            } else {
+                found[count] = Some(index);
+                count += 1;
+            }
+        }
+        found
+    }
+}
