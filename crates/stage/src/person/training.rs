@@ -133,7 +133,8 @@ pub fn gaze_model<E: ContactEstimator>(
 }
 
 /// How large the regions of fused predictions are, learnt from how far they are off where the estimator has not learnt from the
-/// person. Trackers of simulated people stand where they are believed to, whatever `config` says of the one in use. `reaches` are those of [`reaches`], and `held_out` what the estimator would have said of them.
+/// person. Trackers of simulated people stand where they are believed to, whatever `config` says of the one in use. `reaches` are
+/// those of [`reaches`], and `held_out` what the estimator would have said of them.
 ///
 /// # Errors
 /// Too few touches; settings that the predictor refuses.
