@@ -85,6 +85,7 @@ fn the_control_loop() {
     nothing_gets_through("loop");
 }
 
+/// Which runs these are hangs on the order of draws; `object_on_the_way.rs` of `hwall-haptics` is the case by itself.
 #[test]
 fn two_hands_in_a_hurry_that_once_met_a_board_on_its_way_to_a_door() {
     for run in [9970, 19895] {

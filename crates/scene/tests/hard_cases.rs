@@ -41,8 +41,8 @@ fn two_walls() -> Scene {
         .0
 }
 
-/// Are the faces at a corner or an edge seen some from the front and some from the back? Then they end there, and rounding
-/// decides whether a ray aimed at it passes them: 60 of 240,000 do.
+/// Are the faces at a corner or an edge seen some from the front and some from the back? Then they may end there, and rounding
+/// decides whether a ray aimed at it passes them: about 70 of 240,000 do.
 fn is_rim(all: &[Triangle], shared: &[DVec3], direction: DVec3) -> bool {
     let at = all.iter().filter(|t| shared.iter().all(|p| t.contains(p)));
     let fronts = at.map(|[a, b, c]| (b - a).cross(c - a).dot(direction) < 0.0);
@@ -57,7 +57,7 @@ fn rays_at_shared_edges_and_corners_hit_at_the_right_distance() {
         let scene = bumpy(24, 31, 2.0 * scale, offset);
         let all = plain(&scene);
         let mut sampler = Sampler::new(32);
-        let mut aimed = 0;
+        let (mut aimed, mut passed) = (0, 0);
         while aimed < 1500 {
             let [a, b, _] = all[sampler.index(all.len())];
             let (target, shared) = match sampler.index(3) {
@@ -72,19 +72,22 @@ fn rays_at_shared_edges_and_corners_hit_at_the_right_distance() {
             let side = sampler.unit_vector() * 0.5;
             let origin = target + (side + DVec3::Z * (up + 0.5)) * scale;
             let direction = target - origin;
-            if is_rim(&all, &shared, direction) {
-                continue;
-            }
             aimed += 1;
-            let hit = scene.ray_cast(origin, direction).unwrap().expect("a hit");
             // Brute force without tolerance may miss the target itself.
             let expected = brute_ray(&all, origin, direction)
                 .unwrap_or(f64::INFINITY)
                 .min(origin.distance(target));
+            let near = 1e-14 * offset.length() + 1e-13 * scale;
+            let hit = scene.ray_cast(origin, direction).unwrap();
+            let Some(hit) = hit.filter(|hit| hit.distance_m <= expected + 1e3 * near) else {
+                assert!(is_rim(&all, &shared, direction), "a leak at {target:?}");
+                passed += 1;
+                continue;
+            };
             let oblique = hit.normal.dot(-direction.normalize()).max(1e-3);
-            let tol = (1e-14 * offset.length() + 1e-13 * scale) / oblique;
-            assert_close!(hit.distance_m, expected, Tol::abs(tol));
+            assert_close!(hit.distance_m, expected, Tol::abs(near / oblique));
         }
+        assert!(passed * 200 <= aimed, "{passed} of {aimed} passed a rim");
     }
 }
 

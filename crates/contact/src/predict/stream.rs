@@ -11,7 +11,8 @@ use hwall_hand::{HandFrame, HandState, ReachWatch, WatchConfig, WatchUpdate};
 /// ([`ContactEstimator::begin_tentatively`]) is given these samples as they come, so that no step takes longer than
 /// another. To others, and after a turn in the middle of a movement, they are replayed: the step at the onset then takes as
 /// long as that many steps of the estimator, at most [`WatchConfig::buffer`]. The estimates are the same either way.
-/// Nothing is allocated after the construction, except by the estimator when a reach begins.
+/// Nothing is allocated after the construction, except by an estimator that does so when a reach begins or, tentatively, may have
+/// begun: at rest that is with nearly every sample.
 #[derive(Debug, Clone)]
 pub struct StreamEstimator<E> {
     watch: ReachWatch,

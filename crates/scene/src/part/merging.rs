@@ -1,8 +1,7 @@
 //! Which nodes of a binary hierarchy become nodes of eight children: those that make the search cheapest.
 //!
 //! A ray that meets a box opens it with a probability in proportion to the area of the box. The cheapest choice follows
-//! from the leaves up (Ylitie, Karras and Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide
-//! BVHs", section 3.1).
+//! from the leaves up [Ylitie 2017, section 3.1].
 
 use super::tree::CHILDREN;
 use obvhs::bvh2::Bvh2;

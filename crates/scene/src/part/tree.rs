@@ -148,6 +148,7 @@ impl Tree {
                 if binary_child.is_leaf() {
                     let start = binary_child.first_index as usize;
                     let held = &bvh.primitive_indices[start..][..binary_child.prim_count as usize];
+                    debug_assert!(held.len() <= LANES, "a leaf is a block");
                     node.children[lane] = LEAF | leaves.ranges.len() as u32;
                     let first = leaves.triangles.len();
                     leaves.ranges.push(first..first + held.len());

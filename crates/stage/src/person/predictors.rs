@@ -8,8 +8,8 @@ use clap::ValueEnum;
 use glam::DVec3;
 use hwall::response::EndToEnd;
 use hwall_contact::{
-    ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
-    LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorInput,
+    ContactError, ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig,
+    FusedPredictor, LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorInput,
 };
 use hwall_hand::{HandFrame, HandPoint};
 use hwall_scene::{Scene, SurfaceId};
@@ -357,8 +357,12 @@ pub fn fused(
         ..FusedConfig::default()
     };
     let held_out = (&reaches[..], &held_out[..]);
-    // Where hardly a touch was foreseen there is nothing to learn, and regions stay normal.
-    config.regions = training::region_model(scene, &streams, held_out, &config).ok();
+    config.regions = match training::region_model(scene, &streams, held_out, &config) {
+        Ok(regions) => Some(regions),
+        // Where hardly a touch was foreseen there is nothing to learn, and regions stay normal.
+        Err(error) if is_too_few(&error) => None,
+        Err(error) => return Err(error),
+    };
     Ok((
         FusedPredictor::new(model.estimator(), config)?,
         reaches.len(),
@@ -400,6 +404,12 @@ pub fn streams_of(
             stream(scene, &person.plan(&plans)?, people)
         })
         .collect()
+}
+
+/// Was it only that there was too little to learn from?
+fn is_too_few(error: &anyhow::Error) -> bool {
+    let found = error.downcast_ref();
+    matches!(found, Some(ContactError::TooFewReaches { .. }))
 }
 
 fn stream(scene: &Scene, hand: &TouchSequence, people: &TrainingPeople) -> anyhow::Result<Stream> {

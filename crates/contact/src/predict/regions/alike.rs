@@ -26,7 +26,9 @@ pub(super) fn independent(misses: &[Miss], people: &[usize]) -> f64 {
         .filter(|group| !group.is_empty())
         .collect();
     let n = touches as f64;
-    let each = n / (groups.len() as f64).max(1.0);
+    // Whoever made more touches counts for more of them.
+    let squares: f64 = groups.iter().map(|g| (g.len() as f64).powi(2)).sum();
+    let each = squares / n.max(1.0);
     (n / (1.0 + (each - 1.0).max(0.0) * in_common(&groups))).max(1.0)
 }
 

@@ -59,7 +59,9 @@ pub(in crate::predict) struct InPlaneError {
 
 impl InPlaneError {
     /// `covariance_m2`: of both together, on a surface with this unit normal; `registration_m2`: of the registration in space. On a
-    /// surface the point is known across it, so of the registration that part counts which is left once its error across is known.
+    /// surface the point is known across it, so of the registration that part counts which is left once its error across is known. That is
+    /// exact where the prediction is as unsure across the surface as along it or has its axes there; where it is long, thin and oblique it is
+    /// the least that the registration can be, and the rest counts as the prediction's.
     pub(in crate::predict) fn new(
         covariance_m2: &DMat3,
         registration_m2: &DMat3,
