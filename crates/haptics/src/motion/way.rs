@@ -246,7 +246,7 @@ impl Check<'_> {
         solver: &Solver,
     ) -> Option<Worst> {
         let mut worst: Option<Worst> = None;
-        let longest_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
+        let longest_s = longest_s(duration_s);
         let bound_m = enough_m.max(0.0) + BETWEEN_M;
         let mut dt_s = longest_s;
         let mut calm = 0;
@@ -322,6 +322,13 @@ impl Check<'_> {
     }
 }
 
+/// Longest time between two close looks at a way, s. One that is so slow, near a person, that it takes many minutes is looked at less often:
+/// hundreds of thousands of looks would stop the control loop for seconds.
+fn longest_s(duration_s: f64) -> f64 {
+    let usual_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
+    usual_s.max(duration_s / MOST_LOOKS as f64)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -329,6 +336,15 @@ mod tests {
     use hwall_motion::{MotionConfig, MotionLimits};
     use hwall_testkit::Sampler;
     use std::sync::Arc;
+
+    #[test]
+    fn slow_ways_are_not_looked_at_more_often_than_others() {
+        for duration_s in [1e-3, 0.3, 3.0, 27.0, 300.0, 3e3, 1e9] {
+            let looks = duration_s / longest_s(duration_s);
+            assert!(looks <= MOST_LOOKS as f64 * (1.0 + 1e-12), "{looks}");
+        }
+        assert_eq!(longest_s(3.0), LONGEST_S);
+    }
 
     #[test]
     fn no_way_between_two_looks_is_longer_than_its_bound() {
