@@ -322,8 +322,8 @@ impl Check<'_> {
     }
 }
 
-/// Longest time between two close looks at a way, s. One that is so slow, near a person, that it takes many minutes is looked at less often:
-/// hundreds of thousands of looks would stop the control loop for seconds.
+/// Longest time between two close looks at a way, s. One that is so slow, near a person, that it takes more than half a minute is looked
+/// at less often: looks without end would stop the control loop.
 fn longest_s(duration_s: f64) -> f64 {
     let usual_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
     usual_s.max(duration_s / MOST_LOOKS as f64)

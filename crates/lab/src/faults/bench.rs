@@ -187,14 +187,15 @@ impl Bench {
         let over = self.t_s > self.script_from_s + self.script.end_s + 0.4;
         if over {
             self.script_from_s = self.t_s;
-            self.script = Script::of(self.phase);
-            if hurried {
+            let usual = Script::of(self.phase);
+            self.script = if hurried {
                 let [waits_s, takes_s] =
                     [MOST_WAIT_S, MOST_REACH_S].map(|most_s| self.noise.uniform(LEAST_S, most_s));
                 let [y, z] = [BESIDE_M; 2].map(|most_m| self.noise.uniform(-most_m, most_m));
-                self.script =
-                    Script::of(self.phase).hurried(waits_s, takes_s, DVec3::new(0.0, y, z));
-            }
+                usual.hurried(waits_s, takes_s, DVec3::new(0.0, y, z))
+            } else {
+                usual
+            };
         }
         over
     }

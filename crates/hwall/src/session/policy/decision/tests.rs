@@ -16,6 +16,15 @@ fn contact(covariance_m2: Option<DMat3>) -> ContactPrediction {
     }
 }
 
+/// The same, so long before it, s.
+fn contact_in(mean_s: f64) -> ContactPrediction {
+    let time = hwall_contact::TimeToContact { mean_s, sd_s: None };
+    ContactPrediction {
+        time_to_contact_s: Some(time),
+        ..contact(None)
+    }
+}
+
 #[test]
 fn what_is_known_of_a_point_is_the_slack_and_nan_is_none() {
     let policy = Policy::new(PolicyConfig::default()).expect("the defaults");
@@ -124,14 +133,7 @@ fn at_an_edge_the_surface_is_served_on_which_the_board_is_in_time() {
 
 #[test]
 fn a_fast_hand_is_expected_when_it_would_have_slowed_down() {
-    let time = hwall_contact::TimeToContact {
-        mean_s: 0.6,
-        sd_s: None,
-    };
-    let foreseen = ContactPrediction {
-        time_to_contact_s: Some(time),
-        ..contact(None)
-    };
+    let foreseen = contact_in(0.6);
     let point_m = foreseen.point_m + DVec3::X * 0.2;
     let hand = |speed_m_per_s: f64| HandState {
         t_s: 0.0,
@@ -156,14 +158,7 @@ fn a_fast_hand_is_expected_when_it_would_have_slowed_down() {
 
 #[test]
 fn a_place_that_is_kept_comes_nearer_in_time() {
-    let time = hwall_contact::TimeToContact {
-        mean_s: 0.6,
-        sd_s: None,
-    };
-    let foreseen = ContactPrediction {
-        time_to_contact_s: Some(time),
-        ..contact(None)
-    };
+    let foreseen = contact_in(0.6);
     let left_s = |decision: Decision| match decision {
         Decision::Present(contact) => contact.time_to_contact_s.map(|time| time.mean_s),
         _ => None,
