@@ -112,6 +112,7 @@ fn random_targets(
                 follower.set_speed_share(share).unwrap();
             }
             follower.step(DT_S).unwrap();
+            assert!(follower.looks() <= Follower::MOST_LOOKS);
             outcome.in_front_m.push(follower.protrusion_m().unwrap());
         }
         if stays {
@@ -293,6 +294,57 @@ fn a_shelf_that_nobody_knows_does_not_keep_the_board_for_good() {
             let off_m = follower.commanded_pose().position_m().distance(point_m);
             assert!(off_m < 1e-9, "{point_m} of {normal}: {off_m}");
         }
+    }
+}
+
+/// Steps with looks until the board is under way to the place within the shelf, and the most looks of a step. The speed is `share`
+/// of the usual one; if `restless`, target and speed change in every step.
+fn steps_of_a_search(share: f64, restless: bool) -> (usize, usize) {
+    let mut follower = follower(&barriers());
+    follower.set_speed_share(share).unwrap();
+    let target = |step: usize| {
+        let y = if restless { 1e-5 * step as f64 } else { 0.0 };
+        BoardTarget::new(DVec3::new(0.7, -0.3 + y, 0.35), DVec3::X, 0.0)
+    };
+    let (mut steps, mut most) = (0, 0);
+    for step in 0..300 {
+        assert_eq!(follower.set_target(&target(step)).unwrap(), None);
+        if restless {
+            let more = 1.0 + 1e-3 * (step % 7) as f64;
+            follower.set_speed_share(share * more).unwrap();
+        }
+        follower.step(DT_S).unwrap();
+        steps += usize::from(follower.looks() > 0);
+        most = most.max(follower.looks());
+        if follower.commanded_velocity().0.iter().any(|qd| *qd != 0.0) {
+            break;
+        }
+    }
+    assert!(
+        follower.commanded() != waiting(),
+        "{steps} steps, at most {most} looks"
+    );
+    // As fast as usual it arrives, on ways that were found meanwhile.
+    follower.set_speed_share(1.0).unwrap();
+    for _ in 0..2000 {
+        follower.step(DT_S).unwrap();
+        let in_front_m = follower.protrusion_m().unwrap();
+        assert!(in_front_m <= BOUND_M, "{in_front_m}");
+    }
+    assert_eq!(Some(follower.commanded()), follower.goal());
+    (steps, most)
+}
+
+/// A board that is almost stopped takes minutes to its goal, and each of its ways wants many looks.
+#[test]
+fn a_search_that_takes_long_goes_on_in_the_next_steps() {
+    let (usual_steps, _) = steps_of_a_search(1.0, false);
+    assert_eq!(usual_steps, 1);
+    for restless in [false, true] {
+        let (steps, most) = steps_of_a_search(0.002, restless);
+        println!("{steps} steps, at most {most} looks");
+        assert!((10..60).contains(&steps), "{restless}: {steps}");
+        assert!(most <= Follower::MOST_LOOKS, "{restless}: {most}");
     }
 }
 

@@ -4,6 +4,7 @@ use super::barrier::Barrier;
 use super::goals::Goals;
 use super::profile::{JointBounds, JointMotion};
 use super::route::{ApproachConfig, Destination, Route};
+use super::search;
 use super::slide::{ENDS_S, Slide, Sliding};
 use super::solver::{Solver, Stop};
 use crate::board::{Board, BoardTarget, QUARTER_TURNS_RAD};
@@ -95,6 +96,8 @@ pub struct Follower {
     destination: Option<Destination>,
     /// The destination is new, or something else moved the arm.
     is_to_plan: bool,
+    /// The search under way is of no use for that.
+    is_elsewhere: bool,
     /// The destination only drifted since the last way was planned, and for how long ways were not planned, s.
     has_drifted: bool,
     since_plan_s: f64,
@@ -106,6 +109,9 @@ pub struct Follower {
 }
 
 impl Follower {
+    /// A step looks at the board at no more instants of possible ways than this, see [`looks`](Self::looks).
+    pub const MOST_LOOKS: usize = search::MOST_LOOKS;
+
     /// A follower at rest at `start`, for an arm whose tool frame is the board's face
     /// ([`Board::flange_from_board_face`](crate::Board::flange_from_board_face)).
     ///
@@ -133,6 +139,7 @@ impl Follower {
             bounds,
             destination: None,
             is_to_plan: false,
+            is_elsewhere: false,
             has_drifted: false,
             since_plan_s: f64::INFINITY,
             sliding: None,
@@ -233,6 +240,7 @@ impl Follower {
                 self.destination = Some(Destination::Goal(*goal));
                 self.has_drifted = true;
                 self.is_to_plan |= !drifted;
+                self.is_elsewhere |= !drifted;
             }
         }
         Ok(verdict)
@@ -261,7 +269,7 @@ impl Follower {
         }
         self.goals.forget();
         self.destination = Some(Destination::Posture(*q));
-        self.is_to_plan = true;
+        (self.is_to_plan, self.is_elsewhere) = (true, true);
         Ok(())
     }
 
@@ -279,7 +287,7 @@ impl Follower {
         let detour_s = match self.reference.goal() {
             Some(goal) if goal == destination.q() => 0.0,
             Some(ends) => self.reference.limits().travel_time_s(ends, destination.q()),
-            None if self.route.is_blocked() => {
+            None if self.route.is_blocked() || self.route.is_searching() => {
                 let here = &self.reference.state().q;
                 self.reference.limits().travel_time_s(here, destination.q())
             }
@@ -305,6 +313,13 @@ impl Follower {
     #[must_use]
     pub const fn is_blocked(&self) -> bool {
         self.route.is_blocked()
+    }
+
+    /// At how many instants of possible ways the board was looked at in the last [`step`](Self::step): usually at none, never at more
+    /// than [`MOST_LOOKS`](Self::MOST_LOOKS). A search that needs more goes on in the next step, and so does the motion under way.
+    #[must_use]
+    pub const fn looks(&self) -> usize {
+        self.route.looks()
     }
 
     /// The configuration that the motion still has to pass on its way behind the surfaces, rad.
@@ -407,6 +422,7 @@ impl Follower {
     pub fn step(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
         non_negative("dt_s", dt_s)?;
         self.end_slide();
+        self.route.begin_step();
         match &self.destination {
             Some(destination) => {
                 let is_bent = self.reference.by_way_of().is_some();
@@ -415,16 +431,21 @@ impl Follower {
                 self.since_plan_s += dt_s;
                 let drifted = self.has_drifted && self.since_plan_s >= DRIFT_S;
                 let is_new = self.is_to_plan || stands || drifted;
-                if is_new || due {
-                    (self.is_to_plan, self.has_drifted, self.since_plan_s) = (false, false, 0.0);
-                    let solver = &mut self.goals.solver;
-                    let planned =
-                        self.route
-                            .head_for(destination, is_new, &mut self.reference, solver);
-                    if planned.is_err() {
-                        // No motion was found: the one under way ends, and from further on there may be one.
-                        self.route.block();
-                    }
+                let (reference, solver) = (&mut self.reference, &mut self.goals.solver);
+                // A search that began anew with every drift and every change of speed might never end.
+                let goes_on = self.route.is_searching() && !self.is_elsewhere;
+                let planned = if goes_on {
+                    self.route.search_on(reference, solver)
+                } else if is_new || due {
+                    (self.is_to_plan, self.is_elsewhere) = (false, false);
+                    (self.has_drifted, self.since_plan_s) = (false, 0.0);
+                    self.route.head_for(destination, is_new, reference, solver)
+                } else {
+                    Ok(())
+                };
+                if planned.is_err() {
+                    // No motion was found: the one under way ends, and from further on there may be one.
+                    self.route.block();
                 }
             }
             None => self.reference.brake(),
@@ -491,7 +512,7 @@ impl Follower {
 
     fn end_slide(&mut self) {
         if self.sliding.take().is_some() {
-            self.is_to_plan = true;
+            (self.is_to_plan, self.is_elsewhere) = (true, true);
         }
         (self.ends_slide, self.blocked) = (false, None);
     }

@@ -6,6 +6,7 @@ mod follower;
 mod goals;
 mod profile;
 mod route;
+mod search;
 mod slide;
 mod solver;
 mod way;

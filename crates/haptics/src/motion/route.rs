@@ -2,13 +2,14 @@
 
 use super::barrier::{Barrier, Barriers, Footprint, Plane, corners_and_middle};
 use super::goals::Goal;
+use super::search::{Behind, DETOURS, Search, Surroundings};
 use super::solver::{Place, Solver};
 use super::way::{Check, PLACES, SPARE_M, Way};
 use crate::board::{Board, board_pose, surface_axes};
 use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_kinematics::{BranchPolicy, JointPositions, JointVelocities, MOST_JOINTS};
+use hwall_kinematics::JointPositions;
 use hwall_motion::ReferenceMotion;
 use hwall_numeric::check::{non_negative, positive};
 
@@ -22,7 +23,7 @@ pub struct ApproachConfig {
     pub allowed_m: f64,
     /// A way that comes in front of a surface is bent. If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the first that
     /// serves is taken, m; default 0.015 to 0.15. All zero: always straight to the goal.
-    pub detours_m: [f64; 6],
+    pub detours_m: [f64; DETOURS],
     /// Where no barrier is known at a goal, its plane counts this far around it, m; default 0.3.
     pub extent_m: f64,
     /// Over what the face covers at its goal, only the surface that it presents counts; around that, others less and less within
@@ -59,26 +60,11 @@ impl ApproachConfig {
         positive("retry_s", self.retry_s)?;
         Ok(())
     }
-
-    fn detours(&self) -> impl Iterator<Item = f64> {
-        self.detours_m.into_iter().filter(|d| *d > 0.0)
-    }
 }
 
-/// A bend that takes no longer than this, in shares of the straight way and s, is taken without looking further.
-const GOOD_ENOUGH: f64 = 1.15;
-const GOOD_ENOUGH_S: f64 = 0.02;
 /// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
 const SOONER_S: f64 = 0.02;
-/// How often a bend is mended.
-const MOST_BENDS: usize = 8;
-/// A bend overshoots by this share and this length, because the worst place moves with it.
-const BEND_GAIN: f64 = 1.3;
-/// A push counts for less at the worst place the further that is from the bend: after so many bends they become harder, up to this.
-const GENTLE_BENDS: usize = 4;
-const HARDER: f64 = 2.0;
-const MOST_GAIN: f64 = 8.0;
-const BEND_MARGIN_M: f64 = 0.002;
+
 /// Where the board is going, as far as its way is concerned.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Destination {
@@ -93,6 +79,13 @@ impl Destination {
         match self {
             Self::Goal(goal) => &goal.q,
             Self::Posture(q) => q,
+        }
+    }
+
+    const fn goal(&self) -> Option<&Goal> {
+        match self {
+            Self::Goal(goal) => Some(goal),
+            Self::Posture(_) => None,
         }
     }
 }
@@ -140,6 +133,10 @@ pub(super) struct Route {
     /// No way leads to the destination behind the surfaces.
     is_blocked: bool,
     retry_in_s: f64,
+    /// The search under way.
+    search: Option<Search>,
+    /// At how many instants of ways the board was looked at in this step.
+    looks: usize,
 }
 
 impl Route {
@@ -156,6 +153,8 @@ impl Route {
             detour_m: None,
             is_blocked: false,
             retry_in_s: 0.0,
+            search: None,
+            looks: 0,
         }
     }
 
@@ -207,12 +206,29 @@ impl Route {
     pub(super) const fn block(&mut self) {
         (self.is_blocked, self.detour_m) = (true, None);
         self.retry_in_s = self.config.retry_s;
+        self.search = None;
     }
 
     pub(super) const fn forget(&mut self) {
         (self.left, self.under_way, self.departed) = ([None; PLACES], None, None);
         (self.on_known, self.ends) = (None, None);
         (self.detour_m, self.is_blocked) = (None, false);
+        self.search = None;
+    }
+
+    /// Is a way still being looked for?
+    pub(super) const fn is_searching(&self) -> bool {
+        self.search.is_some()
+    }
+
+    /// At how many instants of ways the board was looked at since [`begin_step`](Self::begin_step).
+    pub(super) const fn looks(&self) -> usize {
+        self.looks
+    }
+
+    /// A step begins: nothing was looked at in it.
+    pub(super) const fn begin_step(&mut self) {
+        self.looks = 0;
     }
 
     /// Time passes; is it due to look for a shorter way? `is_bent`: the motion still has to pass a bend.
@@ -283,6 +299,7 @@ impl Route {
             barriers: &self.barriers,
             footprints: [None; PLACES + 3],
             planes: [None; PLACES + 2],
+            looks: 0,
         };
         for (i, (role, place)) in self.places(goal).enumerate() {
             let face = board_pose(place.point_m, place.normal, place.roll_rad)?;
@@ -305,7 +322,8 @@ impl Route {
         Ok(check)
     }
 
-    /// Begins the motion to the destination, or to a detour on the way there; `is_new`: not the destination of the last call.
+    /// Begins the search for a way to the destination, and the motion if it is over in this step; `is_new`: not the destination of
+    /// the last call.
     pub(super) fn head_for(
         &mut self,
         destination: &Destination,
@@ -313,8 +331,8 @@ impl Route {
         reference: &mut ReferenceMotion,
         solver: &mut Solver,
     ) -> Result<(), HapticsError> {
-        let config = self.config;
-        self.retry_in_s = config.retry_s;
+        self.retry_in_s = self.config.retry_s;
+        self.search = None;
         // A bend was found from where the board was then: from further on there may be a shorter one.
         let bends_again =
             !is_new && !self.is_detour() && !self.is_blocked && reference.by_way_of().is_some();
@@ -324,147 +342,87 @@ impl Route {
             reference.plan_anew();
             return Ok(());
         };
-        let goal = match destination {
-            Destination::Goal(goal) => Some(goal),
-            Destination::Posture(_) => None,
-        };
-        let here = solver.arm().forward(&reference.state().q);
         self.ends = Some(solver.arm().forward(destination.q()));
-        if !bends_again {
-            self.departed = None;
-            if self.check(&board, goal)?.protrusion_m(&here) > config.allowed_m {
-                self.departed = Some(Footprint::new(here, &board, config.footprint_m));
-            }
-        }
-        let check = self.check(&board, goal)?;
-        // Time and again a little further before the surface than where the board is would be far before it.
-        let allowed_m = match bends_again {
-            true => config.allowed_m,
-            false => config
-                .allowed_m
-                .max(check.tolerated_m(&here, reference, solver) - SPARE_M),
-        };
         if bends_again {
             // No way is shorter than the straight one.
             let least_s = reference.consider(destination.q(), None)?;
             if least_s + SOONER_S >= reference.left_s() {
                 return Ok(());
             }
-        }
-        let straight = check.way(*destination.q(), None, None, allowed_m, reference, solver)?;
-        if straight.protrusion_m <= allowed_m {
-            return self.take(straight, goal, &here, reference);
-        }
-        let good_s = straight.duration_s * GOOD_ENOUGH + GOOD_ENOUGH_S;
-        let mut best = straight;
-        // What the way under way still has to pass serves a goal near the last one as well.
-        if !bends_again
-            && let Some(by_way_of) = reference.by_way_of().copied()
-            && let Ok(way) = check.way(
-                *destination.q(),
-                Some(by_way_of),
-                None,
-                allowed_m,
-                reference,
-                solver,
-            )
-        {
-            best = best.or_better(way, allowed_m);
-            if best.protrusion_m <= allowed_m && best.duration_s <= good_s {
-                return self.take(best, goal, &here, reference);
+        } else {
+            let here = solver.arm().forward(&reference.state().q);
+            self.departed = None;
+            if self.check(&board, destination.goal())?.protrusion_m(&here) > self.config.allowed_m {
+                self.departed = Some(Footprint::new(here, &board, self.config.footprint_m));
             }
         }
-        // A bend costs next to nothing: where the way is worst it passes the nearest configuration that is behind.
-        let mut bent = straight;
-        let mut gain = BEND_GAIN;
-        for bends in 1..=MOST_BENDS {
-            let Some(by_way_of) = pushed_behind(&bent, allowed_m, gain, reference, solver) else {
-                break;
-            };
-            let q = *destination.q();
-            let Ok(way) = check.way(q, Some(by_way_of), None, allowed_m, reference, solver) else {
-                break;
-            };
-            best = best.or_better(way, allowed_m);
-            if way.protrusion_m <= allowed_m {
-                break;
-            }
-            if bends >= GENTLE_BENDS {
-                gain = (HARDER * gain).min(MOST_GAIN);
-            }
-            bent = way;
-        }
-        if bends_again {
-            // The way under way is safe; a detour would not be sooner.
-            let left_s = reference.left_s();
-            if best.protrusion_m <= allowed_m && best.duration_s + SOONER_S < left_s {
+        self.search = Some(Search::new(*destination, is_new, bends_again));
+        self.search_on(reference, solver)
+    }
+
+    /// Goes on with the search, and begins the motion once it is over. Until then the motion under way goes on.
+    pub(super) fn search_on(
+        &mut self,
+        reference: &mut ReferenceMotion,
+        solver: &mut Solver,
+    ) -> Result<(), HapticsError> {
+        // An error ends the search.
+        let (Some(mut search), Some(board)) = (self.search.take(), self.board) else {
+            return Ok(());
+        };
+        let config = self.config;
+        let destination = search.destination;
+        let goal = destination.goal();
+        let here = solver.arm().forward(&reference.state().q);
+        // A detour under way is only exchanged for a shorter one.
+        let keeps = !search.is_new && self.is_detour() && reference.left_s() > config.retry_s;
+        let under_way_m = self.detour_m.filter(|_| keeps);
+        let shorter_than_m = under_way_m.unwrap_or(f64::INFINITY);
+        let before_goal = goal.map(|goal| Behind {
+            place: goal.place(0.0),
+            near: goal.q,
+            is_goal: true,
+        });
+        let left = self.left[0].or_else(|| place_of(&here));
+        let behind_here = left.filter(|_| !keeps).map(|left| Behind {
+            place: Place {
+                point_m: here.position_m(),
+                ..left
+            },
+            near: reference.state().q,
+            is_goal: false,
+        });
+        let mut check = self.check(&board, goal)?;
+        // Time and again a little further before the surface than where the board is would be far before it.
+        let allowed_m = match search.bends_again {
+            true => config.allowed_m,
+            false => config
+                .allowed_m
+                .max(check.tolerated_m(&here, reference, solver) - SPARE_M),
+        };
+        let mut around = Surroundings {
+            check,
+            allowed_m,
+            detours_m: config.detours_m,
+            shorter_than_m,
+            behind: [before_goal, behind_here],
+        };
+        let found = search.go_on(&mut around, reference, solver);
+        self.looks += around.check.looks;
+        let Some(best) = found? else {
+            self.search = Some(search);
+            return Ok(());
+        };
+        self.retry_in_s = config.retry_s;
+        let stays_behind = best.protrusion_m <= allowed_m;
+        if search.bends_again {
+            // The way under way is safe.
+            if stays_behind && best.duration_s + SOONER_S < reference.left_s() {
                 return self.take(best, goal, &here, reference);
             }
             return Ok(());
         }
-        if best.protrusion_m <= allowed_m && best.duration_s <= good_s {
-            return self.take(best, goal, &here, reference);
-        }
-        // A detour under way is only exchanged for a shorter one.
-        let keeps = !is_new && self.is_detour() && reference.left_s() > config.retry_s;
-        let under_way_m = self.detour_m.filter(|_| keeps);
-        let shorter_than_m = under_way_m.unwrap_or(f64::INFINITY);
-        let before_goal = goal.map(|goal| (goal.place(0.0), goal.q, true));
-        let left = self.left[0].or_else(|| place_of(&here));
-        let behind_here = left.filter(|_| !keeps).map(|left| {
-            let point_m = here.position_m();
-            (Place { point_m, ..left }, reference.state().q, false)
-        });
-        // Passing such a place costs less than stopping there.
-        for stops in [false, true] {
-            for (place, near, is_before_goal) in before_goal.into_iter().chain(behind_here) {
-                for behind_m in config.detours().filter(|m| *m < shorter_than_m) {
-                    let place = Place {
-                        point_m: place.point_m - place.normal * behind_m,
-                        ..place
-                    };
-                    let Ok(found) = solver.on_place(&place, &near, BranchPolicy::Keep)? else {
-                        continue;
-                    };
-                    let detour_m = if is_before_goal {
-                        behind_m
-                    } else {
-                        f64::INFINITY
-                    };
-                    let way = if stops {
-                        check
-                            .way(found.q, None, Some(detour_m), allowed_m, reference, solver)
-                            .map(|way| {
-                                let rest_s =
-                                    reference.limits().travel_time_s(&found.q, destination.q());
-                                Way {
-                                    duration_s: way.duration_s + rest_s,
-                                    ..way
-                                }
-                            })
-                    } else {
-                        check.way(
-                            *destination.q(),
-                            Some(found.q),
-                            None,
-                            allowed_m,
-                            reference,
-                            solver,
-                        )
-                    };
-                    let Ok(way) = way else { continue };
-                    best = best.or_better(way, allowed_m);
-                    // A place further behind only takes longer.
-                    if way.protrusion_m <= allowed_m {
-                        break;
-                    }
-                }
-            }
-        }
-        if keeps
-            && best.detour_m.is_none_or(|m| m >= shorter_than_m)
-            && best.protrusion_m > allowed_m
-        {
+        if keeps && best.detour_m.is_none_or(|m| m >= shorter_than_m) && !stays_behind {
             return Ok(());
         }
         if best.protrusion_m > allowed_m + SPARE_M {
@@ -510,43 +468,6 @@ fn place_of(face: &Pose) -> Option<Place> {
         normal,
         roll_rad: across.dot(y).atan2(across.dot(x)),
     })
-}
-
-/// The configuration that a way is to pass so that it stays behind where it is worst: the smallest change of the one that it
-/// passes now, measured in the time that the joints need for it.
-fn pushed_behind(
-    way: &Way,
-    allowed_m: f64,
-    gain: f64,
-    reference: &ReferenceMotion,
-    solver: &Solver,
-) -> Option<JointPositions> {
-    let worst = way.worst?;
-    let arm = solver.arm();
-    let jacobian = arm.jacobian(&worst.q);
-    let lever = worst.point.point_m - arm.forward(&worst.q).position_m();
-    // How fast the point comes forward for each joint, m/rad.
-    let mut gradient = [0.0; MOST_JOINTS];
-    let mut square = 0.0;
-    let speeds = &reference.limits().velocity_rad_per_s;
-    for (joint, forward) in gradient.iter_mut().enumerate() {
-        let mut qd = JointVelocities::default();
-        qd[joint] = 1.0;
-        let twist = jacobian.twist(&qd);
-        let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
-        *forward = worst.point.normal.dot(velocity);
-        square += (*forward * speeds[joint]).powi(2);
-    }
-    if square < 1e-12 {
-        return None;
-    }
-    let back_m = gain * (worst.point.in_front_m - allowed_m) + BEND_MARGIN_M;
-    let mut q = way.by_way_of.unwrap_or(worst.q);
-    for (joint, limit) in arm.limits().iter().enumerate() {
-        let change = back_m * gradient[joint] * speeds[joint].powi(2) / square;
-        q[joint] = (q[joint] - change).clamp(limit.min_rad, limit.max_rad);
-    }
-    Some(q)
 }
 
 #[cfg(test)]

@@ -27,8 +27,10 @@ const LEVER_M: f64 = 0.075;
 /// After so many stretches of the same length longer ones are tried.
 const CALM: usize = 3;
 /// How often a way is looked at closely at most, and the least time between two looks, s.
-const MOST_LOOKS: usize = 900;
+const MOST_LOOKS: usize = 400;
 const CLOSEST_S: f64 = 1.25e-4;
+/// All looks at a way: at first, closely, and from where there were too many close ones to its end.
+pub(super) const LOOKS_OF_WAY: usize = SAMPLES + 2 * MOST_LOOKS + 2;
 /// Places besides the destination that count while the board is over them.
 pub(super) const PLACES: usize = 8;
 
@@ -47,15 +49,14 @@ pub(super) struct Way {
 }
 
 impl Way {
-    /// The way that stays behind; of two such the quicker one, of none the one that comes less far in front.
-    pub(super) fn or_better(self, other: Self, allowed_m: f64) -> Self {
+    /// Is another way better? One that stays behind is; of two such the quicker one, of none the one that comes less far in front.
+    pub(super) fn is_beaten_by(&self, other: &Self, allowed_m: f64) -> bool {
         let stays = |way: &Self| way.protrusion_m <= allowed_m;
-        let is_better = match (stays(&self), stays(&other)) {
+        match (stays(self), stays(other)) {
             (true, true) => other.duration_s < self.duration_s,
             (false, false) => other.protrusion_m < self.protrusion_m,
             (_, other_stays) => other_stays,
-        };
-        if is_better { other } else { self }
+        }
     }
 }
 
@@ -125,6 +126,8 @@ pub(super) struct Check<'a> {
     pub(super) barriers: &'a Barriers,
     pub(super) footprints: [Option<Footprint>; PLACES + 3],
     pub(super) planes: [Option<Plane>; PLACES + 2],
+    /// At how many instants the board was looked at.
+    pub(super) looks: usize,
 }
 
 impl Check<'_> {
@@ -143,7 +146,7 @@ impl Check<'_> {
     /// How far a way may come in front of a surface because the board is there, or is about to be, already, m: never further than
     /// the motion in force comes, so that however often ways are planned anew, none makes it worse.
     pub(super) fn tolerated_m(
-        &self,
+        &mut self,
         here: &Pose,
         reference: &ReferenceMotion,
         solver: &Solver,
@@ -153,6 +156,7 @@ impl Check<'_> {
         if left_s <= 0.0 {
             return here_m + HERE_M;
         }
+        self.looks += SAMPLES;
         let ahead_m = |i: usize| {
             let q = reference.ahead(left_s * i as f64 / SAMPLES as f64).q;
             self.protrusion_m(&solver.arm().forward(&q))
@@ -161,7 +165,8 @@ impl Check<'_> {
     }
 
     /// The considered motion at an instant.
-    fn look(&self, t_s: f64, reference: &ReferenceMotion, solver: &Solver) -> Look {
+    fn look(&mut self, t_s: f64, reference: &ReferenceMotion, solver: &Solver) -> Look {
+        self.looks += 1;
         let q = reference.considered(t_s).q;
         let face = solver.arm().forward(&q);
         Look {
@@ -175,7 +180,7 @@ impl Check<'_> {
 
     /// The considered motion where it comes furthest in front of a surface.
     fn worst(
-        &self,
+        &mut self,
         duration_s: f64,
         reference: &ReferenceMotion,
         solver: &Solver,
@@ -189,7 +194,13 @@ impl Check<'_> {
     }
 
     /// The considered motion at an instant, with its speed.
-    fn look_closely(&self, t_s: f64, reference: &ReferenceMotion, solver: &Solver) -> CloseLook {
+    fn look_closely(
+        &mut self,
+        t_s: f64,
+        reference: &ReferenceMotion,
+        solver: &Solver,
+    ) -> CloseLook {
+        self.looks += 1;
         let state = reference.considered(t_s);
         let face = solver.arm().forward(&state.q);
         let jacobian = solver.arm().jacobian(&state.q);
@@ -239,7 +250,7 @@ impl Check<'_> {
     /// [`Barriers::most_between_m`]. Stretches are short where the board is fast and near a surface. What even short ones leave open, and a
     /// way that needs too many looks, counts as far in front as it might be.
     fn worst_closely(
-        &self,
+        &mut self,
         duration_s: f64,
         enough_m: f64,
         reference: &ReferenceMotion,
@@ -293,7 +304,7 @@ impl Check<'_> {
 
     /// A way to a configuration, looked at closely only if it seems to stay within `enough_m` or little more.
     pub(super) fn way(
-        &self,
+        &mut self,
         q: JointPositions,
         by_way_of: Option<JointPositions>,
         detour_m: Option<f64>,
@@ -322,8 +333,8 @@ impl Check<'_> {
     }
 }
 
-/// Longest time between two close looks at a way, s. One that is so slow, near a person, that it takes more than half a minute is looked
-/// at less often: looks without end would stop the control loop.
+/// Longest time between two close looks at a way, s. One that is so slow, near a person, that it takes more than 12 s is looked at less
+/// often: looks without end would stop the control loop.
 fn longest_s(duration_s: f64) -> f64 {
     let usual_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
     usual_s.max(duration_s / MOST_LOOKS as f64)
@@ -339,7 +350,7 @@ mod tests {
 
     #[test]
     fn slow_ways_are_not_looked_at_more_often_than_others() {
-        for duration_s in [1e-3, 0.3, 3.0, 27.0, 300.0, 3e3, 1e9] {
+        for duration_s in [1e-3, 0.3, 3.0, 12.0, 300.0, 3e3, 1e9] {
             let looks = duration_s / longest_s(duration_s);
             assert!(looks <= MOST_LOOKS as f64 * (1.0 + 1e-12), "{looks}");
         }
@@ -354,11 +365,12 @@ mod tests {
         let limits = MotionLimits::of_arm(&*arm, &MotionConfig::default()).unwrap();
         let solver = Solver::new(arm.clone());
         let barriers = Barriers::default();
-        let check = Check {
+        let mut check = Check {
             board: &board,
             barriers: &barriers,
             footprints: [None; PLACES + 3],
             planes: [None; PLACES + 2],
+            looks: 0,
         };
         let mut sampler = Sampler::new(91);
         let mut anywhere = || {
@@ -379,7 +391,7 @@ mod tests {
             for i in 0..40 {
                 let dt_s = [LONGEST_S, 5e-3, 1e-3, CLOSEST_S][i % 4];
                 let t_s = (duration_s - dt_s) * i as f64 / 40.0;
-                let look = |t_s| check.look_closely(t_s, &reference, &solver);
+                let mut look = |t_s| check.look_closely(t_s, &reference, &solver);
                 let (a, b) = (look(t_s), look(t_s + dt_s));
                 let bounds_m = a.ways_m(&b);
                 let mut ways_m = [0.0; 5];

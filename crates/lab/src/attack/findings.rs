@@ -167,6 +167,20 @@ pub const OF_THE_LOOP: &[Finding] = &[
     ),
     finding(
         "",
+        "ways of a board that was almost stopped near a person were looked at every 30 ms of their minutes: a step took without end",
+        &[
+            (
+                "crates/haptics/src/motion/way.rs",
+                "slow_ways_are_not_looked_at_more_often_than_others",
+            ),
+            (
+                APPROACH,
+                "a_search_that_takes_long_goes_on_in_the_next_steps",
+            ),
+        ],
+    ),
+    finding(
+        "",
         "a hand that met the board on its way to a door stopped the command in one cycle; the arm went on, and what it did was latched as \
          not obeyed",
         &[

@@ -186,8 +186,8 @@ a textured wall and a door: one of the faults of [FAULTS.md](FAULTS.md), or one 
 (from NaN and 1e300 to 0.001), or both, for 1 to 400 cycles at a moment drawn at random. The hand is in a hurry: it sets off 0.2 to 1.4 s
 after its look, takes 0.2 to 1 s, and touches up to 0.3 m beside the usual place, so it often meets the board on its way. *Refused*
 means that a safe state was named, *accepted* that the session went on. A finding is a command outside the joints' limits or faster
-than they may be, one far from the arm, a latch without a fault, one that a reset does not open, a touch afterwards that is not served,
-or a panic.
+than they may be, one far from the arm, a step that looks at more instants of possible ways than it may (counted, for times depend on
+the machine), a latch without a fault, one that a reset does not open, a touch afterwards that is not served, or a panic.
 ";
 
 /// A promise, and whether it holds.

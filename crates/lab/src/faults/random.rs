@@ -6,7 +6,7 @@ use super::number::WrongNumber;
 use super::outcome::Reached;
 use super::phase::Phase;
 use hwall::SessionState;
-use hwall::haptics::ArmCommand;
+use hwall::haptics::{ArmCommand, Follower};
 use hwall_kinematics::JointPositions;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_testkit::{AttackReport, Finding, Sampler};
@@ -77,6 +77,10 @@ fn cycle(
         .cycle_with(fault, number)
         .map_err(|error| format!("the arm refused a command: {error:#}"))?;
     while bench.session.next_event().is_some() {}
+    let looks = bench.session.control().renderer().follower().looks();
+    if looks > Follower::MOST_LOOKS {
+        return Err(format!("a step with {looks} looks at ways"));
+    }
     if let Some(before) = before {
         before.cycles += 1;
     }
@@ -122,15 +126,15 @@ fn cycle(
 fn run(
     bench: &mut Bench,
     max_velocity_rad_per_s: &[f64; 7],
+    before: &mut Option<Before>,
     disturbance: &Disturbance,
     sound: usize,
 ) -> Result<bool, String> {
-    let mut before = None;
     let mut named = false;
     let limits = max_velocity_rad_per_s;
     for _ in 0..sound {
         bench.goes_again(true);
-        cycle(bench, limits, &mut before, None, None)?;
+        cycle(bench, limits, before, None, None)?;
         if bench.session.control().is_latched() {
             let state = bench.session.state();
             return Err(format!("latched without a fault: {state:?}"));
@@ -142,22 +146,16 @@ fn run(
     for k in 0..disturbance.cycles {
         let fault = disturbance.fault.map(|fault| (fault, k as f64 * DT_S));
         bench.goes_again(true);
-        named |= cycle(
-            bench,
-            limits,
-            &mut before,
-            fault,
-            disturbance.number.as_ref(),
-        )?;
+        named |= cycle(bench, limits, before, fault, disturbance.number.as_ref())?;
     }
     for _ in 0..AFTERWARDS {
         bench.goes_again(true);
-        named |= cycle(bench, limits, &mut before, None, None)?;
+        named |= cycle(bench, limits, before, None, None)?;
     }
     bench.session.reset();
     for _ in 0..AFTER_RESET {
         bench.goes_again(true);
-        cycle(bench, limits, &mut before, None, None)?;
+        cycle(bench, limits, before, None, None)?;
     }
     if bench.session.control().is_latched() {
         return Err(format!(
@@ -169,8 +167,11 @@ fn run(
 }
 
 /// A touch without a fault: is it served? A door that stays open is touched elsewhere than the hand expects.
-fn is_served(bench: &mut Bench, max_velocity_rad_per_s: &[f64; 7]) -> Result<(), String> {
-    let mut before = None;
+fn is_served(
+    bench: &mut Bench,
+    max_velocity_rad_per_s: &[f64; 7],
+    before: &mut Option<Before>,
+) -> Result<(), String> {
     // The touch under way first.
     let mut begun = 0;
     for _ in 0..30_000 {
@@ -178,7 +179,7 @@ fn is_served(bench: &mut Bench, max_velocity_rad_per_s: &[f64; 7]) -> Result<(),
         if bench.goes_again(false) {
             begun += 1;
         }
-        cycle(bench, max_velocity_rad_per_s, &mut before, None, None)?;
+        cycle(bench, max_velocity_rad_per_s, before, None, None)?;
         if begun == 1 && bench.session.state() == SessionState::Touched {
             return Ok(());
         }
@@ -205,14 +206,16 @@ fn runs_of_an_arm(
     let limits = *setup.max_velocity_rad_per_s();
     let mut bench = Bench::new(setup, phase, level, seed.wrapping_add(first))?;
     let mut report = AttackReport::default();
+    // A run begins with the arm under way: its first position is not the first after a hold.
+    let mut before = None;
     for number in first..first + count {
         let disturbance = Disturbance::draw(&faults, &mut sampler);
         let sound = 100 + sampler.index(1200);
         let start = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| {
-            let named = run(&mut bench, &limits, &disturbance, sound)?;
+            let named = run(&mut bench, &limits, &mut before, &disturbance, sound)?;
             if number + 1 == first + count && phase != Phase::TouchedDoor {
-                is_served(&mut bench, &limits)?;
+                is_served(&mut bench, &limits, &mut before)?;
             }
             Ok(named)
         }));
@@ -241,12 +244,13 @@ fn runs_of_an_arm(
             input,
         });
         bench = Bench::new(setup, phase, level, seed.wrapping_add(number))?;
+        before = None;
     }
     Ok(report)
 }
 
 /// Disturbs the loop `runs` times, on all cores. A run counts as refused if a safe state was named, as accepted if the
-/// session went on; a finding is a command that leaves the limits of the joints, leaps, or is far from the arm, a latch
+/// session went on; a finding is a command that leaves the limits of the joints, leaps, or is far from the arm, a step that takes long, a latch
 /// that a reset does not open, a later touch that is not served, or a panic.
 ///
 /// # Errors

@@ -1,0 +1,350 @@
+//! The search for a way of the board to its goal: straight, bent, or by a place behind the surfaces.
+
+use super::route::Destination;
+use super::solver::{Place, Solver};
+use super::way::{Check, LOOKS_OF_WAY, Way};
+use crate::error::HapticsError;
+use hwall_kinematics::{BranchPolicy, JointPositions, JointVelocities, MOST_JOINTS};
+use hwall_motion::ReferenceMotion;
+
+/// A step begins to look at another way only after fewer looks than this: what is left waits for the next step.
+const LOOKS_OF_STEP: usize = 400;
+/// All looks of a step: the last of its ways is looked at to its end.
+pub(super) const MOST_LOOKS: usize = LOOKS_OF_STEP + LOOKS_OF_WAY;
+/// A bend that takes no longer than this, in shares of the straight way and s, is taken without looking further.
+const GOOD_ENOUGH: f64 = 1.15;
+const GOOD_ENOUGH_S: f64 = 0.02;
+/// How often a bend is mended.
+const MOST_BENDS: usize = 8;
+/// A bend overshoots by this share and this length, because the worst place moves with it.
+const BEND_GAIN: f64 = 1.3;
+/// A push counts for less at the worst place the further that is from the bend: after so many bends they become harder, up to this.
+const GENTLE_BENDS: usize = 4;
+const HARDER: f64 = 2.0;
+const MOST_GAIN: f64 = 8.0;
+const BEND_MARGIN_M: f64 = 0.002;
+/// Distances behind a place that are tried.
+pub(super) const DETOURS: usize = 6;
+
+/// A place that detours lead behind.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Behind {
+    pub(super) place: Place,
+    /// The configuration that those there are to be close to.
+    pub(super) near: JointPositions,
+    /// Is it the goal, or where the board is?
+    pub(super) is_goal: bool,
+}
+
+/// What a search goes by in a step.
+pub(super) struct Surroundings<'a> {
+    pub(super) check: Check<'a>,
+    /// How far a way may come in front of a surface, m.
+    pub(super) allowed_m: f64,
+    pub(super) detours_m: [f64; DETOURS],
+    /// Only detours less far behind than this, m.
+    pub(super) shorter_than_m: f64,
+    pub(super) behind: [Option<Behind>; 2],
+}
+
+impl Surroundings<'_> {
+    const fn stays_behind(&self, way: &Way) -> bool {
+        way.protrusion_m <= self.allowed_m
+    }
+}
+
+/// What is looked at next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    Straight,
+    /// By the bend of the motion under way.
+    UnderWay,
+    /// The straight way, bent so often.
+    Bend(usize),
+    /// Passing a place, behind the first or the second place and from the least distance on; then stopping there.
+    Detour(usize),
+    Over,
+}
+
+/// A search, over as many steps as it needs.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search {
+    pub(super) destination: Destination,
+    /// Is the destination not that of the last search?
+    pub(super) is_new: bool,
+    /// Is there a way under way already, and only a shorter bend of it is wanted?
+    pub(super) bends_again: bool,
+    stage: Stage,
+    /// How long the straight way takes, s.
+    straight_s: f64,
+    bent: Option<Way>,
+    gain: f64,
+    best: Option<Way>,
+    /// Was it found in this step, from where the board is?
+    is_from_here: bool,
+}
+
+impl Search {
+    pub(super) const fn new(destination: Destination, is_new: bool, bends_again: bool) -> Self {
+        Self {
+            destination,
+            is_new,
+            bends_again,
+            stage: Stage::Straight,
+            straight_s: 0.0,
+            bent: None,
+            gain: BEND_GAIN,
+            best: None,
+            is_from_here: false,
+        }
+    }
+
+    /// Goes on for a step. The best way, once the search is over; it may come in front of a surface.
+    pub(super) fn go_on(
+        &mut self,
+        around: &mut Surroundings<'_>,
+        reference: &mut ReferenceMotion,
+        solver: &mut Solver,
+    ) -> Result<Option<Way>, HapticsError> {
+        self.is_from_here = false;
+        while around.check.looks < LOOKS_OF_STEP {
+            self.stage = match self.stage {
+                Stage::Straight => self.straight(around, reference, solver)?,
+                Stage::UnderWay => self.under_way(around, reference, solver),
+                Stage::Bend(number) => self.bend(number, around, reference, solver),
+                Stage::Detour(number) => self.detour(number, around, reference, solver)?,
+                Stage::Over => return self.best_from_here(around, reference, solver),
+            };
+        }
+        Ok(None)
+    }
+
+    fn straight(
+        &mut self,
+        around: &mut Surroundings<'_>,
+        reference: &mut ReferenceMotion,
+        solver: &Solver,
+    ) -> Result<Stage, HapticsError> {
+        let q = *self.destination.q();
+        let way = around
+            .check
+            .way(q, None, None, around.allowed_m, reference, solver)?;
+        self.straight_s = way.duration_s;
+        self.bent = Some(way);
+        self.keep_better(way, around);
+        Ok(match (around.stays_behind(&way), self.bends_again) {
+            (true, _) => Stage::Over,
+            (false, true) => Stage::Bend(0),
+            (false, false) => Stage::UnderWay,
+        })
+    }
+
+    /// What the way under way still has to pass serves a goal near the last one as well.
+    fn under_way(
+        &mut self,
+        around: &mut Surroundings<'_>,
+        reference: &mut ReferenceMotion,
+        solver: &Solver,
+    ) -> Stage {
+        let by_way_of = reference.by_way_of().copied();
+        if by_way_of.is_some()
+            && self
+                .by_way_of(by_way_of, around, reference, solver)
+                .is_some()
+        {
+            return self.unless_good(Stage::Bend(0), around);
+        }
+        Stage::Bend(0)
+    }
+
+    /// A bend costs next to nothing: where the way is worst it passes the nearest configuration that is behind.
+    fn bend(
+        &mut self,
+        number: usize,
+        around: &mut Surroundings<'_>,
+        reference: &mut ReferenceMotion,
+        solver: &Solver,
+    ) -> Stage {
+        let bends_again = self.bends_again;
+        // For the way under way a detour would not be sooner.
+        let last = |search: &Self, around: &Surroundings<'_>| match bends_again {
+            true => Stage::Over,
+            false => search.unless_good(Stage::Detour(0), around),
+        };
+        let pushed = self
+            .bent
+            .and_then(|bent| pushed_behind(&bent, around.allowed_m, self.gain, reference, solver));
+        let bent = match pushed {
+            Some(_) => self.by_way_of(pushed, around, reference, solver),
+            None => None,
+        };
+        match bent {
+            Some(way) if !around.stays_behind(&way) && number + 1 < MOST_BENDS => {
+                if number + 1 >= GENTLE_BENDS {
+                    self.gain = (HARDER * self.gain).min(MOST_GAIN);
+                }
+                self.bent = Some(way);
+                Stage::Bend(number + 1)
+            }
+            _ => last(self, around),
+        }
+    }
+
+    /// By a place behind the surfaces. Passing it costs less than stopping there.
+    fn detour(
+        &mut self,
+        number: usize,
+        around: &mut Surroundings<'_>,
+        reference: &mut ReferenceMotion,
+        solver: &mut Solver,
+    ) -> Result<Stage, HapticsError> {
+        let (row, column) = (number / DETOURS, number % DETOURS);
+        let places = around.behind.len();
+        if row >= 2 * places {
+            return Ok(Stage::Over);
+        }
+        let (stops, behind) = (row >= places, around.behind[row % places]);
+        let Some(behind) = behind else {
+            return Ok(Stage::Detour((row + 1) * DETOURS));
+        };
+        let next = Stage::Detour(number + 1);
+        let behind_m = around.detours_m[column];
+        if !(behind_m > 0.0 && behind_m < around.shorter_than_m) {
+            return Ok(next);
+        }
+        let place = Place {
+            point_m: behind.place.point_m - behind.place.normal * behind_m,
+            ..behind.place
+        };
+        let Ok(found) = solver.on_place(&place, &behind.near, BranchPolicy::Keep)? else {
+            return Ok(next);
+        };
+        let way = if stops {
+            let detour_m = if behind.is_goal {
+                behind_m
+            } else {
+                f64::INFINITY
+            };
+            self.stopping_at(found.q, detour_m, around, reference, solver)
+        } else {
+            self.by_way_of(Some(found.q), around, reference, solver)
+        };
+        Ok(match way {
+            // A place further behind only takes longer.
+            Some(way) if around.stays_behind(&way) => Stage::Detour((row + 1) * DETOURS),
+            _ => next,
+        })
+    }
+
+    /// Looks at the way to the destination by a configuration; `None` if there is no such motion.
+    fn by_way_of(
+        &mut self,
+        by_way_of: Option<JointPositions>,
+        around: &mut Surroundings<'_>,
+        reference: &mut ReferenceMotion,
+        solver: &Solver,
+    ) -> Option<Way> {
+        let q = *self.destination.q();
+        let (check, allowed_m) = (&mut around.check, around.allowed_m);
+        let way = check.way(q, by_way_of, None, allowed_m, reference, solver);
+        let way = way.ok()?;
+        self.keep_better(way, around);
+        Some(way)
+    }
+
+    /// Looks at the way to a configuration from which it will go on to the destination.
+    fn stopping_at(
+        &mut self,
+        q: JointPositions,
+        detour_m: f64,
+        around: &mut Surroundings<'_>,
+        reference: &mut ReferenceMotion,
+        solver: &Solver,
+    ) -> Option<Way> {
+        let (check, allowed_m) = (&mut around.check, around.allowed_m);
+        let way = check.way(q, None, Some(detour_m), allowed_m, reference, solver);
+        let mut way = way.ok()?;
+        way.duration_s += reference.limits().travel_time_s(&q, self.destination.q());
+        self.keep_better(way, around);
+        Some(way)
+    }
+
+    fn keep_better(&mut self, way: Way, around: &Surroundings<'_>) {
+        if self
+            .best
+            .is_none_or(|best| best.is_beaten_by(&way, around.allowed_m))
+        {
+            (self.best, self.is_from_here) = (Some(way), true);
+        }
+    }
+
+    /// The next stage, unless the best way is good enough.
+    fn unless_good(&self, next: Stage, around: &Surroundings<'_>) -> Stage {
+        let good_s = self.straight_s * GOOD_ENOUGH + GOOD_ENOUGH_S;
+        let is_good = |best: Way| around.stays_behind(&best) && best.duration_s <= good_s;
+        if self.best.is_some_and(is_good) {
+            Stage::Over
+        } else {
+            next
+        }
+    }
+
+    /// The best way. One that was found in an earlier step is looked at again: the board is elsewhere, and surfaces may be.
+    fn best_from_here(
+        &self,
+        around: &mut Surroundings<'_>,
+        reference: &mut ReferenceMotion,
+        solver: &Solver,
+    ) -> Result<Option<Way>, HapticsError> {
+        match self.best {
+            Some(Way {
+                q,
+                by_way_of,
+                detour_m,
+                ..
+            }) if !self.is_from_here => {
+                let (check, allowed_m) = (&mut around.check, around.allowed_m);
+                let way = check.way(q, by_way_of, detour_m, allowed_m, reference, solver)?;
+                Ok(Some(way))
+            }
+            best => Ok(best),
+        }
+    }
+}
+
+/// The configuration that a way is to pass so that it stays behind where it is worst: the smallest change of the one that it
+/// passes now, measured in the time that the joints need for it.
+fn pushed_behind(
+    way: &Way,
+    allowed_m: f64,
+    gain: f64,
+    reference: &ReferenceMotion,
+    solver: &Solver,
+) -> Option<JointPositions> {
+    let worst = way.worst?;
+    let arm = solver.arm();
+    let jacobian = arm.jacobian(&worst.q);
+    let lever = worst.point.point_m - arm.forward(&worst.q).position_m();
+    // How fast the point comes forward for each joint, m/rad.
+    let mut gradient = [0.0; MOST_JOINTS];
+    let mut square = 0.0;
+    let speeds = &reference.limits().velocity_rad_per_s;
+    for (joint, forward) in gradient.iter_mut().enumerate() {
+        let mut qd = JointVelocities::default();
+        qd[joint] = 1.0;
+        let twist = jacobian.twist(&qd);
+        let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
+        *forward = worst.point.normal.dot(velocity);
+        square += (*forward * speeds[joint]).powi(2);
+    }
+    if square < 1e-12 {
+        return None;
+    }
+    let back_m = gain * (worst.point.in_front_m - allowed_m) + BEND_MARGIN_M;
+    let mut q = way.by_way_of.unwrap_or(worst.q);
+    for (joint, limit) in arm.limits().iter().enumerate() {
+        let change = back_m * gradient[joint] * speeds[joint].powi(2) / square;
+        q[joint] = (q[joint] - change).clamp(limit.min_rad, limit.max_rad);
+    }
+    Some(q)
+}
