@@ -96,8 +96,6 @@ pub struct Follower {
     destination: Option<Destination>,
     /// The destination is new, or something else moved the arm.
     is_to_plan: bool,
-    /// The search under way is of no use for that.
-    is_elsewhere: bool,
     /// The destination only drifted since the last way was planned, and for how long ways were not planned, s.
     has_drifted: bool,
     since_plan_s: f64,
@@ -139,7 +137,6 @@ impl Follower {
             bounds,
             destination: None,
             is_to_plan: false,
-            is_elsewhere: false,
             has_drifted: false,
             since_plan_s: f64::INFINITY,
             sliding: None,
@@ -240,7 +237,6 @@ impl Follower {
                 self.destination = Some(Destination::Goal(*goal));
                 self.has_drifted = true;
                 self.is_to_plan |= !drifted;
-                self.is_elsewhere |= !drifted;
             }
         }
         Ok(verdict)
@@ -269,7 +265,7 @@ impl Follower {
         }
         self.goals.forget();
         self.destination = Some(Destination::Posture(*q));
-        (self.is_to_plan, self.is_elsewhere) = (true, true);
+        self.is_to_plan = true;
         Ok(())
     }
 
@@ -279,15 +275,20 @@ impl Follower {
         self.destination.map(|destination| *destination.q())
     }
 
-    /// Time until the board is at its goal, s; on a detour at least that until the detour ends. `None` without a goal.
+    /// Time until the board is at its goal, s; on a detour at least that until the detour ends, and while a way is still being looked for
+    /// the least time of the joints. `None` without a goal.
     #[must_use]
     pub fn left_s(&self) -> Option<f64> {
         let destination = self.destination?;
+        let is_under_way = self.reference.goal() == Some(destination.q());
+        if self.route.is_searching_anew() && !is_under_way {
+            return Some(self.reference.least_time_to_s(destination.q()));
+        }
         let left_s = self.reference.left_s();
         let detour_s = match self.reference.goal() {
             Some(goal) if goal == destination.q() => 0.0,
             Some(ends) => self.reference.limits().travel_time_s(ends, destination.q()),
-            None if self.route.is_blocked() || self.route.is_searching() => {
+            None if self.route.is_blocked() => {
                 let here = &self.reference.state().q;
                 self.reference.limits().travel_time_s(here, destination.q())
             }
@@ -309,14 +310,16 @@ impl Follower {
         self.route.is_detour()
     }
 
-    /// Is there no way to the goal behind the surfaces? The board then ends the motion under way, and stands.
+    /// Was there no way to the goal behind the surfaces when one was last looked for to the end? The board then ends the motion under
+    /// way, and stands.
     #[must_use]
     pub const fn is_blocked(&self) -> bool {
         self.route.is_blocked()
     }
 
     /// At how many instants of possible ways the board was looked at in the last [`step`](Self::step): usually at none, never at more
-    /// than [`MOST_LOOKS`](Self::MOST_LOOKS). A search that needs more goes on in the next step, and so does the motion under way.
+    /// than [`MOST_LOOKS`](Self::MOST_LOOKS). A search that needs more goes on in the next step, and so does the motion under way; a
+    /// target that leaps begins it anew. Plans and inverse kinematics count as the looks that take about as long.
     #[must_use]
     pub const fn looks(&self) -> usize {
         self.route.looks()
@@ -430,15 +433,16 @@ impl Follower {
                 let stands = self.reference.goal().is_none() && !self.route.is_blocked();
                 self.since_plan_s += dt_s;
                 let drifted = self.has_drifted && self.since_plan_s >= DRIFT_S;
-                let is_new = self.is_to_plan || stands || drifted;
+                // A search that began anew with every drift and every change of speed might never end; one for another place is of no
+                // use.
+                let goes_on = self.route.is_searching_for(destination);
+                let is_obsolete = self.route.is_searching() && !goes_on;
+                let is_new = self.is_to_plan || stands || drifted || is_obsolete;
                 let (reference, solver) = (&mut self.reference, &mut self.goals.solver);
-                // A search that began anew with every drift and every change of speed might never end.
-                let goes_on = self.route.is_searching() && !self.is_elsewhere;
                 let planned = if goes_on {
                     self.route.search_on(reference, solver)
                 } else if is_new || due {
-                    (self.is_to_plan, self.is_elsewhere) = (false, false);
-                    (self.has_drifted, self.since_plan_s) = (false, 0.0);
+                    (self.is_to_plan, self.has_drifted, self.since_plan_s) = (false, false, 0.0);
                     self.route.head_for(destination, is_new, reference, solver)
                 } else {
                     Ok(())
@@ -468,6 +472,8 @@ impl Follower {
     /// As for [`Follower::step`].
     pub fn brake(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
         non_negative("dt_s", dt_s)?;
+        // By the time that it went on, the board would be elsewhere.
+        self.route.end_search();
         let ends_slide = self.ends_slide || self.sliding.is_some();
         self.end_slide();
         if ends_slide {
@@ -512,7 +518,8 @@ impl Follower {
 
     fn end_slide(&mut self) {
         if self.sliding.take().is_some() {
-            (self.is_to_plan, self.is_elsewhere) = (true, true);
+            self.is_to_plan = true;
+            self.route.end_search();
         }
         (self.ends_slide, self.blocked) = (false, None);
     }

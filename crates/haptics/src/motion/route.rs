@@ -21,7 +21,7 @@ pub struct ApproachConfig {
     /// further between two looks: with the default the bound is 5 mm, for as long as targets and barriers let the board be
     /// behind it at all. A board that is further in front already (it was pushed, or the barriers are new) comes no further.
     pub allowed_m: f64,
-    /// A way that comes in front of a surface is bent. If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the first that
+    /// A way that comes in front of a surface is bent. If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the quickest that
     /// serves is taken, m; default 0.015 to 0.15. All zero: always straight to the goal.
     pub detours_m: [f64; DETOURS],
     /// Where no barrier is known at a goal, its plane counts this far around it, m; default 0.3.
@@ -86,6 +86,17 @@ impl Destination {
         match self {
             Self::Goal(goal) => Some(goal),
             Self::Posture(_) => None,
+        }
+    }
+
+    /// Is another destination the same one, or has this one only drifted?
+    fn is_beside(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Goal(this), Self::Goal(other)) => {
+                this.behind_m == other.behind_m && this.is_beside(other)
+            }
+            (Self::Posture(this), Self::Posture(other)) => this == other,
+            _ => false,
         }
     }
 }
@@ -221,6 +232,22 @@ impl Route {
         self.search.is_some()
     }
 
+    /// Is one looked for that leads to a destination, or beside it?
+    pub(super) fn is_searching_for(&self, destination: &Destination) -> bool {
+        let serves = |search: &Search| search.destination.is_beside(destination);
+        self.search.as_ref().is_some_and(serves)
+    }
+
+    /// Is one looked for because there is none, or not only a shorter one?
+    pub(super) fn is_searching_anew(&self) -> bool {
+        self.search.as_ref().is_some_and(|search| search.is_new)
+    }
+
+    /// Gives up the search under way.
+    pub(super) const fn end_search(&mut self) {
+        self.search = None;
+    }
+
     /// At how many instants of ways the board was looked at since [`begin_step`](Self::begin_step).
     pub(super) const fn looks(&self) -> usize {
         self.looks
@@ -322,8 +349,7 @@ impl Route {
         Ok(check)
     }
 
-    /// Begins the search for a way to the destination, and the motion if it is over in this step; `is_new`: not the destination of
-    /// the last call.
+    /// Begins the search for a way to the destination, and the motion if it is over in this step; `is_new`: no retry.
     pub(super) fn head_for(
         &mut self,
         destination: &Destination,
@@ -336,24 +362,18 @@ impl Route {
         // A bend was found from where the board was then: from further on there may be a shorter one.
         let bends_again =
             !is_new && !self.is_detour() && !self.is_blocked && reference.by_way_of().is_some();
-        let Some(board) = self.board else {
+        if self.board.is_none() {
             (self.is_blocked, self.detour_m) = (false, None);
             reference.set_goal(destination.q())?;
             reference.plan_anew();
             return Ok(());
-        };
+        }
         self.ends = Some(solver.arm().forward(destination.q()));
         if bends_again {
             // No way is shorter than the straight one.
             let least_s = reference.consider(destination.q(), None)?;
             if least_s + SOONER_S >= reference.left_s() {
                 return Ok(());
-            }
-        } else {
-            let here = solver.arm().forward(&reference.state().q);
-            self.departed = None;
-            if self.check(&board, destination.goal())?.protrusion_m(&here) > self.config.allowed_m {
-                self.departed = Some(Footprint::new(here, &board, self.config.footprint_m));
             }
         }
         self.search = Some(Search::new(*destination, is_new, bends_again));
@@ -374,6 +394,12 @@ impl Route {
         let destination = search.destination;
         let goal = destination.goal();
         let here = solver.arm().forward(&reference.state().q);
+        if !search.bends_again {
+            self.departed = None;
+            if self.check(&board, goal)?.protrusion_m(&here) > config.allowed_m {
+                self.departed = Some(Footprint::new(here, &board, config.footprint_m));
+            }
+        }
         // A detour under way is only exchanged for a shorter one.
         let keeps = !search.is_new && self.is_detour() && reference.left_s() > config.retry_s;
         let under_way_m = self.detour_m.filter(|_| keeps);

@@ -9,8 +9,10 @@ use hwall_motion::ReferenceMotion;
 
 /// A step begins to look at another way only after fewer looks than this: what is left waits for the next step.
 const LOOKS_OF_STEP: usize = 400;
+/// A configuration for a place takes about as long as so many looks.
+const LOOKS_OF_SOLUTION: usize = 2;
 /// All looks of a step: the last of its ways is looked at to its end.
-pub(super) const MOST_LOOKS: usize = LOOKS_OF_STEP + LOOKS_OF_WAY;
+pub(super) const MOST_LOOKS: usize = LOOKS_OF_STEP + LOOKS_OF_SOLUTION + LOOKS_OF_WAY;
 /// A bend that takes no longer than this, in shares of the straight way and s, is taken without looking further.
 const GOOD_ENOUGH: f64 = 1.15;
 const GOOD_ENOUGH_S: f64 = 0.02;
@@ -61,7 +63,7 @@ enum Stage {
     UnderWay,
     /// The straight way, bent so often.
     Bend(usize),
-    /// Passing a place, behind the first or the second place and from the least distance on; then stopping there.
+    /// By a place: two places passed, the same stopped at, each at [`DETOURS`] distances.
     Detour(usize),
     Over,
 }
@@ -70,7 +72,7 @@ enum Stage {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Search {
     pub(super) destination: Destination,
-    /// Is the destination not that of the last search?
+    /// Is it no retry?
     pub(super) is_new: bool,
     /// Is there a way under way already, and only a shorter bend of it is wanted?
     pub(super) bends_again: bool,
@@ -82,6 +84,8 @@ pub(super) struct Search {
     best: Option<Way>,
     /// Was it found in this step, from where the board is?
     is_from_here: bool,
+    /// The best way no longer served, and others were looked for.
+    is_second: bool,
 }
 
 impl Search {
@@ -96,6 +100,7 @@ impl Search {
             gain: BEND_GAIN,
             best: None,
             is_from_here: false,
+            is_second: false,
         }
     }
 
@@ -107,13 +112,17 @@ impl Search {
         solver: &mut Solver,
     ) -> Result<Option<Way>, HapticsError> {
         self.is_from_here = false;
-        while around.check.looks < LOOKS_OF_STEP {
+        let is_found = |search: &Self| search.stage == Stage::Over && search.is_from_here;
+        while around.check.looks < LOOKS_OF_STEP || is_found(self) {
             self.stage = match self.stage {
                 Stage::Straight => self.straight(around, reference, solver)?,
                 Stage::UnderWay => self.under_way(around, reference, solver),
                 Stage::Bend(number) => self.bend(number, around, reference, solver),
                 Stage::Detour(number) => self.detour(number, around, reference, solver)?,
-                Stage::Over => return self.best_from_here(around, reference, solver),
+                Stage::Over => match self.best_from_here(around, reference, solver)? {
+                    Some(best) if self.begins_again(&best, around) => Stage::Bend(0),
+                    best => return Ok(best),
+                },
             };
         }
         Ok(None)
@@ -216,6 +225,7 @@ impl Search {
             point_m: behind.place.point_m - behind.place.normal * behind_m,
             ..behind.place
         };
+        around.check.looks += LOOKS_OF_SOLUTION;
         let Ok(found) = solver.on_place(&place, &behind.near, BranchPolicy::Keep)? else {
             return Ok(next);
         };
@@ -287,6 +297,17 @@ impl Search {
         } else {
             next
         }
+    }
+
+    /// If the best way serves no longer from where the board is by now, bends and detours are looked for once more.
+    fn begins_again(&mut self, best: &Way, around: &Surroundings<'_>) -> bool {
+        let served = self.best.is_some_and(|best| around.stays_behind(&best));
+        if self.is_from_here || self.is_second || !served || around.stays_behind(best) {
+            return false;
+        }
+        (self.best, self.bent, self.gain) = (Some(*best), Some(*best), BEND_GAIN);
+        (self.is_from_here, self.is_second) = (true, true);
+        true
     }
 
     /// The best way. One that was found in an earlier step is looked at again: the board is elsewhere, and surfaces may be.

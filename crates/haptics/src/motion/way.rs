@@ -29,8 +29,10 @@ const CALM: usize = 3;
 /// How often a way is looked at closely at most, and the least time between two looks, s.
 const MOST_LOOKS: usize = 400;
 const CLOSEST_S: f64 = 1.25e-4;
-/// All looks at a way: at first, closely, and from where there were too many close ones to its end.
-pub(super) const LOOKS_OF_WAY: usize = SAMPLES + 2 * MOST_LOOKS + 2;
+/// A plan takes about as long as so many looks.
+const LOOKS_OF_PLAN: usize = 8;
+/// All looks at a way: its plan, at first, closely, and from where there were too many close ones to its end.
+pub(super) const LOOKS_OF_WAY: usize = LOOKS_OF_PLAN + SAMPLES + 2 * MOST_LOOKS + 2;
 /// Places besides the destination that count while the board is over them.
 pub(super) const PLACES: usize = 8;
 
@@ -312,6 +314,7 @@ impl Check<'_> {
         reference: &mut ReferenceMotion,
         solver: &Solver,
     ) -> Result<Way, HapticsError> {
+        self.looks += LOOKS_OF_PLAN;
         let duration_s = reference.consider(&q, by_way_of.as_ref())?;
         let enough_m = enough_m + SPARE_M;
         let mut worst = self.worst(duration_s, reference, solver);

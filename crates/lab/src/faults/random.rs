@@ -250,8 +250,8 @@ fn runs_of_an_arm(
 }
 
 /// Disturbs the loop `runs` times, on all cores. A run counts as refused if a safe state was named, as accepted if the
-/// session went on; a finding is a command that leaves the limits of the joints, leaps, or is far from the arm, a step that takes long, a latch
-/// that a reset does not open, a later touch that is not served, or a panic.
+/// session went on; a finding is a command that leaves the limits of the joints, leaps, or is far from the arm, a step with
+/// too many looks at ways, a latch that a reset does not open, a later touch that is not served, or a panic.
 ///
 /// # Errors
 /// A simulation that cannot be set up.

@@ -1,0 +1,179 @@
+//! Priors of several components, and how few hypotheses they leave.
+
+use super::{
+    HAND, config, demonstrations, evenly, goal, miss, model, motion, reached, step, training,
+};
+use hwall_bip::{
+    ArgumentError, Bank, BankConfig, BipError, Covariance, Demonstration, Grouping, Mixture, Mode,
+    Model, Observation,
+};
+use hwall_testkit::Sampler;
+
+#[test]
+fn hypotheses_stay_few_and_their_modes_are_told() {
+    let model = model();
+    let few = BankConfig {
+        hypotheses: 3,
+        ..config()
+    };
+    let mut bank = Bank::new(&model, &few).unwrap();
+    let mut sampler = Sampler::new(7);
+    let g = goal(&mut sampler);
+    let seen = motion(&mut sampler, g, &evenly(70));
+    for k in 0..70 {
+        step(&mut bank, seen.sample(k));
+    }
+    assert!(bank.hypotheses().count() <= 3);
+    assert!(bank.hypotheses().any(|h| h.mode == Mode::Moving));
+    assert!(miss(&mut bank, g) < 0.02);
+}
+
+/// Two people: one reaches high in a curve, the other low. Whoever it is must be recognised, and
+/// the end predicted better than by one blurred prior.
+#[test]
+fn a_mixture_by_person_recognises_the_person() {
+    let mut sampler = Sampler::new(8);
+    let person = |sampler: &mut Sampler, who: usize| {
+        let bow = if who == 0 { 0.15 } else { -0.15 };
+        let depth = sampler.uniform(0.5, 0.7);
+        let samples = 60 + sampler.index(40);
+        let mut values = Vec::new();
+        for t in evenly(samples) {
+            let r = reached(t);
+            values.push(depth * r + 0.3 * t + 2e-3 * sampler.normal());
+            values.push(bow * (2.0 * t - r) + 2e-3 * sampler.normal());
+            values.push(bow * depth * r + 2e-3 * sampler.normal());
+            values.push(depth * r + 2e-3 * sampler.normal());
+        }
+        Demonstration::from_samples(1.0, 4, values).unwrap()
+    };
+    let labels: Vec<usize> = (0..16).map(|i| i % 2).collect();
+    let all: Vec<_> = labels.iter().map(|w| person(&mut sampler, *w)).collect();
+    let mixture = Mixture::train(
+        &all,
+        &training(),
+        &Grouping::Labels(labels.clone()),
+        Covariance::Own,
+    )
+    .unwrap();
+    assert_eq!(mixture.models().len(), 2);
+    assert_eq!(mixture.members()[1][0], 1);
+    for who in [0, 1] {
+        let seen = person(&mut sampler, who);
+        let mut bank = mixture.bank(&config()).unwrap();
+        for k in 0..seen.len() / 2 {
+            step(&mut bank, seen.sample(k));
+        }
+        assert!(bank.component_probability(who) > 0.99);
+    }
+    // The clusters of their end points are the two people.
+    let found = Grouping::EndPoints {
+        clusters: 2,
+        seed: 1,
+    };
+    let clustered = Mixture::train(&all, &training(), &found, Covariance::Shared).unwrap();
+    let mut groups = clustered.members().to_vec();
+    groups.sort();
+    let mut expected = mixture.members().to_vec();
+    expected.sort();
+    assert_eq!(groups, expected);
+}
+
+#[test]
+fn groupings_at_their_limits() {
+    let all = demonstrations(9, 6);
+    let train = |grouping: &Grouping| {
+        let own = Mixture::train(&all, &training(), grouping, Covariance::Own);
+        let shared = Mixture::train(&all, &training(), grouping, Covariance::Shared);
+        if let Ok(own) = &own {
+            assert_eq!(own.members(), shared.unwrap().members());
+        }
+        own
+    };
+    let ends = |clusters| Grouping::EndPoints { clusters, seed: 3 };
+    assert_eq!(train(&ends(1)).unwrap().models().len(), 1);
+    let many = train(&ends(1000)).unwrap();
+    assert!(many.members().iter().all(|m| m.len() >= 2));
+    assert!((many.probabilities().iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    assert_eq!(many, train(&ends(1000)).unwrap());
+    assert!(matches!(
+        train(&ends(0)),
+        Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
+    ));
+    assert!(matches!(
+        train(&Grouping::Labels(vec![0; 5])),
+        Err(BipError::WrongLength { .. })
+    ));
+    assert!(matches!(
+        train(&Grouping::Labels(vec![0, 0, 0, 0, 0, 1])),
+        Err(BipError::TooFewDemonstrations { needed: 2, got: 1 })
+    ));
+    assert!(Mixture::train(&[], &training(), &ends(2), Covariance::Shared).is_err());
+    // Identical demonstrations are one cluster.
+    let same = vec![all[0].clone(); 5];
+    assert_eq!(
+        Mixture::train(&same, &training(), &ends(3), Covariance::Own)
+            .unwrap()
+            .models()
+            .len(),
+        1
+    );
+    // Each demonstration a group of its own: nothing is left to differ within groups.
+    let each = Grouping::Labels((0..6).collect());
+    let alone = Mixture::train(&all, &training(), &each, Covariance::Shared).unwrap();
+    assert!(alone.models().iter().all(|m| m.rank() == 0));
+    let one = Grouping::Labels(vec![4; 6]);
+    let single = Mixture::train(&all, &training(), &one, Covariance::Shared).unwrap();
+    let plain = Model::train(&all, &training()).unwrap();
+    let (mut a, mut b) = ([0.0; 4], [0.0; 4]);
+    single.models()[0].mean_at(0.7, &mut a).unwrap();
+    plain.mean_at(0.7, &mut b).unwrap();
+    assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12));
+    assert_eq!(single.models()[0].rank(), plain.rank());
+}
+
+/// Ten targets, as many components: none is lost before it could be told, and a change of target
+/// is a change of component.
+#[test]
+fn components_of_many_targets_are_kept_and_changed() {
+    let mut sampler = Sampler::new(43);
+    let targets: Vec<[f64; 3]> = (0..10).map(|_| goal(&mut sampler)).collect();
+    let labels: Vec<usize> = (0..50).map(|i| i % 10).collect();
+    let near = |sampler: &mut Sampler, t: usize| targets[t].map(|x| x + 0.01 * sampler.normal());
+    let all: Vec<_> = labels
+        .iter()
+        .map(|&t| {
+            let g = near(&mut sampler, t);
+            let samples = 70 + sampler.index(40);
+            motion(&mut sampler, g, &evenly(samples))
+        })
+        .collect();
+    let mixture = Mixture::train(
+        &all,
+        &training(),
+        &Grouping::Labels(labels),
+        Covariance::Shared,
+    )
+    .unwrap();
+    for (truth, &target) in targets.iter().enumerate() {
+        let seen = motion(&mut sampler, target, &evenly(90));
+        let mut bank = mixture.bank(&config()).unwrap();
+        for k in 0..60 {
+            step(&mut bank, seen.sample(k));
+        }
+        assert!(bank.component_probability(truth) > 0.5, "target {truth}");
+    }
+    // From the first target to the second, between 0.3 and 0.45 of the time.
+    let mut bank = mixture.bank(&config()).unwrap();
+    for t in evenly(100) {
+        let over = reached((t - 0.3) / 0.15);
+        let y = [0, 1, 2].map(|d| {
+            let g = targets[0][d] + over * (targets[1][d] - targets[0][d]);
+            g * reached(t) + 0.3 * t + 1e-3 * sampler.normal()
+        });
+        bank.predict(1.0).unwrap();
+        bank.observe(&Observation::new(&HAND, &y)).unwrap();
+    }
+    assert!(bank.component_probability(1) > 0.5);
+    assert!(miss(&mut bank, targets[1]) < 0.02);
+}

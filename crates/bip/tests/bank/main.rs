@@ -1,0 +1,102 @@
+//! Banks of hypotheses.
+
+mod components;
+mod input;
+mod joining;
+mod time;
+mod turns;
+
+use hwall_bip::{
+    Bank, BankConfig, Basis, Demonstration, FilterConfig, Group, Model, Observation, TrainingConfig,
+};
+use hwall_testkit::Sampler;
+
+const HAND: [usize; 3] = [0, 1, 2];
+
+/// How far a reach has come after a share of its time.
+fn reached(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * t * (10.0 - 15.0 * t + 6.0 * t * t)
+}
+
+/// A hand reaches from the origin to a goal, a fourth value answers it; `progress` is the share
+/// of the motion that is over at each sample.
+fn motion(sampler: &mut Sampler, goal: [f64; 3], progress: &[f64]) -> Demonstration {
+    let mut values = Vec::new();
+    for &t in progress {
+        let r = reached(t);
+        for x in goal {
+            values.push(x * r + 0.3 * t + 1e-3 * sampler.normal());
+        }
+        values.push(goal.iter().sum::<f64>() * r + 1e-3 * sampler.normal());
+    }
+    Demonstration::from_samples(1.0, 4, values).unwrap()
+}
+
+fn evenly(samples: usize) -> Vec<f64> {
+    (0..samples)
+        .map(|k| k as f64 / (samples - 1) as f64)
+        .collect()
+}
+
+fn goal(sampler: &mut Sampler) -> [f64; 3] {
+    [
+        sampler.uniform(0.4, 0.8),
+        sampler.uniform(-0.3, 0.3),
+        sampler.uniform(-0.3, 0.3),
+    ]
+}
+
+fn training() -> TrainingConfig {
+    let basis = Basis::Legendre { count: 8 };
+    TrainingConfig::new(vec![
+        Group::observed("hand", 3, basis),
+        Group::controlled("arm", 1, basis),
+    ])
+}
+
+fn demonstrations(seed: u64, count: usize) -> Vec<Demonstration> {
+    let mut sampler = Sampler::new(seed);
+    (0..count)
+        .map(|_| {
+            let g = goal(&mut sampler);
+            let samples = 60 + sampler.index(60);
+            motion(&mut sampler, g, &evenly(samples))
+        })
+        .collect()
+}
+
+fn model() -> Model {
+    Model::train(&demonstrations(1, 20), &training()).unwrap()
+}
+
+/// Independent noise as it is here needs no factor; a tracker of a real person does.
+fn config() -> BankConfig {
+    BankConfig {
+        filter: FilterConfig {
+            noise_factor: Some(16.0),
+            ..FilterConfig::default()
+        },
+        ..BankConfig::default()
+    }
+}
+
+/// Distance of the predicted end of the hand from a goal.
+fn miss(bank: &mut Bank, goal: [f64; 3]) -> f64 {
+    let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
+    bank.moments_at(1.0, &HAND, &mut mean, &mut variance)
+        .unwrap();
+    mean.iter()
+        .zip(goal)
+        .map(|(m, g)| (m - g - 0.3).powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
+fn step(bank: &mut Bank, sample: &[f64]) {
+    bank.predict(1.0).unwrap();
+    bank.observe(&Observation::new(&HAND, &sample[..3]))
+        .unwrap();
+    let sum: f64 = bank.hypotheses().map(|h| h.probability).sum();
+    assert!((sum - 1.0).abs() < 1e-12);
+}
