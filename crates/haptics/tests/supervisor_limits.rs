@@ -307,6 +307,23 @@ fn a_stop_on_demand_lasts_until_it_is_reset() {
     assert_eq!(bench.run(300).state, SafeState::Normal);
 }
 
+/// Of less weight than the stop, it once took the stop's place in time and left it its name: latched, as nobody had asked for.
+#[test]
+fn a_slight_fault_after_a_reset_does_not_latch_the_stop_again() {
+    for steps in [1, 100, 2000] {
+        let mut bench = Bench::new();
+        bench.run(5);
+        bench.supervisor.stop();
+        bench.run(20);
+        bench.supervisor.reset();
+        let slight = bench.run_with(steps, |b, _| b.person[2].stamp_s -= 0.3);
+        let reason = slight.state.reason().unwrap();
+        assert_eq!((reason.name(), slight.latched), ("stale", false), "{steps}");
+        assert_eq!(slight.command, ArmCommand::Hold);
+        assert_eq!(bench.run(300).state, SafeState::Normal, "{steps}");
+    }
+}
+
 #[test]
 fn an_edge_push_holds() {
     let mut bench = Bench::new();

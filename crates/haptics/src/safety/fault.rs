@@ -124,11 +124,12 @@ impl FaultMachine {
         };
         match &mut self.trouble {
             Some(trouble) if fault.severity <= trouble.fault.severity => {
-                (trouble.sound_since_s, trouble.released) = (None, false);
-                // The newest numbers of the same fault, and the newest fault of the same kind.
-                if fault.severity == trouble.fault.severity {
+                // The newest numbers of the same fault, and the newest fault of the same kind. What a person has let go gives way to
+                // whatever comes, or a stop that nobody asks for any more would latch again.
+                if trouble.released || fault.severity == trouble.fault.severity {
                     trouble.fault = fault;
                 }
+                (trouble.sound_since_s, trouble.released) = (None, false);
             }
             Some(trouble) if trouble.stage == Stage::Stop => {
                 trouble.fault = fault;

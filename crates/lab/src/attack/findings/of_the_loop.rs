@@ -167,6 +167,14 @@ pub const OF_THE_LOOP: &[Finding] = &[
     ),
     finding(
         "",
+        "a slight fault after a reset latched the stop again that had been asked for before",
+        &[(
+            LIMITS,
+            "a_slight_fault_after_a_reset_does_not_latch_the_stop_again",
+        )],
+    ),
+    finding(
+        "",
         "what resumes by itself and what needs a person was nobody's choice",
         &[(
             LOOP,
