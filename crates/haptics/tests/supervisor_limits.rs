@@ -4,7 +4,7 @@ mod supervised;
 
 use glam::DVec3;
 use hwall_haptics::safety::{
-    ArmCapsules, CapsuleConfig, Channel, GuardLimits, PersonPart, SafeReason, SafeRequest,
+    ArmCapsules, CapsuleConfig, Channel, GuardLimits, Latch, PersonPart, SafeReason, SafeRequest,
     SafeState, Supervisor, SupervisorConfig, SupervisorInput, WorkspaceBox,
 };
 use hwall_haptics::{ArmCommand, Board};
@@ -307,7 +307,7 @@ fn a_stop_on_demand_lasts_until_it_is_reset() {
     assert_eq!(bench.run(300).state, SafeState::Normal);
 }
 
-/// Of less weight than the stop, it once took the stop's place in time and left it its name: latched, as nobody had asked for.
+/// It once ended the release but left the reason that a stop was asked for, so the stop was latched again.
 #[test]
 fn a_slight_fault_after_a_reset_does_not_latch_the_stop_again() {
     for steps in [1, 100, 2000] {
@@ -322,6 +322,49 @@ fn a_slight_fault_after_a_reset_does_not_latch_the_stop_again() {
         assert_eq!(slight.command, ArmCommand::Hold);
         assert_eq!(bench.run(300).state, SafeState::Normal, "{steps}");
     }
+}
+
+#[test]
+fn a_slight_fault_after_a_reset_holds_before_it_withdraws() {
+    let mut bench = Bench::new();
+    bench.run(5);
+    let most_n = bench.supervisor.config().contact.implausible_n;
+    let held = bench.run_with(290, |b, _| {
+        b.force = Some(Wrench {
+            force_n: DVec3::NEG_X * 2.0 * most_n,
+            moment_n_m: DVec3::ZERO,
+        });
+    });
+    assert_eq!((held.state.name(), held.latched), ("holding", true));
+    bench.run(100);
+    bench.supervisor.reset();
+    let stale = |b: &mut Bench, _: &mut f64| b.person[2].stamp_s -= 0.3;
+    let hold_ms = (bench.supervisor.config().timing.hold_s * 1e3) as usize;
+    let slight = bench.run_with(hold_ms - 5, stale);
+    assert_eq!(slight.state.name(), "holding", "{slight:?}");
+    assert_eq!(bench.run_with(20, stale).state.name(), "retreating");
+}
+
+/// Whatever else breaks meanwhile, a stop that was asked for takes a person to end it.
+#[test]
+fn a_stop_on_demand_outlasts_other_faults() {
+    let mut bench = Bench::with(SupervisorConfig {
+        latch: Latch::Nothing,
+        ..SupervisorConfig::default()
+    });
+    bench.run(5);
+    bench.supervisor.stop();
+    let broken = bench.run_with(20, |b, _| b.state.q.0[3] += 1.0);
+    assert!(broken.latched, "{broken:?}");
+    let after = bench.run(1000);
+    assert_eq!(
+        after.state,
+        SafeState::Stopped {
+            reason: SafeReason::Requested
+        }
+    );
+    bench.supervisor.reset();
+    assert_eq!(bench.run(600).state, SafeState::Normal);
 }
 
 #[test]

@@ -281,7 +281,7 @@ impl Follower {
     pub fn left_s(&self) -> Option<f64> {
         let destination = self.destination?;
         let is_under_way = self.reference.goal() == Some(destination.q());
-        if self.route.is_searching_anew() && !is_under_way {
+        if self.route.is_searching_anew() && !is_under_way && !self.is_detour() {
             return Some(self.reference.least_time_to_s(destination.q()));
         }
         let left_s = self.reference.left_s();
@@ -318,8 +318,9 @@ impl Follower {
     }
 
     /// At how many instants of possible ways the board was looked at in the last [`step`](Self::step): usually at none, never at more
-    /// than [`MOST_LOOKS`](Self::MOST_LOOKS). A search that needs more goes on in the next step, and so does the motion under way; a
-    /// target that leaps begins it anew. Plans and inverse kinematics count as the looks that take about as long.
+    /// than [`MOST_LOOKS`](Self::MOST_LOOKS). A search that needs more goes on in the next step, and so does the motion under way; it
+    /// begins anew for a target that leaps or another distance behind the surface, and after braking. Plans and inverse kinematics of the
+    /// search count as the looks that take about as long.
     #[must_use]
     pub const fn looks(&self) -> usize {
         self.route.looks()

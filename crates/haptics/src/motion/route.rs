@@ -64,6 +64,9 @@ impl ApproachConfig {
 
 /// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
 const SOONER_S: f64 = 0.02;
+/// A search goes on while its destination is off by no more, m and rad.
+const DRIFTS_M: f64 = 0.05;
+const DRIFTS_RAD: f64 = 0.1;
 
 /// Where the board is going, as far as its way is concerned.
 #[derive(Debug, Clone, Copy)]
@@ -89,11 +92,14 @@ impl Destination {
         }
     }
 
-    /// Is another destination the same one, or has this one only drifted?
-    fn is_beside(&self, other: &Self) -> bool {
+    /// Does a way to this destination still serve another one, which is the same or has only drifted? It is taken, and the rest of the
+    /// way is planned as for any drift; a search that began anew for every millimetre would not end.
+    fn serves(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Goal(this), Self::Goal(other)) => {
-                this.behind_m == other.behind_m && this.is_beside(other)
+                this.behind_m == other.behind_m
+                    && this.point_m.distance(other.point_m) <= DRIFTS_M
+                    && this.normal.angle_between(other.normal) <= DRIFTS_RAD
             }
             (Self::Posture(this), Self::Posture(other)) => this == other,
             _ => false,
@@ -234,7 +240,7 @@ impl Route {
 
     /// Is one looked for that leads to a destination, or beside it?
     pub(super) fn is_searching_for(&self, destination: &Destination) -> bool {
-        let serves = |search: &Search| search.destination.is_beside(destination);
+        let serves = |search: &Search| search.destination.serves(destination);
         self.search.as_ref().is_some_and(serves)
     }
 

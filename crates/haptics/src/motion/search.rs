@@ -119,7 +119,7 @@ impl Search {
                 Stage::UnderWay => self.under_way(around, reference, solver),
                 Stage::Bend(number) => self.bend(number, around, reference, solver),
                 Stage::Detour(number) => self.detour(number, around, reference, solver)?,
-                Stage::Over => match self.best_from_here(around, reference, solver)? {
+                Stage::Over => match self.best_from_here(around, reference, solver) {
                     Some(best) if self.begins_again(&best, around) => Stage::Bend(0),
                     best => return Ok(best),
                 },
@@ -316,20 +316,24 @@ impl Search {
         around: &mut Surroundings<'_>,
         reference: &mut ReferenceMotion,
         solver: &Solver,
-    ) -> Result<Option<Way>, HapticsError> {
-        match self.best {
-            Some(Way {
-                q,
-                by_way_of,
-                detour_m,
-                ..
-            }) if !self.is_from_here => {
-                let (check, allowed_m) = (&mut around.check, around.allowed_m);
-                let way = check.way(q, by_way_of, detour_m, allowed_m, reference, solver)?;
-                Ok(Some(way))
-            }
-            best => Ok(best),
-        }
+    ) -> Option<Way> {
+        let Some(best) = self.best.filter(|_| !self.is_from_here) else {
+            return self.best;
+        };
+        let (check, allowed_m) = (&mut around.check, around.allowed_m);
+        let Way {
+            q,
+            by_way_of,
+            detour_m,
+            ..
+        } = best;
+        let way = check.way(q, by_way_of, detour_m, allowed_m, reference, solver);
+        // From here there may be no such motion any more.
+        Some(way.unwrap_or(Way {
+            protrusion_m: f64::INFINITY,
+            worst: None,
+            ..best
+        }))
     }
 }
 

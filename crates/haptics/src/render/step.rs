@@ -70,7 +70,7 @@ pub struct RenderStep {
     /// Is the touched board on the slide that was asked for? Not if it cannot be reached (see
     /// `unreachable`) or is not finite: the board then stands still.
     pub sliding: bool,
-    /// Time until the board is at its goal, s; `None` without a goal.
+    /// Time until the board is at its goal, s, see [`Follower::left_s`](crate::Follower::left_s); `None` without a goal.
     pub left_s: Option<f64>,
     /// Is a person where the board would have to be? It then stays behind them.
     pub obstructed: bool,

@@ -42,7 +42,7 @@ pub(super) struct Trouble {
     since_s: f64,
     /// Since when all inputs are sound.
     sound_since_s: Option<f64>,
-    /// A person has let it go, and it has not come again.
+    /// A person has let it go, and nothing has come since.
     released: bool,
 }
 
@@ -124,9 +124,15 @@ impl FaultMachine {
         };
         match &mut self.trouble {
             Some(trouble) if fault.severity <= trouble.fault.severity => {
-                // The newest numbers of the same fault, and the newest fault of the same kind. What a person has let go gives way to
-                // whatever comes, or a stop that nobody asks for any more would latch again.
-                if trouble.released || fault.severity == trouble.fault.severity {
+                // The newest numbers of the same fault, and the newest fault of the same kind, but for a stop that was asked for. What a
+                // person has let go gives way to whatever comes, or a stop that nobody asks for any more would latch again.
+                let is_asked_for = trouble.fault.reason == SafeReason::Requested;
+                let is_alike = fault.severity == trouble.fault.severity;
+                if trouble.released && trouble.stage == Stage::Hold && !is_alike {
+                    // Another kind holds for its own time before it withdraws.
+                    trouble.since_s = now_s;
+                }
+                if trouble.released || (is_alike && !is_asked_for) {
                     trouble.fault = fault;
                 }
                 (trouble.sound_since_s, trouble.released) = (None, false);

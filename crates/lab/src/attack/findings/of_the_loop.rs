@@ -168,10 +168,13 @@ pub const OF_THE_LOOP: &[Finding] = &[
     finding(
         "",
         "a slight fault after a reset latched the stop again that had been asked for before",
-        &[(
-            LIMITS,
-            "a_slight_fault_after_a_reset_does_not_latch_the_stop_again",
-        )],
+        &[
+            (
+                LIMITS,
+                "a_slight_fault_after_a_reset_does_not_latch_the_stop_again",
+            ),
+            (LIMITS, "a_stop_on_demand_outlasts_other_faults"),
+        ],
     ),
     finding(
         "",
