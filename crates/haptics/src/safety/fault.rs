@@ -42,6 +42,8 @@ pub(super) struct Trouble {
     since_s: f64,
     /// Since when all inputs are sound.
     sound_since_s: Option<f64>,
+    /// Somebody asked for the stop; whatever breaks meanwhile, it takes a person to end it.
+    asked_for: bool,
     /// A person has let it go, and nothing has come since.
     released: bool,
 }
@@ -51,7 +53,7 @@ impl Trouble {
     pub(super) fn is_latched(&self, rule: Latch) -> bool {
         !self.released
             && match rule {
-                _ if self.fault.reason == SafeReason::Requested => true,
+                _ if self.asked_for => true,
                 Latch::Everything => true,
                 Latch::Serious => self.fault.severity >= Severity::Pressed,
                 Latch::Nothing => false,
@@ -78,7 +80,7 @@ impl FaultMachine {
     pub(super) fn reset(&mut self) {
         if let Some(trouble) = &mut self.trouble {
             trouble.fault.severity = Severity::Blind;
-            trouble.released = true;
+            (trouble.asked_for, trouble.released) = (false, true);
         }
     }
 
@@ -92,6 +94,7 @@ impl FaultMachine {
             stage: Stage::Stop,
             since_s: now_s,
             sound_since_s: None,
+            asked_for: true,
             released: false,
         });
     }
@@ -124,15 +127,14 @@ impl FaultMachine {
         };
         match &mut self.trouble {
             Some(trouble) if fault.severity <= trouble.fault.severity => {
-                // The newest numbers of the same fault, and the newest fault of the same kind, but for a stop that was asked for. What a
-                // person has let go gives way to whatever comes, or a stop that nobody asks for any more would latch again.
-                let is_asked_for = trouble.fault.reason == SafeReason::Requested;
+                // The newest numbers of the same fault, and the newest fault of the same kind. What a person has let go gives way to
+                // whatever comes.
                 let is_alike = fault.severity == trouble.fault.severity;
                 if trouble.released && trouble.stage == Stage::Hold && !is_alike {
                     // Another kind holds for its own time before it withdraws.
                     trouble.since_s = now_s;
                 }
-                if trouble.released || (is_alike && !is_asked_for) {
+                if trouble.released || is_alike {
                     trouble.fault = fault;
                 }
                 (trouble.sound_since_s, trouble.released) = (None, false);
@@ -147,6 +149,7 @@ impl FaultMachine {
                     stage,
                     since_s: now_s,
                     sound_since_s: None,
+                    asked_for: false,
                     released: false,
                 });
             }
