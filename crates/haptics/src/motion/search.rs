@@ -155,15 +155,14 @@ impl Search {
         reference: &mut ReferenceMotion,
         solver: &Solver,
     ) -> Stage {
-        let by_way_of = reference.by_way_of().copied();
-        if by_way_of.is_some()
-            && self
-                .by_way_of(by_way_of, around, reference, solver)
-                .is_some()
-        {
-            return self.unless_good(Stage::Bend(0), around);
+        let next = Stage::Bend(0);
+        let Some(by_way_of) = reference.by_way_of().copied() else {
+            return next;
+        };
+        match self.by_way_of(by_way_of, around, reference, solver) {
+            Some(_) => self.unless_good(next, around),
+            None => next,
         }
-        Stage::Bend(0)
     }
 
     /// A bend costs next to nothing: where the way is worst it passes the nearest configuration that is behind.
@@ -174,19 +173,10 @@ impl Search {
         reference: &mut ReferenceMotion,
         solver: &Solver,
     ) -> Stage {
-        let bends_again = self.bends_again;
-        // For the way under way a detour would not be sooner.
-        let last = |search: &Self, around: &Surroundings<'_>| match bends_again {
-            true => Stage::Over,
-            false => search.unless_good(Stage::Detour(0), around),
-        };
         let pushed = self
             .bent
             .and_then(|bent| pushed_behind(&bent, around.allowed_m, self.gain, reference, solver));
-        let bent = match pushed {
-            Some(_) => self.by_way_of(pushed, around, reference, solver),
-            None => None,
-        };
+        let bent = pushed.and_then(|q| self.by_way_of(q, around, reference, solver));
         match bent {
             Some(way) if !around.stays_behind(&way) && number + 1 < MOST_BENDS => {
                 if number + 1 >= GENTLE_BENDS {
@@ -195,7 +185,9 @@ impl Search {
                 self.bent = Some(way);
                 Stage::Bend(number + 1)
             }
-            _ => last(self, around),
+            // For the way under way a detour would not be sooner.
+            _ if self.bends_again => Stage::Over,
+            _ => self.unless_good(Stage::Detour(0), around),
         }
     }
 
@@ -237,7 +229,7 @@ impl Search {
             };
             self.stopping_at(found.q, detour_m, around, reference, solver)
         } else {
-            self.by_way_of(Some(found.q), around, reference, solver)
+            self.by_way_of(found.q, around, reference, solver)
         };
         Ok(match way {
             // A place further behind only takes longer.
@@ -249,14 +241,14 @@ impl Search {
     /// Looks at the way to the destination by a configuration; `None` if there is no such motion.
     fn by_way_of(
         &mut self,
-        by_way_of: Option<JointPositions>,
+        by_way_of: JointPositions,
         around: &mut Surroundings<'_>,
         reference: &mut ReferenceMotion,
         solver: &Solver,
     ) -> Option<Way> {
         let q = *self.destination.q();
         let (check, allowed_m) = (&mut around.check, around.allowed_m);
-        let way = check.way(q, by_way_of, None, allowed_m, reference, solver);
+        let way = check.way(q, Some(by_way_of), None, allowed_m, reference, solver);
         let way = way.ok()?;
         self.keep_better(way, around);
         Some(way)

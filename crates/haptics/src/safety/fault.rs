@@ -51,13 +51,12 @@ pub(super) struct Trouble {
 impl Trouble {
     /// Does it take a person to end it?
     pub(super) fn is_latched(&self, rule: Latch) -> bool {
-        !self.released
-            && match rule {
-                _ if self.asked_for => true,
-                Latch::Everything => true,
-                Latch::Serious => self.fault.severity >= Severity::Pressed,
-                Latch::Nothing => false,
-            }
+        let latches = match rule {
+            Latch::Everything => true,
+            Latch::Serious => self.fault.severity >= Severity::Pressed,
+            Latch::Nothing => false,
+        };
+        !self.released && (self.asked_for || latches)
     }
 }
 
