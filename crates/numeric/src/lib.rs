@@ -2,5 +2,6 @@
 
 pub mod check;
 pub mod dense;
+pub mod parallel;
 
 pub use check::ArgumentError;

@@ -9,6 +9,7 @@ use crate::error::ContactError;
 use glam::DVec3;
 use hwall_bip::Demonstration;
 use hwall_hand::LabelledReach;
+use hwall_numeric::parallel;
 
 /// Reaches are held out from primitives in this many parts: a primitive changes little with a fifth of its
 /// reaches, and takes longer to train than a regression.
@@ -79,11 +80,10 @@ fn held_out(
     training: &Training,
     config: &LearnedConfig,
 ) -> Result<Vec<Option<DVec3>>, ContactError> {
-    let mut predicted: Vec<Vec<Option<DVec3>>> = vec![Vec::new(); reaches.len()];
     // A part is made of whole folds, so a primitive never knows what it is asked about.
     let part_of = |fold: usize| fold % PRIMITIVE_PARTS;
     let count = 1 + folds.iter().map(|f| part_of(*f)).max().unwrap_or(0);
-    for part in 0..count {
+    let of_part = |part: usize| {
         let others = reaches.iter().copied().zip(demonstrations).zip(folds);
         let others = others
             .filter(|(_, f)| part_of(**f) != part)
@@ -94,9 +94,11 @@ fn held_out(
             .iter()
             .enumerate()
             .filter(|(i, _)| part_of(folds[*i]) == part);
+        let mut predicted = Vec::new();
         for (i, reach) in asked {
             let mut track = ReachTrack::new(inputs);
             let mut due = SampleTimes::new(inputs, reach, config.samples_per_reach);
+            let mut ends_m = Vec::new();
             run.begin();
             for (k, frame) in reach.frames.iter().enumerate() {
                 if !track.push(frame) {
@@ -104,10 +106,19 @@ fn held_out(
                 }
                 run.step(inputs, &track)?;
                 if due.is_due(k, frame.t_s) {
-                    predicted[i].push(run.end()?);
+                    ends_m.push(run.end()?);
                 }
             }
+            predicted.push((i, ends_m));
+        }
+        Ok(predicted)
+    };
+    let mut all: Vec<Vec<Option<DVec3>>> = vec![Vec::new(); reaches.len()];
+    let parts: Vec<Result<Vec<_>, ContactError>> = parallel::map(count, of_part);
+    for part in parts {
+        for (i, ends_m) in part? {
+            all[i] = ends_m;
         }
     }
-    Ok(predicted.concat())
+    Ok(all.concat())
 }

@@ -3,6 +3,7 @@
 use crate::error::ContactError;
 use crate::regression::{NormalEquations, PartedEquations};
 use hwall_numeric::dense::Matrix;
+use hwall_numeric::parallel;
 use std::ops::Range;
 
 /// The constant beside the features, which have a size of about one.
@@ -208,7 +209,7 @@ impl LocalRidge {
         let mut fitted: Vec<Fitted> = variants.iter().map(|_| empty()).collect();
         let folds = 1 + rows.folds.iter().copied().max().unwrap_or(0);
         let members: Vec<Vec<usize>> = (0..folds).map(|fold| rows.of_fold(fold)).collect();
-        for region in 0..rows.regions {
+        let locals: Vec<Result<Vec<Local>, ContactError>> = parallel::map(rows.regions, |region| {
             let near: Vec<LocalRows> = members
                 .iter()
                 .map(|fold| shape.local_rows(rows, fold, region))
@@ -218,8 +219,12 @@ impl LocalRidge {
                 size: rows.width + 1,
             };
             let equations = PartedEquations::new(parts.collect()).ok_or(singular)?;
-            for (fitted, blocks) in fitted.iter_mut().zip(variants) {
-                let local = Self::fit_region(rows, &near, &equations, groups, ridges, blocks)?;
+            let of_variant =
+                |blocks| Self::fit_region(rows, &near, &equations, groups, ridges, blocks);
+            variants.iter().map(of_variant).collect()
+        });
+        for (region, local) in locals.into_iter().enumerate() {
+            for (fitted, local) in fitted.iter_mut().zip(local?) {
                 fitted.add(rows, region, local);
             }
         }

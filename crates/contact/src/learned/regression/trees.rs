@@ -1,6 +1,7 @@
 //! Trees that correct a regression: what is not linear, such as places that are touched again and again.
 
 use hwall_numeric::dense::Matrix;
+use hwall_numeric::parallel;
 
 /// Numbers that are corrected: a place.
 pub(in crate::learned) const CORRECTED: usize = 3;
@@ -57,27 +58,9 @@ impl Trees {
         let mut trees = Self::default();
         let rows = lessons.wanted.len();
         let mut sums = vec![([0.0; CORRECTED], 0.0); rows];
-        let folds = 1 + lessons.folds.iter().copied().max().unwrap_or(0);
-        for number in 0..TREES {
-            let mut random = Random(0x5EED ^ ((number as u64 + 1) << 20));
-            let mut left_out: Vec<bool> = (0..folds)
-                .map(|_| random.next() % 10 < LEFT_OUT_TENTHS)
-                .collect();
-            // Each fold is left out by some tree, and none by all.
-            left_out[number % folds] = true;
-            if left_out.iter().all(|out| *out) {
-                left_out[(number + 1) % folds] = false;
-            }
-            let mut members: Vec<usize> = (0..rows)
-                .filter(|&row| !left_out[lessons.folds[row]])
-                .collect();
-            let step = members.len().div_ceil(MOST_SAMPLES).max(1);
-            let first = random.below(step);
-            members = members.into_iter().skip(first).step_by(step).collect();
-            let total: f64 = members.iter().map(|&row| lessons.weights[row]).sum();
-            trees.grow(lessons, &mut members, total, step as f64, &mut random);
-            for row in (0..rows).filter(|&row| left_out[lessons.folds[row]]) {
-                let value = trees.of_tree(number, lessons.features.row(row));
+        for (tree, held_out) in parallel::map(TREES, |number| Self::one(lessons, number)) {
+            trees.add(&tree);
+            for (row, value) in held_out {
                 let (sum, count) = &mut sums[row];
                 (0..CORRECTED).for_each(|k| sum[k] += value[k]);
                 *count += 1.0;
@@ -85,6 +68,49 @@ impl Trees {
         }
         let mean = |(sum, count): ([f64; CORRECTED], f64)| sum.map(|s| s / f64::max(count, 1.0));
         (trees, sums.into_iter().map(mean).collect())
+    }
+
+    /// A single tree, and its correction of every sample whose fold it has not learnt from.
+    fn one(lessons: &Lessons, number: usize) -> (Self, Vec<(usize, [f64; CORRECTED])>) {
+        let mut tree = Self::default();
+        let rows = lessons.wanted.len();
+        let folds = 1 + lessons.folds.iter().copied().max().unwrap_or(0);
+        let mut random = Random(0x5EED ^ ((number as u64 + 1) << 20));
+        let mut left_out: Vec<bool> = (0..folds)
+            .map(|_| random.next() % 10 < LEFT_OUT_TENTHS)
+            .collect();
+        // Each fold is left out by some tree, and none by all.
+        left_out[number % folds] = true;
+        if left_out.iter().all(|out| *out) {
+            left_out[(number + 1) % folds] = false;
+        }
+        let mut members: Vec<usize> = (0..rows)
+            .filter(|&row| !left_out[lessons.folds[row]])
+            .collect();
+        let step = members.len().div_ceil(MOST_SAMPLES).max(1);
+        let first = random.below(step);
+        members = members.into_iter().skip(first).step_by(step).collect();
+        let total: f64 = members.iter().map(|&row| lessons.weights[row]).sum();
+        tree.grow(lessons, &mut members, total, step as f64, &mut random);
+        let held_out = (0..rows).filter(|&row| left_out[lessons.folds[row]]);
+        let held_out = held_out.map(|row| (row, tree.of_tree(0, lessons.features.row(row))));
+        let held_out = held_out.collect();
+        (tree, held_out)
+    }
+
+    /// Puts the trees of another behind these.
+    fn add(&mut self, other: &Self) {
+        let (nodes, values) = (self.nodes.len() as u32, self.values.len() as u32);
+        self.roots
+            .extend(other.roots.iter().map(|root| root + nodes));
+        self.nodes.extend(other.nodes.iter().map(|node| {
+            let behind = if node.feature == LEAF { values } else { nodes };
+            Node {
+                next: node.next + behind,
+                ..*node
+            }
+        }));
+        self.values.extend_from_slice(&other.values);
     }
 
     /// The correction for features.
