@@ -46,8 +46,7 @@ pub struct PolicyConfig {
     /// Largest standard deviation of the line of sight that counts of a place that is looked at, rad; default 0.026, 1.5 degrees.
     /// On the surface it is as many metres at 1 m, and more where the line of sight grazes it; the slack is that of 1 m.
     pub looked_rad: f64,
-    /// A prediction whose standard deviation is larger than this moves nothing, m; default 0.3: an early guess is halfway to the right
-    /// place.
+    /// A prediction whose standard deviation is larger than this moves nothing, m; default 0.2.
     pub unsure_m: f64,
     /// The same for one that would move the board away from a place that was looked at, m, unless that place is out of the
     /// question by then; default 0.08.
@@ -74,7 +73,7 @@ impl Default for PolicyConfig {
             deviations: 1.0,
             default_sd_m: 0.02,
             looked_rad: 0.026,
-            unsure_m: 0.3,
+            unsure_m: 0.2,
             sure_m: 0.08,
             margin_m: 0.005,
         }
