@@ -5,7 +5,7 @@ use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// `each(0)`, `each(1)` ... up to `count`, worked out on all cores, in this order: the outcome does not depend on how many there are.
+/// `each(0)` to `each(count - 1)`, worked out on all cores and returned in this order: the outcome does not depend on how many there are.
 ///
 /// The calling thread takes part; where no other can be started it works alone. A panic of `each` is passed on.
 ///
