@@ -297,6 +297,47 @@ fn slowed(mut reaches: Vec<LabelledReach>) -> Vec<LabelledReach> {
     reaches
 }
 
+/// Some hurry first and others at the end, always: the same hand has more way and more time left in one case than in the other.
+#[test]
+fn what_is_a_persons_own_is_learnt_from_touches() {
+    let of_person = |seed: u64, each: usize| -> Vec<LabelledReach> {
+        let mut made = reaches(seed, 1, each);
+        let skew = Sampler::new(seed).uniform(0.6, 1.7);
+        for reach in &mut made {
+            let whole_s = reach.contact_s;
+            let each = reach.frames.iter_mut();
+            each.for_each(|f| f.t_s = whole_s * (f.t_s / whole_s).powf(skew));
+            reach.person = Some(format!("of seed {seed}"));
+        }
+        made
+    };
+    let known: Vec<LabelledReach> = (100..112).flat_map(|seed| of_person(seed, 12)).collect();
+    let model = LearnedModel::train(&known, &LearnedConfig::default()).expect("good reaches");
+    let mut sums = [[0.0; 2]; 2];
+    for seed in 200..216 {
+        let made = of_person(seed, 20);
+        for (told, sums) in sums.iter_mut().enumerate() {
+            let mut estimator = model.estimator();
+            for (k, reach) in made.iter().enumerate() {
+                let all = follow(&mut estimator, &reach.frames);
+                let half = all[all.len() / 2];
+                let left = half.time_to_contact_s.expect("learnt");
+                if k >= 10 {
+                    sums[0] += half.point_m.distance(reach.contact_m);
+                    sums[1] += (half.t_s + left.mean_s - reach.contact_s).abs();
+                }
+                if told == 1 {
+                    estimator.touched(reach.contact_m, reach.contact_s);
+                }
+            }
+        }
+    }
+    let [[point_m, time_s], [told_m, told_s]] = sums.map(|s| s.map(|s| s / 160.0));
+    println!("half way: {point_m:.4} -> {told_m:.4} m, {time_s:.4} -> {told_s:.4} s");
+    assert!(told_m < 0.85 * point_m, "{point_m} {told_m}");
+    assert!(told_s < time_s, "{time_s} {told_s}");
+}
+
 #[test]
 fn hands_slower_than_all_that_were_learnt_from_are_foreseen_by_another_pace() {
     let known = reaches(1, 4, 15);

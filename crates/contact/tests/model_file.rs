@@ -166,7 +166,7 @@ fn each_damage_has_its_error() {
             r#"{{"format": "{expected}", "version": 9, "x": 1}}"#
         )),
         E::File(F::Version {
-            newest: 5,
+            newest: 6,
             found: 9
         })
     );
@@ -177,6 +177,7 @@ fn each_damage_has_its_error() {
         (&["inputs", "offsets_m"], Vec::<f64>::new().into()),
         (&["primitive"], Value::Null),
         (&["combination"], "regression".into()),
+        (&["blend", "own"], Value::Null),
     ] {
         let error = error(&with(path, value));
         assert!(matches!(error, E::FileLength { .. }), "{path:?}: {error}");
@@ -192,6 +193,9 @@ fn each_damage_has_its_error() {
         (&["gates", "width"], 0.0.into()),
         (&["ridges", "0", "outputs"], 0.into()),
         (&["ridges", "0", "outputs"], usize::MAX.into()),
+        (&["blend", "own", "sources", "0", "0"], 1.0.into()),
+        (&["blend", "own", "time", "5"], (-0.1).into()),
+        (&["blend", "own", "stretch", "2"], (-0.1).into()),
     ] {
         let error = error(&with(path, value));
         assert!(matches!(error, E::Argument(_)), "{path:?}: {error}");

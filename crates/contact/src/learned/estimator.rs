@@ -5,6 +5,7 @@ use super::blend::adaptation::{Adaptation, Pending};
 use super::blend::combination::{Blend, Region, between_knots, combine, placed, time_key};
 use super::blend::places::Places;
 use super::blend::sources::{Ends, SOURCES, Source, of_combination};
+use super::blend::stretch::WayLeft;
 use super::config::{Combination, Frame};
 use super::primitive::{Primitive, PrimitiveRun};
 use super::reach_track::{Inputs, ReachTrack};
@@ -116,7 +117,8 @@ impl ContactEstimator for LearnedEstimator {
         match self.alone.as_mut().filter(|_| answered_alone) {
             Some(alone) => alone.touched(contact_m, contact_s),
             None if contact_m.is_finite() && contact_s.is_finite() => {
-                self.adaptation.touched(contact_m, &self.learnt.blend);
+                let blend = &self.learnt.blend;
+                self.adaptation.touched(contact_m, contact_s, blend);
             }
             None => {}
         }
@@ -225,19 +227,25 @@ impl LearnedEstimator {
         let corrected = learnt.correction.at(&self.scaled, &self.gates);
         ends_m[Source::Trees as usize] = ends_m[Source::Start as usize].map(|e| e + corrected);
         let ends_m = of_combination(learnt.combination, learnt.frame, ends_m);
-        let left_s = outputs[learnt.time_from][3].max(0.0);
-        let hats = between_knots(&learnt.blend.knots, time_key(left_s));
+        let foreseen_s = outputs[learnt.time_from][3].max(0.0);
+        let hats = between_knots(&learnt.blend.knots, time_key(foreseen_s));
         let region = Region::between(&learnt.blend.regions, &self.gates);
-        let adapted = self.adaptation.at(&hats);
+        let adapted = self.adaptation.at(&hats, &learnt.blend.personal);
         let mut corrected_m = ends_m;
         for (end_m, bias_m) in corrected_m.iter_mut().zip(&adapted.bias_m) {
             *end_m = end_m.map(|end_m| end_m - *bias_m);
         }
         let combined = combine(&region, &corrected_m, &adapted.ratios)?;
+        let left = WayLeft {
+            now_m,
+            end_m: combined.point_m,
+            variance_m2: region.axis_variance_m2(),
+        };
+        let combined_m = left.stretched_m(adapted.stretch);
         let share = self.adaptation.share(&hats, region.share);
         let own_m = self.adaptation.own_m();
         let places = learnt.places.as_ref();
-        let (said_m, placed_m) = placed(places, &region, share, combined.point_m, own_m, None);
+        let (said_m, placed_m) = placed(places, &region, share, combined_m, own_m, None);
         let said_m = learnt
             .blend
             .arrival
@@ -255,8 +263,8 @@ impl LearnedEstimator {
             covariance_m2: Some(covariance(adapted.spread)),
             normal: normal.and_then(DVec3::try_normalize),
             time_to_contact_s: Some(TimeToContact {
-                mean_s: left_s,
-                sd_s: Some(region.time_sd_s()),
+                mean_s: (foreseen_s + adapted.late_s).max(0.0),
+                sd_s: Some(region.time_sd_s() * adapted.time_spread.sqrt()),
             }),
         };
         if !estimate.is_finite() {
@@ -267,7 +275,10 @@ impl LearnedEstimator {
             Pending {
                 ends_m,
                 squares_m2: Pending::squares_m2(&region),
-                combined_m: combined.point_m,
+                contact_s: t_s + foreseen_s,
+                time_s2: region.time_s2,
+                left,
+                combined_m,
                 placed_m,
                 said_m,
                 way_m2: region.placed * region.size_m2,

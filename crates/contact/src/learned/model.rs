@@ -142,6 +142,7 @@ impl LearnedModel {
             witnesses: &witnesses,
             places: places.as_ref(),
             people: &of_samples,
+            made: made.len(),
             near: (0..rows.regions)
                 .map(|k| {
                     (0..rows.len())

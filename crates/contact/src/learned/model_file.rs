@@ -3,6 +3,7 @@
 use super::account::{Account, InputUse, StageAccount};
 use super::blend::arrival::Arrival;
 use super::blend::combination::{Axes, Blend, KNOTS, Region};
+use super::blend::personal::Personal;
 use super::blend::places::Places;
 use super::blend::sources::{SOURCES, Source};
 use super::config::{Combination, Frame};
@@ -27,7 +28,7 @@ use std::sync::Arc;
 /// What a file of this crate calls itself, and the version written.
 const FORMAT: Format = Format {
     name: "hwall-contact learned model",
-    version: 5,
+    version: 6,
 };
 
 /// A whole file.
@@ -102,10 +103,23 @@ struct FileBlend {
     knots: [f64; KNOTS],
     factors: [f64; KNOTS],
     usual_distances: [f64; KNOTS],
-    personal: [f64; SOURCES],
+    /// Of all times left together, in a file from before version 6.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    personal: Option<[f64; SOURCES]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    own: Option<FilePersonal>,
     /// Keys of speeds, shares of the way at them, and ways, m; a model learnt from too little has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     arrival: Option<[[f64; 6]; 3]>,
+}
+
+/// What is a person's own, at the times left of the knots.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FilePersonal {
+    sources: [[f64; SOURCES]; KNOTS],
+    time: [f64; KNOTS],
+    stretch: [f64; KNOTS],
 }
 
 #[derive(Serialize, Deserialize)]
@@ -308,7 +322,12 @@ impl File {
                 knots: blend.knots,
                 factors: blend.factors,
                 usual_distances: blend.usual_distances,
-                personal: blend.personal,
+                personal: None,
+                own: Some(FilePersonal {
+                    sources: blend.personal.sources,
+                    time: blend.personal.time,
+                    stretch: blend.personal.stretch,
+                }),
                 arrival: (blend.arrival != Arrival::NONE).then_some([
                     blend.arrival.keys,
                     blend.arrival.shares,
@@ -365,6 +384,18 @@ impl File {
         }
         for usual in self.blend.usual_distances {
             positive("usual distance", usual)?;
+        }
+        let own = self.blend.own.as_ref();
+        let sources = own.map(|own| own.sources.as_flattened());
+        let shares = sources.or(self.blend.personal.as_ref().map(|shares| &shares[..]));
+        length("what is a person's own", 1, usize::from(shares.is_some()))?;
+        let times = own.map(|own| &own.time[..]);
+        for share in shares.into_iter().chain(times).flatten() {
+            let ok = (0.0..1.0).contains(share);
+            that(ok, "share that is a person's own", *share, "0 to below 1")?;
+        }
+        for variance in own.map(|own| &own.stretch).into_iter().flatten() {
+            non_negative("variance of the stretch", *variance)?;
         }
         if let Some([keys, shares, ways_m]) = &self.blend.arrival {
             for pair in keys.windows(2) {
@@ -484,7 +515,18 @@ impl File {
                 knots: self.blend.knots,
                 factors: self.blend.factors,
                 usual_distances: self.blend.usual_distances,
-                personal: self.blend.personal,
+                personal: match (self.blend.own, self.blend.personal) {
+                    (Some(own), _) => Personal {
+                        sources: own.sources,
+                        time: own.time,
+                        stretch: own.stretch,
+                    },
+                    // Times and ways were not adapted then.
+                    (None, sources) => Personal {
+                        sources: [sources.unwrap_or_default(); KNOTS],
+                        ..Personal::even(0.0)
+                    },
+                },
                 arrival: self
                     .blend
                     .arrival
@@ -552,5 +594,56 @@ fn absorb_value(digest: &mut Digest, value: &Value) {
                 absorb_value(digest, value);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ContactEstimator, LearnedConfig};
+    use hwall_hand::{HandFrame, HandPoint, LabelledReach};
+    use serde_json::json;
+
+    fn reach(number: u8) -> LabelledReach {
+        let to_m = DVec3::new(0.5, 0.03 * f64::from(number), 0.01 * f64::from(number % 3));
+        let frame = |k: u32| {
+            let share = f64::from(k) / 60.0;
+            let mut frame = HandFrame::empty(0.8 * share);
+            frame.set_point(HandPoint::Index, Some(to_m * share * share));
+            frame
+        };
+        LabelledReach::new(HandPoint::Index, (0..=60).map(frame).collect(), to_m, 0.8)
+    }
+
+    /// Version 5 knew one share for all times left, and neither time nor ways of a person's own.
+    #[test]
+    fn a_file_of_the_version_before_is_read() {
+        let reaches: Vec<LabelledReach> = (0..9).map(reach).collect();
+        let model = LearnedModel::train(&reaches, &LearnedConfig::default()).expect("reaches");
+        let mut file: Value = serde_json::from_str(&model.to_json()).expect("JSON");
+        file["version"] = json!(5);
+        let blend = file["blend"].as_object_mut().expect("an object");
+        blend.remove("own");
+        blend.insert("personal".to_owned(), json!([0.1, 0.2, 0.3, 0.4, 0.5]));
+        file["digest"] = digest(&file).into();
+        let read = LearnedModel::from_json(&file.to_string()).expect("an old file");
+        let personal = read.learnt.blend.personal;
+        assert_eq!(personal.sources, [[0.1, 0.2, 0.3, 0.4, 0.5]; KNOTS]);
+        assert_eq!(
+            (personal.time, personal.stretch),
+            ([0.0; KNOTS], [0.0; KNOTS])
+        );
+        let answers = |model: &LearnedModel| -> Vec<_> {
+            let mut estimator = model.estimator();
+            estimator.begin();
+            reaches[4]
+                .frames
+                .iter()
+                .map(|f| estimator.step(f))
+                .collect()
+        };
+        assert_eq!(answers(&read), answers(&model));
+        // Written again it is of this version.
+        assert!(read.to_json().contains("\"version\":6"));
     }
 }

@@ -1,18 +1,22 @@
 //! What the touches of one person in one room teach beyond what was learnt from others.
 
-use crate::learned::blend::combination::{Blend, KNOTS, Region};
+use crate::learned::blend::combination::{Blend, KNOTS, Region, nearest_knot};
+use crate::learned::blend::lateness::Lateness;
 use crate::learned::blend::misses::Misses;
+use crate::learned::blend::personal::Personal;
 use crate::learned::blend::places::OWN_ENDS;
 use crate::learned::blend::sources::{Ends, SOURCES};
+use crate::learned::blend::stretch::{Stretch, WayLeft, Ways};
 use crate::learned::blend::training::MOST_DISTANCE;
 use glam::{DMat3, DVec3};
 
 /// An older touch counts this much less than the next one.
 const FORGETTING: f64 = 0.92;
-/// What was learnt from others counts as so many touches, for the sizes of the sources' errors, for the spread and for
-/// the places.
-const PRIOR_RATIO: f64 = 4.0;
+/// What was learnt from others counts as so many touches: for the sizes of the sources' errors, which say little about the next ones;
+/// for the spread, at all times left and at one of them; for the places.
+const PRIOR_RATIO: f64 = 40.0;
 const PRIOR_SPREAD: f64 = 6.0;
+const PRIOR_STAGE: f64 = 12.0;
 const PRIOR_SHARE: f64 = 4.0;
 /// Squared errors beyond this many times the usual count as that many.
 const MOST_RATIO: f64 = 60.0;
@@ -23,17 +27,26 @@ const ALIKE: f64 = 0.5;
 /// Largest share of one error that is taken for lasting.
 const MOST_GAIN: f64 = 0.7;
 /// Share of a lasting error's variance that is added with every touch: habits and rooms drift.
-const DRIFT: f64 = 0.02;
+pub(super) const DRIFT: f64 = 0.02;
+/// Of several estimates at about the same time left, the latest counts for at least so much of their mean.
+const LATEST: f64 = 0.2;
 /// Bounds of the factor on the covariance.
 const SPREADS: [f64; 2] = [0.4, 12.0];
+/// Of that at one time left beside it.
+const STAGE_SPREADS: [f64; 2] = [0.3, 4.0];
 
 /// What one estimate said, until the contact tells whether it was right.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::learned) struct Pending {
-    /// By each source, before any correction, m.
+    /// By each source, before any correction, m: the mean of those at about the same time left, as the next two are.
     pub(in crate::learned) ends_m: Ends,
     /// Mean square of the error of each source that was expected, m².
     pub(in crate::learned) squares_m2: [f64; SOURCES],
+    /// When the contact was foreseen, before any correction, s, and the mean square of the error that was expected, s².
+    pub(in crate::learned) contact_s: f64,
+    pub(in crate::learned) time_s2: f64,
+    /// The way left, before it is stretched.
+    pub(in crate::learned) left: WayLeft,
     /// The combination, the places near it, and what was said, m.
     pub(in crate::learned) combined_m: DVec3,
     pub(in crate::learned) placed_m: Option<DVec3>,
@@ -58,6 +71,10 @@ struct Stage {
     /// Sums for the way to the places.
     towards: f64,
     way: f64,
+    stretch: Stretch,
+    late: Lateness,
+    /// The squared size of errors here, in units of that at all times left.
+    spread: f64,
 }
 
 /// Touches of one person in one room.
@@ -68,8 +85,8 @@ pub(in crate::learned) struct Adaptation {
     said: Said,
     /// What was said in the reach before, while it is not certain that the next one has begun.
     before: Option<Said>,
-    /// The squared size of errors, in units of what was learnt from others, and how many touches say so, older ones
-    /// counting less.
+    /// The squared size of errors at all times left, in units of what was learnt from others, and how many touches say so,
+    /// older ones counting less.
     spread: f64,
     judged: f64,
     /// The last touches, m, in a ring.
@@ -82,16 +99,21 @@ pub(in crate::learned) struct Adaptation {
 /// What was said in one reach.
 #[derive(Debug, Clone, Copy)]
 struct Said {
-    /// Last, at each time left.
+    /// Of those at each time left the last, with means over them.
     pending: [Option<Pending>; KNOTS],
+    /// How many there were.
+    counts: [f64; KNOTS],
     /// In all.
     misses: [Misses; KNOTS],
+    ways: [Ways; KNOTS],
 }
 
 impl Said {
     const NOTHING: Self = Self {
         pending: [None; KNOTS],
+        counts: [0.0; KNOTS],
         misses: [Misses::NONE; KNOTS],
+        ways: [Ways::NONE; KNOTS],
     };
 }
 
@@ -101,21 +123,29 @@ pub(in crate::learned) struct Adapted {
     pub(in crate::learned) bias_m: [DVec3; SOURCES],
     pub(in crate::learned) ratios: [f64; SOURCES],
     pub(in crate::learned) spread: f64,
+    /// Share by which the way left is longer.
+    pub(in crate::learned) stretch: f64,
+    /// How much later the contact is, s, and the factor on the variance of that.
+    pub(in crate::learned) late_s: f64,
+    pub(in crate::learned) time_spread: f64,
 }
 
 impl Adaptation {
-    pub(in crate::learned) fn new(personal: &[f64; SOURCES]) -> Self {
-        let stage = Stage {
+    pub(in crate::learned) fn new(personal: &Personal) -> Self {
+        let stage = |k: usize| Stage {
             bias_m: [DVec3::ZERO; SOURCES],
-            doubt: *personal,
+            doubt: personal.sources[k],
             odd_m: [None; SOURCES],
             ratio: [0.0; SOURCES],
             touches: 0.0,
             towards: 0.0,
             way: 0.0,
+            stretch: Stretch::NONE,
+            late: Lateness::unknown(personal.time[k]),
+            spread: 1.0,
         };
         Self {
-            stages: [stage; KNOTS],
+            stages: std::array::from_fn(stage),
             said: Said::NOTHING,
             before: None,
             spread: 1.0,
@@ -156,13 +186,17 @@ impl Adaptation {
     }
 
     /// Between stages, by the weights of the knots.
-    pub(in crate::learned) fn at(&self, hats: &[f64; KNOTS]) -> Adapted {
+    pub(in crate::learned) fn at(&self, hats: &[f64; KNOTS], personal: &Personal) -> Adapted {
         let mut out = Adapted {
             bias_m: [DVec3::ZERO; SOURCES],
             ratios: [0.0; SOURCES],
-            spread: self.spread.clamp(SPREADS[0], SPREADS[1]),
+            spread: 0.0,
+            stretch: 0.0,
+            late_s: 0.0,
+            time_spread: 0.0,
         };
-        for (stage, &hat) in self.stages.iter().zip(hats) {
+        let stages = self.stages.iter().zip(&personal.stretch);
+        for ((stage, &variance), &hat) in stages.zip(hats) {
             if hat <= 0.0 {
                 continue;
             }
@@ -171,6 +205,10 @@ impl Adaptation {
                 out.ratios[k] +=
                     hat * (PRIOR_RATIO + stage.ratio[k]) / (PRIOR_RATIO + stage.touches);
             }
+            out.spread += hat * (self.spread * stage.spread).clamp(SPREADS[0], SPREADS[1]);
+            out.stretch += hat * stage.stretch.share(variance);
+            out.late_s += hat * stage.late.mean_s;
+            out.time_spread += hat * stage.late.variance();
         }
         out
     }
@@ -184,34 +222,46 @@ impl Adaptation {
         shares.zip(hats).map(|(s, h)| s * h).sum()
     }
 
-    /// Remembers what an estimate said. Of several at about the same time left the last counts for the sources; all
-    /// count for the spread: errors are not alike on both sides of a time left.
+    /// Remembers what an estimate said. Of several at about the same time left the later ones count for the places and more for
+    /// the sources; all count alike for the spread and the stretch: errors are not alike on both sides of a time left.
     pub(in crate::learned) fn remember(&mut self, hats: &[f64; KNOTS], pending: Pending) {
-        let mut nearest = 0;
-        for k in 1..KNOTS {
-            if hats[k] > hats[nearest] {
-                nearest = k;
-            }
-        }
-        self.said.misses[nearest].add(pending.said_m, pending.covariance_m2);
-        self.said.pending[nearest] = Some(pending);
+        let nearest = nearest_knot(hats);
+        let said = &mut self.said;
+        said.misses[nearest].add(pending.said_m, pending.covariance_m2);
+        said.ways[nearest].add(&pending.left);
+        said.counts[nearest] += 1.0;
+        let latest = (1.0 / said.counts[nearest]).max(LATEST);
+        let before = said.pending[nearest].as_ref();
+        said.pending[nearest] = Some(before.map_or(pending, |b| pending.averaged(b, latest)));
     }
 
     /// The reach has ended with a touch, m.
-    pub(in crate::learned) fn touched(&mut self, contact_m: DVec3, blend: &Blend) {
+    pub(in crate::learned) fn touched(&mut self, contact_m: DVec3, contact_s: f64, blend: &Blend) {
         let (mut surprise, mut counted, mut judged) = (0.0, 0.0, 0.0);
         let said = self.before.as_mut().unwrap_or(&mut self.said);
-        let stages = self.stages.iter_mut().zip(&mut said.pending);
-        for (stage, pending) in stages {
+        let each = said.pending.iter_mut().zip(&mut said.ways);
+        for (k, (pending, ways)) in each.enumerate() {
+            let stage = &mut self.stages[k];
             if let Some(pending) = pending.take() {
-                stage.learn(&pending, contact_m, &blend.personal);
+                stage.learn(&pending, contact_m, &blend.personal.sources[k]);
+                let late_s = contact_s - pending.contact_s;
+                stage.late.learn(late_s, pending.time_s2);
             }
+            let ways = std::mem::replace(ways, Ways::NONE);
+            stage.stretch.learn(&ways, contact_m);
         }
-        for (misses, usual) in said.misses.iter_mut().zip(&blend.usual_distances) {
+        said.counts = [0.0; KNOTS];
+        let each = said.misses.iter_mut().zip(&blend.usual_distances);
+        for ((misses, usual), stage) in each.zip(&mut self.stages) {
             if let Some(distance) = misses.take(contact_m) {
+                let own = self.spread * stage.spread;
                 surprise += distance.min(SURPRISE * MOST_DISTANCE) / usual;
-                counted += (distance / self.spread).min(MOST_DISTANCE) / usual;
+                let ratio = (distance / own).min(MOST_DISTANCE) / usual;
+                counted += ratio;
                 judged += 1.0;
+                let gain = 1.0 / (PRIOR_STAGE + self.judged);
+                let spread = stage.spread * (1.0 + gain * (ratio - 1.0));
+                stage.spread = spread.clamp(STAGE_SPREADS[0], STAGE_SPREADS[1]);
             }
         }
         if judged > 0.0 {
@@ -272,6 +322,21 @@ impl Pending {
     /// What is expected of the errors of the sources, m².
     pub(in crate::learned) fn squares_m2(region: &Region) -> [f64; SOURCES] {
         std::array::from_fn(|k| region.moments[k][k] * region.size_m2)
+    }
+
+    /// The mean with those before; the latest counts for so much.
+    fn averaged(mut self, before: &Self, latest: f64) -> Self {
+        let mean = |before: f64, now: f64| before + (now - before) * latest;
+        for (k, end_m) in self.ends_m.iter_mut().enumerate() {
+            *end_m = match (before.ends_m[k], *end_m) {
+                (Some(before_m), Some(now_m)) => Some(before_m.lerp(now_m, latest)),
+                (before_m, now_m) => now_m.or(before_m),
+            };
+            self.squares_m2[k] = mean(before.squares_m2[k], self.squares_m2[k]);
+        }
+        self.contact_s = mean(before.contact_s, self.contact_s);
+        self.time_s2 = mean(before.time_s2, self.time_s2);
+        self
     }
 }
 

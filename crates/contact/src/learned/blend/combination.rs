@@ -2,6 +2,7 @@
 //! were held out.
 
 use crate::learned::blend::arrival::Arrival;
+use crate::learned::blend::personal::Personal;
 use crate::learned::blend::places::Places;
 use crate::learned::blend::quantiles::{SENSOR_M, sensor};
 use crate::learned::blend::sources::{Ends, Pairs, SOURCES, Source, weights};
@@ -110,6 +111,11 @@ impl Region {
             .exp()
     }
 
+    /// Mean square of the error before places were considered, in each axis, m².
+    pub(in crate::learned) fn axis_variance_m2(&self) -> f64 {
+        self.unplaced * self.size_m2 / 3.0
+    }
+
     /// Standard deviation of the time left, s.
     pub(in crate::learned) fn time_sd_s(&self) -> f64 {
         self.time_s2.sqrt().max(CLOCK_S)
@@ -193,8 +199,8 @@ pub(in crate::learned) struct Blend {
     pub(in crate::learned) factors: [f64; KNOTS],
     /// Mean squared distance from the truth at those times left, in standard deviations and per axis.
     pub(in crate::learned) usual_distances: [f64; KNOTS],
-    /// Share of the error of each source that is one person's own.
-    pub(in crate::learned) personal: [f64; SOURCES],
+    /// What of the errors is one person's own.
+    pub(in crate::learned) personal: Personal,
 }
 
 /// A time left as it is compared, dimensionless.
@@ -215,6 +221,17 @@ pub(in crate::learned) fn between_knots(knots: &[f64; KNOTS], key: f64) -> [f64;
         }
     }
     out
+}
+
+/// The knot that counts most.
+pub(in crate::learned) fn nearest_knot(hats: &[f64; KNOTS]) -> usize {
+    let mut nearest = 0;
+    for k in 1..KNOTS {
+        if hats[k] > hats[nearest] {
+            nearest = k;
+        }
+    }
+    nearest
 }
 
 impl Blend {
@@ -259,7 +276,7 @@ pub(in crate::learned) fn placed(
     own_m: &[DVec3],
     without: Option<usize>,
 ) -> (DVec3, Option<DVec3>) {
-    let square_m2 = region.unplaced * region.size_m2 / 3.0;
+    let square_m2 = region.axis_variance_m2();
     let nearest = places.and_then(|p| p.nearest(point_m, square_m2, own_m, without));
     let drawn_m = nearest.map_or(point_m, |p| point_m.lerp(p, share));
     (drawn_m, nearest)

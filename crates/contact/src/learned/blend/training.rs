@@ -4,6 +4,7 @@ use crate::learned::blend::arrival::{Arrival, Stop};
 use crate::learned::blend::combination::{
     Axes, Blend, Combined, KNOTS, Region, between_knots, combine, disagreement, placed, time_key,
 };
+use crate::learned::blend::personal::{Personal, lasting};
 use crate::learned::blend::places::Places;
 use crate::learned::blend::quantiles::{SENSOR_M, sensor, trace, weighted_quantile};
 use crate::learned::blend::sources::{Ends, SOURCES};
@@ -50,6 +51,8 @@ pub(in crate::learned) struct Evidence<'a> {
     pub(in crate::learned) places: Option<&'a Places>,
     /// The person of each sample, by number.
     pub(in crate::learned) people: &'a [usize],
+    /// How many reaches were made; those behind them are copies at another pace.
+    pub(in crate::learned) made: usize,
     /// The rows that count in each region.
     pub(in crate::learned) near: Vec<Vec<usize>>,
 }
@@ -70,6 +73,15 @@ impl Evidence<'_> {
 }
 
 impl Evidence<'_> {
+    /// How many reaches there are, by their weights.
+    pub(super) fn reaches(&self) -> f64 {
+        self.samples.iter().map(|s| s.weight).sum()
+    }
+
+    pub(super) fn person_count(&self) -> usize {
+        1 + self.people.iter().copied().max().unwrap_or(0)
+    }
+
     fn folds(&self) -> usize {
         self.samples.iter().map(|s| s.fold + 1).max().unwrap_or(0)
     }
@@ -136,7 +148,7 @@ impl Blend {
             ..
         } = if world.score > way.score { world } else { way };
         blend.arrival = arrival;
-        blend.personal = personal(evidence, &blend.regions);
+        blend.personal = Personal::of(evidence, &combined, &blend);
         (blend, HeldOut { points_m, optimism })
     }
 }
@@ -349,7 +361,7 @@ fn calibrated(
         knots,
         factors: [1.0; KNOTS],
         usual_distances: [1.0; KNOTS],
-        personal: [0.1; SOURCES],
+        personal: Personal::even(0.1),
     };
     let judged: Vec<Judged> = evidence
         .each()
@@ -438,7 +450,7 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
     // There are fewer independent errors than reaches, for those of one person are alike. A new error lies below their quantile less
     // often than they do, and a covariance learnt from few is too small for new ones.
     let level = (0.9 * (independent + 1.0) / independent).min(LEVEL_MOST);
-    let reaches: f64 = evidence.samples.iter().map(|s| s.weight).sum();
+    let reaches = evidence.reaches();
     // Weights, inputs and spreads are chosen on the same errors.
     let few = ((reaches + 1.0) / (reaches - CHOSEN).max(1.0)).min(FEW_MOST);
     let plain: Vec<f64> = judged
@@ -504,9 +516,12 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
 const MOMENTS: [f64; 8] = [0.1, 0.25, 0.4, 0.55, 0.7, 0.8, 0.9, 1.0];
 /// Rounds in which the factors on the covariance are made even over them.
 const EVEN_ROUNDS: usize = 8;
+/// So much of that is changed by the progress. With half of it 90 % regions are more even by 1 point in the middle of a reach, but
+/// less sharp by 2 % at its end.
+const BY_PROGRESS: f64 = 0.4;
 
-/// Changes the factors at the times left so that 90 % regions hold 90 % at every true moment, as far as the estimated time
-/// left tells the moments apart.
+/// Changes the spreads and the factors at the times left so that 90 % regions hold 90 % at every true moment, as far as progress
+/// and estimated time left tell the moments apart.
 fn even(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, plain: &[f64], level: f64) {
     let moments: Vec<usize> = evidence
         .each()
@@ -536,14 +551,28 @@ fn even(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, plain: &[f64]
                 .clamp(0.2, 5.0)
                 .ln()
         });
-        for (k, factor) in blend.factors.iter_mut().enumerate() {
+        // Partly by the time left, partly by the progress: neither alone tells the moments apart.
+        let by = |part: f64, rows: &mut dyn Iterator<Item = (usize, f64)>| {
             let (mut sum, mut total) = (0.0, f64::MIN_POSITIVE);
-            for (row, j) in judged.iter().enumerate() {
-                let weight = j.hats[k] * evidence.samples[row].weight;
+            for (row, weight) in rows {
                 sum += weight * missing[moments[row]];
                 total += weight;
             }
-            *factor *= (sum / total).exp();
+            (part * sum / total).exp()
+        };
+        for (k, factor) in blend.factors.iter_mut().enumerate() {
+            let rows = judged.iter().zip(evidence.samples).enumerate();
+            *factor *= by(
+                1.0 - BY_PROGRESS,
+                &mut rows.map(|(row, (j, s))| (row, j.hats[k] * s.weight)),
+            );
+        }
+        for (k, region) in blend.regions.iter_mut().enumerate() {
+            let rows = evidence.rows_of(k).iter();
+            region.spread *= by(
+                BY_PROGRESS,
+                &mut rows.map(|&row| (row, evidence.weight(row, k))),
+            );
         }
     }
 }
@@ -570,58 +599,14 @@ fn log_score(evidence: &Evidence, judged: &[Judged], blend: &mut Blend) -> f64 {
     sum / total
 }
 
-/// Which share of the error of each source stays the same from reach to reach of one person.
-fn personal(evidence: &Evidence, regions: &[Region]) -> [f64; SOURCES] {
-    std::array::from_fn(|k| {
-        lasting(evidence, |row| {
-            let miss_m = evidence.witnesses[row].ends_m[k]? - evidence.samples[row].end_m;
-            let region = Region::between(regions, evidence.rows.gates(row));
-            Some(miss_m / (region.moments[k][k] * region.size_m2).sqrt())
-        })
-    })
-}
-
 /// How many independent errors the estimates have: reaches of one person are alike [Kish 1965, section 5.4].
 fn independent(evidence: &Evidence, points_m: &[DVec3], regions: &[Region]) -> f64 {
-    let alike = lasting(evidence, |row| {
+    let alike = lasting(evidence, 1.0, |row| {
         let region = Region::between(regions, evidence.rows.gates(row));
         let miss_m = points_m[row] - evidence.samples[row].end_m;
         Some(miss_m / (region.unplaced * region.size_m2).sqrt())
     });
-    let reaches: f64 = evidence.samples.iter().map(|s| s.weight).sum();
-    let people = 1 + evidence.people.iter().copied().max().unwrap_or(0);
-    reaches / (1.0 + (reaches / people as f64 - 1.0).max(0.0) * alike)
+    let reaches = evidence.reaches();
+    let each = reaches / evidence.person_count() as f64;
+    reaches / (1.0 + (each - 1.0).max(0.0) * alike)
 }
-
-/// The share of errors, in units of their usual size, that stays the same from reach to reach of one person: variance
-/// of the means of people, less what the mean of so many reaches has by chance.
-fn lasting(evidence: &Evidence, miss: impl Fn(usize) -> Option<DVec3>) -> f64 {
-    let people = 1 + evidence.people.iter().copied().max().unwrap_or(0);
-    // Sums of the errors, of their squares and of the weights.
-    let mut sums = vec![(DVec3::ZERO, 0.0, 0.0); people];
-    for (row, sample) in evidence.samples.iter().enumerate() {
-        let Some(miss) = miss(row).filter(|m| m.is_finite()) else {
-            continue;
-        };
-        let miss = miss.clamp_length_max(CLIP);
-        let (sum, square, n) = &mut sums[evidence.people[row]];
-        *sum += miss * sample.weight;
-        *square += miss.length_squared() * sample.weight;
-        *n += sample.weight;
-    }
-    let (mut between, mut within, mut n) = (0.0, 0.0, 0.0);
-    for (sum, square, reaches) in sums.into_iter().filter(|s| s.2 > 1.5) {
-        let mean = (sum / reaches).length_squared();
-        let own = (square / reaches - mean).max(0.0) * reaches / (reaches - 1.0);
-        between += (mean - own / reaches).max(0.0);
-        within += own;
-        n += 1.0;
-    }
-    if n < 2.0 {
-        return UNKNOWN_SHARE;
-    }
-    (between / (between + within).max(1e-9)).clamp(0.02, 0.9)
-}
-
-/// The share that lasts where only one person is known.
-const UNKNOWN_SHARE: f64 = 0.03;
