@@ -18,6 +18,7 @@ use hwall::haptics::Board;
 use hwall::scene::Scene;
 use hwall::{LikelyTouches, facets_of};
 use hwall_motion::{MotionConfig, MotionLimits};
+use hwall_numeric::parallel;
 
 /// How far the base may be moved from the origin of the scene along each axis, m, and in which steps, m.
 const RANGE_M: f64 = 0.2;
@@ -53,25 +54,13 @@ pub fn base_by_arrival(
     eprintln!("looking for a place for the base, then rehearsing: a minute or two");
     let mut places = places_by_arrival(scene, arm, board, touches)?;
     places.insert(0, FloorPose::ORIGIN);
-    // One after the other on each half: a rehearsal takes seconds.
-    let (even, odd) = std::thread::scope(|scope| {
-        let shares = |first: usize| -> Vec<anyhow::Result<f64>> {
-            let of_half = places.iter().skip(first).step_by(2);
-            of_half
-                .map(|place| rehearsed_share(scene, arm, board, kind, *place))
-                .collect()
-        };
-        let other = scope.spawn(move || shares(1));
-        let even = shares(0);
-        other.join().map(|odd| (even, odd))
-    })
-    .map_err(|_| anyhow::anyhow!("--base-from arrival: a rehearsal broke off"))?;
-    let (mut even, mut odd) = (even.into_iter(), odd.into_iter());
+    let shares = parallel::map(places.len(), |place| {
+        rehearsed_share(scene, arm, board, kind, places[place])
+    });
     let mut best: Option<(FloorPose, f64)> = None;
-    for (i, place) in places.iter().enumerate() {
-        let next = if i % 2 == 0 { even.next() } else { odd.next() };
+    for (place, share) in places.iter().zip(shares) {
         // A place from which these people cannot be served is none.
-        let Some(Ok(in_place)) = next else { continue };
+        let Ok(in_place) = share else { continue };
         let served = in_place * reached_share(arm, touches, *place)?;
         if best.is_none_or(|(_, most)| served > most) {
             best = Some((*place, served));
@@ -163,13 +152,7 @@ fn places_by_arrival(
             Err(error) => Err(anyhow::Error::from(error)),
         }
     };
-    let at_heights: Vec<anyhow::Result<Vec<ArrivalPlacement>>> = std::thread::scope(|scope| {
-        let at_height = &at_height;
-        let searches = HEIGHTS_M.map(|z_m| scope.spawn(move || at_height(z_m)));
-        let broke_off = |_| anyhow::anyhow!("--base-from arrival: a search broke off");
-        let found = searches.map(|search| search.join().map_err(broke_off).flatten());
-        found.into()
-    });
+    let at_heights = parallel::map(HEIGHTS_M.len(), |height| at_height(HEIGHTS_M[height]));
     let mut found: Vec<ArrivalPlacement> = Vec::new();
     for places in at_heights {
         found.extend(places?);

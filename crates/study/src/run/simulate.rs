@@ -6,11 +6,9 @@ use crate::error::StudyError;
 use crate::participant::{ParticipantConfig, SimulatedParticipant};
 use crate::present::{Presentation, Rendered, SimulatedStage, Stimulus};
 use crate::protocol::{Participants, Planned, PlannedTrial, Procedure, Protocol};
+use hwall_numeric::parallel;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
 /// How a study is simulated.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -176,31 +174,9 @@ fn make_ahead(
             );
         }
     }
-    let next = AtomicUsize::new(0);
-    let made = Mutex::new(Ok(Made::new()));
-    let work = || {
-        while let Some((condition, key)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let rendered = one(protocol, stage, *condition, *key);
-            // A worker that panicked has ended the scope.
-            let mut made = made
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner);
-            match (&mut *made, rendered) {
-                (Ok(made), Ok(rendered)) => {
-                    made.insert(*key, rendered);
-                }
-                (Ok(_), Err(error)) => *made = Err(error),
-                (Err(_), _) => return,
-            }
-        }
-    };
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    thread::scope(|scope| {
-        for _ in 1..cores.min(jobs.len()) {
-            scope.spawn(work);
-        }
-        work();
+    let made = parallel::map(jobs.len(), |job| {
+        let (condition, key) = jobs[job];
+        Ok((key, one(protocol, stage, condition, key)?))
     });
-    made.into_inner()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
+    made.into_iter().collect()
 }
