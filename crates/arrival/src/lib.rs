@@ -15,7 +15,7 @@ pub mod waiting;
 
 pub use board::BoardExtent;
 pub use error::ArrivalError;
-pub use passage::ClearanceConfig;
+pub use passage::{BLOCKED_S_PER_M, ClearanceConfig};
 pub use strain::StrainConfig;
 pub use surfaces::Surfaces;
 pub use target::{TouchRange, WallShare, WeightedTarget, targets_of_facets, targets_of_maps};

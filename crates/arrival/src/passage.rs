@@ -47,6 +47,13 @@ impl ClearanceConfig {
     }
 }
 
+/// How much longer a way takes that has to be bent, for each metre that the straight motion of the joints comes too near, s/m.
+///
+/// Source: 1,900 ways of `hwall`'s board from its waiting posture to the touches of 100 simulated people in the built-in room. Those
+/// whose face would come 4 to 6 cm before a surface took 0.04 to 0.10 s longer in the median, those with 10 to 13 cm 0.19 to 0.25 s,
+/// those with 16 to 20 cm 0.33 to 0.38 s; below 2 cm 0.01 s.
+pub const BLOCKED_S_PER_M: f64 = 2.2;
+
 /// Shares of a way at which it is looked at: few, for a search.
 pub(crate) const COARSE: &[f64] = &[0.88, 0.7, 0.97, 0.4];
 /// The same for a choice; towards the end more densely, where the face comes to the surface.
@@ -116,29 +123,29 @@ impl Passage<'_> {
         to: &JointPositions,
         shares: impl IntoIterator<Item = f64>,
     ) -> f64 {
-        let end = self.standing(to);
-        let allowed_m = self.allowed_m(end);
-        let on_way = shares
-            .into_iter()
-            .map(|share| self.standing(&between(from, to, share)))
-            .map(|standing| self.excess_of_m(standing, allowed_m));
-        on_way.fold(self.excess_of_m(end, allowed_m).max(0.0), f64::max)
+        self.excess_within_m(from, to, shares, f64::INFINITY)
+            .unwrap_or(f64::INFINITY)
     }
 
-    /// Does a straight motion of the joints keep all distances, at these shares of it and at its end?
-    pub(crate) fn is_clear(
+    /// The same; `None` as soon as it is more than `most_m`.
+    pub(crate) fn excess_within_m(
         &self,
         from: &JointPositions,
         to: &JointPositions,
-        shares: &[f64],
-    ) -> bool {
+        shares: impl IntoIterator<Item = f64>,
+        most_m: f64,
+    ) -> Option<f64> {
         let end = self.standing(to);
         let allowed_m = self.allowed_m(end);
-        let keeps = |standing| self.excess_of_m(standing, allowed_m) <= 0.0;
-        keeps(end)
-            && shares
-                .iter()
-                .all(|&share| keeps(self.standing(&between(from, to, share))))
+        let mut excess_m = self.excess_of_m(end, allowed_m).max(0.0);
+        for share in shares {
+            if excess_m > most_m {
+                return None;
+            }
+            let standing = self.standing(&between(from, to, share));
+            excess_m = excess_m.max(self.excess_of_m(standing, allowed_m));
+        }
+        (excess_m <= most_m).then_some(excess_m)
     }
 }
 

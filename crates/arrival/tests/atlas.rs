@@ -92,7 +92,7 @@ fn times_are_near_the_least() {
     // Nothing but time counts: the least itself, but for the steps of arm angles.
     let greedy = atlas_with(&AtlasConfig {
         seam_price_s: 0.0,
-        blocked_price_s: 0.0,
+        blocked_s_per_m: 0.0,
         strain: StrainConfig {
             price_s: 0.0,
             ..StrainConfig::default()
@@ -413,7 +413,7 @@ fn bad_input_is_named() {
         |c| c.candidates = usize::MAX,
         |c| c.seam_rad = 0.0,
         |c| c.seam_price_s = -1.0,
-        |c| c.blocked_price_s = f64::INFINITY,
+        |c| c.blocked_s_per_m = f64::INFINITY,
         |c| c.strain.room_rad = 0.0,
         |c| c.clearance.margin_m = -1.0,
         |c| c.off_m = f64::NAN,

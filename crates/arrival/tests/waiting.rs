@@ -64,13 +64,8 @@ fn the_posture_is_behind_the_walls_and_in_time() {
         [20.0, 20.0, 0.0, -110.0, 0.0, -40.0, 0.0],
     ] {
         let there = judged(JointPositions::from_deg(other));
-        let price = |p: &hwall_arrival::WaitingPosture| {
-            p.mean_arrival_s + config.blocked_price_s * (1.0 - p.clear_share)
-        };
-        assert!(
-            price(&here.posture) < price(&there.posture) + 0.02,
-            "{other:?}"
-        );
+        let (here, there) = (here.posture.in_time_share, there.posture.in_time_share);
+        assert!(here > there - 0.01, "{other:?}: {here}, {there}");
     }
 }
 
@@ -120,7 +115,7 @@ fn arrivals_are_what_they_amount_to() {
     assert!(arrivals.share_within(middle) >= 0.5);
     // Expected in time: the chance that a budget is longer than the way, of all targets.
     let priceless = WaitingConfig {
-        blocked_price_s: 0.0,
+        blocked_s_per_m: 0.0,
         ..exact
     };
     let expected = judged(&priceless);
@@ -292,7 +287,7 @@ fn bad_input_is_named() {
         |c| c.most_targets = 0,
         |c| c.starts = 0,
         |c| c.start_from = vec![JointPositions([f64::NAN; 7])],
-        |c| c.blocked_price_s = f64::NAN,
+        |c| c.blocked_s_per_m = f64::NAN,
     ];
     for (i, change) in changes.iter().enumerate() {
         let mut config = quick();

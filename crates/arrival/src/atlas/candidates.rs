@@ -27,15 +27,10 @@ impl Pricing<'_> {
         self.limits.travel_time_s(self.waiting, q) + strain
     }
 
-    /// The price of a way that is not clear, s; it rises with what is lacking, at ten seconds a metre.
+    /// The price of a way that is not clear, s; it rises with what is lacking.
     fn blocked_s(&self, q: &JointPositions) -> f64 {
         let shares = MEDIUM.iter().copied();
-        let excess_m = self.passage.excess_m(self.waiting, q, shares);
-        if excess_m > 0.0 {
-            self.config.blocked_price_s * (1.0 + 10.0 * excess_m)
-        } else {
-            0.0
-        }
+        self.config.blocked_s_per_m * self.passage.excess_m(self.waiting, q, shares)
     }
 
     /// The price of a choice apart from its neighbours, s.

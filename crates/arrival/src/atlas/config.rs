@@ -1,7 +1,7 @@
 //! How an atlas is made.
 
 use crate::error::ArrivalError;
-use crate::passage::ClearanceConfig;
+use crate::passage::{BLOCKED_S_PER_M, ClearanceConfig};
 use crate::strain::StrainConfig;
 use hwall_numeric::check::{all_finite, non_negative, positive, that};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -25,8 +25,9 @@ pub struct AtlasConfig {
     /// Price of a seam between two neighbours, in seconds of arrival; less than a seam costs less, with the square of the
     /// difference. Default 0.08.
     pub seam_price_s: f64,
-    /// Price of a way that is not clear, s; default 0.1: most can be bent a little.
-    pub blocked_price_s: f64,
+    /// Price of a way that is not clear for each metre that it comes too near, s/m; default
+    /// [`BLOCKED_S_PER_M`](crate::BLOCKED_S_PER_M).
+    pub blocked_s_per_m: f64,
     /// Price of limits and singular poses.
     pub strain: StrainConfig,
     /// Distances that the board and the arm keep on the way.
@@ -47,7 +48,7 @@ impl Default for AtlasConfig {
             candidates: 24,
             seam_rad: 0.3,
             seam_price_s: 0.08,
-            blocked_price_s: 0.1,
+            blocked_s_per_m: BLOCKED_S_PER_M,
             strain: StrainConfig::default(),
             clearance: ClearanceConfig::default(),
             off_m: 0.1,
@@ -70,7 +71,7 @@ impl AtlasConfig {
         that(some, "candidates", candidates, "between 1 and 1000")?;
         positive("seam_rad", self.seam_rad)?;
         non_negative("seam_price_s", self.seam_price_s)?;
-        non_negative("blocked_price_s", self.blocked_price_s)?;
+        non_negative("blocked_s_per_m", self.blocked_s_per_m)?;
         self.strain.validate()?;
         self.clearance.validate()?;
         non_negative("off_m", self.off_m)?;

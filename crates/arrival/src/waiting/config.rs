@@ -2,7 +2,7 @@
 
 use crate::atlas::{check_arm_angle_step, check_rolls};
 use crate::error::ArrivalError;
-use crate::passage::ClearanceConfig;
+use crate::passage::{BLOCKED_S_PER_M, ClearanceConfig};
 use crate::strain::StrainConfig;
 use hwall_kinematics::JointPositions;
 use hwall_numeric::check::{all_finite, non_negative, positive, that};
@@ -35,8 +35,9 @@ pub struct WaitingConfig {
     pub starts: usize,
     /// Postures to start from besides those that are made from the targets; default none.
     pub start_from: Vec<JointPositions>,
-    /// A way to a target that is not clear counts this much longer, s; default 0.15: most can be bent a little.
-    pub blocked_price_s: f64,
+    /// A way to a target that is not clear counts this much longer for each metre that it comes too near, s/m; default
+    /// [`BLOCKED_S_PER_M`](crate::BLOCKED_S_PER_M).
+    pub blocked_s_per_m: f64,
     /// Price of limits and singular poses, of the posture itself too.
     pub strain: StrainConfig,
     /// Distances that the board and the arm keep on the way.
@@ -55,7 +56,7 @@ impl Default for WaitingConfig {
             most_targets: 80,
             starts: 12,
             start_from: Vec::new(),
-            blocked_price_s: 0.15,
+            blocked_s_per_m: BLOCKED_S_PER_M,
             strain: StrainConfig::default(),
             clearance: ClearanceConfig::default(),
         }
@@ -86,7 +87,7 @@ impl WaitingConfig {
         for start in &self.start_from {
             all_finite("start_from", &start.0)?;
         }
-        non_negative("blocked_price_s", self.blocked_price_s)?;
+        non_negative("blocked_s_per_m", self.blocked_s_per_m)?;
         self.strain.validate()?;
         self.clearance.validate()?;
         Ok(())

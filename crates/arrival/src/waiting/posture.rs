@@ -167,7 +167,11 @@ pub fn judge_posture(
         late += if beyond_s > 0.0 { place.weight } else { 0.0 };
         lateness_s += place.weight * beyond_s;
         in_time += place.weight * problem.in_time(&arrival);
-        clear += if arrival.clear { place.weight } else { 0.0 };
+        clear += if arrival.is_clear() {
+            place.weight
+        } else {
+            0.0
+        };
     }
     Ok(PostureArrivals {
         posture: WaitingPosture {

@@ -14,8 +14,8 @@ use hwall_reachability::{Target, WallPlane};
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 
-/// A way that is not clear is passed over for a slower one this often.
-const DETOURS: usize = 3;
+/// So many slower ways are looked at in place of one that is not clear.
+const DETOURS: usize = 4;
 
 /// What a lack of distance costs a posture, s/m.
 const LACK_S_PER_M: f64 = 20.0;
@@ -74,8 +74,23 @@ impl Ord for OrderedTime {
 /// An arrival from a posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Arrival {
+    /// Of the straight motion of the joints, s.
     pub(super) time_s: f64,
-    pub(super) clear: bool,
+    /// By how much it comes too near, m.
+    pub(super) excess_m: f64,
+    /// What that costs, s.
+    pub(super) blocked_s: f64,
+}
+
+impl Arrival {
+    pub(super) fn is_clear(&self) -> bool {
+        self.excess_m == 0.0
+    }
+
+    /// Time and price, s.
+    pub(super) fn priced_s(&self) -> f64 {
+        self.time_s + self.blocked_s
+    }
 }
 
 impl<'a> Problem<'a> {
@@ -202,37 +217,44 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The time to a place from a posture.
+    /// The time to a place from a posture: of the fastest ways the one that is soonest there with its price.
     pub(super) fn arrival(&self, place: &Place, q: &JointPositions) -> Arrival {
         let mut refused = [usize::MAX; DETOURS];
-        let mut first: Option<Arrival> = None;
+        let mut best = Arrival {
+            time_s: f64::INFINITY,
+            excess_m: f64::INFINITY,
+            blocked_s: 0.0,
+        };
         for attempt in 0..=DETOURS {
             let Some((way, time_s)) = self.fastest(place, q, &refused) else {
                 break;
             };
-            if self.passage.is_clear(q, &place.ways[way].q, self.shares) {
-                let blocked_s =
-                    first.map_or(f64::INFINITY, |f| f.time_s + self.config.blocked_price_s);
-                if time_s <= blocked_s {
-                    return Arrival {
-                        time_s,
-                        clear: true,
-                    };
-                }
+            if time_s >= best.priced_s() {
                 break;
             }
-            first = first.or(Some(Arrival {
+            let shares = self.shares.iter().copied();
+            // A way that costs more than the best so far is not looked at further.
+            let most_m = (best.priced_s() - time_s) / self.config.blocked_s_per_m;
+            let to = &place.ways[way].q;
+            let Some(excess_m) = self.passage.excess_within_m(q, to, shares, most_m) else {
+                if attempt < DETOURS {
+                    refused[attempt] = way;
+                }
+                continue;
+            };
+            let arrival = Arrival {
                 time_s,
-                clear: false,
-            }));
+                excess_m,
+                blocked_s: self.config.blocked_s_per_m * excess_m,
+            };
+            if arrival.priced_s() < best.priced_s() {
+                best = arrival;
+            }
             if attempt < DETOURS {
                 refused[attempt] = way;
             }
         }
-        first.unwrap_or(Arrival {
-            time_s: f64::INFINITY,
-            clear: false,
-        })
+        best
     }
 
     /// The way of the least time and strain, and its time. Most ways are passed over by comparing joints with
@@ -270,13 +292,7 @@ impl<'a> Problem<'a> {
         }
         let (mut sum_s, mut weight) = (0.0, 0.0);
         for place in &self.places {
-            let arrival = self.arrival(place, q);
-            let price_s = if arrival.clear {
-                0.0
-            } else {
-                self.config.blocked_price_s
-            };
-            let time_s = arrival.time_s + price_s;
+            let time_s = self.arrival(place, q).priced_s();
             sum_s += place.weight * (self.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
             weight += place.weight;
         }
@@ -325,12 +341,7 @@ impl<'a> Problem<'a> {
 
     /// How likely an arrival is in time.
     pub(super) fn in_time(&self, arrival: &Arrival) -> f64 {
-        let price_s = if arrival.clear {
-            0.0
-        } else {
-            self.config.blocked_price_s
-        };
-        let beyond_s = arrival.time_s + price_s - self.config.budget_s;
+        let beyond_s = arrival.priced_s() - self.config.budget_s;
         1.0 / (1.0 + (beyond_s / self.config.softness_s).exp())
     }
 

@@ -180,7 +180,7 @@ fn rehearsed(
     let config = WaitingConfig {
         budget_s: share_of(budgets, 0.5).max(LEAST_BUDGET_S),
         // That wall stands for others: it tells where to wait, not which ways are free.
-        blocked_price_s: 0.0,
+        blocked_s_per_m: 0.0,
         ..WaitingConfig::default()
     };
     // Nobody knows which wall comes next: the arm waits behind a wall across, as far as most that came.
