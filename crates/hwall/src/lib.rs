@@ -17,7 +17,7 @@ pub use session::{
     PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose,
     drive, session_supervisor,
 };
-pub use walls::{LikelyTouches, Walls, WallsConfig, barriers_of, facets_of, maps_of};
+pub use walls::{BudgetAtlas, LikelyTouches, Walls, WallsConfig, barriers_of, facets_of, maps_of};
 
 // The whole system through one dependency.
 pub use hwall_arrival as arrival;

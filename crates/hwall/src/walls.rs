@@ -8,13 +8,13 @@ use hwall_arrival::{
     ArrivalError, Atlas, AtlasConfig, BoardExtent, Surfaces, TouchRange, WaitingConfig,
     WeightedTarget, targets_of_maps, waiting_posture,
 };
-use hwall_haptics::{
-    Barrier, Board, MotionConfig, MotionLimits, QUARTER_TURNS_RAD, board_pose, surface_axes,
-};
-use hwall_kinematics::{ArmKinematics, JointPositions, NearestConfig, SrsArm};
-use hwall_numeric::check::{all_finite, finite, that};
+use hwall_haptics::{Barrier, Board, MotionConfig, MotionLimits, surface_axes};
+use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
+use hwall_numeric::check::{all_finite, finite, positive, that};
+use hwall_numeric::parallel;
 use hwall_reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_scene::{Facet, Scene};
+use std::iter::once;
 use std::sync::Arc;
 
 /// The vertical surfaces of a scene that can be touched.
@@ -64,8 +64,11 @@ pub struct WallsConfig {
     pub motion: MotionConfig,
     /// Which places people touch.
     pub touches: LikelyTouches,
-    /// How the waiting posture is found.
+    /// How the waiting posture is found: for people who leave the arm as much time as is usual.
     pub waiting: WaitingConfig,
+    /// How much time others leave, s: for each a posture and an atlas, to which a session turns once it knows a person. Default
+    /// [`WallsConfig::OTHER_BUDGETS_S`]; none: everybody is waited for alike.
+    pub other_budgets_s: Vec<f64>,
     /// How the atlas is made.
     pub atlas: AtlasConfig,
     /// Does the board present the roughness of surfaces, which takes a roll of its own? As in the session; default yes.
@@ -78,14 +81,30 @@ impl Default for WallsConfig {
             motion: MotionConfig::default(),
             touches: LikelyTouches::default(),
             waiting: WaitingConfig::default(),
+            other_budgets_s: Self::OTHER_BUDGETS_S.to_vec(),
             atlas: AtlasConfig::default(),
             texture: true,
         }
     }
 }
 
+impl WallsConfig {
+    /// The default of [`Self::other_budgets_s`], s: of people in a hurry, who reach in 0.35 to 0.6 s, and of those who take 1.2 s
+    /// and more.
+    pub const OTHER_BUDGETS_S: [f64; 2] = [0.5, 1.3];
+}
+
+/// How soon the arm is at the walls from where it waits for people who leave it a certain time.
+#[derive(Debug, Clone)]
+pub struct BudgetAtlas {
+    /// That time, s.
+    pub budget_s: f64,
+    /// From [`Atlas::waiting`].
+    pub atlas: Arc<Atlas>,
+}
+
 /// What is known of the walls of a scene beforehand, for one arm.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Walls {
     /// Where the arm can present them.
     pub maps: WallMaps,
@@ -93,6 +112,22 @@ pub struct Walls {
     pub atlas: Option<Arc<Atlas>>,
     /// Where the arm waits while nothing is about to be touched, rad; `None`: where it is.
     pub waiting: Option<JointPositions>,
+    /// The time that people leave for whom it waits there, s.
+    pub budget_s: f64,
+    /// The same for people who leave another time: once a session knows a person, it takes what is nearest.
+    pub others: Vec<BudgetAtlas>,
+}
+
+impl Default for Walls {
+    fn default() -> Self {
+        Self {
+            maps: WallMaps::default(),
+            atlas: None,
+            waiting: None,
+            budget_s: WaitingConfig::USUAL_S,
+            others: Vec::new(),
+        }
+    }
 }
 
 impl Walls {
@@ -115,56 +150,53 @@ impl Walls {
         let limits = MotionLimits::of_arm(arm, &config.motion)?;
         let targets = targets_of(scene, board, &maps, config)?;
         let surfaces = Surfaces::from_maps(&maps, config.waiting.clearance.margin_m)?;
-        let found = waiting_posture(arm, &targets, &surfaces, extent, &limits, &config.waiting);
-        let waiting = match found {
-            Ok(posture) => posture.q,
-            Err(
-                ArrivalError::NoWalls
-                | ArrivalError::OutOfReach { .. }
-                | ArrivalError::Empty { .. },
-            ) => return Ok(maps.into()),
-            Err(error) => return Err(error.into()),
+        let atlas_for = |waiting: &WaitingConfig| {
+            let posture = waiting_posture(arm, &targets, &surfaces, extent, &limits, waiting)?;
+            Atlas::build(arm, &maps, extent, &limits, &posture.q, &config.atlas)
         };
-        let atlas = Atlas::build(arm, &maps, extent, &limits, &waiting, &config.atlas)?;
+        let others = config.other_budgets_s.iter().map(|&budget_s| WaitingConfig {
+            budget_s,
+            ..config.waiting.clone()
+        });
+        let wanted: Vec<WaitingConfig> = once(config.waiting.clone()).chain(others).collect();
+        let mut found = Vec::with_capacity(wanted.len());
+        let atlases = parallel::map(wanted.len(), |i| atlas_for(&wanted[i]));
+        for (wanted, atlas) in wanted.iter().zip(atlases) {
+            match atlas {
+                Ok(atlas) => found.push(BudgetAtlas {
+                    budget_s: wanted.budget_s,
+                    atlas: Arc::new(atlas),
+                }),
+                Err(
+                    ArrivalError::NoWalls
+                    | ArrivalError::OutOfReach { .. }
+                    | ArrivalError::Empty { .. },
+                ) => return Ok(maps.into()),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        let BudgetAtlas { budget_s, atlas } = found.remove(0);
         Ok(Self {
             maps,
-            atlas: Some(Arc::new(atlas)),
-            waiting: Some(waiting),
+            waiting: Some(*atlas.waiting()),
+            atlas: Some(atlas),
+            budget_s,
+            others: found,
         })
     }
 
-    /// A configuration from which the arm presents a place well; `None` where none is known.
-    pub(crate) fn near(&self, point_m: DVec3, normal: DVec3) -> Option<JointPositions> {
-        let entry = self.atlas.as_ref()?.look_up(point_m, normal)?;
-        Some(entry.q)
-    }
-
-    /// How soon the board is at a place from the waiting posture, s: by the atlas, else at whichever quarter turn. `None` where no atlas
-    /// was made; infinite for a place that cannot be held.
-    pub(crate) fn arrival_s(&self, point_m: DVec3, normal: DVec3) -> Option<f64> {
-        let atlas = self.atlas.as_ref()?;
-        if let Some(entry) = atlas.look_up(point_m, normal) {
-            return Some(entry.arrival_s);
-        }
-        let waiting = atlas.waiting();
-        let config = NearestConfig::default();
-        let time_s = |roll_rad: f64| {
-            let pose = board_pose(point_m, normal, roll_rad).ok()?;
-            let solution = atlas.arm().nearest_solution(&pose, waiting, &config).ok()?;
-            Some(atlas.limits().travel_time_s(waiting, &solution.q))
-        };
-        let times_s = QUARTER_TURNS_RAD.into_iter().filter_map(time_s);
-        Some(times_s.fold(f64::INFINITY, f64::min))
-    }
-
     pub(crate) fn validate(&self, arm: &dyn ArmKinematics) -> Result<(), SessionError> {
-        let Some(q) = &self.waiting else {
-            return Ok(());
-        };
-        all_finite("waiting", &q.0)?;
-        for (q, limit) in q.0.iter().zip(arm.limits()) {
-            let inside = limit.contains(*q);
-            that(inside, "waiting", *q, "within the joint limits")?;
+        positive("budget_s", self.budget_s)?;
+        for other in &self.others {
+            positive("budget_s", other.budget_s)?;
+        }
+        let others = self.others.iter().map(|other| other.atlas.waiting());
+        for q in self.waiting.iter().chain(others) {
+            all_finite("waiting", &q.0)?;
+            for (q, limit) in q.0.iter().zip(arm.limits()) {
+                let inside = limit.contains(*q);
+                that(inside, "waiting", *q, "within the joint limits")?;
+            }
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ mod handover;
 mod perception;
 mod policy;
 mod target_control;
+mod waiting;
 mod world;
 
 pub use config::{SessionConfig, session_supervisor};
@@ -39,6 +40,7 @@ use perception::Newest;
 use policy::Policy;
 #[cfg(feature = "texture")]
 use std::sync::Arc;
+use waiting::Waiting;
 use world::World;
 
 /// A tracked hand goes in, commands for the arm that carries the board come out.
@@ -96,11 +98,12 @@ impl<P: Predictor> Session<P> {
             #[cfg(feature = "texture")]
             presenter: Presenter::new(Arc::clone(renderer.arm())),
             scene,
+            policy: Policy::new(config.policy, walls.budget_s)?,
+            waiting: Waiting::of(&walls),
             walls,
             predictor,
             hand: HandFilter::new(config.hand)?,
             gaze: GazeFilter::new(config.gaze)?,
-            policy: Policy::new(config.policy)?,
             board: *board,
             in_place: config.in_place,
             world: World::default(),
@@ -125,8 +128,8 @@ impl<P: Predictor> Session<P> {
         };
         let scratch = renderer.arm().scratch();
         let control = Control {
-            lean: perception.walls.waiting.map(Lean::new),
-            waits_at: perception.walls.waiting,
+            lean: Lean::default(),
+            waits_at: None,
             renderer,
             board: *board,
             in_place: config.in_place,

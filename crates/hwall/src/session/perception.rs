@@ -4,6 +4,7 @@ use super::control::kept_response;
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
 use super::handover::{FeltTouches, Guidance, OpeningReceiver, Sender, WorldBarriers};
 use super::policy::{Decision, Policy};
+use super::waiting::Waiting;
 use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
 use crate::fingertip::Fingertip;
@@ -13,7 +14,7 @@ use crate::walls::Walls;
 use glam::DVec3;
 use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
-use hwall_haptics::{Board, BoardTarget, PlaceTolerance};
+use hwall_haptics::{Board, BoardTarget, PlaceTolerance, PostureTarget};
 use hwall_kinematics::JointPositions;
 use hwall_reachability::{Presented, WallMaps};
 use hwall_scene::Scene;
@@ -30,6 +31,8 @@ pub struct Perception<P> {
     pub(super) hand: HandFilter,
     pub(super) gaze: GazeFilter,
     pub(super) policy: Policy,
+    /// Where the arm waits for this person.
+    pub(super) waiting: Waiting,
     pub(super) board: Board,
     pub(super) in_place: PlaceTolerance,
     pub(super) world: World,
@@ -130,9 +133,13 @@ impl<P: Predictor> Perception<P> {
             input.frame.head_m,
             |contact| {
                 let contact = self.world.contact_in_base(*contact);
-                self.walls.arrival_s(contact.point_m, contact.normal)
+                self.waiting.arrival_s(contact.point_m, contact.normal)
             },
         );
+        // Under way nothing changes: goals would.
+        if decided.is_none_or(|(_, decision)| decision == Decision::Wait) {
+            self.waiting.turn_to(self.policy.budget_s());
+        }
         let stands_by = decided.map(|(contact, decision)| match decision {
             Decision::Present(contact) | Decision::Ready(contact) | Decision::Lean(contact) => {
                 contact
@@ -291,6 +298,18 @@ impl<P: Predictor> Perception<P> {
         &self.walls
     }
 
+    /// How much time this person leaves the arm from when it is sent to a place until the touch, as far as is known, s.
+    #[must_use]
+    pub const fn budget_s(&self) -> f64 {
+        self.policy.budget_s()
+    }
+
+    /// Where the arm waits for this person, rad; `None`: where it is.
+    #[must_use]
+    pub fn waits_at(&self) -> Option<JointPositions> {
+        self.waiting.posture()
+    }
+
     /// The levels that stand for the roughnesses of the scene; `None` if no surface has one or the session has no textures.
     #[cfg(feature = "texture")]
     #[must_use]
@@ -368,27 +387,27 @@ impl<P: Predictor> Perception<P> {
             Some(_) if self.world.world_from_base().is_some() => Some(Intent::Wait),
             _ => intent,
         };
+        let posture = self.waiting.posture();
+        let posture = posture.map(|q| PostureTarget { q, stamp_s });
         match (intent, foreseen) {
-            (Some(Intent::Wait), _) if self.walls.waiting.is_some() => {
-                guidance.waits_s = Some(stamp_s);
+            (Some(Intent::Wait), _) if posture.is_some() => {
+                guidance.waits = posture;
             }
-            (Some(Intent::Lean), foreseen) if self.walls.waiting.is_some() => {
-                guidance.waits_s = Some(stamp_s);
+            (Some(Intent::Lean), foreseen) if posture.is_some() => {
+                guidance.waits = posture;
                 guidance.leans_to = foreseen.and_then(|Foreseen { contact, presented }| {
                     let point_m = match presented {
                         Presented::Nearest(point_m) => point_m,
                         _ => contact.point_m,
                     };
-                    self.walls.near(point_m, contact.normal)
+                    self.waiting.near(point_m, contact.normal)
                 });
             }
             // Without a posture to wait at, joints that do not count lead nowhere: the arm holds.
             (Some(Intent::Wait), _) if self.newest.responds_with.is_some() => {}
             (Some(intent), Some(foreseen)) => self.aim(&mut guidance, foreseen, intent),
             // Nobody is seen, or nothing is about to be touched.
-            _ if self.walls.waiting.is_some() && fingertip.is_some() => {
-                guidance.waits_s = Some(stamp_s);
-            }
+            _ if fingertip.is_some() => guidance.waits = posture,
             _ => {}
         }
         self.sender.send(&guidance);
@@ -423,7 +442,7 @@ impl<P: Predictor> Perception<P> {
                 _ => 0.0,
             },
             slack_m,
-            near: self.walls.near(point_m, contact.normal),
+            near: self.waiting.near(point_m, contact.normal),
         };
         guidance.responds_with = self.newest.responds_with;
         guidance.target = Some(target);

@@ -27,9 +27,8 @@ pub struct Control {
     pub(in crate::session) renderer: Renderer,
     pub(in crate::session) board: Board,
     pub(in crate::session) in_place: PlaceTolerance,
-    /// Where the arm waits; `None`: where it is.
-    pub(in crate::session) lean: Option<Lean>,
-    /// Where it waits at present, rad.
+    pub(in crate::session) lean: Lean,
+    /// Where the arm waits at present, rad; `None`: where it is.
     pub(in crate::session) waits_at: Option<JointPositions>,
     #[cfg(feature = "texture")]
     pub(in crate::session) texture: Option<BoardTexture>,
@@ -153,9 +152,9 @@ impl Control {
                 q: answer.q(self.short),
                 stamp_s: target.stamp_s,
             });
-        let posture = match (self.waits_at, self.guidance.waits_s) {
+        let posture = match (self.waits_at, self.guidance.waits) {
             _ if answer.is_some() => answer,
-            (Some(q), Some(stamp_s)) => Some(PostureTarget { q, stamp_s }),
+            (Some(q), Some(waits)) => Some(PostureTarget { q, ..waits }),
             _ => None,
         };
         let is_touched = matches!(self.renderer.contact(), ContactState::Contact { .. });
@@ -210,10 +209,10 @@ impl Control {
 
     /// The waiting posture, or one on the way from there to where a touch may come.
     fn posture(&mut self) -> Option<JointPositions> {
-        let lean = self.lean.as_mut()?;
+        let waiting = self.guidance.waits?.q;
         Some(match &self.guidance.leans_to {
-            Some(to) => lean.towards(to, self.renderer.follower()),
-            None => *lean.waiting(),
+            Some(to) => self.lean.towards(&waiting, to, self.renderer.follower()),
+            None => waiting,
         })
     }
 

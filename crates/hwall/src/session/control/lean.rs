@@ -4,12 +4,17 @@ use hwall_haptics::Follower;
 use hwall_kinematics::JointPositions;
 
 /// The posture that the arm waits in, nearer to a place that may be touched.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(in crate::session) struct Lean {
-    /// Where it waits otherwise, rad.
-    waiting: JointPositions,
-    /// What it leaned to last, and the posture found for that, rad.
-    last: Option<[JointPositions; 2]>,
+    last: Option<Leant>,
+}
+
+#[derive(Debug, Clone)]
+struct Leant {
+    /// From the waiting posture towards the configuration that might be needed, rad.
+    way: [JointPositions; 2],
+    /// The posture found for that, rad.
+    q: JointPositions,
 }
 
 /// Shares of the way from the waiting posture to a configuration that might be needed: the arm goes as far as the first of them at
@@ -22,42 +27,35 @@ const SHARES: [f64; 4] = [0.4, 0.3, 0.2, 0.1];
 const BEHIND_M: f64 = 0.01;
 
 impl Lean {
-    pub(in crate::session) const fn new(waiting: JointPositions) -> Self {
-        Self {
-            waiting,
-            last: None,
-        }
-    }
-
-    /// The waiting posture itself, rad.
-    pub(super) const fn waiting(&self) -> &JointPositions {
-        &self.waiting
-    }
-
-    /// The posture on the way to a configuration, rad; the waiting posture itself if the board is behind the surfaces on no part
-    /// of it.
-    pub(super) fn towards(&mut self, to: &JointPositions, follower: &Follower) -> JointPositions {
+    /// The posture on the way from the waiting posture to a configuration, rad; the waiting posture itself if the board is behind the
+    /// surfaces on no part of it.
+    pub(super) fn towards(
+        &mut self,
+        waiting: &JointPositions,
+        to: &JointPositions,
+        follower: &Follower,
+    ) -> JointPositions {
         let is_behind = |q: &JointPositions| {
             let protrusion_m = follower.protrusion_at_m(q);
             protrusion_m.is_none_or(|m| m <= -BEHIND_M)
         };
+        let way = [*waiting, *to];
         // A door may have moved before it since. One that moved away makes no lean longer: a board that is asked to go to one
         // place does not go to and fro with a door that swings, and starts from less far until it is asked for another place.
-        if let Some([last_to, q]) = &self.last
-            && last_to == to
-            && is_behind(q)
+        if let Some(last) = &self.last
+            && last.way == way
+            && is_behind(&last.q)
         {
-            return *q;
+            return last.q;
         }
-        let waiting = &self.waiting;
         let at = |share: f64| {
             JointPositions(std::array::from_fn(|i| {
                 waiting[i] + share * (to[i] - waiting[i])
             }))
         };
         let q = SHARES.into_iter().map(at).find(is_behind);
-        let q = q.unwrap_or(self.waiting);
-        self.last = Some([*to, q]);
+        let q = q.unwrap_or(*waiting);
+        self.last = Some(Leant { way, q });
         q
     }
 }
@@ -90,7 +88,7 @@ mod tests {
     fn leans(x_m: f64) -> (f64, Option<f64>) {
         let (follower, waiting) = behind_wall(x_m);
         let to = JointPositions::from_deg([0.0, 60.0, 0.0, -40.0, 0.0, -10.0, 90.0]);
-        let q = Lean::new(waiting).towards(&to, &follower);
+        let q = Lean::default().towards(&waiting, &to, &follower);
         let share = (q[1] - waiting[1]) / (to[1] - waiting[1]);
         (share, follower.protrusion_at_m(&q))
     }
@@ -126,14 +124,14 @@ mod tests {
     fn a_wall_that_comes_nearer_is_noticed() {
         let (mut follower, waiting) = behind_wall(2.0);
         let to = JointPositions::from_deg([0.0, 60.0, 0.0, -40.0, 0.0, -10.0, 90.0]);
-        let mut lean = Lean::new(waiting);
-        let far = lean.towards(&to, &follower);
-        assert_eq!(lean.towards(&to, &follower), far);
+        let mut lean = Lean::default();
+        let far = lean.towards(&waiting, &to, &follower);
+        assert_eq!(lean.towards(&waiting, &to, &follower), far);
         let reach_m = follower.arm().forward(&far).position_m().x;
         let corners_m = [[-1.0, 0.0], [1.0, 0.0], [1.0, 2.0], [-1.0, 2.0]];
         let corners_m = corners_m.map(|[y, z]| DVec3::new(reach_m, y, z));
         let wall = barrier_of(corners_m[0], DVec3::X, &corners_m).expect("a wall");
         follower.set_barriers(&[wall.expect("before the arm")]);
-        assert_ne!(lean.towards(&to, &follower), far);
+        assert_ne!(lean.towards(&waiting, &to, &follower), far);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::fingertip::Fingertip;
 use glam::DVec3;
-use hwall_haptics::BoardTarget;
+use hwall_haptics::{BoardTarget, PostureTarget};
 use hwall_kinematics::JointPositions;
 use hwall_scene::SurfaceId;
 
@@ -23,8 +23,8 @@ pub(in crate::session) struct Guidance {
     pub(in crate::session) head_m: Option<DVec3>,
     /// When hand and head were seen, on the clock of the arm, s.
     pub(in crate::session) seen_s: f64,
-    /// When it was decided that the arm waits, on the clock of the arm, s; counts while there is no target.
-    pub(in crate::session) waits_s: Option<f64>,
+    /// Where the arm waits for this person; counts while there is no target.
+    pub(in crate::session) waits: Option<PostureTarget>,
     /// A configuration towards which the arm leans while it waits, rad: where a touch might come.
     pub(in crate::session) leans_to: Option<JointPositions>,
     /// The configuration that answers the hand, rad, from a predictor that knows joints: the arm goes there, whatever the target's
@@ -37,7 +37,7 @@ pub(in crate::session) struct Guidance {
 }
 
 /// Length of the encoding.
-pub(super) const WORDS: usize = 51;
+pub(super) const WORDS: usize = 58;
 
 /// One bit for each value that may be absent.
 const TARGET: u64 = 1;
@@ -91,8 +91,9 @@ impl Guidance {
             put(41, HEAD, &head_m.to_array());
         }
         put(40, 0, &[self.seen_s]);
-        if let Some(waits_s) = self.waits_s {
-            put(32, WAITS, &[waits_s]);
+        if let Some(waits) = &self.waits {
+            put(32, WAITS, &[waits.stamp_s]);
+            put(51, WAITS, &waits.q.0);
         }
         if let Some(leans_to) = &self.leans_to {
             put(33, LEANS, &leans_to.0);
@@ -136,7 +137,10 @@ impl Guidance {
             palm_m: has(PALM).then(|| vector(29)),
             head_m: has(HEAD).then(|| vector(41)),
             seen_s: number(40),
-            waits_s: has(WAITS).then(|| number(32)),
+            waits: has(WAITS).then(|| PostureTarget {
+                q: JointPositions(std::array::from_fn(|i| number(51 + i))),
+                stamp_s: number(32),
+            }),
             leans_to: has(LEANS).then(|| JointPositions(std::array::from_fn(|i| number(33 + i)))),
             responds_with: has(RESPONDS)
                 .then(|| JointPositions(std::array::from_fn(|i| number(44 + i)))),
@@ -171,7 +175,10 @@ mod tests {
             palm_m: Some(DVec3::new(0.8, 0.0, 0.5)),
             head_m: Some(DVec3::new(1.2, 0.1, 0.9)),
             seen_s: 12.4,
-            waits_s: Some(12.0),
+            waits: Some(PostureTarget {
+                q: JointPositions([0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]),
+                stamp_s: 12.0,
+            }),
             leans_to: Some(JointPositions([0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1])),
             responds_with: Some(JointPositions([0.5, 0.4, 0.3, 0.2, 0.1, 0.0, -0.1])),
             contact_s: Some(13.0),
@@ -198,7 +205,7 @@ mod tests {
             without(&|g| g.target = g.target.map(|t| BoardTarget { near: None, ..t })),
             without(&|g| g.palm_m = None),
             without(&|g| g.head_m = None),
-            without(&|g| g.waits_s = None),
+            without(&|g| g.waits = None),
             without(&|g| g.leans_to = None),
             without(&|g| g.responds_with = None),
             without(&|g| g.contact_s = None),

@@ -4,6 +4,7 @@ use super::config::PolicyConfig;
 use super::edge::Weighed;
 use super::hand_course::{HandCourse, MeanVelocity};
 use super::looks::{LookFrame, Looks};
+use super::pace::{Pace, PaceFrame};
 use super::sight::Sight;
 use crate::error::SessionError;
 use glam::{DMat3, DVec3};
@@ -153,13 +154,18 @@ pub(in crate::session) struct Policy {
     moved_s: f64,
     last_s: f64,
     looks: Looks,
+    pace: Pace,
     course: HandCourse,
     /// The surface of the contact that is held, and how far its prediction is from the point that is held, m.
     off: Option<(SurfaceId, DVec3)>,
 }
 
 impl Policy {
-    pub(in crate::session) fn new(config: PolicyConfig) -> Result<Self, SessionError> {
+    /// `usual_s`: how much time people leave of whom nothing is known.
+    pub(in crate::session) fn new(
+        config: PolicyConfig,
+        usual_s: f64,
+    ) -> Result<Self, SessionError> {
         config.validate()?;
         Ok(Self {
             steady: SteadyPoint::new(config.steady_m)?,
@@ -170,6 +176,7 @@ impl Policy {
             moved_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
             looks: Looks::default(),
+            pace: Pace::usual(usual_s),
             course: HandCourse::default(),
             off: None,
         })
@@ -182,6 +189,7 @@ impl Policy {
         self.decision = Decision::Wait;
         [self.reached_s, self.moved_s, self.last_s] = [f64::NEG_INFINITY; 3];
         self.looks.forget_look();
+        self.pace.forget_reach();
         self.course = HandCourse::default();
     }
 
@@ -224,6 +232,7 @@ impl Policy {
         });
         let Some(contact) = held else {
             self.steady.reset();
+            self.pace.forget_reach();
             self.candidate = None;
             self.decision = Decision::Wait;
             return None;
@@ -246,6 +255,14 @@ impl Policy {
         };
         let contact = hand.map_or(contact, |hand| in_time(contact, hand));
         self.decision = self.decide(t_s, &contact, hand);
+        self.pace.step(&PaceFrame {
+            t_s,
+            sent_to: match self.decision {
+                Decision::Present(to) | Decision::Ready(to) => Some((to.surface, to.point_m)),
+                Decision::Wait | Decision::Lean(_) => None,
+            },
+            distance_m: contact.distance_m,
+        });
         Some((contact, self.decision))
     }
 
@@ -335,6 +352,11 @@ impl Policy {
             _ if settled => Decision::Wait,
             (last, _) => last,
         }
+    }
+
+    /// How much time this person leaves the arm, s.
+    pub(in crate::session) const fn budget_s(&self) -> f64 {
+        self.pace.budget_s()
     }
 
     pub(in crate::session) const fn ready_m(&self) -> f64 {

@@ -5,6 +5,7 @@ mod decision;
 mod edge;
 mod hand_course;
 mod looks;
+mod pace;
 mod sight;
 
 pub use config::PolicyConfig;

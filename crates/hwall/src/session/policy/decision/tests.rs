@@ -1,6 +1,9 @@
 use super::*;
 use hwall_hand::HandPoint;
 
+/// How much time people leave, s.
+const USUAL_S: f64 = 0.86;
+
 /// Nobody knows how soon the board is there.
 fn nobody(_: &ContactPrediction) -> Option<f64> {
     None
@@ -27,7 +30,7 @@ fn contact_in(mean_s: f64) -> ContactPrediction {
 
 #[test]
 fn what_is_known_of_a_point_is_the_slack_and_nan_is_none() {
-    let policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+    let policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
     let slack_m = |variance_m2: f64| {
         let covariance = DMat3::from_diagonal(DVec3::splat(variance_m2));
         let (board, place) = (Board::default(), PlaceTolerance::default());
@@ -42,7 +45,7 @@ fn what_is_known_of_a_point_is_the_slack_and_nan_is_none() {
 
 #[test]
 fn a_point_that_is_held_while_its_prediction_moves_on_leaves_less_slack() {
-    let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+    let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
     let (board, place) = (Board::default(), PlaceTolerance::default());
     let newest = |y: f64| {
         let mut newest = contact(None);
@@ -66,7 +69,7 @@ fn a_point_that_is_held_while_its_prediction_moves_on_leaves_less_slack() {
 #[test]
 fn a_vague_guess_takes_next_to_no_slack_from_a_place_that_was_looked_at() {
     let slack_m = |newest: ContactPrediction| {
-        let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
         let vague = Some(DMat3::from_diagonal(DVec3::splat(0.15 * 0.15)));
         let looked_at = ContactPrediction {
             looked_at_since_s: Some(0.0),
@@ -114,7 +117,7 @@ fn at_an_edge_the_surface_is_served_on_which_the_board_is_in_time() {
     };
     let soon_on_the_wall = |p: &ContactPrediction| Some(if p.surface.0 == 0 { 0.4 } else { 1.0 });
     let served = |ledge: f64, at_m: f64, wall: f64| {
-        let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
         let ranked = [of(1, at_m, ledge), of(0, 0.0, wall)];
         let (contact, _) = policy
             .step(0.1, &ranked, None, None, soon_on_the_wall)
@@ -170,7 +173,7 @@ fn a_place_that_is_kept_comes_nearer_in_time() {
 
 /// What is decided in the end about a place 0.3 m before a hand that has come so near to it over time, m.
 fn decided(frames: usize, come_m: impl Fn(f64) -> f64) -> Decision {
-    let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+    let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
     let place = contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))));
     let tip_m = |t_s: f64| place.point_m + DVec3::X * (0.3 - come_m(t_s));
     for frame in 0..frames {
@@ -204,7 +207,7 @@ fn a_hand_that_sets_off_brings_the_board_and_one_that_trembles_or_comes_to_rest_
 #[test]
 fn a_guess_leaves_a_place_that_was_looked_at_only_once_that_is_out_of_the_question() {
     let after = |off_m: f64| {
-        let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
         let looked_at = ContactPrediction {
             looked_at_since_s: Some(0.2),
             ..contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))))
@@ -242,7 +245,7 @@ fn a_hand_that_rests_is_awaited_where_it_probably_comes_again() {
         }
     };
     let decided = |again: f64, elsewhere_sd_m: f64| {
-        let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
         let mut ranked = [
             of(PredictionSource::TouchedBefore, 0.0, 0.04, again),
             of(PredictionSource::Motion, 0.5, elsewhere_sd_m, 1.0 - again),
@@ -265,7 +268,7 @@ fn a_hand_that_rests_is_awaited_where_it_probably_comes_again() {
 #[test]
 fn a_prediction_that_is_unsure_moves_nothing() {
     for variance_m2 in [0.09, f64::NAN] {
-        let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
         let guess = contact(Some(DMat3::from_diagonal(DVec3::splat(variance_m2))));
         for frame in 0..50 {
             let step = policy.step(0.01 * f64::from(frame), &[guess], None, None, nobody);
