@@ -150,11 +150,12 @@ impl Habit {
             return false;
         }
         let less = MOST_MISS / size.max(MOST_MISS);
-        for k in 0..TERMS {
-            for (own, new) in self.products[k].iter_mut().zip(&ways.products[k]) {
-                *own = FORGETTING * *own + new * each;
-            }
-            self.misses[k] = self.misses[k] * FORGETTING + misses[k] * less;
+        let own = self.products.iter_mut().flatten();
+        for (own, new) in own.zip(ways.products.iter().flatten()) {
+            *own = FORGETTING * *own + new * each;
+        }
+        for (own, new) in self.misses.iter_mut().zip(misses) {
+            *own = *own * FORGETTING + new * less;
         }
         true
     }
@@ -163,16 +164,15 @@ impl Habit {
     /// variance may be zero.
     fn solved(&self, offset: f64, slope: f64) -> [DVec3; TERMS] {
         let sds = [offset, slope, slope, slope].map(f64::sqrt);
-        let mut lower = [[0.0; TERMS]; TERMS];
+        let mut lower = [[0.0_f64; TERMS]; TERMS];
         let mut found = [DVec3::ZERO; TERMS];
         // Cholesky; the matrix is at least the identity.
         for i in 0..TERMS {
             for j in 0..=i {
                 let mut sum = sds[i] * self.products[i][j] * sds[j];
                 sum += f64::from(u8::from(i == j));
-                for k in 0..j {
-                    sum -= lower[i][k] * lower[j][k];
-                }
+                let before = lower[i].iter().zip(&lower[j]).take(j);
+                sum -= before.map(|(a, b)| a * b).sum::<f64>();
                 lower[i][j] = match i == j {
                     true => sum.max(1e-9).sqrt(),
                     false => sum / lower[j][j],
