@@ -338,6 +338,52 @@ fn what_is_a_persons_own_is_learnt_from_touches() {
     assert!(told_s < time_s, "{time_s} {told_s}");
 }
 
+/// Each bows to a side of their own, up, down, left or right; the same half way means different ends.
+#[test]
+fn a_bow_to_one_side_is_learnt_from_ten_touches_and_who_has_none_loses_nothing() {
+    let of_person = |seed: u64, each: usize, size: f64| -> Vec<LabelledReach> {
+        let mut made = reaches(seed, 1, each);
+        let mut sampler = Sampler::new(seed);
+        let bow_m = DVec3::new(0.0, sampler.normal(), sampler.normal()) * (0.05 * size);
+        for reach in &mut made {
+            let whole_s = reach.contact_s;
+            for frame in &mut reach.frames {
+                let tau = frame.t_s / whole_s;
+                let aside_m = bow_m * (4.0 * tau * (1.0 - tau)).powi(3);
+                for point in [HandPoint::Index, HandPoint::Palm] {
+                    let at_m = frame.point(point).expect("tracked");
+                    frame.set_point(point, Some(at_m + aside_m));
+                }
+            }
+            reach.person = Some(format!("of seed {seed}"));
+        }
+        made
+    };
+    let known = (100..112).flat_map(|seed| of_person(seed, 12, 1.0));
+    let known: Vec<LabelledReach> = known.collect();
+    let model = LearnedModel::train(&known, &LearnedConfig::default()).expect("good reaches");
+    let mean_m = |size: f64, tell: bool| -> f64 {
+        let mut sum = 0.0;
+        for seed in 200..210 {
+            let mut estimator = model.estimator();
+            for (k, reach) in of_person(seed, 20, size).iter().enumerate() {
+                let all = follow(&mut estimator, &reach.frames);
+                if k >= 10 {
+                    sum += all[all.len() / 3].point_m.distance(reach.contact_m) / 100.0;
+                }
+                if tell {
+                    estimator.touched(reach.contact_m, reach.contact_s);
+                }
+            }
+        }
+        sum
+    };
+    let [bowed, straight] = [1.0, 0.0].map(|size| [false, true].map(|tell| mean_m(size, tell)));
+    println!("after a third: {bowed:.4?} m, without a bow {straight:.4?} m");
+    assert!(bowed[1] < 0.85 * bowed[0], "{bowed:?}");
+    assert!(straight[1] < 1.02 * straight[0], "{straight:?}");
+}
+
 #[test]
 fn hands_slower_than_all_that_were_learnt_from_are_foreseen_by_another_pace() {
     let known = reaches(1, 4, 15);

@@ -166,7 +166,7 @@ fn each_damage_has_its_error() {
             r#"{{"format": "{expected}", "version": 9, "x": 1}}"#
         )),
         E::File(F::Version {
-            newest: 6,
+            newest: 7,
             found: 9
         })
     );
@@ -178,6 +178,7 @@ fn each_damage_has_its_error() {
         (&["primitive"], Value::Null),
         (&["combination"], "regression".into()),
         (&["blend", "own"], Value::Null),
+        (&["blend", "own", "habits"], Value::Null),
     ] {
         let error = error(&with(path, value));
         assert!(matches!(error, E::FileLength { .. }), "{path:?}: {error}");
@@ -195,7 +196,9 @@ fn each_damage_has_its_error() {
         (&["ridges", "0", "outputs"], usize::MAX.into()),
         (&["blend", "own", "sources", "0", "0"], 1.0.into()),
         (&["blend", "own", "time", "5"], (-0.1).into()),
-        (&["blend", "own", "stretch", "2"], (-0.1).into()),
+        (&["blend", "own", "habits", "2", "slope"], (-0.1).into()),
+        (&["blend", "own", "habits", "3", "offset"], (-0.1).into()),
+        (&["blend", "own", "habits", "0", "scatter_m"], 0.0.into()),
     ] {
         let error = error(&with(path, value));
         assert!(matches!(error, E::Argument(_)), "{path:?}: {error}");

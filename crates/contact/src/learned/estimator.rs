@@ -3,9 +3,9 @@
 use super::account::Account;
 use super::blend::adaptation::{Adaptation, Pending};
 use super::blend::combination::{Blend, Region, between_knots, combine, placed, time_key};
+use super::blend::habit::WayLeft;
 use super::blend::places::Places;
 use super::blend::sources::{Ends, SOURCES, Source, of_combination};
-use super::blend::stretch::WayLeft;
 use super::config::{Combination, Frame};
 use super::primitive::{Primitive, PrimitiveRun};
 use super::reach_track::{Inputs, ReachTrack};
@@ -230,7 +230,7 @@ impl LearnedEstimator {
         let foreseen_s = outputs[learnt.time_from][3].max(0.0);
         let hats = between_knots(&learnt.blend.knots, time_key(foreseen_s));
         let region = Region::between(&learnt.blend.regions, &self.gates);
-        let adapted = self.adaptation.at(&hats, &learnt.blend.personal);
+        let adapted = self.adaptation.at(&hats);
         let mut corrected_m = ends_m;
         for (end_m, bias_m) in corrected_m.iter_mut().zip(&adapted.bias_m) {
             *end_m = end_m.map(|end_m| end_m - *bias_m);
@@ -241,7 +241,8 @@ impl LearnedEstimator {
             end_m: combined.point_m,
             variance_m2: region.axis_variance_m2(),
         };
-        let combined_m = left.stretched_m(adapted.stretch);
+        let personal = &learnt.blend.personal;
+        let combined_m = self.adaptation.by_habit_m(&hats, personal, &left);
         let share = self.adaptation.share(&hats, region.share);
         let own_m = self.adaptation.own_m();
         let places = learnt.places.as_ref();
@@ -272,6 +273,7 @@ impl LearnedEstimator {
         }
         self.adaptation.remember(
             &hats,
+            personal,
             Pending {
                 ends_m,
                 squares_m2: Pending::squares_m2(&region),

@@ -3,6 +3,7 @@
 use super::account::{Account, InputUse, StageAccount};
 use super::blend::arrival::Arrival;
 use super::blend::combination::{Axes, Blend, KNOTS, Region};
+use super::blend::habit::Habits;
 use super::blend::personal::Personal;
 use super::blend::places::Places;
 use super::blend::sources::{SOURCES, Source};
@@ -28,7 +29,7 @@ use std::sync::Arc;
 /// What a file of this crate calls itself, and the version written.
 const FORMAT: Format = Format {
     name: "hwall-contact learned model",
-    version: 6,
+    version: 7,
 };
 
 /// A whole file.
@@ -119,7 +120,20 @@ struct FileBlend {
 struct FilePersonal {
     sources: [[f64; SOURCES]; KNOTS],
     time: [f64; KNOTS],
-    stretch: [f64; KNOTS],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    habits: Option<[FileHabits; KNOTS]>,
+    /// Of version 6, which knew habits along the way alone; it is not used any more.
+    #[serde(default, skip_serializing)]
+    stretch: Option<[f64; KNOTS]>,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileHabits {
+    usual_m: [f64; 3],
+    scatter_m: f64,
+    offset: f64,
+    slope: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -326,7 +340,13 @@ impl File {
                 own: Some(FilePersonal {
                     sources: blend.personal.sources,
                     time: blend.personal.time,
-                    stretch: blend.personal.stretch,
+                    habits: Some(blend.personal.habits.map(|h| FileHabits {
+                        usual_m: h.usual_m.to_array(),
+                        scatter_m: h.scatter_m,
+                        offset: h.offset,
+                        slope: h.slope,
+                    })),
+                    stretch: None,
                 }),
                 arrival: (blend.arrival != Arrival::NONE).then_some([
                     blend.arrival.keys,
@@ -394,8 +414,17 @@ impl File {
             let ok = (0.0..1.0).contains(share);
             that(ok, "share that is a person's own", *share, "0 to below 1")?;
         }
-        for variance in own.map(|own| &own.stretch).into_iter().flatten() {
+        for variance in own.and_then(|own| own.stretch).iter().flatten() {
             non_negative("variance of the stretch", *variance)?;
+        }
+        let habits = own.and_then(|own| own.habits);
+        if self.version >= 7 {
+            length("habits of people", 1, usize::from(habits.is_some()))?;
+        }
+        for habits in habits.iter().flatten() {
+            positive("scatter of the way left", habits.scatter_m)?;
+            non_negative("variance of the offsets of people", habits.offset)?;
+            non_negative("variance of the slopes of people", habits.slope)?;
         }
         if let Some([keys, shares, ways_m]) = &self.blend.arrival {
             for pair in keys.windows(2) {
@@ -519,7 +548,14 @@ impl File {
                     (Some(own), _) => Personal {
                         sources: own.sources,
                         time: own.time,
-                        stretch: own.stretch,
+                        habits: own.habits.map_or([Habits::NONE; KNOTS], |all| {
+                            all.map(|h| Habits {
+                                usual_m: DVec3::from_array(h.usual_m),
+                                scatter_m: h.scatter_m,
+                                offset: h.offset,
+                                slope: h.slope,
+                            })
+                        }),
                     },
                     // Times and ways were not adapted then.
                     (None, sources) => Personal {
@@ -615,9 +651,9 @@ mod tests {
         LabelledReach::new(HandPoint::Index, (0..=60).map(frame).collect(), to_m, 0.8)
     }
 
-    /// Version 5 knew one share for all times left, and neither time nor ways of a person's own.
+    /// Version 5 knew one share for all times left, and neither time nor habits of a person's own.
     #[test]
-    fn a_file_of_the_version_before_is_read() {
+    fn files_of_versions_before_are_read() {
         let reaches: Vec<LabelledReach> = (0..9).map(reach).collect();
         let model = LearnedModel::train(&reaches, &LearnedConfig::default()).expect("reaches");
         let mut file: Value = serde_json::from_str(&model.to_json()).expect("JSON");
@@ -630,8 +666,8 @@ mod tests {
         let personal = read.learnt.blend.personal;
         assert_eq!(personal.sources, [[0.1, 0.2, 0.3, 0.4, 0.5]; KNOTS]);
         assert_eq!(
-            (personal.time, personal.stretch),
-            ([0.0; KNOTS], [0.0; KNOTS])
+            (personal.time, personal.habits),
+            ([0.0; KNOTS], [Habits::NONE; KNOTS])
         );
         let answers = |model: &LearnedModel| -> Vec<_> {
             let mut estimator = model.estimator();
@@ -643,7 +679,17 @@ mod tests {
                 .collect()
         };
         assert_eq!(answers(&read), answers(&model));
+        // Version 6 knew a share by which the way left is longer.
+        let mut file: Value = serde_json::from_str(&model.to_json()).expect("JSON");
+        file["version"] = json!(6);
+        let own = file["blend"]["own"].as_object_mut().expect("an object");
+        own.remove("habits");
+        own.insert("stretch".to_owned(), json!(vec![0.1; KNOTS]));
+        file["digest"] = digest(&file).into();
+        let of_6 = LearnedModel::from_json(&file.to_string()).expect("an old file");
+        assert_eq!(of_6.learnt.blend.personal.habits, [Habits::NONE; KNOTS]);
+        assert_eq!(answers(&of_6), answers(&model));
         // Written again it is of this version.
-        assert!(read.to_json().contains("\"version\":6"));
+        assert!(read.to_json().contains("\"version\":7"));
     }
 }

@@ -1,12 +1,12 @@
 //! What the touches of one person in one room teach beyond what was learnt from others.
 
 use crate::learned::blend::combination::{Blend, KNOTS, Region, nearest_knot};
+use crate::learned::blend::habit::{Habit, WayLeft, Ways};
 use crate::learned::blend::lateness::Lateness;
 use crate::learned::blend::misses::Misses;
 use crate::learned::blend::personal::Personal;
 use crate::learned::blend::places::OWN_ENDS;
 use crate::learned::blend::sources::{Ends, SOURCES};
-use crate::learned::blend::stretch::{Stretch, WayLeft, Ways};
 use crate::learned::blend::training::MOST_DISTANCE;
 use glam::{DMat3, DVec3};
 
@@ -45,7 +45,7 @@ pub(in crate::learned) struct Pending {
     /// When the contact was foreseen, before any correction, s, and the mean square of the error that was expected, s².
     pub(in crate::learned) contact_s: f64,
     pub(in crate::learned) time_s2: f64,
-    /// The way left, before it is stretched.
+    /// The way left, before the habit.
     pub(in crate::learned) left: WayLeft,
     /// The combination, the places near it, and what was said, m.
     pub(in crate::learned) combined_m: DVec3,
@@ -71,7 +71,7 @@ struct Stage {
     /// Sums for the way to the places.
     towards: f64,
     way: f64,
-    stretch: Stretch,
+    habit: Habit,
     late: Lateness,
     /// The squared size of errors here, in units of that at all times left.
     spread: f64,
@@ -123,8 +123,6 @@ pub(in crate::learned) struct Adapted {
     pub(in crate::learned) bias_m: [DVec3; SOURCES],
     pub(in crate::learned) ratios: [f64; SOURCES],
     pub(in crate::learned) spread: f64,
-    /// Share by which the way left is longer.
-    pub(in crate::learned) stretch: f64,
     /// How much later the contact is, s, and the factor on the variance of that.
     pub(in crate::learned) late_s: f64,
     pub(in crate::learned) time_spread: f64,
@@ -134,13 +132,13 @@ impl Adaptation {
     pub(in crate::learned) fn new(personal: &Personal) -> Self {
         let stage = |k: usize| Stage {
             bias_m: [DVec3::ZERO; SOURCES],
-            doubt: personal.sources[k],
+            doubt: personal.lasting(k),
             odd_m: [None; SOURCES],
             ratio: [0.0; SOURCES],
             touches: 0.0,
             towards: 0.0,
             way: 0.0,
-            stretch: Stretch::NONE,
+            habit: Habit::UNKNOWN,
             late: Lateness::unknown(personal.time[k]),
             spread: 1.0,
         };
@@ -186,17 +184,15 @@ impl Adaptation {
     }
 
     /// Between stages, by the weights of the knots.
-    pub(in crate::learned) fn at(&self, hats: &[f64; KNOTS], personal: &Personal) -> Adapted {
+    pub(in crate::learned) fn at(&self, hats: &[f64; KNOTS]) -> Adapted {
         let mut out = Adapted {
             bias_m: [DVec3::ZERO; SOURCES],
             ratios: [0.0; SOURCES],
             spread: 0.0,
-            stretch: 0.0,
             late_s: 0.0,
             time_spread: 0.0,
         };
-        let stages = self.stages.iter().zip(&personal.stretch);
-        for ((stage, &variance), &hat) in stages.zip(hats) {
+        for (stage, &hat) in self.stages.iter().zip(hats) {
             if hat <= 0.0 {
                 continue;
             }
@@ -206,11 +202,26 @@ impl Adaptation {
                     hat * (PRIOR_RATIO + stage.ratio[k]) / (PRIOR_RATIO + stage.touches);
             }
             out.spread += hat * (self.spread * stage.spread).clamp(SPREADS[0], SPREADS[1]);
-            out.stretch += hat * stage.stretch.share(variance);
             out.late_s += hat * stage.late.mean_s;
             out.time_spread += hat * stage.late.variance();
         }
         out
+    }
+
+    /// The end of the way left by the habit of this person, m.
+    pub(in crate::learned) fn by_habit_m(
+        &self,
+        hats: &[f64; KNOTS],
+        personal: &Personal,
+        left: &WayLeft,
+    ) -> DVec3 {
+        let mut by = DVec3::ZERO;
+        for ((stage, habits), &hat) in self.stages.iter().zip(&personal.habits).zip(hats) {
+            if hat > 0.0 {
+                by += stage.habit.correction(habits, left) * hat;
+            }
+        }
+        left.corrected_m(by)
     }
 
     /// Share of the way to the places: what was learnt from others, and from touches since.
@@ -223,12 +234,19 @@ impl Adaptation {
     }
 
     /// Remembers what an estimate said. Of several at about the same time left the later ones count for the places and more for
-    /// the sources; all count alike for the spread and the stretch: errors are not alike on both sides of a time left.
-    pub(in crate::learned) fn remember(&mut self, hats: &[f64; KNOTS], pending: Pending) {
+    /// the sources; all count alike for the spread and the habit: errors are not alike on both sides of a time left.
+    pub(in crate::learned) fn remember(
+        &mut self,
+        hats: &[f64; KNOTS],
+        personal: &Personal,
+        pending: Pending,
+    ) {
         let nearest = nearest_knot(hats);
         let said = &mut self.said;
         said.misses[nearest].add(pending.said_m, pending.covariance_m2);
-        said.ways[nearest].add(&pending.left);
+        for ((ways, habits), &hat) in said.ways.iter_mut().zip(&personal.habits).zip(hats) {
+            ways.add(habits, &pending.left, hat);
+        }
         said.counts[nearest] += 1.0;
         let latest = (1.0 / said.counts[nearest]).max(LATEST);
         let before = said.pending[nearest].as_ref();
@@ -243,12 +261,14 @@ impl Adaptation {
         for (k, (pending, ways)) in each.enumerate() {
             let stage = &mut self.stages[k];
             if let Some(pending) = pending.take() {
-                stage.learn(&pending, contact_m, &blend.personal.sources[k]);
+                stage.learn(&pending, contact_m, &blend.personal.lasting(k));
                 let late_s = contact_s - pending.contact_s;
                 stage.late.learn(late_s, pending.time_s2);
             }
             let ways = std::mem::replace(ways, Ways::NONE);
-            stage.stretch.learn(&ways, contact_m);
+            stage
+                .habit
+                .learn(&blend.personal.habits[k], &ways, contact_m);
         }
         said.counts = [0.0; KNOTS];
         let each = said.misses.iter_mut().zip(&blend.usual_distances);

@@ -3,12 +3,12 @@
 pub(super) mod adaptation;
 pub(super) mod arrival;
 pub(super) mod combination;
+pub(super) mod habit;
 mod lateness;
 mod misses;
 pub(super) mod personal;
 pub(super) mod places;
 pub(super) mod quantiles;
 pub(super) mod sources;
-pub(super) mod stretch;
 pub(super) mod training;
 mod turns;

@@ -3,8 +3,8 @@
 use crate::learned::blend::combination::{
     Blend, Combined, KNOTS, Region, between_knots, nearest_knot, time_key,
 };
+use crate::learned::blend::habit::{ForeseenReach, Habits, WayLeft, habits};
 use crate::learned::blend::sources::SOURCES;
-use crate::learned::blend::stretch::{StretchedReach, WayLeft, variances};
 use crate::learned::blend::training::Evidence;
 use glam::DVec3;
 
@@ -22,8 +22,8 @@ pub(in crate::learned) struct Personal {
     pub(in crate::learned) sources: [[f64; SOURCES]; KNOTS],
     /// Share of the mean squared error of the time left.
     pub(in crate::learned) time: [f64; KNOTS],
-    /// Variance of the share by which the way left is longer than foreseen.
-    pub(in crate::learned) stretch: [f64; KNOTS],
+    /// How people end elsewhere than foreseen.
+    pub(in crate::learned) habits: [Habits; KNOTS],
 }
 
 impl Personal {
@@ -32,7 +32,16 @@ impl Personal {
         Self {
             sources: [[share; SOURCES]; KNOTS],
             time: [share; KNOTS],
-            stretch: [0.0; KNOTS],
+            habits: [Habits::NONE; KNOTS],
+        }
+    }
+
+    /// Share of the mean squared error of each source at one time left that is corrected in the source itself. Where the offset
+    /// of the habit is learnt, only what moves is: else the same would be learnt twice, by the sources less exactly.
+    pub(in crate::learned) fn lasting(&self, knot: usize) -> [f64; SOURCES] {
+        match self.habits[knot].offset > 0.0 {
+            true => [0.0; SOURCES],
+            false => self.sources[knot],
         }
     }
 
@@ -73,31 +82,37 @@ impl Personal {
                 std::array::from_fn(|k| at(knot, &|row| of_source(row, k)))
             }),
             time: std::array::from_fn(|knot| at(knot, &late)),
-            stretch: stretch(evidence, combined, &knots, &regions),
+            habits: habits_of(evidence, combined, blend, &regions),
         }
     }
 }
 
-fn stretch(
+fn habits_of(
     evidence: &Evidence,
     combined: &[Combined],
-    knots: &[usize],
+    blend: &Blend,
     regions: &[Region],
-) -> [f64; KNOTS] {
-    let mut reaches = vec![StretchedReach::default(); evidence.made];
+) -> [Habits; KNOTS] {
+    let mut reaches = vec![ForeseenReach::default(); evidence.made];
     for (row, sample) in evidence.samples.iter().enumerate() {
         // Behind them are copies at another pace.
         let Some(reach) = reaches.get_mut(sample.reach) else {
             continue;
         };
         (reach.person, reach.contact_m) = (evidence.people[row], sample.end_m);
-        reach.left[knots[row]].push(WayLeft {
+        let left = WayLeft {
             now_m: sample.now_m,
             end_m: combined[row].point_m,
             variance_m2: regions[row].axis_variance_m2(),
-        });
+        };
+        let hats = between_knots(&blend.knots, time_key(evidence.witnesses[row].left_s));
+        for (lefts, hat) in reach.left.iter_mut().zip(hats) {
+            if hat > 0.0 {
+                lefts.push((left, hat));
+            }
+        }
     }
-    variances(evidence.person_count(), &reaches)
+    habits(evidence.person_count(), &reaches)
 }
 
 /// The share of errors, in units of their usual size, that stays the same from reach to reach of one person: variance
