@@ -3,10 +3,10 @@
 mod common;
 
 use common::{home, iiwa, wall};
-use hwall::contact::{ContactEstimator, Predictor};
+use hwall::contact::{ContactEstimate, ContactEstimator, Predictor, StreamEstimator};
 use hwall::geometry::Pose;
 use hwall::glam::DVec3;
-use hwall::hand::{HandFilterConfig, HandFrame, HandPoint};
+use hwall::hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint, WatchConfig};
 use hwall::haptics::{Board, BoardTarget};
 use hwall::kinematics::{ArmKinematics, JointPositions, SrsArm};
 use hwall::response::{
@@ -343,26 +343,73 @@ fn what_makes_no_sense_is_refused_by_name() {
 }
 
 #[test]
-fn following_a_hand_that_is_on_its_way_allocates_nothing() {
-    let (reaches, shown, _) = touches();
-    // With several components a hypothesis that passes to a larger one for the first time asks for room.
-    let one = ResponseConfig {
-        per_component: usize::MAX,
-        ..ResponseConfig::default()
-    };
-    let model = ResponseModel::train(&shown, &one).expect("a model");
+fn following_hands_one_after_the_other_allocates_nothing() {
+    // Two components of different rank.
+    let mut reaches = drawn(Task::Touch, 40, 1);
+    reaches.extend(drawn(Task::Push, 15, 2));
+    let model = ResponseModel::train(&shown(&reaches), &config()).expect("a model");
+    assert_eq!(model.tasks().len(), 2);
     let mut filter = model.filter();
-    let frames = reaches[7].frames();
-    filter.begin();
-    // The first sample of a reach may.
-    filter.step(&frames[0]).expect("a good sample");
+    let frames: Vec<_> = [7, 45, 8]
+        .map(|i| reaches[i])
+        .iter()
+        .map(Reach::frames)
+        .collect();
     let info = allocation_counter::measure(|| {
-        for frame in &frames[1..] {
-            filter.step(frame).expect("a good sample");
-            filter.posterior().expect("finite");
+        for frames in &frames {
+            filter.begin();
+            for frame in frames {
+                filter.step(frame).expect("a good sample");
+                filter.posterior().expect("finite");
+            }
         }
     });
     assert_eq!(info.count_total, 0, "{info:?}");
+}
+
+#[test]
+fn a_reach_is_answered_the_same_whatever_was_followed_before() {
+    let (reaches, _, model) = touches();
+    let mut used = model.filter();
+    for reach in &reaches[..3] {
+        followed(&mut used, &reach.frames());
+    }
+    let frames = reaches[5].frames();
+    let again = followed(&mut used, &frames);
+    assert_eq!(again, followed(&mut model.filter(), &frames));
+}
+
+#[test]
+fn a_stream_answers_as_if_each_reach_were_given_from_its_start() {
+    let (.., model) = touches();
+    let arm: Arc<dyn ArmKinematics> = Arc::new(iiwa());
+    let alone = ResponseEstimator::new(&model, Arc::clone(&arm));
+    let mut ahead = StreamEstimator::new(alone.clone(), WatchConfig::default()).expect("settings");
+    let mut late = StreamEstimator::new(Late(alone), WatchConfig::default()).expect("settings");
+    let mut hand = HandFilter::new(HandFilterConfig::simulated()).expect("settings");
+    let mut answered = 0;
+    for (number, reach) in drawn(Task::Touch, 5, 4).iter().enumerate() {
+        for frame in seen(reach, 6.0 * number as f64) {
+            let tracking = hand.step(&frame);
+            let estimate = ahead.step(&frame, tracking.state());
+            assert_eq!(estimate, late.step(&frame, tracking.state()));
+            answered += usize::from(estimate.is_some());
+        }
+    }
+    assert!(answered > 100, "{answered}");
+}
+
+/// An estimator that begins a reach only when it has begun.
+struct Late(ResponseEstimator);
+
+impl ContactEstimator for Late {
+    fn begin(&mut self) {
+        self.0.begin();
+    }
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        self.0.step(frame)
+    }
 }
 
 /// A session that is led by a response, for an arm with limits of its own; without its other half.

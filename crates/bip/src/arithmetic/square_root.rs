@@ -25,10 +25,19 @@ pub(crate) struct Fold {
 }
 
 /// Upper triangular square root of an information matrix.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct SquareRoot {
     n: usize,
     r: Vec<AlignedTile>,
+}
+
+impl Clone for SquareRoot {
+    /// With the same room, so that what a copy is overwritten with allocates no more than in the original.
+    fn clone(&self) -> Self {
+        let mut r = Vec::with_capacity(self.r.capacity());
+        r.extend_from_slice(&self.r);
+        Self { n: self.n, r }
+    }
 }
 
 impl SquareRoot {

@@ -72,41 +72,87 @@ pub(super) struct Hypotheses {
     pub list: Vec<Hypothesis>,
     /// Posteriors of dropped hypotheses, for the next ones.
     spare: Vec<Posterior>,
+    /// One of the component of largest rank: all others are made from it, so that each has room for any component.
+    largest: Posterior,
     candidates: Vec<Candidate>,
 }
 
 impl Clone for Hypotheses {
     /// With the same room: the steps of a copy allocate no more than those of the original.
     fn clone(&self) -> Self {
+        let mut list = Vec::with_capacity(self.list.capacity());
+        list.extend(
+            self.list
+                .iter()
+                .map(|h| h.with(roomy(&self.largest, &h.posterior))),
+        );
+        let mut spare = Vec::with_capacity(self.spare.capacity());
+        spare.resize(self.spare.len(), self.largest.clone());
         Self {
-            list: with_room(&self.list),
-            spare: with_room(&self.spare),
-            candidates: with_room(&self.candidates),
+            list,
+            spare,
+            largest: self.largest.clone(),
+            candidates: Vec::with_capacity(self.candidates.capacity()),
         }
     }
 }
 
-fn with_room<T: Clone>(values: &Vec<T>) -> Vec<T> {
-    let mut copy = Vec::with_capacity(values.capacity());
-    copy.extend_from_slice(values);
+/// A copy of a posterior with the room of a larger one.
+fn roomy(largest: &Posterior, posterior: &Posterior) -> Posterior {
+    let mut copy = largest.clone();
+    copy.copy_from(posterior);
     copy
 }
 
 impl Hypotheses {
-    pub(super) fn new(list: Vec<Hypothesis>, components: &[ComponentFilter], most: usize) -> Self {
+    /// The first component has been found to exist.
+    pub(super) fn new(
+        mut list: Vec<Hypothesis>,
+        components: &[ComponentFilter],
+        most: usize,
+    ) -> Self {
         let capacity = most.max(list.len());
         let blanks = components.iter().map(|c| &c.blank);
         let largest = blanks.max_by_key(|b| b.size());
-        let mut hypotheses = Self {
+        let largest = largest.unwrap_or(&components[0].blank).clone();
+        for h in &mut list {
+            h.posterior = roomy(&largest, &h.posterior);
+        }
+        // Each dropped hypothesis is kept for the next: as many parents and as many children.
+        list.reserve(2 * capacity);
+        let mut spare = Vec::with_capacity(4 * capacity);
+        spare.resize(2 * capacity, largest.clone());
+        Self {
             list,
-            // As many parents and as many children.
-            spare: largest.map_or(Vec::new(), |b| vec![b.clone(); 2 * capacity]),
+            spare,
+            largest,
             candidates: Vec::with_capacity((3 + components.len()).saturating_mul(capacity)),
-        };
-        hypotheses.list.reserve(2 * capacity);
-        // Each dropped hypothesis is kept for the next.
-        hypotheses.spare.reserve(2 * capacity);
-        hypotheses
+        }
+    }
+
+    /// Becomes as others of the same components are, with the posteriors that it has.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        while let Some(last) = self.list.len().checked_sub(1) {
+            self.discard(last);
+        }
+        for theirs in &other.list {
+            let mut posterior = self.blank();
+            posterior.copy_from(&theirs.posterior);
+            self.list.push(theirs.with(posterior));
+        }
+    }
+
+    /// A posterior with room for any component.
+    pub(super) const fn largest(&self) -> &Posterior {
+        &self.largest
+    }
+
+    /// A posterior to overwrite.
+    fn blank(&mut self) -> Posterior {
+        match self.spare.pop() {
+            Some(posterior) => posterior,
+            None => self.largest.clone(),
+        }
     }
 
     pub(super) fn heaviest(&self) -> Option<&Hypothesis> {
@@ -206,10 +252,7 @@ impl Hypotheses {
             Event::ChangeOfSpeed => Mode::ChangingSpeed,
             Event::None | Event::Resume | Event::ChangeOfMind => Mode::Moving,
         };
-        let mut posterior = match self.spare.pop() {
-            Some(posterior) => posterior,
-            None => components[component].blank.clone(),
-        };
+        let mut posterior = self.blank();
         let parent = &mut self.list[candidate.from];
         let rested = parent.mode == Mode::Resting;
         if candidate.event == Event::ChangeOfMind {

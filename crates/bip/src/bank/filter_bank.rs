@@ -4,7 +4,7 @@ use super::branching::{CHANGE_OF_SPEED, Hypotheses, Room};
 use super::component::{Component, ComponentFilter, total_probability};
 use super::config::BankConfig;
 use super::hypothesis::{Hypothesis, HypothesisView, Mode};
-use crate::error::BipError;
+use crate::error::{BipError, length};
 use crate::filter::{Filter, FilterConfig, Health, Observation, Update};
 use crate::model::{Model, PhaseVelocity};
 use hwall_numeric::check;
@@ -28,8 +28,7 @@ const SETTLING: f64 = 0.1;
 /// model would instead mix all histories of a mode into one Gaussian at every step. A change of
 /// mind, before and after which the ends lie far apart, does not survive that.
 ///
-/// Steps do not allocate, unless a hypothesis passes to a component of larger rank for the first time.
-/// An error leaves the bank as it was, unless the arithmetic overflows in some of the
+/// Steps do not allocate. An error leaves the bank as it was, unless the arithmetic overflows in some of the
 /// hypotheses, which are then dropped.
 #[derive(Debug, Clone)]
 pub struct Bank {
@@ -79,8 +78,13 @@ impl Bank {
             filters.push(filter);
         }
         let dofs = components[0].model.dofs();
+        let most = room(config, filters.len(), 0.0).total();
+        let hypotheses = Hypotheses::new(list, &filters, most);
+        for component in &mut filters {
+            component.filter.make_room_for(hypotheses.largest());
+        }
         Ok(Self {
-            hypotheses: Hypotheses::new(list, &filters, room(config, filters.len(), 0.0).total()),
+            hypotheses,
             components: filters,
             config: config.clone(),
             moments: [vec![0.0; dofs * dofs], vec![0.0; dofs * dofs]],
@@ -89,6 +93,25 @@ impl Bank {
             weighed: false,
             health: Health::NEW,
         })
+    }
+
+    /// Forgets what was observed and becomes as another bank of the same components is: a copy without allocation.
+    ///
+    /// # Errors
+    /// A bank of other components.
+    pub fn restart_from(&mut self, other: &Self) -> Result<(), BipError> {
+        length("components", self.components.len(), other.components.len())?;
+        for (own, others) in self.components.iter().zip(&other.components) {
+            length("states", own.blank.size(), others.blank.size())?;
+            length("dofs", own.filter.dofs(), others.filter.dofs())?;
+        }
+        self.hypotheses.copy_from(&other.hypotheses);
+        self.config.clone_from(&other.config);
+        self.since_branching = other.since_branching;
+        self.elapsed = other.elapsed;
+        self.weighed = other.weighed;
+        self.health = other.health;
+        Ok(())
     }
 
     /// Lets `dt` pass.

@@ -53,6 +53,11 @@ impl Hypothesis {
         }
     }
 
+    /// The same with a copy of its posterior.
+    pub(super) fn with(&self, posterior: Posterior) -> Self {
+        Self { posterior, ..*self }
+    }
+
     /// Mean of the phase velocity, which is 0 at rest.
     pub(super) fn velocity(&self) -> f64 {
         match self.mode {

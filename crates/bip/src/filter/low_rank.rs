@@ -78,7 +78,8 @@ impl Filter {
                 padded: vec![[0.0; LANES]; tiles(size)],
                 lower: vec![0.0; dofs * dofs],
                 seen: vec![false; dofs],
-                kept: Vec::with_capacity(dofs),
+                // Full, so that a copy has room for all.
+                kept: (0..dofs).collect(),
                 point: posterior.mean.clone(),
             },
             posterior,
@@ -164,6 +165,13 @@ impl Filter {
     /// Puts another posterior of the same model into the filter and takes the present one out.
     pub(crate) fn exchange(&mut self, posterior: &mut Posterior) {
         std::mem::swap(&mut self.posterior, posterior);
+    }
+
+    /// Gives the scratch that becomes part of posteriors the room of a larger one.
+    pub(crate) fn make_room_for(&mut self, largest: &Posterior) {
+        let mut root = largest.root.clone();
+        root.copy_from(&self.scratch.root);
+        self.scratch.root = root;
     }
 
     /// Do two posteriors of this model say about the same?

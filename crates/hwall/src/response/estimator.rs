@@ -61,7 +61,7 @@ impl ResponseEstimator {
         let posterior = self.filter.posterior()?;
         let face = self.arm.forward(&posterior.q);
         let point_m = face.position_m();
-        let covariance_m2 = self.covariance_m2(point_m)?;
+        let covariance_m2 = self.covariance_m2(&posterior, point_m)?;
         self.posterior = Some(posterior);
         Ok(Some(ContactEstimate {
             covariance_m2: Some(covariance_m2),
@@ -75,16 +75,22 @@ impl ResponseEstimator {
     }
 
     /// Of the middle of the face about a point, over all components, to first order in each.
-    fn covariance_m2(&mut self, about_m: DVec3) -> Result<DMat3, SessionError> {
+    fn covariance_m2(
+        &mut self,
+        posterior: &JointPosterior,
+        about_m: DVec3,
+    ) -> Result<DMat3, SessionError> {
         let mut sum = DMat3::ZERO;
         for component in 0..self.filter.components() {
             let share = self.filter.component_probability(component);
             if share < IMPROBABLE {
                 continue;
             }
-            let Some(moments) = self.filter.of_component(component)? else {
-                continue;
+            let moments = match component == posterior.component {
+                true => Some(posterior.moments()),
+                false => self.filter.of_component(component)?,
             };
+            let Some(moments) = moments else { continue };
             let off = self.arm.forward(&moments.q).position_m() - about_m;
             sum += share * (outer(off, off) + self.carried(&moments));
         }
@@ -113,6 +119,12 @@ impl ContactEstimator for ResponseEstimator {
     fn begin(&mut self) {
         self.filter.begin();
         self.posterior = None;
+    }
+
+    /// There are no touches to learn from, so that a reach that may have begun is one that has begun.
+    fn begin_tentatively(&mut self) -> bool {
+        self.begin();
+        true
     }
 
     /// `None` also for a sample whose time makes no sense.

@@ -30,6 +30,16 @@ pub struct JointPosterior {
     pub time_to_end: Option<TimeToEnd>,
 }
 
+impl JointPosterior {
+    /// Those of its component.
+    pub(super) const fn moments(&self) -> JointMoments {
+        JointMoments {
+            q: self.q,
+            covariance_rad2: self.covariance_rad2,
+        }
+    }
+}
+
 /// The joints at the end of a reach by one component.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointMoments {
@@ -39,9 +49,7 @@ pub struct JointMoments {
     pub covariance_rad2: [[f64; 7]; 7],
 }
 
-/// Follows a hand and infers the joints that answer it. Steps allocate nothing, except where a hypothesis passes to a
-/// larger component for the first time; the beginning of a reach and its first
-/// sample do.
+/// Follows a hand and infers the joints that answer it. Neither steps nor the beginning of a reach allocate.
 #[derive(Debug, Clone)]
 pub struct ResponseFilter {
     fresh: Bank,
@@ -102,7 +110,10 @@ impl ResponseFilter {
 
     /// A new reach begins: forgets the samples of the one before.
     pub fn begin(&mut self) {
-        self.bank.clone_from(&self.fresh);
+        // Of one model, so that their sizes agree.
+        if self.bank.restart_from(&self.fresh).is_err() {
+            self.bank.clone_from(&self.fresh);
+        }
         self.last_s = None;
         self.seen = Seen::NOTHING;
     }

@@ -19,7 +19,8 @@ pub struct ResponseConfig {
     pub hand: Basis,
     /// The same for each joint. Default: 7 Legendre polynomials.
     pub joints: Basis,
-    /// Directions that are kept of each component. Default 24; the time of a step grows with the square.
+    /// Directions that are kept of each component. Default 22, which with the phase and its velocity fill three wide vectors; the
+    /// time of a step grows with the square.
     pub rank: usize,
     /// So many demonstrations make a component on average. Default 25: fewer are more local and know fewer people.
     pub per_component: usize,
@@ -29,7 +30,7 @@ pub struct ResponseConfig {
     /// components, which are weighed against each other by it, and larger than the noise of a tracker: a new person deviates in
     /// the same direction for many samples, each of which counts as new evidence.
     pub noise_m: f64,
-    /// Hypotheses of the bank, besides those of its first tenth of a motion. Default 12.
+    /// Hypotheses of the bank after the first tenth of a motion, in which there are two for each component. Default 12.
     pub hypotheses: usize,
 }
 
@@ -39,7 +40,7 @@ impl Default for ResponseConfig {
         Self {
             hand: seven,
             joints: seven,
-            rank: 24,
+            rank: 22,
             per_component: 25,
             least: 12,
             noise_m: 0.1,
@@ -155,6 +156,8 @@ impl ResponseModel {
         let usual = BankConfig::default();
         let bank = mixture.bank(&BankConfig {
             hypotheses: config.hypotheses,
+            // A reach is given from its true start, also when the hand turned to it on its way.
+            under_way: 0.0,
             filter: FilterConfig {
                 acceleration_variance: Some(acceleration_variance(&mixture)),
                 ..usual.filter.clone()

@@ -120,6 +120,13 @@ impl Region {
     pub(in crate::learned) fn time_sd_s(&self) -> f64 {
         self.time_s2.sqrt().max(CLOCK_S)
     }
+
+    /// The same between regions; see [`between`](Self::between).
+    pub(in crate::learned) fn time_sd_between_s(regions: &[Self], gates: &[f64]) -> f64 {
+        let counted = regions.iter().zip(gates).filter(|(_, gate)| **gate > 0.0);
+        let logarithm = counted.fold(0.0, |sum, (region, gate)| sum + gate * region.time_s2.ln());
+        logarithm.exp().sqrt().max(CLOCK_S)
+    }
 }
 
 /// The combination of the sources before places are considered.

@@ -47,15 +47,12 @@ impl Personal {
 
     /// From what was foreseen of reaches held out.
     pub(super) fn of(evidence: &Evidence, combined: &[Combined], blend: &Blend) -> Self {
-        let rows = evidence.samples.iter().zip(evidence.witnesses);
-        let knots: Vec<usize> = rows
-            .map(|(_, witness)| {
-                nearest_knot(&between_knots(&blend.knots, time_key(witness.left_s)))
-            })
-            .collect();
-        let regions: Vec<Region> = (0..knots.len())
-            .map(|row| Region::between(&blend.regions, evidence.rows.gates(row)))
-            .collect();
+        let knots = evidence.of_rows(|row| {
+            let left_s = evidence.witnesses[row].left_s;
+            nearest_knot(&between_knots(&blend.knots, time_key(left_s)))
+        });
+        let regions =
+            evidence.of_rows(|row| Region::between(&blend.regions, evidence.rows.gates(row)));
         let of_source = |row: usize, k: usize| {
             let miss_m = evidence.witnesses[row].ends_m[k]? - evidence.samples[row].end_m;
             let region = &regions[row];

@@ -12,6 +12,7 @@ use crate::learned::blend::turns::{Sums, Turns};
 use crate::learned::regression::local_ridge::Rows;
 use crate::learned::samples::TrainingSample;
 use glam::{DMat3, DVec3};
+use hwall_numeric::parallel;
 
 /// 90 % of a normal variable in three dimensions lie within this Mahalanobis distance, squared.
 const CHI_SQUARED_3_90: f64 = 6.251_389;
@@ -103,6 +104,23 @@ impl Evidence<'_> {
         Sums::of(self.folds(), weights, each)
     }
 
+    /// Something of every region, worked out on all cores.
+    fn of_regions<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        parallel::map(self.rows.regions, of)
+    }
+
+    /// Something of every row, worked out on all cores.
+    pub(super) fn of_rows<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        /// Rows that one core takes at a time: enough that handing them out costs nothing beside.
+        const TOGETHER: usize = 256;
+        let count = self.samples.len();
+        let parts = parallel::map(count.div_ceil(TOGETHER), |part| {
+            let rows = part * TOGETHER..count.min((part + 1) * TOGETHER);
+            rows.map(&of).collect::<Vec<_>>()
+        });
+        parts.into_iter().flatten().collect()
+    }
+
     /// The region of a sample, as learnt mostly from the other folds.
     fn held_out(&self, turns: &Turns, row: usize) -> Region {
         let regions = &turns.without[self.samples[row].fold];
@@ -127,26 +145,25 @@ impl Blend {
     ///
     pub(in crate::learned) fn of(evidence: &Evidence) -> (Self, HeldOut) {
         let mut turns = Turns::new(evidence.rows.regions, evidence.folds());
-        for region in 0..evidence.rows.regions {
-            moments(evidence, region, &mut turns);
-        }
+        moments(evidence, &mut turns);
         let combined = combinations(evidence, &turns);
-        for region in 0..evidence.rows.regions {
-            disagreements(evidence, &combined, region, &mut turns);
-        }
+        disagreements(evidence, &combined, &mut turns);
         let points_m = shares(evidence, &combined, &mut turns);
         let (arrival, points_m) = arrivals(evidence, &points_m);
         let independent = independent(evidence, &points_m, &turns.all);
-        let [way, world] = [Axes::Way, Axes::World].map(|axes| {
+        let in_axes = |axes: Axes| {
             let turns = turns.clone();
             calibrated(evidence, &combined, &points_m, turns, axes, independent)
-        });
+        };
+        const BOTH: [Axes; 2] = [Axes::Way, Axes::World];
+        let both = parallel::map(BOTH.len(), |k| in_axes(BOTH[k])).into_iter();
         // The more likely of the two; a tie goes to the axes that turn with the reach.
+        let better = both.reduce(|way, world| if world.score > way.score { world } else { way });
         let Calibrated {
             mut blend,
             optimism,
             ..
-        } = if world.score > way.score { world } else { way };
+        } = better.unwrap_or_else(|| in_axes(Axes::Way));
         blend.arrival = arrival;
         blend.personal = Personal::of(evidence, &combined, &blend);
         (blend, HeldOut { points_m, optimism })
@@ -171,86 +188,93 @@ struct Calibrated {
 }
 
 /// Second moments of the errors of the sources in a region, in units of the smallest.
-fn moments(evidence: &Evidence, region: usize, turns: &mut Turns) {
+fn moments(evidence: &Evidence, turns: &mut Turns) {
     const PAIRS: usize = SOURCES * SOURCES;
-    let near = evidence.rows_of(region);
-    let miss = |row: usize, k: usize| {
-        let end_m = evidence.witnesses[row].ends_m[k]?;
-        Some(end_m - evidence.samples[row].end_m)
-    };
-    let limits: [f64; SOURCES] = std::array::from_fn(|k| {
-        let lengths = near
-            .iter()
-            .filter_map(|&r| Some((miss(r, k)?.length(), evidence.weight(r, region))));
-        CLIP * weighted_quantile(0.5, lengths)
-    });
-    // Sums of the products, then of their weights.
-    let weights: [usize; 2 * PAIRS] = std::array::from_fn(|k| PAIRS + k % PAIRS);
-    let sums = evidence.sums(region, weights, |row, weight| {
-        let misses: [Option<DVec3>; SOURCES] = std::array::from_fn(|k| {
-            miss(row, k).map(|m| m.clamp_length_max(limits[k].max(f64::MIN_POSITIVE)))
+    let sums_of = |region: usize| {
+        let near = evidence.rows_of(region);
+        let miss = |row: usize, k: usize| {
+            let end_m = evidence.witnesses[row].ends_m[k]?;
+            Some(end_m - evidence.samples[row].end_m)
+        };
+        let limits: [f64; SOURCES] = std::array::from_fn(|k| {
+            let lengths = near
+                .iter()
+                .filter_map(|&r| Some((miss(r, k)?.length(), evidence.weight(r, region))));
+            CLIP * weighted_quantile(0.5, lengths)
         });
-        let mut out = [0.0; 2 * PAIRS];
-        for i in 0..SOURCES {
-            for j in 0..SOURCES {
-                if let (Some(a), Some(b)) = (misses[i], misses[j]) {
-                    out[i * SOURCES + j] = weight * a.dot(b);
-                    out[PAIRS + i * SOURCES + j] = weight;
+        // Sums of the products, then of their weights.
+        let weights: [usize; 2 * PAIRS] = std::array::from_fn(|k| PAIRS + k % PAIRS);
+        evidence.sums(region, weights, |row, weight| {
+            let misses: [Option<DVec3>; SOURCES] = std::array::from_fn(|k| {
+                miss(row, k).map(|m| m.clamp_length_max(limits[k].max(f64::MIN_POSITIVE)))
+            });
+            let mut out = [0.0; 2 * PAIRS];
+            for i in 0..SOURCES {
+                for j in 0..SOURCES {
+                    if let (Some(a), Some(b)) = (misses[i], misses[j]) {
+                        out[i * SOURCES + j] = weight * a.dot(b);
+                        out[PAIRS + i * SOURCES + j] = weight;
+                    }
                 }
             }
-        }
-        out
-    });
-    turns.learn(region, &sums, |out, sums| {
-        let mut least = f64::INFINITY;
-        for i in 0..SOURCES {
-            for j in 0..SOURCES {
-                let noise = if i == j {
-                    3.0 * SENSOR_M * SENSOR_M
-                } else {
-                    0.0
-                };
-                let total = sums[PAIRS + i * SOURCES + j].max(f64::MIN_POSITIVE);
-                out.moments[i][j] = sums[i * SOURCES + j] / total + noise;
+            out
+        })
+    };
+    for (region, sums) in evidence.of_regions(sums_of).iter().enumerate() {
+        turns.learn(region, sums, |out, sums| {
+            let mut least = f64::INFINITY;
+            for i in 0..SOURCES {
+                for j in 0..SOURCES {
+                    let noise = if i == j {
+                        3.0 * SENSOR_M * SENSOR_M
+                    } else {
+                        0.0
+                    };
+                    let total = sums[PAIRS + i * SOURCES + j].max(f64::MIN_POSITIVE);
+                    out.moments[i][j] = sums[i * SOURCES + j] / total + noise;
+                }
+                if sums[PAIRS + i * (SOURCES + 1)] > 0.0 {
+                    least = least.min(out.moments[i][i]);
+                }
             }
-            if sums[PAIRS + i * (SOURCES + 1)] > 0.0 {
-                least = least.min(out.moments[i][i]);
-            }
-        }
-        let size = if least.is_finite() { least } else { 1.0 };
-        out.moments.iter_mut().flatten().for_each(|m| *m /= size);
-        out.size_m2 = size;
-        (out.spread, out.unplaced, out.time_s2) = (1.0, 1.0, 1.0);
-    });
+            let size = if least.is_finite() { least } else { 1.0 };
+            out.moments.iter_mut().flatten().for_each(|m| *m /= size);
+            out.size_m2 = size;
+            (out.spread, out.unplaced, out.time_s2) = (1.0, 1.0, 1.0);
+        });
+    }
 }
 
 fn combinations(evidence: &Evidence, turns: &Turns) -> Vec<Combined> {
-    let each = evidence.each().map(|(row, sample, witness)| {
+    evidence.of_rows(|row| {
         let region = evidence.held_out(turns, row);
-        combine(&region, &witness.ends_m, &[1.0; SOURCES]).unwrap_or(Combined {
-            point_m: sample.now_m,
+        let ends_m = &evidence.witnesses[row].ends_m;
+        combine(&region, ends_m, &[1.0; SOURCES]).unwrap_or(Combined {
+            point_m: evidence.samples[row].now_m,
             apart_m2: 0.0,
             weights: [0.0; SOURCES],
         })
-    });
-    each.collect()
+    })
 }
 
 /// Sets the size of the errors before places, and the usual disagreement.
-fn disagreements(evidence: &Evidence, combined: &[Combined], region: usize, turns: &mut Turns) {
-    let near = evidence.rows_of(region);
+fn disagreements(evidence: &Evidence, combined: &[Combined], turns: &mut Turns) {
     let miss = |row: usize| combined[row].point_m.distance(evidence.samples[row].end_m);
-    let limit = clip(evidence, near, region, &miss);
-    let sums = evidence.sums(region, [2; 3], |row, weight| {
-        let square = miss(row).min(limit).powi(2);
-        let apart = combined[row].apart_m2.min(limit * limit);
-        [weight * square, weight * apart, weight]
-    });
-    turns.learn(region, &sums, |out, [square, apart, total]| {
-        let total = total.max(f64::MIN_POSITIVE);
-        out.unplaced = (square / total + 3.0 * SENSOR_M * SENSOR_M) / out.size_m2;
-        out.apart = apart / total / out.size_m2;
-    });
+    let sums_of = |region: usize| {
+        let limit = clip(evidence, evidence.rows_of(region), region, &miss);
+        evidence.sums(region, [2; 3], |row, weight| {
+            let square = miss(row).min(limit).powi(2);
+            let apart = combined[row].apart_m2.min(limit * limit);
+            [weight * square, weight * apart, weight]
+        })
+    };
+    for (region, sums) in evidence.of_regions(sums_of).iter().enumerate() {
+        turns.learn(region, sums, |out, [square, apart, total]| {
+            let total = total.max(f64::MIN_POSITIVE);
+            out.unplaced = (square / total + 3.0 * SENSOR_M * SENSOR_M) / out.size_m2;
+            out.apart = apart / total / out.size_m2;
+        });
+    }
 }
 
 fn clip(evidence: &Evidence, near: &[usize], k: usize, length: &dyn Fn(usize) -> f64) -> f64 {
@@ -262,28 +286,28 @@ fn clip(evidence: &Evidence, near: &[usize], k: usize, length: &dyn Fn(usize) ->
 
 /// Learns how far towards the places to go; returns where every sample then points.
 fn shares(evidence: &Evidence, combined: &[Combined], turns: &mut Turns) -> Vec<DVec3> {
-    let nearest: Vec<Option<DVec3>> = evidence
-        .each()
-        .map(|(row, sample, _)| {
-            let region = evidence.held_out(turns, row);
-            let (point_m, own) = (combined[row].point_m, Some(sample.fold));
-            placed(evidence.places, &region, 1.0, point_m, &[], own).1
-        })
-        .collect();
-    for region in 0..evidence.rows.regions {
+    let so_far = &*turns;
+    let nearest: Vec<Option<DVec3>> = evidence.of_rows(|row| {
+        let region = evidence.held_out(so_far, row);
+        let (point_m, own) = (combined[row].point_m, Some(evidence.samples[row].fold));
+        placed(evidence.places, &region, 1.0, point_m, &[], own).1
+    });
+    let way = |row: usize| nearest[row].map_or(DVec3::ZERO, |p| p - combined[row].point_m);
+    let miss = |row: usize| combined[row].point_m - evidence.samples[row].end_m;
+    let sums_of = |region: usize| {
         let near = evidence.rows_of(region);
-        let way = |row: usize| nearest[row].map_or(DVec3::ZERO, |p| p - combined[row].point_m);
-        let miss = |row: usize| combined[row].point_m - evidence.samples[row].end_m;
         let limit = clip(evidence, near, region, &|row| miss(row).length());
-        let sums = evidence.sums(region, [2; 3], |row, weight| {
+        evidence.sums(region, [2; 3], |row, weight| {
             let (miss, way) = (miss(row).clamp_length_max(limit.max(1e-9)), way(row));
             [
                 -weight * miss.dot(way),
                 weight * way.length_squared(),
                 weight,
             ]
-        });
-        turns.learn(region, &sums, |out, [towards, square, total]| {
+        })
+    };
+    for (region, sums) in evidence.of_regions(sums_of).iter().enumerate() {
+        turns.learn(region, sums, |out, [towards, square, total]| {
             let total = total.max(f64::MIN_POSITIVE);
             out.share = (towards / square.max(1e-12 * total)).clamp(0.0, 1.0);
             out.placed = square / total / out.size_m2;
@@ -314,13 +338,11 @@ fn arrivals(evidence: &Evidence, points_m: &[DVec3]) -> (Arrival, Vec<DVec3>) {
     let stops: Vec<Stop> = stops.collect();
     let part = |row: usize| evidence.samples[row].fold % ARRIVAL_PARTS;
     let parts = evidence.folds().min(ARRIVAL_PARTS);
-    let without: Vec<Arrival> = (0..parts)
-        .map(|held_out| {
-            let others = stops.iter().enumerate();
-            let others = others.filter(|(row, _)| parts == 1 || part(*row) != held_out);
-            Arrival::of(others.map(|(_, stop)| stop))
-        })
-        .collect();
+    let without: Vec<Arrival> = parallel::map(parts, |held_out| {
+        let others = stops.iter().enumerate();
+        let others = others.filter(|(row, _)| parts == 1 || part(*row) != held_out);
+        Arrival::of(others.map(|(_, stop)| stop))
+    });
     let points = stops.iter().enumerate();
     let points = points.map(|(row, s)| without[part(row)].stop_m(&s.progress, s.now_m, s.said_m));
     let points_m = points.collect();
@@ -343,9 +365,7 @@ fn calibrated(
             (axes, axes.transpose() * (points_m[row] - sample.end_m))
         })
         .collect();
-    for region in 0..evidence.rows.regions {
-        shape(evidence, &turned, region, &mut turns);
-    }
+    shape(evidence, &turned, &mut turns);
     let keys = || {
         let each = evidence.each();
         each.map(|(_, sample, witness)| (time_key(witness.left_s), sample.weight))
@@ -363,20 +383,17 @@ fn calibrated(
         usual_distances: [1.0; KNOTS],
         personal: Personal::even(0.1),
     };
-    let judged: Vec<Judged> = evidence
-        .each()
-        .map(|(row, _, witness)| {
-            let region = evidence.held_out(&turns, row);
-            let usual = region.apart * region.size_m2 + SENSOR_M * SENSOR_M;
-            Judged {
-                miss_m: turned[row].1,
-                ratio: disagreement(combined[row].apart_m2 / usual),
-                region,
-                axes: turned[row].0,
-                hats: between_knots(&knots, time_key(witness.left_s)),
-            }
-        })
-        .collect();
+    let judged: Vec<Judged> = evidence.of_rows(|row| {
+        let region = evidence.held_out(&turns, row);
+        let usual = region.apart * region.size_m2 + SENSOR_M * SENSOR_M;
+        Judged {
+            miss_m: turned[row].1,
+            ratio: disagreement(combined[row].apart_m2 / usual),
+            region,
+            axes: turned[row].0,
+            hats: between_knots(&knots, time_key(evidence.witnesses[row].left_s)),
+        }
+    });
     blend.by_disagreement = slope(evidence, &judged);
     let optimism = spread(evidence, &judged, &mut blend, independent);
     Calibrated {
@@ -387,38 +404,42 @@ fn calibrated(
 }
 
 /// Second moments of the errors of the estimates, and of the time.
-fn shape(evidence: &Evidence, turned: &[(DMat3, DVec3)], region: usize, turns: &mut Turns) {
-    let near = evidence.rows_of(region);
+fn shape(evidence: &Evidence, turned: &[(DMat3, DVec3)], turns: &mut Turns) {
     let late = |row: usize| {
         let witness = &evidence.witnesses[row];
         (witness.left_s - witness.true_left_s).abs()
     };
-    let limit = clip(evidence, near, region, &|row| turned[row].1.length());
-    let latest = clip(evidence, near, region, &late);
-    let sums = evidence.sums(region, [7; 8], |row, weight| {
-        let m = turned[row].1.clamp_length_max(limit.max(1e-9));
-        let time = late(row).min(latest).powi(2);
-        let products = [m.x * m.x, m.y * m.y, m.z * m.z, m.x * m.y, m.y * m.z];
-        let [xx, yy, zz, xy, yz] = products.map(|p| weight * p);
-        let (zx, time) = (weight * m.z * m.x, weight * time);
-        [xx, yy, zz, xy, yz, zx, time, weight]
-    });
-    turns.learn(region, &sums, |out, sums| {
-        let total = sums[7].max(f64::MIN_POSITIVE);
-        let [xx, yy, zz, xy, yz, zx] = std::array::from_fn(|k| sums[k] / total);
-        let columns = [xx, xy, zx, xy, yy, yz, zx, yz, zz];
-        let moments = DMat3::from_cols_array(&columns) + sensor();
-        let size = trace(&moments);
-        // What was in units of the old size.
-        let ratio = out.size_m2 / size;
-        out.moments.iter_mut().flatten().for_each(|m| *m *= ratio);
-        out.unplaced *= ratio;
-        out.apart *= ratio;
-        out.placed *= ratio;
-        out.size_m2 = size;
-        out.shape = moments * (1.0 / size);
-        out.time_s2 = (sums[6] / total).max(1e-8);
-    });
+    let sums_of = |region: usize| {
+        let near = evidence.rows_of(region);
+        let limit = clip(evidence, near, region, &|row| turned[row].1.length());
+        let latest = clip(evidence, near, region, &late);
+        evidence.sums(region, [7; 8], |row, weight| {
+            let m = turned[row].1.clamp_length_max(limit.max(1e-9));
+            let time = late(row).min(latest).powi(2);
+            let products = [m.x * m.x, m.y * m.y, m.z * m.z, m.x * m.y, m.y * m.z];
+            let [xx, yy, zz, xy, yz] = products.map(|p| weight * p);
+            let (zx, time) = (weight * m.z * m.x, weight * time);
+            [xx, yy, zz, xy, yz, zx, time, weight]
+        })
+    };
+    for (region, sums) in evidence.of_regions(sums_of).iter().enumerate() {
+        turns.learn(region, sums, |out, sums| {
+            let total = sums[7].max(f64::MIN_POSITIVE);
+            let [xx, yy, zz, xy, yz, zx] = std::array::from_fn(|k| sums[k] / total);
+            let columns = [xx, xy, zx, xy, yy, yz, zx, yz, zz];
+            let moments = DMat3::from_cols_array(&columns) + sensor();
+            let size = trace(&moments);
+            // What was in units of the old size.
+            let ratio = out.size_m2 / size;
+            out.moments.iter_mut().flatten().for_each(|m| *m *= ratio);
+            out.unplaced *= ratio;
+            out.apart *= ratio;
+            out.placed *= ratio;
+            out.size_m2 = size;
+            out.shape = moments * (1.0 / size);
+            out.time_s2 = (sums[6] / total).max(1e-8);
+        });
+    }
 }
 
 /// Squared distance of a miss, in standard deviations, before any factor.
@@ -459,23 +480,16 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
         .collect();
     let near = &evidence.near;
     for _ in 0..ROUNDS {
-        let scaled = |blend: &Blend| -> Vec<f64> {
-            let each = plain.iter().zip(judged).enumerate();
-            each.map(|(row, (d, j))| {
-                let spread = Region::spread_between(&blend.regions, evidence.rows.gates(row));
-                d / (spread * blend.at_time(&j.hats))
-            })
-            .collect()
-        };
-        let distances = scaled(blend);
-        for (k, near) in near.iter().enumerate() {
-            let pairs = near
-                .iter()
-                .map(|&row| (distances[row], evidence.weight(row, k)));
-            let most = weighted_quantile(level, pairs) / CHI_SQUARED_3_90;
-            blend.regions[k].spread *= most.clamp(0.05, 20.0);
+        let distances = scaled(evidence, judged, blend, &plain);
+        let most = evidence.of_regions(|k| {
+            let rows = near[k].iter();
+            let pairs = rows.map(|&row| (distances[row], evidence.weight(row, k)));
+            weighted_quantile(level, pairs) / CHI_SQUARED_3_90
+        });
+        for (region, most) in blend.regions.iter_mut().zip(most) {
+            region.spread *= most.clamp(0.05, 20.0);
         }
-        let distances = scaled(blend);
+        let distances = scaled(evidence, judged, blend, &plain);
         for k in 0..KNOTS {
             let pairs = judged.iter().enumerate();
             let pairs =
@@ -485,11 +499,12 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
         }
     }
     even(evidence, judged, blend, &plain, level);
+    // One after the other: each is judged by what those before it have become.
     for (k, near) in near.iter().enumerate() {
         let pairs = near.iter().map(|&row| {
             let witness = &evidence.witnesses[row];
             let late = (witness.left_s - witness.true_left_s).abs();
-            let usual = Region::between(&blend.regions, evidence.rows.gates(row)).time_sd_s();
+            let usual = Region::time_sd_between_s(&blend.regions, evidence.rows.gates(row));
             (late / usual, evidence.weight(row, k))
         });
         let most = weighted_quantile(level, pairs) / NORMAL_90;
@@ -510,6 +525,14 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
     } else {
         1.0
     }
+}
+
+/// The distances of all rows under the spreads and factors so far.
+fn scaled(evidence: &Evidence, judged: &[Judged], blend: &Blend, plain: &[f64]) -> Vec<f64> {
+    evidence.of_rows(|row| {
+        let spread = Region::spread_between(&blend.regions, evidence.rows.gates(row));
+        plain[row] / (spread * blend.at_time(&judged[row].hats))
+    })
 }
 
 /// Moments at which regions shall hold as many ends as at all others, as shares of the true time of a reach.
@@ -535,15 +558,7 @@ fn even(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, plain: &[f64]
         })
         .collect();
     for _ in 0..EVEN_ROUNDS {
-        let distances: Vec<f64> = plain
-            .iter()
-            .zip(judged)
-            .enumerate()
-            .map(|(row, (d, j))| {
-                let spread = Region::spread_between(&blend.regions, evidence.rows.gates(row));
-                d / (spread * blend.at_time(&j.hats))
-            })
-            .collect();
+        let distances = scaled(evidence, judged, blend, plain);
         let missing: [f64; MOMENTS.len()] = std::array::from_fn(|m| {
             let at = moments.iter().enumerate().filter(|(_, at)| **at == m);
             let pairs = at.map(|(row, _)| (distances[row], evidence.samples[row].weight));
