@@ -25,7 +25,7 @@ pub use atlas::{Atlas, AtlasConfig, AtlasEntry, AtlasNode, AtlasWall, NodePlace}
 // Where to wait.
 pub use waiting::{
     PostureArrivals, WaitingConfig, WaitingPosture, judge_posture, waiting_posture,
-    waiting_posture_of_maps,
+    waiting_posture_from, waiting_posture_of_maps,
 };
 // Where to stand.
 pub use placement::{

@@ -6,7 +6,7 @@ use crate::texture::TextureLevels;
 use glam::DVec3;
 use hwall_arrival::{
     ArrivalError, Atlas, AtlasConfig, BoardExtent, Surfaces, TouchRange, WaitingConfig,
-    WeightedTarget, targets_of_maps, waiting_posture,
+    WeightedTarget, targets_of_maps, waiting_posture, waiting_posture_from,
 };
 use hwall_haptics::{Barrier, Board, MotionConfig, MotionLimits, surface_axes};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
@@ -14,7 +14,6 @@ use hwall_numeric::check::{all_finite, finite, positive, that};
 use hwall_numeric::parallel;
 use hwall_reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_scene::{Facet, Scene};
-use std::iter::once;
 use std::sync::Arc;
 
 /// The vertical surfaces of a scene that can be touched.
@@ -89,9 +88,9 @@ impl Default for WallsConfig {
 }
 
 impl WallsConfig {
-    /// The default of [`Self::other_budgets_s`], s: of people in a hurry, who reach in 0.35 to 0.6 s, and of those who take 1.2 s
-    /// and more.
-    pub const OTHER_BUDGETS_S: [f64; 2] = [0.5, 1.3];
+    /// The default of [`Self::other_budgets_s`], s: people in a hurry, and those between. For those who take their time the arm waits
+    /// well where it usually does.
+    pub const OTHER_BUDGETS_S: [f64; 2] = [0.5, 0.68];
 }
 
 /// How soon the arm is at the walls from where it waits for people who leave it a certain time.
@@ -150,38 +149,47 @@ impl Walls {
         let limits = MotionLimits::of_arm(arm, &config.motion)?;
         let targets = targets_of(scene, board, &maps, config)?;
         let surfaces = Surfaces::from_maps(&maps, config.waiting.clearance.margin_m)?;
-        let atlas_for = |waiting: &WaitingConfig| {
-            let posture = waiting_posture(arm, &targets, &surfaces, extent, &limits, waiting)?;
-            Atlas::build(arm, &maps, extent, &limits, &posture.q, &config.atlas)
+        let usual = waiting_posture(arm, &targets, &surfaces, extent, &limits, &config.waiting);
+        let usual = match usual {
+            Ok(posture) => posture.q,
+            Err(
+                ArrivalError::NoWalls
+                | ArrivalError::OutOfReach { .. }
+                | ArrivalError::Empty { .. },
+            ) => return Ok(maps.into()),
+            Err(error) => return Err(error.into()),
         };
-        let others = config.other_budgets_s.iter().map(|&budget_s| WaitingConfig {
-            budget_s,
-            ..config.waiting.clone()
+        // The arm turns to another posture between two touches of somebody in a hurry, so it must not be far away.
+        let posture_for = |budget_s: f64| {
+            let waiting = WaitingConfig {
+                budget_s,
+                ..config.waiting.clone()
+            };
+            waiting_posture_from(&usual, arm, &targets, &surfaces, extent, &limits, &waiting)
+        };
+        let other_budgets_s = &config.other_budgets_s;
+        let atlases = parallel::map(1 + other_budgets_s.len(), |i| {
+            let q = match i.checked_sub(1) {
+                None => usual,
+                Some(other) => posture_for(other_budgets_s[other])?.q,
+            };
+            Atlas::build(arm, &maps, extent, &limits, &q, &config.atlas)
         });
-        let wanted: Vec<WaitingConfig> = once(config.waiting.clone()).chain(others).collect();
-        let mut found = Vec::with_capacity(wanted.len());
-        let atlases = parallel::map(wanted.len(), |i| atlas_for(&wanted[i]));
-        for (wanted, atlas) in wanted.iter().zip(atlases) {
-            match atlas {
-                Ok(atlas) => found.push(BudgetAtlas {
-                    budget_s: wanted.budget_s,
-                    atlas: Arc::new(atlas),
-                }),
-                Err(
-                    ArrivalError::NoWalls
-                    | ArrivalError::OutOfReach { .. }
-                    | ArrivalError::Empty { .. },
-                ) => return Ok(maps.into()),
-                Err(error) => return Err(error.into()),
-            }
-        }
-        let BudgetAtlas { budget_s, atlas } = found.remove(0);
+        let mut atlases = atlases.into_iter();
+        let atlas = atlases.next().transpose()?.map(Arc::new);
+        let others = other_budgets_s.iter().zip(atlases);
+        let others = others.map(|(&budget_s, atlas)| {
+            Ok::<_, ArrivalError>(BudgetAtlas {
+                budget_s,
+                atlas: Arc::new(atlas?),
+            })
+        });
         Ok(Self {
+            others: others.collect::<Result<_, _>>()?,
             maps,
-            waiting: Some(*atlas.waiting()),
-            atlas: Some(atlas),
-            budget_s,
-            others: found,
+            atlas,
+            waiting: Some(usual),
+            budget_s: config.waiting.budget_s,
         })
     }
 

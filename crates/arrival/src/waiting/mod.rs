@@ -7,7 +7,8 @@ mod search;
 
 pub use config::WaitingConfig;
 pub use posture::{
-    PostureArrivals, WaitingPosture, judge_posture, waiting_posture, waiting_posture_of_maps,
+    PostureArrivals, WaitingPosture, judge_posture, waiting_posture, waiting_posture_from,
+    waiting_posture_of_maps,
 };
 
 pub(crate) use posture::Quick;

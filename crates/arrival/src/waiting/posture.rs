@@ -102,6 +102,33 @@ pub fn waiting_posture(
     Ok(judge_posture(&q, arm, targets, surfaces, board, limits, config)?.posture)
 }
 
+/// As [`waiting_posture`], but the best that a descent from a given posture leads to: mostly near it, so that the arm is soon there.
+///
+/// # Errors
+/// As [`waiting_posture`], and a posture outside the limits.
+pub fn waiting_posture_from(
+    from: &JointPositions,
+    arm: &SrsArm,
+    targets: &[WeightedTarget],
+    surfaces: &Surfaces,
+    board: BoardExtent,
+    limits: &MotionLimits,
+    config: &WaitingConfig,
+) -> Result<WaitingPosture, ArrivalError> {
+    check(targets, board, limits, config)?;
+    crate::atlas::check_waiting(arm, from)?;
+    let passage = Passage {
+        arm,
+        board,
+        surfaces,
+        clearance: config.clearance,
+    };
+    let quick = Quick::new(passage, targets, limits, config)?;
+    let near = quick.descent(from)?;
+    let q = refined(passage, targets, limits, config, &[near])?;
+    Ok(judge_posture(&q, arm, targets, surfaces, board, limits, config)?.posture)
+}
+
 /// As [`waiting_posture`], for the walls of a room and the heights at which people touch.
 ///
 /// # Errors
@@ -218,6 +245,18 @@ fn found(
     };
     let quick = Quick::new(passage, targets, limits, config)?;
     let candidates = quick.descents(config.starts)?;
+    let candidates: Vec<JointPositions> = candidates.iter().take(2).map(|(q, _)| *q).collect();
+    refined(passage, targets, limits, config, &candidates)
+}
+
+/// The best of some postures after a last descent over more targets and arm angles.
+fn refined(
+    passage: Passage<'_>,
+    targets: &[WeightedTarget],
+    limits: &MotionLimits,
+    config: &WaitingConfig,
+    candidates: &[JointPositions],
+) -> Result<JointPositions, ArrivalError> {
     let step_rad = config.arm_angle_step_rad;
     let most = config.most_targets.saturating_mul(3);
     let fine = Problem::new(passage, limits, config, targets, most, step_rad, MEDIUM)?;
@@ -226,7 +265,7 @@ fn found(
         last_rad: 0.005,
     };
     let mut best: Option<(JointPositions, f64)> = None;
-    for (q, _) in candidates.iter().take(2) {
+    for q in candidates {
         let found = search::descend(&fine, *q, last);
         if best.is_none_or(|(_, least)| found.1 < least) {
             best = Some(found);
@@ -264,24 +303,44 @@ impl<'a> Quick<'a> {
         })
     }
 
-    /// The ends of the best starts' descents with their losses, best first.
-    pub(crate) fn descents(
-        &self,
-        starts: usize,
-    ) -> Result<Vec<(JointPositions, f64)>, ArrivalError> {
+    /// Steps of a descent: large ones, then small ones.
+    const STEPS: [StepRange; 2] = [
+        StepRange {
+            first_rad: 0.2,
+            last_rad: 0.1,
+        },
+        StepRange {
+            first_rad: 0.05,
+            last_rad: 0.025,
+        },
+    ];
+
+    /// The end of the descent from a posture.
+    fn descent(&self, from: &JointPositions) -> Result<JointPositions, ArrivalError> {
+        self.check()?;
+        let descend = |q, steps| search::descend(&self.problem, q, steps).0;
+        Ok(Self::STEPS.into_iter().fold(*from, descend))
+    }
+
+    fn check(&self) -> Result<(), ArrivalError> {
         if self.problem.places().is_empty() {
             return Err(ArrivalError::OutOfReach {
                 places: self.targets,
             });
         }
+        Ok(())
+    }
+
+    /// The ends of the best starts' descents with their losses, best first.
+    pub(crate) fn descents(
+        &self,
+        starts: usize,
+    ) -> Result<Vec<(JointPositions, f64)>, ArrivalError> {
+        self.check()?;
         let starts = search::starts(&self.problem, &self.presenter, starts);
         let mut ends: Vec<(JointPositions, f64)> = starts.into_iter().map(|q| (q, 0.0)).collect();
         // Large steps for all, small ones for those that were then best.
-        for (first_rad, last_rad) in [(0.2, 0.1), (0.05, 0.025)] {
-            let steps = StepRange {
-                first_rad,
-                last_rad,
-            };
+        for steps in Self::STEPS {
             for end in &mut ends {
                 *end = search::descend(&self.problem, end.0, steps);
             }

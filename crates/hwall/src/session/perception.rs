@@ -3,7 +3,7 @@
 use super::control::kept_response;
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
 use super::handover::{FeltTouches, Guidance, OpeningReceiver, Sender, WorldBarriers};
-use super::policy::{Decision, Policy};
+use super::policy::{Decision, Policy, Presenting};
 use super::waiting::Waiting;
 use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
@@ -85,6 +85,39 @@ const FELT_M: f64 = 0.08;
 /// A place that maps name lies on its surface within this, m.
 const LIES_M: f64 = 1e-3;
 
+/// The places that the arm can present, of a scene that may have moved.
+struct Presentable<'a> {
+    world: &'a World,
+    maps: &'a WallMaps,
+    waiting: &'a Waiting,
+}
+
+impl Presenting for Presentable<'_> {
+    fn arrival_s(&self, contact: &ContactPrediction) -> Option<f64> {
+        let contact = self.world.contact_in_base(*contact);
+        self.waiting.arrival_s(contact.point_m, contact.normal)
+    }
+
+    fn beside_m(&self, contact: &ContactPrediction) -> f64 {
+        // Maps know the walls where they stood.
+        if self.world.world_from_base().is_some() {
+            return 0.0;
+        }
+        match self.maps.present(contact.point_m, contact.normal) {
+            Presented::Reachable => 0.0,
+            Presented::Nearest(point_m) => point_m.distance(contact.point_m),
+            // On no wall, as that of a door that has turned: then the arm itself is asked.
+            Presented::Unknown => {
+                let arrival_s = self.waiting.arrival_s(contact.point_m, contact.normal);
+                match arrival_s.is_some_and(f64::is_infinite) {
+                    true => f64::INFINITY,
+                    false => 0.0,
+                }
+            }
+        }
+    }
+}
+
 impl<P: Predictor> Perception<P> {
     /// Takes one frame of the tracker, its points in the base frame of the arm.
     ///
@@ -131,9 +164,10 @@ impl<P: Predictor> Perception<P> {
             ranked,
             input.hand,
             input.frame.head_m,
-            |contact| {
-                let contact = self.world.contact_in_base(*contact);
-                self.waiting.arrival_s(contact.point_m, contact.normal)
+            &Presentable {
+                world: &self.world,
+                maps: &self.walls.maps,
+                waiting: &self.waiting,
             },
         );
         // Under way nothing changes: goals would.

@@ -5,6 +5,7 @@ use super::edge::Weighed;
 use super::hand_course::{HandCourse, MeanVelocity};
 use super::looks::{LookFrame, Looks};
 use super::pace::{Pace, PaceFrame};
+use super::presenting::Presenting;
 use super::sight::Sight;
 use crate::error::SessionError;
 use glam::{DMat3, DVec3};
@@ -201,7 +202,7 @@ impl Policy {
         ranked: &[ContactPrediction],
         hand: Option<&HandState>,
         eye_m: Option<DVec3>,
-        arrival_s: impl Fn(&ContactPrediction) -> Option<f64>,
+        arm: &impl Presenting,
     ) -> Option<(ContactPrediction, Decision)> {
         if t_s < self.last_s {
             // The clock was set back.
@@ -215,7 +216,7 @@ impl Policy {
         let sight = eye_m.map(|eye_m| self.sight(eye_m));
         let told = ranked;
         let ranked = worth_a_board(ranked);
-        let weighed = Weighed::at_edge(ranked, arrival_s);
+        let weighed = Weighed::at_edge(ranked, |contact| arm.arrival_s(contact));
         let ranked = weighed.as_ref().map_or(ranked, Weighed::contacts);
         // The first guesses of a hand that sets off are no better than a look, whatever they say themselves.
         let held = self.steady.step_ranked_known(ranked, |prediction| {
@@ -254,7 +255,8 @@ impl Policy {
             ..contact
         };
         let contact = hand.map_or(contact, |hand| in_time(contact, hand));
-        self.decision = self.decide(t_s, &contact, hand);
+        let is_covered = arm.beside_m(&contact) <= COVERED_M;
+        self.decision = self.decide(t_s, &contact, hand, is_covered);
         self.pace.step(&PaceFrame {
             t_s,
             sent_to: match self.decision {
@@ -271,6 +273,7 @@ impl Policy {
         t_s: f64,
         contact: &ContactPrediction,
         hand: Option<&HandState>,
+        is_covered: bool,
     ) -> Decision {
         let c = self.config;
         let stays = self.candidate.filter(|candidate| {
@@ -326,13 +329,16 @@ impl Policy {
         };
         let is_sure = spread_m <= enough_m || (leaves_place && spread_m <= c.unsure_m);
         let is_unsure = contact.looked_at_since_s.is_none() && !is_sure;
-        // Where people look while the hand comes back is not yet where it goes next.
-        let is_look =
-            look.is_some_and(|since_s| t_s - since_s <= c.look_s) && motion != Motion::Leaves;
+        // Where people look while the hand comes back is not yet where it goes next. And to where it serves nothing the board is not
+        // sent before the hand is: it would be missing elsewhere.
+        let is_look = look.is_some_and(|since_s| t_s - since_s <= c.look_s)
+            && motion != Motion::Leaves
+            && is_covered;
         // Nobody's eyes are seen; where the last touches were is all that is known before the hand sets off.
         let is_again = contact.source == PredictionSource::TouchedBefore
             && contact.probability >= c.again_share
-            && motion != Motion::Leaves;
+            && motion != Motion::Leaves
+            && is_covered;
         match (self.decision, motion) {
             (Decision::Present(_) | Decision::Ready(_), Motion::Leaves) if settled => {
                 Decision::Wait

@@ -6,7 +6,9 @@ mod edge;
 mod hand_course;
 mod looks;
 mod pace;
+mod presenting;
 mod sight;
 
 pub use config::PolicyConfig;
 pub(super) use decision::{Decision, Policy};
+pub(super) use presenting::Presenting;

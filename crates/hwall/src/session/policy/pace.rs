@@ -77,9 +77,9 @@ impl Pace {
     pub(super) fn step(&mut self, frame: &PaceFrame) {
         self.is_touching &= frame.distance_m < LEFT_M;
         self.sent = frame.sent_to.map(|(surface, point_m)| {
-            let same = self.sent.filter(|sent| {
-                sent.surface == surface && sent.point_m.distance(point_m) <= SAME_M
-            });
+            let same = self
+                .sent
+                .filter(|sent| sent.surface == surface && sent.point_m.distance(point_m) <= SAME_M);
             Sent {
                 surface,
                 point_m,
@@ -128,10 +128,11 @@ mod tests {
         touch_after(&mut pace, 0.0, 0.4);
         touch_after(&mut pace, 10.0, 0.4);
         assert!((pace.budget_s() - 0.4).abs() < 0.1, "{}", pace.budget_s());
-        for k in 2..12 {
+        // And one who slows down, after a dozen.
+        for k in 2..14 {
             touch_after(&mut pace, 10.0 * f64::from(k), 1.2);
         }
-        assert!((pace.budget_s() - 1.2).abs() < 0.1, "{}", pace.budget_s());
+        assert!((pace.budget_s() - 1.2).abs() < 0.2, "{}", pace.budget_s());
     }
 
     #[test]

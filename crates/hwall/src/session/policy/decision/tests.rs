@@ -4,9 +4,17 @@ use hwall_hand::HandPoint;
 /// How much time people leave, s.
 const USUAL_S: f64 = 0.86;
 
-/// Nobody knows how soon the board is there.
-fn nobody(_: &ContactPrediction) -> Option<f64> {
-    None
+/// Nobody knows what the arm can do.
+struct Nobody;
+
+impl Presenting for Nobody {
+    fn arrival_s(&self, _: &ContactPrediction) -> Option<f64> {
+        None
+    }
+
+    fn beside_m(&self, _: &ContactPrediction) -> f64 {
+        0.0
+    }
 }
 
 fn contact(covariance_m2: Option<DMat3>) -> ContactPrediction {
@@ -54,7 +62,7 @@ fn a_point_that_is_held_while_its_prediction_moves_on_leaves_less_slack() {
     };
     let mut slack_m = |y: f64| {
         let (held, _) = policy
-            .step(0.1, &[newest(y)], None, None, nobody)
+            .step(0.1, &[newest(y)], None, None, &Nobody)
             .expect("a contact");
         assert_eq!(held.point_m, contact(None).point_m);
         policy.slack_m(&held, &Pose::IDENTITY, &board, &place)
@@ -76,9 +84,9 @@ fn a_vague_guess_takes_next_to_no_slack_from_a_place_that_was_looked_at() {
             ..contact(vague)
         };
         let (held, _) = policy
-            .step(0.1, &[looked_at], None, None, nobody)
+            .step(0.1, &[looked_at], None, None, &Nobody)
             .expect("a contact");
-        policy.step(0.11, &[newest], None, None, nobody);
+        policy.step(0.11, &[newest], None, None, &Nobody);
         let (board, place) = (Board::default(), PlaceTolerance::default());
         let slack_m = policy.slack_m(&held, &Pose::IDENTITY, &board, &place);
         slack_m[0].min(slack_m[1])
@@ -115,12 +123,20 @@ fn at_an_edge_the_surface_is_served_on_which_the_board_is_in_time() {
             ..p
         }
     };
-    let soon_on_the_wall = |p: &ContactPrediction| Some(if p.surface.0 == 0 { 0.4 } else { 1.0 });
+    struct SoonOnTheWall;
+    impl Presenting for SoonOnTheWall {
+        fn arrival_s(&self, p: &ContactPrediction) -> Option<f64> {
+            Some(if p.surface.0 == 0 { 0.4 } else { 1.0 })
+        }
+        fn beside_m(&self, _: &ContactPrediction) -> f64 {
+            0.0
+        }
+    }
     let served = |ledge: f64, at_m: f64, wall: f64| {
         let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
         let ranked = [of(1, at_m, ledge), of(0, 0.0, wall)];
         let (contact, _) = policy
-            .step(0.1, &ranked, None, None, soon_on_the_wall)
+            .step(0.1, &ranked, None, None, &SoonOnTheWall)
             .expect("a contact");
         // What is told is what was predicted.
         let told = if contact.surface.0 == 1 { ledge } else { wall };
@@ -189,7 +205,7 @@ fn decided(frames: usize, come_m: impl Fn(f64) -> f64) -> Decision {
             unseen_s: 0.0,
             palm_m: None,
         };
-        policy.step(t_s, &[place], Some(&hand), None, nobody);
+        policy.step(t_s, &[place], Some(&hand), None, &Nobody);
     }
     policy.decision
 }
@@ -213,7 +229,7 @@ fn a_guess_leaves_a_place_that_was_looked_at_only_once_that_is_out_of_the_questi
             ..contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))))
         };
         (0..60).for_each(|frame| {
-            policy.step(0.01 * f64::from(frame), &[looked_at], None, None, nobody);
+            policy.step(0.01 * f64::from(frame), &[looked_at], None, None, &Nobody);
         });
         assert!(matches!(policy.decision, Decision::Ready(_)));
         policy.reached_s = 0.6;
@@ -222,7 +238,7 @@ fn a_guess_leaves_a_place_that_was_looked_at_only_once_that_is_out_of_the_questi
         ))));
         guess.point_m.y += off_m;
         (60..80).for_each(|frame| {
-            policy.step(0.01 * f64::from(frame), &[guess], None, None, nobody);
+            policy.step(0.01 * f64::from(frame), &[guess], None, None, &Nobody);
             policy.reached_s = 0.6;
         });
         match policy.decision {
@@ -231,6 +247,39 @@ fn a_guess_leaves_a_place_that_was_looked_at_only_once_that_is_out_of_the_questi
         }
     };
     assert_eq!([after(0.15), after(0.4)], [0.0, 0.4]);
+}
+
+#[test]
+fn a_look_sends_no_board_to_where_it_would_cover_nothing_and_a_hand_does() {
+    struct Beside(f64);
+    impl Presenting for Beside {
+        fn arrival_s(&self, _: &ContactPrediction) -> Option<f64> {
+            None
+        }
+        fn beside_m(&self, _: &ContactPrediction) -> f64 {
+            self.0
+        }
+    }
+    let decided = |beside_m: f64, reaches: bool| {
+        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
+        let looked_at = ContactPrediction {
+            looked_at_since_s: Some(0.2),
+            ..contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))))
+        };
+        for frame in 0..60 {
+            if reaches {
+                policy.reached_s = 0.01 * f64::from(frame);
+            }
+            let t_s = 0.01 * f64::from(frame);
+            policy.step(t_s, &[looked_at], None, None, &Beside(beside_m));
+        }
+        policy.decision
+    };
+    assert!(matches!(decided(0.05, false), Decision::Ready(_)));
+    for beside_m in [0.2, f64::INFINITY, f64::NAN] {
+        assert_eq!(decided(beside_m, false), Decision::Wait);
+    }
+    assert!(matches!(decided(0.2, true), Decision::Present(_)));
 }
 
 #[test]
@@ -253,7 +302,7 @@ fn a_hand_that_rests_is_awaited_where_it_probably_comes_again() {
         ranked.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         let mut last = None;
         for frame in 0..30 {
-            last = policy.step(0.01 * f64::from(frame), &ranked, None, None, nobody);
+            last = policy.step(0.01 * f64::from(frame), &ranked, None, None, &Nobody);
         }
         last.expect("a contact")
     };
@@ -271,7 +320,7 @@ fn a_prediction_that_is_unsure_moves_nothing() {
         let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
         let guess = contact(Some(DMat3::from_diagonal(DVec3::splat(variance_m2))));
         for frame in 0..50 {
-            let step = policy.step(0.01 * f64::from(frame), &[guess], None, None, nobody);
+            let step = policy.step(0.01 * f64::from(frame), &[guess], None, None, &Nobody);
             assert!(matches!(step, Some((_, Decision::Wait))), "{step:?}");
         }
     }
