@@ -8,7 +8,8 @@ use hwall_arrival::kinematics::JointPositions;
 use hwall_arrival::reachability::{Interval, Target, WallFacet, WallMaps};
 use hwall_arrival::{
     ArrivalError, Surfaces, TouchRange, WaitingConfig, WallShare, WeightedTarget, judge_posture,
-    targets_of_facets, targets_of_maps, waiting_posture, waiting_posture_of_maps,
+    targets_of_facets, targets_of_maps, waiting_posture, waiting_posture_from,
+    waiting_posture_of_maps,
 };
 
 /// Fewer targets and starts: these tests are about what is found, not how well.
@@ -66,6 +67,43 @@ fn the_posture_is_behind_the_walls_and_in_time() {
         let there = judged(JointPositions::from_deg(other));
         let (here, there) = (here.posture.in_time_share, there.posture.in_time_share);
         assert!(here > there - 0.01, "{other:?}: {here}, {there}");
+    }
+}
+
+#[test]
+fn for_people_in_a_hurry_there_is_a_better_posture_nearby() {
+    let arm = arm();
+    let maps = maps_of(&arm, &room());
+    let targets = targets_of_maps(&maps, &range()).expect("within reach");
+    let surfaces = Surfaces::from_maps(&maps, 0.02).expect("valid");
+    let usual = quick();
+    let hurried = WaitingConfig {
+        budget_s: 0.5,
+        ..quick()
+    };
+    let limits = limits();
+    let found = waiting_posture(&arm, &targets, &surfaces, BOARD, &limits, &usual).expect("found");
+    let from = |from: &JointPositions, config: &WaitingConfig| {
+        waiting_posture_from(from, &arm, &targets, &surfaces, BOARD, &limits, config)
+    };
+    let near = from(&found.q, &hurried).expect("found");
+    assert_eq!(Ok(near), from(&found.q, &hurried));
+    let judged = judge_posture(
+        &found.q, &arm, &targets, &surfaces, BOARD, &limits, &hurried,
+    );
+    let stays = judged.expect("valid").posture;
+    assert!(
+        near.in_time_share > stays.in_time_share + 0.02,
+        "{} after {}",
+        near.in_time_share,
+        stays.in_time_share
+    );
+    assert!(near.standoff_m > hurried.standoff_m - 0.005, "{near:?}");
+    let away_s = limits.travel_time_s(&found.q, &near.q);
+    assert!(away_s < 0.6, "{away_s}");
+    // Nowhere to begin from.
+    for bad in [f64::NAN, 9.0] {
+        assert!(from(&JointPositions([bad; 7]), &hurried).is_err(), "{bad}");
     }
 }
 

@@ -141,6 +141,9 @@ impl Walls {
         board: &Board,
         config: &WallsConfig,
     ) -> Result<Self, SessionError> {
+        for &budget_s in &config.other_budgets_s {
+            positive("budget_s", budget_s)?;
+        }
         let maps = maps_of(scene, arm)?;
         let extent = BoardExtent {
             half_width_m: board.half_width_m,

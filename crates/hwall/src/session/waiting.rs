@@ -80,3 +80,88 @@ impl Waiting {
         Some(times_s.fold(f64::INFINITY, f64::min))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::walls::WallsConfig;
+    use hwall_arrival::WaitingConfig;
+    use hwall_haptics::Board;
+    use hwall_kinematics::SrsArm;
+    use hwall_scene::Scene;
+
+    fn walls(other_budgets_s: Vec<f64>) -> Walls {
+        let wall = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 1.5\nv 0.6 -1 1.5\nf 1 2 3 4\n";
+        let (scene, _) = Scene::from_obj_str(wall, None).expect("a wall");
+        let board = Board::default();
+        let tool = board.flange_from_board_face().expect("a board");
+        let config = WallsConfig {
+            // These tests are about what is done with postures, not how good they are.
+            waiting: WaitingConfig {
+                starts: 1,
+                most_targets: 8,
+                ..WaitingConfig::default()
+            },
+            other_budgets_s,
+            ..WallsConfig::default()
+        };
+        Walls::of(&scene, &SrsArm::iiwa7().with_tool(tool), &board, &config).expect("within reach")
+    }
+
+    #[test]
+    fn the_posture_is_that_of_the_nearest_time_and_does_not_waver() {
+        let walls = walls(vec![0.4]);
+        let other = *walls.others[0].atlas.waiting();
+        assert_ne!(walls.waiting, Some(other));
+        let mut waiting = Waiting::of(&walls);
+        assert_eq!(waiting.posture(), walls.waiting);
+        let between_s = 0.5 * (walls.budget_s + 0.4);
+        for (budget_s, expected) in [
+            (between_s - 0.01, walls.waiting),
+            (0.3, Some(other)),
+            (between_s + 0.01, Some(other)),
+            (f64::NAN, Some(other)),
+            (2.0, walls.waiting),
+        ] {
+            waiting.turn_to(budget_s);
+            assert_eq!(waiting.posture(), expected, "{budget_s}");
+            let (point_m, normal) = (DVec3::new(0.6, 0.0, 0.6), DVec3::X);
+            let atlas = waiting.atlas().expect("made");
+            let entry = atlas.look_up(point_m, normal).expect("within reach");
+            assert_eq!(waiting.near(point_m, normal), Some(entry.q));
+            assert_eq!(waiting.arrival_s(point_m, normal), Some(entry.arrival_s));
+        }
+    }
+
+    #[test]
+    fn without_a_usual_posture_the_arm_stays_for_everybody() {
+        let nowhere = Walls {
+            waiting: None,
+            ..walls(vec![0.4])
+        };
+        let mut waiting = Waiting::of(&nowhere);
+        waiting.turn_to(0.1);
+        assert_eq!(waiting.posture(), None);
+        assert!(
+            Waiting::of(&Walls::default())
+                .near(DVec3::X, DVec3::X)
+                .is_none()
+        );
+    }
+
+    #[test]
+    fn a_time_that_makes_no_sense_is_named() {
+        let wall = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 1.5\nf 1 2 3\n";
+        let (scene, _) = Scene::from_obj_str(wall, None).expect("a wall");
+        let arm = SrsArm::iiwa7();
+        for budget_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let config = WallsConfig {
+                other_budgets_s: vec![budget_s],
+                ..WallsConfig::default()
+            };
+            let refused = Walls::of(&scene, &arm, &Board::default(), &config);
+            let text = refused.expect_err("no such time").to_string();
+            assert!(text.contains("budget_s"), "{text}");
+        }
+    }
+}
