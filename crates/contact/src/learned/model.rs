@@ -6,7 +6,7 @@ use super::blend::combination::Blend;
 use super::blend::places::Places;
 use super::blend::quantiles::weighted_quantile;
 use super::blend::sources::{SOURCES, Source, of_combination};
-use super::blend::training::{Evidence, Witness};
+use super::blend::training::{Evidence, Witness, near};
 use super::config::{Combination, Frame, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
 use super::held_out::{HeldOutReach, held_out_reaches};
@@ -143,13 +143,7 @@ impl LearnedModel {
             places: places.as_ref(),
             people: &of_samples,
             made: made.len(),
-            near: (0..rows.regions)
-                .map(|k| {
-                    (0..rows.len())
-                        .filter(|&row| rows.gates(row)[k] > 0.0)
-                        .collect()
-                })
-                .collect(),
+            near: near(&samples, &rows),
         };
         let (blend, held_out) = Blend::of(&evidence);
         let held_out = held_out_reaches(&evidence, &blend, &held_out, made);

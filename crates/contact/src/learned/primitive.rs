@@ -5,8 +5,8 @@ use super::reach_track::{Inputs, ReachTrack};
 use crate::error::ContactError;
 use glam::DVec3;
 use hwall_bip::{
-    Basis, Demonstration, EvaluationConfig, Filter, FilterConfig, Group, Model, Observation,
-    TrainingConfig, Tuning, TuningConfig, tune,
+    Basis, Demonstration, DemonstrationId, EvaluationConfig, Filter, FilterConfig, Group, Model,
+    Observation, Trainer, TrainingConfig, Tuning, TuningConfig, tune,
 };
 use hwall_hand::{LabelledReach, NamedPoint};
 
@@ -118,23 +118,54 @@ impl Training {
         })
     }
 
-    /// A primitive of these reaches and their demonstrations.
-    pub(super) fn primitive<'a>(
+    /// Takes the demonstrations of these reaches.
+    pub(super) fn fitted(
         &self,
-        reaches: impl Iterator<Item = (&'a LabelledReach, &'a Demonstration)>,
-    ) -> Result<Primitive, ContactError> {
-        let (mut demonstrations, mut offset_m) = (Vec::new(), DVec3::ZERO);
-        for (reach, demonstration) in reaches {
+        reaches: &[&LabelledReach],
+        demonstrations: &[Demonstration],
+    ) -> Result<FittedReaches, ContactError> {
+        let mut trainer = Trainer::new(self.config())?;
+        let mut offsets = Vec::with_capacity(reaches.len());
+        for (reach, demonstration) in reaches.iter().zip(demonstrations) {
+            let id = trainer.add(demonstration)?;
             let last = demonstration.sample(demonstration.len() - 1);
-            offset_m += reach.contact_m - DVec3::from_slice(&last[..3]);
-            demonstrations.push(demonstration.clone());
+            offsets.push((id, reach.contact_m - DVec3::from_slice(&last[..3])));
         }
-        let count = demonstrations.len().max(1) as f64;
-        let mut model = Model::train(&demonstrations, &self.config())?;
+        Ok(FittedReaches {
+            tuning: self.tuning,
+            trainer,
+            offsets,
+        })
+    }
+}
+
+/// Reaches whose demonstrations are fitted, so that primitives of some of them cost no further fit.
+pub(super) struct FittedReaches {
+    tuning: Option<Tuning>,
+    trainer: Trainer,
+    /// Of each labelled contact from the last place of the touching point, m.
+    offsets: Vec<(DemonstrationId, DVec3)>,
+}
+
+impl FittedReaches {
+    /// A primitive of the reaches that are kept, which are asked for by number.
+    pub(super) fn primitive(
+        &self,
+        is_kept: impl Fn(usize) -> bool,
+    ) -> Result<Primitive, ContactError> {
+        let mut trainer = self.trainer.clone();
+        let mut offset_m = DVec3::ZERO;
+        for (number, (id, own_m)) in self.offsets.iter().enumerate() {
+            match is_kept(number) {
+                true => offset_m += own_m,
+                false => trainer.remove(*id)?,
+            }
+        }
+        let mut model = trainer.model()?;
         if let Some(tuning) = self.tuning {
             model = model.with_tuning(tuning)?;
         }
-        Primitive::new(model, offset_m / count)
+        Primitive::new(model, offset_m / trainer.len() as f64)
     }
 }
 
