@@ -502,15 +502,18 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
     }
     even(evidence, judged, blend, &plain, level);
     // One after the other: each is judged by what those before it have become.
+    let mut logarithms: Vec<f64> = blend.regions.iter().map(|r| r.time_s2.ln()).collect();
     for (k, near) in near.iter().enumerate() {
         let pairs = near.iter().map(|&(row, weight)| {
             let witness = &evidence.witnesses[row];
             let late = (witness.left_s - witness.true_left_s).abs();
-            let usual = Region::time_sd_between_s(&blend.regions, evidence.rows.gates(row));
+            let usual = Region::time_sd_between_s(&logarithms, evidence.rows.gates(row));
             (late / usual, weight)
         });
         let most = weighted_quantile(level, pairs) / NORMAL_90;
-        blend.regions[k].time_s2 *= most.clamp(0.1, 10.0).powi(2);
+        let time_s2 = &mut blend.regions[k].time_s2;
+        *time_s2 *= most.clamp(0.1, 10.0).powi(2);
+        logarithms[k] = time_s2.ln();
     }
     let at = |level: f64| {
         let each = plain.iter().zip(judged).enumerate();
@@ -533,9 +536,7 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
 fn scaled(evidence: &Evidence, judged: &[Judged], blend: &Blend, plain: &[f64]) -> Vec<f64> {
     let logarithms: Vec<f64> = blend.regions.iter().map(|r| r.spread.ln()).collect();
     evidence.of_rows(|row| {
-        let each = logarithms.iter().zip(evidence.rows.gates(row));
-        let counted = each.filter(|(_, gate)| **gate > 0.0);
-        let spread = counted.map(|(l, gate)| gate * l).sum::<f64>().exp();
+        let spread = Region::logarithm_between(&logarithms, evidence.rows.gates(row)).exp();
         plain[row] / (spread * blend.at_time(&judged[row].hats))
     })
 }
