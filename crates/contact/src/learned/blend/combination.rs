@@ -6,7 +6,7 @@ use crate::learned::blend::personal::Personal;
 use crate::learned::blend::places::Places;
 use crate::learned::blend::quantiles::{SENSOR_M, sensor};
 use crate::learned::blend::sources::{Ends, Pairs, SOURCES, Source, weights};
-use crate::learned::reach_track::way_axes;
+use crate::learned::reaches::reach_track::way_axes;
 use glam::{DMat3, DVec3};
 
 /// Lowest standard deviation of a time, s.

@@ -9,8 +9,8 @@ use crate::learned::blend::places::Places;
 use crate::learned::blend::quantiles::{SENSOR_M, sensor, trace, weighted_quantile};
 use crate::learned::blend::sources::{Ends, SOURCES};
 use crate::learned::blend::turns::{Sums, Turns};
+use crate::learned::reaches::samples::TrainingSample;
 use crate::learned::regression::local_ridge::Rows;
-use crate::learned::samples::TrainingSample;
 use glam::{DMat3, DVec3};
 use hwall_numeric::parallel;
 

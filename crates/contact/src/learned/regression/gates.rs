@@ -1,6 +1,6 @@
 //! Soft regions of how far a reach has come.
 
-use crate::learned::reach_track::PROGRESS;
+use crate::learned::reaches::reach_track::PROGRESS;
 
 /// Width of a region, in mean squared distances of samples from their centres. Wider regions share more
 /// samples, so fewer reaches are enough.

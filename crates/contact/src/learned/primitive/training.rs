@@ -1,11 +1,11 @@
 //! The primitive, and what it predicts of reaches that were held out.
 
-use super::blend::quantiles::weighted_quantile;
-use super::config::LearnedConfig;
-use super::primitive::{FittedReaches, Primitive, PrimitiveRun, Training, demonstration};
-use super::reach_track::{Inputs, ReachTrack};
-use super::samples::{SampleTimes, TrainingSample};
+use super::hand_primitive::{FittedReaches, Primitive, PrimitiveRun, Training, demonstration};
 use crate::error::ContactError;
+use crate::learned::blend::quantiles::weighted_quantile;
+use crate::learned::config::LearnedConfig;
+use crate::learned::reaches::reach_track::{Inputs, ReachTrack};
+use crate::learned::reaches::samples::{SampleTimes, TrainingSample};
 use glam::DVec3;
 use hwall_bip::Demonstration;
 use hwall_hand::LabelledReach;
@@ -22,7 +22,7 @@ const WORTH: f64 = 0.05;
 ///
 /// It is one of the touching point alone, unless one of all points of the hand is clearly better on held-out
 /// reaches.
-pub(super) fn primitive(
+pub(in crate::learned) fn primitive(
     inputs: &Inputs,
     reaches: &[&LabelledReach],
     folds: &[usize],

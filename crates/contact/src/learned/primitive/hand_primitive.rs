@@ -1,8 +1,8 @@
 //! The end of a reach by an interaction primitive of the hand.
 
-use super::config::LearnedConfig;
-use super::reach_track::{Inputs, ReachTrack};
 use crate::error::ContactError;
+use crate::learned::config::LearnedConfig;
+use crate::learned::reaches::reach_track::{Inputs, ReachTrack};
 use glam::DVec3;
 use hwall_bip::{
     Basis, Demonstration, DemonstrationId, EvaluationConfig, Filter, FilterConfig, Group, Model,
@@ -29,15 +29,18 @@ const POINT: [usize; 3] = [0, 1, 2];
 
 /// A trained primitive, ready to follow reaches.
 #[derive(Debug, Clone)]
-pub(super) struct Primitive {
-    pub(super) model: Model,
+pub(in crate::learned) struct Primitive {
+    pub(in crate::learned) model: Model,
     filter: Filter,
     /// Mean offset of the labelled contact from the last place of the touching point, m.
-    pub(super) label_offset_m: DVec3,
+    pub(in crate::learned) label_offset_m: DVec3,
 }
 
 impl Primitive {
-    pub(super) fn new(model: Model, label_offset_m: DVec3) -> Result<Self, ContactError> {
+    pub(in crate::learned) fn new(
+        model: Model,
+        label_offset_m: DVec3,
+    ) -> Result<Self, ContactError> {
         Ok(Self {
             filter: Filter::new(&model, &FilterConfig::default())?,
             model,
@@ -171,7 +174,7 @@ impl FittedReaches {
 
 /// A primitive following one reach.
 #[derive(Debug, Clone)]
-pub(super) struct PrimitiveRun {
+pub(in crate::learned) struct PrimitiveRun {
     fresh: Filter,
     filter: Filter,
     period_s: f64,
@@ -182,7 +185,7 @@ pub(super) struct PrimitiveRun {
 }
 
 impl PrimitiveRun {
-    pub(super) fn new(primitive: &Primitive) -> Self {
+    pub(in crate::learned) fn new(primitive: &Primitive) -> Self {
         Self {
             fresh: primitive.filter.clone(),
             filter: primitive.filter.clone(),
@@ -194,7 +197,7 @@ impl PrimitiveRun {
         }
     }
 
-    pub(super) fn begin(&mut self) {
+    pub(in crate::learned) fn begin(&mut self) {
         // A copy without allocation; both are of one model.
         if self.filter.restart_from(&self.fresh).is_err() {
             self.filter.clone_from(&self.fresh);
@@ -203,7 +206,11 @@ impl PrimitiveRun {
     }
 
     /// Takes the latest sample of a track.
-    pub(super) fn step(&mut self, inputs: &Inputs, track: &ReachTrack) -> Result<(), ContactError> {
+    pub(in crate::learned) fn step(
+        &mut self,
+        inputs: &Inputs,
+        track: &ReachTrack,
+    ) -> Result<(), ContactError> {
         let Some((t_s, _)) = track.now() else {
             return Ok(());
         };
@@ -224,7 +231,7 @@ impl PrimitiveRun {
 
     /// Where the reach ends, m; `None` when the latest samples are far from what the primitive expected: it
     /// has lost its way, and its end means nothing.
-    pub(super) fn end(&mut self) -> Result<Option<DVec3>, ContactError> {
+    pub(in crate::learned) fn end(&mut self) -> Result<Option<DVec3>, ContactError> {
         if self.filter.health().recent_distance > LOST {
             return Ok(None);
         }
