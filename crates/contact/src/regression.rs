@@ -65,19 +65,22 @@ impl NormalEquations {
     /// Squared errors of coefficients on these samples, for each of the first `outputs`:
     /// `tr(YᵀY - 2 WᵀXᵀY + WᵀXᵀX W)`, so no sample is looked at again.
     fn squared_errors(&self, coefficients: &Matrix, outputs: usize) -> Vec<f64> {
-        let n = coefficients.rows();
-        (0..outputs)
-            .map(|k| {
-                let fitted: f64 = (0..n)
-                    .map(|i| {
-                        let row = self.gram.row(i);
-                        let sum: f64 = (0..n).map(|j| row[j] * coefficients[(j, k)]).sum();
-                        coefficients[(i, k)] * (sum - 2.0 * self.moment[(i, k)])
-                    })
-                    .sum();
-                (self.squares[k] + fitted).max(0.0)
-            })
-            .collect()
+        let mut fitted = vec![0.0; outputs];
+        let mut sums = vec![0.0; outputs];
+        for i in 0..coefficients.rows() {
+            sums.fill(0.0);
+            for (j, gram) in self.gram.row(i).iter().enumerate() {
+                for (sum, c) in sums.iter_mut().zip(coefficients.row(j)) {
+                    *sum += gram * c;
+                }
+            }
+            let own = coefficients.row(i).iter().zip(self.moment.row(i));
+            for ((fitted, sum), (c, moment)) in fitted.iter_mut().zip(&sums).zip(own) {
+                *fitted += c * (sum - 2.0 * moment);
+            }
+        }
+        let pairs = self.squares.iter().zip(fitted);
+        pairs.map(|(s, fitted)| (s + fitted).max(0.0)).collect()
     }
 
     /// Coefficients, one row per feature and one column per output.

@@ -5,7 +5,7 @@ use super::threads::map_indexed;
 use crate::error::{BipError, length};
 use crate::filter::{Observation, TimeToEnd};
 use crate::model::{Model, Role};
-use crate::train::{Demonstration, TrainingConfig};
+use crate::train::{Demonstration, DemonstrationId, Trainer, TrainingConfig};
 use hwall_numeric::{ArgumentError, check};
 
 /// What is observed and what is judged.
@@ -316,10 +316,10 @@ pub fn leave_one_out<F: MotionFilter>(
         return Err(BipError::TooFewDemonstrations { needed: 2, got: n });
     }
     let (demonstrations, training) = training.trimmed(demonstrations)?;
+    let all = AllButOne::new(&demonstrations, &training)?;
     let folds = map_indexed(n, |left_out| {
-        let model = Model::train(&without(&demonstrations, left_out), &training)?;
         follow(
-            &mut filter(&model)?,
+            &mut filter(&all.model(left_out)?)?,
             left_out,
             &demonstrations[left_out],
             config,
@@ -332,8 +332,28 @@ pub fn leave_one_out<F: MotionFilter>(
     Ok(evaluation)
 }
 
-/// All demonstrations but one.
-pub(super) fn without(demonstrations: &[Demonstration], left_out: usize) -> Vec<Demonstration> {
-    let (before, after) = (&demonstrations[..left_out], &demonstrations[left_out + 1..]);
-    [before, after].concat()
+/// Models of all demonstrations but one, each of which is fitted once.
+pub(super) struct AllButOne {
+    all: Trainer,
+    ids: Vec<DemonstrationId>,
+}
+
+impl AllButOne {
+    pub(super) fn new(
+        demonstrations: &[Demonstration],
+        training: &TrainingConfig,
+    ) -> Result<Self, BipError> {
+        let mut all = Trainer::new(training.clone())?;
+        let ids = demonstrations.iter().map(|d| all.add(d));
+        Ok(Self {
+            ids: ids.collect::<Result<_, _>>()?,
+            all,
+        })
+    }
+
+    pub(super) fn model(&self, left_out: usize) -> Result<Model, BipError> {
+        let mut others = self.all.clone();
+        others.remove(self.ids[left_out])?;
+        others.model()
+    }
 }

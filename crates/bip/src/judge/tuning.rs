@@ -5,7 +5,7 @@
 //! counts every sample as new evidence. The noise has to be larger to make up for that, and only
 //! motions that the model was not trained on can show by how much.
 
-use super::evaluation::{Evaluation, EvaluationConfig, follow, without};
+use super::evaluation::{AllButOne, Evaluation, EvaluationConfig, follow};
 use super::threads::map_indexed;
 use crate::error::BipError;
 use crate::filter::{Filter, FilterConfig, NoiseSource};
@@ -261,9 +261,10 @@ impl<'a> Folds<'a> {
             held_out: 0,
             ..training.clone()
         };
+        let all_but_one = AllButOne::new(demonstrations, &quick)?;
         let models = map_indexed(folds, |f| {
             let left_out = f * n / folds;
-            let model = Model::train(&without(demonstrations, left_out), &quick)?;
+            let model = all_but_one.model(left_out)?;
             // The noise is one number for each degree of freedom: that the motion left out
             // has a share of one in n in it does not matter, and n² fits are saved.
             let model = Model::from_parts(ModelParts {

@@ -4,7 +4,7 @@ use super::blend::combination::{Axes, Blend, Region, combine};
 use super::blend::quantiles::weighted_quantile;
 use super::blend::sources::{SOURCES, Source};
 use super::blend::training::Evidence;
-use super::reach_track::{BlockKind, Inputs};
+use super::reaches::reach_track::{BlockKind, Inputs};
 use super::regression::local_ridge::Fitted;
 use hwall_hand::NamedPoint;
 use std::fmt;

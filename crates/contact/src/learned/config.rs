@@ -1,6 +1,6 @@
 //! How a model is learnt.
 
-use super::reach_track::MOST_LAGS;
+use super::reaches::reach_track::MOST_LAGS;
 use hwall_bip::Basis;
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::that;

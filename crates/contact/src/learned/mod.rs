@@ -6,20 +6,13 @@ mod alone;
 mod blend;
 mod config;
 mod estimator;
+#[cfg(feature = "serde")]
+mod file;
 mod held_out;
-#[cfg(feature = "serde")]
-mod input_file;
 mod model;
-#[cfg(feature = "serde")]
-mod model_file;
-mod paces;
 mod primitive;
-mod primitive_training;
-mod reach_track;
+mod reaches;
 mod regression;
-mod samples;
-#[cfg(feature = "serde")]
-mod tree_file;
 
 pub use account::{Account, InputUse, StageAccount};
 pub use config::{Combination, Frame, LearnedConfig};

@@ -6,16 +6,16 @@ use super::blend::combination::Blend;
 use super::blend::places::Places;
 use super::blend::quantiles::weighted_quantile;
 use super::blend::sources::{SOURCES, Source, of_combination};
-use super::blend::training::{Evidence, Witness};
+use super::blend::training::{Evidence, Witness, near};
 use super::config::{Combination, Frame, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
 use super::held_out::{HeldOutReach, held_out_reaches};
-use super::paces::at_another_pace;
-use super::primitive_training;
-use super::reach_track::Inputs;
+use super::primitive;
+use super::reaches::paces::at_another_pace;
+use super::reaches::reach_track::Inputs;
+use super::reaches::samples::{self, TrainingSample};
 use super::regression::local_ridge::Fitted;
 use super::regression::training::{self, OUTPUTS, Regression};
-use super::samples::{self, TrainingSample};
 use crate::error::ContactError;
 use crate::reach_set::{held_out_groups, references, touching_point};
 use glam::DVec3;
@@ -99,7 +99,7 @@ impl LearnedModel {
         samples.iter_mut().for_each(|s| s.weight *= share);
         let primitive = match config.combination {
             Combination::Regression => None,
-            _ => Some(primitive_training::primitive(
+            _ => Some(primitive::training::primitive(
                 &inputs,
                 reaches,
                 &folds,
@@ -143,13 +143,7 @@ impl LearnedModel {
             places: places.as_ref(),
             people: &of_samples,
             made: made.len(),
-            near: (0..rows.regions)
-                .map(|k| {
-                    (0..rows.len())
-                        .filter(|&row| rows.gates(row)[k] > 0.0)
-                        .collect()
-                })
-                .collect(),
+            near: near(&samples, &rows),
         };
         let (blend, held_out) = Blend::of(&evidence);
         let held_out = held_out_reaches(&evidence, &blend, &held_out, made);

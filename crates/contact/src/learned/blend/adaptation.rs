@@ -24,6 +24,10 @@ const MOST_RATIO: f64 = 60.0;
 /// within this share of their length say that the room has moved.
 const SURPRISE: f64 = 9.0;
 const ALIKE: f64 = 0.5;
+/// So many sources must say so before it is believed at all times left.
+const AGREEING: usize = 2;
+/// Variance of a lasting error, as a share of the usual mean square, above which a jump is still being followed.
+const SETTLED: f64 = 1.0;
 /// Largest share of one error that is taken for lasting.
 const MOST_GAIN: f64 = 0.7;
 /// Share of a lasting error's variance that is added with every touch: habits and rooms drift.
@@ -258,17 +262,23 @@ impl Adaptation {
         let (mut surprise, mut counted, mut judged) = (0.0, 0.0, 0.0);
         let said = self.before.as_mut().unwrap_or(&mut self.said);
         let each = said.pending.iter_mut().zip(&mut said.ways);
+        let mut jump_m2 = 0.0;
+        // The least time left first: a jump is clearest where ends are foreseen best, and it is one at all times left.
         for (k, (pending, ways)) in each.enumerate() {
             let stage = &mut self.stages[k];
             if let Some(pending) = pending.take() {
-                stage.learn(&pending, contact_m, &blend.personal.lasting(k));
+                let personal = blend.personal.lasting(k);
+                stage.expect(jump_m2, &pending, &personal);
+                let own_m2 = stage.learn(&pending, contact_m, &personal);
+                jump_m2 = own_m2.map_or(jump_m2, |own_m2| own_m2.max(jump_m2));
                 let late_s = contact_s - pending.contact_s;
                 stage.late.learn(late_s, pending.time_s2);
             }
             let ways = std::mem::replace(ways, Ways::NONE);
-            stage
-                .habit
-                .learn(&blend.personal.habits[k], &ways, contact_m);
+            if stage.is_settled() {
+                let habits = &blend.personal.habits[k];
+                stage.habit.learn(habits, &ways, contact_m);
+            }
         }
         said.counts = [0.0; KNOTS];
         let each = said.misses.iter_mut().zip(&blend.usual_distances);
@@ -297,9 +307,30 @@ impl Adaptation {
 }
 
 impl Stage {
-    /// Takes one touch.
+    /// Errors may have jumped by this squared length, m²: where that is more than is usual it is as likely to last as it is large.
+    fn expect(&mut self, jump_m2: f64, pending: &Pending, personal: &[f64; SOURCES]) {
+        let each = self.doubt.iter_mut().zip(&pending.squares_m2).zip(personal);
+        for ((doubt, square_m2), personal) in each {
+            let lasting = jump_m2 / square_m2.max(1e-9) - (1.0 - personal);
+            *doubt = doubt.max(lasting.min(MOST_RATIO));
+        }
+    }
+
+    /// Is no jump of the room being followed? While one is, misses say nothing about the person: a habit learnt from them would last
+    /// when the sources have long followed.
+    fn is_settled(&self) -> bool {
+        self.doubt.iter().filter(|doubt| **doubt > SETTLED).count() < AGREEING
+    }
+
+    /// Takes one touch; the squared length of a jump of the errors, m², if several sources agree on one.
     #[expect(clippy::needless_range_loop, reason = "several arrays by source")]
-    fn learn(&mut self, pending: &Pending, contact_m: DVec3, personal: &[f64; SOURCES]) {
+    fn learn(
+        &mut self,
+        pending: &Pending,
+        contact_m: DVec3,
+        personal: &[f64; SOURCES],
+    ) -> Option<f64> {
+        let (mut jumped, mut least_m2) = (0, f64::INFINITY);
         self.touches = FORGETTING * self.touches + 1.0;
         for k in 0..SOURCES {
             self.ratio[k] *= FORGETTING;
@@ -319,6 +350,8 @@ impl Stage {
                 if before_m.is_some_and(alike) {
                     // A lasting change is likelier than such a chance.
                     self.doubt[k] = self.doubt[k].max(ratio - by_chance);
+                    jumped += 1;
+                    least_m2 = miss_m.length_squared().min(least_m2);
                 } else {
                     miss_m *= (most / ratio).sqrt();
                 }
@@ -335,6 +368,7 @@ impl Stage {
             self.towards = FORGETTING * self.towards + towards.clamp(-3.0, 3.0);
             self.way = FORGETTING * self.way + (way_m.length_squared() / usual_m2).min(3.0);
         }
+        (jumped >= AGREEING).then_some(least_m2)
     }
 }
 

@@ -1,7 +1,7 @@
 //! A hand that has all but stopped near where it is expected has arrived.
 
 use crate::learned::blend::quantiles::weighted_quantile;
-use crate::learned::reach_track::PROGRESS;
+use crate::learned::reaches::reach_track::PROGRESS;
 use glam::DVec3;
 
 /// How many speeds the share is learnt at.

@@ -6,7 +6,7 @@ use crate::learned::blend::personal::Personal;
 use crate::learned::blend::places::Places;
 use crate::learned::blend::quantiles::{SENSOR_M, sensor};
 use crate::learned::blend::sources::{Ends, Pairs, SOURCES, Source, weights};
-use crate::learned::reach_track::way_axes;
+use crate::learned::reaches::reach_track::way_axes;
 use glam::{DMat3, DVec3};
 
 /// Lowest standard deviation of a time, s.
@@ -111,6 +111,12 @@ impl Region {
             .exp()
     }
 
+    /// The mean of logarithms of all regions, for those who ask often.
+    pub(super) fn logarithm_between(logarithms: &[f64], gates: &[f64]) -> f64 {
+        let counted = logarithms.iter().zip(gates).filter(|(_, g)| **g > 0.0);
+        counted.map(|(logarithm, gate)| gate * logarithm).sum()
+    }
+
     /// Mean square of the error before places were considered, in each axis, m².
     pub(in crate::learned) fn axis_variance_m2(&self) -> f64 {
         self.unplaced * self.size_m2 / 3.0
@@ -121,10 +127,9 @@ impl Region {
         self.time_s2.sqrt().max(CLOCK_S)
     }
 
-    /// The same between regions; see [`between`](Self::between).
-    pub(in crate::learned) fn time_sd_between_s(regions: &[Self], gates: &[f64]) -> f64 {
-        let counted = regions.iter().zip(gates).filter(|(_, gate)| **gate > 0.0);
-        let logarithm = counted.fold(0.0, |sum, (region, gate)| sum + gate * region.time_s2.ln());
+    /// The same between regions, of the logarithms of their `time_s2`; see [`between`](Self::between).
+    pub(super) fn time_sd_between_s(logarithms: &[f64], gates: &[f64]) -> f64 {
+        let logarithm = Self::logarithm_between(logarithms, gates);
         logarithm.exp().sqrt().max(CLOCK_S)
     }
 }

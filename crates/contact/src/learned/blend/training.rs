@@ -9,8 +9,8 @@ use crate::learned::blend::places::Places;
 use crate::learned::blend::quantiles::{SENSOR_M, sensor, trace, weighted_quantile};
 use crate::learned::blend::sources::{Ends, SOURCES};
 use crate::learned::blend::turns::{Sums, Turns};
+use crate::learned::reaches::samples::TrainingSample;
 use crate::learned::regression::local_ridge::Rows;
-use crate::learned::samples::TrainingSample;
 use glam::{DMat3, DVec3};
 use hwall_numeric::parallel;
 
@@ -54,21 +54,30 @@ pub(in crate::learned) struct Evidence<'a> {
     pub(in crate::learned) people: &'a [usize],
     /// How many reaches were made; those behind them are copies at another pace.
     pub(in crate::learned) made: usize,
-    /// The rows that count in each region.
-    pub(in crate::learned) near: Vec<Vec<usize>>,
+    /// The rows that count in each region, and how much.
+    pub(in crate::learned) near: Vec<Vec<(usize, f64)>>,
+}
+
+/// The rows that count in each region, and how much.
+pub(in crate::learned) fn near(samples: &[TrainingSample], rows: &Rows) -> Vec<Vec<(usize, f64)>> {
+    let mut near = vec![Vec::new(); rows.regions];
+    for (row, sample) in samples.iter().enumerate() {
+        for (near, gate) in near.iter_mut().zip(rows.gates(row)) {
+            if *gate > 0.0 {
+                near.push((row, sample.weight * gate));
+            }
+        }
+    }
+    near
 }
 
 impl Evidence<'_> {
-    fn weight(&self, row: usize, region: usize) -> f64 {
-        self.samples[row].weight * self.rows.gates(row)[region]
-    }
-
     fn each(&self) -> impl Iterator<Item = (usize, &TrainingSample, &Witness)> {
         let pairs = self.samples.iter().zip(self.witnesses).enumerate();
         pairs.map(|(row, (sample, witness))| (row, sample, witness))
     }
 
-    fn rows_of(&self, region: usize) -> &[usize] {
+    fn rows_of(&self, region: usize) -> &[(usize, f64)] {
         &self.near[region]
     }
 }
@@ -95,12 +104,7 @@ impl Evidence<'_> {
         values: impl Fn(usize, f64) -> [f64; N],
     ) -> Sums<N> {
         let rows = self.rows_of(region).iter();
-        let each = rows.map(|&row| {
-            (
-                self.samples[row].fold,
-                values(row, self.weight(row, region)),
-            )
-        });
+        let each = rows.map(|&(row, weight)| (self.samples[row].fold, values(row, weight)));
         Sums::of(self.folds(), weights, each)
     }
 
@@ -199,7 +203,7 @@ fn moments(evidence: &Evidence, turns: &mut Turns) {
         let limits: [f64; SOURCES] = std::array::from_fn(|k| {
             let lengths = near
                 .iter()
-                .filter_map(|&r| Some((miss(r, k)?.length(), evidence.weight(r, region))));
+                .filter_map(|&(row, weight)| Some((miss(row, k)?.length(), weight)));
             CLIP * weighted_quantile(0.5, lengths)
         });
         // Sums of the products, then of their weights.
@@ -261,7 +265,7 @@ fn combinations(evidence: &Evidence, turns: &Turns) -> Vec<Combined> {
 fn disagreements(evidence: &Evidence, combined: &[Combined], turns: &mut Turns) {
     let miss = |row: usize| combined[row].point_m.distance(evidence.samples[row].end_m);
     let sums_of = |region: usize| {
-        let limit = clip(evidence, evidence.rows_of(region), region, &miss);
+        let limit = clip(evidence.rows_of(region), &miss);
         evidence.sums(region, [2; 3], |row, weight| {
             let square = miss(row).min(limit).powi(2);
             let apart = combined[row].apart_m2.min(limit * limit);
@@ -277,10 +281,8 @@ fn disagreements(evidence: &Evidence, combined: &[Combined], turns: &mut Turns) 
     }
 }
 
-fn clip(evidence: &Evidence, near: &[usize], k: usize, length: &dyn Fn(usize) -> f64) -> f64 {
-    let lengths = near
-        .iter()
-        .map(|&row| (length(row), evidence.weight(row, k)));
+fn clip(near: &[(usize, f64)], length: &dyn Fn(usize) -> f64) -> f64 {
+    let lengths = near.iter().map(|&(row, weight)| (length(row), weight));
     CLIP * weighted_quantile(0.5, lengths)
 }
 
@@ -296,7 +298,7 @@ fn shares(evidence: &Evidence, combined: &[Combined], turns: &mut Turns) -> Vec<
     let miss = |row: usize| combined[row].point_m - evidence.samples[row].end_m;
     let sums_of = |region: usize| {
         let near = evidence.rows_of(region);
-        let limit = clip(evidence, near, region, &|row| miss(row).length());
+        let limit = clip(near, &|row| miss(row).length());
         evidence.sums(region, [2; 3], |row, weight| {
             let (miss, way) = (miss(row).clamp_length_max(limit.max(1e-9)), way(row));
             [
@@ -411,8 +413,8 @@ fn shape(evidence: &Evidence, turned: &[(DMat3, DVec3)], turns: &mut Turns) {
     };
     let sums_of = |region: usize| {
         let near = evidence.rows_of(region);
-        let limit = clip(evidence, near, region, &|row| turned[row].1.length());
-        let latest = clip(evidence, near, region, &late);
+        let limit = clip(near, &|row| turned[row].1.length());
+        let latest = clip(near, &late);
         evidence.sums(region, [7; 8], |row, weight| {
             let m = turned[row].1.clamp_length_max(limit.max(1e-9));
             let time = late(row).min(latest).powi(2);
@@ -483,7 +485,7 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
         let distances = scaled(evidence, judged, blend, &plain);
         let most = evidence.of_regions(|k| {
             let rows = near[k].iter();
-            let pairs = rows.map(|&row| (distances[row], evidence.weight(row, k)));
+            let pairs = rows.map(|&(row, weight)| (distances[row], weight));
             weighted_quantile(level, pairs) / CHI_SQUARED_3_90
         });
         for (region, most) in blend.regions.iter_mut().zip(most) {
@@ -500,15 +502,18 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
     }
     even(evidence, judged, blend, &plain, level);
     // One after the other: each is judged by what those before it have become.
+    let mut logarithms: Vec<f64> = blend.regions.iter().map(|r| r.time_s2.ln()).collect();
     for (k, near) in near.iter().enumerate() {
-        let pairs = near.iter().map(|&row| {
+        let pairs = near.iter().map(|&(row, weight)| {
             let witness = &evidence.witnesses[row];
             let late = (witness.left_s - witness.true_left_s).abs();
-            let usual = Region::time_sd_between_s(&blend.regions, evidence.rows.gates(row));
-            (late / usual, evidence.weight(row, k))
+            let usual = Region::time_sd_between_s(&logarithms, evidence.rows.gates(row));
+            (late / usual, weight)
         });
         let most = weighted_quantile(level, pairs) / NORMAL_90;
-        blend.regions[k].time_s2 *= most.clamp(0.1, 10.0).powi(2);
+        let time_s2 = &mut blend.regions[k].time_s2;
+        *time_s2 *= most.clamp(0.1, 10.0).powi(2);
+        logarithms[k] = time_s2.ln();
     }
     let at = |level: f64| {
         let each = plain.iter().zip(judged).enumerate();
@@ -529,8 +534,9 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
 
 /// The distances of all rows under the spreads and factors so far.
 fn scaled(evidence: &Evidence, judged: &[Judged], blend: &Blend, plain: &[f64]) -> Vec<f64> {
+    let logarithms: Vec<f64> = blend.regions.iter().map(|r| r.spread.ln()).collect();
     evidence.of_rows(|row| {
-        let spread = Region::spread_between(&blend.regions, evidence.rows.gates(row));
+        let spread = Region::logarithm_between(&logarithms, evidence.rows.gates(row)).exp();
         plain[row] / (spread * blend.at_time(&judged[row].hats))
     })
 }
@@ -583,11 +589,7 @@ fn even(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, plain: &[f64]
             );
         }
         for (k, region) in blend.regions.iter_mut().enumerate() {
-            let rows = evidence.rows_of(k).iter();
-            region.spread *= by(
-                BY_PROGRESS,
-                &mut rows.map(|&row| (row, evidence.weight(row, k))),
-            );
+            region.spread *= by(BY_PROGRESS, &mut evidence.rows_of(k).iter().copied());
         }
     }
 }

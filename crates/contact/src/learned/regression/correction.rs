@@ -4,7 +4,7 @@ use super::local_ridge::{Fitted, Rows};
 use super::training::by_region;
 use super::trees::{Lessons, Trees};
 use crate::learned::blend::quantiles::{SENSOR_M, weighted_quantile};
-use crate::learned::samples::TrainingSample;
+use crate::learned::reaches::samples::TrainingSample;
 use glam::DVec3;
 use hwall_numeric::dense::Matrix;
 

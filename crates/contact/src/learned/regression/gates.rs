@@ -1,6 +1,6 @@
 //! Soft regions of how far a reach has come.
 
-use crate::learned::reach_track::PROGRESS;
+use crate::learned::reaches::reach_track::PROGRESS;
 
 /// Width of a region, in mean squared distances of samples from their centres. Wider regions share more
 /// samples, so fewer reaches are enough.
@@ -103,13 +103,21 @@ fn nearest(s: &[f64; PROGRESS], centres: &[[f64; PROGRESS]]) -> (usize, f64) {
 /// Samples, each the furthest from those before; fewer than asked for when samples coincide.
 fn spread_out(samples: &[[f64; PROGRESS]], count: usize) -> Vec<[f64; PROGRESS]> {
     let mut centres: Vec<[f64; PROGRESS]> = samples.first().copied().into_iter().collect();
+    // To the nearest centre so far.
+    let mut distances = vec![f64::INFINITY; samples.len()];
     while centres.len() < count {
-        let furthest = samples
+        let Some(newest) = centres.last() else {
+            break;
+        };
+        for (distance, s) in distances.iter_mut().zip(samples) {
+            *distance = distance.min(squared(s, newest));
+        }
+        let furthest = distances
             .iter()
-            .map(|s| (nearest(s, &centres).1, s))
-            .max_by(|a, b| a.0.total_cmp(&b.0));
+            .zip(samples)
+            .max_by(|a, b| a.0.total_cmp(b.0));
         match furthest {
-            Some((distance, s)) if distance > 0.0 => centres.push(*s),
+            Some((distance, s)) if *distance > 0.0 => centres.push(*s),
             _ => break,
         }
     }

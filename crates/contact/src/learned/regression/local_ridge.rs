@@ -49,10 +49,18 @@ impl Rows {
         &self.wanted[row * self.outputs..(row + 1) * self.outputs]
     }
 
-    fn of_fold(&self, fold: usize) -> Vec<usize> {
-        (0..self.len())
-            .filter(|&row| self.folds[row] == fold)
-            .collect()
+    /// The rows that count in each region, by fold.
+    fn near(&self) -> Vec<Vec<Vec<usize>>> {
+        let folds = 1 + self.folds.iter().copied().max().unwrap_or(0);
+        let mut near = vec![vec![Vec::new(); folds]; self.regions];
+        for (row, &fold) in self.folds.iter().enumerate() {
+            for (near, gate) in near.iter_mut().zip(self.gates(row)) {
+                if *gate > 0.0 {
+                    near[fold].push(row);
+                }
+            }
+        }
+        near
     }
 }
 
@@ -207,11 +215,10 @@ impl LocalRidge {
             used: Vec::with_capacity(rows.regions),
         };
         let mut fitted: Vec<Fitted> = variants.iter().map(|_| empty()).collect();
-        let folds = 1 + rows.folds.iter().copied().max().unwrap_or(0);
-        let members: Vec<Vec<usize>> = (0..folds).map(|fold| rows.of_fold(fold)).collect();
+        let near = rows.near();
         let locals: Vec<Result<Vec<Local>, ContactError>> = parallel::map(rows.regions, |region| {
-            let near: Vec<LocalRows> = members
-                .iter()
+            let folds = near[region].iter();
+            let near: Vec<LocalRows> = folds
                 .map(|fold| shape.local_rows(rows, fold, region))
                 .collect();
             let parts = near.iter().map(|fold| fold.equations(rows));
@@ -292,10 +299,18 @@ impl LocalRidge {
         }
         let mut first = 0;
         for (fold, fewer) in local.iter().zip(&chosen) {
-            let predicted = fold.features.times(fewer);
-            let end = first + predicted.entries().len();
-            kept.held_out[first..end].copy_from_slice(predicted.entries());
-            first = end;
+            let fewer: Vec<Padded> = columns.iter().map(|&c| padded(fewer.row(c))).collect();
+            for i in 0..fold.rows.len() {
+                let features = fold.features.row(i);
+                let mut sum = Padded::default();
+                for (&column, weights) in columns.iter().zip(&fewer) {
+                    for (s, w) in sum.iter_mut().zip(weights) {
+                        *s += features[column] * w;
+                    }
+                }
+                kept.held_out[first..first + outputs].copy_from_slice(&sum[..outputs]);
+                first += outputs;
+            }
         }
         Ok(kept)
     }
@@ -329,18 +344,16 @@ impl LocalRidge {
         }
     }
 
-    /// The rows among some that count in a region.
-    fn local_rows(&self, rows: &Rows, members: &[usize], region: usize) -> LocalRows {
-        let counts = |row: &usize| rows.gates(*row)[region] > 0.0;
-        let near: Vec<usize> = members.iter().copied().filter(counts).collect();
-        let features = near
-            .iter()
-            .flat_map(|&row| self.scaled(rows.features(row)))
-            .collect();
+    /// Rows that count in a region.
+    fn local_rows(&self, rows: &Rows, near: &[usize], region: usize) -> LocalRows {
+        let mut features = Vec::with_capacity(near.len() * (rows.width + 1));
+        for &row in near {
+            features.extend(self.scaled(rows.features(row)));
+        }
         LocalRows {
             weights: near.iter().map(|&row| rows.weight(row, region)).collect(),
             features: Matrix::from_rows(near.len(), rows.width + 1, features),
-            rows: near,
+            rows: near.to_vec(),
         }
     }
 
@@ -418,9 +431,10 @@ struct LocalRows {
 impl LocalRows {
     fn equations(&self, rows: &Rows) -> NormalEquations {
         let roots: Vec<f64> = self.weights.iter().map(|w| w.sqrt()).collect();
-        let x = Matrix::from_fn(self.rows.len(), self.features.columns(), |i, j| {
-            roots[i] * self.features[(i, j)]
-        });
+        let mut x = self.features.clone();
+        for (i, root) in roots.iter().enumerate() {
+            x.row_mut(i).iter_mut().for_each(|x| *x *= root);
+        }
         let y = Matrix::from_fn(self.rows.len(), rows.outputs, |i, k| {
             roots[i] * rows.wanted(self.rows[i])[k]
         });

@@ -6,8 +6,8 @@ use super::local_ridge::{Blocks, Fitted, LocalRidge, Rows};
 use crate::error::ContactError;
 use crate::learned::blend::quantiles::SENSOR_M;
 use crate::learned::config::LearnedConfig;
-use crate::learned::reach_track::{BlockKind, Inputs};
-use crate::learned::samples::TrainingSample;
+use crate::learned::reaches::reach_track::{BlockKind, Inputs};
+use crate::learned::reaches::samples::TrainingSample;
 use glam::DVec3;
 
 /// Way left (3), time left (1), normal (3).

@@ -51,12 +51,39 @@ pub(in crate::learned) struct Lessons {
     pub(in crate::learned) folds: Vec<usize>,
 }
 
+/// The same as a search for splits goes through it: one feature of many samples.
+struct Prepared<'a> {
+    lessons: &'a Lessons,
+    /// A row a feature.
+    by_feature: Matrix,
+    /// The corrections wanted times the weight of the sample, and that weight.
+    weighed: Vec<([f64; CORRECTED], f64)>,
+}
+
+impl<'a> Prepared<'a> {
+    fn of(lessons: &'a Lessons) -> Self {
+        let each = lessons.wanted.iter().zip(&lessons.weights);
+        Self {
+            lessons,
+            by_feature: lessons.features.transpose(),
+            weighed: each
+                .map(|(w, weight)| (w.map(|w| weight * w), *weight))
+                .collect(),
+        }
+    }
+
+    fn feature(&self, feature: usize) -> &[f64] {
+        self.by_feature.row(feature)
+    }
+}
+
 impl Trees {
     /// The trees, and the correction of every sample by the trees that have not learnt from its fold (zero if
     /// all have).
     pub(in crate::learned) fn fit(lessons: &Lessons) -> (Self, Vec<[f64; CORRECTED]>) {
         let mut trees = Self::default();
         let rows = lessons.wanted.len();
+        let lessons = &Prepared::of(lessons);
         let mut sums = vec![([0.0; CORRECTED], 0.0); rows];
         for (tree, held_out) in parallel::map(TREES, |number| Self::one(lessons, number)) {
             trees.add(&tree);
@@ -71,7 +98,8 @@ impl Trees {
     }
 
     /// A single tree, and its correction of every sample whose fold it has not learnt from.
-    fn one(lessons: &Lessons, number: usize) -> (Self, Vec<(usize, [f64; CORRECTED])>) {
+    fn one(prepared: &Prepared, number: usize) -> (Self, Vec<(usize, [f64; CORRECTED])>) {
+        let lessons = prepared.lessons;
         let mut tree = Self::default();
         let rows = lessons.wanted.len();
         let folds = 1 + lessons.folds.iter().copied().max().unwrap_or(0);
@@ -91,7 +119,7 @@ impl Trees {
         let first = random.below(step);
         members = members.into_iter().skip(first).step_by(step).collect();
         let total: f64 = members.iter().map(|&row| lessons.weights[row]).sum();
-        tree.grow(lessons, &mut members, total, step as f64, &mut random);
+        tree.grow(prepared, &mut members, total, step as f64, &mut random);
         let held_out = (0..rows).filter(|&row| left_out[lessons.folds[row]]);
         let held_out = held_out.map(|row| (row, tree.of_tree(0, lessons.features.row(row))));
         let held_out = held_out.collect();
@@ -135,7 +163,7 @@ impl Trees {
     /// Adds a tree; `each` is how many samples a member stands for.
     fn grow(
         &mut self,
-        lessons: &Lessons,
+        lessons: &Prepared,
         members: &mut [usize],
         total: f64,
         each: f64,
@@ -161,7 +189,7 @@ impl Trees {
                 self.values.push(leaf(lessons, own, each));
                 continue;
             };
-            let below = partition(own, |row| lessons.features[(row, feature)] < threshold);
+            let below = partition(own, |row| lessons.feature(feature)[row] < threshold);
             let next = self.nodes.len();
             self.nodes[node] = Node {
                 feature: feature as u32,
@@ -183,12 +211,12 @@ impl Trees {
 }
 
 /// The mean correction of a leaf.
-fn leaf(lessons: &Lessons, members: &[usize], each: f64) -> [f64; CORRECTED] {
+fn leaf(lessons: &Prepared, members: &[usize], each: f64) -> [f64; CORRECTED] {
     let mut sum = [0.0; CORRECTED];
     let mut total = PRIOR_REACHES / each;
     for &row in members {
-        let weight = lessons.weights[row];
-        (0..CORRECTED).for_each(|k| sum[k] += weight * lessons.wanted[row][k]);
+        let (wanted, weight) = lessons.weighed[row];
+        (0..CORRECTED).for_each(|k| sum[k] += wanted[k]);
         total += weight;
     }
     sum.map(|s| s / total)
@@ -200,25 +228,25 @@ const OFF_TIES: f64 = 1e-6;
 
 /// The best of some random splits, one a feature tried; `None` where none leaves `least` on both sides.
 fn best_split(
-    lessons: &Lessons,
+    lessons: &Prepared,
     members: &[usize],
     least: f64,
     random: &mut Random,
 ) -> Option<(usize, f64)> {
-    let features = lessons.features.columns();
+    let features = lessons.lessons.features.columns();
     let mut best: Option<(f64, usize, f64)> = None;
     for _ in 0..features.div_ceil(TRIED_DIVISOR) {
         let feature = random.below(features);
+        let values = lessons.feature(feature);
         // Thresholds are drawn between two samples: outliers do not stretch the range.
-        let at =
-            |random: &mut Random| lessons.features[(members[random.below(members.len())], feature)];
+        let at = |random: &mut Random| values[members[random.below(members.len())]];
         let threshold = 0.5 * (at(random) + at(random)) - OFF_TIES;
         let mut sides = [([0.0; CORRECTED], 0.0); 2];
         for &row in members {
-            let side = usize::from(lessons.features[(row, feature)] >= threshold);
-            let weight = lessons.weights[row];
+            let side = usize::from(values[row] >= threshold);
+            let (wanted, weight) = lessons.weighed[row];
             let (sum, total) = &mut sides[side];
-            (0..CORRECTED).for_each(|k| sum[k] += weight * lessons.wanted[row][k]);
+            (0..CORRECTED).for_each(|k| sum[k] += wanted[k]);
             *total += weight;
         }
         if sides.iter().any(|s| s.1 < least) {

@@ -11,7 +11,7 @@ use std::ops::Range;
 /// the one before.
 const FIRST_LAG_S: f64 = 0.03;
 /// Most lags: nearly four seconds.
-pub(super) const MOST_LAGS: usize = 8;
+pub(in crate::learned) const MOST_LAGS: usize = 8;
 /// Displacements of the past are scaled to this much time, so that all are of one size.
 const HORIZON_S: f64 = 0.2;
 /// Times over which the motion of other points is taken, s.
@@ -25,31 +25,31 @@ const SLOWEST: usize = 10;
 /// Samples of one reach that are kept; older ones are only needed for the lags.
 const KEPT: usize = 512;
 /// How many scalars say how far a reach has come.
-pub(super) const PROGRESS: usize = 4;
+pub(in crate::learned) const PROGRESS: usize = 4;
 
 /// What a regression looks at: the touching point, and what else was usually seen.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Inputs {
-    pub(super) point: HandPoint,
+pub(in crate::learned) struct Inputs {
+    pub(in crate::learned) point: HandPoint,
     /// Other points, relative to the touching one.
-    pub(super) others: Vec<NamedPoint>,
-    pub(super) head: bool,
-    pub(super) gaze: bool,
+    pub(in crate::learned) others: Vec<NamedPoint>,
+    pub(in crate::learned) head: bool,
+    pub(in crate::learned) gaze: bool,
     /// How many positions of the past are compared with the present one.
-    pub(super) lags: usize,
+    pub(in crate::learned) lags: usize,
     /// Mean offset of the touching point from every point, m: for the first frames of a reach in which one of them
     /// is missing.
-    pub(super) offsets_m: [Option<DVec3>; NamedPoint::COUNT],
+    pub(in crate::learned) offsets_m: [Option<DVec3>; NamedPoint::COUNT],
     /// When a reach starts, however it was cut; `None` in old files: with its first sample.
-    pub(super) onset: Option<ReachOnset>,
+    pub(in crate::learned) onset: Option<ReachOnset>,
     /// Means of the head, seen from the touching point, and of the gaze, which stand in until they are seen.
-    pub(super) head_m: DVec3,
-    pub(super) mean_gaze: DVec3,
+    pub(in crate::learned) head_m: DVec3,
+    pub(in crate::learned) mean_gaze: DVec3,
 }
 
 impl Inputs {
     /// What the reaches have in common. The touching point is the most frequent one.
-    pub(super) fn of(reaches: &[&LabelledReach], use_gaze: bool, lags: usize) -> Self {
+    pub(in crate::learned) fn of(reaches: &[&LabelledReach], use_gaze: bool, lags: usize) -> Self {
         let touching = |p: HandPoint| reaches.iter().filter(|r| r.point == p).count();
         // `max_by_key` keeps the last of equals: the first by contact.
         let order = HandPoint::BY_CONTACT.into_iter().rev();
@@ -96,7 +96,7 @@ impl Inputs {
 
     /// When the hand starts in a reach that somebody has cut, s; with the first sample that shows it if it never clearly
     /// moves.
-    pub(super) fn start_s(&self, reach: &LabelledReach) -> f64 {
+    pub(in crate::learned) fn start_s(&self, reach: &LabelledReach) -> f64 {
         let mut track = ReachTrack::new(self);
         let mut first_s = None;
         for frame in &reach.frames {
@@ -121,12 +121,12 @@ impl Inputs {
     }
 
     /// How many points are used.
-    pub(super) fn points(&self) -> usize {
+    pub(in crate::learned) fn points(&self) -> usize {
         1 + self.others.len()
     }
 
     /// The columns of the feature vector by what they tell, in their order.
-    pub(super) fn blocks(&self) -> Vec<Block> {
+    pub(in crate::learned) fn blocks(&self) -> Vec<Block> {
         let mut blocks: Vec<Block> = Vec::new();
         let mut push = |kind, width| {
             let first = blocks.last().map_or(0, |b: &Block| b.columns.end);
@@ -152,21 +152,21 @@ impl Inputs {
     }
 
     /// Length of the feature vector.
-    pub(super) fn width(&self) -> usize {
+    pub(in crate::learned) fn width(&self) -> usize {
         self.blocks().last().map_or(0, |b| b.columns.end)
     }
 }
 
 /// Columns of the feature vector that are used, or not, together.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Block {
-    pub(super) kind: BlockKind,
-    pub(super) columns: Range<usize>,
+pub(in crate::learned) struct Block {
+    pub(in crate::learned) kind: BlockKind,
+    pub(in crate::learned) columns: Range<usize>,
 }
 
 /// What a block of columns tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum BlockKind {
+pub(in crate::learned) enum BlockKind {
     /// The way of the touching point since the start, its steps, speeds and times.
     Path,
     /// Where in the room the reach started.
@@ -199,7 +199,7 @@ struct Beside {
 
 /// One reach from its start to now. A finger that is missing does not stop the prediction.
 #[derive(Debug, Clone)]
-pub(super) struct ReachTrack {
+pub(in crate::learned) struct ReachTrack {
     /// Times, s, and places of the touching point, m.
     history: Vec<(f64, DVec3)>,
     /// Head and other points, relative to the touching one, at the same times.
@@ -221,7 +221,7 @@ pub(super) struct ReachTrack {
 }
 
 impl ReachTrack {
-    pub(super) fn new(inputs: &Inputs) -> Self {
+    pub(in crate::learned) fn new(inputs: &Inputs) -> Self {
         Self {
             history: Vec::with_capacity(KEPT),
             beside: Vec::with_capacity(KEPT),
@@ -238,7 +238,7 @@ impl ReachTrack {
         }
     }
 
-    pub(super) fn begin(&mut self) {
+    pub(in crate::learned) fn begin(&mut self) {
         self.history.clear();
         self.beside.clear();
         self.start = None;
@@ -253,7 +253,7 @@ impl ReachTrack {
 
     /// Takes a sample; returns whether there was anything in it to follow. One that is not later than the
     /// last is ignored.
-    pub(super) fn push(&mut self, frame: &HandFrame) -> bool {
+    pub(in crate::learned) fn push(&mut self, frame: &HandFrame) -> bool {
         let t_s = frame.t_s;
         let late_enough = self.history.last().is_none_or(|last| t_s > last.0);
         if !t_s.is_finite() || !late_enough {
@@ -301,7 +301,7 @@ impl ReachTrack {
     }
 
     /// For how long the reach has been followed, s.
-    pub(super) fn followed_s(&self) -> f64 {
+    pub(in crate::learned) fn followed_s(&self) -> f64 {
         match (self.history.first(), self.history.last()) {
             (Some(first), Some(last)) => last.0 - first.0,
             _ => 0.0,
@@ -309,7 +309,7 @@ impl ReachTrack {
     }
 
     /// Has this point, or the head (`None`), been seen in this reach?
-    pub(super) fn has_seen(&self, point: Option<NamedPoint>) -> bool {
+    pub(in crate::learned) fn has_seen(&self, point: Option<NamedPoint>) -> bool {
         match point {
             Some(point) => self.relative_m[point.index()].is_some(),
             None => self.head_m.is_some(),
@@ -317,18 +317,18 @@ impl ReachTrack {
     }
 
     /// Has the reach, by all that was seen, only just started?
-    pub(super) fn is_at_start(&self) -> bool {
+    pub(in crate::learned) fn is_at_start(&self) -> bool {
         self.now() == self.start
     }
 
     /// Time and place of the touching point now; `None` before the first sample.
-    pub(super) fn now(&self) -> Option<(f64, DVec3)> {
+    pub(in crate::learned) fn now(&self) -> Option<(f64, DVec3)> {
         self.history.last().copied()
     }
 
     /// Places of all points used, the touching one first, m; a point that is not seen now is where it last
     /// was relative to the touching one.
-    pub(super) fn points_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
+    pub(in crate::learned) fn points_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
         out.clear();
         let Some((_, now_m)) = self.now() else { return };
         out.extend(now_m.to_array());
@@ -343,7 +343,7 @@ impl ReachTrack {
     }
 
     /// Time and place of the start.
-    pub(super) fn start(&self) -> Option<(f64, DVec3)> {
+    pub(in crate::learned) fn start(&self) -> Option<(f64, DVec3)> {
         self.start
     }
 
@@ -374,7 +374,7 @@ impl ReachTrack {
     }
 
     /// How far the reach has come: time, distance from the start, speed, speed over its peak.
-    pub(super) fn progress(&self) -> [f64; PROGRESS] {
+    pub(in crate::learned) fn progress(&self) -> [f64; PROGRESS] {
         let (Some((t_s, now_m)), Some((start_s, start_m))) = (self.now(), self.start) else {
             return [0.0; PROGRESS];
         };
@@ -408,7 +408,7 @@ impl ReachTrack {
     }
 
     /// The features, in m or of the size of a reach in metres, in the order of [`Inputs::blocks`].
-    pub(super) fn features_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
+    pub(in crate::learned) fn features_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
         out.clear();
         let (Some((t_s, now_m)), Some((start_s, start_m))) = (self.now(), self.start) else {
             out.resize(inputs.width(), 0.0);
@@ -455,7 +455,7 @@ impl ReachTrack {
 ///
 /// People miss along their way more than beside it. "Level" means across z, which is wrong in a y-up
 /// frame, but any fixed choice does as long as training and use share it.
-pub(super) fn way_axes(start_m: DVec3, end_m: DVec3) -> DMat3 {
+pub(in crate::learned) fn way_axes(start_m: DVec3, end_m: DVec3) -> DMat3 {
     let ahead = (end_m - start_m).try_normalize().unwrap_or(DVec3::X);
     let level = ahead
         .cross(DVec3::Z)

@@ -1,7 +1,7 @@
 //! What a regression looks at, in files of learned models.
 
-use super::reach_track::{Inputs, MOST_LAGS};
 use crate::error::ContactError;
+use crate::learned::reaches::reach_track::{Inputs, MOST_LAGS};
 use glam::DVec3;
 use hwall_hand::{HandPoint, NamedPoint, ReachOnset};
 use hwall_numeric::check::{non_negative, positive, that};

@@ -1,23 +1,23 @@
 //! Files of learned models: versioned JSON that gives the model back bit by bit, or an error that says what is wrong.
 
-use super::account::{Account, InputUse, StageAccount};
-use super::blend::arrival::Arrival;
-use super::blend::combination::{Axes, Blend, KNOTS, Region};
-use super::blend::habit::Habits;
-use super::blend::personal::Personal;
-use super::blend::places::Places;
-use super::blend::sources::{SOURCES, Source};
-use super::config::{Combination, Frame};
-use super::estimator::{Learnt, Origin};
 use super::input_file::FileInputs;
-use super::model::LearnedModel;
-use super::primitive::Primitive;
-use super::reach_track::PROGRESS;
-use super::regression::gates::Gates;
-use super::regression::local_ridge::LocalRidge;
-use super::regression::training::OUTPUTS;
 use super::tree_file::FileCorrection;
 use crate::error::ContactError;
+use crate::learned::account::{Account, InputUse, StageAccount};
+use crate::learned::blend::arrival::Arrival;
+use crate::learned::blend::combination::{Axes, Blend, KNOTS, Region};
+use crate::learned::blend::habit::Habits;
+use crate::learned::blend::personal::Personal;
+use crate::learned::blend::places::Places;
+use crate::learned::blend::sources::{SOURCES, Source};
+use crate::learned::config::{Combination, Frame};
+use crate::learned::estimator::{Learnt, Origin};
+use crate::learned::model::LearnedModel;
+use crate::learned::primitive::hand_primitive::Primitive;
+use crate::learned::reaches::reach_track::PROGRESS;
+use crate::learned::regression::gates::Gates;
+use crate::learned::regression::local_ridge::LocalRidge;
+use crate::learned::regression::training::OUTPUTS;
 use glam::{DMat3, DVec3};
 use hwall_bip::model_file::{self, Digest, Format, ModelFileError};
 use hwall_numeric::check::{non_negative, positive, that};

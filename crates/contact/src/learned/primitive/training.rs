@@ -1,11 +1,11 @@
 //! The primitive, and what it predicts of reaches that were held out.
 
-use super::blend::quantiles::weighted_quantile;
-use super::config::LearnedConfig;
-use super::primitive::{Primitive, PrimitiveRun, Training, demonstration};
-use super::reach_track::{Inputs, ReachTrack};
-use super::samples::{SampleTimes, TrainingSample};
+use super::hand_primitive::{FittedReaches, Primitive, PrimitiveRun, Training, demonstration};
 use crate::error::ContactError;
+use crate::learned::blend::quantiles::weighted_quantile;
+use crate::learned::config::LearnedConfig;
+use crate::learned::reaches::reach_track::{Inputs, ReachTrack};
+use crate::learned::reaches::samples::{SampleTimes, TrainingSample};
 use glam::DVec3;
 use hwall_bip::Demonstration;
 use hwall_hand::LabelledReach;
@@ -22,14 +22,14 @@ const WORTH: f64 = 0.05;
 ///
 /// It is one of the touching point alone, unless one of all points of the hand is clearly better on held-out
 /// reaches.
-pub(super) fn primitive(
+pub(in crate::learned) fn primitive(
     inputs: &Inputs,
     reaches: &[&LabelledReach],
     folds: &[usize],
     samples: &mut [TrainingSample],
     config: &LearnedConfig,
 ) -> Result<Primitive, ContactError> {
-    let mut best: Option<(f64, Training, Vec<Demonstration>)> = None;
+    let mut best: Option<(f64, FittedReaches)> = None;
     let mut points = vec![1, inputs.points()];
     points.dedup();
     for points in points {
@@ -38,7 +38,8 @@ pub(super) fn primitive(
             .map(|r| demonstration(inputs, points, r))
             .collect::<Result<_, _>>()?;
         let training = Training::tuned(config, points, &demonstrations)?;
-        let predicted = held_out(inputs, reaches, &demonstrations, folds, &training, config)?;
+        let fitted = training.fitted(reaches, &demonstrations)?;
+        let predicted = held_out(inputs, reaches, &fitted, folds, config)?;
         // A primitive that has lost its way counts as predicting that the hand stays where it is.
         let misses = samples
             .iter()
@@ -52,14 +53,14 @@ pub(super) fn primitive(
             for (sample, predicted) in samples.iter_mut().zip(predicted) {
                 sample.primitive_m = predicted;
             }
-            best = Some((mean, training, demonstrations));
+            best = Some((mean, fitted));
         }
     }
     // There is always a first.
-    let Some((_, training, demonstrations)) = best else {
+    let Some((_, fitted)) = best else {
         return Err(ContactError::TooFewReaches { got: 0, needed: 1 });
     };
-    training.primitive(reaches.iter().copied().zip(&demonstrations))
+    fitted.primitive(|_| true)
 }
 
 /// Mean with values clipped to four times the median; `values` are pairs of value and weight.
@@ -75,20 +76,15 @@ fn robust_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
 fn held_out(
     inputs: &Inputs,
     reaches: &[&LabelledReach],
-    demonstrations: &[Demonstration],
+    fitted: &FittedReaches,
     folds: &[usize],
-    training: &Training,
     config: &LearnedConfig,
 ) -> Result<Vec<Option<DVec3>>, ContactError> {
     // A part is made of whole folds, so a primitive never knows what it is asked about.
     let part_of = |fold: usize| fold % PRIMITIVE_PARTS;
     let count = 1 + folds.iter().map(|f| part_of(*f)).max().unwrap_or(0);
     let of_part = |part: usize| {
-        let others = reaches.iter().copied().zip(demonstrations).zip(folds);
-        let others = others
-            .filter(|(_, f)| part_of(**f) != part)
-            .map(|(pair, _)| pair);
-        let primitive = training.primitive(others)?;
+        let primitive = fitted.primitive(|i| part_of(folds[i]) != part)?;
         let mut run = PrimitiveRun::new(&primitive);
         let asked = reaches
             .iter()

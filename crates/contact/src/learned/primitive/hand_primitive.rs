@@ -1,12 +1,12 @@
 //! The end of a reach by an interaction primitive of the hand.
 
-use super::config::LearnedConfig;
-use super::reach_track::{Inputs, ReachTrack};
 use crate::error::ContactError;
+use crate::learned::config::LearnedConfig;
+use crate::learned::reaches::reach_track::{Inputs, ReachTrack};
 use glam::DVec3;
 use hwall_bip::{
-    Basis, Demonstration, EvaluationConfig, Filter, FilterConfig, Group, Model, Observation,
-    TrainingConfig, Tuning, TuningConfig, tune,
+    Basis, Demonstration, DemonstrationId, EvaluationConfig, Filter, FilterConfig, Group, Model,
+    Observation, Trainer, TrainingConfig, Tuning, TuningConfig, tune,
 };
 use hwall_hand::{LabelledReach, NamedPoint};
 
@@ -29,15 +29,18 @@ const POINT: [usize; 3] = [0, 1, 2];
 
 /// A trained primitive, ready to follow reaches.
 #[derive(Debug, Clone)]
-pub(super) struct Primitive {
-    pub(super) model: Model,
+pub(in crate::learned) struct Primitive {
+    pub(in crate::learned) model: Model,
     filter: Filter,
     /// Mean offset of the labelled contact from the last place of the touching point, m.
-    pub(super) label_offset_m: DVec3,
+    pub(in crate::learned) label_offset_m: DVec3,
 }
 
 impl Primitive {
-    pub(super) fn new(model: Model, label_offset_m: DVec3) -> Result<Self, ContactError> {
+    pub(in crate::learned) fn new(
+        model: Model,
+        label_offset_m: DVec3,
+    ) -> Result<Self, ContactError> {
         Ok(Self {
             filter: Filter::new(&model, &FilterConfig::default())?,
             model,
@@ -118,29 +121,60 @@ impl Training {
         })
     }
 
-    /// A primitive of these reaches and their demonstrations.
-    pub(super) fn primitive<'a>(
+    /// Takes the demonstrations of these reaches.
+    pub(super) fn fitted(
         &self,
-        reaches: impl Iterator<Item = (&'a LabelledReach, &'a Demonstration)>,
-    ) -> Result<Primitive, ContactError> {
-        let (mut demonstrations, mut offset_m) = (Vec::new(), DVec3::ZERO);
-        for (reach, demonstration) in reaches {
+        reaches: &[&LabelledReach],
+        demonstrations: &[Demonstration],
+    ) -> Result<FittedReaches, ContactError> {
+        let mut trainer = Trainer::new(self.config())?;
+        let mut offsets = Vec::with_capacity(reaches.len());
+        for (reach, demonstration) in reaches.iter().zip(demonstrations) {
+            let id = trainer.add(demonstration)?;
             let last = demonstration.sample(demonstration.len() - 1);
-            offset_m += reach.contact_m - DVec3::from_slice(&last[..3]);
-            demonstrations.push(demonstration.clone());
+            offsets.push((id, reach.contact_m - DVec3::from_slice(&last[..3])));
         }
-        let count = demonstrations.len().max(1) as f64;
-        let mut model = Model::train(&demonstrations, &self.config())?;
+        Ok(FittedReaches {
+            tuning: self.tuning,
+            trainer,
+            offsets,
+        })
+    }
+}
+
+/// Reaches whose demonstrations are fitted, so that primitives of some of them cost no further fit.
+pub(super) struct FittedReaches {
+    tuning: Option<Tuning>,
+    trainer: Trainer,
+    /// Of each labelled contact from the last place of the touching point, m.
+    offsets: Vec<(DemonstrationId, DVec3)>,
+}
+
+impl FittedReaches {
+    /// A primitive of the reaches that are kept, which are asked for by number.
+    pub(super) fn primitive(
+        &self,
+        is_kept: impl Fn(usize) -> bool,
+    ) -> Result<Primitive, ContactError> {
+        let mut trainer = self.trainer.clone();
+        let mut offset_m = DVec3::ZERO;
+        for (number, (id, own_m)) in self.offsets.iter().enumerate() {
+            match is_kept(number) {
+                true => offset_m += own_m,
+                false => trainer.remove(*id)?,
+            }
+        }
+        let mut model = trainer.model()?;
         if let Some(tuning) = self.tuning {
             model = model.with_tuning(tuning)?;
         }
-        Primitive::new(model, offset_m / count)
+        Primitive::new(model, offset_m / trainer.len() as f64)
     }
 }
 
 /// A primitive following one reach.
 #[derive(Debug, Clone)]
-pub(super) struct PrimitiveRun {
+pub(in crate::learned) struct PrimitiveRun {
     fresh: Filter,
     filter: Filter,
     period_s: f64,
@@ -151,7 +185,7 @@ pub(super) struct PrimitiveRun {
 }
 
 impl PrimitiveRun {
-    pub(super) fn new(primitive: &Primitive) -> Self {
+    pub(in crate::learned) fn new(primitive: &Primitive) -> Self {
         Self {
             fresh: primitive.filter.clone(),
             filter: primitive.filter.clone(),
@@ -163,7 +197,7 @@ impl PrimitiveRun {
         }
     }
 
-    pub(super) fn begin(&mut self) {
+    pub(in crate::learned) fn begin(&mut self) {
         // A copy without allocation; both are of one model.
         if self.filter.restart_from(&self.fresh).is_err() {
             self.filter.clone_from(&self.fresh);
@@ -172,7 +206,11 @@ impl PrimitiveRun {
     }
 
     /// Takes the latest sample of a track.
-    pub(super) fn step(&mut self, inputs: &Inputs, track: &ReachTrack) -> Result<(), ContactError> {
+    pub(in crate::learned) fn step(
+        &mut self,
+        inputs: &Inputs,
+        track: &ReachTrack,
+    ) -> Result<(), ContactError> {
         let Some((t_s, _)) = track.now() else {
             return Ok(());
         };
@@ -193,7 +231,7 @@ impl PrimitiveRun {
 
     /// Where the reach ends, m; `None` when the latest samples are far from what the primitive expected: it
     /// has lost its way, and its end means nothing.
-    pub(super) fn end(&mut self) -> Result<Option<DVec3>, ContactError> {
+    pub(in crate::learned) fn end(&mut self) -> Result<Option<DVec3>, ContactError> {
         if self.filter.health().recent_distance > LOST {
             return Ok(None);
         }

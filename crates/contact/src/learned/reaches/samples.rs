@@ -1,34 +1,34 @@
 //! Labelled reaches as samples to learn from.
 
-use super::config::LearnedConfig;
 use super::reach_track::{Inputs, PROGRESS, ReachTrack};
+use crate::learned::config::LearnedConfig;
 use glam::DVec3;
 use hwall_hand::LabelledReach;
 
 /// One sample of a training reach.
 #[derive(Debug, Clone)]
-pub(super) struct TrainingSample {
+pub(in crate::learned) struct TrainingSample {
     /// Number of the reach.
-    pub(super) reach: usize,
-    pub(super) fold: usize,
+    pub(in crate::learned) reach: usize,
+    pub(in crate::learned) fold: usize,
     /// The weights of all samples of a reach add up to 1.
-    pub(super) weight: f64,
-    pub(super) progress: [f64; PROGRESS],
-    pub(super) features: Vec<f64>,
-    pub(super) start_m: DVec3,
-    pub(super) now_m: DVec3,
-    pub(super) end_m: DVec3,
-    pub(super) left_s: f64,
-    pub(super) normal: Option<DVec3>,
+    pub(in crate::learned) weight: f64,
+    pub(in crate::learned) progress: [f64; PROGRESS],
+    pub(in crate::learned) features: Vec<f64>,
+    pub(in crate::learned) start_m: DVec3,
+    pub(in crate::learned) now_m: DVec3,
+    pub(in crate::learned) end_m: DVec3,
+    pub(in crate::learned) left_s: f64,
+    pub(in crate::learned) normal: Option<DVec3>,
     /// The end by a primitive that has not learnt from this fold, m.
-    pub(super) primitive_m: Option<DVec3>,
+    pub(in crate::learned) primitive_m: Option<DVec3>,
 }
 
 /// Of a rest before a reach so much is learnt from, s.
 const REST_LEARNT_S: f64 = 0.1;
 
 /// Samples of all reaches at even times, without a primitive.
-pub(super) fn of(
+pub(in crate::learned) fn of(
     inputs: &Inputs,
     reaches: &[&LabelledReach],
     folds: &[usize],
@@ -72,7 +72,7 @@ pub(super) fn of(
 
 /// Which frames of a reach are samples: the first, or that shortly before the hand starts, one whenever another share of
 /// the time has passed, and the last.
-pub(super) struct SampleTimes {
+pub(in crate::learned) struct SampleTimes {
     start_s: f64,
     step_s: f64,
     last: usize,
@@ -80,7 +80,7 @@ pub(super) struct SampleTimes {
 }
 
 impl SampleTimes {
-    pub(super) fn new(inputs: &Inputs, reach: &LabelledReach, count: usize) -> Self {
+    pub(in crate::learned) fn new(inputs: &Inputs, reach: &LabelledReach, count: usize) -> Self {
         let first_s = reach.frames.first().map_or(0.0, |f| f.t_s);
         let start_s = first_s.max(inputs.start_s(reach) - REST_LEARNT_S);
         Self {
@@ -91,7 +91,7 @@ impl SampleTimes {
         }
     }
 
-    pub(super) fn is_due(&mut self, frame: usize, t_s: f64) -> bool {
+    pub(in crate::learned) fn is_due(&mut self, frame: usize, t_s: f64) -> bool {
         let due = t_s >= self.start_s + self.next * self.step_s || frame == self.last;
         if due {
             let over = (t_s - self.start_s) / self.step_s;

@@ -1,8 +1,8 @@
 //! The correction by trees in the file of a model.
 
-use super::regression::correction::Correction;
-use super::regression::trees::{LEAF, Node, Trees};
 use crate::error::ContactError;
+use crate::learned::regression::correction::Correction;
+use crate::learned::regression::trees::{LEAF, Node, Trees};
 use hwall_numeric::check::that;
 use serde::{Deserialize, Serialize};
 

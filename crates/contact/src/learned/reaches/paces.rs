@@ -12,7 +12,10 @@ const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 /// People who hurry and people who take their time move along much the same paths, with speeds in proportion [Atkeson 1985].
 /// So a reach tells how others would have made it at another pace, and a model of a few people need not guess what a hand is
 /// about that is slower than all of theirs.
-pub(super) fn at_another_pace(reaches: &[&LabelledReach], times: f64) -> Vec<LabelledReach> {
+pub(in crate::learned) fn at_another_pace(
+    reaches: &[&LabelledReach],
+    times: f64,
+) -> Vec<LabelledReach> {
     // In step with no turn of places: who touches one wall after the other is not learnt as slow at the one and fast at the other.
     let pace = |index: usize| match (index as f64 * GOLDEN_RATIO).fract() < 0.5 {
         true => times,
