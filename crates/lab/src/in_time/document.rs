@@ -109,11 +109,11 @@ const EXPLAINED: &str = "\
 - **In place**: from before the contact until then the face was within 5 mm and 2 degrees of the surface, the touched point
   2 cm inside its edge. Counted are touches that the arm can reach: *reachable* means that it can hold the middle of the board
   there, at one of the quarter turns. Beside those the edge of a board may serve a few more; they are not counted.
-- **Possible**: the least time from the waiting posture fits between the instant at which the target could be known (0.1 s
+- **Possible**: the least time from the usual waiting posture fits between the instant at which the target could be known (0.1 s
   after the gaze has landed on it, or, where it never does, 0.1 s after the hand has started) and the contact, with the arm's
   delay of 22 ms. Least times come from a search of all branches, arm angles, quarter turns and places of the board that hold
   the point, with the arm's limits of speed, acceleration and jerk; nothing that steers the board enters. A board can be in
-  place although it was not possible, because it stood nearby.
+  place although it was not possible: because it stood nearby, or because the arm had learnt to wait elsewhere for somebody in a hurry.
 - **Turned back**: the board was on its way to a wall and was sent to another one, more than 0.1 m further, or back to where it
   waits. **In vain**: it set out, by 20 mm or more, for a place that was then left without a touch.
 - **Reasons**, in this order: *impossible*; *prediction_wrong*: at the contact the board was led to another surface, or to a

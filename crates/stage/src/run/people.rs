@@ -26,7 +26,7 @@ pub struct Stage<'a> {
     pub board: &'a Board,
     /// What is touched.
     pub scene: &'a Scene,
-    /// What is known of its walls. Its waiting posture is the one from which regret asks what was possible; where it has
+    /// What is known of its walls. Its usual waiting posture is the one from which regret asks what was possible; where it has
     /// none, that is the posture in which the arm starts.
     pub walls: &'a Walls,
     /// Who foresees the touches, as trained; every person meets a copy that has seen nobody.
