@@ -6,7 +6,7 @@ use crate::texture::TextureLevels;
 use glam::DVec3;
 use hwall_arrival::{
     ArrivalError, Atlas, AtlasConfig, BoardExtent, Surfaces, TouchRange, WaitingConfig,
-    WeightedTarget, targets_of_maps, waiting_posture, waiting_posture_from,
+    WaitingPosture, WeightedTarget, targets_of_maps, waiting_posture, waiting_posture_from,
 };
 use hwall_haptics::{Barrier, Board, MotionConfig, MotionLimits, surface_axes};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
@@ -154,7 +154,7 @@ impl Walls {
         let surfaces = Surfaces::from_maps(&maps, config.waiting.clearance.margin_m)?;
         let usual = waiting_posture(arm, &targets, &surfaces, extent, &limits, &config.waiting);
         let usual = match usual {
-            Ok(posture) => posture.q,
+            Ok(posture) => posture,
             Err(
                 ArrivalError::NoWalls
                 | ArrivalError::OutOfReach { .. }
@@ -168,30 +168,45 @@ impl Walls {
                 budget_s,
                 ..config.waiting.clone()
             };
-            waiting_posture_from(&usual, arm, &targets, &surfaces, extent, &limits, &waiting)
+            waiting_posture_from(
+                &usual.q, arm, &targets, &surfaces, extent, &limits, &waiting,
+            )
+        };
+        let suits = |other: &WaitingPosture| {
+            limits.travel_time_s(&usual.q, &other.q) <= MOST_TURN_S
+                && other.standoff_m >= usual.standoff_m.min(config.waiting.standoff_m) - SPARE_M
         };
         let other_budgets_s = &config.other_budgets_s;
         let atlases = parallel::map(1 + other_budgets_s.len(), |i| {
             let q = match i.checked_sub(1) {
-                None => usual,
-                Some(other) => posture_for(other_budgets_s[other])?.q,
+                None => usual.q,
+                Some(other) => {
+                    let other = posture_for(other_budgets_s[other])?;
+                    if !suits(&other) {
+                        return Ok(None);
+                    }
+                    other.q
+                }
             };
-            Atlas::build(arm, &maps, extent, &limits, &q, &config.atlas)
+            Atlas::build(arm, &maps, extent, &limits, &q, &config.atlas).map(Some)
         });
-        let mut atlases = atlases.into_iter();
-        let atlas = atlases.next().transpose()?.map(Arc::new);
+        let atlases = atlases
+            .into_iter()
+            .collect::<Result<Vec<_>, ArrivalError>>()?;
+        let mut atlases = atlases.into_iter().map(|atlas| atlas.map(Arc::new));
+        let atlas = atlases.next().flatten();
         let others = other_budgets_s.iter().zip(atlases);
-        let others = others.map(|(&budget_s, atlas)| {
-            Ok::<_, ArrivalError>(BudgetAtlas {
+        let others = others.filter_map(|(&budget_s, atlas)| {
+            Some(BudgetAtlas {
                 budget_s,
-                atlas: Arc::new(atlas?),
+                atlas: atlas?,
             })
         });
         Ok(Self {
-            others: others.collect::<Result<_, _>>()?,
+            others: others.collect(),
             maps,
             atlas,
-            waiting: Some(usual),
+            waiting: Some(usual.q),
             budget_s: config.waiting.budget_s,
         })
     }
@@ -212,6 +227,11 @@ impl Walls {
         Ok(())
     }
 }
+
+/// The arm turns to another posture between two touches: it must be there within this time, s ...
+const MOST_TURN_S: f64 = 0.6;
+/// ... and stand as far behind the surfaces as the usual one, but for this, m.
+const SPARE_M: f64 = 0.005;
 
 /// Places that people touch, with the rolls that their textures need.
 fn targets_of(

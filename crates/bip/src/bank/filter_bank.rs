@@ -95,10 +95,11 @@ impl Bank {
         })
     }
 
-    /// Forgets what was observed and becomes as another bank of the same components is: a copy without allocation.
+    /// Forgets what was observed and becomes as another bank of the same components is: a copy without allocation. That the components
+    /// are of the same models is up to the caller.
     ///
     /// # Errors
-    /// A bank of other components.
+    /// A bank with another number of components, or of other sizes.
     pub fn restart_from(&mut self, other: &Self) -> Result<(), BipError> {
         length("components", self.components.len(), other.components.len())?;
         for (own, others) in self.components.iter().zip(&other.components) {

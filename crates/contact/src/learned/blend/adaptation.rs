@@ -310,7 +310,9 @@ impl Stage {
     /// Errors may have jumped by this squared length, m²: where that is more than is usual it is as likely to last as it is large.
     fn expect(&mut self, jump_m2: f64, pending: &Pending, personal: &[f64; SOURCES]) {
         let each = self.doubt.iter_mut().zip(&pending.squares_m2).zip(personal);
-        for ((doubt, square_m2), personal) in each {
+        // A source that says nothing cannot follow.
+        let heard = each.zip(&pending.ends_m).filter(|(_, end)| end.is_some());
+        for (((doubt, square_m2), personal), _) in heard {
             let lasting = jump_m2 / square_m2.max(1e-9) - (1.0 - personal);
             *doubt = doubt.max(lasting.min(MOST_RATIO));
         }
@@ -336,6 +338,7 @@ impl Stage {
             self.ratio[k] *= FORGETTING;
             let Some(end_m) = pending.ends_m[k] else {
                 self.ratio[k] += 1.0;
+                self.doubt[k] = self.doubt[k].min(SETTLED);
                 continue;
             };
             let square_m2 = pending.squares_m2[k].max(1e-9);

@@ -255,16 +255,17 @@ impl Policy {
             ..contact
         };
         let contact = hand.map_or(contact, |hand| in_time(contact, hand));
-        let is_covered = arm.beside_m(&contact) <= COVERED_M;
+        // A board that was sent does not come back because a look wavers at the edge of the reach.
+        let is_sent = matches!(self.decision, Decision::Present(_) | Decision::Ready(_));
+        let most_m = if is_sent { 2.0 * COVERED_M } else { COVERED_M };
+        let is_covered = arm.beside_m(&contact) <= most_m;
         self.decision = self.decide(t_s, &contact, hand, is_covered);
-        self.pace.step(&PaceFrame {
-            t_s,
-            sent_to: match self.decision {
-                Decision::Present(to) | Decision::Ready(to) => Some((to.surface, to.point_m)),
-                Decision::Wait | Decision::Lean(_) => None,
-            },
-            distance_m: contact.distance_m,
-        });
+        let sent_to = match &self.decision {
+            Decision::Present(to) | Decision::Ready(to) => Some(to),
+            Decision::Wait | Decision::Lean(_) => None,
+        };
+        let frame = PaceFrame::new(t_s, sent_to, &contact, hand);
+        self.pace.step(&frame);
         Some((contact, self.decision))
     }
 
@@ -330,7 +331,7 @@ impl Policy {
         let is_sure = spread_m <= enough_m || (leaves_place && spread_m <= c.unsure_m);
         let is_unsure = contact.looked_at_since_s.is_none() && !is_sure;
         // Where people look while the hand comes back is not yet where it goes next. And to where it serves nothing the board is not
-        // sent before the hand is: it would be missing elsewhere.
+        // sent before the hand is: it would then be too late elsewhere.
         let is_look = look.is_some_and(|since_s| t_s - since_s <= c.look_s)
             && motion != Motion::Leaves
             && is_covered;

@@ -1,12 +1,14 @@
 //! How much time does this person leave the arm?
 
 use glam::DVec3;
+use hwall_contact::ContactPrediction;
+use hwall_hand::HandState;
 use hwall_scene::SurfaceId;
 
 /// How long this person's hand takes from when the board is sent to a place until it touches it, learnt touch by touch.
 ///
 /// The mean of the touches so far and of what is usual, weighed by how far people differ from each other and one person's touches
-/// from their mean. Touches are seen by the tracker: those that the board came too late for say most.
+/// from their mean. Touches are seen by the tracker, so those count, too, that the board came too late for; but only if it was sent.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pace {
     mean_s: f64,
@@ -34,8 +36,34 @@ pub(super) struct PaceFrame {
     pub(super) t_s: f64,
     /// The place that the board is sent to.
     pub(super) sent_to: Option<(SurfaceId, DVec3)>,
-    /// Distance of the hand from the surface that is foreseen, m; negative behind it.
+    /// Distance of the hand from that place, m, along its surface and to it; NaN where it is not known.
     pub(super) distance_m: f64,
+}
+
+impl PaceFrame {
+    /// `sent_to`: the place that the board is sent to; `contact`: what is foreseen.
+    pub(super) fn new(
+        t_s: f64,
+        sent_to: Option<&ContactPrediction>,
+        contact: &ContactPrediction,
+        hand: Option<&HandState>,
+    ) -> Self {
+        let place = sent_to.unwrap_or(contact);
+        let distance_m = hand.map_or(f64::NAN, |hand| {
+            let away_m = hand.point_m.distance(place.point_m);
+            // Beside the place the distance from its plane says nothing.
+            match away_m <= SAME_M {
+                true if contact.surface == place.surface => contact.distance_m,
+                true => f64::NAN,
+                false => away_m,
+            }
+        });
+        Self {
+            t_s,
+            sent_to: sent_to.map(|to| (to.surface, to.point_m)),
+            distance_m,
+        }
+    }
 }
 
 /// What is usual counts as so many touches: variance of one person's touches over that of people's means. Of simulated people of all
@@ -75,16 +103,22 @@ impl Pace {
 
     /// The next frame.
     pub(super) fn step(&mut self, frame: &PaceFrame) {
-        self.is_touching &= frame.distance_m < LEFT_M;
+        if !frame.t_s.is_finite() {
+            return;
+        }
+        // What is not known ends no touch.
+        let is_away = frame.distance_m >= LEFT_M;
+        self.is_touching &= !is_away;
         self.sent = frame.sent_to.map(|(surface, point_m)| {
             let same = self
                 .sent
                 .filter(|sent| sent.surface == surface && sent.point_m.distance(point_m) <= SAME_M);
             Sent {
                 surface,
-                point_m,
+                // A target that creeps is another one in the end.
+                point_m: same.map_or(point_m, |sent| sent.point_m),
                 since_s: same.map_or(frame.t_s, |sent| sent.since_s),
-                was_away: same.is_some_and(|sent| sent.was_away) || frame.distance_m >= LEFT_M,
+                was_away: same.is_some_and(|sent| sent.was_away) || is_away,
             }
         });
         // NaN touches nothing.
@@ -107,6 +141,7 @@ impl Pace {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hwall_hand::HandPoint;
 
     /// The board is sent at a time, s, to a place that is touched so much later, s.
     fn touch_after(pace: &mut Pace, sent_s: f64, left_s: f64) {
@@ -172,12 +207,70 @@ mod tests {
         pace.step(&nowhere(2.5, 0.0));
         pace.step(&at(3.0, f64::NAN));
         assert_eq!(pace.budget_s(), 0.86);
+        for t_s in [f64::NAN, f64::INFINITY] {
+            pace.step(&at(3.5, 0.3));
+            pace.step(&at(t_s, 0.0));
+            assert_eq!(pace.budget_s(), 0.86);
+            pace.forget_reach();
+        }
         // Clocks that leap, either way.
         for t_s in [-100.0, 1e9] {
             pace.step(&at(4.0, 0.3));
             pace.step(&at(t_s, 0.0));
             assert!((0.0..=MOST_S).contains(&pace.budget_s()));
         }
+    }
+
+    #[test]
+    fn a_hand_beside_a_surface_or_on_another_one_does_not_touch_it() {
+        let to = ContactPrediction::of_place(SurfaceId(0), DVec3::X, DVec3::X);
+        let hand = |point_m: DVec3| HandState {
+            t_s: 0.0,
+            point: HandPoint::Index,
+            point_m,
+            velocity_m_per_s: DVec3::ZERO,
+            direction: None,
+            smoothed_m: [point_m; 2],
+            delay_s: 0.0,
+            unseen_s: 0.0,
+            palm_m: None,
+        };
+        let distance_m = |contact: &ContactPrediction, at_m: DVec3| {
+            PaceFrame::new(0.0, Some(&to), contact, Some(&hand(at_m))).distance_m
+        };
+        let behind = ContactPrediction {
+            distance_m: -0.1,
+            ..to
+        };
+        let near_m = DVec3::X - 0.01 * DVec3::Y;
+        assert_eq!(distance_m(&behind, near_m), -0.1);
+        assert_eq!(distance_m(&behind, DVec3::X + DVec3::Y), 1.0);
+        let other = ContactPrediction {
+            surface: SurfaceId(1),
+            ..behind
+        };
+        assert!(distance_m(&other, near_m).is_nan());
+        assert!(
+            PaceFrame::new(0.0, Some(&to), &to, None)
+                .distance_m
+                .is_nan()
+        );
+        // What is not known neither touches nor ends a touch.
+        let mut pace = Pace::usual(0.86);
+        let at = |t_s: f64, distance_m: f64| PaceFrame {
+            t_s,
+            sent_to: Some((SurfaceId(0), DVec3::X)),
+            distance_m,
+        };
+        pace.step(&at(0.0, 0.3));
+        pace.step(&at(0.1, f64::NAN));
+        assert_eq!(pace.budget_s(), 0.86);
+        pace.step(&at(0.4, 0.0));
+        let after_one = pace.budget_s();
+        assert!(after_one < 0.86);
+        pace.step(&at(0.5, f64::NAN));
+        pace.step(&at(0.6, 0.0));
+        assert_eq!(pace.budget_s(), after_one);
     }
 
     #[test]
