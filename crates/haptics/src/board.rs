@@ -129,6 +129,9 @@ pub struct BoardTarget {
     pub slack_m: [f64; 2],
     /// The goal configuration is sought close to this one, rad; `None`: close to where the arm is.
     pub near: Option<JointPositions>,
+    /// For a hand that comes before the board: half axes of an ellipse as for `slack_m`, m, within which a middle that is reached sooner is
+    /// taken although the goal in force is within the slack.
+    pub sooner_within_m: Option<[f64; 2]>,
 }
 
 impl BoardTarget {
@@ -143,6 +146,7 @@ impl BoardTarget {
             behind_m: 0.0,
             slack_m: [0.0; 2],
             near: None,
+            sooner_within_m: None,
         }
     }
 

@@ -219,6 +219,75 @@ fn slack_is_used_to_be_there_sooner() {
     assert!(sum_slack_s < 0.97 * sum_exact_s);
 }
 
+/// A point that becomes known better on the way leaves slack that it had none of before: the goal stays, unless the hand is first.
+#[test]
+fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
+    let mut s = Sampler::new(26);
+    let arm = arm();
+    let [mut sum_kept_s, mut sum_sooner_s] = [0.0; 2];
+    let mut compared = 0;
+    for k in 0..200 {
+        let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
+        let [from, near] = [(); 2].map(|()| JointPositions(s.array_within(ranges)));
+        let face = arm.forward(&near);
+        let exact = BoardTarget {
+            near: Some(near),
+            ..target(face.position_m(), face.rotation().z_axis)
+        };
+        let mut f = follower(FollowerConfig::default());
+        f.restart(&from, &Default::default()).unwrap();
+        f.set_target(&exact).unwrap();
+        let Some(at) = f.goal() else { continue };
+        for _ in 0..50 {
+            f.step(0.001).unwrap();
+        }
+        let grown = BoardTarget {
+            slack_m: [0.04; 2],
+            ..exact
+        };
+        f.set_target(&grown).unwrap();
+        assert_eq!(f.goal(), Some(at), "{k}: nobody hurries");
+        let first = BoardTarget {
+            sooner_within_m: Some([0.04; 2]),
+            ..grown
+        };
+        f.set_target(&first).unwrap();
+        let sooner = f.goal().expect("one was set");
+        let [kept_s, sooner_s] = [at, sooner].map(|q| f.least_time_to_s(&q));
+        assert!(sooner_s <= kept_s, "{k}: {sooner_s} s against {kept_s} s");
+        let off = arm.forward(&sooner).position_m() - exact.point_m;
+        assert!(off.length() <= 0.04 + 1e-9, "{k}: {off}");
+        assert!(off.dot(exact.normal).abs() < 1e-9, "{k}: {off}");
+        // Not over and over: the same slack holds nothing new.
+        f.step(0.001).unwrap();
+        let again = BoardTarget {
+            stamp_s: 0.001,
+            point_m: exact.point_m + off * 0.01,
+            ..first
+        };
+        f.set_target(&again).unwrap();
+        assert_eq!(f.goal(), Some(sooner), "{k}");
+        (sum_kept_s, sum_sooner_s) = (sum_kept_s + kept_s, sum_sooner_s + sooner_s);
+        compared += 1;
+    }
+    println!("{compared} goals: {sum_kept_s:.1} s kept, {sum_sooner_s:.1} s moved");
+    assert!(compared > 100);
+    assert!(sum_sooner_s < 0.97 * sum_kept_s);
+}
+
+#[test]
+fn a_slack_for_a_hand_that_is_first_is_checked() {
+    let mut f = follower(FollowerConfig::default());
+    for bad in [f64::NAN, f64::INFINITY, -0.01] {
+        let aim = BoardTarget {
+            sooner_within_m: Some([0.02, bad]),
+            ..target(DVec3::new(0.6, 0.1, 0.6), DVec3::X)
+        };
+        assert!(f.set_target(&aim).is_err(), "{bad}");
+        assert_eq!(f.goal(), None);
+    }
+}
+
 /// A place beyond the reach is served by a middle of the board beside it, if the slack holds one that can be presented.
 #[test]
 fn slack_serves_a_place_that_cannot_be_held_itself() {

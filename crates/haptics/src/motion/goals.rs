@@ -80,6 +80,8 @@ const ASIDE: f64 = 0.8;
 const TOWARDS_HERE: [f64; 2] = [0.3, 0.6];
 /// No joint of such a configuration is further from the one that was asked for, rad.
 const FAMILY_RAD: f64 = 2.0 * DRIFT_RAD;
+/// A slack that has grown by this since the soonest middle was sought is worth seeking anew, m.
+const GROWN_M: f64 = 0.01;
 /// A goal that leaves the slack is moved to this share of it.
 const RECENTRED: f64 = 0.5;
 /// Points this far off a plane are on it, and goals this near on it are one place, m.
@@ -97,6 +99,8 @@ pub(super) struct Goals {
     far_rad: f64,
     aim: Option<Aim>,
     goal: Option<Goal>,
+    /// The slack within which the soonest middle was last sought for it, the smaller half axis, m.
+    sought_within_m: f64,
     /// Which of the rolls is searched next.
     turn: usize,
 }
@@ -116,6 +120,7 @@ impl Goals {
             far_rad: config.far_rad,
             aim: None,
             goal: None,
+            sought_within_m: 0.0,
             turn: 0,
         }
     }
@@ -144,6 +149,9 @@ impl Goals {
         for slack in target.slack_m {
             non_negative("slack_m", slack)?;
         }
+        for slack in target.sooner_within_m.into_iter().flatten() {
+            non_negative("sooner_within_m", slack)?;
+        }
         if let Some(near) = &target.near {
             all_finite("near", &near.0)?;
         }
@@ -153,6 +161,11 @@ impl Goals {
         let mut unreachable = None;
         if found_goal.is_none() {
             found_goal = self.drifted(target, unit_normal)?;
+        }
+        if let (Some(goal), Some(slack_m)) = (found_goal, target.sooner_within_m)
+            && slack_m[0].min(slack_m[1]) > self.sought_within_m + GROWN_M
+        {
+            found_goal = Some(self.within_slack(goal, target.point_m, slack_m, reference)?);
         }
         if found_goal.is_none() {
             let (found, reason, left) = match target.near {
@@ -174,7 +187,9 @@ impl Goals {
                     roll_rad,
                     behind_m: target.behind_m,
                 };
-                found_goal = Some(self.within_slack(goal, target, reference)?);
+                self.sought_within_m = 0.0;
+                found_goal =
+                    Some(self.within_slack(goal, target.point_m, target.slack_m, reference)?);
             } else if let Some(near) = target.near.filter(|_| !self.solver.arm().searches()) {
                 found_goal = self.aside(target, unit_normal, &near, reference)?;
             }
@@ -365,18 +380,19 @@ impl Goals {
         Ok((best, if best.is_some() { None } else { reason }))
     }
 
-    /// The middle of the board within the slack of the target, and the configuration of the same family for it, that is reached
+    /// The middle of the board within a slack about a place, and the configuration of the same family for it, that is reached
     /// soonest.
     fn within_slack(
         &mut self,
         goal: Goal,
-        target: &BoardTarget,
+        about_m: DVec3,
+        [slack_u, slack_v]: [f64; 2],
         reference: &ReferenceMotion,
     ) -> Result<Goal, HapticsError> {
-        let [slack_u, slack_v] = target.slack_m;
         if slack_u.min(slack_v) <= 0.0 || self.solver.arm().searches() {
             return Ok(goal);
         }
+        self.sought_within_m = slack_u.min(slack_v);
         let [x, y] = surface_axes(goal.normal)?;
         let here = reference.state().q;
         let (mut middle, mut share) = ((0.0, 0.0), 0.0);
@@ -384,7 +400,7 @@ impl Goals {
         let mut best_s = reference.least_time_to_s(&goal.q) - WORTH_S;
         let mut look = |at: (f64, f64), towards: f64| -> Result<bool, HapticsError> {
             let moved = Goal {
-                point_m: target.point_m + x * (at.0 * slack_u) + y * (at.1 * slack_v),
+                point_m: about_m + x * (at.0 * slack_u) + y * (at.1 * slack_v),
                 ..goal
             };
             let near = JointPositions(std::array::from_fn(|i| {

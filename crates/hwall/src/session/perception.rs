@@ -477,6 +477,7 @@ impl<P: Predictor> Perception<P> {
             },
             slack_m,
             near: self.waiting.near(point_m, contact.normal),
+            sooner_within_m: None,
         };
         guidance.responds_with = self.newest.responds_with;
         guidance.target = Some(target);

@@ -134,6 +134,7 @@ impl Control {
                 false => target.behind_m,
             },
             slack_m: self.slack_m(now_s, &target),
+            sooner_within_m: self.hand_is_first(now_s).then_some(target.slack_m),
             ..target
         });
         let mut person_m = [DVec3::ZERO; 2];
@@ -380,6 +381,15 @@ impl Control {
             }),
             false => target.slack_m,
         }
+    }
+
+    /// Is the hand expected at the surface before the board, as far as that is known?
+    fn hand_is_first(&self, now_s: f64) -> bool {
+        let left_s = self.step.and_then(|step| step.left_s);
+        let times = self.guidance.contact_s.zip(left_s);
+        let is_coming = |due_s: f64| now_s <= due_s + OVERDUE_S;
+        self.contact.is_none()
+            && times.is_some_and(|(due_s, left_s)| is_coming(due_s) && due_s - now_s < left_s)
     }
 
     /// Will the hand be there clearly before the board?

@@ -127,6 +127,8 @@ impl Guidance {
                 behind_m: number(19),
                 slack_m: [number(20), number(21)],
                 near: has(NEAR).then(|| JointPositions(std::array::from_fn(|i| number(22 + i)))),
+                // The control half knows how late the board is.
+                sooner_within_m: None,
             }),
             surface: has(SURFACE).then(|| SurfaceId(words[18] as usize)),
             roughness: has(ROUGHNESS).then(|| number(10)),
@@ -165,6 +167,7 @@ mod tests {
                 behind_m: 0.06,
                 slack_m: [0.02, 0.03],
                 near: Some(JointPositions([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])),
+                sooner_within_m: None,
             }),
             surface: Some(SurfaceId(7)),
             roughness: Some(0.4),
