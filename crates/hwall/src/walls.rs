@@ -1,6 +1,7 @@
 //! The walls of a scene, as maps of where the arm can present its board.
 
 use crate::error::SessionError;
+use crate::session::has_few_pieces;
 #[cfg(feature = "texture")]
 use crate::texture::TextureLevels;
 use glam::DVec3;
@@ -134,7 +135,7 @@ impl Walls {
     /// face of the board. A scene without a wall within reach has neither posture nor atlas. Takes about a second for a room.
     ///
     /// # Errors
-    /// As for [`maps_of`]; a setting outside its range.
+    /// As for [`maps_of`]; a setting outside its range; [`SessionError::TooManyUprightPieces`], as a session would say.
     pub fn of(
         scene: &Scene,
         arm: &SrsArm,
@@ -144,6 +145,7 @@ impl Walls {
         for &budget_s in &config.other_budgets_s {
             positive("budget_s", budget_s)?;
         }
+        has_few_pieces(scene)?;
         let maps = maps_of(scene, arm)?;
         let extent = BoardExtent {
             half_width_m: board.half_width_m,

@@ -186,6 +186,10 @@ fn a_scene_of_too_many_upright_pieces_is_named() {
     };
     assert_eq!(error, named);
     assert!(error.to_string().contains("2049 upright pieces"), "{error}");
+    // Before the work of a minute is done for nothing.
+    let config = WallsConfig::default();
+    let walls = Walls::of(&strips(2049), &iiwa(), &Board::default(), &config);
+    assert_eq!(walls.err().expect("an error"), named);
 }
 
 #[test]

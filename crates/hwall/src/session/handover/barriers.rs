@@ -57,6 +57,18 @@ pub(in crate::session) struct BarrierReceiver {
     leaps: u64,
 }
 
+fn within_limit(count: usize, most: usize) -> Result<(), SessionError> {
+    match count > most {
+        true => Err(SessionError::TooManyUprightPieces { count, most }),
+        false => Ok(()),
+    }
+}
+
+/// Has a scene no more upright pieces than a session follows? Said before minutes are spent on it.
+pub(crate) fn has_few_pieces(scene: &Scene) -> Result<(), SessionError> {
+    within_limit(scene.vertical_facets().len(), MOST)
+}
+
 /// Words before those of the barriers: how many, leaps, the place of the world.
 const HEAD: usize = 2 + 12;
 /// Words of a barrier: middle, normal, half extents.
@@ -104,10 +116,7 @@ impl WorldBarriers {
             true => scene.vertical_facets(),
             false => scene.placed(&self.base_from_world).vertical_facets(),
         };
-        let (count, most) = (facets.len(), self.most);
-        if count > most {
-            return Err(SessionError::TooManyUprightPieces { count, most });
-        }
+        within_limit(facets.len(), self.most)?;
         let paths = &self.paths;
         self.pieces.extend(facets.into_iter().map(|facet| {
             let path = paths.iter().find(|(surface, _)| *surface == facet.surface);
