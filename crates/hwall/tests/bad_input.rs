@@ -189,7 +189,7 @@ fn a_scene_of_too_many_upright_pieces_is_named() {
     // Before the work of a minute is done for nothing.
     let config = WallsConfig::default();
     let walls = Walls::of(&strips(2049), &iiwa(), &Board::default(), &config);
-    assert_eq!(walls.err().expect("an error"), named);
+    assert_eq!(walls.expect_err("too many pieces"), named);
 }
 
 #[test]
