@@ -8,7 +8,7 @@ use std::net::SocketAddr;
 #[non_exhaustive]
 pub enum BridgeError {
     /// The address cannot be listened on.
-    #[error("cannot listen on {address}, another may be free")]
+    #[error("cannot listen on {address}; another address may be free")]
     Listen {
         /// The address asked for.
         address: SocketAddr,

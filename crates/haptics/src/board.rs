@@ -129,8 +129,10 @@ pub struct BoardTarget {
     pub slack_m: [f64; 2],
     /// The goal configuration is sought close to this one, rad; `None`: close to where the arm is.
     pub near: Option<JointPositions>,
-    /// For a hand that comes before the board: half axes of an ellipse as for `slack_m`, m, within which a middle that is reached sooner is
-    /// taken although the goal in force is within the slack.
+    /// For a hand that is expected before the board: within these half axes, m, as for `slack_m` and no larger, a middle that is reached
+    /// sooner is taken although the goal in force is within the slack; it is looked for again once the smaller of them has grown by
+    /// 1 cm. `None`: the goal in force stays. Without effect for an arm that
+    /// [searches](hwall_kinematics::ArmKinematics::searches).
     pub sooner_within_m: Option<[f64; 2]>,
 }
 

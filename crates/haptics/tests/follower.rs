@@ -224,8 +224,8 @@ fn slack_is_used_to_be_there_sooner() {
 fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
     let mut s = Sampler::new(26);
     let arm = arm();
-    let [mut sum_kept_s, mut sum_sooner_s] = [0.0; 2];
-    let mut compared = 0;
+    let (mut sum_kept_s, mut sum_sooner_s) = (0.0, 0.0);
+    let (mut compared, mut later) = (0, 0);
     for k in 0..200 {
         let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
         let [from, near] = [(); 2].map(|()| JointPositions(s.array_within(ranges)));
@@ -234,45 +234,54 @@ fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
             near: Some(near),
             ..target(face.position_m(), face.rotation().z_axis)
         };
-        let mut f = follower(FollowerConfig::default());
-        f.restart(&from, &Default::default()).unwrap();
-        f.set_target(&exact).unwrap();
-        let Some(at) = f.goal() else { continue };
+        let mut kept = follower(FollowerConfig::default());
+        kept.restart(&from, &Default::default()).unwrap();
+        kept.set_target(&exact).unwrap();
+        let Some(at) = kept.goal() else { continue };
         for _ in 0..50 {
-            f.step(0.001).unwrap();
+            kept.step(0.001).unwrap();
         }
         let grown = BoardTarget {
             slack_m: [0.04; 2],
             ..exact
         };
-        f.set_target(&grown).unwrap();
-        assert_eq!(f.goal(), Some(at), "{k}: nobody hurries");
+        kept.set_target(&grown).unwrap();
+        assert_eq!(kept.goal(), Some(at), "{k}: nobody hurries");
+        let mut hurried = kept.clone();
+        // No further than the slack, whatever is asked for.
         let first = BoardTarget {
-            sooner_within_m: Some([0.04; 2]),
+            sooner_within_m: Some([0.4; 2]),
             ..grown
         };
-        f.set_target(&first).unwrap();
-        let sooner = f.goal().expect("one was set");
-        let [kept_s, sooner_s] = [at, sooner].map(|q| f.least_time_to_s(&q));
-        assert!(sooner_s <= kept_s, "{k}: {sooner_s} s against {kept_s} s");
+        hurried.set_target(&first).unwrap();
+        let sooner = hurried.goal().expect("one was set");
         let off = arm.forward(&sooner).position_m() - exact.point_m;
         assert!(off.length() <= 0.04 + 1e-9, "{k}: {off}");
         assert!(off.dot(exact.normal).abs() < 1e-9, "{k}: {off}");
-        // Not over and over: the same slack holds nothing new.
-        f.step(0.001).unwrap();
+        // Not over and over: the same slack holds nothing new, also a little further from the point.
         let again = BoardTarget {
             stamp_s: 0.001,
-            point_m: exact.point_m + off * 0.01,
+            point_m: exact.point_m - off * 0.1,
             ..first
         };
-        f.set_target(&again).unwrap();
-        assert_eq!(f.goal(), Some(sooner), "{k}");
+        hurried.set_target(&again).unwrap();
+        assert_eq!(hurried.goal(), Some(sooner), "{k}");
+        // The board is there sooner, and not only its joints one by one.
+        let [kept_s, sooner_s] = [&mut kept, &mut hurried].map(|f| {
+            let mut steps = 0;
+            while f.left_s().expect("a goal") > 0.0 && steps < 10_000 {
+                f.step(0.001).unwrap();
+                steps += 1;
+            }
+            1e-3 * f64::from(steps)
+        });
+        later += usize::from(sooner_s > kept_s + 2e-3);
         (sum_kept_s, sum_sooner_s) = (sum_kept_s + kept_s, sum_sooner_s + sooner_s);
         compared += 1;
     }
-    println!("{compared} goals: {sum_kept_s:.1} s kept, {sum_sooner_s:.1} s moved");
-    assert!(compared > 100);
-    assert!(sum_sooner_s < 0.97 * sum_kept_s);
+    println!("{compared} goals: {sum_kept_s:.1} s kept, {sum_sooner_s:.1} s moved, {later} later");
+    assert!(compared > 100 && later <= compared / 50, "{later} later");
+    assert!(sum_sooner_s < 0.98 * sum_kept_s);
 }
 
 #[test]

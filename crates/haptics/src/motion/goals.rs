@@ -78,7 +78,7 @@ const ASIDE: f64 = 0.8;
 /// The redundancy of the arm is free: configurations are sought that are nearest to one on the way from the one that was asked for
 /// to where the arm is, at these shares of that way.
 const TOWARDS_HERE: [f64; 2] = [0.3, 0.6];
-/// No joint of such a configuration is further from the one that was asked for, rad.
+/// No joint of such a configuration is further from the one that was asked for, or is in force, rad.
 const FAMILY_RAD: f64 = 2.0 * DRIFT_RAD;
 /// A slack that has grown by this since the soonest middle was sought is worth seeking anew, m.
 const GROWN_M: f64 = 0.01;
@@ -161,11 +161,20 @@ impl Goals {
         let mut unreachable = None;
         if found_goal.is_none() {
             found_goal = self.drifted(target, unit_normal)?;
+            if found_goal.is_some() {
+                // It was moved as little as the slack of now allows.
+                self.sought_within_m = self.sought_within_m.min(smaller(target.slack_m));
+            }
         }
-        if let (Some(goal), Some(slack_m)) = (found_goal, target.sooner_within_m)
-            && slack_m[0].min(slack_m[1]) > self.sought_within_m + GROWN_M
-        {
-            found_goal = Some(self.within_slack(goal, target.point_m, slack_m, reference)?);
+        if let (Some(goal), Some(sooner_m)) = (found_goal, target.sooner_within_m) {
+            let slack_m = [0, 1].map(|i| sooner_m[i].min(target.slack_m[i]));
+            let least_m = smaller(slack_m);
+            if least_m > self.sought_within_m + GROWN_M {
+                let aim = (target.point_m, unit_normal);
+                let within_m = slack_m.map(|m| ASIDE * m);
+                found_goal = Some(self.within_slack(goal, aim, within_m, reference)?);
+                self.sought_within_m = least_m;
+            }
         }
         if found_goal.is_none() {
             let (found, reason, left) = match target.near {
@@ -187,11 +196,12 @@ impl Goals {
                     roll_rad,
                     behind_m: target.behind_m,
                 };
-                self.sought_within_m = 0.0;
-                found_goal =
-                    Some(self.within_slack(goal, target.point_m, target.slack_m, reference)?);
+                let aim = (target.point_m, unit_normal);
+                found_goal = Some(self.within_slack(goal, aim, target.slack_m, reference)?);
+                self.sought_within_m = smaller(target.slack_m);
             } else if let Some(near) = target.near.filter(|_| !self.solver.arm().searches()) {
                 found_goal = self.aside(target, unit_normal, &near, reference)?;
+                self.sought_within_m = smaller(target.slack_m);
             }
         }
         if found_goal.is_some() {
@@ -385,15 +395,14 @@ impl Goals {
     fn within_slack(
         &mut self,
         goal: Goal,
-        about_m: DVec3,
+        (about_m, normal): (DVec3, DVec3),
         [slack_u, slack_v]: [f64; 2],
         reference: &ReferenceMotion,
     ) -> Result<Goal, HapticsError> {
         if slack_u.min(slack_v) <= 0.0 || self.solver.arm().searches() {
             return Ok(goal);
         }
-        self.sought_within_m = slack_u.min(slack_v);
-        let [x, y] = surface_axes(goal.normal)?;
+        let [x, y] = surface_axes(normal)?;
         let here = reference.state().q;
         let (mut middle, mut share) = ((0.0, 0.0), 0.0);
         let mut best = goal;
@@ -401,6 +410,7 @@ impl Goals {
         let mut look = |at: (f64, f64), towards: f64| -> Result<bool, HapticsError> {
             let moved = Goal {
                 point_m: about_m + x * (at.0 * slack_u) + y * (at.1 * slack_v),
+                normal,
                 ..goal
             };
             let near = JointPositions(std::array::from_fn(|i| {
@@ -423,6 +433,9 @@ impl Goals {
             }
             Ok(is_better)
         };
+        if goal.point_m != about_m {
+            look(middle, share)?;
+        }
         for at in DIRECTIONS {
             if look(at, share)? {
                 middle = at;
@@ -510,6 +523,11 @@ fn off_m(middle_m: DVec3, point_m: DVec3, unit_normal: DVec3) -> Option<[f64; 2]
     let [x, y] = surface_axes(unit_normal).ok()?;
     let off = middle_m - point_m;
     Some(DVec2::new(off.dot(x), off.dot(y)).to_array())
+}
+
+/// The smaller half axis of an ellipse, m.
+const fn smaller([u, v]: [f64; 2]) -> f64 {
+    u.min(v)
 }
 
 /// Does a roll present a target's texture?

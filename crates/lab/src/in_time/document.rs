@@ -1,6 +1,6 @@
 //! The tables of the study, and the whole of docs/IN-TIME.md.
 
-use crate::documents::Documents;
+use crate::documents::{Documents, written_by};
 use crate::in_time::study::{Request, Results, Row};
 use crate::in_time::targets;
 use hwall_stage::numbers::counted;
@@ -94,10 +94,8 @@ pub fn write(
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
     let text = format!(
-        "# In time\n\nIs the board there before the hand? Written by `cargo run --release --example in_time -- --touches {} --seed {} \
-         --docs`; not edited by hand.\n\n{}\n\n{}\n{EXPLAINED}",
-        request.touches,
-        request.seed,
+        "# In time\n\nIs the board there before the hand? {}\n\n{}\n\n{}\n{EXPLAINED}",
+        written_by(),
         Machine::detect(request.seed),
         text(request, results)
     );

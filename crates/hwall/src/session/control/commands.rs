@@ -134,7 +134,7 @@ impl Control {
                 false => target.behind_m,
             },
             slack_m: self.slack_m(now_s, &target),
-            sooner_within_m: self.hand_is_first(now_s).then_some(target.slack_m),
+            sooner_within_m: self.sooner_within_m(now_s, &target),
             ..target
         });
         let mut person_m = [DVec3::ZERO; 2];
@@ -383,13 +383,14 @@ impl Control {
         }
     }
 
-    /// Is the hand expected at the surface before the board, as far as that is known?
-    fn hand_is_first(&self, now_s: f64) -> bool {
-        let left_s = self.step.and_then(|step| step.left_s);
-        let times = self.guidance.contact_s.zip(left_s);
-        let is_coming = |due_s: f64| now_s <= due_s + OVERDUE_S;
-        self.contact.is_none()
-            && times.is_some_and(|(due_s, left_s)| is_coming(due_s) && due_s - now_s < left_s)
+    /// The slack of a target, m, if the hand is expected at the surface before the board, as far as that is known: then a middle that
+    /// is reached sooner is worth moving the goal for.
+    fn sooner_within_m(&self, now_s: f64, target: &BoardTarget) -> Option<[f64; 2]> {
+        let left_s = self.step?.left_s?;
+        let due_s = self.guidance.contact_s?;
+        let is_free = target.slack_m.iter().all(|m| *m > 0.0) && !self.arm().searches();
+        let is_first = self.contact.is_none() && hand_is_first(now_s, due_s, left_s);
+        (is_free && is_first).then_some(target.slack_m)
     }
 
     /// Will the hand be there clearly before the board?
@@ -550,6 +551,12 @@ pub(super) const RESTS_S: f64 = 0.02;
 /// Only a contact that is expected within this time makes a board stay short, s.
 const SOON_S: f64 = 0.3;
 
+/// Is a hand that is due at a time expected before a board that needs so long, s? A board that rests is not late, and a hand that is
+/// overdue may not come at all.
+fn hand_is_first(now_s: f64, due_s: f64, left_s: f64) -> bool {
+    now_s <= due_s + OVERDUE_S && (due_s - now_s).max(RESTS_S) < left_s
+}
+
 /// Targets within this distance mean the same place, m.
 const SAME_M: f64 = 0.05;
 /// Distance of the normals of such targets at most: those of joints tremble.
@@ -562,5 +569,33 @@ fn same_place(a: Option<BoardTarget>, b: Option<BoardTarget>) -> bool {
             a.normal.distance(b.normal) <= SAME_NORMAL && a.point_m.distance(b.point_m) <= SAME_M
         }
         _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hand_is_first_while_it_comes_and_the_board_is_under_way() {
+        for (due_s, left_s, is_first) in [
+            (10.2, 0.5, true),
+            (10.5, 0.2, false),
+            // Overdue, and not come at all.
+            (9.9, 0.5, true),
+            (9.9 - OVERDUE_S, 0.5, false),
+            // The board rests, or nearly.
+            (9.9, 0.0, false),
+            (9.9, RESTS_S, false),
+            // Nobody knows.
+            (f64::NAN, 0.5, false),
+            (10.2, f64::NAN, false),
+        ] {
+            assert_eq!(
+                hand_is_first(10.0, due_s, left_s),
+                is_first,
+                "{due_s} {left_s}"
+            );
+        }
     }
 }
