@@ -52,7 +52,7 @@ fn run(flags: &LiveFlags) -> anyhow::Result<()> {
     };
     ctrlc::set_handler(stops).context("Ctrl-C")?;
     say(&format!("open {}", server.url()))?;
-    note("preparing, ten to fifteen seconds");
+    note("preparing");
     let prepared = live::prepare(&server, &options)?;
     PREPARED.store(true, Ordering::Relaxed);
     for remark in &prepared.remarks {

@@ -31,6 +31,18 @@ fn target(point_m: DVec3, normal: DVec3) -> BoardTarget {
     BoardTarget::new(point_m, normal, 0.0)
 }
 
+/// A start and a target at a configuration that names it, anywhere.
+fn way_to_anywhere(s: &mut Sampler, arm: &SrsArm) -> (JointPositions, BoardTarget) {
+    let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
+    let [from, near] = [(); 2].map(|()| JointPositions(s.array_within(ranges)));
+    let face = arm.forward(&near);
+    let exact = BoardTarget {
+        near: Some(near),
+        ..target(face.position_m(), face.rotation().z_axis)
+    };
+    (from, exact)
+}
+
 /// Where a random configuration puts the board: reachable, at any place within the limits.
 fn reachable(s: &mut Sampler, arm: &SrsArm) -> BoardTarget {
     let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
@@ -183,13 +195,7 @@ fn slack_is_used_to_be_there_sooner() {
     let [mut sum_exact_s, mut sum_slack_s] = [0.0; 2];
     let (mut compared, mut other_elbow) = (0, 0);
     for k in 0..300 {
-        let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
-        let [from, near] = [(); 2].map(|()| JointPositions(s.array_within(ranges)));
-        let face = arm.forward(&near);
-        let exact = BoardTarget {
-            near: Some(near),
-            ..target(face.position_m(), face.rotation().z_axis)
-        };
+        let (from, exact) = way_to_anywhere(&mut s, &arm);
         let slack_m = [s.uniform(0.01, 0.05), s.uniform(0.01, 0.05)];
         let goal = |aim: &BoardTarget| {
             let mut f = follower(FollowerConfig::default());
@@ -227,13 +233,7 @@ fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
     let (mut sum_kept_s, mut sum_sooner_s) = (0.0, 0.0);
     let (mut compared, mut later) = (0, 0);
     for k in 0..200 {
-        let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
-        let [from, near] = [(); 2].map(|()| JointPositions(s.array_within(ranges)));
-        let face = arm.forward(&near);
-        let exact = BoardTarget {
-            near: Some(near),
-            ..target(face.position_m(), face.rotation().z_axis)
-        };
+        let (from, exact) = way_to_anywhere(&mut s, &arm);
         let mut kept = follower(FollowerConfig::default());
         kept.restart(&from, &Default::default()).unwrap();
         kept.set_target(&exact).unwrap();

@@ -1,7 +1,7 @@
 //! The walls of a scene, as maps of where the arm can present its board.
 
 use crate::error::SessionError;
-use crate::session::has_few_pieces;
+use crate::session::check_pieces;
 #[cfg(feature = "texture")]
 use crate::texture::TextureLevels;
 use glam::DVec3;
@@ -145,7 +145,7 @@ impl Walls {
         for &budget_s in &config.other_budgets_s {
             positive("budget_s", budget_s)?;
         }
-        has_few_pieces(scene)?;
+        check_pieces(scene)?;
         let maps = maps_of(scene, arm)?;
         let extent = BoardExtent {
             half_width_m: board.half_width_m,

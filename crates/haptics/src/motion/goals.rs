@@ -72,8 +72,8 @@ const DIRECTIONS: [(f64, f64); 8] = [
 ];
 /// ... and so far around the best of them afterwards.
 const NEARBY: f64 = 0.5;
-/// Where a point itself cannot be held, middles at this share of its slack are tried: not at its very end, which the next prediction
-/// may leave.
+/// Where a point itself cannot be held, or the hand is first, middles up to this share of its slack are tried: not at its very end,
+/// which the next prediction may leave.
 const ASIDE: f64 = 0.8;
 /// The redundancy of the arm is free: configurations are sought that are nearest to one on the way from the one that was asked for
 /// to where the arm is, at these shares of that way.

@@ -27,7 +27,7 @@ use crate::texture::{BoardTexture, Presenter, TextureLevels};
 use crate::walls::Walls;
 use control::{Lean, Safety};
 use event::EventQueue;
-pub(crate) use handover::has_few_pieces;
+pub(crate) use handover::check_pieces;
 use handover::{Guidance, WorldBarriers, felt_touches, handover, openings};
 use hwall_contact::{ContactPrediction, Predictor};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};

@@ -64,8 +64,8 @@ fn within_limit(count: usize, most: usize) -> Result<(), SessionError> {
     }
 }
 
-/// Has a scene no more upright pieces than a session follows? Said before minutes are spent on it.
-pub(crate) fn has_few_pieces(scene: &Scene) -> Result<(), SessionError> {
+/// Names a scene of more upright pieces than a session follows, before minutes are spent on it.
+pub(crate) fn check_pieces(scene: &Scene) -> Result<(), SessionError> {
     within_limit(scene.vertical_facets().len(), MOST)
 }
 
