@@ -7,8 +7,7 @@ use super::gaussian::{Gaussian, isotropic};
 use super::gaze::memory::GazeMemory;
 use super::gaze::weights::{ASTRAY_SHARE, ASTRAY_STRETCH, ByHand, Hypothesis};
 use super::hand::free_side::{FreeSide, SideWatch};
-use super::hand::phase::ReachPhase;
-use super::hand::place::{HandPlace, close, gaussian_of, near};
+use super::hand::place::{HandPlace, by_motion_alone, close, gaussian_of, near};
 use super::hand::resting::{RestWatch, SurfacePlace};
 use super::hand::straight_way::StraightWay;
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
@@ -238,15 +237,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let narrowed = |g: Gaussian| straight_on(&g).unwrap_or(g);
         // A regression is drawn towards where people usually touch. For a place that is looked at, scene and gaze say
         // which places there are; to count that, too, would drag a look at an unusual place towards the usual ones.
-        // What learnt nothing is not drawn, nor is a reach that turned: it does not start where hands rest.
-        let is_drawn = self.stream.estimator().training_reaches().is_some()
-            && !began.is_some_and(|began| began.turned);
-        let usual = self.config.gaze.rest.learnt_about(place.rest_m);
-        let usual = usual.filter(|_| is_drawn);
-        let left_s = estimate.and_then(|e| Some(e.time_to_contact_s?.mean_s));
-        let left_s = left_s.filter(|left_s| left_s.is_finite());
-        let freed = |g: Gaussian| g.without(&usual?, ReachPhase::drawn_share(left_s?));
-        let by_motion = estimated.and_then(freed).map(narrowed);
+        // What learnt nothing is not drawn.
+        let is_drawn = self.stream.estimator().training_reaches().is_some();
+        let by_motion = estimate
+            .filter(|_| is_drawn)
+            .and_then(|e| by_motion_alone(e, began, default_sd_m))
+            .map(narrowed);
         let anew = if place.moves {
             straight_on(&near(hand.point_m)?).or_else(|| close(hand.point_m))
         } else {

@@ -46,6 +46,8 @@ pub struct ReachBeginning {
     pub place_m: DVec3,
     /// Did the hand turn to it in the middle of a movement, and not from rest?
     pub turned: bool,
+    /// The estimate when it was seen to have begun: nearly all that it says is what the estimator believes of any reach from there.
+    pub first_estimate: Option<ContactEstimate>,
 }
 
 impl<E: ContactEstimator> StreamEstimator<E> {
@@ -144,6 +146,7 @@ impl<E: ContactEstimator> StreamEstimator<E> {
             since_s,
             place_m: first.position_m,
             turned,
+            first_estimate: None,
         });
         let known = self.known(samples);
         self.ahead = None;
@@ -156,6 +159,9 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         self.estimate = estimate;
         for frame in self.watch.latest(samples - known) {
             self.estimate = self.estimator.step(frame);
+        }
+        if let Some(began) = &mut self.began {
+            began.first_estimate = self.estimate;
         }
     }
 

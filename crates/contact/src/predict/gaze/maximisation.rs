@@ -1,7 +1,7 @@
 //! Expectation maximisation over what was seen of touches whose contacts are known.
 
 use super::super::gaussian::Gaussian;
-use super::super::hand::phase::ReachPhase;
+use super::super::hand::phase::{PHASES, ReachPhase};
 use super::memory::Look;
 use super::model::GazeModel;
 use super::resting_hand::RestingHand;
@@ -65,6 +65,8 @@ pub(super) struct Row {
     pub(super) weight: f64,
     /// Logarithm of the density of the contact by the estimate, per m³.
     pub(super) log_as_moves: f64,
+    /// The same by the motion alone, [`by_motion_alone`](super::super::hand::place::by_motion_alone).
+    pub(super) log_by_motion: f64,
     /// [`GazeModel::log_changed`].
     pub(super) log_changed: f64,
     pub(super) from_rest: DVec3,
@@ -124,7 +126,7 @@ impl Collected {
 
     /// One round of expectation maximisation from `model`; `start` is what is believed without data.
     pub(super) fn improved(&self, start: &GazeModel, model: &GazeModel) -> GazeModel {
-        let mut counts = [[[0.0; 6]; LOOK_AGES_S.len()]; 4];
+        let mut counts = [[[0.0; 6]; LOOK_AGES_S.len()]; PHASES];
         let mut on = Spread::default();
         let mut off = Spread::default();
         let mut rest = PlaceSums::default();
@@ -214,8 +216,8 @@ impl Row {
         let (before_on, before_off) = (density(before, on), density(before, off));
         let anew = anywhere(self.now) + anywhere(before);
         let mut logs = [
-            self.log_as_moves + now_on + before_off,
-            self.log_as_moves + now_off + before_on,
+            self.log_by_motion + now_on + before_off,
+            self.log_by_motion + now_off + before_on,
             self.log_as_moves + now_off + before_off,
             // The eyes rest anywhere, and what is touched lies on their line.
             anywhere(self.now) + now_on + along(self.now) + anywhere(before) + self.log_changed,

@@ -32,14 +32,6 @@ impl RestingHand {
         Gaussian::new(hand_m + self.mean_m, self.covariance_m2)
     }
 
-    /// The same if anything was learnt about it.
-    pub(in crate::predict) fn learnt_about(&self, hand_m: DVec3) -> Option<Gaussian> {
-        if *self == Self::default() {
-            return None;
-        }
-        self.about(hand_m)
-    }
-
     pub(in crate::predict) fn validate(&self) -> Result<(), ContactError> {
         all_finite("mean_m", &self.mean_m.to_array())?;
         all_finite("covariance_m2", &self.covariance_m2.to_cols_array())?;

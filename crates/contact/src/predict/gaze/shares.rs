@@ -1,6 +1,6 @@
 //! How often a look of some age is at the place that will be touched.
 
-use super::super::hand::phase::ReachPhase;
+use super::super::hand::phase::{PHASES, ReachPhase};
 use crate::error::ContactError;
 use hwall_numeric::check::that;
 
@@ -92,7 +92,7 @@ pub const LOOK_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
 /// The shares by the phase of the reach and the age of the present look.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LookTable {
-    pub(in crate::predict) shares: [[[f64; 6]; LOOK_AGES_S.len()]; 4],
+    pub(in crate::predict) shares: [[[f64; 6]; LOOK_AGES_S.len()]; PHASES],
 }
 
 /// Shares that nothing was learnt about: people look at what they touch in five of six cases.
@@ -102,8 +102,10 @@ const REACHING: [f64; 6] = [0.62, 0.21, 0.15, 0.01, 0.005, 0.005];
 impl Default for LookTable {
     /// The same at every age.
     fn default() -> Self {
-        let mut shares = [[REACHING; LOOK_AGES_S.len()]; 4];
-        shares[ReachPhase::Rest as usize] = [AT_REST; LOOK_AGES_S.len()];
+        let mut shares = [[REACHING; LOOK_AGES_S.len()]; PHASES];
+        for phase in [ReachPhase::Rest, ReachPhase::Stirring] {
+            shares[phase as usize] = [AT_REST; LOOK_AGES_S.len()];
+        }
         Self { shares }
     }
 }

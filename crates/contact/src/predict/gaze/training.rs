@@ -1,8 +1,8 @@
 //! How people look, learnt from reaches or from whole streams.
 
-use super::super::gaussian::isotropic;
+use super::super::gaussian::{Gaussian, isotropic};
 use super::super::hand::phase::ReachPhase;
-use super::super::hand::place::{HandPlace, gaussian_of};
+use super::super::hand::place::{HandPlace, by_motion_alone, gaussian_of};
 use super::super::stream::{ReachBeginning, StreamEstimator};
 use super::maximisation::{Angle, Collected, LABEL_SD_M, Row, WIDEST_RAD, log_ahead, log_tailed};
 use super::memory::GazeMemory;
@@ -201,7 +201,14 @@ impl GazeModel {
             if on_the_way && frame.t_s - last_s >= STEP_S {
                 last_s = frame.t_s;
                 let began = estimator.began();
-                let row = self.row((state, began), estimate, &memory, contact, &filters.watch);
+                let is_drawn = estimator.estimator().training_reaches().is_some();
+                let row = self.row(
+                    (state, began),
+                    (estimate, is_drawn),
+                    &memory,
+                    contact,
+                    &filters.watch,
+                );
                 let touch = collected.touches;
                 collected.rows.extend(row.map(|row| Row { touch, ..row }));
             }
@@ -213,24 +220,31 @@ impl GazeModel {
     fn row(
         &self,
         (hand, began): (&HandState, Option<&ReachBeginning>),
-        estimate: Option<ContactEstimate>,
+        (estimate, is_drawn): (Option<ContactEstimate>, bool),
         memory: &GazeMemory,
         contact: &StreamContact,
         watch: &WatchConfig,
     ) -> Option<Row> {
         let moves = estimate.and_then(|e| gaussian_of(&e, DEFAULT_SD_M));
         let place = HandPlace::new(hand, began, estimate.as_ref(), watch);
+        let by_motion = estimate
+            .filter(|_| is_drawn)
+            .and_then(|e| by_motion_alone(&e, began, DEFAULT_SD_M))
+            .or(moves);
+        let log_density = |g: Option<Gaussian>| {
+            g.and_then(|g| g.widened(isotropic(LABEL_SD_M)))
+                .map_or(f64::NEG_INFINITY, |g| {
+                    log_tailed(&g, contact.point_m, ASTRAY_SHARE, ASTRAY_STRETCH)
+                })
+        };
         let (now, before) = memory.looks(hand.t_s, self.memory_s);
         let row = Row {
             touch: 0,
             phase: place.phase,
             age_s: now.map_or(0.0, |look| look.age_s(hand.t_s)),
             weight: 0.0,
-            log_as_moves: moves
-                .and_then(|g| g.widened(isotropic(LABEL_SD_M)))
-                .map_or(f64::NEG_INFINITY, |g| {
-                    log_tailed(&g, contact.point_m, ASTRAY_SHARE, ASTRAY_STRETCH)
-                }),
+            log_as_moves: log_density(moves),
+            log_by_motion: log_density(by_motion),
             log_changed: self.log_changed(
                 moves.as_ref(),
                 began.map(|began| began.since_s),

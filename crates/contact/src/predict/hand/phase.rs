@@ -5,6 +5,8 @@
 pub enum ReachPhase {
     /// No reach is under way.
     Rest,
+    /// No reach is seen yet, but the hand is faster than one at rest: a reach begins some samples before it is seen.
+    Stirring,
     /// A reach seems to have begun; the hand has come less than 8 cm.
     Onset,
     /// The reach is under way.
@@ -13,9 +15,18 @@ pub enum ReachPhase {
     End,
 }
 
+/// How many phases there are.
+pub(in crate::predict) const PHASES: usize = 5;
+
 impl ReachPhase {
-    /// All four, in order.
-    pub const ALL: [Self; 4] = [Self::Rest, Self::Onset, Self::UnderWay, Self::End];
+    /// All of them, in order.
+    pub const ALL: [Self; PHASES] = [
+        Self::Rest,
+        Self::Stirring,
+        Self::Onset,
+        Self::UnderWay,
+        Self::End,
+    ];
 
     /// The way up to which a reach is at its onset, m.
     const ONSET_M: f64 = 0.08;

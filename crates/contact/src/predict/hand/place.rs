@@ -36,7 +36,8 @@ impl HandPlace {
                 ReachPhase::of(hand.point_m.distance(began.place_m), left_s)
             }
             (Some(_), None) => ReachPhase::Onset,
-            (None, _) => ReachPhase::Rest,
+            (None, _) if slow => ReachPhase::Rest,
+            (None, _) => ReachPhase::Stirring,
         };
         Self {
             phase,
@@ -58,6 +59,27 @@ pub(in crate::predict) fn gaussian_of(
 ) -> Option<Gaussian> {
     let ball = DMat3::from_diagonal(DVec3::splat(default_sd_m * default_sd_m));
     Gaussian::new(estimate.point_m, estimate.covariance_m2.unwrap_or(ball))
+}
+
+/// What the motion since the start of a reach says by itself: an estimate without what the estimator said when the reach began, for
+/// that is where it believes any reach from there to end. `None` at rest, without a time left and for a reach that turned, which
+/// does not start where hands rest.
+pub(in crate::predict) fn by_motion_alone(
+    estimate: &ContactEstimate,
+    began: Option<&ReachBeginning>,
+    default_sd_m: f64,
+) -> Option<Gaussian> {
+    let began = began.filter(|began| !began.turned)?;
+    let first = gaussian_of(began.first_estimate.as_ref()?, default_sd_m)?;
+    let left_s = estimate.time_to_contact_s?.mean_s;
+    let share = ReachPhase::drawn_share(left_s);
+    let is_drawn = left_s.is_finite() && share > 0.0;
+    let estimated = gaussian_of(estimate, default_sd_m)?;
+    if is_drawn {
+        estimated.without(&first, share)
+    } else {
+        Some(estimated)
+    }
 }
 
 /// What a hand can reach from here, m: an arm's length and a step are two standard deviations.
