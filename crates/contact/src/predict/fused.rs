@@ -32,8 +32,8 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 ///    another place than the one that was meant.
 /// 2. The gaze makes each of the two a mixture of three hypotheses: the Gaussian times a Gaussian about the present line of
 ///    sight, the same about the look before, and the Gaussian alone, for a person who does not look at
-///    the target. An estimate that was learnt is drawn towards where people usually touch; that is taken out of it
-///    where a line of sight says which place is meant. Each is weighed by how probable it makes both lines of sight, and
+///    the target. An estimate that was learnt is drawn towards where people usually touch, which is nearly all that it says
+///    when a reach begins; that is taken out of it where a line of sight says which place is meant. Each is weighed by how probable it makes both lines of sight, and
 ///    by how often it is the true one in this phase of a reach at this age of the look, which is learnt ([`GazeModel`](super::GazeModel)). Some estimates are assumed to be
 ///    further off than they state, so that a look far away from one still counts.
 /// 3. Each hypothesis is divided among the surfaces: density in the plane of a face, times the share of it
@@ -216,7 +216,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let estimate = self.estimate.as_ref();
         let estimated = estimate.and_then(|e| gaussian_of(e, default_sd_m));
         let began = self.stream.began();
-        let place = HandPlace::new(hand, began, estimate, &self.config.watch);
+        let place = HandPlace::new(
+            hand,
+            began,
+            self.stream.stirred_m(),
+            estimate,
+            &self.config.watch,
+        );
         // The first surface on the way, once for all that ends there.
         let directed = place.moves || place.is_fast;
         let ahead = hand.direction.filter(|_| directed).and_then(|ahead| {

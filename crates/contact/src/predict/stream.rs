@@ -90,6 +90,19 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         self.began.as_ref()
     }
 
+    /// How far the touching point has come since it was last slow, m, while no reach is under way: a reach begins some samples
+    /// before it is seen.
+    #[must_use]
+    pub fn stirred_m(&self) -> f64 {
+        let point_m = |frame: &HandFrame| Some(frame.contact_point()?.position_m);
+        let samples = self.watch.samples_if_begun().unwrap_or(0);
+        let mut seen = self.watch.latest(samples).filter_map(point_m);
+        match (seen.next(), seen.last()) {
+            (Some(first_m), Some(newest_m)) => newest_m.distance(first_m),
+            _ => 0.0,
+        }
+    }
+
     /// The reach under way, or the last one, has ended with a touch there, m, then, s; see
     /// [`ContactEstimator::touched`].
     pub fn touched(&mut self, contact_m: DVec3, contact_s: f64) {

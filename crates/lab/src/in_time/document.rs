@@ -4,8 +4,9 @@ use crate::documents::{Documents, written_by};
 use crate::in_time::study::{Request, Results, Row};
 use crate::in_time::targets;
 use hwall_stage::numbers::counted;
+use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::run::judged::regret::Miss;
-use hwall_testkit::{Machine, MarkdownTable};
+use hwall_testkit::{Machine, MarkdownTable, quantile};
 use std::path::PathBuf;
 
 /// The name of the document.
@@ -35,7 +36,10 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
     let number = |value: Option<f64>, factor: f64, decimals: usize| {
         value.map_or("none".to_owned(), |v| format!("{:.decimals$}", factor * v))
     };
-    for Row { kind, summary: s } in rows {
+    for Row {
+        kind, summary: s, ..
+    } in rows
+    {
         let mut cells = vec![
             kind.name().to_owned(),
             s.reachable.to_string(),
@@ -59,7 +63,55 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
     table
 }
 
-/// Both tables, as they are printed and written.
+/// Who was right from how long before the contact on, one row for each kind of person.
+#[must_use]
+pub fn leads(rows: &[Row]) -> MarkdownTable {
+    let judged = [
+        PredictorKind::Fused,
+        PredictorKind::RayLed,
+        PredictorKind::RayCast,
+    ];
+    let columns = ["person".to_owned(), "touches".to_owned()]
+        .into_iter()
+        .chain(judged.map(|kind| format!("{}, ms (quartiles)", kind.name())))
+        .chain(["fused earlier, %", "fused later, %"].map(|side| format!("{side} than ray-led")));
+    let mut table = MarkdownTable::new(columns);
+    for row in rows.iter().filter(|row| !row.leads_s.is_empty()) {
+        // A predictor that is wrong until the end has no lead.
+        let of = |kind: PredictorKind| {
+            let all = row.leads_s.iter();
+            all.map(move |leads| leads[kind as usize].unwrap_or(0.0))
+        };
+        let quartiles = |kind: PredictorKind| {
+            let mut sorted: Vec<f64> = of(kind).collect();
+            sorted.sort_by(f64::total_cmp);
+            let [low, middle, high] = [0.25, 0.5, 0.75].map(|p| 1e3 * quantile(&sorted, p));
+            format!("{middle:.0} ({low:.0} to {high:.0})")
+        };
+        let gained = || {
+            let pairs = of(PredictorKind::Fused).zip(of(PredictorKind::RayLed));
+            pairs.map(|(fused_s, ray_s)| fused_s - ray_s)
+        };
+        let share = |count: usize| {
+            let share = 1e2 * count as f64 / row.leads_s.len() as f64;
+            format!("{share:.0}")
+        };
+        let cells = [row.kind.name().to_owned(), row.leads_s.len().to_string()]
+            .into_iter()
+            .chain(judged.map(quartiles))
+            .chain([
+                share(gained().filter(|&s| s > CLEARLY_S).count()),
+                share(gained().filter(|&s| s < -CLEARLY_S).count()),
+            ]);
+        table.row(cells);
+    }
+    table
+}
+
+/// Leads that differ by less are alike, s.
+const CLEARLY_S: f64 = 0.05;
+
+/// All tables, as they are printed and written.
 #[must_use]
 pub fn text(request: &Request, results: &Results) -> String {
     let people: usize = results
@@ -75,12 +127,13 @@ pub fn text(request: &Request, results: &Results) -> String {
     };
     format!(
         "{} of {} of each kind, one run a dozen, in the built-in room with an iiwa 7; the board {board}. \
-         {}.\n\n{}\n{}",
+         {}.\n\n{}\n{}\n{}",
         counted(request.touches, "touch", "touches"),
         counted(people, "person", "people"),
         results.learnt,
         table(&results.rows),
-        targets::table(&results.rows)
+        targets::table(&results.rows),
+        leads(&results.rows)
     )
 }
 
@@ -118,6 +171,9 @@ const EXPLAINED: &str = "\
   place from which it does not cover the touched point; *prediction_late*: led to the right place only when the least time was
   no longer left, neither from the waiting posture nor from where the arm stood; *policy*: led there early enough, but not sent,
   or not early enough; *arm*: sent early enough, but the way took longer than the least time.
+- **Right**: for so long before the contact each predictor had named the right surface and a place within 50 mm, without a break. All
+  three see the same frames, whoever leads the board. A gaze that never misses is the best case for following its ray alone; *earlier* and
+  *later* count touches that differ by more than 50 ms.
 - **People**: *plain* ones differ in pace, hand and bow alone, their gaze rests ahead between touches and never misses;
   *varied* ones differ in everything, and in one touch of ten their gaze is elsewhere; *fast* and *slow* ones are plain with
   reaches of 0.35 to 0.6 s and 1.2 to 2 s; *glancing* ones are plain and look at up to three other places before each touch.

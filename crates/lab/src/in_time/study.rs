@@ -2,7 +2,7 @@
 
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
-use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
+use hwall_stage::person::predictors::{PREDICTORS, PredictorKind, Predictors, TrainingPeople};
 use hwall_stage::person::responses;
 use hwall_stage::report::summary::Summary;
 use hwall_stage::run::people::{self, Stage};
@@ -29,6 +29,8 @@ pub struct Row {
     pub kind: PersonKind,
     /// Their touches in numbers.
     pub summary: Summary,
+    /// For each touch how long before it each predictor had been right; `None` where it was wrong.
+    pub leads_s: Vec<[Option<f64>; PREDICTORS]>,
 }
 
 /// The whole study.
@@ -72,6 +74,11 @@ pub fn run(
         Ok(Row {
             kind: *kind,
             summary: Summary::new(&runs),
+            leads_s: runs
+                .iter()
+                .flat_map(|run| &run.touches)
+                .map(|touch| touch.leads_s)
+                .collect(),
         })
     };
     let rows: anyhow::Result<Vec<Row>> = request.kinds.iter().map(&mut row).collect();

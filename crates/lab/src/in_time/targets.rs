@@ -131,7 +131,11 @@ mod tests {
         let row = |kind, change: &dyn Fn(&mut Summary)| {
             let mut summary = Summary::new(&[]);
             change(&mut summary);
-            Row { kind, summary }
+            Row {
+                kind,
+                summary,
+                leads_s: Vec::new(),
+            }
         };
         let measured = |s: &mut Summary| {
             (s.reachable, s.possible, s.in_place, s.possible_in_place) = (100, 96, 93, 93);

@@ -3,14 +3,14 @@
 use super::super::gaussian::{Gaussian, isotropic};
 use super::super::hand::phase::ReachPhase;
 use super::super::hand::place::{HandPlace, by_motion_alone, gaussian_of};
-use super::super::stream::{ReachBeginning, StreamEstimator};
+use super::super::stream::StreamEstimator;
 use super::maximisation::{Angle, Collected, LABEL_SD_M, Row, WIDEST_RAD, log_ahead, log_tailed};
 use super::memory::GazeMemory;
 use super::model::GazeModel;
 use super::shares::{LookShares, TargetShares};
 use super::weights::{ASTRAY_SHARE, ASTRAY_STRETCH};
 use crate::error::ContactError;
-use crate::estimate::{ContactEstimate, ContactEstimator};
+use crate::estimate::ContactEstimator;
 use glam::DVec3;
 use hwall_hand::{
     GazeFilter, GazeFilterConfig, HandFilter, HandFilterConfig, HandFrame, HandState,
@@ -190,7 +190,7 @@ impl GazeModel {
             }
             let Some(contact) = next else { break };
             let tracking = hand.step(frame);
-            let estimate = estimator.step(frame, tracking.state());
+            estimator.step(frame, tracking.state());
             let seen = gaze.step(frame.t_s, frame.gaze_ray().as_ref());
             memory.step(frame.t_s, &seen, self.apart_rad());
             let Some(state) = tracking.state() else {
@@ -200,15 +200,7 @@ impl GazeModel {
             on_the_way |= !estimator.reaching() && away_m > AWAY_M;
             if on_the_way && frame.t_s - last_s >= STEP_S {
                 last_s = frame.t_s;
-                let began = estimator.began();
-                let is_drawn = estimator.estimator().training_reaches().is_some();
-                let row = self.row(
-                    (state, began),
-                    (estimate, is_drawn),
-                    &memory,
-                    contact,
-                    &filters.watch,
-                );
+                let row = self.row(state, estimator, &memory, contact, &filters.watch);
                 let touch = collected.touches;
                 collected.rows.extend(row.map(|row| Row { touch, ..row }));
             }
@@ -217,19 +209,21 @@ impl GazeModel {
     }
 
     /// What one sample says about a contact.
-    fn row(
+    fn row<E: ContactEstimator>(
         &self,
-        (hand, began): (&HandState, Option<&ReachBeginning>),
-        (estimate, is_drawn): (Option<ContactEstimate>, bool),
+        hand: &HandState,
+        stream: &StreamEstimator<E>,
         memory: &GazeMemory,
         contact: &StreamContact,
         watch: &WatchConfig,
     ) -> Option<Row> {
-        let moves = estimate.and_then(|e| gaussian_of(&e, DEFAULT_SD_M));
-        let place = HandPlace::new(hand, began, estimate.as_ref(), watch);
+        let (estimate, began) = (stream.estimate(), stream.began());
+        let moves = estimate.and_then(|e| gaussian_of(e, DEFAULT_SD_M));
+        let place = HandPlace::new(hand, began, stream.stirred_m(), estimate, watch);
+        let is_drawn = stream.estimator().training_reaches().is_some();
         let by_motion = estimate
             .filter(|_| is_drawn)
-            .and_then(|e| by_motion_alone(&e, began, DEFAULT_SD_M))
+            .and_then(|e| by_motion_alone(e, began, DEFAULT_SD_M))
             .or(moves);
         let log_density = |g: Option<Gaussian>| {
             g.and_then(|g| g.widened(isotropic(LABEL_SD_M)))

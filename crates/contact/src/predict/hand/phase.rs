@@ -5,7 +5,7 @@
 pub enum ReachPhase {
     /// No reach is under way.
     Rest,
-    /// No reach is seen yet, but the hand is faster than one at rest: a reach begins some samples before it is seen.
+    /// No reach is seen yet, but the hand has come 1 cm since it was last slow.
     Stirring,
     /// A reach seems to have begun; the hand has come less than 8 cm.
     Onset,

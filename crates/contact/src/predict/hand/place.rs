@@ -20,10 +20,11 @@ pub(in crate::predict) struct HandPlace {
 }
 
 impl HandPlace {
-    /// `began`: how the reach under way did.
+    /// `began`: how the reach under way did; `stirred_m`: [`StreamEstimator::stirred_m`](super::super::stream::StreamEstimator::stirred_m).
     pub(in crate::predict) fn new(
         hand: &HandState,
         began: Option<&ReachBeginning>,
+        stirred_m: f64,
         estimate: Option<&ContactEstimate>,
         watch: &WatchConfig,
     ) -> Self {
@@ -36,8 +37,8 @@ impl HandPlace {
                 ReachPhase::of(hand.point_m.distance(began.place_m), left_s)
             }
             (Some(_), None) => ReachPhase::Onset,
-            (None, _) if slow => ReachPhase::Rest,
-            (None, _) => ReachPhase::Stirring,
+            (None, _) if stirred_m >= STIRRED_M => ReachPhase::Stirring,
+            (None, _) => ReachPhase::Rest,
         };
         Self {
             phase,
@@ -48,6 +49,9 @@ impl HandPlace {
         }
     }
 }
+
+/// A hand that has come further than this since it was last slow stirs, m: the noise of a tracker does not go that far.
+const STIRRED_M: f64 = 0.01;
 
 /// A hand this many times as fast as at the onset of a reach has a direction.
 const FAST_ONSETS: f64 = 2.0;
@@ -100,4 +104,73 @@ pub(in crate::predict) fn close(hand_m: DVec3) -> Option<Gaussian> {
 
 fn ball(mean_m: DVec3, sd_m: f64) -> Option<Gaussian> {
     Gaussian::new(mean_m, DMat3::from_diagonal(DVec3::splat(sd_m * sd_m)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::TimeToContact;
+    use hwall_hand::HandPoint;
+
+    #[test]
+    fn a_hand_stirs_before_its_reach_is_seen() {
+        let hand = HandState {
+            t_s: 0.0,
+            point_m: DVec3::ZERO,
+            velocity_m_per_s: DVec3::X * 0.2,
+            direction: None,
+            point: HandPoint::Index,
+            smoothed_m: [DVec3::ZERO; 2],
+            delay_s: 0.01,
+            unseen_s: 0.0,
+            palm_m: None,
+        };
+        let phase = |stirred_m: f64| {
+            HandPlace::new(&hand, None, stirred_m, None, &WatchConfig::default()).phase
+        };
+        assert_eq!(phase(0.0), ReachPhase::Rest);
+        assert_eq!(phase(0.5 * STIRRED_M), ReachPhase::Rest);
+        assert_eq!(phase(STIRRED_M), ReachPhase::Stirring);
+        assert_eq!(phase(f64::NAN), ReachPhase::Rest);
+    }
+
+    #[test]
+    fn motion_alone_is_what_came_after_the_start() {
+        let estimate = |x: f64, sd_m: f64| ContactEstimate {
+            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))),
+            time_to_contact_s: Some(TimeToContact {
+                mean_s: 0.8,
+                sd_s: None,
+            }),
+            ..ContactEstimate::of_point(0.0, DVec3::X * x)
+        };
+        let began = ReachBeginning {
+            since_s: 0.0,
+            place_m: DVec3::ZERO,
+            turned: false,
+            first_estimate: Some(estimate(0.5, 0.2)),
+        };
+        let alone = |estimate: &ContactEstimate, began: &ReachBeginning| {
+            by_motion_alone(estimate, Some(began), 0.1)
+        };
+        // 0.5 m within 0.2 m, and then 0.9 m within 0.15 m: together 0.756 m within 0.12 m.
+        let [usual, seen] = [0.2_f64, 0.15].map(|sd_m| sd_m.powi(-2));
+        let both = estimate(
+            (0.5 * usual + 0.9 * seen) / (usual + seen),
+            (usual + seen).powf(-0.5),
+        );
+        let freed = alone(&both, &began).expect("a Gaussian");
+        assert!((freed.mean_m.x - 0.9).abs() < 5e-3 && (freed.sd_m() - 0.15).abs() < 5e-3);
+        // A reach that turned, one without a start and one without a time are as they are.
+        let turned = ReachBeginning {
+            turned: true,
+            ..began
+        };
+        assert!(alone(&both, &turned).is_none() && by_motion_alone(&both, None, 0.1).is_none());
+        let timeless = ContactEstimate {
+            time_to_contact_s: None,
+            ..both
+        };
+        assert!(alone(&timeless, &began).is_none());
+    }
 }
