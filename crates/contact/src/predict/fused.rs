@@ -33,9 +33,10 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 /// 2. The gaze makes each of the two a mixture of three hypotheses: the Gaussian times a Gaussian about the present line of
 ///    sight, the same about the look before, and the Gaussian alone, for a person who does not look at
 ///    the target. An estimate that was learnt is drawn towards where people usually touch, which is nearly all that it says
-///    when a reach begins; that is taken out of it where a line of sight says which place is meant. Each is weighed by how probable it makes both lines of sight, and
-///    by how often it is the true one in this phase of a reach at this age of the look, which is learnt ([`GazeModel`](super::GazeModel)). Some estimates are assumed to be
-///    further off than they state, so that a look far away from one still counts.
+///    when a reach begins; that is taken out of it where a line of sight says which place is meant. Each is weighed by how
+///    probable it makes both lines of sight, and by how often it is the true one in this phase of a reach at this age of the
+///    look, which is learnt ([`GazeModel`](super::GazeModel)). Some estimates are assumed to be further off than they state, so
+///    that a look far away from one still counts.
 /// 3. Each hypothesis is divided among the surfaces: density in the plane of a face, times the share of it
 ///    that straight ways from the hand meet first, times the sine of the angle at which they meet it; for hypotheses that owe
 ///    nothing to the motion, ways from the eyes. Surfaces that cannot be touched block the way.
