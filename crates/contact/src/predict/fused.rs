@@ -244,10 +244,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let narrowed = |g: Gaussian| straight_on(&g).unwrap_or(g);
         // A regression is drawn towards where people usually touch. For a place that is looked at, scene and gaze say
         // which places there are; to count that, too, would drag a look at an unusual place towards the usual ones.
-        // What learnt nothing is not drawn.
-        let is_drawn = self.stream.estimator().training_reaches().is_some();
         let by_motion = estimate
-            .filter(|_| is_drawn)
             .and_then(|e| by_motion_alone(e, began, default_sd_m))
             .map(narrowed);
         let anew = if place.moves {

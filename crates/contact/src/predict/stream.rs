@@ -46,7 +46,8 @@ pub struct ReachBeginning {
     pub place_m: DVec3,
     /// Did the hand turn to it in the middle of a movement, and not from rest?
     pub turned: bool,
-    /// The estimate when it was seen to have begun: nearly all that it says is what the estimator believes of any reach from there.
+    /// The estimate when it was seen to have begun: nearly all that it says is what the estimator believes of any reach from
+    /// there. `None` from an estimator that learnt nothing.
     pub first_estimate: Option<ContactEstimate>,
 }
 
@@ -174,7 +175,8 @@ impl<E: ContactEstimator> StreamEstimator<E> {
             self.estimate = self.estimator.step(frame);
         }
         if let Some(began) = &mut self.began {
-            began.first_estimate = self.estimate;
+            let is_learnt = self.estimator.training_reaches().is_some();
+            began.first_estimate = self.estimate.filter(|_| is_learnt);
         }
     }
 

@@ -220,9 +220,7 @@ impl GazeModel {
         let (estimate, began) = (stream.estimate(), stream.began());
         let moves = estimate.and_then(|e| gaussian_of(e, DEFAULT_SD_M));
         let place = HandPlace::new(hand, began, stream.stirred_m(), estimate, watch);
-        let is_drawn = stream.estimator().training_reaches().is_some();
         let by_motion = estimate
-            .filter(|_| is_drawn)
             .and_then(|e| by_motion_alone(e, began, DEFAULT_SD_M))
             .or(moves);
         let log_density = |g: Option<Gaussian>| {

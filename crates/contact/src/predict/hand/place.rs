@@ -66,8 +66,8 @@ pub(in crate::predict) fn gaussian_of(
 }
 
 /// What the motion since the start of a reach says by itself: an estimate without what the estimator said when the reach began, for
-/// that is where it believes any reach from there to end. `None` at rest, without a time left and for a reach that turned, which
-/// does not start where hands rest.
+/// that is where it believes any reach from there to end. `None` at rest, without a time left, from an estimator that
+/// learnt nothing, and for a reach that turned, which does not start where hands rest.
 pub(in crate::predict) fn by_motion_alone(
     estimate: &ContactEstimate,
     began: Option<&ReachBeginning>,
