@@ -4,6 +4,7 @@ use super::deterministic::DeterministicPredictor;
 use super::face_moments::Moments;
 use super::fused_config::FusedConfig;
 use super::gaussian::{Gaussian, isotropic};
+use super::gaze::idle::IdlePlaces;
 use super::gaze::memory::GazeMemory;
 use super::gaze::weights::{ASTRAY_SHARE, ASTRAY_STRETCH, ByHand, Hypothesis};
 use super::hand::free_side::{FreeSide, SideWatch};
@@ -35,8 +36,8 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 ///    the target. An estimate that was learnt is drawn towards where people usually touch, which is nearly all that it says
 ///    when a reach begins; that is taken out of it where a line of sight says which place is meant. Each is weighed by how
 ///    probable it makes both lines of sight, and by how often it is the true one in this phase of a reach at this age of the
-///    look, which is learnt ([`GazeModel`](super::GazeModel)). Some estimates are assumed to be further off than they state, so
-///    that a look far away from one still counts.
+///    look, and at a place where this person's eyes rest in pauses or not, which is learnt ([`GazeModel`](super::GazeModel)). Some
+///    estimates are assumed to be further off than they state, so that a look far away from one still counts.
 /// 3. Each hypothesis is divided among the surfaces: density in the plane of a face, times the share of it
 ///    that straight ways from the hand meet first, times the sine of the angle at which they meet it; for hypotheses that owe
 ///    nothing to the motion, ways from the eyes. Surfaces that cannot be touched block the way.
@@ -75,6 +76,7 @@ pub struct FusedPredictor<E> {
     stream: StreamEstimator<E>,
     config: FusedConfig,
     gaze: GazeMemory,
+    idle: IdlePlaces,
     shares: SurfaceShares,
     side: SideWatch,
     rest: RestWatch,
@@ -110,6 +112,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             touched: None,
             config,
             gaze: GazeMemory::default(),
+            idle: IdlePlaces::default(),
             side: SideWatch::default(),
             rest: RestWatch::default(),
             repeats: Repeats::default(),
@@ -281,7 +284,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             met.find(|(sight, _)| sight == ray).map(|(_, hit)| *hit)
         };
         let distance_m = |ray: &GazeRay| Some(met_by(ray)?.distance_m);
-        let hypotheses = gaze.weigh(&by_hand, &self.gaze, hand.t_s, distance_m);
+        let hypotheses = gaze.weigh(&by_hand, (&self.gaze, &self.idle), hand.t_s, distance_m);
         for hypothesis in hypotheses.into_iter().flatten() {
             let from = self.viewpoint(hand, side, &hypothesis);
             // What the line of sight meets may be meant although the straight way there is blocked.
@@ -609,6 +612,8 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         self.estimate = self.stream.step(input.frame, input.hand).filter(finite);
         let apart_rad = self.config.gaze.apart_rad();
         self.gaze.step(input.frame.t_s, &input.gaze, apart_rad);
+        let (reaching, hand_m) = (self.stream.reaching(), input.hand.map(|hand| hand.point_m));
+        self.idle.step(&self.gaze, reaching, hand_m, apart_rad);
         // It follows every sample, so that it can take over at any.
         let followed = self.fallback.follow(scene, input);
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
@@ -659,6 +664,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     fn reset(&mut self) {
         self.stream.reset();
         self.gaze.forget();
+        self.idle.forget();
         self.side.forget();
         self.rest.forget();
         self.repeats.forget();

@@ -10,9 +10,11 @@ const FLOOR_M: f64 = 1e-3;
 /// Larger standard deviations mean nothing in a room, m.
 const CEILING_M: f64 = 1e2;
 
-/// An estimate keeps at least this share of its precision when a prior is taken out of it: in a direction in which it
-/// is as wide as the prior, its mean goes at most 3.3 times as far from the prior's as it was.
-const LEAST_LEFT: f64 = 0.3;
+/// An estimate keeps at least this share of its precision when a prior is taken out of it.
+const LEAST_LEFT: f64 = 0.1;
+/// The same for what its mean becomes: in a direction in which it is as wide as the prior, it goes at most twice as far from the
+/// prior's as it was.
+const LEAST_LEFT_OF_MEAN: f64 = 0.5;
 
 /// A normal distribution of a point, with the inverse of its covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,18 +99,21 @@ impl Gaussian {
         Self::checked(self.mean_m, self.covariance_m2 + covariance_m2)
     }
 
-    /// What remains of a posterior without so much of the prior that it was made with, `share` in [0, 1]: divided by that
-    /// power of it, or by a lower one where less than [`LEAST_LEFT`] of the precision would remain. The mean goes away from the prior's.
+    /// What remains of a posterior without so much of the prior that it was made with, `share` in [0, 1]: divided by that power of
+    /// it, or by a lower one where less than [`LEAST_LEFT`] of the precision would remain. The mean goes away from the prior's, and
+    /// no further than [`LEAST_LEFT_OF_MEAN`] allows: where little was measured it would go by many times that.
     pub(super) fn without(&self, prior: &Self, share: f64) -> Option<Self> {
-        // The largest eigenvalue, or up to 1.3 times that: the fourth root of the trace of the fourth power.
-        let ratio = self.covariance_m2 * prior.precision;
-        let squared = ratio * ratio;
-        let [xx, _, _, _, yy, _, _, _, zz] = (squared * squared).to_cols_array();
-        let most = (1.0 - LEAST_LEFT) / (xx + yy + zz).sqrt().sqrt();
-        let taken_per_m2 = prior.precision * share.min(most);
-        let covariance_m2 = (self.precision - taken_per_m2).inverse();
-        let pull = taken_per_m2 * (self.mean_m - prior.mean_m);
-        Self::new(self.mean_m + covariance_m2 * pull, covariance_m2)
+        let most = largest_eigenvalue(self.covariance_m2 * prior.precision).recip();
+        let [taken, carefully] = [LEAST_LEFT, LEAST_LEFT_OF_MEAN]
+            .map(|least| prior.precision * share.min((1.0 - least) * most));
+        let pull = carefully * (self.mean_m - prior.mean_m);
+        let shift_m = (self.precision - carefully).inverse() * pull;
+        Self::new(self.mean_m + shift_m, (self.precision - taken).inverse())
+    }
+
+    /// The same about another place.
+    pub(super) const fn about(self, mean_m: DVec3) -> Self {
+        Self { mean_m, ..self }
     }
 
     /// Multiplied by a Gaussian of `precision_per_m2` (which may be singular) about `about_m`.
@@ -122,6 +127,23 @@ impl Gaussian {
 /// Covariance of an error with the same standard deviation, m, in each axis, m².
 pub(in crate::predict) fn isotropic(sd_m: f64) -> DMat3 {
     DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))
+}
+
+/// The largest eigenvalue of the product of two covariances, whose eigenvalues are real and positive: the largest root of the
+/// characteristic polynomial, by angles.
+fn largest_eigenvalue(product: DMat3) -> f64 {
+    let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = product.to_cols_array();
+    let mean = (xx + yy + zz) / 3.0;
+    let minors = xx * yy - xy * yx + xx * zz - xz * zx + yy * zz - yz * zy;
+    // Of the polynomial about the mean, t³ - 3 p² t - 2 q.
+    let p = (mean * mean - minors / 3.0).max(0.0).sqrt();
+    let q = 0.5 * (product.determinant() - mean * minors) + mean.powi(3);
+    let cos = if p > 0.0 {
+        (q / p.powi(3)).clamp(-1.0, 1.0)
+    } else {
+        1.0
+    };
+    mean + 2.0 * p * (cos.acos() / 3.0).cos()
 }
 
 /// A Gaussian, given that the point lies in a plane.
@@ -226,13 +248,37 @@ mod tests {
     }
 
     #[test]
+    fn the_largest_eigenvalue_of_a_product_of_covariances() {
+        let turned = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_z(-0.4);
+        for own in [
+            [1.0, 1.0, 1.0],
+            [4.0, 1e-3, 0.2],
+            [2.0, 2.0, 0.5],
+            [0.3, 5.0, 5.0],
+            [1e-8; 3],
+        ] {
+            let a = turned * DMat3::from_diagonal(DVec3::from_array(own)) * turned.transpose();
+            let most = own.into_iter().fold(0.0, f64::max);
+            assert!((largest_eigenvalue(a) / most - 1.0).abs() < 1e-6, "{own:?}");
+            // b⁻¹ a b has the eigenvalues of a, and is not symmetric.
+            let b = DMat3::from_cols(
+                DVec3::X,
+                DVec3::new(0.5, 1.0, 0.0),
+                DVec3::new(-1.0, 0.3, 2.0),
+            );
+            let similar = largest_eigenvalue(b.inverse() * a * b);
+            assert!((similar / most - 1.0).abs() < 1e-6, "{own:?}: {similar}");
+        }
+    }
+
+    #[test]
     fn a_posterior_without_its_prior_is_what_was_measured() {
         let measured = slanted();
-        let prior = Gaussian::new(DVec3::new(-0.2, 0.1, 0.0), ball(0.4)).expect("a covariance");
+        let prior = Gaussian::new(DVec3::new(-0.2, 0.1, 0.0), ball(0.9)).expect("a covariance");
         let posterior = measured
             .times(prior.mean_m, prior.precision)
             .expect("a covariance");
-        assert!(posterior.mean_m.distance(measured.mean_m) > 0.03);
+        assert!(posterior.mean_m.distance(measured.mean_m) > 3e-3);
         let found = posterior.without(&prior, 1.0).expect("a covariance");
         // But for the floor of every covariance.
         assert!(found.mean_m.distance(measured.mean_m) < 1e-4);
@@ -250,13 +296,21 @@ mod tests {
             let left = estimate.without(&prior, 1.0).expect("a covariance");
             let kept = estimate.covariance_m2.x_axis.x / left.covariance_m2.x_axis.x;
             assert!(kept > LEAST_LEFT * 0.99 && kept <= 1.0, "{sd_m}: {kept}");
-            assert!(left.mean_m.x >= 0.1 && left.mean_m.is_finite());
+            assert!(
+                (0.1..=0.1001 / LEAST_LEFT_OF_MEAN).contains(&left.mean_m.x),
+                "{sd_m}: {}",
+                left.mean_m
+            );
         }
         // Sure in two axes and as wide as the prior in the third, as a hand that has hardly started: depth must not run away.
         let narrow = DMat3::from_diagonal(DVec3::new(0.01, 1e-4, 1e-4));
         let estimate = Gaussian::new(DVec3::new(0.1, 0.05, 0.0), narrow).expect("a covariance");
         let left = estimate.without(&prior, 1.0).expect("a covariance");
-        assert!(left.mean_m.x <= 0.1 / LEAST_LEFT && (left.mean_m.y - 0.05).abs() < 1e-3);
+        assert!(
+            left.mean_m.x <= 0.1001 / LEAST_LEFT_OF_MEAN && (left.mean_m.y - 0.05).abs() < 1e-3
+        );
+        let [x, y] = [DVec3::X, DVec3::Y].map(|axis| left.variance_along_m2(axis));
+        assert!((x - 0.1).abs() < 1e-3 && (y - 1e-4).abs() < 1e-5, "{x} {y}");
     }
 
     fn ball(sd_m: f64) -> DMat3 {

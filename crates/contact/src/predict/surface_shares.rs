@@ -220,8 +220,9 @@ impl SurfaceShares {
         }
         let evidence = Evidence::of(hypothesis);
         let scale = if hypothesis.as_moves {
+            let scale = self.astray_scale(first, weight, hypothesis.astray);
             self.moved_weight += weight;
-            0.0
+            scale
         } else {
             let per_m = if hypothesis.changed {
                 self.surfaces_per_m()
@@ -241,14 +242,19 @@ impl SurfaceShares {
     /// How many surfaces a straight line through the places that the motion leads to meets, 1/m: where the motion leads to a surface it
     /// was made for that surface, also if that is no longer meant.
     fn surfaces_per_m(&self) -> f64 {
-        let moved = |f: &&Face| matches!(f.evidence, Evidence::Motion { .. });
-        let mass: f64 = self
-            .faces
-            .iter()
-            .filter(moved)
-            .map(|f| f.log_mass.exp())
-            .sum();
+        let mass = mass(self.faces.iter().filter(by_motion));
         (mass / self.moved_weight).max(SURFACES_PER_M)
+    }
+
+    /// What brings the faces from `first` on to the weight of a look beside a motion that is probably `astray`: an estimate is made
+    /// for touches of surfaces, so that it ends near one does not speak for it, nor against the one that is looked at.
+    fn astray_scale(&self, first: usize, weight: f64, astray: f64) -> f64 {
+        let (before, here) = self.faces.split_at(first);
+        let per_m = mass(here.iter()) / weight;
+        let usual_per_m = mass(before.iter().filter(by_motion)) / self.moved_weight;
+        let scale = (1.0 + astray * (usual_per_m / per_m - 1.0).max(0.0)).ln();
+        // Nothing before it, or nothing met.
+        if scale.is_finite() { scale } else { 0.0 }
     }
 
     /// What brings the faces from `first` on to the weight of a hypothesis that owes nothing to the motion: where it puts a
@@ -432,6 +438,16 @@ impl SurfaceShares {
             face.covariance_m2 = cut.covariance_m2 * widening;
         }
     }
+}
+
+/// Does a face owe its weight to the motion?
+fn by_motion(face: &&Face) -> bool {
+    matches!(face.evidence, Evidence::Motion { .. })
+}
+
+/// The weight of some faces before they are compared.
+fn mass<'a>(faces: impl Iterator<Item = &'a Face>) -> f64 {
+    faces.map(|face| face.log_mass.exp()).sum()
 }
 
 /// Sums of weighted points.

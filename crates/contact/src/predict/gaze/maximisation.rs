@@ -5,8 +5,8 @@ use super::super::hand::phase::{PHASES, ReachPhase};
 use super::memory::Look;
 use super::model::GazeModel;
 use super::resting_hand::RestingHand;
-use super::shares::{LOOK_AGES_S, LookTable, nodes};
-use super::weights::{FAR_SHARE, FAR_STRETCH, LOOKS_SR, log_sum};
+use super::shares::{LOOK_AGES_S, LookTable, Shares, nodes};
+use super::weights::{FAR_SHARE, FAR_STRETCH, LOOKS_SR, log_elsewhere, log_sum};
 use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use std::collections::BTreeMap;
@@ -62,6 +62,8 @@ pub(super) struct Row {
     pub(super) touch: usize,
     pub(super) phase: ReachPhase,
     pub(super) age_s: f64,
+    /// In which share of the pauses the eyes rest where they rest now; `None` while that is not known.
+    pub(super) idle: Option<f64>,
     pub(super) weight: f64,
     /// Logarithm of the density of the contact by the estimate, per m³.
     pub(super) log_as_moves: f64,
@@ -126,7 +128,8 @@ impl Collected {
 
     /// One round of expectation maximisation from `model`; `start` is what is believed without data.
     pub(super) fn improved(&self, start: &GazeModel, model: &GazeModel) -> GazeModel {
-        let mut counts = [[[0.0; 6]; LOOK_AGES_S.len()]; PHASES];
+        let none: Shares = [[[0.0; 6]; LOOK_AGES_S.len()]; PHASES];
+        let (mut counts, mut by_idle) = (none, [none; 2]);
         let mut on = Spread::default();
         let mut off = Spread::default();
         let mut rest = PlaceSums::default();
@@ -136,6 +139,9 @@ impl Collected {
                 let weight = row.weight * share;
                 for (node, part) in nodes(row.age_s) {
                     counts[row.phase as usize][node][i] += weight * part;
+                    for (counts, part_of) in by_idle.iter_mut().zip(row.idle_parts()) {
+                        counts[row.phase as usize][node][i] += weight * part * part_of;
+                    }
                 }
                 let (on_now, on_before) = (i % 3 == 0, i % 3 == 1);
                 for (look, is_on) in [
@@ -158,6 +164,9 @@ impl Collected {
         for phase in ReachPhase::ALL {
             let i = phase as usize;
             looks.shares[i] = phase_shares(&counts[i], &start.looks.shares[i]);
+            for (k, counts) in by_idle.iter().enumerate() {
+                looks.by_idle[k][i] = phase_shares(&counts[i], &start.looks.by_idle[k][i]);
+            }
         }
         GazeModel {
             on_target_sd_rad,
@@ -195,10 +204,15 @@ fn nearest(age_s: f64) -> usize {
 }
 
 impl Row {
+    /// How much it counts for looks where the eyes rest in no pause, and in every one.
+    fn idle_parts(&self) -> [f64; 2] {
+        self.idle.map_or([0.0; 2], |idle| [1.0 - idle, idle])
+    }
+
     /// How probable each of the six cases is, the contact being known.
     fn responsibilities(&self, model: &GazeModel) -> [f64; 6] {
         let fade = self.before.map_or(0.0, |(_, fade)| fade);
-        let shares = model.looks.at(self.phase, self.age_s);
+        let shares = model.looks.of_look(self.phase, self.age_s, self.idle);
         let shares = shares.among(self.now.is_some(), fade).to_array();
         let log_anew = model
             .rest
@@ -212,8 +226,10 @@ impl Row {
         let along = |look: Option<Angle>| look.map_or(0.0, |a| a.log_along);
         let before = self.before.map(|(angle, _)| angle);
         let [on, off] = [model.on_target_sd_rad, model.elsewhere_sd_rad];
-        let (now_on, now_off) = (density(self.now, on), density(self.now, off));
-        let (before_on, before_off) = (density(before, on), density(before, off));
+        let elsewhere =
+            |look: Option<Angle>| look.map_or(0.0, |angle| log_elsewhere(angle.log_density(off)));
+        let (now_on, now_off) = (density(self.now, on), elsewhere(self.now));
+        let (before_on, before_off) = (density(before, on), elsewhere(before));
         let anew = anywhere(self.now) + anywhere(before);
         let mut logs = [
             self.log_by_motion + now_on + before_off,

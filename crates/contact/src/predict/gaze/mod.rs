@@ -1,5 +1,6 @@
 //! What the gaze says about the next contact: looks, how people look, and how that is learnt.
 
+pub(in crate::predict) mod idle;
 mod maximisation;
 pub(in crate::predict) mod memory;
 pub(in crate::predict) mod model;

@@ -10,7 +10,8 @@ use hwall_numeric::check::positive;
 /// The angle between the mean line of sight of a fixation and the contact point, seen from the head, has a density that is a
 /// mixture of two: about the contact point with a small spread (the person's aim, the calibration of the eye tracker; the noise
 /// of its samples comes on top and is that of the fixation), and with a wide one. How often it is which depends on how far the
-/// reach is and on how long the look has lasted: people who look around look for a moment, a look that leads a hand stays.
+/// reach is, on how long the look has lasted, and on whether this person's eyes rest at its place in pauses, too: people who look
+/// around look for a moment, a look that leads a hand stays, and eyes that mean nothing rest where they rested before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GazeModel {
     /// Spread while the person looks at the place to be touched, in each of two directions, rad. Default

@@ -89,10 +89,17 @@ impl LookShares {
 /// Ages of a look at which its shares are kept, s; between them they are interpolated.
 pub const LOOK_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
 
-/// The shares by the phase of the reach and the age of the present look.
+/// By phase and age.
+pub(in crate::predict) type Shares = [[[f64; 6]; LOOK_AGES_S.len()]; PHASES];
+
+/// The shares by the phase of the reach, the age of the present look, and whether this person's eyes rest at its place in
+/// pauses, too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LookTable {
-    pub(in crate::predict) shares: [[[f64; 6]; LOOK_AGES_S.len()]; PHASES],
+    /// Of all looks.
+    pub(in crate::predict) shares: Shares,
+    /// Of looks at a place where the eyes rest in no pause, and in every one.
+    pub(in crate::predict) by_idle: [Shares; 2],
 }
 
 /// Shares that nothing was learnt about: people look at what they touch in five of six cases.
@@ -106,26 +113,55 @@ impl Default for LookTable {
         for phase in [ReachPhase::Rest, ReachPhase::Stirring] {
             shares[phase as usize] = [AT_REST; LOOK_AGES_S.len()];
         }
-        Self { shares }
+        Self {
+            shares,
+            by_idle: [shares; 2],
+        }
     }
 }
 
 impl LookTable {
-    /// The shares at a phase and an age of the present look, s.
+    /// The shares at a phase and an age of the present look, s, of a person of whom nothing else is known.
     #[must_use]
     pub fn at(&self, phase: ReachPhase, age_s: f64) -> LookShares {
+        Self::between(&self.shares[phase as usize], age_s)
+    }
+
+    /// The same at a place where this person's eyes rest in a share of the pauses without a reach that follows, in [0, 1].
+    #[must_use]
+    pub fn of_look(&self, phase: ReachPhase, age_s: f64, idle: Option<f64>) -> LookShares {
+        let Some(idle) = idle else {
+            return self.at(phase, age_s);
+        };
+        let [never, always] = self
+            .by_idle
+            .map(|shares| Self::between(&shares[phase as usize], age_s).to_array());
+        LookShares::from_array(std::array::from_fn(|i| {
+            (1.0 - idle) * never[i] + idle * always[i]
+        }))
+    }
+
+    fn between(row: &[[f64; 6]; LOOK_AGES_S.len()], age_s: f64) -> LookShares {
         let [(a, x), (b, y)] = nodes(age_s);
-        let row = &self.shares[phase as usize];
         LookShares::from_array(std::array::from_fn(|i| x * row[a][i] + y * row[b][i]))
     }
 
-    /// Sets the shares of a phase, the same at every age.
+    /// Sets the shares of a phase, the same at every age and place.
     pub fn set(&mut self, phase: ReachPhase, shares: LookShares) {
-        self.shares[phase as usize] = [shares.to_array(); LOOK_AGES_S.len()];
+        let everywhere = [shares.to_array(); LOOK_AGES_S.len()];
+        let [never, always] = &mut self.by_idle;
+        for table in [&mut self.shares, never, always] {
+            table[phase as usize] = everywhere;
+        }
     }
 
     pub(in crate::predict) fn validate(&self) -> Result<(), ContactError> {
-        for row in self.shares.iter().flatten() {
+        let [never, always] = &self.by_idle;
+        for row in [&self.shares, never, always]
+            .into_iter()
+            .flatten()
+            .flatten()
+        {
             for &share in row {
                 that((0.0..=1.0).contains(&share), "share", share, "in [0, 1]")?;
             }
@@ -171,6 +207,24 @@ mod tests {
             assert!((sum(among.anew) - sum(shares.anew)).abs() < 1e-12);
             assert_eq!(among.as_moves.now > 0.0, has_now);
         }
+    }
+
+    #[test]
+    fn a_place_where_the_eyes_rest_has_shares_of_its_own() {
+        let mut table = LookTable::default();
+        table.by_idle[0][0] = [[0.0, 0.0, 0.0, 0.9, 0.0, 0.1]; LOOK_AGES_S.len()];
+        table.by_idle[1][0] = [[0.0, 0.0, 0.0, 0.1, 0.0, 0.9]; LOOK_AGES_S.len()];
+        table.validate().expect("shares");
+        let now = |idle| table.of_look(ReachPhase::Rest, 0.3, idle).now();
+        assert_eq!(
+            table.of_look(ReachPhase::Rest, 0.3, None),
+            table.at(ReachPhase::Rest, 0.3)
+        );
+        for (idle, expected) in [(0.0, 0.9), (0.25, 0.7), (1.0, 0.1)] {
+            assert!((now(Some(idle)) - expected).abs() < 1e-12);
+        }
+        table.by_idle[1][0][2] = [0.5; 6];
+        assert!(table.validate().is_err());
     }
 
     #[test]

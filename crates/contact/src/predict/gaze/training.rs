@@ -4,6 +4,7 @@ use super::super::gaussian::{Gaussian, isotropic};
 use super::super::hand::phase::ReachPhase;
 use super::super::hand::place::{HandPlace, by_motion_alone, gaussian_of};
 use super::super::stream::StreamEstimator;
+use super::idle::IdlePlaces;
 use super::maximisation::{Angle, Collected, LABEL_SD_M, Row, WIDEST_RAD, log_ahead, log_tailed};
 use super::memory::GazeMemory;
 use super::model::GazeModel;
@@ -178,6 +179,7 @@ impl GazeModel {
         let mut hand = HandFilter::new(filters.hand)?;
         let mut gaze = GazeFilter::new(filters.gaze)?;
         let mut memory = GazeMemory::default();
+        let mut idle = IdlePlaces::default();
         let mut contacts = stream.contacts.iter();
         let (mut last, mut next) = (None::<&StreamContact>, contacts.next());
         let mut on_the_way = true;
@@ -193,6 +195,8 @@ impl GazeModel {
             estimator.step(frame, tracking.state());
             let seen = gaze.step(frame.t_s, frame.gaze_ray().as_ref());
             memory.step(frame.t_s, &seen, self.apart_rad());
+            let hand_m = tracking.state().map(|hand| hand.point_m);
+            idle.step(&memory, estimator.reaching(), hand_m, self.apart_rad());
             let Some(state) = tracking.state() else {
                 continue;
             };
@@ -200,7 +204,7 @@ impl GazeModel {
             on_the_way |= !estimator.reaching() && away_m > AWAY_M;
             if on_the_way && frame.t_s - last_s >= STEP_S {
                 last_s = frame.t_s;
-                let row = self.row(state, estimator, &memory, contact, &filters.watch);
+                let row = self.row(state, estimator, (&memory, &idle), contact, &filters.watch);
                 let touch = collected.touches;
                 collected.rows.extend(row.map(|row| Row { touch, ..row }));
             }
@@ -213,7 +217,7 @@ impl GazeModel {
         &self,
         hand: &HandState,
         stream: &StreamEstimator<E>,
-        memory: &GazeMemory,
+        (memory, idle): (&GazeMemory, &IdlePlaces),
         contact: &StreamContact,
         watch: &WatchConfig,
     ) -> Option<Row> {
@@ -234,6 +238,7 @@ impl GazeModel {
             touch: 0,
             phase: place.phase,
             age_s: now.map_or(0.0, |look| look.age_s(hand.t_s)),
+            idle: now.and_then(|look| idle.share(look, self.apart_rad())),
             weight: 0.0,
             log_as_moves: log_density(moves),
             log_by_motion: log_density(by_motion),

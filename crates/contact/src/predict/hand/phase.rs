@@ -32,8 +32,8 @@ impl ReachPhase {
     const ONSET_M: f64 = 0.08;
     /// The time before contact from which it is at its end, s.
     const END_S: f64 = 0.3;
-    /// The time before contact at which an estimate is still wholly drawn towards where people usually touch, s.
-    const DRAWN_S: f64 = 0.6;
+    /// The share of a reach's time up to which an estimate is wholly drawn towards where people usually touch, and from which it is not.
+    const DRAWN: [f64; 2] = [0.4, 0.5];
 
     /// The phase of a reach after a way, m, with some time left, s.
     pub(in crate::predict) fn of(way_m: f64, left_s: Option<f64>) -> Self {
@@ -46,9 +46,10 @@ impl ReachPhase {
         }
     }
 
-    /// How much an estimate is drawn towards where people usually touch, with some time left, s: wholly before the hand has shown
-    /// its way, not at all at the end of a reach, where the estimate follows the hand.
-    pub(in crate::predict) fn drawn_share(left_s: f64) -> f64 {
-        ((left_s - Self::END_S) / (Self::DRAWN_S - Self::END_S)).clamp(0.0, 1.0)
+    /// How much an estimate is drawn towards where people usually touch at a share of the time of a reach: wholly before the hand has
+    /// shown its way, and not at all in the second half, where the estimate follows the hand.
+    pub(in crate::predict) fn drawn_share(time_share: f64) -> f64 {
+        let [wholly, not] = Self::DRAWN;
+        ((not - time_share) / (not - wholly)).clamp(0.0, 1.0)
     }
 }

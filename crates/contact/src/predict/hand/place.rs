@@ -76,7 +76,8 @@ pub(in crate::predict) fn by_motion_alone(
     let began = began.filter(|began| !began.turned)?;
     let first = gaussian_of(began.first_estimate.as_ref()?, default_sd_m)?;
     let left_s = estimate.time_to_contact_s?.mean_s;
-    let share = ReachPhase::drawn_share(left_s);
+    let since_s = (estimate.t_s - began.since_s).max(0.0);
+    let share = ReachPhase::drawn_share(since_s / (since_s + left_s.max(0.0)));
     let is_drawn = left_s.is_finite() && share > 0.0;
     let estimated = gaussian_of(estimate, default_sd_m)?;
     if is_drawn {
@@ -161,6 +162,10 @@ mod tests {
         );
         let freed = alone(&both, &began).expect("a Gaussian");
         assert!((freed.mean_m.x - 0.9).abs() < 5e-3 && (freed.sd_m() - 0.15).abs() < 5e-3);
+        // In the second half of its time a reach shows its way.
+        let late = ContactEstimate { t_s: 2.0, ..both };
+        let told = alone(&late, &began).expect("a Gaussian");
+        assert!((told.sd_m() - 0.12).abs() < 5e-3, "{}", told.sd_m());
         // A reach that turned, one without a start and one without a time are as they are.
         let turned = ReachBeginning {
             turned: true,

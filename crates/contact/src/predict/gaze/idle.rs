@@ -1,0 +1,227 @@
+//! Where a person's eyes rest while nothing is meant.
+
+use super::memory::{GazeMemory, Look};
+use glam::DVec3;
+
+/// The places that a person's eyes have rested on in pauses and left again before the hand set off: straight ahead, a clock, a
+/// picture. A long look at one of them says less about the next touch than a long look at a place that is looked at for
+/// the first time.
+///
+/// Directions are those of the room: a person who turns round needs a pause or two to be known again.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::predict) struct IdlePlaces {
+    places: [Option<IdlePlace>; MOST_PLACES],
+    /// How many pauses with such looks there were, older ones for less.
+    pauses: f64,
+    /// The looks of this pause that have ended.
+    ended: [Option<Look>; MOST_LOOKS],
+    /// When the newest of the looks that have ended began, s.
+    newest_s: Option<f64>,
+    was_reaching: bool,
+}
+
+/// A direction, and in how many pauses the eyes rested there.
+#[derive(Debug, Clone, Copy)]
+struct IdlePlace {
+    look: Look,
+    pauses: f64,
+}
+
+/// So many places and looks of one pause are remembered.
+const MOST_PLACES: usize = 8;
+const MOST_LOOKS: usize = 8;
+/// What an older pause still counts when a new one ends.
+const KEPT: f64 = 0.9;
+/// Eyes that rest on a place in a half of the pauses, and a little more while there were few, rest there always.
+const OFTEN: f64 = 2.0;
+/// A look whose line passes the hand at less than this is at the hand, or at what it touches, m.
+const AT_HAND_M: f64 = 0.1;
+
+impl IdlePlaces {
+    pub(in crate::predict) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Takes the looks of the next sample, and whether a reach is under way. Looks no further apart than `apart_rad`, beyond their
+    /// noise, are at one place.
+    pub(in crate::predict) fn step(
+        &mut self,
+        memory: &GazeMemory,
+        reaching: bool,
+        hand_m: Option<DVec3>,
+        apart_rad: f64,
+    ) {
+        if reaching && !self.was_reaching {
+            self.end_pause(memory.now(), apart_rad);
+        }
+        self.was_reaching = reaching;
+        let Some(ended) = memory
+            .before()
+            .filter(|look| self.newest_s != Some(look.since_s))
+        else {
+            return;
+        };
+        self.newest_s = Some(ended.since_s);
+        let at_hand = hand_m.is_some_and(|hand_m| {
+            let to_hand = hand_m - ended.ray.origin_m;
+            to_hand.cross(ended.ray.direction).length() < AT_HAND_M
+        });
+        if !reaching
+            && !at_hand
+            && let Some(free) = self.ended.iter_mut().find(|look| look.is_none())
+        {
+            *free = Some(*ended);
+        }
+    }
+
+    /// A reach has begun: what was looked at before, and is not looked at now, was not what the hand sets off for.
+    fn end_pause(&mut self, now: Option<&Look>, apart_rad: f64) {
+        let meant = |look: &Look| now.is_some_and(|now| now.is_at(look, apart_rad));
+        let ended = std::mem::take(&mut self.ended);
+        let mut idle = ended.into_iter().flatten().filter(|l| !meant(l)).peekable();
+        if idle.peek().is_none() {
+            return;
+        }
+        self.pauses = KEPT * self.pauses + 1.0;
+        for place in self.places.iter_mut().flatten() {
+            place.pauses *= KEPT;
+        }
+        let mut counted = [false; MOST_PLACES];
+        for look in idle {
+            let same = |place: &Option<IdlePlace>| {
+                place.is_some_and(|place| place.look.is_at(&look, apart_rad))
+            };
+            let least = |places: &[Option<IdlePlace>]| {
+                let pauses = |i: &usize| places[*i].map_or(0.0, |place| place.pauses);
+                (0..MOST_PLACES).min_by(|a, b| pauses(a).total_cmp(&pauses(b)))
+            };
+            let known = self.places.iter().position(same);
+            let Some(index) = known.or_else(|| least(&self.places)) else {
+                continue;
+            };
+            let before = known.and(self.places[index]).map_or(0.0, |p| p.pauses);
+            // Two looks at it in one pause are one pause.
+            let one = if known.is_some() && counted[index] {
+                0.0
+            } else {
+                1.0
+            };
+            counted[index] = true;
+            let pauses = before + one;
+            self.places[index] = Some(IdlePlace { look, pauses });
+        }
+    }
+
+    /// In which share of the pauses the eyes rested where they rest now without a reach that followed; `None` before the first
+    /// such pause.
+    pub(in crate::predict) fn share(&self, look: &Look, apart_rad: f64) -> Option<f64> {
+        let places = self.places.iter().flatten();
+        let here = places.filter(|place| place.look.is_at(look, apart_rad));
+        let pauses = here.map(|place| place.pauses).fold(0.0, f64::max);
+        (self.pauses > 0.0).then(|| (OFTEN * pauses / (self.pauses + 0.5)).min(1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_hand::{Fixation, Gaze, GazeRay};
+
+    const APART_RAD: f64 = 0.07;
+
+    /// Eyes that go from place to place, with a reach at the end of each pause.
+    #[derive(Default)]
+    struct Eyes {
+        memory: GazeMemory,
+        idle: IdlePlaces,
+        t_s: f64,
+    }
+
+    impl Eyes {
+        fn look(&mut self, y: f64, for_s: f64, reaching: bool, hand_m: DVec3) {
+            let ray = GazeRay {
+                origin_m: DVec3::Z,
+                direction: DVec3::new(1.0, y, 0.0).normalize(),
+            };
+            let since_s = self.t_s;
+            while self.t_s < since_s + for_s {
+                let fixation = Fixation::of_ray(since_s, self.t_s, ray);
+                self.memory
+                    .step(self.t_s, &Gaze::Fixed(fixation), APART_RAD);
+                self.idle
+                    .step(&self.memory, reaching, Some(hand_m), APART_RAD);
+                self.t_s += 0.01;
+            }
+        }
+
+        /// A pause with looks at some places, the last of which the hand then goes to, and stays at for a while.
+        fn reach(&mut self, places: &[f64]) {
+            for &y in places {
+                self.look(y, 0.4, false, DVec3::ZERO);
+            }
+            let target = places[places.len() - 1];
+            self.look(target, 0.6, true, DVec3::ZERO);
+            self.look(target, 0.5, false, DVec3::new(0.7, 0.7 * target, 1.0));
+            self.look(0.0, 0.6, true, DVec3::ZERO);
+        }
+
+        fn share(&self) -> Option<f64> {
+            self.idle.share(self.memory.now()?, APART_RAD)
+        }
+    }
+
+    #[test]
+    fn eyes_that_rest_ahead_in_every_pause_mean_nothing_there() {
+        let mut eyes = Eyes::default();
+        eyes.look(0.0, 0.3, false, DVec3::ZERO);
+        assert_eq!(eyes.share(), None);
+        let mut new = 1.0;
+        for (target, glance) in [(0.5, -0.3), (-0.6, 0.8), (0.3, -0.9), (0.6, -0.3)] {
+            eyes.reach(&[0.0, glance, target]);
+            // Ahead again.
+            assert_eq!(eyes.share(), Some(1.0));
+            new *= -1.4;
+            eyes.look(new, 0.2, false, DVec3::ZERO);
+            assert_eq!(eyes.share(), Some(0.0), "a new place");
+        }
+        // What is touched is no idle place, though the eyes rest there while the hand does.
+        eyes.look(0.6, 0.2, false, DVec3::ZERO);
+        assert_eq!(eyes.share(), Some(0.0));
+        // A glance that comes back now and then is something between.
+        eyes.look(0.8, 0.2, false, DVec3::ZERO);
+        assert!(
+            eyes.share()
+                .is_some_and(|share| (0.2..0.8).contains(&share)),
+            "{:?}",
+            eyes.share()
+        );
+        eyes.idle.forget();
+        assert_eq!(eyes.share(), None);
+    }
+
+    #[test]
+    fn a_look_back_at_the_target_was_meant() {
+        let mut eyes = Eyes::default();
+        for _ in 0..4 {
+            eyes.reach(&[0.0, 0.5, -0.4, 0.5]);
+        }
+        eyes.look(0.5, 0.2, false, DVec3::ZERO);
+        assert_eq!(eyes.share(), Some(0.0));
+        eyes.look(-0.4, 0.2, false, DVec3::ZERO);
+        assert_eq!(eyes.share(), Some(1.0));
+    }
+
+    #[test]
+    fn more_places_than_are_remembered_and_no_hand_are_no_harm() {
+        let mut eyes = Eyes::default();
+        for i in 0..30 {
+            let y = 0.15 * f64::from(i);
+            eyes.reach(&[y, y + 0.2, y + 0.4, -0.5]);
+        }
+        eyes.idle.step(&eyes.memory, true, None, APART_RAD);
+        assert!(
+            eyes.share()
+                .is_some_and(|share| (0.0..=1.0).contains(&share))
+        );
+    }
+}
