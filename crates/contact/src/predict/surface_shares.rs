@@ -1,7 +1,7 @@
 //! How a Gaussian over the contact point divides among the surfaces of a scene.
 
 use super::gaussian::{Gaussian, spiral};
-use super::gaze::weights::Hypothesis;
+use super::gaze::weights::{Hypothesis, log_sum};
 use super::hand::straight_way::StraightWay;
 use crate::outer_product::square;
 use glam::{DMat3, DVec3};
@@ -103,6 +103,8 @@ pub(super) struct SurfaceShares {
     faces: Vec<Face>,
     /// Sum of the weights of the hypotheses that follow the motion.
     moved_weight: f64,
+    /// How many surfaces the motion alone meets, by its weight, 1/m: a logarithm. `None` where it has no weight.
+    log_usual_per_m: Option<f64>,
 }
 
 /// A point of a standard normal distribution in the plane, and what it stands for.
@@ -169,6 +171,7 @@ impl SurfaceShares {
             rays: Vec::with_capacity(rays),
             faces: Vec::with_capacity(MAX_FACES),
             moved_weight: 0.0,
+            log_usual_per_m: None,
         }
     }
 
@@ -180,6 +183,7 @@ impl SurfaceShares {
     pub(super) fn clear(&mut self) {
         self.faces.clear();
         self.moved_weight = 0.0;
+        self.log_usual_per_m = None;
     }
 
     /// Makes the weights of the faces comparable and drops those that weigh next to nothing. Returns whether
@@ -220,9 +224,12 @@ impl SurfaceShares {
         }
         let evidence = Evidence::of(hypothesis);
         let scale = if hypothesis.as_moves {
-            let scale = self.astray_scale(first, weight, hypothesis.astray);
             self.moved_weight += weight;
-            scale
+            if hypothesis.sight.is_none() {
+                self.log_usual_per_m = Some(log_mass(&self.faces[first..]) - weight.ln());
+            }
+            let least = seen.map_or(0.0, |seen| seen.share);
+            self.astray_scale(first, weight, hypothesis.astray, least)
         } else {
             let per_m = if hypothesis.changed {
                 self.surfaces_per_m()
@@ -242,30 +249,42 @@ impl SurfaceShares {
     /// How many surfaces a straight line through the places that the motion leads to meets, 1/m: where the motion leads to a surface it
     /// was made for that surface, also if that is no longer meant.
     fn surfaces_per_m(&self) -> f64 {
-        let mass = mass(self.faces.iter().filter(by_motion));
+        let moved = |f: &&Face| matches!(f.evidence, Evidence::Motion { .. });
+        let mass: f64 = self
+            .faces
+            .iter()
+            .filter(moved)
+            .map(|f| f.log_mass.exp())
+            .sum();
         (mass / self.moved_weight).max(SURFACES_PER_M)
     }
 
     /// What brings the faces from `first` on to the weight of a look beside a motion that is probably `astray`: an estimate is made
-    /// for touches of surfaces, so that it ends near one does not speak for it, nor against the one that is looked at.
-    fn astray_scale(&self, first: usize, weight: f64, astray: f64) -> f64 {
-        let (before, here) = self.faces.split_at(first);
-        let per_m = mass(here.iter()) / weight;
-        let usual_per_m = mass(before.iter().filter(by_motion)) / self.moved_weight;
-        let scale = (1.0 + astray * (usual_per_m / per_m - 1.0).max(0.0)).ln();
-        // Nothing before it, or nothing met.
-        if scale.is_finite() { scale } else { 0.0 }
+    /// for touches of surfaces, so that it ends near one does not speak for it, nor against the one that is looked at. As in
+    /// [`anew_scale`](Self::anew_scale) there must be something to touch.
+    fn astray_scale(&self, first: usize, weight: f64, astray: f64, least: f64) -> f64 {
+        let Some(log_usual_per_m) = self.log_usual_per_m else {
+            return 0.0;
+        };
+        let log_per_m = log_mass(&self.faces[first..]) - weight.ln();
+        let log_ratio = log_usual_per_m + self.met(least).ln() - log_per_m;
+        if astray > 0.0 && log_ratio > 0.0 && log_ratio.is_finite() {
+            log_sum([(1.0 - astray).ln(), astray.ln() + log_ratio])
+        } else {
+            0.0
+        }
+    }
+
+    /// Share of the rays that met something, at least this.
+    fn met(&self, least: f64) -> f64 {
+        let met = self.rays.iter().filter(|ray| ray.met.is_some()).count();
+        (met as f64 / self.rays.len().max(1) as f64).max(least)
     }
 
     /// What brings the faces from `first` on to the weight of a hypothesis that owes nothing to the motion: where it puts a
     /// contact does not speak for it, only that there is something to touch.
     fn anew_scale(&self, first: usize, weight: f64, least: f64) -> f64 {
-        let met = self.rays.iter().filter(|ray| ray.met.is_some()).count();
-        let met = (met as f64 / self.rays.len().max(1) as f64).max(least);
-        let log_masses = || self.faces[first..].iter().map(|f| f.log_mass);
-        let most = log_masses().fold(f64::NEG_INFINITY, f64::max);
-        let total = most + log_masses().map(|l| (l - most).exp()).sum::<f64>().ln();
-        let scale = (weight * met).ln() - total;
+        let scale = (weight * self.met(least)).ln() - log_mass(&self.faces[first..]);
         if scale.is_finite() { scale } else { 0.0 }
     }
 
@@ -440,14 +459,14 @@ impl SurfaceShares {
     }
 }
 
-/// Does a face owe its weight to the motion?
-fn by_motion(face: &&Face) -> bool {
-    matches!(face.evidence, Evidence::Motion { .. })
-}
-
-/// The weight of some faces before they are compared.
-fn mass<'a>(faces: impl Iterator<Item = &'a Face>) -> f64 {
-    faces.map(|face| face.log_mass.exp()).sum()
+/// Logarithm of the weight of some faces before they are compared.
+fn log_mass(faces: &[Face]) -> f64 {
+    let most = faces
+        .iter()
+        .map(|f| f.log_mass)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let sum: f64 = faces.iter().map(|f| (f.log_mass - most).exp()).sum();
+    most + sum.ln()
 }
 
 /// Sums of weighted points.

@@ -178,3 +178,50 @@ const EXPLAINED: &str = "\
   *varied* ones differ in everything, and in one touch of ten their gaze is elsewhere; *fast* and *slow* ones are plain with
   reaches of 0.35 to 0.6 s and 1.2 to 2 s; *glancing* ones are plain and look at up to three other places before each touch.
 ";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_stage::person::kinds::PersonKind;
+    use hwall_stage::person::predictors::PREDICTORS;
+    use hwall_stage::report::summary::Summary;
+
+    #[test]
+    fn leads_are_compared_touch_by_touch() {
+        let lead = |fused_s: Option<f64>, ray_led_s: Option<f64>| {
+            let mut leads = [None; PREDICTORS];
+            leads[PredictorKind::Fused as usize] = fused_s;
+            leads[PredictorKind::RayLed as usize] = ray_led_s;
+            leads
+        };
+        let row = |leads_s: Vec<[Option<f64>; PREDICTORS]>| Row {
+            kind: PersonKind::Plain,
+            summary: Summary::new(&[]),
+            leads_s,
+        };
+        let text = leads(&[row(vec![
+            lead(Some(0.9), Some(0.8)),
+            lead(Some(0.5), Some(0.52)),
+            lead(Some(0.7), None),
+            lead(None, Some(0.6)),
+        ])])
+        .to_string();
+        let line = text.lines().nth(2).expect("a row");
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        // Earlier by more than 50 ms in two of four, later in one; a predictor that is wrong until the end has no lead.
+        assert_eq!(
+            cells[2..],
+            [
+                "4",
+                "600 (375 to 750)",
+                "560 (390 to 650)",
+                "0 (0 to 0)",
+                "50",
+                "25",
+                ""
+            ],
+            "{text}"
+        );
+        assert_eq!(leads(&[row(Vec::new())]).to_string().lines().count(), 2);
+    }
+}

@@ -7,14 +7,16 @@ use glam::DVec3;
 /// picture. A long look at one of them says less about the next touch than a long look at a place that is looked at for
 /// the first time.
 ///
-/// Directions are those of the room: a person who turns round needs a pause or two to be known again.
+/// Directions are those of the room: a person who has turned or walked on needs a pause or two to be known again.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::predict) struct IdlePlaces {
     places: [Option<IdlePlace>; MOST_PLACES],
     /// How many pauses with such looks there were, older ones for less.
     pauses: f64,
-    /// The looks of this pause that have ended.
+    /// The looks of this pause that have ended, one for each place.
     ended: [Option<Look>; MOST_LOOKS],
+    /// Which of them is overwritten next.
+    oldest: usize,
     /// When the newest of the looks that have ended began, s.
     newest_s: Option<f64>,
     was_reaching: bool,
@@ -32,8 +34,12 @@ const MOST_PLACES: usize = 8;
 const MOST_LOOKS: usize = 8;
 /// What an older pause still counts when a new one ends.
 const KEPT: f64 = 0.9;
-/// Eyes that rest on a place in a half of the pauses, and a little more while there were few, rest there always.
+/// A place is an idle one wholly if the eyes rest there in half of the pauses, and in proportion if in fewer; a pause and a half
+/// without it are assumed before the first, so that one glance does not decide: min(1, 2 n / (pauses + 1.5)).
 const OFTEN: f64 = 2.0;
+const ASSUMED: f64 = 1.5;
+/// A look that began less than this before the hand set off, s, is already one at the next place.
+const EARLY_S: f64 = 0.1;
 /// A look whose line passes the hand at less than this is at the hand, or at what it touches, m.
 const AT_HAND_M: f64 = 0.1;
 
@@ -52,7 +58,7 @@ impl IdlePlaces {
         apart_rad: f64,
     ) {
         if reaching && !self.was_reaching {
-            self.end_pause(memory.now(), apart_rad);
+            self.end_pause(memory, apart_rad);
         }
         self.was_reaching = reaching;
         let Some(ended) = memory
@@ -62,22 +68,34 @@ impl IdlePlaces {
             return;
         };
         self.newest_s = Some(ended.since_s);
-        let at_hand = hand_m.is_some_and(|hand_m| {
+        // While nobody knows where the hand is, any look may be at it.
+        let at_hand = hand_m.is_none_or(|hand_m| {
             let to_hand = hand_m - ended.ray.origin_m;
-            to_hand.cross(ended.ray.direction).length() < AT_HAND_M
+            !(to_hand.cross(ended.ray.direction).length() >= AT_HAND_M)
         });
-        if !reaching
-            && !at_hand
-            && let Some(free) = self.ended.iter_mut().find(|look| look.is_none())
-        {
-            *free = Some(*ended);
+        if reaching || at_hand {
+            return;
+        }
+        let same = |look: &Option<Look>| look.is_some_and(|look| look.is_at(ended, apart_rad));
+        let known = self.ended.iter().position(same);
+        self.ended[known.unwrap_or(self.oldest)] = Some(*ended);
+        if known.is_none() {
+            self.oldest = (self.oldest + 1) % MOST_LOOKS;
         }
     }
 
     /// A reach has begun: what was looked at before, and is not looked at now, was not what the hand sets off for.
-    fn end_pause(&mut self, now: Option<&Look>, apart_rad: f64) {
-        let meant = |look: &Look| now.is_some_and(|now| now.is_at(look, apart_rad));
+    fn end_pause(&mut self, memory: &GazeMemory, apart_rad: f64) {
         let ended = std::mem::take(&mut self.ended);
+        self.oldest = 0;
+        // Of eyes that are lost nobody knows what they mean.
+        let Some(now) = memory.now() else { return };
+        // Eyes that have just come to another place left the target before the hand set off.
+        let left = memory.before().filter(|_| now.age_s(now.until_s) < EARLY_S);
+        let meant = |look: &Look| {
+            let mut places = [Some(now), left].into_iter().flatten();
+            places.any(|place| place.is_at(look, apart_rad))
+        };
         let mut idle = ended.into_iter().flatten().filter(|l| !meant(l)).peekable();
         if idle.peek().is_none() {
             return;
@@ -91,14 +109,10 @@ impl IdlePlaces {
             let same = |place: &Option<IdlePlace>| {
                 place.is_some_and(|place| place.look.is_at(&look, apart_rad))
             };
-            let least = |places: &[Option<IdlePlace>]| {
-                let pauses = |i: &usize| places[*i].map_or(0.0, |place| place.pauses);
-                (0..MOST_PLACES).min_by(|a, b| pauses(a).total_cmp(&pauses(b)))
-            };
+            let pauses = |i: &usize| self.places[*i].map_or(0.0, |place| place.pauses);
             let known = self.places.iter().position(same);
-            let Some(index) = known.or_else(|| least(&self.places)) else {
-                continue;
-            };
+            let least = (0..MOST_PLACES).min_by(|a, b| pauses(a).total_cmp(&pauses(b)));
+            let index = known.or(least).unwrap_or(0);
             let before = known.and(self.places[index]).map_or(0.0, |p| p.pauses);
             // Two looks at it in one pause are one pause.
             let one = if known.is_some() && counted[index] {
@@ -112,13 +126,13 @@ impl IdlePlaces {
         }
     }
 
-    /// In which share of the pauses the eyes rested where they rest now without a reach that followed; `None` before the first
-    /// such pause.
+    /// How much the eyes rest in pauses where they rest now, from 0, not at all, to 1, in half of those pauses or more in which they
+    /// rested anywhere; `None` before the first such pause.
     pub(in crate::predict) fn share(&self, look: &Look, apart_rad: f64) -> Option<f64> {
         let places = self.places.iter().flatten();
         let here = places.filter(|place| place.look.is_at(look, apart_rad));
         let pauses = here.map(|place| place.pauses).fold(0.0, f64::max);
-        (self.pauses > 0.0).then(|| (OFTEN * pauses / (self.pauses + 0.5)).min(1.0))
+        (self.pauses > 0.0).then(|| (OFTEN * pauses / (self.pauses + ASSUMED)).min(1.0))
     }
 }
 
@@ -178,8 +192,9 @@ mod tests {
         let mut new = 1.0;
         for (target, glance) in [(0.5, -0.3), (-0.6, 0.8), (0.3, -0.9), (0.6, -0.3)] {
             eyes.reach(&[0.0, glance, target]);
-            // Ahead again.
-            assert_eq!(eyes.share(), Some(1.0));
+            // Ahead again: after one such pause that is probable, then certain.
+            let first = target == 0.5;
+            assert_eq!(eyes.share(), Some(if first { 0.8 } else { 1.0 }));
             new *= -1.4;
             eyes.look(new, 0.2, false, DVec3::ZERO);
             assert_eq!(eyes.share(), Some(0.0), "a new place");
@@ -209,6 +224,51 @@ mod tests {
         assert_eq!(eyes.share(), Some(0.0));
         eyes.look(-0.4, 0.2, false, DVec3::ZERO);
         assert_eq!(eyes.share(), Some(1.0));
+    }
+
+    #[test]
+    fn what_may_have_been_meant_is_not_counted() {
+        // The eyes were lost when the hand set off; the hand was lost while they looked; they left the target just before it.
+        let lost = |eyes: &mut Eyes| {
+            for _ in 0..40 {
+                eyes.memory.step(eyes.t_s, &Gaze::Lost, APART_RAD);
+                eyes.idle
+                    .step(&eyes.memory, false, Some(DVec3::ZERO), APART_RAD);
+                eyes.t_s += 0.01;
+            }
+            eyes.idle
+                .step(&eyes.memory, true, Some(DVec3::ZERO), APART_RAD);
+        };
+        let mut eyes = Eyes::default();
+        eyes.look(0.0, 0.3, false, DVec3::ZERO);
+        eyes.look(0.5, 0.3, false, DVec3::ZERO);
+        lost(&mut eyes);
+        eyes.look(0.5, 0.3, true, DVec3::ZERO);
+        assert_eq!(eyes.share(), None);
+        let mut eyes = Eyes::default();
+        eyes.look(0.0, 0.3, false, DVec3::NAN);
+        eyes.look(0.5, 0.3, false, DVec3::NAN);
+        eyes.look(0.5, 0.3, true, DVec3::ZERO);
+        assert_eq!(eyes.share(), None);
+        let mut eyes = Eyes::default();
+        eyes.look(0.5, 0.4, false, DVec3::ZERO);
+        eyes.look(-0.3, 0.05, false, DVec3::ZERO);
+        eyes.look(-0.3, 0.3, true, DVec3::ZERO);
+        assert_eq!(eyes.share(), None);
+    }
+
+    #[test]
+    fn of_a_long_pause_the_last_places_count() {
+        let mut eyes = Eyes::default();
+        for i in 0..20 {
+            let y = if i % 2 == 0 { -0.4 } else { 0.4 };
+            eyes.look(y, 0.2, false, DVec3::ZERO);
+        }
+        eyes.reach(&[0.0, 0.8]);
+        for y in [-0.4, 0.4, 0.0] {
+            eyes.look(y, 0.2, false, DVec3::ZERO);
+            assert_eq!(eyes.share(), Some(0.8), "{y}");
+        }
     }
 
     #[test]

@@ -165,7 +165,8 @@ impl Collected {
             let i = phase as usize;
             looks.shares[i] = phase_shares(&counts[i], &start.looks.shares[i]);
             for (k, counts) in by_idle.iter().enumerate() {
-                looks.by_idle[k][i] = phase_shares(&counts[i], &start.looks.by_idle[k][i]);
+                // Without such looks, as for all.
+                looks.by_idle[k][i] = phase_shares(&counts[i], &looks.shares[i]);
             }
         }
         GazeModel {

@@ -32,7 +32,8 @@ impl ReachPhase {
     const ONSET_M: f64 = 0.08;
     /// The time before contact from which it is at its end, s.
     const END_S: f64 = 0.3;
-    /// The share of a reach's time up to which an estimate is wholly drawn towards where people usually touch, and from which it is not.
+    /// Up to the first share of a reach's time an estimate is wholly drawn towards where people usually touch, from the second on not at
+    /// all.
     const DRAWN: [f64; 2] = [0.4, 0.5];
 
     /// The phase of a reach after a way, m, with some time left, s.
