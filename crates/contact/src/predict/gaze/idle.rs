@@ -69,11 +69,11 @@ impl IdlePlaces {
         };
         self.newest_s = Some(ended.since_s);
         // While nobody knows where the hand is, any look may be at it.
-        let at_hand = hand_m.is_none_or(|hand_m| {
+        let is_beside_hand = hand_m.is_some_and(|hand_m| {
             let to_hand = hand_m - ended.ray.origin_m;
-            !(to_hand.cross(ended.ray.direction).length() >= AT_HAND_M)
+            to_hand.cross(ended.ray.direction).length() >= AT_HAND_M
         });
-        if reaching || at_hand {
+        if reaching || !is_beside_hand {
             return;
         }
         let same = |look: &Option<Look>| look.is_some_and(|look| look.is_at(ended, apart_rad));
