@@ -62,7 +62,7 @@ pub(super) struct Row {
     pub(super) touch: usize,
     pub(super) phase: ReachPhase,
     pub(super) age_s: f64,
-    /// In which share of the pauses the eyes rest where they rest now; `None` while that is not known.
+    /// How much the eyes rest in pauses where they rest now, in [0, 1]; `None` while that is not known.
     pub(super) idle: Option<f64>,
     pub(super) weight: f64,
     /// Logarithm of the density of the contact by the estimate, per m³.

@@ -127,7 +127,7 @@ impl LookTable {
         Self::between(&self.shares[phase as usize], age_s)
     }
 
-    /// The same at a place where this person's eyes rest in a share of the pauses without a reach that follows, in [0, 1].
+    /// The same at a place where this person's eyes rest in pauses without a reach that follows: from 0, never, to 1, always.
     #[must_use]
     pub fn of_look(&self, phase: ReachPhase, age_s: f64, idle: Option<f64>) -> LookShares {
         let Some(idle) = idle else {
