@@ -1,8 +1,10 @@
 //! The geometric Jacobian of an arm of at most seven joints.
 
 use crate::joints::{JointTorques, JointVelocities};
+use crate::linalg::{gram, roots};
 use glam::DVec3;
 use hwall_geometry::{Twist, Wrench};
+use hwall_numeric::dense::symmetric_eigen;
 
 /// Geometric Jacobian of the tool point, expressed in base axes.
 ///
@@ -35,6 +37,24 @@ impl Jacobian {
         JointTorques(std::array::from_fn(|i| {
             self.linear[i].dot(wrench.force_n) + self.angular[i].dot(wrench.moment_n_m)
         }))
+    }
+
+    /// Largest over smallest singular value, rotations counted by a length in m; infinite at a singular pose, up to rounding. Noise of
+    /// the joint torques grows by up to this in a wrench that is estimated from them.
+    #[must_use]
+    pub fn condition(&self, moment_length_m: f64) -> f64 {
+        let rows = self.to_scaled_rows(moment_length_m);
+        let singular_values = roots(symmetric_eigen(&gram(&rows)).values);
+        singular_values[0] / singular_values[5]
+    }
+
+    /// As [`to_rows`](Self::to_rows), the rotations multiplied by a length.
+    pub(crate) fn to_scaled_rows(self, moment_length_m: f64) -> [[f64; 7]; 6] {
+        let mut rows = self.to_rows();
+        for row in &mut rows[3..] {
+            *row = row.map(|x| x * moment_length_m);
+        }
+        rows
     }
 
     /// 6 × 7 as rows `[vx vy vz ωx ωy ωz]`.

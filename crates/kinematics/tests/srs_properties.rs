@@ -83,7 +83,7 @@ fn torques_do_the_work_of_the_wrench() {
         let estimate = arm
             .wrench_from_torques(&q, &torques, &damped(0.0))
             .expect("finite");
-        if estimate.condition < 1e4 {
+        if arm.jacobian(&q).condition(0.1) < 1e4 {
             assert_close!(
                 estimate.wrench.to_array(),
                 wrench.to_array(),
@@ -102,7 +102,7 @@ fn damping_holds_the_estimate_back_at_a_singularity() {
     let estimate = arm
         .wrench_from_torques(&straight, &noise, &damped(0.05))
         .expect("finite");
-    assert!(estimate.condition > 1e7);
+    assert!(arm.jacobian(&straight).condition(0.1) > 1e7);
     assert!(estimate.wrench.force_n.length() < 0.1 * 7.0_f64.sqrt() / (2.0 * 0.05) * 1.0001);
     assert!(estimate.wrench.to_array().iter().all(|x| x.is_finite()));
     for bad in [-1.0, f64::NAN] {

@@ -357,6 +357,12 @@ impl Follower {
         self.arm().jacobian(&state.q).twist(&state.qd)
     }
 
+    /// [`commanded_pose`](Self::commanded_pose) and [`commanded_twist`](Self::commanded_twist).
+    pub(crate) fn commanded_motion(&self) -> (Pose, Twist) {
+        let (face, jacobian) = self.arm().forward_and_jacobian(&self.commanded());
+        (face, jacobian.twist(&self.reference.state().qd))
+    }
+
     /// The limits of the motion.
     #[must_use]
     pub const fn limits(&self) -> &MotionLimits {

@@ -340,8 +340,8 @@ fn pushed_behind(
 ) -> Option<JointPositions> {
     let worst = way.worst?;
     let arm = solver.arm();
-    let jacobian = arm.jacobian(&worst.q);
-    let lever = worst.point.point_m - arm.forward(&worst.q).position_m();
+    let (face, jacobian) = arm.forward_and_jacobian(&worst.q);
+    let lever = worst.point.point_m - face.position_m();
     // How fast the point comes forward for each joint, m/rad.
     let mut gradient = [0.0; MOST_JOINTS];
     let mut square = 0.0;

@@ -204,8 +204,7 @@ impl Check<'_> {
     ) -> CloseLook {
         self.looks += 1;
         let state = reference.considered(t_s);
-        let face = solver.arm().forward(&state.q);
-        let jacobian = solver.arm().jacobian(&state.q);
+        let (face, jacobian) = solver.arm().forward_and_jacobian(&state.q);
         let twist = jacobian.twist(&state.qd);
         let at_m = corners_and_middle(self.board, &face);
         let corner_m = self.board.half_width_m.hypot(self.board.half_height_m);

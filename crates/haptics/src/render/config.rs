@@ -20,7 +20,7 @@ pub struct RendererConfig {
 }
 
 /// Settings of the force estimate, see
-/// [`SrsArm::wrench_from_torques`](hwall_kinematics::SrsArm::wrench_from_torques).
+/// [`WrenchEstimate::from_torques`](hwall_kinematics::WrenchEstimate::from_torques).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceConfig {
     /// Damping, m; default 0.005. More makes the force near a singular pose quieter and smaller.

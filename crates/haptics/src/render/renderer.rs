@@ -20,7 +20,7 @@ use crate::safety::SafeRequest;
 use crate::usual_step::UsualStep;
 use glam::DVec3;
 use hwall_geometry::{Pose, Wrench};
-use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable, WrenchConfig};
+use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable, WrenchConfig, WrenchEstimate};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
 
@@ -235,13 +235,12 @@ impl Renderer {
         if let Err(reason) = self.attach(state) {
             return self.hand_over(reason, dt_s);
         }
-        let wrench = match self.wrench(state) {
-            Ok(wrench) => wrench,
+        let felt = match self.felt(state) {
+            Ok(felt) => felt,
             Err(reason) => return self.hand_over(reason, dt_s),
         };
-        let outward = self.arm().forward(&state.q).rotation().z_axis;
-        let normal_force_n =
-            wrench.map(|wrench| self.filtered(-wrench.normal_force_n(outward), dt_s));
+        let wrench = felt.map(|(wrench, _)| wrench);
+        let normal_force_n = felt.map(|(_, force_n)| self.filtered(force_n, dt_s));
         let contact = match normal_force_n {
             Some(force_n) => self
                 .detector
@@ -497,8 +496,8 @@ impl Renderer {
         }
     }
 
-    /// Force and moment of the outside on the face at its measured place, base axes, about its middle.
-    fn wrench(&self, state: &ArmState) -> Result<Option<Wrench>, HoldReason> {
+    /// Force and moment of the outside on the face at its measured place, base axes, about its middle; and how hard it is pressed, N.
+    fn felt(&self, state: &ArmState) -> Result<Option<(Wrench, f64)>, HoldReason> {
         let Some(torque) = state.external_torque else {
             return Ok(None);
         };
@@ -507,17 +506,18 @@ impl Renderer {
             moment_length_m,
             ..
         } = self.force;
-        let outward = self.arm().forward(&state.q).rotation().z_axis;
+        let (face, jacobian) = self.arm().forward_and_jacobian(&state.q);
+        let outward = face.rotation().z_axis;
         let config = WrenchConfig {
             damping_m,
             moment_length_m,
         };
-        let found = self.arm().wrench_from_torques(&state.q, &torque, &config);
+        let found = WrenchEstimate::from_torques(&jacobian, &torque, &config);
         let wrench = found.map(|estimate| estimate.wrench).ok();
         let force_n = wrench.map_or(f64::NAN, |wrench| -wrench.normal_force_n(outward));
         // NaN, from torques too large to square, fails the comparison.
         match wrench {
-            Some(wrench) if force_n.abs() <= MAX_FORCE_N => Ok(Some(wrench)),
+            Some(wrench) if force_n.abs() <= MAX_FORCE_N => Ok(Some((wrench, force_n))),
             _ => Err(HoldReason::ImplausibleForce { force_n }),
         }
     }
@@ -553,8 +553,7 @@ impl Renderer {
         let share = if person_m.is_empty() {
             1.0
         } else {
-            let face = self.follower.commanded_pose();
-            let twist = self.follower.commanded_twist();
+            let (face, twist) = self.follower.commanded_motion();
             // A motion that has not slowed down yet is as fast as at the share before, and would be cut again in every step.
             let in_force = self.speed_share.max(self.follower.present_share());
             let moves = (&twist, self.follower.stop_s());

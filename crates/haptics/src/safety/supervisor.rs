@@ -15,7 +15,6 @@ use crate::arm::ArmCommand;
 use crate::board::Board;
 use crate::error::HapticsError;
 use crate::render::distance_and_closing;
-use hwall_geometry::{Pose, Twist};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
 
@@ -302,8 +301,8 @@ impl Supervisor {
         if input.person.is_empty() && retreat.is_none() {
             return None;
         }
-        let face: Pose = self.arm.forward(q);
-        let twist: Twist = self.arm.jacobian(q).twist(qd);
+        let (face, jacobian) = self.arm.forward_and_jacobian(q);
+        let twist = jacobian.twist(qd);
         let limits = &self.config.person;
         // Cuts brake no harder than the joints may, all together.
         let stop_s = (qd.0.iter().zip(&self.guard.acceleration_rad_per_s2))

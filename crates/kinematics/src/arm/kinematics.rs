@@ -50,6 +50,11 @@ pub trait ArmKinematics: Debug + Send + Sync {
     /// Geometric Jacobian of the tool point in base axes; zero columns beyond the last joint.
     fn jacobian(&self, q: &JointPositions) -> Jacobian;
 
+    /// [`forward`](Self::forward) and [`jacobian`](Self::jacobian), for arms that can do both at less than the cost of each.
+    fn forward_and_jacobian(&self, q: &JointPositions) -> (Pose, Jacobian) {
+        (self.forward(q), self.jacobian(q))
+    }
+
     /// A configuration within the limits that holds the pose, near the reference.
     ///
     /// `reference` may lie outside the limits (a sensor's reading at a limit does).

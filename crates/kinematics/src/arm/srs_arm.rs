@@ -30,6 +30,10 @@ impl ArmKinematics for SrsArm {
         self.jacobian(q)
     }
 
+    fn forward_and_jacobian(&self, q: &JointPositions) -> (Pose, Jacobian) {
+        self.forward_and_jacobian(q)
+    }
+
     fn nearest(
         &self,
         base_from_tool: &Pose,

@@ -211,8 +211,7 @@ impl CartesianImpedance {
     ) -> Result<JointTorques, HapticsError> {
         positive("dt_s", dt_s)?;
         let joints = self.arm.joint_count();
-        let jacobian = self.arm.jacobian(&state.q);
-        let face = self.arm.forward(&state.q);
+        let (face, jacobian) = self.arm.forward_and_jacobian(&state.q);
         let mass = &mut self.mass[..joints * joints];
         self.dynamics
             .mass_matrix_into(&state.q.0[..joints], &mut self.scratch, mass)?;

@@ -129,8 +129,8 @@ impl ArmCapsules {
     /// At a configuration; the base is at the origin. Does not allocate. NaN in gives NaN distances.
     #[must_use]
     pub fn new(arm: &dyn ArmKinematics, q: &JointPositions, config: &CapsuleConfig) -> Self {
-        let jacobian = arm.jacobian(q);
-        let tool_m = arm.forward(q).position_m();
+        let (tool, jacobian) = arm.forward_and_jacobian(q);
+        let tool_m = tool.position_m();
         let mut points = [DVec3::ZERO; MOST];
         let mut count = 1;
         let mut push = |point: DVec3, points: &mut [DVec3; MOST]| {
