@@ -74,6 +74,7 @@ pub fn leads(rows: &[Row]) -> MarkdownTable {
     let columns = ["person".to_owned(), "touches".to_owned()]
         .into_iter()
         .chain(judged.map(|kind| format!("{}, ms (quartiles)", kind.name())))
+        .chain(["fused less ray-led in each touch, ms (tenth, nine tenths)".to_owned()])
         .chain(["fused earlier, %", "fused later, %"].map(|side| format!("{side} than ray-led")));
     let mut table = MarkdownTable::new(columns);
     for row in rows.iter().filter(|row| !row.leads_s.is_empty()) {
@@ -82,12 +83,13 @@ pub fn leads(rows: &[Row]) -> MarkdownTable {
             let all = row.leads_s.iter();
             all.map(move |leads| leads[kind as usize].unwrap_or(0.0))
         };
-        let quartiles = |kind: PredictorKind| {
-            let mut sorted: Vec<f64> = of(kind).collect();
-            sorted.sort_by(f64::total_cmp);
-            let [low, middle, high] = [0.25, 0.5, 0.75].map(|p| 1e3 * quantile(&sorted, p));
-            format!("{middle:.0} ({low:.0} to {high:.0})")
+        let spread = |mut all_s: Vec<f64>, beside: f64| {
+            all_s.sort_by(f64::total_cmp);
+            let [low, middle, high] =
+                [beside, 0.5, 1.0 - beside].map(|p| (1e3 * quantile(&all_s, p)).round() + 0.0);
+            format!("{middle} ({low} to {high})")
         };
+        let quartiles = |kind: PredictorKind| spread(of(kind).collect(), 0.25);
         let gained = || {
             let pairs = of(PredictorKind::Fused).zip(of(PredictorKind::RayLed));
             pairs.map(|(fused_s, ray_s)| fused_s - ray_s)
@@ -100,6 +102,7 @@ pub fn leads(rows: &[Row]) -> MarkdownTable {
             .into_iter()
             .chain(judged.map(quartiles))
             .chain([
+                spread(gained().collect(), 0.1),
                 share(gained().filter(|&s| s > CLEARLY_S).count()),
                 share(gained().filter(|&s| s < -CLEARLY_S).count()),
             ]);
@@ -172,8 +175,8 @@ const EXPLAINED: &str = "\
   no longer left, neither from the waiting posture nor from where the arm stood; *policy*: led there early enough, but not sent,
   or not early enough; *arm*: sent early enough, but the way took longer than the least time.
 - **Right**: for so long before the contact each predictor had named the right surface and a place within 50 mm, without a break. All
-  three see the same frames, whoever leads the board. A gaze that never misses is the best case for following its ray alone; *earlier* and
-  *later* count touches that differ by more than 50 ms.
+  three see the same frames, whoever leads the board. A gaze that never misses is the best case for following its ray alone: where its ray is right,
+  it is so from the landing of the eyes on, and nobody can be earlier. *Earlier* and *later* count touches that differ by more than 50 ms.
 - **People**: *plain* ones differ in pace, hand and bow alone, their gaze rests ahead between touches and never misses;
   *varied* ones differ in everything, and in one touch of ten their gaze is elsewhere; *fast* and *slow* ones are plain with
   reaches of 0.35 to 0.6 s and 1.2 to 2 s; *glancing* ones are plain and look at up to three other places before each touch.
@@ -216,6 +219,8 @@ mod tests {
                 "600 (375 to 750)",
                 "560 (390 to 650)",
                 "0 (0 to 0)",
+                // Of -600, -20, 100 and 700 ms.
+                "40 (-426 to 520)",
                 "50",
                 "25",
                 ""
