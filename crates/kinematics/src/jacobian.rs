@@ -39,8 +39,9 @@ impl Jacobian {
         }))
     }
 
-    /// Largest over smallest singular value, rotations counted by a length in m; infinite at a singular pose, up to rounding. Noise of
-    /// the joint torques grows by up to this in a wrench that is estimated from them.
+    /// Largest over smallest singular value, rotations counted by a length in m; infinite at a singular pose, up to rounding, and NaN
+    /// where nothing moves or an entry is NaN. A wrench that is estimated without damping from joint torques, moments counted by the same
+    /// length, has up to this many times their relative error.
     #[must_use]
     pub fn condition(&self, moment_length_m: f64) -> f64 {
         let rows = self.to_scaled_rows(moment_length_m);

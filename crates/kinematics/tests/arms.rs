@@ -108,6 +108,7 @@ fn the_closed_form_is_the_direct_call() {
         let pose = arm.forward(&q);
         assert_eq!(pose, direct.forward(&q));
         assert_eq!(arm.jacobian(&q), direct.jacobian(&q));
+        assert_eq!(arm.forward_and_jacobian(&q), (pose, direct.jacobian(&q)));
         let config = NearestConfig::default();
         let found = arm.nearest(&pose, &home, &config, &mut scratch).unwrap();
         let there = direct.nearest_solution(&pose, &home, &config).unwrap();
@@ -146,6 +147,7 @@ fn a_chain_agrees_with_the_closed_form() {
         } = arm.forward(&q).distance(&exact.forward(&q));
         assert!(position_m < 1e-14 && angle_rad < 1e-14);
         let (a, b) = (arm.jacobian(&q), exact.jacobian(&q));
+        assert_eq!(arm.forward_and_jacobian(&q), (arm.forward(&q), a));
         for i in 0..7 {
             assert_close!(a.linear[i], b.linear[i], Tol::abs(1e-14));
             assert_close!(a.angular[i], b.angular[i], Tol::abs(1e-14));

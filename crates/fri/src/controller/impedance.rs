@@ -88,8 +88,8 @@ impl ImpedanceConfig {
         reference: &JointPositions,
         overlay: &Wrench,
     ) -> [f64; 7] {
-        let (wanted, found) = (arm.forward(reference), arm.forward(&state.q));
-        let jacobian = arm.jacobian(&state.q);
+        let wanted = arm.forward(reference);
+        let (found, jacobian) = arm.forward_and_jacobian(&state.q);
         let velocity = jacobian.twist(&state.qd);
         let place = self.translation_n_per_m;
         let turn = self.rotation_n_m_per_rad;

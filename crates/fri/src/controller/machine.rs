@@ -401,8 +401,8 @@ impl<P: SimulatedPlant> Controller<P> {
             .and_then(|()| self.limits.check_torque(&wanted.torque_n_m))
             .and_then(|()| {
                 let arm = self.plant.model();
-                let wrench = wrench_in_base(&arm.forward(&measured.q), &wanted.wrench);
-                let torques = arm.jacobian(&measured.q).torques(&wrench);
+                let (tool, jacobian) = arm.forward_and_jacobian(&measured.q);
+                let torques = jacobian.torques(&wrench_in_base(&tool, &wanted.wrench));
                 self.limits.check_torque(&torques.0)
             });
         if let Err(violation) = checked {

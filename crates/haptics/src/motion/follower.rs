@@ -353,8 +353,7 @@ impl Follower {
     /// Velocity of the face at the configuration commanded last.
     #[must_use]
     pub fn commanded_twist(&self) -> Twist {
-        let state = self.reference.state();
-        self.arm().jacobian(&state.q).twist(&state.qd)
+        self.commanded_motion().1
     }
 
     /// [`commanded_pose`](Self::commanded_pose) and [`commanded_twist`](Self::commanded_twist).

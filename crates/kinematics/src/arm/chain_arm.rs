@@ -153,7 +153,11 @@ impl ArmKinematics for ChainArm {
     }
 
     fn jacobian(&self, q: &JointPositions) -> Jacobian {
-        self.base_to_tool.jacobian_of_seven(&q.0)
+        self.forward_and_jacobian(q).1
+    }
+
+    fn forward_and_jacobian(&self, q: &JointPositions) -> (Pose, Jacobian) {
+        self.base_to_tool.motion_of_seven(&q.0)
     }
 
     fn nearest(

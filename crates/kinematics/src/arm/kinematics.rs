@@ -50,7 +50,7 @@ pub trait ArmKinematics: Debug + Send + Sync {
     /// Geometric Jacobian of the tool point in base axes; zero columns beyond the last joint.
     fn jacobian(&self, q: &JointPositions) -> Jacobian;
 
-    /// [`forward`](Self::forward) and [`jacobian`](Self::jacobian), for arms that can do both at less than the cost of each.
+    /// The values of [`forward`](Self::forward) and [`jacobian`](Self::jacobian), for arms that have both for less than the two calls.
     fn forward_and_jacobian(&self, q: &JointPositions) -> (Pose, Jacobian) {
         (self.forward(q), self.jacobian(q))
     }
@@ -85,7 +85,7 @@ pub trait ArmKinematics: Debug + Send + Sync {
     }
 
     /// The wrench on the tool that explains external joint torques, see
-    /// [`WrenchEstimate::from_torques`].
+    /// [`WrenchEstimate::from_torques`]. A controller that has the Jacobian already may ask that directly.
     ///
     /// # Errors
     /// NaN or infinity, a negative damping, or a moment length that is not positive.

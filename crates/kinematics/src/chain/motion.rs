@@ -211,8 +211,8 @@ impl Chain {
         self.tip_pose(q, |_, _, _| {})
     }
 
-    /// The Jacobian of a chain of at most seven joints, zero beyond the last; inputs are not checked.
-    pub(crate) fn jacobian_of_seven(&self, q: &[f64; MOST_JOINTS]) -> Jacobian {
+    /// Pose of the tip and Jacobian of a chain of at most seven joints, zero beyond the last; inputs are not checked.
+    pub(crate) fn motion_of_seven(&self, q: &[f64; MOST_JOINTS]) -> (Pose, Jacobian) {
         let mut axes = [Axis::ZERO; MOST_JOINTS];
         let mut joint = 0;
         let tip = self.tip_pose(q, |_, r, p| {
@@ -231,7 +231,7 @@ impl Chain {
             jacobian.linear[i] = DVec3::new(vx, vy, vz);
             jacobian.angular[i] = DVec3::new(wx, wy, wz);
         }
-        jacobian
+        (tip, jacobian)
     }
 
     /// Walks the axis frames from base to tip.

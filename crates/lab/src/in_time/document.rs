@@ -83,10 +83,11 @@ pub fn leads(rows: &[Row]) -> MarkdownTable {
             let all = row.leads_s.iter();
             all.map(move |leads| leads[kind as usize].unwrap_or(0.0))
         };
-        let spread = |mut all_s: Vec<f64>, beside: f64| {
+        let spread = |mut all_s: Vec<f64>, tail: f64| {
             all_s.sort_by(f64::total_cmp);
+            // Zero added: nothing is -0.
             let [low, middle, high] =
-                [beside, 0.5, 1.0 - beside].map(|p| (1e3 * quantile(&all_s, p)).round() + 0.0);
+                [tail, 0.5, 1.0 - tail].map(|p| (1e3 * quantile(&all_s, p)).round() + 0.0);
             format!("{middle} ({low} to {high})")
         };
         let quartiles = |kind: PredictorKind| spread(of(kind).collect(), 0.25);
@@ -175,8 +176,7 @@ const EXPLAINED: &str = "\
   no longer left, neither from the waiting posture nor from where the arm stood; *policy*: led there early enough, but not sent,
   or not early enough; *arm*: sent early enough, but the way took longer than the least time.
 - **Right**: for so long before the contact each predictor had named the right surface and a place within 50 mm, without a break. All
-  three see the same frames, whoever leads the board. A gaze that never misses is the best case for following its ray alone: where its ray is right,
-  it is so from the landing of the eyes on, and nobody can be earlier. *Earlier* and *later* count touches that differ by more than 50 ms.
+  three see the same frames, whoever leads the board. A gaze that never misses is the best case for following its ray alone. *Earlier* and *later* count touches that differ by more than 50 ms.
 - **People**: *plain* ones differ in pace, hand and bow alone, their gaze rests ahead between touches and never misses;
   *varied* ones differ in everything, and in one touch of ten their gaze is elsewhere; *fast* and *slow* ones are plain with
   reaches of 0.35 to 0.6 s and 1.2 to 2 s; *glancing* ones are plain and look at up to three other places before each touch.
