@@ -15,8 +15,8 @@ use hwall_numeric::dense::{
 pub struct WrenchEstimate {
     /// Wrench on the tool, about the tool origin, base axes.
     pub wrench: Wrench,
-    /// Norm of the torque that no wrench explains, N m: sensor noise, or a touch elsewhere on
-    /// the arm.
+    /// Norm of the torque that this wrench does not explain, N m: sensor noise, a touch elsewhere on
+    /// the arm, or what the damping has held back.
     pub residual_n_m: f64,
 }
 
@@ -43,8 +43,8 @@ impl Default for WrenchConfig {
 
 impl WrenchEstimate {
     /// The wrench on the tool that explains external joint torques, by damped least squares:
-    /// `min |Jᵀ f - τ|² + λ² |f|²` with the damping λ, moments counted in units of the moment length. Error of the solution: below
-    /// 1e-9 of its size for arms of a few metres with the default damping (tests in this file). What noise of the torques does to it
+    /// `min |Jᵀ f - τ|² + λ² |f|²` with the damping λ, moments counted in units of the moment length. The damping makes a
+    /// wrench smaller where the arm hardly feels it, beside singular poses. The minimum itself is found to 1e-9 for arms of a few metres (tests in this file). What noise of the torques does to it
     /// without damping is told by [`Jacobian::condition`]; with it, noise grows by no more than 1/2λ.
     ///
     /// # Errors

@@ -84,7 +84,7 @@ pub struct JobOptions {
     pub glb: bool,
     /// Also writes every touch and a summary to this file. In the summary `reachable`, `possible` and `in_place` count touches
     /// (in_place: of the reachable ones), in_place_of_possible is the share of the possible ones that were in place, 0 to 1;
-    /// gap_p90_m is of the reachable ones, felt_median_s of those that were felt; what does not exist is null
+    /// gap_p90_m is of the reachable ones, felt_median_s of those of them that were felt; what does not exist is null
     #[arg(long)]
     pub json: Option<PathBuf>,
     /// Also records all runs to this file, for Foxglove, Rerun and --replay; the arm's capsules as URDF beside it

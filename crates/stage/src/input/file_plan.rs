@@ -101,6 +101,10 @@ impl FilePlan {
         }
         for output in &self.written {
             let name = || format!("{} {}", output.flag, output.path.display());
+            let text = output.path.to_string_lossy();
+            if text.ends_with(std::path::is_separator) {
+                bail!("{} names a folder, not a file", name());
+            }
             // What is made here is removed again at once.
             match output.path.parent() {
                 Some(folder) if !folder.as_os_str().is_empty() && !folder.exists() => {
@@ -224,7 +228,13 @@ mod tests {
         let folder = scratch("unwritable");
         let file = folder.join("file");
         std::fs::write(&file, "").unwrap();
-        for path in [folder.clone(), file.join("x"), file.join("x/y")] {
+        let named_as_folder = folder.join("new/");
+        for path in [
+            folder.clone(),
+            file.join("x"),
+            file.join("x/y"),
+            named_as_folder,
+        ] {
             let text = said(&FilePlan::default().write("--out", Some(&path)));
             assert!(text.contains("--out"), "{text}");
         }

@@ -197,7 +197,7 @@ impl Predictors {
         let (fused, leader, remark) = match learnt {
             Ok((fused, reaches)) => {
                 let remark = format!(
-                    "split: the fused predictor learnt from {reaches} simulated reaches of {PEOPLE} people of seed {SEED:#x}{stood}, none of whom is judged, in {:.1} s",
+                    "training: the fused predictor learnt from {reaches} simulated reaches of {PEOPLE} people of seed {SEED:#x}{stood}, none of whom is judged, in {:.1} s",
                     began.elapsed().as_secs_f64()
                 );
                 (Some(fused), leader.unwrap_or(PredictorKind::Fused), remark)

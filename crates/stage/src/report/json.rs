@@ -49,6 +49,12 @@ struct TouchEntry<'a> {
     least_from_there_s: Option<f64>,
     /// How often it turned back on its way since the touch before.
     reversals: usize,
+    /// How many boards set out since then for a place that was not touched.
+    in_vain: usize,
+    /// When the hand set off, on the clock of the contact, s.
+    start_s: f64,
+    /// How long after the contact 3 N were felt, s; negative if before.
+    felt_after_s: Option<f64>,
     /// Whose touch it was, from 0: every person has a run, and a clock, of their own.
     person: usize,
 }
@@ -98,6 +104,9 @@ impl<'a> TouchEntry<'a> {
             least_from_waiting_s: regret.from_waiting_s,
             least_from_there_s: regret.from_there_s,
             reversals: regret.detours.reversals,
+            in_vain: regret.detours.in_vain,
+            start_s: outcome.touch.start_s,
+            felt_after_s: outcome.felt_after_s,
             person,
         }
     }
