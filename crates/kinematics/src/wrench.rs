@@ -44,8 +44,9 @@ impl Default for WrenchConfig {
 impl WrenchEstimate {
     /// The wrench on the tool that explains external joint torques, by damped least squares:
     /// `min |Jᵀ f - τ|² + λ² |f|²` with the damping λ, moments counted in units of the moment length. The damping makes a
-    /// wrench smaller where the arm hardly feels it, beside singular poses. The minimum itself is found to 1e-9 for arms of a few metres (tests in this file). What noise of the torques does to it
-    /// without damping is told by [`Jacobian::condition`]; with it, noise grows by no more than 1/2λ.
+    /// wrench smaller where the arm hardly feels it, beside singular poses. The minimum itself is found to 1e-9 for arms of a few
+    /// metres (tests in this file). What noise of the torques does to it without damping is told by [`Jacobian::condition`]; with
+    /// it, noise grows by no more than 1/2λ.
     ///
     /// # Errors
     /// NaN or infinity, a negative damping, or a moment length that is not positive.

@@ -176,7 +176,8 @@ const EXPLAINED: &str = "\
   no longer left, neither from the waiting posture nor from where the arm stood; *policy*: led there early enough, but not sent,
   or not early enough; *arm*: sent early enough, but the way took longer than the least time.
 - **Right**: for so long before the contact each predictor had named the right surface and a place within 50 mm, without a break. All
-  three see the same frames, whoever leads the board. A gaze that never misses is the best case for following its ray alone. *Earlier* and *later* count touches that differ by more than 50 ms.
+  three see the same frames, whoever leads the board. A gaze that never misses is the best case for following its ray alone. *Earlier* and
+  *later* count touches that differ by more than 50 ms.
 - **People**: *plain* ones differ in pace, hand and bow alone, their gaze rests ahead between touches and never misses;
   *varied* ones differ in everything, and in one touch of ten their gaze is elsewhere; *fast* and *slow* ones are plain with
   reaches of 0.35 to 0.6 s and 1.2 to 2 s; *glancing* ones are plain and look at up to three other places before each touch.
