@@ -113,6 +113,12 @@ pub enum FriError {
         /// Quality of the connection now.
         quality: ConnectionQuality,
     },
+    /// Too many answers did not arrive, or were not given; the arm brakes.
+    #[error("the arm is {behind_s:.2} s behind what was asked for: too many answers did not arrive; it brakes")]
+    Behind {
+        /// How far, s.
+        behind_s: f64,
+    },
     /// A command of another kind than the controller takes now.
     #[error("{asked} was commanded, the controller takes {mode}")]
     OtherMode {
@@ -127,6 +133,19 @@ pub enum FriError {
 }
 
 impl FriError {
+    /// Is it over when the next message comes, so that a loop can go on? The arm holds meanwhile.
+    #[must_use]
+    pub const fn is_transient(&self) -> bool {
+        matches!(
+            self,
+            Self::Behind { .. }
+                | Self::CommandingEnded { .. }
+                | Self::Limit(_)
+                | Self::Argument(_)
+                | Self::OtherMode { .. }
+        )
+    }
+
     pub(crate) fn io(doing: &'static str) -> impl FnOnce(io::Error) -> Self {
         move |error| Self::Io {
             doing,

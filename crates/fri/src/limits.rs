@@ -1,5 +1,6 @@
 //! What joints may be told: one check for both sides.
 
+use crate::client::CommandedMotion;
 use hwall_kinematics::{ArmKinematics, JointLimit};
 
 /// A commanded angle may lie this far outside its limit, rad: rounding, and no more.
@@ -92,6 +93,21 @@ impl CommandLimits {
             }
         }
         Ok(())
+    }
+
+    /// From one motion to the next within the speeds of the joints and these accelerations?
+    pub(crate) fn bears(
+        &self,
+        last: &CommandedMotion,
+        next: &CommandedMotion,
+        most_rad_per_s2: &[f64; 7],
+        dt_s: f64,
+    ) -> bool {
+        (0..7).all(|i| {
+            let change = next.speed_rad_per_s[i] - last.speed_rad_per_s[i];
+            next.speed_rad_per_s[i].abs() <= self.speed_rad_per_s[i]
+                && change.abs() <= most_rad_per_s2[i] * dt_s
+        })
     }
 
     /// From the last angles towards finite ones, no further than the joints may go in `dt_s`.

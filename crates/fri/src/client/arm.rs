@@ -1,5 +1,6 @@
 //! The client as an arm: states and commands.
 
+use super::asked_path::{MOST_BEHIND_NS, Sent};
 use super::beginning::Beginning;
 use super::braking::CommandedMotion;
 use super::config::TorqueReference;
@@ -95,12 +96,27 @@ impl<T: Transport> FriClient<T> {
             return Ok(());
         }
         let begun_rad = beginning.map_or(q_rad, |begun| begun.lead(&q_rad, time_ns));
-        // However many cycles were missed, the arm goes no further than in one: it is late then.
-        let sent_rad = self.limits.led(&last.q_rad, &begun_rad, period_s);
+        self.path.push(time_ns, begun_rad);
+        let held = Sent {
+            motion: last,
+            ..self.held()?
+        };
+        let period_ns = (period_s * 1e9).round() as u64;
+        let most = &self.config.braking_rad_per_s2;
+        let (path_ns, path_rad) = self.path.next(&held, period_ns, &self.limits, most);
+        self.behind_ns = time_ns.saturating_sub(path_ns);
+        self.statistics.note_behind(self.behind_ns);
+        if self.behind_ns > MOST_BEHIND_NS {
+            let behind_s = self.behind_s();
+            self.statistics.refused += 1;
+            self.hold()?;
+            return Err(FriError::Behind { behind_s });
+        }
+        let sent_rad = self.limits.led(&last.q_rad, &path_rad, period_s);
         self.beginning = beginning;
         self.asked_rad = Some(q_rad);
-        self.leads = leads && sent_rad != begun_rad;
-        self.send_motion(last.moved_to(sent_rad, period_s))
+        self.leads = leads && sent_rad != path_rad;
+        self.send_motion(last.moved_to(sent_rad, period_s), Some(path_ns))
     }
 
     /// Is it no further from there to here than in one cycle?
@@ -118,12 +134,20 @@ impl<T: Transport> FriClient<T> {
         Ok(off_rad.all(|off_rad| off_rad <= LEAD_RAD))
     }
 
-    /// What was commanded last.
+    /// What the controller holds, as far as it has said.
     fn last_motion(&self) -> Result<CommandedMotion, FriError> {
-        match self.motion {
-            Some(motion) => Ok(motion),
+        Ok(self.held()?.motion)
+    }
+
+    fn held(&self) -> Result<Sent, FriError> {
+        let reflected = self.newest()?.message.header.reflected_sequence;
+        match self.motion.and_then(|_| self.answers.held(reflected)) {
+            Some(held) => Ok(held),
             // Nothing was commanded: the interpolator holds the arm.
-            None => Ok(CommandedMotion::at_rest(self.interpolator_rad()?)),
+            None => Ok(Sent {
+                motion: CommandedMotion::at_rest(self.interpolator_rad()?),
+                path_ns: None,
+            }),
         }
     }
 
@@ -145,14 +169,18 @@ impl<T: Transport> FriClient<T> {
         Ok(!self.owes_answer() && self.motion.is_some() && time_ns == self.motion_ns)
     }
 
-    fn send_motion(&mut self, motion: CommandedMotion) -> Result<(), FriError> {
+    fn send_motion(
+        &mut self,
+        motion: CommandedMotion,
+        path_ns: Option<u64>,
+    ) -> Result<(), FriError> {
         if self.is_answered()? {
             return Ok(());
         }
         let time_ns = self.newest()?.time_ns;
         let torques = self.command_mode() == ClientCommandMode::Torque;
         self.motion_ns = time_ns;
-        self.motion = Some(motion);
+        self.keep(motion, path_ns);
         self.answer(CommandData {
             position_rad: Some(motion.q_rad),
             torque_n_m: torques.then_some([0.0; 7]),
@@ -178,9 +206,9 @@ impl<T: Transport> FriClient<T> {
         let q_rad = self.limits.led(&last.q_rad, &reference_rad, period_s);
         self.leads = true;
         self.beginning = Some(Beginning::NOWHERE_ELSE);
-        self.asked_rad = None;
+        self.leave_path();
         self.motion_ns = time_ns;
-        self.motion = Some(CommandedMotion::at_rest(q_rad));
+        self.keep(CommandedMotion::at_rest(q_rad), None);
         self.answer(CommandData {
             position_rad: Some(q_rad),
             torque_n_m: Some(torque_n_m),
@@ -192,13 +220,14 @@ impl<T: Transport> FriClient<T> {
         let (last, (period_s, _)) = (self.last_motion()?, self.times_s()?);
         let braked = last.braked(&self.config.braking_rad_per_s2, period_s);
         if !self.is_answered()? {
-            self.asked_rad = None;
+            self.leave_path();
         }
         // At the end of a range the arm stops harder than it would brake.
-        self.send_motion(CommandedMotion {
+        let motion = CommandedMotion {
             q_rad: self.limits.clamped(&braked.q_rad),
             ..braked
-        })
+        };
+        self.send_motion(motion, None)
     }
 
     pub(super) fn interpolator_rad(&self) -> Result<[f64; 7], FriError> {

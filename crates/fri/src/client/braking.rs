@@ -2,13 +2,13 @@
 
 /// Commanded positions and how fast they move.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct CommandedMotion {
-    pub(super) q_rad: [f64; 7],
-    pub(super) speed_rad_per_s: [f64; 7],
+pub(crate) struct CommandedMotion {
+    pub(crate) q_rad: [f64; 7],
+    pub(crate) speed_rad_per_s: [f64; 7],
 }
 
 impl CommandedMotion {
-    pub(super) const fn at_rest(q_rad: [f64; 7]) -> Self {
+    pub(crate) const fn at_rest(q_rad: [f64; 7]) -> Self {
         Self {
             q_rad,
             speed_rad_per_s: [0.0; 7],
@@ -16,7 +16,7 @@ impl CommandedMotion {
     }
 
     /// New positions, `dt_s` after the last ones.
-    pub(super) fn moved_to(&self, q_rad: [f64; 7], dt_s: f64) -> Self {
+    pub(crate) fn moved_to(&self, q_rad: [f64; 7], dt_s: f64) -> Self {
         Self {
             q_rad,
             speed_rad_per_s: std::array::from_fn(|i| (q_rad[i] - self.q_rad[i]) / dt_s),
@@ -24,7 +24,7 @@ impl CommandedMotion {
     }
 
     /// The next positions of every joint on its way to rest.
-    pub(super) fn braked(&self, braking_rad_per_s2: &[f64; 7], dt_s: f64) -> Self {
+    pub(crate) fn braked(&self, braking_rad_per_s2: &[f64; 7], dt_s: f64) -> Self {
         let speed_rad_per_s = std::array::from_fn(|i| {
             let speed = self.speed_rad_per_s[i];
             let change = (braking_rad_per_s2[i] * dt_s).min(speed.abs());

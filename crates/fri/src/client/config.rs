@@ -91,6 +91,12 @@ pub struct ClientStatistics {
     pub answered: u64,
     /// Messages that were due for an answer and got none: the program was too slow or had no command.
     pub unanswered: u64,
+    /// Messages that said that an answer had not arrived: the arm held where it was.
+    pub not_arrived: u64,
+    /// Most answers in a row that had not arrived.
+    pub longest_gap: u64,
+    /// The furthest that the arm was behind what was asked for, us.
+    pub most_behind_us: u64,
     /// Messages that never came: gaps in the sequence.
     pub lost: u64,
     /// Messages that came after a newer one, or twice.
@@ -109,6 +115,12 @@ pub struct ClientStatistics {
     pub sessions: u64,
 }
 
+impl ClientStatistics {
+    pub(super) fn note_behind(&mut self, behind_ns: u64) {
+        self.most_behind_us = self.most_behind_us.max(behind_ns / 1000);
+    }
+}
+
 impl fmt::Display for ClientStatistics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
@@ -120,6 +132,13 @@ impl fmt::Display for ClientStatistics {
             f,
             "on the way: {} lost, {} overtaken or repeated, {} malformed, {} from others",
             self.lost, self.stale, self.malformed, self.foreign
+        )?;
+        writeln!(
+            f,
+            "answers that did not arrive: in {} messages, {} in a row at most; the arm was up to {:.1} ms behind",
+            self.not_arrived,
+            self.longest_gap,
+            self.most_behind_us as f64 * 1e-3
         )?;
         write!(
             f,

@@ -1,5 +1,6 @@
 //! The connection to a controller: messages in, answers out.
 
+use super::asked_path::{Answers, AskedPath, Sent};
 use super::beginning::Beginning;
 use super::braking::CommandedMotion;
 use super::config::{ClientStatistics, FriClientConfig};
@@ -33,12 +34,14 @@ const NEW_SEQUENCE: u32 = 1000;
 ///
 /// Positions begin where the controller's interpolator holds the arm ([`interpolator`](Self::interpolator)). Whoever begins at the measured
 /// angles is off by the error of the arm's servo: up to 0.05 rad are laid over what is commanded and fade within a second. A command
-/// moves the arm no further than the joints may go between two answers, also after missed cycles: the arm is late then, and catches up.
+/// moves the arm no further than the joints may go between two answers. What was missed or did not arrive makes the arm late: it stays
+/// on the path that was asked for, goes on from where the controller holds it ([`behind_s`](Self::behind_s)), and catches up by at most a
+/// tenth of its speed. More than 0.1 s behind it brakes, and the command is refused ([`FriError::Behind`]).
 ///
 /// In mode torque positions are held by the springs of the controller, so its stiffness must not be zero for them. From positions
 /// to torques and back the springs are led over no faster than the joints may move.
 ///
-/// Times count from the first message of a session, on the clock of the controller. Velocities are differences of the
+/// Times count from the first message, on the clock of the controller: by its messages and their period, and slowly by its stamps. Velocities are differences of the
 /// measured positions through a first-order low-pass ([`FriClientConfig::velocity_hz`]): exact for steady motion,
 /// late by 3.2 ms and half a period at 50 Hz. After construction nothing is allocated.
 ///
@@ -54,8 +57,8 @@ pub struct FriClient<T = UdpTransport> {
     codec: Codec,
     peer: Option<SocketAddr>,
     newest: Option<Newest>,
-    /// Time stamp with which the session began, ns.
-    began_ns: u64,
+    /// What is added to the time of the client to get the stamps of the controller, ns.
+    stamps_ahead_ns: i128,
     velocity: VelocityFilter,
     /// Messages since the last answer.
     since_answer: u32,
@@ -66,6 +69,14 @@ pub struct FriClient<T = UdpTransport> {
     /// Positions commanded last, and the message that they answered.
     pub(super) motion: Option<CommandedMotion>,
     pub(super) motion_ns: u64,
+    /// What was sent and what of it has arrived.
+    pub(super) answers: Answers,
+    /// Where the arm was asked to be.
+    pub(super) path: AskedPath,
+    /// Which time of it was sent last; `None` beside the path.
+    path_ns: Option<u64>,
+    /// How far it is behind that, ns.
+    pub(super) behind_ns: u64,
     /// Positions asked for last; the arm may still be on its way there. `None` after anything but positions.
     pub(super) asked_rad: Option<[f64; 7]>,
     /// How far from the interpolator the program began; `None` until it did.
@@ -74,7 +85,7 @@ pub struct FriClient<T = UdpTransport> {
     pub(super) leads: bool,
     /// The last answer, for when a command is refused.
     in_force: CommandData,
-    statistics: ClientStatistics,
+    pub(super) statistics: ClientStatistics,
 }
 
 /// The newest message of the controller.
@@ -129,7 +140,7 @@ impl<T: Transport> FriClient<T> {
             },
             peer: None,
             newest: None,
-            began_ns: 0,
+            stamps_ahead_ns: 0,
             velocity: VelocityFilter::new(config.velocity_hz),
             since_answer: 0,
             owes: false,
@@ -137,6 +148,10 @@ impl<T: Transport> FriClient<T> {
             was_active: false,
             motion: None,
             motion_ns: 0,
+            answers: Answers::new(),
+            path: AskedPath::new(),
+            path_ns: None,
+            behind_ns: 0,
             asked_rad: None,
             beginning: None,
             leads: false,
@@ -204,10 +219,10 @@ impl<T: Transport> FriClient<T> {
             .or(data.commanded_position_rad)
             .unwrap_or(newest.q_rad);
         let mode = self.command_mode();
-        self.motion = Some(CommandedMotion::at_rest(q_rad));
         self.motion_ns = newest.time_ns;
-        self.asked_rad = None;
+        self.leave_path();
         self.beginning = None;
+        self.keep(CommandedMotion::at_rest(q_rad), None);
         self.answer(CommandData {
             position_rad: Some(q_rad),
             torque_n_m: (mode == ClientCommandMode::Torque).then_some([0.0; 7]),
@@ -233,6 +248,10 @@ impl<T: Transport> FriClient<T> {
             data: Some(data),
         };
         self.since_answer = 0;
+        if let Some(motion) = self.motion {
+            let path_ns = self.path_ns;
+            self.answers.push(self.sequence, Sent { motion, path_ns });
+        }
         let mut datagram: Datagram = [0; DATAGRAM_BYTES];
         let length = self.codec.encode_command(&message, &mut datagram)?;
         self.sequence = self.sequence.wrapping_add(1);
@@ -310,8 +329,7 @@ impl<T: Transport> FriClient<T> {
             return Ok(false);
         }
         let sequence = message.header.sequence;
-        let period_ns = u64::from(period_ms(&message)) * 1_000_000;
-        let stamp_ns = data.time.map(|time| time.to_ns());
+        let stamp_ns = data.time.map(|time| i128::from(time.to_ns()));
         let ahead = self
             .newest
             .as_ref()
@@ -326,18 +344,27 @@ impl<T: Transport> FriClient<T> {
         let time_ns = match (ahead, &last) {
             (Some(ahead @ 1..NEW_SEQUENCE), Some(last)) if self.peer == Some(from) => {
                 self.statistics.lost += u64::from(ahead - 1);
-                let by_period_ns = last.time_ns.saturating_add(u64::from(ahead) * period_ns);
-                let time_ns = stamp_ns.unwrap_or(by_period_ns);
+                let stamp_ns = stamp_ns.map(|stamp_ns| stamp_ns - self.stamps_ahead_ns);
+                let time_ns = time_of_message(last.time_ns, ahead, &message, stamp_ns);
                 let dt_ns = time_ns.saturating_sub(last.time_ns);
                 self.velocity.update(&q_rad, dt_ns as f64 * 1e-9);
                 time_ns
             }
             _ => {
                 self.begin_session(&q_rad);
-                self.began_ns = stamp_ns.unwrap_or(0);
-                self.began_ns
+                // Time goes on from one session to the next, and never back.
+                let silence = |last: &Newest| self.transport.elapsed().saturating_sub(last.arrived);
+                let time_ns = last.as_ref().map_or(0, |last| {
+                    last.time_ns + silence(last).as_nanos() as u64
+                });
+                self.stamps_ahead_ns = stamp_ns.unwrap_or(0) - i128::from(time_ns);
+                time_ns
             }
         };
+        let reflected = message.header.reflected_sequence;
+        let missing = u64::from(self.answers.reflected(reflected));
+        self.statistics.not_arrived += u64::from(missing > 0);
+        self.statistics.longest_gap = self.statistics.longest_gap.max(missing);
         self.peer = Some(from);
         self.was_active |= message.connection.state == SessionState::CommandingActive;
         self.newest = Some(Newest {
@@ -360,9 +387,10 @@ impl<T: Transport> FriClient<T> {
         self.since_answer = 0;
         self.was_active = false;
         self.motion = None;
-        self.asked_rad = None;
+        self.leave_path();
         self.beginning = None;
         self.leads = false;
+        self.answers = Answers::new();
         self.in_force = CommandData::default();
         self.statistics.sessions += 1;
     }
@@ -402,20 +430,39 @@ impl<T: Transport> FriClient<T> {
     pub const fn begin_again(&mut self) {
         self.was_active = false;
         self.motion = None;
-        self.asked_rad = None;
+        self.leave_path();
         self.beginning = None;
         self.leads = false;
+    }
+
+    /// What is asked for next begins a path of its own.
+    pub(super) const fn leave_path(&mut self) {
+        self.asked_rad = None;
+        self.path.clear();
+        self.behind_ns = 0;
+    }
+
+    /// Remembers what goes out with the next answer.
+    pub(super) const fn keep(&mut self, motion: CommandedMotion, path_ns: Option<u64>) {
+        self.motion = Some(motion);
+        self.path_ns = path_ns;
+    }
+
+    /// How far the arm is behind what was asked for, because answers did not arrive or were not given, s.
+    #[must_use]
+    pub fn behind_s(&self) -> f64 {
+        self.behind_ns as f64 * 1e-9
     }
 
     pub(super) const fn velocity_rad_per_s(&self) -> &[f64; 7] {
         self.velocity.velocity_rad_per_s()
     }
 
-    /// Time of the newest message since the session began, on the clock of the controller, s.
+    /// Time of the newest message since the first one, on the clock of the controller, s. It never goes back.
     #[must_use]
     pub fn t_s(&self) -> Option<f64> {
         let newest = self.newest.as_ref()?;
-        Some(newest.time_ns.saturating_sub(self.began_ns) as f64 * 1e-9)
+        Some(newest.time_ns as f64 * 1e-9)
     }
 
     /// The newest message as it came.
@@ -485,6 +532,35 @@ const LONGEST_PERIOD_MS: u32 = 100;
 fn period_ms(message: &MonitorMessage) -> u32 {
     let said = message.connection.send_period_ms.unwrap_or(1);
     said.clamp(1, LONGEST_PERIOD_MS)
+}
+
+/// Share by which the time of messages follows the controller's stamps. Stamps that jitter by 5 ms move it by 0.1 ms in a message.
+const FOLLOWS_STAMPS: f64 = 0.02;
+/// And so much of a period at most: velocities err by no more than this share.
+const MOST_FOLLOWED: f64 = 0.05;
+/// Further from its stamp than this a controller has stood still: its clock is believed, ns.
+const STOOD_STILL_NS: f64 = 5e8;
+
+/// Time of a message `ahead` after the last one, ns. A controller sends once in every period, so messages count time; what its stamps say
+/// otherwise is followed slowly, for they may jitter. Without a period the stamps are all there is.
+fn time_of_message(
+    last_ns: u64,
+    ahead: u32,
+    message: &MonitorMessage,
+    stamp_ns: Option<i128>,
+) -> u64 {
+    let dt_ns = f64::from(ahead) * f64::from(period_ms(message)) * 1e6;
+    let by_period_ns = last_ns.saturating_add(dt_ns as u64);
+    let Some(stamp_ns) = stamp_ns else {
+        return by_period_ns;
+    };
+    let off_ns = (stamp_ns - i128::from(by_period_ns)) as f64;
+    let no_period = message.connection.send_period_ms.is_none();
+    if no_period || off_ns.abs() > STOOD_STILL_NS {
+        return u64::try_from(stamp_ns).map_or(by_period_ns, |stamp_ns| stamp_ns.max(last_ns));
+    }
+    let most_ns = MOST_FOLLOWED * dt_ns;
+    by_period_ns.saturating_add_signed((FOLLOWS_STAMPS * off_ns).clamp(-most_ns, most_ns) as i64)
 }
 
 /// Longest time between answers that is believed, s.

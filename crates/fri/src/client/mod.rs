@@ -1,6 +1,7 @@
 //! A client: an arm for those who have a controller, real or simulated.
 
 mod arm;
+mod asked_path;
 mod beginning;
 mod braking;
 mod config;
@@ -8,6 +9,7 @@ mod fri_client;
 mod transport;
 mod velocity;
 
+pub(crate) use braking::CommandedMotion;
 pub use config::{ClientStatistics, FriClientConfig, TorqueReference};
 pub use fri_client::FriClient;
 pub use transport::{Transport, UdpTransport};

@@ -127,33 +127,37 @@ pub(super) fn read(bytes: &[u8], version: FriVersion) -> Result<MonitorMessage, 
     })
 }
 
+/// These enumerations inform; a controller of another release may have more values. An unknown value is left out.
 fn read_robot(field: &Field) -> Result<RobotInfo, FriError> {
     let mut robot = RobotInfo::default();
-    let mut drives = [DriveState::Off; JOINTS];
+    let mut drives = [None; JOINTS];
     let mut count = 0;
     for inner in field.message()? {
         let inner = inner?;
         match inner.number {
             1 => robot.joint_count = Some(inner.to_u32()?),
-            2 => robot.safety = Some(SafetyState::from_number(inner.to_i32()?)?),
+            2 => robot.safety = SafetyState::from_number(inner.to_i32()?).ok(),
             5 => {
                 for number in inner.varints()? {
                     let number = i32::try_from(number?).unwrap_or(i32::MAX);
-                    let drive = DriveState::from_number(number)?;
                     if let Some(place) = drives.get_mut(count) {
-                        *place = drive;
+                        *place = DriveState::from_number(number).ok();
                     }
                     count += 1;
                 }
             }
-            6 => robot.operation = Some(OperationMode::from_number(inner.to_i32()?)?),
-            7 => robot.control = Some(ControlMode::from_number(inner.to_i32()?)?),
+            6 => robot.operation = OperationMode::from_number(inner.to_i32()?).ok(),
+            7 => robot.control = ControlMode::from_number(inner.to_i32()?).ok(),
             _ => {}
         }
     }
     robot.drives = match count {
         0 => None,
-        JOINTS => Some(drives),
+        // One unknown state makes all of them unknown.
+        JOINTS => drives
+            .iter()
+            .all(Option::is_some)
+            .then(|| drives.map(|drive| drive.unwrap_or(DriveState::Off))),
         found => {
             return Err(FriError::WrongLength {
                 what: "drive states",
@@ -220,7 +224,7 @@ fn read_interpolator(field: &Field, version: FriVersion) -> Result<InterpolatorD
             2 if version.has_cartesian_pose() => data.pose = read_pose(&inner)?,
             3 if version.has_cartesian_pose() => data.redundancy = read_redundancy(&inner)?,
             10 => data.command_mode = Some(ClientCommandMode::from_number(inner.to_i32()?)?),
-            11 => data.overlay = Some(OverlayType::from_number(inner.to_i32()?)?),
+            11 => data.overlay = OverlayType::from_number(inner.to_i32()?).ok(),
             12 => data.tracking = Some(inner.to_f64()?),
             _ => {}
         }

@@ -1,0 +1,284 @@
+//! The path that the program asks for, and how far the controller has come on it.
+//!
+//! A command that does not arrive leaves the controller where it was. Commands after it go on from there, along the same path: the
+//! arm is behind then, and never leaps. While it is behind, it goes through the path a little faster than it was asked for.
+
+use super::braking::CommandedMotion;
+use crate::limits::CommandLimits;
+
+/// Points of the path that are kept: more than [`MOST_BEHIND_NS`] at 1 ms.
+const POINTS: usize = 256;
+/// An arm further behind no longer follows: it brakes, and the program has to begin anew from where it rests, ns. The supervisor of a
+/// session takes an arm that is 0.15 s behind for one that does not obey.
+pub(super) const MOST_BEHIND_NS: u64 = 100_000_000;
+/// Catching up adds at most this share to the speed: accelerations grow by at most 21 %, what a guard with 20 % slack in speed bears.
+const MOST_CATCHING: f64 = 0.1;
+/// That share changes by at most this in a second: at 3 rad/s it adds 1.5 rad/s².
+const CATCHING_PER_S: f64 = 0.5;
+/// A path that stays within this, rad, is at rest: nothing is left to catch up with.
+const RESTS_RAD: f64 = 1e-7;
+
+/// What was sent with an answer: where the arm shall be, and which time of the path that is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sent {
+    pub(super) motion: CommandedMotion,
+    /// `None` for what is not on the path, as braking.
+    pub(super) path_ns: Option<u64>,
+}
+
+/// The last answers and their sequence numbers.
+#[derive(Debug)]
+pub(super) struct Answers {
+    ring: [Option<(u32, Sent)>; POINTS],
+    newest: Option<u32>,
+    /// Two different answers were seen to arrive: the controller says which do.
+    first_seen: Option<u32>,
+    is_told: bool,
+    /// Answers that are on their way whenever a message comes: the least of the present and of the last window.
+    usual: u32,
+    least: u32,
+    counted: u32,
+}
+
+/// Messages after which the usual number of answers on their way is found anew.
+const WINDOW: u32 = 64;
+
+impl Answers {
+    pub(super) const fn new() -> Self {
+        Self {
+            ring: [None; POINTS],
+            newest: None,
+            first_seen: None,
+            is_told: false,
+            usual: 0,
+            least: u32::MAX,
+            counted: 0,
+        }
+    }
+
+    pub(super) const fn push(&mut self, sequence: u32, sent: Sent) {
+        self.ring[sequence as usize % POINTS] = Some((sequence, sent));
+        self.newest = Some(sequence);
+    }
+
+    fn at(&self, sequence: u32) -> Option<Sent> {
+        let (number, sent) = self.ring[sequence as usize % POINTS]?;
+        (number == sequence).then_some(sent)
+    }
+
+    /// A message says that the answer `reflected` has arrived. Returns how many later ones are missing that should have arrived, too.
+    pub(super) fn reflected(&mut self, reflected: u32) -> u32 {
+        let (Some(newest), Some(_)) = (self.newest, self.at(reflected)) else {
+            return 0;
+        };
+        self.is_told |= *self.first_seen.get_or_insert(reflected) != reflected;
+        let on_the_way = newest.wrapping_sub(reflected);
+        self.least = self.least.min(on_the_way);
+        self.counted += 1;
+        self.usual = self.usual.min(self.least);
+        if self.counted == WINDOW {
+            (self.usual, self.least, self.counted) = (self.least, u32::MAX, 0);
+        }
+        match self.is_told {
+            true => on_the_way - self.usual,
+            false => 0,
+        }
+    }
+
+    /// What the controller will hold when the next answer comes, by the newest answer that it says has arrived. A controller that does
+    /// not say it is believed to have all.
+    pub(super) fn held(&self, reflected: u32) -> Option<Sent> {
+        let newest = self.newest?;
+        let by_word = self.at(reflected.wrapping_add(self.usual));
+        match self.is_told {
+            true if self.at(reflected).is_some() => by_word,
+            _ => self.at(newest),
+        }
+    }
+}
+
+/// Where the arm shall be at the times of the last commands.
+#[derive(Debug)]
+pub(super) struct AskedPath {
+    points: [(u64, [f64; 7]); POINTS],
+    newest: usize,
+    count: usize,
+    catching: f64,
+}
+
+impl AskedPath {
+    pub(super) const fn new() -> Self {
+        Self {
+            points: [(0, [0.0; 7]); POINTS],
+            newest: 0,
+            count: 0,
+            catching: 0.0,
+        }
+    }
+
+    /// The next point begins a new path.
+    pub(super) const fn clear(&mut self) {
+        (self.count, self.catching) = (0, 0.0);
+    }
+
+    pub(super) const fn push(&mut self, time_ns: u64, q_rad: [f64; 7]) {
+        self.newest = (self.newest + 1) % POINTS;
+        self.points[self.newest] = (time_ns, q_rad);
+        if self.count < POINTS {
+            self.count += 1;
+        }
+    }
+
+    /// The point that is `back` before the newest.
+    const fn point(&self, back: usize) -> &(u64, [f64; 7]) {
+        &self.points[(self.newest + POINTS - back) % POINTS]
+    }
+
+    /// The newest time up to `from_ns` plus one period that the limits of the joints allow, and the positions of that time.
+    pub(super) fn next(
+        &mut self,
+        held: &Sent,
+        period_ns: u64,
+        limits: &CommandLimits,
+        most_rad_per_s2: &[f64; 7],
+    ) -> (u64, [f64; 7]) {
+        let (now_ns, asked_rad) = *self.point(0);
+        let first_ns = self.point(self.count.saturating_sub(1)).0;
+        let due_ns = match held.path_ns {
+            Some(path_ns) if path_ns >= first_ns => path_ns + period_ns,
+            _ => first_ns,
+        };
+        if due_ns >= now_ns || self.rests_since(due_ns) {
+            self.catching = 0.0;
+            return (now_ns, asked_rad);
+        }
+        let period_s = period_ns as f64 * 1e-9;
+        let step = CATCHING_PER_S * period_s;
+        let slower = (self.catching - step).max(0.0);
+        let behind_s = (now_ns - due_ns) as f64 * 1e-9;
+        // It can end without a jolt when there is nothing left.
+        let most = MOST_CATCHING.min((2.0 * CATCHING_PER_S * behind_s).sqrt());
+        let shares = [self.catching + step, self.catching];
+        let found = shares.into_iter().filter(|s| *s <= most).find_map(|share| {
+            let to_ns = (due_ns + (share * period_ns as f64) as u64).min(now_ns);
+            let q_rad = self.at(to_ns);
+            let next = held.motion.moved_to(q_rad, period_s);
+            let is_within = limits.bears(&held.motion, &next, most_rad_per_s2, period_s);
+            is_within.then_some((share, to_ns, q_rad))
+        });
+        let (share, to_ns, q_rad) = found.unwrap_or_else(|| {
+            let to_ns = (due_ns + (slower * period_ns as f64) as u64).min(now_ns);
+            (slower, to_ns, self.at(to_ns))
+        });
+        self.catching = share;
+        (to_ns, q_rad)
+    }
+
+    /// Linear between its points.
+    fn at(&self, time_ns: u64) -> [f64; 7] {
+        let mut after = self.point(0);
+        for back in 1..self.count {
+            let before = self.point(back);
+            if before.0 <= time_ns {
+                let span = (after.0 - before.0).max(1) as f64;
+                let share = ((time_ns - before.0) as f64 / span).min(1.0);
+                return std::array::from_fn(|i| before.1[i] + share * (after.1[i] - before.1[i]));
+            }
+            after = before;
+        }
+        after.1
+    }
+
+    fn rests_since(&self, time_ns: u64) -> bool {
+        let (_, q_rad) = self.point(0);
+        let is_there = |at_rad: &[f64; 7]| (0..7).all(|i| (at_rad[i] - q_rad[i]).abs() <= RESTS_RAD);
+        (1..self.count)
+            .map(|back| self.point(back))
+            .take_while(|point| point.0 >= time_ns)
+            .all(|point| is_there(&point.1))
+            && is_there(&self.at(time_ns))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_kinematics::SrsArm;
+
+    fn sent(q_rad: [f64; 7]) -> Sent {
+        Sent {
+            motion: CommandedMotion::at_rest(q_rad),
+            path_ns: None,
+        }
+    }
+
+    #[test]
+    fn an_answer_counts_as_missing_beyond_what_is_usually_on_its_way() {
+        for usual in [0_u32, 2] {
+            let mut answers = Answers::new();
+            for k in 0..200_u32 {
+                answers.push(k, sent([f64::from(k); 7]));
+                let missing = answers.reflected(k.saturating_sub(usual));
+                assert!(missing == 0 || k < 2 * WINDOW, "{usual} {k}");
+            }
+            assert_eq!(answers.reflected(199 - usual - 3), 3);
+            let held = answers.held(199 - usual - 3).expect("an answer");
+            assert_eq!(held.motion.q_rad[0], 196.0);
+        }
+    }
+
+    #[test]
+    fn a_controller_that_says_nothing_is_believed_to_have_all() {
+        let mut answers = Answers::new();
+        for k in 0..600_u32 {
+            answers.push(k, sent([f64::from(k); 7]));
+            assert_eq!(answers.reflected(0), 0);
+            assert_eq!(answers.held(0).expect("an answer").motion.q_rad[0], f64::from(k));
+        }
+    }
+
+    /// Answers are lost in bursts while the arm goes there and back; what arrives keeps to the limits, and it ends where it was asked to.
+    #[test]
+    fn bursts_make_an_arm_late_and_never_throw_it() {
+        let limits = CommandLimits::new(&SrsArm::iiwa7(), [0.0; 7]);
+        let most = [8.65, 5.44, 5.69, 11.01, 11.78, 13.76, 13.17];
+        for (seed, period_ms) in [(1_u64, 1_u64), (2, 5), (3, 5), (4, 10)] {
+            let period_ns = period_ms * 1_000_000;
+            let period_s = period_ns as f64 * 1e-9;
+            let asked = |k: u64| {
+                let t_s = (k as f64 * period_s).min(2.5);
+                // A smooth way of 2.5 s; up to 0.94 rad/s and 1.2 rad/s².
+                [1.5 * (0.5 - 0.5 * (std::f64::consts::PI * t_s / 2.5).cos()); 7]
+            };
+            let mut path = AskedPath::new();
+            let mut held = sent(asked(0));
+            let (mut burst, mut random) = (0, seed);
+            let mut worst_behind_ns = 0;
+            for k in 1..4000 / period_ms {
+                path.push(k * period_ns, asked(k));
+                let (path_ns, q_rad) = path.next(&held, period_ns, &limits, &most);
+                assert!(path_ns <= k * period_ns);
+                let next = held.motion.moved_to(q_rad, period_s);
+                worst_behind_ns = worst_behind_ns.max(k * period_ns - path_ns);
+                for i in 0..7 {
+                    let change = next.speed_rad_per_s[i] - held.motion.speed_rad_per_s[i];
+                    assert!(change.abs() <= 1.5 * most[i] * period_s + 1e-9, "{k}: {change}");
+                }
+                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                if burst == 0 && (random >> 33) % 20 == 0 {
+                    burst = 1 + (random >> 50) % 4;
+                }
+                if burst > 0 {
+                    burst -= 1;
+                    continue;
+                }
+                held = Sent {
+                    motion: next,
+                    path_ns: Some(path_ns),
+                };
+            }
+            assert!(worst_behind_ns > 0, "something was lost");
+            assert_eq!(held.motion.q_rad, asked(u64::MAX / 2_000_000_000));
+        }
+    }
+}
