@@ -57,6 +57,10 @@ impl<P: Predictor> Controller for Recorded<'_, P> {
         command
     }
 
+    fn refused(&mut self) {
+        self.request(Request::Refused);
+    }
+
     fn failed(&mut self) {
         self.request(Request::Stop);
     }

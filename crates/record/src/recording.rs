@@ -15,6 +15,8 @@ pub enum Request {
     Stop,
     /// [`Session::reset`](hwall::Session::reset).
     Reset,
+    /// [`Session::refused`](hwall::Session::refused).
+    Refused,
     /// [`Perception::set_clock_offset_s`](hwall::Perception::set_clock_offset_s).
     ClockOffset {
         /// The arm's clock minus the tracker's, s.

@@ -20,6 +20,7 @@ impl<P: Predictor> Replayable for Session<P> {
         match request {
             Request::Stop => self.stop(),
             Request::Reset => self.reset(),
+            Request::Refused => self.refused(),
             // What the session refused then it refuses now.
             Request::ClockOffset {
                 arm_minus_tracker_s,

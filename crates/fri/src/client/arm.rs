@@ -256,6 +256,10 @@ impl<T: Transport> Arm for FriClient<T> {
         Ok(state)
     }
 
+    fn is_transient(error: &FriError) -> bool {
+        error.is_transient()
+    }
+
     /// Answers the newest message; a second command for it has no effect. A refused command leaves the last one in force,
     /// which goes out once more.
     fn command(&mut self, command: ArmCommand) -> Result<(), FriError> {

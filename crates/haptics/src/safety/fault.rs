@@ -98,10 +98,11 @@ impl FaultMachine {
         });
     }
 
-    /// One cycle: what was found wrong in it, if anything.
+    /// One cycle: what was found wrong in it, if anything. A held arm goes on only after it has come to `rest`.
     pub(super) fn advance(
         &mut self,
         found: Option<Fault>,
+        rests: bool,
         now_s: f64,
         timing: &TimingConfig,
         torque_level: bool,
@@ -112,7 +113,8 @@ impl FaultMachine {
                 return;
             };
             let since_s = *trouble.sound_since_s.get_or_insert(now_s);
-            if !trouble.is_latched(latch) && now_s - since_s >= timing.recovery_s {
+            let moves = matches!(trouble.stage, Stage::Hold | Stage::Stop) && !rests;
+            if !moves && !trouble.is_latched(latch) && now_s - since_s >= timing.recovery_s {
                 self.trouble = None;
                 return;
             }

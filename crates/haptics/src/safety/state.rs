@@ -125,6 +125,8 @@ pub enum SafeReason {
     /// The arm is not where positions told it to be, or drifts although it was told to hold
     /// ([`ObedienceConfig`](super::ObedienceConfig)).
     NotObeyed,
+    /// The arm did not take the last command ([`Supervisor::refused`](super::Supervisor::refused)).
+    Refused,
     /// Too few states of the arm agree with each other to begin from.
     Unproven,
     /// With the board out of everybody's reach the torque sensors say this: a touch would be hidden, or seen where none is.
@@ -156,6 +158,7 @@ impl SafeReason {
             Self::BoardEdge { .. } => "board_edge",
             Self::PersonNear { .. } => "person_near",
             Self::NotObeyed => "not_obeyed",
+            Self::Refused => "refused",
             Self::Unproven => "unproven",
             Self::TorqueBias { .. } => "torque_bias",
             Self::Requested => "requested",

@@ -18,6 +18,9 @@ use crate::render::distance_and_closing;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
 
+/// A held arm whose joints are slower than this has come to rest, rad/s: above what the noise of sensors makes of a resting arm.
+const RESTS_RAD_PER_S: f64 = 0.05;
+
 /// Takes each command and gives back the one to send.
 ///
 /// Nothing in here fails, blocks or allocates after construction.
@@ -33,6 +36,8 @@ pub struct Supervisor {
     agreement: Agreement,
     bias: Option<TorqueBias>,
     out_of_reach: bool,
+    /// The arm did not take the last command.
+    refused: bool,
     sent: Sent,
     /// How the positions that are sent follow what is wanted; `None` while none are.
     braking: Option<Braking>,
@@ -68,6 +73,7 @@ impl Supervisor {
             agreement: Agreement::default(),
             bias: config.bias.map(TorqueBias::new),
             out_of_reach: false,
+            refused: false,
             sent: Sent::Nothing,
             braking: None,
             cut_for: None,
@@ -124,6 +130,11 @@ impl Supervisor {
         self.bias = self.config.bias.map(TorqueBias::new);
     }
 
+    /// The arm did not take the last command: it holds until it takes them again, and goes on from where it rests.
+    pub const fn refused(&mut self) {
+        self.refused = true;
+    }
+
     /// Stops the arm, latched.
     pub fn stop(&mut self) {
         self.faults.stop(self.clock.elapsed_s);
@@ -148,9 +159,15 @@ impl Supervisor {
                 Fault::worse(found.worst, self.biased(input, found.arm_is_sound, dt_s))
             }
         };
+        let refused = std::mem::take(&mut self.refused).then_some(Fault {
+            reason: SafeReason::Refused,
+            severity: Severity::Blind,
+        });
+        let found = Fault::worse(found, refused);
         let timing = &self.config.timing;
         self.faults.advance(
             found,
+            input.state.qd.0.iter().all(|qd| qd.abs() <= RESTS_RAD_PER_S),
             self.clock.elapsed_s,
             timing,
             self.torque_level,

@@ -43,7 +43,10 @@ pub trait Controller {
     /// The command for the coming cycle; times on the clock of the arm, s.
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand;
 
-    /// The arm refused a command, gave no state, or the loop ends with another error.
+    /// The arm did not take the command of this cycle ([`Arm::is_transient`]); the loop goes on.
+    fn refused(&mut self) {}
+
+    /// The arm is gone, gave no state, or the loop ends with another error.
     fn failed(&mut self) {}
 }
 
@@ -62,7 +65,8 @@ pub struct Cycle {
 /// end of each cycle: to take events, to keep a record, to advance a simulated arm.
 ///
 /// # Errors
-/// The first error of the arm, its surroundings or `after`. The arm is told to hold before the loop ends. It may no longer
+/// The first error of the arm, its surroundings or `after`; a command that the arm does not take for the moment is none, and makes the
+/// session hold. The arm is told to hold before the loop ends. It may no longer
 /// receive that, so a driver must stop its arm by itself when no commands come.
 pub fn drive<C, R, S>(
     controller: &mut C,
@@ -112,7 +116,10 @@ where
     }
     let state = surroundings.state(arm.state()?);
     let command = controller.step(now_s, &state);
-    arm.command(command)?;
+    match arm.command(command) {
+        Err(error) if R::is_transient(&error) => controller.refused(),
+        taken => taken?,
+    }
     Ok(Some(Cycle {
         t_s: now_s,
         state,
@@ -132,6 +139,10 @@ impl<P: Predictor> Controller for Session<P> {
 
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         Self::step(self, now_s, state)
+    }
+
+    fn refused(&mut self) {
+        Self::refused(self);
     }
 
     fn failed(&mut self) {

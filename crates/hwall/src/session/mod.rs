@@ -280,6 +280,11 @@ impl<P: Predictor> Session<P> {
         self.control.stop();
     }
 
+    /// The arm did not take the last command, see [`Control::refused`].
+    pub fn refused(&mut self) {
+        self.control.refused();
+    }
+
     /// Ends a latched fault, see [`Control::reset`].
     pub fn reset(&mut self) {
         self.control.reset();

@@ -99,6 +99,7 @@ pub(crate) fn write_request(writer: &mut Writer<'_>, sequence: u64, request: Req
     let (kind, value_s) = match request {
         Request::Stop => (0, None),
         Request::Reset => (1, None),
+        Request::Refused => (3, None),
         Request::ClockOffset {
             arm_minus_tracker_s,
         } => (2, Some(arm_minus_tracker_s)),
@@ -333,6 +334,7 @@ impl<'a> Body<'a> {
         let request = match kind {
             0 => Request::Stop,
             1 => Request::Reset,
+            3 => Request::Refused,
             2 => Request::ClockOffset {
                 arm_minus_tracker_s: value_s,
             },

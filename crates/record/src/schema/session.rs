@@ -46,7 +46,7 @@ pub(super) const MESSAGES: &[Message] = &[
         fields: &[
             one(1, "sequence", Uint64), one(2, "kind", Kind::Enum("hwall.Request.Kind")), one(3, "value_s", Double),
         ],
-        enums: &[Enum { name: "Kind", values: &["STOP", "RESET", "CLOCK_OFFSET"] }],
+        enums: &[Enum { name: "Kind", values: &["STOP", "RESET", "CLOCK_OFFSET", "REFUSED"] }],
     },
     Message {
         name: "hwall.Cycle",

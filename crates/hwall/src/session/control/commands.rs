@@ -258,6 +258,12 @@ impl Control {
         self.safety.reset();
     }
 
+    /// The arm did not take the last command: it holds with the next step, until commands are taken again. Without a supervisor it does
+    /// nothing.
+    pub fn refused(&mut self) {
+        self.safety.refused();
+    }
+
     /// Stops the arm with the next step, latched. Without a supervisor it does nothing.
     pub fn stop(&mut self) {
         self.safety.stop();

@@ -67,6 +67,12 @@ impl Safety {
         }
     }
 
+    pub(super) fn refused(&mut self) {
+        if let Some(supervisor) = &mut self.supervisor {
+            supervisor.refused();
+        }
+    }
+
     pub(super) fn stop(&mut self) {
         if let Some(supervisor) = &mut self.supervisor {
             supervisor.stop();
