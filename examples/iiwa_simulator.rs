@@ -4,7 +4,7 @@
 
 use anyhow::{Context, ensure};
 use clap::Parser;
-use hwall_fri::controller::{Controller, ControllerConfig, LinkConfig};
+use hwall_fri::controller::{Controller, ControllerConfig, FaultConfig, LinkConfig};
 use hwall_fri::controller::{SimulatedPlant, UdpController, iiwa7_servo, iiwa7_torque};
 use hwall_stage::input::address::socket_address;
 use hwall_stage::numbers::positive;
@@ -23,7 +23,7 @@ struct Args {
     /// Address of the client, which is sent to
     #[arg(long, default_value = "127.0.0.1:30200", value_parser = socket_address)]
     client: SocketAddr,
-    /// Address to send from; 0.0.0.0:0 for a client on another machine
+    /// Address to send from; 0.0.0.0:0 for a client on another machine, 127.0.0.2:30200 for one that sends to port 30200 of its host
     #[arg(long, default_value = "127.0.0.1:0", value_parser = socket_address)]
     local: SocketAddr,
     /// Version of the interface: 1.15, 2.5 or 2.7
@@ -50,6 +50,18 @@ struct Args {
     /// Further delay, at random up to this, ms
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     jitter_ms: f64,
+    /// Share of the cycles that begin a burst of one to four answers that do not arrive
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    bursts: f64,
+    /// Share of the cycles that begin a stall of 20 to 200 ms, in which no answer arrives
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    stalls: f64,
+    /// Time stamps are off by at most this, either way, ms, at most 50
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    stamp_jitter_ms: f64,
+    /// Time in IDLE before the session begins, ms; many clients leave at the first IDLE
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    idle_ms: f64,
     /// How long to run, s; without it until Ctrl-C
     #[arg(long, allow_negative_numbers = true, value_parser = positive)]
     seconds: Option<f64>,
@@ -84,6 +96,13 @@ fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
         send_period_ms: args.period_ms,
         receive_multiplier: args.receive_multiplier,
         mode: args.mode.parse()?,
+        idle_s: args.idle_ms * 1e-3,
+        faults: FaultConfig {
+            bursts: args.bursts,
+            stalls: args.stalls,
+            stamp_jitter_ms: args.stamp_jitter_ms,
+            seed: args.seed,
+        },
         start_unix_s: SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs() as u32,
         ..ControllerConfig::default()
     };

@@ -2,7 +2,7 @@
 
 use crate::hands::HandQueue;
 use crate::pacing::Pacing;
-use crate::server::Shared;
+use crate::server::{Orders, Shared};
 use hwall::contact::Predictor;
 use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmState};
@@ -130,6 +130,12 @@ impl ViewSender {
         if self.events.try_send(*event).is_err() {
             self.shared.tally.events_dropped.add(1);
         }
+    }
+
+    /// What a person asked of the arm, on a page or elsewhere: the loop takes it once in every cycle.
+    #[must_use]
+    pub fn orders(&self) -> Orders {
+        self.shared.orders.clone()
     }
 
     /// Was the server told to stop?

@@ -15,7 +15,7 @@ mod unity;
 pub use config::{BridgeConfig, FollowedHand};
 pub use counts::BridgeCounts;
 pub use error::BridgeError;
-pub use server::{BridgeServer, StopHandle};
+pub use server::{BridgeServer, Order, Orders, StopHandle};
 
 // The loop's end.
 pub use bridge::{Bridge, ViewSender};

@@ -114,7 +114,9 @@ pub enum FriError {
         quality: ConnectionQuality,
     },
     /// Too many answers did not arrive, or were not given; the arm brakes.
-    #[error("the arm is {behind_s:.2} s behind what was asked for: too many answers did not arrive; it brakes")]
+    #[error(
+        "the arm is {behind_s:.2} s behind what was asked for: too many answers did not arrive; it brakes"
+    )]
     Behind {
         /// How far, s.
         behind_s: f64,

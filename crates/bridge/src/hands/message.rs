@@ -12,6 +12,10 @@ pub(crate) enum PageMessage {
     Ping { id: f64, client_ms: f64 },
     /// A sample of a hand.
     Hand(Box<HandMessage>),
+    /// Stops the arm.
+    Stop,
+    /// Lets a stopped arm go.
+    Release,
 }
 
 /// A sample of a hand, its time on the client's clock.
@@ -53,6 +57,8 @@ enum Text {
         id: f64,
         client_ms: f64,
     },
+    Stop {},
+    Release {},
     Hand {
         seq: u64,
         client_ms: f64,
@@ -88,6 +94,8 @@ impl PageMessage {
                 time("client_ms", client_ms)?;
                 Ok(Self::Ping { id, client_ms })
             }
+            Text::Stop {} => Ok(Self::Stop),
+            Text::Release {} => Ok(Self::Release),
             Text::Hand {
                 seq,
                 client_ms,

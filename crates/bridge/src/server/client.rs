@@ -245,6 +245,8 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
                 Ok(PageMessage::Hand(hand)) => {
                     locked(&shared.intake).take(hands, &hand, now_s, tally);
                 }
+                Ok(PageMessage::Stop) => shared.orders.stop(),
+                Ok(PageMessage::Release) => shared.orders.let_go(),
                 Err(refused) => complain(&format!("message refused: {refused}"), now_s),
             },
             Ok(Message::Binary(_)) => complain("binary messages have no meaning", now_s),

@@ -24,6 +24,7 @@ use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 pub(crate) use shared::Shared;
+pub use shared::{Order, Orders};
 
 /// Most connections at a time, pages included.
 const MAX_CONNECTIONS: usize = 64;

@@ -6,10 +6,48 @@ use crate::counts::{BridgeCounts, Tally};
 use crate::hands::Intake;
 use hwall::Event;
 use hwall_view::ViewFrame;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
+
+/// What a person asks of the arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// Stop, latched.
+    Stop,
+    /// Let a stopped arm go.
+    LetGo,
+}
+
+/// Carries orders to the loop, from any thread. A stop that is not carried out yet is not taken back.
+#[derive(Debug, Clone, Default)]
+pub struct Orders(Arc<AtomicU8>);
+
+impl Orders {
+    const STOP: u8 = 2;
+    const LET_GO: u8 = 1;
+
+    /// Stops the arm with the next cycle.
+    pub fn stop(&self) {
+        self.0.fetch_max(Self::STOP, Ordering::SeqCst);
+    }
+
+    /// Lets a stopped arm go with the next cycle.
+    pub fn let_go(&self) {
+        self.0.fetch_max(Self::LET_GO, Ordering::SeqCst);
+    }
+
+    /// The order that was not taken yet.
+    #[must_use]
+    pub fn take(&self) -> Option<Order> {
+        match self.0.swap(0, Ordering::SeqCst) {
+            Self::STOP => Some(Order::Stop),
+            Self::LET_GO => Some(Order::LetGo),
+            _ => None,
+        }
+    }
+}
 
 /// What the threads of a server share. The loop touches the tally and the flag only, which are atomic.
 pub(crate) struct Shared {
@@ -23,6 +61,7 @@ pub(crate) struct Shared {
     /// From the loop.
     pub(crate) from_loop: Mutex<Option<FromLoop>>,
     pub(crate) connections: AtomicUsize,
+    pub(crate) orders: Orders,
     next_client: AtomicU64,
     stopped: AtomicBool,
 }
@@ -44,6 +83,7 @@ impl Shared {
             clients: Mutex::default(),
             from_loop: Mutex::default(),
             connections: AtomicUsize::new(0),
+            orders: Orders::default(),
             next_client: AtomicU64::new(1),
             stopped: AtomicBool::new(false),
         }

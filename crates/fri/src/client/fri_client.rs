@@ -35,8 +35,8 @@ const NEW_SEQUENCE: u32 = 1000;
 /// Positions begin where the controller's interpolator holds the arm ([`interpolator`](Self::interpolator)). Whoever begins at the measured
 /// angles is off by the error of the arm's servo: up to 0.05 rad are laid over what is commanded and fade within a second. A command
 /// moves the arm no further than the joints may go between two answers. What was missed or did not arrive makes the arm late: it stays
-/// on the path that was asked for, goes on from where the controller holds it ([`behind_s`](Self::behind_s)), and catches up by at most a
-/// tenth of its speed. More than 0.1 s behind it brakes, and the command is refused ([`FriError::Behind`]).
+/// on the path that was asked for, goes on from where the controller holds it ([`behind_s`](Self::behind_s)), and catches up by at most
+/// 15 % of its speed. More than 0.15 s behind it brakes, and the command is refused ([`FriError::Behind`]).
 ///
 /// In mode torque positions are held by the springs of the controller, so its stiffness must not be zero for them. From positions
 /// to torques and back the springs are led over no faster than the joints may move.
@@ -354,9 +354,9 @@ impl<T: Transport> FriClient<T> {
                 self.begin_session(&q_rad);
                 // Time goes on from one session to the next, and never back.
                 let silence = |last: &Newest| self.transport.elapsed().saturating_sub(last.arrived);
-                let time_ns = last.as_ref().map_or(0, |last| {
-                    last.time_ns + silence(last).as_nanos() as u64
-                });
+                let time_ns = last
+                    .as_ref()
+                    .map_or(0, |last| last.time_ns + silence(last).as_nanos() as u64);
                 self.stamps_ahead_ns = stamp_ns.unwrap_or(0) - i128::from(time_ns);
                 time_ns
             }
@@ -534,10 +534,10 @@ fn period_ms(message: &MonitorMessage) -> u32 {
     said.clamp(1, LONGEST_PERIOD_MS)
 }
 
-/// Share by which the time of messages follows the controller's stamps. Stamps that jitter by 5 ms move it by 0.1 ms in a message.
-const FOLLOWS_STAMPS: f64 = 0.02;
+/// Share by which the time of messages follows the controller's stamps. Stamps that jitter by 5 ms move it by 0.025 ms in a message.
+const FOLLOWS_STAMPS: f64 = 0.005;
 /// And so much of a period at most: velocities err by no more than this share.
-const MOST_FOLLOWED: f64 = 0.05;
+const MOST_FOLLOWED: f64 = 0.02;
 /// Further from its stamp than this a controller has stood still: its clock is believed, ns.
 const STOOD_STILL_NS: f64 = 5e8;
 

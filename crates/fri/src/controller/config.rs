@@ -1,5 +1,6 @@
 //! Settings of the simulated controller.
 
+use super::faults::FaultConfig;
 use super::impedance::ImpedanceConfig;
 use super::quality::QualityConfig;
 use crate::codec::{ArrayEncoding, ClientCommandMode, FriVersion};
@@ -25,7 +26,7 @@ pub struct ControllerConfig {
     /// What the client is to command: position, torque or wrench. On the real controller the application decides it. Default
     /// position.
     pub mode: ClientCommandMode,
-    /// Time before the session begins, s; default 0.05.
+    /// Time in `IDLE` before the session begins, s; default 0: many clients leave at the first `IDLE`.
     pub idle_s: f64,
     /// Time in `MONITORING_READY` until the application asks for commands, s; `None`: never. Default 0.5.
     pub ready_s: Option<f64>,
@@ -48,6 +49,8 @@ pub struct ControllerConfig {
     pub impedance: ImpedanceConfig,
     /// Unix time at the start, s: what time stamps begin with. Default 0.
     pub start_unix_s: u32,
+    /// What goes wrong on purpose.
+    pub faults: FaultConfig,
 }
 
 impl Default for ControllerConfig {
@@ -58,7 +61,7 @@ impl Default for ControllerConfig {
             send_period_ms: 1,
             receive_multiplier: 1,
             mode: ClientCommandMode::Position,
-            idle_s: 0.05,
+            idle_s: 0.0,
             ready_s: Some(0.5),
             wait_s: 0.25,
             asks_again: true,
@@ -69,6 +72,7 @@ impl Default for ControllerConfig {
             quality: QualityConfig::default(),
             impedance: ImpedanceConfig::default(),
             start_unix_s: 0,
+            faults: FaultConfig::default(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The controller as a pure state machine: datagrams in, a datagram out, once in every send period.
 
 use super::config::ControllerConfig;
+use super::faults::Faults;
 use super::message::{Measured, monitor_message};
 use super::plant::SimulatedPlant;
 use super::quality::AnswerWindow;
@@ -61,6 +62,7 @@ pub struct Controller<P> {
     since_s: f64,
     may_command: bool,
     window: AnswerWindow,
+    faults: Faults,
     quality: ConnectionQuality,
     /// Sequence number of the newest message.
     sequence: u32,
@@ -119,6 +121,7 @@ impl<P: SimulatedPlant> Controller<P> {
             since_s: 0.0,
             may_command: config.ready_s.is_some(),
             window: AnswerWindow::new(config.quality)?,
+            faults: Faults::new(config.faults)?,
             quality: ConnectionQuality::Poor,
             sequence: u32::MAX,
             counted: 0,
@@ -151,6 +154,10 @@ impl<P: SimulatedPlant> Controller<P> {
 
     /// Takes a datagram of the client. Whatever is wrong with it is counted.
     pub fn receive(&mut self, datagram: &[u8]) {
+        if self.faults.is_deaf() {
+            self.statistics.not_arrived += 1;
+            return;
+        }
         match self.codec.decode_command(datagram) {
             Ok(message) => self.take_answer(&message),
             Err(error) => {
@@ -224,6 +231,7 @@ impl<P: SimulatedPlant> Controller<P> {
         if self.cycles > 0 {
             self.advance().map_err(ControllerError::Plant)?;
         }
+        let stamp_off_s = self.faults.cycle(self.config.send_period_ms);
         let now_s = self.t_s();
         let measured = self.plant.state().map_err(ControllerError::Plant)?;
         self.judge_answers();
@@ -238,7 +246,7 @@ impl<P: SimulatedPlant> Controller<P> {
                 sequence: self.sequence,
                 reflected_sequence: self.client_sequence,
             },
-            t_s: now_s,
+            t_s: (now_s + stamp_off_s).max(0.0),
             config: &self.config,
             state: self.state,
             quality: self.quality,

@@ -1,6 +1,7 @@
 //! A simulated controller of the arm: everything that a client sees, without the arm.
 
 mod config;
+mod faults;
 mod impedance;
 mod in_process;
 mod link;
@@ -14,6 +15,7 @@ mod sim;
 mod udp;
 
 pub use config::ControllerConfig;
+pub use faults::FaultConfig;
 pub use impedance::ImpedanceConfig;
 pub use in_process::InProcess;
 pub use link::{Link, LinkConfig};

@@ -100,6 +100,8 @@ pub struct ControllerStatistics {
     pub missed: u64,
     /// Most of them in a row.
     pub longest_miss: u64,
+    /// Answers that were lost on purpose ([`FaultConfig`](super::FaultConfig)).
+    pub not_arrived: u64,
     /// Answers that came too late to count.
     pub late: u64,
     /// Answers to a message that had been answered.

@@ -167,7 +167,12 @@ impl Supervisor {
         let timing = &self.config.timing;
         self.faults.advance(
             found,
-            input.state.qd.0.iter().all(|qd| qd.abs() <= RESTS_RAD_PER_S),
+            input
+                .state
+                .qd
+                .0
+                .iter()
+                .all(|qd| qd.abs() <= RESTS_RAD_PER_S),
             self.clock.elapsed_s,
             timing,
             self.torque_level,

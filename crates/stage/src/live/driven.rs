@@ -1,5 +1,6 @@
 //! A live session on an arm behind FRI, a real one or a simulated one.
 
+use super::holds::{Holds, listen_to_console};
 use super::preparation::{LiveOptions, Prepared};
 use super::recorded;
 use crate::console::note;
@@ -13,8 +14,10 @@ use hwall_record::Recorded;
 use hwall_view::ViewScene;
 use std::time::{Duration, Instant};
 
-/// A controller that says nothing for this long is gone.
+/// A controller that says nothing for this long is silent, which the console is told.
 const SILENCE: Duration = Duration::from_millis(500);
+/// And for this long: gone.
+const GONE: Duration = Duration::from_secs(10);
 /// How often the wait for a controller looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(200);
 /// At the end the arm is braked for this long: from full speed the second joint, which takes longest, stands after 0.32 s.
@@ -41,6 +44,35 @@ impl Driven {
     }
 }
 
+impl Driven {
+    /// The time of the next message. A controller that pauses is waited for: its arm stands meanwhile. `None`: the server stops.
+    fn next_message(&self, arm: &mut FriClient) -> Result<Option<f64>, FriError> {
+        let since = Instant::now();
+        let mut told = false;
+        loop {
+            match arm.wait_for_message(LOOK) {
+                Ok(now_s) => {
+                    if told {
+                        let waited_s = since.elapsed().as_secs_f64();
+                        note(format_args!(
+                            "the controller speaks again after {waited_s:.1} s"
+                        ));
+                    }
+                    return Ok(Some(now_s));
+                }
+                Err(FriError::Silent { .. }) if self.bridge.view.is_stopped() => return Ok(None),
+                Err(FriError::Silent { .. }) if since.elapsed() < GONE => {
+                    if !told && since.elapsed() >= SILENCE {
+                        told = true;
+                        note("the controller is silent: waiting for it");
+                    }
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+}
+
 impl Surroundings<FriClient> for Driven {
     fn next_cycle(&mut self, arm: &mut FriClient) -> Result<Option<f64>, FriError> {
         if self.bridge.view.is_stopped() {
@@ -48,7 +80,10 @@ impl Surroundings<FriClient> for Driven {
         }
         let now_s = match self.unanswered.take() {
             Some(now_s) => now_s,
-            None => arm.wait_for_message(SILENCE)?,
+            None => match self.next_message(arm)? {
+                Some(now_s) => now_s,
+                None => return Ok(None),
+            },
         };
         self.bridge.view.count_cycle(0);
         Ok((now_s < self.end_s).then_some(now_s))
@@ -62,7 +97,7 @@ impl Surroundings<FriClient> for Driven {
 /// Waits for a controller, and then until the server stops or the time is over lets the hands of the clients lead its arm.
 ///
 /// # Errors
-/// A controller that falls silent, ends commanding, or refuses what is commanded; a recording that cannot be written.
+/// A controller that is silent for 10 s; a recording that cannot be written.
 pub fn run_driven(
     server: &BridgeServer,
     prepared: Prepared,
@@ -113,6 +148,8 @@ pub fn run_driven(
     };
     let end_s = options.seconds.map_or(f64::INFINITY, |s| begun_s + s);
     let mut surroundings = Driven::new(server.connect(&scene), begun_s, end_s);
+    let mut holds = Holds::default();
+    listen_to_console(&surroundings.bridge.view);
     let mut recorded = Recorded {
         session,
         recorder: recorder.as_mut(),
@@ -122,11 +159,13 @@ pub fn run_driven(
         &mut client,
         &mut surroundings,
         |recorded, _, Driven { bridge, .. }, cycle| {
+            recorded::obey(bridge, &mut holds, recorded, cycle);
             recorded::show(bridge, recorded, cycle);
             Ok(())
         },
     );
     brake(&mut client);
+    holds.finish();
     note(client.statistics());
     let finished = recorded::finish(recorder, options.record);
     ended.context("the arm behind FRI")?;

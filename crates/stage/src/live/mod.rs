@@ -2,6 +2,7 @@
 
 mod driven;
 mod flags;
+mod holds;
 mod preparation;
 mod recorded;
 mod simulated;

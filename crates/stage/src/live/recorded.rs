@@ -1,13 +1,14 @@
 //! A live session with a recorder beside it.
 
+use super::holds::Holds;
 use super::preparation::{ARM_MINUS_TRACKER_S, LiveOptions, Prepared, TEXTURED};
 use crate::console::note;
 use crate::person::predictors::TrainingPeople;
 use crate::recording::{self, SessionSource};
 use hwall::Cycle;
 use hwall::contact::Predictor;
-use hwall_bridge::Bridge;
-use hwall_record::{Recorded, Recorder, RecorderConfig};
+use hwall_bridge::{Bridge, Order};
+use hwall_record::{Recorded, Recorder, RecorderConfig, Request};
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -45,6 +46,22 @@ pub(super) fn begin(
     let mut recorder = recording::start(path, &source, &prepared.arm, scene, &config)?;
     recorder.begin(recording::run_of(0, &prepared.filter, ARM_MINUS_TRACKER_S)?);
     Ok(Some(recorder))
+}
+
+/// What a person asked of the arm, and what the arm does about it.
+pub(super) fn obey<P: Predictor>(
+    bridge: &Bridge,
+    holds: &mut Holds,
+    recorded: &mut Recorded<'_, P>,
+    cycle: &Cycle,
+) {
+    match bridge.view.orders().take() {
+        Some(Order::Stop) => recorded.request(Request::Stop),
+        Some(Order::LetGo) => recorded.request(Request::Reset),
+        None => {}
+    }
+    let session = &recorded.session;
+    holds.see(cycle.t_s, session.state(), session.control().is_latched());
 }
 
 /// At the end of a cycle: events and views to the clients, and into the recording.

@@ -1,5 +1,6 @@
 //! A live session on the simulated arm.
 
+use super::holds::{Holds, listen_to_console};
 use super::preparation::{LiveOptions, Prepared};
 use super::recorded;
 use super::touching::Touching;
@@ -64,6 +65,8 @@ pub fn run_simulated(
         skipped_s: 0.0,
     };
     let mut touching = Touching::new(&board);
+    let mut holds = Holds::default();
+    listen_to_console(&surroundings.bridge.view);
     let mut recorded = Recorded {
         session,
         recorder: recorder.as_mut(),
@@ -79,10 +82,12 @@ pub fn run_simulated(
             let tracking = recorded.session.tracking();
             touching.advance(simulated, until_s, frame.as_ref(), tracking)?;
             limited.skipped_s = touching.skipped_s();
+            recorded::obey(bridge, &mut holds, recorded, cycle);
             recorded::show(bridge, recorded, cycle);
             Ok(())
         },
     );
+    holds.finish();
     recorded::finish(recorder, options.record)?;
     Ok(ended?)
 }

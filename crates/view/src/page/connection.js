@@ -67,6 +67,9 @@ class Connection {
     return true;
   }
 
+  /** What a person asks of the arm: "stop" or "release". */
+  order(type) { return this.put({ type }); }
+
   /** A sample of a hand; numbers rise over all sources. */
   hand(sample) { return this.put({ ...sample, seq: ++this.seq }); }
 }

@@ -37,7 +37,7 @@ function live() {
     window.hwall = { ...shown, pointer, headset, connection: () => connection, newest: () => newest };
   };
 
-  let touching = true;
+  let touching = true, held = "an input is missing or wrong";
   const mode = (is) => {
     touching = is;
     if (pointer && !headset?.session) pointer.on = is;
@@ -50,13 +50,20 @@ function live() {
   };
   $("touching").addEventListener("click", () => mode(true));
   $("looking").addEventListener("click", () => mode(false));
+  $("stop").addEventListener("click", () => connection.order("stop"));
+  $("release").addEventListener("click", () => {
+    if (confirm(`The arm stands: ${held}.\nIs everybody clear of it? It moves again when you let it go.`)) connection.order("release");
+  });
   $("vr").addEventListener("click", async () => {
     if (headset.session) { headset.leave(); return; }
     try { await headset.enter(); } catch (error) { tell(null, `VR: ${error.message}`); }
   });
 
   const says = {
-    event: ({ t, kind, text }) => tell(t, text ? `${kind}: ${text}` : kind),
+    event: ({ t, kind, text }) => {
+      if (kind === "held" || kind === "safe") held = text;
+      tell(t, text ? `${kind}: ${text}` : kind);
+    },
     preparing: ({ text }) => { preparing = text; },
     error: ({ text }) => tell(null, `server: ${text}`),
     counts: (counts) => {
@@ -98,11 +105,12 @@ function live() {
     $("server").textContent = name;
     $("server").className = name === "connected" ? "" : "late";
     $("trip").textContent = connection.trip == null ? "–" : `${connection.trip.toFixed(1)} ms`;
+    $("release").hidden = newest?.state !== SAFE;
     if (state === "lost") notice("Connection lost", `Trying again in ${Math.max(0, (retry - now) / 1000).toFixed(1)} s. The arm holds still until a hand is seen again.`);
     else if (state === "connecting") notice(shown ? "Reconnecting …" : "Connecting …", address);
     else if (!shown) notice("Preparing", preparing);
     else if (newest && now - framed > 1500) notice("No pictures from the server", "It is connected, but has sent nothing new for a while.");
-    else if (newest?.state === HOLDING && newest.hand) notice("The arm holds", "An input is missing or wrong; see the messages below.");
+    else if (newest?.state === SAFE || (newest?.state === HOLDING && newest.hand)) notice("The arm stands", held);
     else if (!leads && pointer.at) notice("Somebody else's hand is followed", "It is your turn once theirs has rested for a while.");
     else notice(null);
   };
