@@ -128,6 +128,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     println!("{learnt}");
     let setup = RunSetup {
         level: hwall_stage::run::simulated_arm::ArmLevel::Servo,
+        fri: None,
         arm: &arm,
         board: &board,
         scene: &setting.scene,

@@ -14,6 +14,7 @@ use crate::run::people::{self, Stage};
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting::{Setting, SettingOptions};
 use clap::ValueEnum;
+use hwall_fri::controller::FaultConfig;
 use hwall_haptics::Board;
 use std::io::Write;
 use std::path::PathBuf;
@@ -55,6 +56,25 @@ pub struct JobOptions {
     /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
     #[arg(long, value_enum, default_value_t)]
     pub arm_level: ArmLevel,
+    /// The arm is behind FRI, and this share of the cycles begins a burst of one to four commands that do not arrive; holds and losses are told on standard error
+    #[arg(long, allow_negative_numbers = true)]
+    pub fri_bursts: Option<f64>,
+    /// With --fri-bursts: share of the cycles that begin a stall of 20 to 200 ms, in which no command arrives
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        requires = "fri_bursts",
+        allow_negative_numbers = true
+    )]
+    pub fri_stalls: f64,
+    /// With --fri-bursts: the controller's time stamps are off by at most this, ms
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        requires = "fri_bursts",
+        allow_negative_numbers = true
+    )]
+    pub fri_stamp_jitter_ms: f64,
     /// Who leads the board; the first three are always compared, the last one if it leads [default: fused, or ray-led where there is nobody to learn from]
     #[arg(long, value_enum)]
     pub predictor: Option<PredictorKind>,
@@ -204,6 +224,12 @@ pub fn run(
         predictors: &predictors,
         textured: !options.plain,
         level: options.arm_level,
+        fri: options.fri_bursts.map(|bursts| FaultConfig {
+            bursts,
+            stalls: options.fri_stalls,
+            stamp_jitter_ms: options.fri_stamp_jitter_ms,
+            seed: options.seed,
+        }),
         period_s: 1e-3 * options.period_ms,
     };
     let scene_path = options.scene.as_deref();

@@ -43,6 +43,7 @@ fn a_recorded_run_is_made_again_bit_by_bit() {
         predictors: &predictors,
         textured: true,
         level: ArmLevel::Servo,
+        fri: None,
         period_s: 1e-3,
     };
     let name = format!("hwall-stage-{}.mcap", std::process::id());

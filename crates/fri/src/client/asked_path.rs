@@ -9,8 +9,8 @@ use crate::limits::CommandLimits;
 /// Points of the path that are kept: more than [`MOST_BEHIND_NS`] at 1 ms.
 const POINTS: usize = 256;
 /// An arm further behind no longer follows: it brakes, and the program has to begin anew from where it rests, ns. A joint at full speed,
-/// 1.7 rad/s, is 0.3 rad from where the supervisor of a session expects it only after another 0.18 s.
-pub(super) const MOST_BEHIND_NS: u64 = 150_000_000;
+/// 1.7 rad/s, is 0.3 rad from where the supervisor of a session expects it only after 0.33 s.
+pub(super) const MOST_BEHIND_NS: u64 = 200_000_000;
 /// Catching up adds at most this share to the speed: more than what bursts of one to four answers in 5 % of the cycles cost (12.5 %), and
 /// accelerations grow by at most 32 % while it fades.
 const MOST_CATCHING: f64 = 0.15;

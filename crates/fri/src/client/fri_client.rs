@@ -36,7 +36,7 @@ const NEW_SEQUENCE: u32 = 1000;
 /// angles is off by the error of the arm's servo: up to 0.05 rad are laid over what is commanded and fade within a second. A command
 /// moves the arm no further than the joints may go between two answers. What was missed or did not arrive makes the arm late: it stays
 /// on the path that was asked for, goes on from where the controller holds it ([`behind_s`](Self::behind_s)), and catches up by at most
-/// 15 % of its speed. More than 0.15 s behind it brakes, and the command is refused ([`FriError::Behind`]).
+/// 15 % of its speed. More than 0.2 s behind it brakes, and the command is refused ([`FriError::Behind`]).
 ///
 /// In mode torque positions are held by the springs of the controller, so its stiffness must not be zero for them. From positions
 /// to torques and back the springs are led over no faster than the joints may move.

@@ -83,7 +83,13 @@ where
         let done = match cycle(controller, arm, surroundings) {
             Ok(Some(done)) => after(controller, arm, surroundings, &done),
             // The last command may be a motion under way.
-            Ok(None) => return arm.command(ArmCommand::Hold),
+            Ok(None) => {
+                return match arm.command(ArmCommand::Hold) {
+                    // An arm that takes no commands holds already.
+                    Err(error) if R::is_transient(&error) => Ok(()),
+                    held => held,
+                };
+            }
             Err(error) => Err(error),
         };
         if let Err(error) = done {

@@ -9,11 +9,18 @@ use std::io::{BufRead, stdin};
 /// Holds of the same kind that are told one by one; more are only counted, for a console that scrolls tells nobody anything.
 const TOLD: u64 = 20;
 
+/// The hold under way.
+#[derive(Debug)]
+struct Hold {
+    name: String,
+    is_latched: bool,
+    since_s: f64,
+}
+
 /// Watches the states of a session.
 #[derive(Debug, Default)]
-pub(super) struct Holds {
-    /// The hold under way: its name, and since when, s.
-    under_way: Option<(String, f64)>,
+pub(crate) struct Holds {
+    under_way: Option<Hold>,
     /// How many, and for how long, s, by name.
     by_name: BTreeMap<String, (u64, f64)>,
     cycles: u64,
@@ -23,13 +30,14 @@ pub(super) struct Holds {
 
 impl Holds {
     /// One cycle.
-    pub(super) fn see(&mut self, t_s: f64, state: SessionState, is_latched: bool) {
+    pub(crate) fn see(&mut self, t_s: f64, state: SessionState, is_latched: bool) {
         self.cycles += 1;
         let gap_s = self.last_s.replace(t_s).map_or(0.0, |last_s| t_s - last_s);
         self.longest_gap_s = self.longest_gap_s.max(gap_s);
         let hold = named(state);
-        let name = hold.as_ref().map(|(name, _)| name);
-        if name == self.under_way.as_ref().map(|(name, _)| name) {
+        let name = hold.as_ref().map(|(name, _)| (name.as_str(), is_latched));
+        let under_way = self.under_way.as_ref();
+        if name == under_way.map(|hold| (hold.name.as_str(), hold.is_latched)) {
             return;
         }
         let ended = self.end(t_s);
@@ -48,7 +56,11 @@ impl Holds {
                         "{t_s:9.3} s  {words} (more of these are only counted)"
                     ));
                 }
-                self.under_way = Some((name, t_s));
+                self.under_way = Some(Hold {
+                    name,
+                    is_latched,
+                    since_s: t_s,
+                });
             }
             None => {
                 if ended.is_some_and(|count| count <= TOLD) {
@@ -60,14 +72,14 @@ impl Holds {
 
     /// Ends the hold under way; how many there were of its kind.
     fn end(&mut self, t_s: f64) -> Option<u64> {
-        let (name, since_s) = self.under_way.take()?;
-        let (count, lasted_s) = self.by_name.get_mut(&name)?;
-        *lasted_s += t_s - since_s;
+        let hold = self.under_way.take()?;
+        let (count, lasted_s) = self.by_name.get_mut(&hold.name)?;
+        *lasted_s += t_s - hold.since_s;
         Some(*count)
     }
 
     /// The summary.
-    pub(super) fn finish(mut self) {
+    pub(crate) fn finish(mut self) {
         if let Some(t_s) = self.last_s {
             self.end(t_s);
         }
@@ -87,13 +99,13 @@ impl Holds {
 fn named(state: SessionState) -> Option<(String, String)> {
     match state {
         SessionState::Holding(reason) if reason.name() != "no_target" => {
-            let words = format!("holding: {}", reason.name().replace('_', " "));
-            Some((words.clone(), words))
+            let name = reason.name().replace('_', " ");
+            Some((name.clone(), format!("holding: {name}")))
         }
         SessionState::Safe(safe) => {
             let reason = safe.reason()?;
             let channel = reason.channel().map_or("", |channel| channel.name());
-            let name = format!("{} {} {channel}", safe.name(), reason.name());
+            let name = format!("{} {channel}", reason.name());
             Some((name.trim_end().to_owned(), safe.to_string()))
         }
         _ => None,
@@ -137,7 +149,7 @@ mod tests {
             holds.see(f64::from(2 * k) + 0.5, state, false);
             holds.see(f64::from(2 * k + 1), SessionState::Waiting, false);
         }
-        let held = holds.by_name.get("holding stale head");
+        let held = holds.by_name.get("stale head");
         assert_eq!(held, Some(&(30, 30.0)));
         assert_eq!((holds.cycles, holds.longest_gap_s), (90, 1.0));
     }

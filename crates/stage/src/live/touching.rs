@@ -1,11 +1,11 @@
 //! The fingertip of a tracked hand on the board of a simulated arm.
 
-use crate::run::simulated_arm::SimulatedArm;
+use crate::run::simulated_arm::{ArmError, SimulatedArm};
 use glam::DVec3;
 use hwall::hand::{HandFrame, Tracking};
 use hwall::haptics::Board;
 use hwall_geometry::Wrench;
-use hwall_sim::{HandContact, SimError};
+use hwall_sim::HandContact;
 
 /// Between two samples the fingertip goes on for at most this long, s: a period of a headset and a half.
 const AHEAD_S: f64 = 0.02;
@@ -46,7 +46,7 @@ impl Touching {
         until_s: f64,
         frame: Option<&HandFrame>,
         tracking: Option<&Tracking>,
-    ) -> Result<DVec3, SimError> {
+    ) -> Result<DVec3, ArmError> {
         let left_s = until_s - self.until_s;
         if left_s > 0.0 {
             let dt_s = left_s.min(LONGEST_S);

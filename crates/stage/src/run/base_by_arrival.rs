@@ -92,6 +92,7 @@ fn rehearsed_share(
         predictors: &predictors,
         textured: true,
         level: ArmLevel::Servo,
+        fri: None,
         period_s: PERIOD_S,
     };
     let summary = Summary::new(&people::run(&stage, &cast, |_| {})?);

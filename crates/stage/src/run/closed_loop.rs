@@ -1,6 +1,8 @@
 //! The closed loop of the main job: a hand, a session and the simulated arm on one clock.
 
+use crate::console::note;
 use crate::input::arms::BoardArm;
+use crate::live::Holds;
 use crate::person::hand::Hand;
 use crate::person::predictors::{PredictionRecord, PredictorKind, Predictors, SurfacePlace};
 use crate::recording::run_of;
@@ -11,7 +13,7 @@ use crate::run::kept::tick::{Led, Tick};
 use crate::run::kept::trace::{Trace, TraceLog};
 use crate::run::kept::view_log::ViewLog;
 use crate::run::session_settings::SessionSettings;
-use crate::run::simulated_arm::{ArmLevel, SimulatedArm};
+use crate::run::simulated_arm::{ArmError, ArmLevel, SimulatedArm};
 use glam::DVec3;
 use hwall::haptics::{ArmCommand, ArmState, Board};
 use hwall::reachability::Presented;
@@ -19,10 +21,11 @@ use hwall::{
     Controller, Cycle, EventKind, Session, SessionState, Surroundings, Walls, WorldPose, drive,
 };
 use hwall_contact::{PredictionSource, Predictor};
+use hwall_fri::controller::FaultConfig;
 use hwall_hand::{HandFrame, LostReason, Tracking};
 use hwall_record::{Recorded, Recorder};
 use hwall_scene::Scene;
-use hwall_sim::{HandContact, SimError};
+use hwall_sim::HandContact;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -88,6 +91,8 @@ pub struct RunSetup<'a> {
     pub textured: bool,
     /// How much of the arm is simulated.
     pub level: ArmLevel,
+    /// The arm is behind FRI, and this goes wrong.
+    pub fri: Option<FaultConfig>,
     /// Control period, s.
     pub period_s: f64,
     /// Seed of the sensors' noise.
@@ -145,14 +150,22 @@ pub fn run_recorded(
     let model = Arc::clone(session.control().arm());
     // The arm waits before anybody comes.
     let start = setup.walls.waiting.unwrap_or(setup.arm.start());
-    let mut arm = SimulatedArm::new(
-        setup.level,
-        setup.arm,
-        model,
-        setup.board,
-        start,
-        setup.seed,
-    )?;
+    let mut arm = match setup.fri {
+        Some(faults) => {
+            let seed = faults.seed.wrapping_add(setup.seed);
+            let faults = FaultConfig { seed, ..faults };
+            SimulatedArm::behind_fri(model, start, faults, setup.period_s)?
+        }
+        None => SimulatedArm::new(
+            setup.level,
+            setup.arm,
+            model,
+            setup.board,
+            start,
+            setup.seed,
+        )?,
+    };
+    let mut holds = Holds::default();
     let mut simulation = Simulation {
         hand: setup.hand,
         finger: HandContact {
@@ -195,6 +208,9 @@ pub fn run_recorded(
             if let Some(recorder) = recorder {
                 recorder.view(session, cycle);
             }
+            if setup.fri.is_some() {
+                holds.see(cycle.t_s, session.state(), session.control().is_latched());
+            }
             let tip = simulation.advance(arm, cycle)?;
             if let (Some(texture), Some(moving)) = (&mut texture, session.control().texture()) {
                 texture.feel(cycle.t_s, &arm.pose(), tip, &arm.twist(), moving.scan_rad());
@@ -218,6 +234,10 @@ pub fn run_recorded(
         recorded: Recorded { session, .. },
         mut step_ns,
     } = timed;
+    if let SimulatedArm::Fri(arm) = &arm {
+        holds.finish();
+        note(arm.statistics());
+    }
     step_ns.sort_by(f64::total_cmp);
     let predictions = session.perception().predictor().records().to_vec();
     let (pushes, forces) = pushes.finish();
@@ -243,6 +263,14 @@ impl<P: Predictor> Controller for Timed<'_, P> {
 
     fn world(&mut self, pose: &WorldPose) {
         self.recorded.world(pose);
+    }
+
+    fn refused(&mut self) {
+        self.recorded.refused();
+    }
+
+    fn failed(&mut self) {
+        self.recorded.failed();
     }
 
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
@@ -271,7 +299,7 @@ struct Simulation<'a> {
 }
 
 impl Surroundings<SimulatedArm> for Simulation<'_> {
-    fn next_cycle(&mut self, _: &mut SimulatedArm) -> Result<Option<f64>, SimError> {
+    fn next_cycle(&mut self, _: &mut SimulatedArm) -> Result<Option<f64>, ArmError> {
         let now_s = self.next_step as f64 * self.period_s;
         self.next_step += 1;
         Ok((self.next_step <= self.steps + 1).then_some(now_s))
@@ -293,7 +321,7 @@ impl Simulation<'_> {
         &mut self,
         arm: &mut SimulatedArm,
         cycle: &Cycle,
-    ) -> Result<Option<DVec3>, SimError> {
+    ) -> Result<Option<DVec3>, ArmError> {
         arm.advance(self.period_s)?;
         let (tip_m, velocity) = self.tip.at(self.hand, self.start_s + cycle.t_s);
         let wrench = match tip_m {

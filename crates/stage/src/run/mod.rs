@@ -1,6 +1,7 @@
 //! One run of the closed loop: what it leaves behind, and how it is judged.
 
 pub mod base_by_arrival;
+pub mod behind_fri;
 pub mod closed_loop;
 pub mod judged;
 pub mod kept;

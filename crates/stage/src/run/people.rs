@@ -13,6 +13,7 @@ use crate::run::kept::view_log::ViewLog;
 use crate::run::simulated_arm::ArmLevel;
 use hwall::Walls;
 use hwall::haptics::Board;
+use hwall_fri::controller::FaultConfig;
 use hwall_haptics::PlaceTolerance;
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_record::Recorder;
@@ -35,6 +36,8 @@ pub struct Stage<'a> {
     pub textured: bool,
     /// How much of the arm is simulated.
     pub level: ArmLevel,
+    /// The arm is behind FRI, and this goes wrong.
+    pub fri: Option<FaultConfig>,
     /// Control period, s.
     pub period_s: f64,
 }
@@ -51,6 +54,7 @@ impl<'a> Stage<'a> {
             predictors,
             textured: scenery.textured,
             level: ArmLevel::Servo,
+            fri: None,
             period_s,
         }
     }
@@ -143,6 +147,7 @@ fn person(
         hand: &participant.hand,
         textured: stage.textured,
         level: stage.level,
+        fri: stage.fri,
         period_s: stage.period_s,
         seed: participant.seed,
     };

@@ -1,9 +1,12 @@
-//! The simulated arm of a run, at one of two levels.
+//! The simulated arm of a run: at one of two levels, or behind an interface that loses commands.
 
+use super::behind_fri::FriArm;
 use crate::input::arms::BoardArm;
 use clap::ValueEnum;
 use glam::DVec3;
 use hwall::haptics::{Arm, ArmCommand, ArmState, Board, ImpedanceConfig, ObjectCommand};
+use hwall_fri::FriError;
+use hwall_fri::controller::FaultConfig;
 use hwall_geometry::{Pose, Twist, Wrench};
 use hwall_kinematics::{ArmKinematics, ChainDynamics, Inertial, JointPositions, JointVelocities};
 use hwall_sim::{ServoArm, ServoConfig, SimError, TorqueArm, TorqueConfig};
@@ -74,6 +77,17 @@ pub fn board_body(board: &Board, mass_kg: f64) -> Inertial {
     Inertial::solid_box("board", mass_kg, middle_m, size_m)
 }
 
+/// What a simulated arm refuses.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ArmError {
+    /// The arm.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// The interface.
+    #[error(transparent)]
+    Fri(#[from] FriError),
+}
+
 /// An arm with a clock of its own.
 #[derive(Debug)]
 pub enum SimulatedArm {
@@ -81,9 +95,29 @@ pub enum SimulatedArm {
     Servo(Box<ServoArm>),
     /// See [`ArmLevel::Torque`].
     Torque(Box<TorqueArm>),
+    /// At servo level, behind FRI.
+    Fri(Box<FriArm>),
 }
 
 impl SimulatedArm {
+    /// As [`servo`](Self::servo), behind FRI with these faults; the control period is that of the interface.
+    ///
+    /// # Errors
+    /// A start outside the limits, a period that FRI does not have, faults outside their ranges.
+    pub fn behind_fri(
+        model: Arc<dyn ArmKinematics>,
+        start: JointPositions,
+        faults: FaultConfig,
+        period_s: f64,
+    ) -> anyhow::Result<Self> {
+        let config = ServoConfig {
+            seed: faults.seed,
+            ..ServoConfig::default()
+        };
+        let arm = ServoArm::new(model, start, config)?;
+        Ok(Self::Fri(Box::new(FriArm::new(arm, faults, period_s)?)))
+    }
+
     /// At rest at `start`, its clock at zero; `model` has the face of the board as its tool.
     ///
     /// # Errors
@@ -142,10 +176,11 @@ impl SimulatedArm {
     ///
     /// # Errors
     /// As for the arm.
-    pub fn advance(&mut self, dt_s: f64) -> Result<(), SimError> {
+    pub fn advance(&mut self, dt_s: f64) -> Result<(), ArmError> {
         match self {
-            Self::Servo(arm) => arm.advance(dt_s),
-            Self::Torque(arm) => arm.advance(dt_s),
+            Self::Servo(arm) => Ok(arm.advance(dt_s)?),
+            Self::Torque(arm) => Ok(arm.advance(dt_s)?),
+            Self::Fri(arm) => arm.advance(),
         }
     }
 
@@ -157,6 +192,7 @@ impl SimulatedArm {
         match self {
             Self::Servo(arm) => arm.apply_wrench(wrench),
             Self::Torque(arm) => arm.apply_wrench(wrench),
+            Self::Fri(arm) => arm.plant_mut().apply_wrench(wrench),
         }
     }
 
@@ -166,6 +202,7 @@ impl SimulatedArm {
         match self {
             Self::Servo(arm) => arm.q(),
             Self::Torque(arm) => arm.q(),
+            Self::Fri(arm) => arm.plant().q(),
         }
     }
 
@@ -175,6 +212,7 @@ impl SimulatedArm {
         match self {
             Self::Servo(arm) => arm.qd(),
             Self::Torque(arm) => arm.qd(),
+            Self::Fri(arm) => arm.plant().qd(),
         }
     }
 
@@ -182,7 +220,7 @@ impl SimulatedArm {
     #[must_use]
     pub fn largest_torque_n_m(&self) -> Option<f64> {
         match self {
-            Self::Servo(_) => None,
+            Self::Servo(_) | Self::Fri(_) => None,
             Self::Torque(arm) => {
                 let torques = arm.motor_torque().0;
                 Some(torques.iter().fold(0.0, |most: f64, t| most.max(t.abs())))
@@ -196,6 +234,7 @@ impl SimulatedArm {
         match self {
             Self::Servo(arm) => arm.pose(),
             Self::Torque(arm) => arm.pose(),
+            Self::Fri(arm) => arm.plant().pose(),
         }
     }
 
@@ -205,24 +244,31 @@ impl SimulatedArm {
         match self {
             Self::Servo(arm) => arm.twist(),
             Self::Torque(arm) => arm.twist(),
+            Self::Fri(arm) => arm.plant().twist(),
         }
     }
 }
 
 impl Arm for SimulatedArm {
-    type Error = SimError;
+    type Error = ArmError;
 
-    fn state(&mut self) -> Result<ArmState, SimError> {
+    fn state(&mut self) -> Result<ArmState, ArmError> {
         match self {
-            Self::Servo(arm) => arm.state(),
-            Self::Torque(arm) => arm.state(),
+            Self::Servo(arm) => Ok(arm.state()?),
+            Self::Torque(arm) => Ok(arm.state()?),
+            Self::Fri(arm) => arm.state(),
         }
     }
 
-    fn command(&mut self, command: ArmCommand) -> Result<(), SimError> {
+    fn command(&mut self, command: ArmCommand) -> Result<(), ArmError> {
         match self {
-            Self::Servo(arm) => arm.command(command),
-            Self::Torque(arm) => arm.command(command),
+            Self::Servo(arm) => Ok(arm.command(command)?),
+            Self::Torque(arm) => Ok(arm.command(command)?),
+            Self::Fri(arm) => arm.command(command),
         }
+    }
+
+    fn is_transient(error: &ArmError) -> bool {
+        matches!(error, ArmError::Fri(error) if error.is_transient())
     }
 }
