@@ -65,6 +65,9 @@ pub(in crate::safety) struct Inspection {
     /// What was sent last; and did it differ from what was sent before? A command that the supervisor cuts to nothing moves nothing.
     last_sent: Sent,
     told_to_move: bool,
+    /// Since when the arm is not where it was sent, s, and how long it may take to set off.
+    away_since_s: Option<f64>,
+    reacts_s: f64,
     /// Filtered force and moment, and the stamp of the last, s.
     located: Option<(Wrench, f64)>,
 }
@@ -101,6 +104,8 @@ impl Inspection {
             last_q: None,
             last_sent: Sent::Nothing,
             told_to_move: false,
+            away_since_s: None,
+            reacts_s: config.obedience.unwrap_or_default().delay_s,
             located: None,
         })
     }
@@ -189,10 +194,13 @@ impl Inspection {
             Sent::Position(to) => to.max_abs_difference(&state.q) <= STICKS_RAD,
             _ => false,
         };
+        // Before its servo has had time to react it stands still without a fault.
+        self.away_since_s = (!is_there).then(|| self.away_since_s.unwrap_or(now_s));
+        let reacted = self.away_since_s.is_some_and(|since_s| now_s - since_s > self.reacts_s);
         let turned = self.last_q.is_some_and(|last| last != state.q);
         let moving = turned || state.qd.0.iter().any(|qd| qd.abs() > 0.01);
         let q = &mut self.watches.position;
-        let should_move = self.told_to_move && !is_there || moving;
+        let should_move = self.told_to_move && reacted || moving;
         if let Err(fault) = q.check(now_s, state.t_s, &state.q.0, should_move) {
             // The velocity is watched all the same, so that both start from the same sample afterwards.
             let _ = self
