@@ -98,7 +98,8 @@ impl FaultMachine {
         });
     }
 
-    /// One cycle: what was found wrong in it, if anything. A held arm goes on only after it has come to `rest`.
+    /// One cycle: what was found wrong in it, if anything. An arm that was not known, or took no commands, goes on only after it has come
+    /// to `rest`.
     pub(super) fn advance(
         &mut self,
         found: Option<Fault>,
@@ -113,7 +114,10 @@ impl FaultMachine {
                 return;
             };
             let since_s = *trouble.sound_since_s.get_or_insert(now_s);
-            let moves = matches!(trouble.stage, Stage::Hold | Stage::Stop) && !rests;
+            // An arm whose state was sound throughout may go on in motion.
+            let was_unknown = trouble.fault.severity >= Severity::Blind;
+            let holds = matches!(trouble.stage, Stage::Hold | Stage::Stop);
+            let moves = was_unknown && holds && !rests;
             if !moves && !trouble.is_latched(latch) && now_s - since_s >= timing.recovery_s {
                 self.trouble = None;
                 return;
