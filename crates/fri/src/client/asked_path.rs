@@ -265,12 +265,12 @@ mod tests {
                 assert!(path_ns <= k * period_ns);
                 let next = held.motion.moved_to(q_rad, period_s);
                 worst_behind_ns = worst_behind_ns.max(k * period_ns - path_ns);
-                for i in 0..7 {
-                    let change = next.speed_rad_per_s[i] - held.motion.speed_rad_per_s[i];
-                    assert!(
-                        change.abs() <= 1.5 * most[i] * period_s + 1e-9,
-                        "{k}: {change}"
-                    );
+                let changes = next
+                    .speed_rad_per_s
+                    .iter()
+                    .zip(&held.motion.speed_rad_per_s);
+                for ((to, from), most) in changes.zip(&most) {
+                    assert!((to - from).abs() <= 1.5 * most * period_s + 1e-9, "{k}");
                 }
                 random = random
                     .wrapping_mul(6_364_136_223_846_793_005)
