@@ -37,7 +37,7 @@ function live() {
     window.hwall = { ...shown, pointer, headset, connection: () => connection, newest: () => newest };
   };
 
-  let touching = true, held = "an input is missing or wrong";
+  let touching = true, held = "somebody stopped it, or an input is missing or wrong";
   const mode = (is) => {
     touching = is;
     if (pointer && !headset?.session) pointer.on = is;
