@@ -32,8 +32,9 @@ pub(super) struct Sent {
 pub(super) struct Answers {
     ring: [Option<(u32, Sent)>; POINTS],
     newest: Option<u32>,
-    /// Two different answers were seen to arrive: the controller says which do.
+    /// The first answer that was said to have arrived.
     first_seen: Option<u32>,
+    /// Does the controller say which answers arrive? Known once it has named two of them.
     is_told: bool,
     /// Answers that are on their way whenever a message comes: the least of the present and of the last window.
     usual: u32,
@@ -135,7 +136,8 @@ impl AskedPath {
         &self.points[(self.newest + POINTS - back) % POINTS]
     }
 
-    /// The newest time up to `from_ns` plus one period that the limits of the joints allow, and the positions of that time.
+    /// The time of the path to send next, ns, and its positions: a period after what is held, or a little more while the arm is behind.
+    /// At least one point was pushed.
     pub(super) fn next(
         &mut self,
         held: &Sent,

@@ -538,7 +538,7 @@ fn period_ms(message: &MonitorMessage) -> u32 {
 const FOLLOWS_STAMPS: f64 = 0.005;
 /// And so much of a period at most: velocities err by no more than this share.
 const MOST_FOLLOWED: f64 = 0.02;
-/// Further from its stamp than this a controller has stood still: its clock is believed, ns.
+/// A stamp that is ahead by more than this says that the controller has stood still: its clock is believed, ns.
 const STOOD_STILL_NS: f64 = 5e8;
 
 /// Time of a message `ahead` after the last one, ns. A controller sends once in every period, so messages count time; what its stamps say
@@ -556,7 +556,11 @@ fn time_of_message(
     };
     let off_ns = (stamp_ns - i128::from(by_period_ns)) as f64;
     let no_period = message.connection.send_period_ms.is_none();
-    if no_period || off_ns.abs() > STOOD_STILL_NS {
+    // A clock that was set back says nothing any more.
+    if off_ns < -STOOD_STILL_NS {
+        return by_period_ns;
+    }
+    if no_period || off_ns > STOOD_STILL_NS {
         return u64::try_from(stamp_ns).map_or(by_period_ns, |stamp_ns| stamp_ns.max(last_ns));
     }
     let most_ns = MOST_FOLLOWED * dt_ns;
@@ -583,4 +587,33 @@ fn is_finite(message: &MonitorMessage) -> bool {
         message.interpolator.and_then(|i| i.position_rad),
     ];
     used.iter().flatten().flatten().all(|v| v.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::time_of_message;
+    use crate::codec::{ConnectionInfo, ConnectionQuality, Header, MonitorMessage, SessionState};
+
+    #[test]
+    fn messages_count_time_and_stamps_only_lead_it() {
+        let message = MonitorMessage {
+            header: Header::default(),
+            robot: None,
+            data: None,
+            connection: ConnectionInfo {
+                state: SessionState::CommandingActive,
+                quality: ConnectionQuality::Good,
+                send_period_ms: Some(5),
+                receive_multiplier: None,
+            },
+            interpolator: None,
+        };
+        let at = |stamp_ns| time_of_message(1_000_000_000, 1, &message, stamp_ns);
+        assert_eq!(at(None), 1_005_000_000);
+        assert_eq!(at(Some(1_005_000_000)), 1_005_000_000);
+        // 4 ms of jitter, a clock set back by a minute, a controller that stood still for two seconds.
+        assert_eq!(at(Some(1_009_000_000)), 1_005_020_000);
+        assert_eq!(at(Some(-59_000_000_000)), 1_005_000_000);
+        assert_eq!(at(Some(3_000_000_000)), 3_000_000_000);
+    }
 }
