@@ -63,6 +63,7 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
             }
             let state = arm.state().expect("a state");
             let command = session.step(now_s, &state);
+            session.plan();
             arm.command(command).expect("taken");
             bridge.show(&mut session, &state);
         });

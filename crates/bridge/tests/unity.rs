@@ -94,6 +94,7 @@ fn a_board_goes_where_it_is_told() {
         }
         let state = servo.state().expect("a state");
         servo.command(control.step(now_s, &state)).expect("taken");
+        control.plan();
         servo.advance(1e-3).expect("a period");
         PlaceTolerance::default()
             .holds(&board, &servo.pose(), DVec3::new(0.6, 0.0, 0.5), DVec3::X)

@@ -32,6 +32,7 @@ fn main() -> Result<(), HapticsError> {
         let point_m = DVec3::new(0.55, 0.25, 0.7);
         let target = BoardTarget::new(point_m, DVec3::X, now_s.min(2.5));
         let step = renderer.step(now_s, &state, Some(&target));
+        renderer.plan();
         if let ArmCommand::Position(q) = step.command {
             state.q = q; // an arm that does at once what it is told
         }

@@ -77,6 +77,7 @@ fn met_on_the_way(slide: Option<Slide>) {
             ..RenderInput::default()
         };
         let answer = renderer.step_with(state.t_s, &state, &input);
+        renderer.plan();
         let ArmCommand::Position(next) = answer.command else {
             panic!("{answer:?}");
         };

@@ -89,6 +89,7 @@ impl Rig {
             ..RenderInput::default()
         };
         let step = self.renderer.step_with(self.state.t_s, &self.state, &input);
+        self.renderer.plan();
         let ArmCommand::Position(q) = step.command else {
             panic!("{step:?}");
         };

@@ -79,6 +79,7 @@ impl Rig {
         let (mut now_s, mut state, mut target) = (self.now_s, self.state, self.target);
         spoil(&mut now_s, &mut state, &mut target);
         let step = self.renderer.step(now_s, &state, target.as_ref());
+        self.renderer.plan();
         if let ArmCommand::Position(q) = step.command {
             self.state.qd =
                 JointVelocities(std::array::from_fn(|j| (q[j] - self.state.q[j]) / DT_S));
@@ -331,10 +332,13 @@ fn an_unreachable_target_holds_the_last_goal_with_its_reason_and_recovers() {
         target.as_mut().unwrap().point_m.x = 3.0;
     };
     let at = rig.state.q;
+    // Asked in a step, told in the next.
+    rig.step_with(far);
     let step = rig.step_with(far);
     assert_eq!((step.command, step.goal), (ArmCommand::Position(at), None));
     assert!(matches!(step.unreachable, Some(Unreachable::TooFar { .. })));
     let goal = rig.run(200).goal;
+    rig.step_with(far);
     for _ in 0..3000 {
         let step = rig.step_with(far);
         assert!(matches!(step.unreachable, Some(Unreachable::TooFar { .. })));
@@ -377,9 +381,8 @@ fn a_press_of_known_force_is_estimated() {
             qd: JointVelocities::default(),
             external_torque: Some(torque),
         };
-        let estimate = rig
+        let estimate = Rig::new()
             .renderer
-            .clone()
             .step(0.0, &state, None)
             .normal_force_n
             .unwrap();

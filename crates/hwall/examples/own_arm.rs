@@ -60,6 +60,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             writeln!(io::stdout(), "{:.3} s: {:?}", state.t_s, session.state())?;
         }
         arm.command(session.step(state.t_s, &state))?;
+        session.plan();
     }
     assert_eq!(session.state(), SessionState::InPlace);
     Ok(())

@@ -14,8 +14,8 @@ pub use error::SessionError;
 pub use objects::{SceneObject, object_of, objects_of};
 pub use session::{
     Control, Controller, Cycle, Event, EventKind, Foreseen, Goal, MovingSurface, Perception,
-    PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose,
-    drive, session_supervisor,
+    Planner, PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl,
+    WorldPose, drive, session_supervisor,
 };
 pub use walls::{BudgetAtlas, LikelyTouches, Walls, WallsConfig, barriers_of, facets_of, maps_of};
 

@@ -15,7 +15,7 @@ fn steps_and_frames_do_not_allocate() {
         slide_m_per_s: DVec3::Y * 0.08,
         ..Hand::reaching_in(1.5, DVec3::new(0.6, 0.0, 0.6))
     };
-    let (mut perception, mut control) = session(rough_wall(0.6, Some(0.5))).split();
+    let (mut perception, mut planner, mut control) = session(rough_wall(0.6, Some(0.5))).split();
     let mut bench = Bench::new(hand);
     let (mut approaching, mut in_place, mut sliding, mut held, mut goals) = (0, 0, 0, 0, 0);
     let mut warm = false;
@@ -40,6 +40,7 @@ fn steps_and_frames_do_not_allocate() {
         }
         let mut command = ArmCommand::Hold;
         let info = allocation_counter::measure(|| command = control.step(now_s, &state));
+        planner.plan();
         assert_eq!(info.count_total, 0, "at {now_s} s, {:?}", control.state());
         match control.state() {
             SessionState::Approaching | SessionState::Late => approaching += 1,
@@ -60,12 +61,13 @@ fn steps_and_frames_do_not_allocate() {
 #[test]
 fn holding_does_not_allocate() {
     let hand = Hand::reaching_in(1.5, DVec3::new(0.6, 0.0, 0.6));
-    let (_, mut control) = session(rough_wall(0.6, None)).split();
+    let (_, mut planner, mut control) = session(rough_wall(0.6, None)).split();
     let mut bench = Bench::new(hand);
     for _ in 0..200 {
         let (now_s, state) = (bench.now_s(), bench.state());
         let mut command = ArmCommand::Hold;
         let info = allocation_counter::measure(|| command = control.step(now_s, &state));
+        planner.plan();
         assert_eq!(info.count_total, 0);
         let held = SessionState::Holding(HoldReason::NoTarget);
         assert_eq!(control.state(), held);

@@ -64,6 +64,7 @@ fn run<P: Predictor>(
         }
         let state = bench.state();
         let command = session.step(bench.now_s(), &state);
+        session.plan();
         bench.obey(command);
         check(bench, session);
     }

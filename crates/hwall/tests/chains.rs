@@ -49,6 +49,7 @@ fn serves(name: &str, arm: &Arc<dyn ArmKinematics>) {
         let (now_s, state) = (bench.now_s(), bench.state());
         let began = Instant::now();
         let command = session.step(now_s, &state);
+        session.plan();
         times_ns.push(began.elapsed().as_nanos() as f64);
         bench.obey(command);
         match session.state() {
@@ -96,6 +97,7 @@ fn gives_up_in_time(name: &str, arm: &Arc<dyn ArmKinematics>) {
         let began = Instant::now();
         let reason = follower.set_target(&target).expect("a target");
         follower.step(1e-3).expect("a step");
+        follower.plan();
         times_ns.push(began.elapsed().as_nanos() as f64);
         unreachable += usize::from(reason.is_some());
     }

@@ -114,6 +114,7 @@ fn a_missing_tracker_is_held_and_resumed() {
     for _ in 0..300 {
         let (now_s, state) = (bench.now_s(), bench.state());
         let command = session.step(now_s, &state);
+        session.plan();
         bench.obey(command);
         told.extend(std::iter::from_fn(|| session.next_event()));
     }

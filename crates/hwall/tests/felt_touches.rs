@@ -58,7 +58,7 @@ fn run_seen(
 ) -> (Vec<(DVec3, f64)>, Vec<f64>) {
     let hand = Hand::reaching_in(1.5, DVec3::new(0.6, 0.1, 0.6));
     let mut bench = Bench::with_arm(Arc::new(iiwa()), home(), hand);
-    let (mut perception, mut control) = listening(adapts).split();
+    let (mut perception, mut planner, mut control) = listening(adapts).split();
     let mut felt = Vec::new();
     let mut warm = false;
     while bench.now_s() < hand.end_s + 0.3 {
@@ -74,6 +74,7 @@ fn run_seen(
         }
         let mut command = ArmCommand::Hold;
         let info = allocation_counter::measure(|| command = control.step(now_s, &state));
+        planner.plan();
         assert_eq!(info.count_total, 0, "at {now_s} s");
         while let Some(event) = control.next_event() {
             if matches!(event.kind, EventKind::Touched { .. }) {

@@ -70,7 +70,7 @@ fn states(q: JointPositions, sd_m: f64) -> (Vec<SessionState>, f64, DVec3) {
     };
     let scene = wall(WALL_X_M);
     let made = Session::new(&arm, &Board::default(), scene, walls, predictor, config);
-    let (mut perception, mut control) = made.expect("a session").split();
+    let (mut perception, mut planner, mut control) = made.expect("a session").split();
     let hand = Hand::reaching_in(2.0, target_m);
     let mut bench = Bench::new(hand);
     let (mut seen, mut most_m) = (Vec::new(), f64::NEG_INFINITY);
@@ -82,6 +82,7 @@ fn states(q: JointPositions, sd_m: f64) -> (Vec<SessionState>, f64, DVec3) {
         let (now_s, state) = (bench.now_s(), bench.state());
         let mut command = hwall::haptics::ArmCommand::Hold;
         let info = allocation_counter::measure(|| command = control.step(now_s, &state));
+        planner.plan();
         assert_eq!(info.count_total, 0, "at {now_s} s");
         while control.next_event().is_some() {}
         bench.obey(command);

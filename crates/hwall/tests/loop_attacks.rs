@@ -47,6 +47,7 @@ fn cycle(
     let truly = state.q;
     spoil(&mut state);
     let command = session.step(bench.now_s(), &state);
+    session.plan();
     let apart_rad = match command {
         ArmCommand::Position(q) => q.max_abs_difference(&truly),
         _ => 0.0,
@@ -204,6 +205,7 @@ fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap()
                 ArmCommand::Position(q) => most_rad = most_rad.max(q.max_abs_difference(&stood)),
                 _ => held += 1,
             }
+            session.plan();
             bench.obey(ArmCommand::Hold);
         }
         println!("stands for 3 s: {most_rad:.3} rad apart, held {held} of 3000 cycles");
@@ -251,6 +253,7 @@ fn s4_after_a_stall_the_first_command_is_no_leap() {
                 }
                 last = q;
             }
+            session.plan();
         }
         println!("stall of {stall_s} s: first step {most_rad:.4} rad");
         // It was 0.108 rad; four usual steps at full speed are 0.013.
@@ -369,6 +372,7 @@ fn lost_commands_are_noticed_before_the_arm_is_far_off() {
             state.q[6] += 1e-9 * f64::from(k % 7);
             state.qd[6] += 1e-9 * f64::from(k % 7);
             let command = session.step(bench.now_s(), &state);
+            session.plan();
             if let ArmCommand::Position(q) = command {
                 most_rad = most_rad.max(q.max_abs_difference(&state.q));
             }

@@ -118,6 +118,7 @@ impl Bench {
         if let ArmCommand::Position(q) = session.step(self.t_s, &state) {
             self.q = q;
         }
+        session.plan();
         self.t_s += 1e-3;
     }
 

@@ -68,6 +68,7 @@ impl Run {
         state.q[6] += noise;
         state.qd[6] += noise;
         let command = self.session.step(self.now_s(), &state);
+        self.session.plan();
         let held = *self.stuck_at.get_or_insert(self.arm.q());
         let sent = match way {
             Way::Through => {

@@ -10,7 +10,8 @@ use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::Board;
 use hwall::kinematics::JointPositions;
 use hwall::{
-    Control, Perception, Session, SessionConfig, SessionState, Walls, WallsConfig, WorldPose,
+    Control, Perception, Planner, Session, SessionConfig, SessionState, Walls, WallsConfig,
+    WorldPose,
 };
 use std::sync::Arc;
 
@@ -30,6 +31,7 @@ fn walls() -> Walls {
 /// Both halves, the arm, and a person who looks at the wall only while they reach for it.
 struct Person {
     perception: Perception<DeterministicPredictor>,
+    planner: Planner,
     control: Control,
     bench: Bench,
     frames: u32,
@@ -45,11 +47,12 @@ impl Person {
         };
         let (board, scene) = (Board::default(), wall(0.6));
         let session = Session::new(&iiwa(), &board, scene, walls.clone(), predictor, config);
-        let (perception, control) = session.expect("a session").split();
+        let (perception, planner, control) = session.expect("a session").split();
         let start = walls.waiting.expect("a posture");
         let hand = Hand::reaching_in(0.3, DVec3::new(0.6, 0.0, 0.6));
         Self {
             perception,
+            planner,
             control,
             bench: Bench::with_arm(Arc::new(iiwa()), start, hand),
             frames: 0,
@@ -93,6 +96,7 @@ impl Person {
             let (now_s, state) = (self.bench.now_s(), self.bench.state());
             let mut command = hwall::haptics::ArmCommand::Hold;
             let info = allocation_counter::measure(|| command = self.control.step(now_s, &state));
+            self.planner.plan();
             assert_eq!(info.count_total, 0, "at {now_s} s");
             self.bench.obey(command);
         }

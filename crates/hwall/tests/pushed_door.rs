@@ -127,6 +127,7 @@ fn after_a_fault_the_door_goes_on_from_where_the_arm_is() {
             session.frame(&frame);
         }
         let command = session.step(bench.now_s(), &state);
+        session.plan();
         assert_eq!(command, ArmCommand::Hold);
         bench.obey(command);
     }

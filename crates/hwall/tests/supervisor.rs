@@ -45,6 +45,7 @@ fn spoiled(
         }
         let state = spoil(bench.state());
         let command = session.step(bench.now_s(), &state);
+        session.plan();
         bench.obey(command);
         let name = match session.state() {
             SessionState::Safe(safe) => safe.name(),
@@ -80,6 +81,7 @@ fn headless(
 fn step(session: &mut GazeSession, bench: &mut Bench) {
     let state = bench.state();
     let command = session.step(bench.now_s(), &state);
+    session.plan();
     bench.obey(command);
 }
 

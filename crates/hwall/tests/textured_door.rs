@@ -218,6 +218,7 @@ impl Run {
         }
         let state = self.arm.state().unwrap();
         let command = self.session.step(self.now_s(), &state);
+        self.session.plan();
         self.torques += usize::from(matches!(command, ArmCommand::Torque(_)));
         self.arm.cycle(command).unwrap();
         self.cycles += 1;

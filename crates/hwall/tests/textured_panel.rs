@@ -106,6 +106,7 @@ fn touched(direction: DVec3, mechanics: &str, takes: DVec3) -> Felt {
         }
         let state = arm.state().unwrap();
         let command = session.step(now_s, &state);
+        session.plan();
         arm.command(command).unwrap();
         arm.advance(DT_S).unwrap();
         let next_s = now_s + DT_S;

@@ -61,6 +61,7 @@ fn run(
         }
         cycle += 1;
         let command = session.step(now_s, &measured);
+        session.plan();
         bench.obey(command);
         while let Some(event) = session.next_event() {
             match event.kind {

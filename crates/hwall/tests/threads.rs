@@ -30,7 +30,7 @@ fn two_threads_give_the_commands_of_one() {
     let mut whole = session(wall(0.6));
     let alone: Vec<ArmCommand> = (0..CYCLES).map(|_| bench.cycle(&mut whole)).collect();
 
-    let (mut perception, mut control) = session(wall(0.6)).split();
+    let (mut perception, mut planner, mut control) = session(wall(0.6)).split();
     let (begun, sent) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let due: Vec<usize> = (0..CYCLES).map(frames_by).collect();
     let (begun, sent, due) = (&begun, &sent, &due);
@@ -55,6 +55,7 @@ fn two_threads_give_the_commands_of_one() {
                 }
                 let state = bench.state();
                 let command = control.step(bench.now_s(), &state);
+                planner.plan();
                 bench.obey(command);
                 commands.push(command);
             }
@@ -74,7 +75,7 @@ fn two_threads_give_the_commands_of_one() {
 #[test]
 fn threads_that_run_freely_both_make_progress() {
     const FRAMES: usize = 200;
-    let (mut perception, mut control) = session(wall(0.6)).split();
+    let (mut perception, mut planner, mut control) = session(wall(0.6)).split();
     let (cycles, finished) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (cycles, finished) = (&cycles, &finished);
     thread::scope(|scope| {
@@ -103,6 +104,7 @@ fn threads_that_run_freely_both_make_progress() {
                 let state = bench.state();
                 // Checks every command.
                 let command = control.step(bench.now_s(), &state);
+                planner.plan();
                 bench.obey(command);
                 steps += 1;
                 cycles.store(steps, Ordering::Relaxed);

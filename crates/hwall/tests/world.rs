@@ -135,6 +135,7 @@ fn a_bad_state_does_not_let_a_touch_forget_that_the_world_moved() {
         let mut state = bench.state();
         state.q[0] = f64::NAN;
         let command = session.step(bench.now_s(), &state);
+        session.plan();
         assert!(matches!(session.state(), SessionState::Holding(_)));
         bench.obey(command);
     }

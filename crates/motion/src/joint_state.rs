@@ -42,6 +42,15 @@ impl JointState {
         self.qdd_rad_per_s2[joint] = to.qdd_rad_per_s2;
     }
 
+    /// Do positions, velocities and accelerations differ by no more than this, rad, rad/s and rad/s²?
+    pub(crate) fn is_near(&self, other: &Self, [q, qd, qdd]: [f64; 3]) -> bool {
+        (0..MOST_JOINTS).all(|i| {
+            (self.q[i] - other.q[i]).abs() <= q
+                && (self.qd[i] - other.qd[i]).abs() <= qd
+                && (self.qdd_rad_per_s2[i] - other.qdd_rad_per_s2[i]).abs() <= qdd
+        })
+    }
+
     pub(crate) fn validate(&self) -> Result<(), MotionError> {
         all_finite("q", &self.q.0)?;
         all_finite("qd", &self.qd.0)?;

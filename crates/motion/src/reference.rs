@@ -7,6 +7,7 @@ use crate::limits::MotionLimits;
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 use hwall_numeric::check::{all_finite, non_negative, that};
 use rsruckig::prelude::*;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// By how much the rounding of a plan may leave a joint limit, rad.
 const ROUNDING_RAD: f64 = 1e-9;
@@ -35,16 +36,14 @@ struct Considered {
 }
 
 /// How the joints move at present.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 enum Course {
+    #[default]
     Rest,
     /// Along the trajectory that was planned last.
     Planned,
     /// Each joint by itself, to the goal or to rest.
-    Alone {
-        from: JointState,
-        duration_s: f64,
-    },
+    Alone { from: JointState, duration_s: f64 },
 }
 
 /// A jerk-limited, time-optimal motion of all joints to a goal at rest, which may be replaced at any time.
@@ -82,6 +81,98 @@ pub struct ReferenceMotion {
     course: Course,
     elapsed_s: f64,
     state: JointState,
+    /// Of the plan in force, see [`MotionPlan`].
+    plan: u64,
+}
+
+/// Where a motion is on its way, for a planner on another thread: see [`ReferenceMotion::follow`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct UnderWay {
+    state: JointState,
+    course: Course,
+    elapsed_s: f64,
+    pace: f64,
+    speed_share: f64,
+    planned_share: f64,
+    goal: Option<JointPositions>,
+    by_way_of: Option<JointPositions>,
+    plan: u64,
+}
+
+/// Of a plan that has no number yet.
+const NEW: u64 = u64::MAX;
+
+impl UnderWay {
+    /// The state there.
+    #[must_use]
+    pub const fn state(&self) -> &JointState {
+        &self.state
+    }
+
+    /// The number of the plan that the motion was begun with, 0 for none.
+    #[must_use]
+    pub const fn plan(&self) -> u64 {
+        self.plan
+    }
+}
+
+/// A planned motion on its way from a planner to the one that makes it: it begins where the motion under way will be.
+#[derive(Clone)]
+pub struct MotionPlan {
+    number: u64,
+    trajectory: Trajectory<MOST_JOINTS>,
+    goal: JointPositions,
+    by_way_of: Option<JointPositions>,
+    planned_share: f64,
+    /// Each joint by itself: the solver found nothing.
+    is_alone: bool,
+    from: JointState,
+    /// The plan that `from` is on, and when.
+    on_plan: u64,
+    at_s: f64,
+}
+
+impl std::fmt::Debug for MotionPlan {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MotionPlan")
+            .field("number", &self.number)
+            .field("from", &self.from)
+            .field("goal", &self.goal)
+            .finish_non_exhaustive()
+    }
+}
+
+impl MotionPlan {
+    /// Room for a plan.
+    #[must_use]
+    pub fn reserved() -> Self {
+        Self {
+            number: 0,
+            trajectory: reserved(),
+            goal: JointPositions::default(),
+            by_way_of: None,
+            planned_share: 1.0,
+            is_alone: false,
+            from: JointState::default(),
+            on_plan: 0,
+            at_s: 0.0,
+        }
+    }
+
+    /// Numbers rise by one with every plan of a planner.
+    #[must_use]
+    pub const fn number(&self) -> u64 {
+        self.number
+    }
+}
+
+/// A state this near to the one that a plan begins from is that one, rad, rad/s and rad/s².
+const SAME_STATE: [f64; 3] = [1e-9, 1e-6, 1e-3];
+
+fn reserved() -> Trajectory<MOST_JOINTS> {
+    let mut trajectory = Trajectory::new(None);
+    trajectory.reserve_sections(2);
+    trajectory
 }
 
 impl std::fmt::Debug for ReferenceMotion {
@@ -109,11 +200,6 @@ impl ReferenceMotion {
         let mut otg = Ruckig::with_waypoints(None, 1e-3, 1);
         // Refining takes milliseconds and wins a hundredth of the time.
         otg.waypoint_refinement_sweeps = 0;
-        let reserved = || {
-            let mut trajectory = Trajectory::new(None);
-            trajectory.reserve_sections(2);
-            trajectory
-        };
         let mut input = InputParameter::with_waypoints(None, 1);
         for i in 0..MOST_JOINTS {
             input.max_acceleration[i] = limits.acceleration_rad_per_s2[i];
@@ -138,6 +224,7 @@ impl ReferenceMotion {
             course: Course::Rest,
             elapsed_s: 0.0,
             state: JointState::at_rest(*start),
+            plan: 0,
         })
     }
 
@@ -279,6 +366,89 @@ impl ReferenceMotion {
         }
     }
 
+    /// Where the motion is on its way.
+    #[must_use]
+    pub const fn under_way(&self) -> UnderWay {
+        UnderWay {
+            state: self.state,
+            course: self.course,
+            elapsed_s: self.elapsed_s,
+            pace: self.pace,
+            speed_share: self.speed_share,
+            planned_share: self.planned_share,
+            goal: self.goal,
+            by_way_of: self.by_way_of,
+            plan: self.plan,
+        }
+    }
+
+    /// A planner's copy goes on as the motion that is made does, and so many steps of `dt_s` further. The copy has the trajectory: its
+    /// last plan is in force there, or, if that was not taken, the one before.
+    pub fn follow(&mut self, under_way: &UnderWay, steps: u32, dt_s: f64) {
+        if under_way.course == Course::Planned && under_way.plan != self.plan {
+            std::mem::swap(&mut self.trajectory, &mut self.next);
+        }
+        self.considered = None;
+        self.state = under_way.state;
+        self.course = under_way.course;
+        (self.elapsed_s, self.pace) = (under_way.elapsed_s, under_way.pace);
+        (self.speed_share, self.planned_share) = (under_way.speed_share, under_way.planned_share);
+        (self.goal, self.by_way_of) = (under_way.goal, under_way.by_way_of);
+        self.plan = under_way.plan;
+        for _ in 0..steps {
+            // A step of finite length cannot fail.
+            let _ = self.step(dt_s);
+        }
+    }
+
+    /// Was a motion begun here since [`follow`](Self::follow)?
+    #[must_use]
+    pub const fn is_begun(&self) -> bool {
+        self.plan == NEW
+    }
+
+    /// Copies the motion that has just been begun here for the one that makes it. `begins`: where it begins, before it was begun.
+    pub fn offer(&mut self, begins: &UnderWay, number: u64, plan: &mut MotionPlan) {
+        self.plan = number;
+        plan.number = number;
+        plan.is_alone = self.course != Course::Planned;
+        if !plan.is_alone {
+            plan.trajectory.clone_from(&self.trajectory);
+        }
+        plan.goal = self.goal.unwrap_or(self.state.q);
+        (plan.by_way_of, plan.planned_share) = (self.by_way_of, self.planned_share);
+        (plan.from, plan.on_plan, plan.at_s) = (begins.state, begins.plan, begins.elapsed_s);
+    }
+
+    /// How long until a plan begins, s; `None` if the motion does not come to where it begins.
+    #[must_use]
+    pub fn begins_in_s(&self, plan: &MotionPlan) -> Option<f64> {
+        if self.state.is_near(&plan.from, SAME_STATE) {
+            return Some(0.0);
+        }
+        let is_ahead = self.course != Course::Rest && plan.on_plan == self.plan;
+        let left_s = (plan.at_s - self.elapsed_s) / self.pace;
+        (is_ahead && left_s > 0.0).then_some(left_s)
+    }
+
+    /// Begins a plan if the state is the one that it begins from. Was it? What was in force is in the plan then.
+    pub fn take(&mut self, plan: &mut MotionPlan) -> bool {
+        if !self.state.is_near(&plan.from, SAME_STATE) {
+            return false;
+        }
+        (self.goal, self.by_way_of) = (Some(plan.goal), plan.by_way_of);
+        (self.planned_share, self.considered) = (plan.planned_share, None);
+        if plan.is_alone {
+            self.planned_share = self.speed_share;
+            self.go_alone(|joint, bounds, i| joint.time_to_s(plan.goal[i], bounds));
+        } else {
+            std::mem::swap(&mut self.trajectory, &mut plan.trajectory);
+            (self.course, self.elapsed_s, self.pace) = (Course::Planned, 0.0, 1.0);
+        }
+        self.plan = plan.number;
+        true
+    }
+
     /// A configuration that the motion still has to pass.
     #[must_use]
     pub const fn by_way_of(&self) -> Option<&JointPositions> {
@@ -307,9 +477,10 @@ impl ReferenceMotion {
         that(in_range, "speed_share", share, "between 0.001 and 1")?;
         if share != self.speed_share {
             self.speed_share = share;
-            if matches!(self.course, Course::Alone { .. }) {
+            if let (Course::Alone { .. }, Some(goal)) = (self.course, self.goal) {
                 // It is worked out from the share in every step.
-                self.plan_anew();
+                self.planned_share = share;
+                self.go_alone(|joint, bounds, i| joint.time_to_s(goal[i], bounds));
             }
         }
         Ok(())
@@ -530,8 +701,12 @@ impl ReferenceMotion {
                 position[i] = most;
             }
         }
-        let found = self.otg.calculate(&self.input, &mut self.next).is_ok();
-        found && self.next.duration.is_finite()
+        // Its root finder panics on NaN, which inputs near its limits can lead to.
+        let (otg, next) = (&mut self.otg, &mut self.next);
+        let found = catch_unwind(AssertUnwindSafe(|| {
+            otg.calculate(&self.input, next).is_ok()
+        }));
+        found.unwrap_or(false) && self.next.duration.is_finite()
     }
 
     fn plan(&mut self, goal: &JointPositions, by_way_of: Option<&JointPositions>) {
@@ -544,7 +719,7 @@ impl ReferenceMotion {
             (self.by_way_of, self.considered) = (None, None);
             self.go_alone(|joint, bounds, i| joint.time_to_s(goal[i], bounds));
         }
-        self.goal = Some(*goal);
+        (self.goal, self.plan) = (Some(*goal), NEW);
     }
 
     /// The motion planned last is in force from now on.
@@ -552,7 +727,7 @@ impl ReferenceMotion {
         std::mem::swap(&mut self.trajectory, &mut self.next);
         (self.planned_share, self.pace) = (self.speed_share, 1.0);
         self.considered = None;
-        (self.course, self.elapsed_s) = (Course::Planned, 0.0);
+        (self.course, self.elapsed_s, self.plan) = (Course::Planned, 0.0, NEW);
     }
 }
 

@@ -52,6 +52,7 @@ fn main() {
             .iter_mut()
             .for_each(|q| *q += 1e-6 * noise.normal());
         let command = session.step(t_s, &state);
+        session.plan();
         if let hwall::haptics::ArmCommand::Position(told) = command {
             q = told;
         }

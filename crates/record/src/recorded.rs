@@ -57,6 +57,10 @@ impl<P: Predictor> Controller for Recorded<'_, P> {
         command
     }
 
+    fn plan(&mut self) {
+        self.session.plan();
+    }
+
     fn refused(&mut self) {
         self.request(Request::Refused);
     }

@@ -127,6 +127,7 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
             Input::Request(request) => session.request(request),
             Input::Cycle(recorded) => {
                 let command = session.step(recorded.t_s, &recorded.state);
+                session.plan();
                 replayed.cycles += 1;
                 if !same(&command, &recorded.command) {
                     replayed.difference = Some(Difference {

@@ -128,6 +128,7 @@ fn recording_does_not_allocate_in_the_loop() {
             external_torque: None,
         };
         let command = session.step(t_s, &state);
+        session.plan();
         let cycle = hwall::Cycle {
             t_s,
             state,

@@ -60,6 +60,7 @@ fn a_session_is_seen_and_nothing_is_allocated_for_it() {
         session.frame(&seen);
         state.t_s = t_s;
         session.step(t_s, &state);
+        session.plan();
         bytes.clear();
         let mut frame = ViewFrame::new(t_s, state.q);
         let info = allocation_counter::measure(|| {

@@ -2,9 +2,14 @@
 
 use crate::board::{Board, surface_axes};
 use crate::error::HapticsError;
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 use hwall_geometry::{Pose, direction};
 use hwall_numeric::check::{all_finite, positive};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use std::cell::Cell;
+use std::sync::Arc;
 
 /// A flat part of a surface with the person on the side of its normal: the board stays behind it. Base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +63,19 @@ impl Barrier {
         self.half_extent_m
     }
 
+    /// A box around it, so much larger that rounding to single precision leaves nothing out.
+    fn padded_box(&self) -> Aabb {
+        let [x, y] = [0, 1].map(|i| self.axes[i].abs() * self.half_extent_m[i]);
+        let pad = (self.middle_m.abs() + x + y + 1.0) * f64::from(4.0 * f32::EPSILON);
+        let half_m = x + y + pad;
+        // What is as far away as that has no box in single precision, and no arm near it.
+        let corner = |m: DVec3| Vec3A::from(m.clamp(-FAR_M, FAR_M).as_vec3());
+        Aabb::new(
+            corner(self.middle_m - half_m),
+            corner(self.middle_m + half_m),
+        )
+    }
+
     /// Distance of a point in front of the plane, m.
     pub(super) fn in_front_m(&self, point_m: DVec3) -> f64 {
         (point_m - self.middle_m).dot(self.normal)
@@ -87,6 +105,9 @@ const SAME_PLANE_M: f64 = 1e-3;
 const SAME_PLANE_COS: f64 = 0.9999;
 /// Distances that differ by less are those to a common edge, m.
 const EDGE_M: f64 = 1e-9;
+
+/// Corners of boxes are no further away, m.
+const FAR_M: DVec3 = DVec3::splat(1e30);
 
 /// Where a point is with regard to a rectangle.
 #[derive(Debug, Clone, Copy)]
@@ -222,32 +243,160 @@ pub(super) fn corners_and_middle(board: &Board, face: &Pose) -> [DVec3; 5] {
     })
 }
 
-/// All surfaces that the board stays behind.
+/// Surfaces that the board stays behind, in a tree of boxes. Clones share it.
+#[derive(Debug, Clone, Default)]
+pub struct BarrierTree(Arc<Tree>);
+
+#[derive(Default)]
+struct Tree {
+    all: Vec<Barrier>,
+    boxes: Bvh2,
+}
+
+impl std::fmt::Debug for Tree {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.all.fmt(f)
+    }
+}
+
+impl From<Vec<Barrier>> for BarrierTree {
+    fn from(all: Vec<Barrier>) -> Self {
+        let boxes: Vec<Aabb> = all.iter().map(Barrier::padded_box).collect();
+        let indices = (0..boxes.len() as u32).collect();
+        let search = PlocSearchDistance::Minimum;
+        let boxes = match boxes.is_empty() {
+            true => Bvh2::default(),
+            false => PlocBuilder::new().build(search, &boxes, indices, SortPrecision::U64, 0),
+        };
+        Self(Arc::new(Tree { all, boxes }))
+    }
+}
+
+impl From<&[Barrier]> for BarrierTree {
+    fn from(all: &[Barrier]) -> Self {
+        all.to_vec().into()
+    }
+}
+
+impl<const N: usize> From<&[Barrier; N]> for BarrierTree {
+    fn from(all: &[Barrier; N]) -> Self {
+        all.to_vec().into()
+    }
+}
+
+impl BarrierTree {
+    /// All of them, in the order in which they were given.
+    #[must_use]
+    pub fn all(&self) -> &[Barrier] {
+        &self.0.all
+    }
+
+    /// How far corners or middle of a face are in front of the surfaces, m, negative behind all of them; `None` without any.
+    #[must_use]
+    pub fn protrusion_m(&self, board: &Board, face: &Pose) -> Option<f64> {
+        let barriers = Barriers::from(self.clone());
+        let point = barriers.most_in_front(board, face, &[], &[])?;
+        Some(point.in_front_m)
+    }
+}
+
+/// Open nodes of a walk. The tree of [`PlocBuilder`] is no deeper in practice than thrice the logarithm of its leaves; a walk that
+/// runs out of room looks at all barriers.
+const OPEN: usize = 96;
+
+/// The surfaces, and how many boxes and rectangles were tested.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Barriers {
-    all: Vec<Barrier>,
+    tree: BarrierTree,
+    tests: Cell<usize>,
+}
+
+impl From<BarrierTree> for Barriers {
+    fn from(tree: BarrierTree) -> Self {
+        Self {
+            tree,
+            tests: Cell::new(0),
+        }
+    }
 }
 
 impl Barriers {
-    pub(super) fn all(&self) -> &[Barrier] {
-        &self.all
+    /// Counts anew.
+    pub(super) fn begin(&self) {
+        self.tests.set(0);
     }
 
-    /// So many will be set without an allocation.
-    pub(super) fn reserve(&mut self, count: usize) {
-        self.all.reserve(count.saturating_sub(self.all.len()));
+    /// Boxes and rectangles that were tested since.
+    pub(super) const fn tests(&self) -> usize {
+        self.tests.get()
     }
 
-    pub(super) fn set(&mut self, barriers: &[Barrier]) {
-        self.all.clear();
-        self.all.extend_from_slice(barriers);
+    pub(super) fn is_empty(&self) -> bool {
+        self.tree.all().is_empty()
+    }
+
+    pub(super) fn set(&mut self, tree: BarrierTree) {
+        self.tree = tree;
+    }
+
+    /// Shows the barriers in whose boxes `least`, the least value of what is looked for, is within the bound, the lesser boxes first.
+    /// The bound may become narrower on the way.
+    pub(super) fn walk<S>(
+        &self,
+        state: &mut S,
+        least: impl Fn(&Aabb) -> f64,
+        bound: impl Fn(&S) -> f64,
+        mut show: impl FnMut(&mut S, &Barrier),
+    ) {
+        let Tree { all, boxes } = &*self.tree.0;
+        let value = |node: u32| least(boxes.nodes[node as usize].aabb());
+        let (mut tests, mut count) = (0, 0);
+        let mut open = [(0.0, 0_u32); OPEN];
+        if !boxes.nodes.is_empty() {
+            (open[0], count) = ((value(0), 0), 1);
+        }
+        while count > 0 {
+            count -= 1;
+            let (value_of_node, node) = open[count];
+            if value_of_node > bound(state) {
+                continue;
+            }
+            let node = &boxes.nodes[node as usize];
+            let first = node.first_index;
+            if node.is_leaf() {
+                let held = &boxes.primitive_indices[first as usize..][..node.prim_count as usize];
+                tests += held.len();
+                for index in held {
+                    show(state, &all[*index as usize]);
+                }
+            } else if count + 2 <= OPEN {
+                tests += 2;
+                let [left, right] = [first, first + 1].map(|node| (value(node), node));
+                let (nearer, further) = match left.0 <= right.0 {
+                    true => (left, right),
+                    false => (right, left),
+                };
+                (open[count], open[count + 1]) = (further, nearer);
+                count += 2;
+            } else {
+                tests += all.len();
+                all.iter().for_each(|barrier| show(state, barrier));
+                break;
+            }
+        }
+        self.tests.set(self.tests.get() + tests);
     }
 
     /// Is a plane through a point one of the barriers?
     pub(super) fn have(&self, point_m: DVec3, normal: DVec3) -> bool {
-        self.all
-            .iter()
-            .any(|barrier| barrier.is_at(point_m, normal))
+        let mut found = false;
+        self.walk(
+            &mut found,
+            |aabb| distance_m(aabb, point_m),
+            |found| if *found { -1.0 } else { SAME_PLANE_M },
+            |found, barrier| *found |= barrier.is_at(point_m, normal),
+        );
+        found
     }
 
     /// The point of the face that comes furthest in front of the surfaces, of its corners and its middle, see
@@ -297,18 +446,23 @@ impl Barriers {
     /// On which side of the nearest surface is a point?
     fn nearest(&self, point_m: DVec3) -> Option<FacePoint> {
         let mut nearest: Option<(Beside, DVec3)> = None;
-        for barrier in &self.all {
-            let place = barrier.place_of(point_m);
-            let nearer = nearest.is_none_or(|(least, _)| {
-                let less_m = least.distance_m() - place.distance_m();
-                // Beyond a common edge the surface that faces the point decides.
-                let faces = place.in_front_m.abs() > least.in_front_m.abs();
-                less_m > EDGE_M || (less_m >= -EDGE_M && faces)
-            });
-            if nearer {
-                nearest = Some((place, barrier.normal));
-            }
-        }
+        self.walk(
+            &mut nearest,
+            |aabb| distance_m(aabb, point_m),
+            |nearest| nearest.map_or(f64::INFINITY, |(least, _)| least.distance_m() + EDGE_M),
+            |nearest, barrier| {
+                let place = barrier.place_of(point_m);
+                let nearer = nearest.is_none_or(|(least, _)| {
+                    let less_m = least.distance_m() - place.distance_m();
+                    // Beyond a common edge the surface that faces the point decides.
+                    let faces = place.in_front_m.abs() > least.in_front_m.abs();
+                    less_m > EDGE_M || (less_m >= -EDGE_M && faces)
+                });
+                if nearer {
+                    *nearest = Some((place, barrier.normal));
+                }
+            },
+        );
         let (place, normal) = nearest?;
         Some(FacePoint {
             point_m,
@@ -316,6 +470,24 @@ impl Barriers {
             in_front_m: place.in_front_m,
         })
     }
+
+    /// The distance to the nearest surface, m; infinite without any.
+    pub(super) fn least_distance_m(&self, point_m: DVec3) -> f64 {
+        let mut least_m = f64::INFINITY;
+        self.walk(
+            &mut least_m,
+            |aabb| distance_m(aabb, point_m),
+            |least_m| *least_m,
+            |least_m, barrier| *least_m = least_m.min(barrier.place_of(point_m).distance_m()),
+        );
+        least_m
+    }
+}
+
+/// No more than the distance of a point from what is in a box, m.
+pub(super) fn distance_m(aabb: &Aabb, point_m: DVec3) -> f64 {
+    let [min, max] = [aabb.min, aabb.max].map(|corner| corner.as_dvec3());
+    (min - point_m).max(point_m - max).max(DVec3::ZERO).length()
 }
 
 /// A plane about a place that the board serves, where no barrier is known.
@@ -351,17 +523,16 @@ mod tests {
 
     /// A wall at x = 0.6 with a box of 0.12 m in front of it.
     fn wall_and_box() -> Barriers {
-        let mut barriers = Barriers::default();
         let new = |middle: [f64; 3], normal: DVec3, half| {
             Barrier::new(DVec3::from_array(middle), normal, half).expect("a rectangle")
         };
-        barriers.set(&[
+        let all = [
             new([0.6, 0.0, 0.5], DVec3::X, [1.0, 1.0]),
             new([0.72, 0.0, 0.3], DVec3::X, [0.2, 0.1]),
             new([0.66, 0.2, 0.3], DVec3::Y, [0.06, 0.1]),
             new([0.66, -0.2, 0.3], DVec3::NEG_Y, [0.06, 0.1]),
-        ]);
-        barriers
+        ];
+        Barriers::from(BarrierTree::from(&all))
     }
 
     fn in_front_m(barriers: &Barriers, at: [f64; 3]) -> f64 {

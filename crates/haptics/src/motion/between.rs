@@ -1,6 +1,6 @@
 //! How far the face may come in front of surfaces between two instants at which it was looked at.
 
-use super::barrier::{Barriers, Footprint, Plane};
+use super::barrier::{Barriers, Footprint, Plane, distance_m};
 use glam::DVec3;
 
 /// Distances that differ by less are equal, m.
@@ -50,32 +50,38 @@ impl Barriers {
                 most_m = most_m.max(stretch.most(off_m, 1.0));
             }
         }
-        let mut nearest_m = None;
-        for barrier in self.all() {
-            let in_front_m = |m| barrier.in_front_m(m);
-            let mut at_most_m = stretch.most(in_front_m, 1.0);
-            if at_most_m <= most_m {
-                continue;
-            }
-            let [from_m, to_m] = *nearest_m.get_or_insert_with(|| {
-                [stretch.from_m, stretch.to_m].map(|m| {
-                    let all = self.all().iter();
-                    all.map(|b| b.place_of(m).distance_m())
-                        .fold(f64::INFINITY, f64::min)
-                })
-            });
-            let distance_m = |m| barrier.place_of(m).distance_m();
-            let excess_m = distance_m(stretch.from_m) - from_m + distance_m(stretch.to_m) - to_m;
-            if excess_m > 2.0 * stretch.way_m + EQUAL_M {
-                continue;
-            }
-            for footprint in footprints.iter().flatten() {
-                let eased_m = footprint.most_between_m(stretch, in_front_m);
-                // Behind the surface nothing is eased: then it is not in front.
-                at_most_m = at_most_m.min(eased_m.max(0.0));
-            }
-            most_m = most_m.max(at_most_m);
+        if self.is_empty() {
+            return most_m;
         }
+        let [from_m, to_m] = [stretch.from_m, stretch.to_m].map(|m| self.least_distance_m(m));
+        // A box, like a surface, may be the nearest only if its excesses are no more than that.
+        let most_excess_m = 2.0 * stretch.way_m + EQUAL_M;
+        let excess_m = |from: f64, to: f64| from - from_m + to - to_m;
+        self.walk(
+            &mut most_m,
+            |aabb| {
+                let at_m = |m| distance_m(aabb, m);
+                excess_m(at_m(stretch.from_m), at_m(stretch.to_m))
+            },
+            |_| most_excess_m,
+            |most_m, barrier| {
+                let in_front_m = |m| barrier.in_front_m(m);
+                let mut at_most_m = stretch.most(in_front_m, 1.0);
+                if at_most_m <= *most_m {
+                    return;
+                }
+                let at_m = |m| barrier.place_of(m).distance_m();
+                if excess_m(at_m(stretch.from_m), at_m(stretch.to_m)) > most_excess_m {
+                    return;
+                }
+                for footprint in footprints.iter().flatten() {
+                    let eased_m = footprint.most_between_m(stretch, in_front_m);
+                    // Behind the surface nothing is eased: then it is not in front.
+                    at_most_m = at_most_m.min(eased_m.max(0.0));
+                }
+                *most_m = most_m.max(at_most_m);
+            },
+        );
         most_m
     }
 }
@@ -102,7 +108,7 @@ impl Footprint {
 mod tests {
     use super::*;
     use crate::board::{Board, board_pose};
-    use crate::motion::Barrier;
+    use crate::motion::{Barrier, BarrierTree};
     use hwall_testkit::Sampler;
 
     /// Rectangles anywhere, and boxes: closed surfaces, each side of which faces outwards.
@@ -126,9 +132,7 @@ mod tests {
                 all.push(Barrier::new(at_m, normal, half).unwrap());
             }
         }
-        let mut barriers = Barriers::default();
-        barriers.set(&all);
-        barriers
+        Barriers::from(BarrierTree::from(all))
     }
 
     #[test]

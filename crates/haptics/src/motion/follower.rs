@@ -1,10 +1,11 @@
 //! From where the board shall be to joint commands within the arm's limits.
 
-use super::barrier::Barrier;
-use super::goals::Goals;
+use super::barrier::BarrierTree;
+use super::goals::{self, Goals};
+use super::link::Link;
+use super::planner::{Aim, Answer, Asked, Planner};
 use super::profile::{JointBounds, JointMotion};
-use super::route::{ApproachConfig, Destination, Route};
-use super::search;
+use super::route::{ApproachConfig, Route};
 use super::slide::{ENDS_S, Slide, Sliding};
 use super::solver::{Solver, Stop};
 use crate::board::{Board, BoardTarget, QUARTER_TURNS_RAD};
@@ -72,10 +73,11 @@ impl FollowerConfig {
 const SLOWED: f64 = 1e-3;
 /// Joints that turn no faster stand, rad/s.
 const STANDS_RAD_PER_S: f64 = 3e-3;
-/// A way to a goal that only drifts is planned anew after this time, s: a plan costs as much as ten steps.
-const DRIFT_S: f64 = 0.01;
-
-/// Brings the board to where it shall be.
+/// Brings the board to where it shall be: makes the motion that a [`Planner`] has found, and can end it at any time.
+///
+/// A step only goes on along a motion that is known to its end, and asks the planner where to go next; what has been found by then
+/// begins with a later step. Until [`take_planner`](Self::take_planner) the follower has its planner with it, and
+/// [`plan`](Self::plan), called between two steps, lets it work.
 ///
 /// The goal configuration comes from the inverse kinematics of the arm, closed or numeric. While a target
 /// drifts, branch, roll and neighbourhood of the goal are kept; for a new target, or one that is far away, the
@@ -84,21 +86,23 @@ const DRIFT_S: f64 = 0.01;
 /// and barriers are given.
 ///
 /// An arm that [searches](ArmKinematics::searches) is asked for a descent from the commanded joints for each roll; where
-/// all fail, one roll is searched in each call of [`set_target`](Self::set_target), so that a step stays below about a
+/// all fail, one roll is searched in each call of [`Planner::plan`], so that it stays below about a
 /// millisecond for a UR5 or a Panda, also while an unreachable target drifts.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Follower {
-    goals: Goals,
-    route: Route,
+    /// For slides.
+    solver: Solver,
+    /// A target further from the last one, m and rad, is a new one.
+    far: [f64; 2],
     reference: ReferenceMotion,
     /// Without jerk, for slides.
     bounds: [JointBounds; 7],
-    destination: Option<Destination>,
-    /// The destination is new, or something else moved the arm.
-    is_to_plan: bool,
-    /// The destination only drifted since the last way was planned, and for how long ways were not planned, s.
-    has_drifted: bool,
-    since_plan_s: f64,
+    asked: Asked,
+    answer: Answer,
+    /// The plan of the answer has yet to begin.
+    is_pending: bool,
+    link: Link,
+    planner: Option<Box<Planner>>,
     sliding: Option<Sliding>,
     /// A slide is over, and the joints that it moved are coming to rest.
     ends_slide: bool,
@@ -107,9 +111,6 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// A step looks at the board at no more instants of possible ways than this, see [`looks`](Self::looks).
-    pub const MOST_LOOKS: usize = search::MOST_LOOKS;
-
     /// A follower at rest at `start`, for an arm whose tool frame is the board's face
     /// ([`Board::flange_from_board_face`](crate::Board::flange_from_board_face)).
     ///
@@ -129,16 +130,21 @@ impl Follower {
                 limits.acceleration_rad_per_s2[joint],
             )?;
         }
-        let reference = ReferenceMotion::new(&*arm, &limits, start)?;
+        let motion = || ReferenceMotion::new(&*arm, &limits, start);
+        let (solver, link) = (Solver::new(Arc::clone(&arm)), Link::default());
+        let goals = Goals::new(solver.clone(), &config);
+        let route = Route::new(config.approach, None);
+        let planner = Planner::new(link.clone(), goals, route, motion()?);
         Ok(Self {
-            route: Route::new(config.approach, None),
-            goals: Goals::new(Solver::new(arm), &config),
-            reference,
+            solver,
+            far: [config.far_m, config.far_rad],
+            reference: motion()?,
             bounds,
-            destination: None,
-            is_to_plan: false,
-            has_drifted: false,
-            since_plan_s: f64::INFINITY,
+            asked: Asked::default(),
+            answer: Answer::default(),
+            is_pending: false,
+            link,
+            planner: Some(Box::new(planner)),
             sliding: None,
             ends_slide: false,
             blocked: None,
@@ -149,38 +155,46 @@ impl Follower {
     /// the barriers of [`set_barriers`](Self::set_barriers).
     #[must_use]
     pub fn with_board(mut self, config: ApproachConfig, board: Board) -> Self {
-        self.route = Route::new(config, Some(board));
+        if let Some(planner) = &mut self.planner {
+            planner.set_route(Route::new(config, Some(board)));
+        }
         self
     }
 
-    /// Surfaces that the board stays behind, besides the one that it serves.
-    pub fn set_barriers(&mut self, barriers: &[Barrier]) {
-        self.route.set_barriers(barriers);
+    /// Lets the planner work that the follower has with it, between two steps; see [`Planner::plan`].
+    pub fn plan(&mut self) -> bool {
+        self.planner.as_mut().is_some_and(|planner| planner.plan())
     }
 
-    /// The same after the world has moved, by `moved` in the base frame: places that the board served go with their surfaces. Nothing
-    /// is planned anew.
-    pub fn move_barriers(&mut self, barriers: &[Barrier], moved: &Pose) {
-        self.route.move_barriers(barriers, moved);
+    /// The planner, for a thread of its own.
+    pub fn take_planner(&mut self) -> Option<Planner> {
+        self.planner.take().map(|planner| *planner)
     }
 
-    /// So many barriers will be set without an allocation.
-    pub fn reserve_barriers(&mut self, count: usize) {
-        self.route.reserve_barriers(count);
+    /// Surfaces that the board stays behind, besides the one that it serves. A planner on its own is told itself.
+    pub fn set_barriers(&mut self, barriers: impl Into<BarrierTree>) {
+        if let Some(planner) = &mut self.planner {
+            planner.set_barriers(barriers);
+        }
     }
 
-    /// How far corners or middle of the commanded face are in front of a surface, m, negative behind all of them; around the
-    /// goal only its own surface counts. `None` without a board or barriers.
+    /// The step that the newest plan answers, for a record of what was handed over when; 0 before the first.
     #[must_use]
-    pub fn protrusion_m(&self) -> Option<f64> {
-        let face = self.commanded_pose();
-        self.route.protrusion_m(&face, self.goals.goal())
+    pub const fn planned_step(&self) -> u64 {
+        self.answer.to
     }
 
-    /// The same at a configuration that is no goal.
+    /// Does anybody know where the surfaces are?
     #[must_use]
-    pub fn protrusion_at_m(&self, q: &JointPositions) -> Option<f64> {
-        self.route.protrusion_m(&self.arm().forward(q), None)
+    pub const fn knows_surfaces(&self) -> bool {
+        self.answer.knows_surfaces
+    }
+
+    /// How far corners or middle of the face were in front of a surface when the planner last looked, m, negative behind all of them;
+    /// around the goal only its own surface counts. `None` without a board or barriers.
+    #[must_use]
+    pub const fn protrusion_m(&self) -> Option<f64> {
+        self.answer.protrusion_m
     }
 
     /// Forgets target and goal and goes on from a measured state. Velocities above the limits
@@ -201,17 +215,18 @@ impl Follower {
             state.qd[joint] = qd[joint].clamp(-most, most);
         }
         self.reference.restart(&state)?;
-        self.goals.forget();
-        self.route.forget();
-        self.destination = None;
+        self.asked.forgets += 1;
+        self.asked.aim = Aim::Nowhere;
+        (self.answer.destination, self.answer.is_blocked) = (None, false);
+        self.refuse();
         self.end_slide();
         Ok(())
     }
 
     /// Sets where the board shall go. A target equal to the last one costs nothing.
     ///
-    /// Returns why the board cannot be there, if it cannot; the last goal is then kept. With an arm that
-    /// [searches](ArmKinematics::searches) this takes a call for each roll; the answer is `None` until then.
+    /// Returns why the board cannot be there, if the planner has found that it cannot; the last goal is then kept. Until the planner has
+    /// looked at this target, or one that is not far from it, the answer is `None`.
     ///
     /// # Errors
     /// NaN, infinity or a normal without a direction; the last goal is then kept too.
@@ -219,80 +234,74 @@ impl Follower {
         &mut self,
         target: &BoardTarget,
     ) -> Result<Option<Unreachable>, HapticsError> {
-        let before = self.goals.goal().copied();
-        let here = self.reference.state().q;
-        let verdict = self.goals.set(target, &self.reference)?;
-        if let Some(goal) = self.goals.goal() {
-            let is_new = match self.destination {
-                Some(Destination::Goal(last)) => last != *goal,
-                _ => true,
-            };
-            if is_new {
-                let drifted = before.is_some_and(|before| before.is_beside(goal))
-                    && matches!(self.destination, Some(Destination::Goal(_)));
-                if let Some(before) = before.filter(|_| !drifted) {
-                    self.route.leave(&before, &self.arm().forward(&here));
-                }
-                self.route.set_goal(goal);
-                self.destination = Some(Destination::Goal(*goal));
-                self.has_drifted = true;
-                self.is_to_plan |= !drifted;
-            }
-        }
-        Ok(verdict)
+        goals::validate(target)?;
+        self.hear();
+        self.asked.aim = Aim::Target(*target);
+        let [far_m, far_rad] = self.far;
+        let answered = self.answer.target.is_some_and(|looked_at| {
+            looked_at.point_m.distance(target.point_m) <= far_m
+                && looked_at.normal.angle_between(target.normal) <= far_rad
+        });
+        Ok(self.answer.unreachable.filter(|_| answered))
     }
 
-    /// Sets a posture to go to, wherever the board is then; the target is forgotten.
+    /// Sets a posture to go to, wherever the board is then; the target is forgotten. `leans_to`: a configuration towards which the arm
+    /// goes from there as far as the board stays behind the surfaces, and no more than two fifths of the way.
     ///
     /// # Errors
     /// NaN, infinity, or a posture outside the joint limits; the last goal is then kept.
-    pub fn set_posture(&mut self, q: &JointPositions) -> Result<(), HapticsError> {
-        if matches!(self.destination, Some(Destination::Posture(last)) if last == *q) {
+    pub fn set_posture(
+        &mut self,
+        q: &JointPositions,
+        leans_to: Option<&JointPositions>,
+    ) -> Result<(), HapticsError> {
+        let aim = Aim::Posture {
+            q: *q,
+            leans_to: leans_to.copied(),
+        };
+        self.hear();
+        if self.asked.aim == aim {
             return Ok(());
         }
-        all_finite("posture", &q.0)?;
-        for (joint, limit) in self.arm().limits().iter().enumerate() {
-            that(
-                limit.contains(q[joint]),
-                "posture",
-                q[joint],
-                "within the joint limits",
-            )?;
+        for q in std::iter::once(q).chain(leans_to) {
+            all_finite("posture", &q.0)?;
+            for (joint, limit) in self.arm().limits().iter().enumerate() {
+                that(
+                    limit.contains(q[joint]),
+                    "posture",
+                    q[joint],
+                    "within the joint limits",
+                )?;
+            }
         }
-        if let Some(goal) = self.goals.goal().copied() {
-            let here = self.arm().forward(&self.reference.state().q);
-            self.route.leave(&goal, &here);
-        }
-        self.goals.forget();
-        self.destination = Some(Destination::Posture(*q));
-        self.is_to_plan = true;
+        self.asked.aim = aim;
         Ok(())
     }
 
     /// The goal configuration, rad, if a reachable target or a posture was ever set.
     #[must_use]
     pub fn goal(&self) -> Option<JointPositions> {
-        self.destination.map(|destination| *destination.q())
+        self.answer.destination
     }
 
     /// Time until the board is at its goal, s; on a detour at least that until the detour ends, and while a way is still being looked for
     /// the least time of the joints. `None` without a goal.
     #[must_use]
     pub fn left_s(&self) -> Option<f64> {
-        let destination = self.destination?;
-        let is_under_way = self.reference.goal() == Some(destination.q());
-        if self.route.is_searching_anew() && !is_under_way && !self.is_detour() {
-            return Some(self.reference.least_time_to_s(destination.q()));
+        let destination = &self.answer.destination?;
+        let is_under_way = self.reference.goal() == Some(destination);
+        if self.answer.is_searching_anew && !is_under_way && !self.is_detour() {
+            return Some(self.reference.least_time_to_s(destination));
         }
         let left_s = self.reference.left_s();
         let detour_s = match self.reference.goal() {
-            Some(goal) if goal == destination.q() => 0.0,
-            Some(ends) => self.reference.limits().travel_time_s(ends, destination.q()),
-            None if self.route.is_blocked() => {
+            Some(goal) if goal == destination => 0.0,
+            Some(ends) => self.reference.limits().travel_time_s(ends, destination),
+            None if self.is_blocked() => {
                 let here = &self.reference.state().q;
-                self.reference.limits().travel_time_s(here, destination.q())
+                self.reference.limits().travel_time_s(here, destination)
             }
-            // Planned in the next step.
+            // About to be planned.
             None => 0.0,
         };
         Some(left_s + detour_s)
@@ -307,23 +316,29 @@ impl Follower {
     /// Is the board on its way to a place behind the surfaces, from where it goes on to its goal?
     #[must_use]
     pub const fn is_detour(&self) -> bool {
-        self.route.is_detour()
+        self.answer.is_detour
     }
 
     /// Was there no way to the goal behind the surfaces when one was last looked for to the end? The board then ends the motion under
     /// way, and stands.
     #[must_use]
     pub const fn is_blocked(&self) -> bool {
-        self.route.is_blocked()
+        self.answer.is_blocked
     }
 
-    /// At how many instants of possible ways the board was looked at in the last [`step`](Self::step): usually at none, never at more
-    /// than [`MOST_LOOKS`](Self::MOST_LOOKS). A search that needs more goes on in the next step, and so does the motion under way; it
-    /// begins anew for a target that leaps or another distance behind the surface, and after braking. Plans and inverse kinematics of the
-    /// search count as the looks that take about as long.
+    /// At how many instants of possible ways the planner looked at the board in the call that was heard of last: usually at none, never at
+    /// more than [`PlannerConfig::looks`](super::PlannerConfig::looks) and [`Planner::MOST_LOOKS`]. A search that needs more goes on in
+    /// the next call, and so does the motion under way; it begins anew for a target that leaps or another distance behind the surface,
+    /// and after braking. Plans and inverse kinematics of the search count as the looks that take about as long.
     #[must_use]
     pub const fn looks(&self) -> usize {
-        self.route.looks()
+        self.answer.looks
+    }
+
+    /// How many rectangles of barriers, and boxes around them, were tested for that.
+    #[must_use]
+    pub const fn tests(&self) -> usize {
+        self.answer.tests
     }
 
     /// The configuration that the motion still has to pass on its way behind the surfaces, rad.
@@ -371,7 +386,7 @@ impl Follower {
     /// The arm with the board as its tool.
     #[must_use]
     pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {
-        self.goals.solver.arm()
+        self.solver.arm()
     }
 
     /// Sets the share of the joint speeds that may be used, in (0, 1]. A motion that is faster slows down on its way, so that it
@@ -380,10 +395,7 @@ impl Follower {
     /// # Errors
     /// A share outside its range; the last one is then kept.
     pub fn set_speed_share(&mut self, share: f64) -> Result<(), HapticsError> {
-        let before = self.reference.speed_share();
-        self.reference.set_speed_share_on_way(share)?;
-        self.is_to_plan |= share > before && share > self.reference.planned_share();
-        Ok(())
+        Ok(self.reference.set_speed_share_on_way(share)?)
     }
 
     /// The share of the joint speeds that the motion under way keeps to at present: after
@@ -431,37 +443,67 @@ impl Follower {
     pub fn step(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
         non_negative("dt_s", dt_s)?;
         self.end_slide();
-        self.route.begin_step();
-        match &self.destination {
-            Some(destination) => {
-                let is_bent = self.reference.by_way_of().is_some();
-                let due = self.route.is_retry_due(dt_s, is_bent);
-                let stands = self.reference.goal().is_none() && !self.route.is_blocked();
-                self.since_plan_s += dt_s;
-                let drifted = self.has_drifted && self.since_plan_s >= DRIFT_S;
-                // A search that began anew with every drift and every change of speed might never end; one for another place is of no
-                // use.
-                let goes_on = self.route.is_searching_for(destination);
-                let is_obsolete = self.route.is_searching() && !goes_on;
-                let is_new = self.is_to_plan || stands || drifted || is_obsolete;
-                let (reference, solver) = (&mut self.reference, &mut self.goals.solver);
-                let planned = if goes_on {
-                    self.route.search_on(reference, solver)
-                } else if is_new || due {
-                    (self.is_to_plan, self.has_drifted, self.since_plan_s) = (false, false, 0.0);
-                    self.route.head_for(destination, is_new, reference, solver)
-                } else {
-                    Ok(())
-                };
-                if planned.is_err() {
-                    // No motion was found: the one under way ends, and from further on there may be one.
-                    self.route.block();
-                }
-            }
-            None => self.reference.brake(),
+        self.hear();
+        let left_s = self.begin_plan(dt_s)?;
+        if self.answer.destination.is_none() {
+            self.reference.brake();
         }
-        let q = self.reference.step(dt_s)?.q;
+        let q = self.reference.step(left_s)?.q;
+        self.ask(dt_s, true);
         Ok(self.legal(q))
+    }
+
+    /// Takes what the planner has found.
+    fn hear(&mut self) {
+        if !self.link.take_answer(&mut self.answer) {
+            return;
+        }
+        self.is_pending = self.answer.moves;
+        // What was found for a motion that has been forgotten since.
+        if self.answer.forgets != self.asked.forgets {
+            self.answer.destination = None;
+            self.refuse();
+        }
+    }
+
+    /// The plan that waits is not begun.
+    const fn refuse(&mut self) {
+        if self.is_pending {
+            self.asked.answered = self.answer.motion.number();
+            self.is_pending = false;
+        }
+    }
+
+    /// Begins the plan that waits if its time has come; what is left of the step then, s.
+    fn begin_plan(&mut self, dt_s: f64) -> Result<f64, HapticsError> {
+        if !self.is_pending {
+            return Ok(dt_s);
+        }
+        let begins_in_s = self.reference.begins_in_s(&self.answer.motion);
+        match begins_in_s.map(|s| s.min(dt_s)) {
+            Some(_) if begins_in_s > Some(dt_s * (1.0 + 1e-9)) => return Ok(dt_s),
+            Some(until_s) => {
+                if until_s > 0.0 {
+                    self.reference.step(until_s)?;
+                }
+                self.reference.take(&mut self.answer.motion);
+                self.refuse();
+                Ok(dt_s - until_s)
+            }
+            None => {
+                self.refuse();
+                Ok(dt_s)
+            }
+        }
+    }
+
+    /// Tells the planner how things stand after a step.
+    fn ask(&mut self, dt_s: f64, goes: bool) {
+        self.asked.number += 1;
+        self.asked.clock_s += dt_s;
+        (self.asked.dt_s, self.asked.goes) = (dt_s, goes);
+        self.asked.under_way = self.reference.under_way();
+        self.link.ask(&self.asked);
     }
 
     /// The configuration within the limits of the arm: braking from a state that came too fast to stop before a limit passes it.
@@ -478,17 +520,19 @@ impl Follower {
     /// As for [`Follower::step`].
     pub fn brake(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
         non_negative("dt_s", dt_s)?;
-        // By the time that it went on, the board would be elsewhere.
-        self.route.end_search();
+        self.hear();
+        self.refuse();
+        self.asked.stops += 1;
         let ends_slide = self.ends_slide || self.sliding.is_some();
         self.end_slide();
         if ends_slide {
             self.brake_together(dt_s)?;
-            return Ok(self.commanded());
+        } else {
+            self.reference.brake();
+            self.reference.step(dt_s)?;
         }
-        self.reference.brake();
-        let q = self.reference.step(dt_s)?.q;
-        Ok(self.legal(q))
+        self.ask(dt_s, false);
+        Ok(self.commanded())
     }
 
     /// All joints lose the same share of their speeds, the slowest to stop as fast as it can: the board goes on the way that it
@@ -524,8 +568,7 @@ impl Follower {
 
     fn end_slide(&mut self) {
         if self.sliding.take().is_some() {
-            self.is_to_plan = true;
-            self.route.end_search();
+            self.asked.slides += 1;
         }
         (self.ends_slide, self.blocked) = (false, None);
     }
@@ -549,7 +592,7 @@ impl Follower {
             Some((_, reason)) => Err(Stop::Unreachable(reason)),
             None => {
                 let sliding = self.sliding.unwrap_or_else(|| self.at_rest());
-                sliding.next(dt_s, slide, &self.bounds, &mut self.goals.solver)
+                sliding.next(dt_s, slide, &self.bounds, &mut self.solver)
             }
         };
         match next {
@@ -558,6 +601,9 @@ impl Follower {
                 self.advance_beside(dt_s, &q, &rate)?;
                 (self.sliding, self.blocked) = (Some(next.sliding), None);
                 self.ends_slide = false;
+                self.hear();
+                self.refuse();
+                self.ask(dt_s, false);
                 Ok(next.unreachable)
             }
             Err(Stop::Unreachable(reason)) => {
@@ -603,7 +649,7 @@ impl Follower {
     pub fn acceleration_along_m_per_s2(&mut self, direction: DVec3) -> Option<f64> {
         let q = self.goal()?;
         let at = Sliding::new(self.arm().forward(&q), q);
-        at.acceleration_along_m_per_s2(direction, &self.bounds, &mut self.goals.solver)
+        at.acceleration_along_m_per_s2(direction, &self.bounds, &mut self.solver)
     }
 
     /// A slide that begins where braking ends.

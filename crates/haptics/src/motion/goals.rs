@@ -90,6 +90,23 @@ const BESIDE_M: f64 = 0.05;
 /// Normals that differ by less belong to one plane, rad.
 const SAME_NORMAL_RAD: f64 = 0.01;
 
+/// Rejects a target that is not finite, or with a negative length. Its unit normal.
+pub(super) fn validate(target: &BoardTarget) -> Result<DVec3, HapticsError> {
+    all_finite("point_m", &target.point_m.to_array())?;
+    all_finite("roll_rad", target.roll_rad.as_slice())?;
+    non_negative("behind_m", target.behind_m)?;
+    for slack in target.slack_m {
+        non_negative("slack_m", slack)?;
+    }
+    for slack in target.sooner_within_m.into_iter().flatten() {
+        non_negative("sooner_within_m", slack)?;
+    }
+    if let Some(near) = &target.near {
+        all_finite("near", &near.0)?;
+    }
+    Ok(direction("normal", target.normal)?)
+}
+
 /// The goal in force and how it was found.
 #[derive(Debug, Clone)]
 pub(super) struct Goals {
@@ -143,19 +160,7 @@ impl Goals {
         if let Some(aim) = self.aim.filter(|aim| same(aim) && aim.unsearched == 0) {
             return Ok(aim.unreachable);
         }
-        all_finite("point_m", &target.point_m.to_array())?;
-        all_finite("roll_rad", target.roll_rad.as_slice())?;
-        non_negative("behind_m", target.behind_m)?;
-        for slack in target.slack_m {
-            non_negative("slack_m", slack)?;
-        }
-        for slack in target.sooner_within_m.into_iter().flatten() {
-            non_negative("sooner_within_m", slack)?;
-        }
-        if let Some(near) = &target.near {
-            all_finite("near", &near.0)?;
-        }
-        let unit_normal = direction("normal", target.normal)?;
+        let unit_normal = validate(target)?;
         let mut unsearched = 0;
         let mut found_goal = self.still_good(target, unit_normal);
         let mut unreachable = None;

@@ -1,6 +1,6 @@
 //! Which way the board takes to its goal: straight, or by a place behind the surfaces.
 
-use super::barrier::{Barrier, Barriers, Footprint, Plane, corners_and_middle};
+use super::barrier::{BarrierTree, Barriers, Footprint, Plane, corners_and_middle};
 use super::goals::Goal;
 use super::search::{Behind, DETOURS, Search, Surroundings};
 use super::solver::{Place, Solver};
@@ -152,8 +152,9 @@ pub(super) struct Route {
     retry_in_s: f64,
     /// The search under way.
     search: Option<Search>,
-    /// At how many instants of ways the board was looked at in this step.
+    /// At how many instants of ways the board was looked at in this step, and after how many no other way is.
     looks: usize,
+    most_looks: usize,
 }
 
 impl Route {
@@ -172,16 +173,13 @@ impl Route {
             retry_in_s: 0.0,
             search: None,
             looks: 0,
+            most_looks: 0,
         }
     }
 
-    /// A place whose surface is gone (a door that opened, a world that leapt) is forgotten with it.
-    pub(super) fn set_barriers(&mut self, barriers: &[Barrier]) {
-        self.move_barriers(barriers, &Pose::IDENTITY);
-    }
-
-    /// The same surfaces after the world moved: places go with them.
-    pub(super) fn move_barriers(&mut self, barriers: &[Barrier], moved: &Pose) {
+    /// Surfaces after the world moved: places go with them, and one whose surface is gone (a door that opened, a world that leapt) is
+    /// forgotten with it.
+    pub(super) fn move_barriers(&mut self, barriers: BarrierTree, moved: &Pose) {
         let known = |barriers: &Barriers, place: Option<Place>| {
             place.is_some_and(|place| barriers.have(place.point_m, place.normal))
         };
@@ -203,11 +201,6 @@ impl Route {
         if was_known && !known(&self.barriers, self.under_way) {
             self.under_way = None;
         }
-    }
-
-    /// So many barriers will be set without an allocation.
-    pub(super) fn reserve_barriers(&mut self, count: usize) {
-        self.barriers.reserve(count);
     }
 
     pub(super) const fn is_detour(&self) -> bool {
@@ -259,9 +252,15 @@ impl Route {
         self.looks
     }
 
+    /// How many boxes and rectangles were tested for that, and for whatever else was asked since.
+    pub(super) const fn tests(&self) -> usize {
+        self.barriers.tests()
+    }
+
     /// A step begins: nothing was looked at in it.
-    pub(super) const fn begin_step(&mut self) {
-        self.looks = 0;
+    pub(super) fn begin_step(&mut self, most_looks: usize) {
+        (self.looks, self.most_looks) = (0, most_looks);
+        self.barriers.begin();
     }
 
     /// Time passes; is it due to look for a shorter way? `is_bent`: the motion still has to pass a bend.
@@ -434,6 +433,7 @@ impl Route {
         };
         let mut around = Surroundings {
             check,
+            most_looks: self.most_looks,
             allowed_m,
             detours_m: config.detours_m,
             shorter_than_m,

@@ -7,12 +7,10 @@ use crate::error::HapticsError;
 use hwall_kinematics::{BranchPolicy, JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_motion::ReferenceMotion;
 
-/// A step begins to look at another way only after fewer looks than this: what is left waits for the next step.
-const LOOKS_OF_STEP: usize = 400;
 /// A configuration for a place takes about as long as so many looks.
 const LOOKS_OF_SOLUTION: usize = 2;
-/// All looks of a step: the last of its ways is looked at to its end.
-pub(super) const MOST_LOOKS: usize = LOOKS_OF_STEP + LOOKS_OF_SOLUTION + LOOKS_OF_WAY;
+/// Looks at the last of the ways of a step, which is looked at to its end.
+pub(super) const LOOKS_OF_LAST: usize = LOOKS_OF_SOLUTION + LOOKS_OF_WAY;
 /// A bend that takes no longer than this, in shares of the straight way and s, is taken without looking further.
 const GOOD_ENOUGH: f64 = 1.15;
 const GOOD_ENOUGH_S: f64 = 0.02;
@@ -41,6 +39,8 @@ pub(super) struct Behind {
 /// What a search goes by in a step.
 pub(super) struct Surroundings<'a> {
     pub(super) check: Check<'a>,
+    /// A step begins to look at another way only after fewer looks than this: what is left waits for the next step.
+    pub(super) most_looks: usize,
     /// How far a way may come in front of a surface, m.
     pub(super) allowed_m: f64,
     pub(super) detours_m: [f64; DETOURS],
@@ -113,7 +113,7 @@ impl Search {
     ) -> Result<Option<Way>, HapticsError> {
         self.is_from_here = false;
         let is_found = |search: &Self| search.stage == Stage::Over && search.is_from_here;
-        while around.check.looks < LOOKS_OF_STEP || is_found(self) {
+        while around.check.looks < around.most_looks || is_found(self) {
             self.stage = match self.stage {
                 Stage::Straight => self.straight(around, reference, solver)?,
                 Stage::UnderWay => self.under_way(around, reference, solver),

@@ -15,11 +15,11 @@ use super::supervised::{SpeedCap, Withdrawal};
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::{Board, BoardTarget};
 use crate::error::HapticsError;
-use crate::motion::{Barrier, Follower};
+use crate::motion::{BarrierTree, Follower, Planner};
 use crate::safety::SafeRequest;
 use crate::usual_step::UsualStep;
 use glam::DVec3;
-use hwall_geometry::{Pose, Wrench};
+use hwall_geometry::Wrench;
 use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable, WrenchConfig, WrenchEstimate};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
@@ -46,8 +46,8 @@ struct Aimed {
 /// Turns board targets and arm states into arm commands.
 ///
 /// Time, targets and states come in as arguments, all on one clock; nothing is allocated after
-/// construction.
-#[derive(Debug, Clone)]
+/// construction. Goals and ways are found by a [`Planner`], which [`plan`](Self::plan) lets work between two steps.
+#[derive(Debug)]
 pub struct Renderer {
     force: ForceConfig,
     watchdog: WatchdogConfig,
@@ -67,7 +67,6 @@ pub struct Renderer {
     withdrawal: Withdrawal,
     /// The speed that a supervisor asked for.
     cap: SpeedCap,
-    knows_surfaces: bool,
 }
 
 /// How far the command may be from the arm.
@@ -124,7 +123,6 @@ impl Renderer {
             steps: UsualStep::default(),
             withdrawal: Withdrawal::new(arm),
             cap: SpeedCap::default(),
-            knows_surfaces: true,
         })
     }
 
@@ -160,27 +158,20 @@ impl Renderer {
         self.step_with(now_s, state, &input)
     }
 
-    /// Surfaces that the board stays behind on its way, besides the one that it presents.
-    pub fn set_barriers(&mut self, barriers: &[Barrier]) {
-        self.knows_surfaces = true;
+    /// Lets the planner work that the renderer has with it, between two steps; see [`Planner::plan`].
+    pub fn plan(&mut self) -> bool {
+        self.follower.plan()
+    }
+
+    /// The planner, for a thread of its own or a caller that tells it of surfaces that move.
+    pub fn take_planner(&mut self) -> Option<Planner> {
+        self.follower.take_planner()
+    }
+
+    /// Surfaces that the board stays behind on its way, besides the one that it presents. A planner on its own is told itself; while it
+    /// knows of none ([`Planner::lose_barriers`]) the board comes to rest and holds ([`HoldReason::UnknownSurfaces`]). A touch goes on.
+    pub fn set_barriers(&mut self, barriers: impl Into<BarrierTree>) {
         self.follower.set_barriers(barriers);
-    }
-
-    /// The same after the world has moved, see [`Follower::move_barriers`].
-    pub fn move_barriers(&mut self, barriers: &[Barrier], moved: &Pose) {
-        self.knows_surfaces = true;
-        self.follower.move_barriers(barriers, moved);
-    }
-
-    /// So many barriers will be set without an allocation.
-    pub fn reserve_barriers(&mut self, count: usize) {
-        self.follower.reserve_barriers(count);
-    }
-
-    /// Nobody knows where the surfaces are: the board comes to rest and holds ([`HoldReason::UnknownSurfaces`]) until barriers are
-    /// set again. A touch goes on.
-    pub const fn lose_barriers(&mut self) {
-        self.knows_surfaces = false;
     }
 
     /// Moving objects of the scene, base frame, and how the arm goes along with a touched one. They move by themselves, too: a
@@ -258,7 +249,7 @@ impl Renderer {
         let phase = match contact {
             ContactState::Contact { since_s } => Phase::Contact { since_s },
             ContactState::NonContact => {
-                match aimed_at(now_s, input, &self.watchdog, self.knows_surfaces) {
+                match aimed_at(now_s, input, &self.watchdog, self.follower.knows_surfaces()) {
                     Err(reason) => Phase::Hold(reason),
                     Ok(()) if is_asked_to => Phase::NonContact,
                     Ok(()) => match self.aim(input) {
@@ -542,7 +533,10 @@ impl Renderer {
                     .set_target(clear.as_ref().unwrap_or(target))
                     .map(|unreachable| aimed.unreachable = unreachable)
             }
-            (None, Some(posture)) => self.follower.set_posture(&posture.q),
+            (None, Some(posture)) => {
+                let leans_to = posture.leans_to.as_ref();
+                self.follower.set_posture(&posture.q, leans_to)
+            }
             (None, None) => Ok(()),
         };
         set.map(|()| aimed).map_err(|_| HoldReason::InvalidTarget)

@@ -151,7 +151,7 @@ mod tests {
         for steps in [5, 60, 200, 900] {
             let arm = Arc::new(SrsArm::iiwa7());
             let mut follower = Follower::new(arm, FollowerConfig::default(), &start).unwrap();
-            follower.set_posture(&goal).unwrap();
+            follower.set_posture(&goal, None).unwrap();
             follower.set_speed_share(0.5).unwrap();
             for _ in 0..steps {
                 follower.step(DT_S).unwrap();

@@ -4,7 +4,7 @@ use super::demonstration::{ResponseDemonstration, Task};
 use crate::error::SessionError;
 use crate::walls::barriers_of;
 use hwall_hand::HandFrame;
-use hwall_haptics::{Board, BoardTarget, Follower, FollowerConfig};
+use hwall_haptics::{BarrierTree, Board, BoardTarget, Follower, FollowerConfig};
 use hwall_kinematics::{ArmKinematics, JointPositions};
 use hwall_scene::Scene;
 use std::sync::Arc;
@@ -20,7 +20,10 @@ const ENDED_S: f64 = 1e-6;
 /// behind the surfaces, as a session would.
 #[derive(Debug, Clone)]
 pub struct Demonstrator {
-    waiting: Follower,
+    arm: Arc<dyn ArmKinematics>,
+    board: Board,
+    surfaces: BarrierTree,
+    waiting: JointPositions,
 }
 
 impl Demonstrator {
@@ -34,12 +37,23 @@ impl Demonstrator {
         scene: &Scene,
         waiting: &JointPositions,
     ) -> Result<Self, SessionError> {
+        let made = Self {
+            arm: Arc::clone(arm),
+            board: *board,
+            surfaces: barriers_of(scene)?.into(),
+            waiting: *waiting,
+        };
+        made.follower()?;
+        Ok(made)
+    }
+
+    fn follower(&self) -> Result<Follower, SessionError> {
         let config = FollowerConfig::default();
         let approach = config.approach;
-        let follower = Follower::new(Arc::clone(arm), config, waiting)?;
-        let mut waiting = follower.with_board(approach, *board);
-        waiting.set_barriers(&barriers_of(scene)?);
-        Ok(Self { waiting })
+        let follower = Follower::new(Arc::clone(&self.arm), config, &self.waiting)?;
+        let mut follower = follower.with_board(approach, self.board);
+        follower.set_barriers(self.surfaces.clone());
+        Ok(follower)
     }
 
     /// The configurations on the way to a target, every 10 ms; `None` if the arm cannot present it, or finds no way.
@@ -47,13 +61,19 @@ impl Demonstrator {
     /// # Errors
     /// A target that is not finite or has no normal.
     pub fn way(&self, target: &BoardTarget) -> Result<Option<Vec<JointPositions>>, SessionError> {
-        let mut follower = self.waiting.clone();
+        let mut follower = self.follower()?;
         let mut way = vec![follower.commanded()];
+        follower.set_target(target)?;
+        // Asked, found, and heard.
+        follower.step(0.0)?;
+        follower.plan();
+        follower.step(0.0)?;
         if follower.set_target(target)?.is_some() || follower.goal().is_none() {
             return Ok(None);
         }
         for _ in 0..(LONGEST_S / STEP_S) as usize {
             way.push(follower.step(STEP_S)?);
+            follower.plan();
             if !follower.is_blocked() && follower.left_s().is_some_and(|left_s| left_s <= ENDED_S) {
                 return Ok(Some(way));
             }

@@ -43,6 +43,9 @@ pub trait Controller {
     /// The command for the coming cycle; times on the clock of the arm, s.
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand;
 
+    /// Does what takes longer than a step, in what is left of the cycle.
+    fn plan(&mut self) {}
+
     /// The arm did not take the command of this cycle ([`Arm::is_transient`]); the loop goes on.
     fn refused(&mut self) {}
 
@@ -126,6 +129,7 @@ where
         Err(error) if R::is_transient(&error) => controller.refused(),
         taken => taken?,
     }
+    controller.plan();
     Ok(Some(Cycle {
         t_s: now_s,
         state,
@@ -145,6 +149,10 @@ impl<P: Predictor> Controller for Session<P> {
 
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         Self::step(self, now_s, state)
+    }
+
+    fn plan(&mut self) {
+        Self::plan(self);
     }
 
     fn refused(&mut self) {

@@ -6,7 +6,9 @@ mod drive;
 mod event;
 mod handover;
 mod perception;
+mod planner;
 mod policy;
+mod response;
 mod target_control;
 mod waiting;
 mod world;
@@ -16,6 +18,7 @@ pub use control::{Control, MovingSurface, SessionState};
 pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
+pub use planner::Planner;
 pub use policy::PolicyConfig;
 pub use target_control::TargetControl;
 pub use world::WorldPose;
@@ -25,7 +28,7 @@ use crate::objects::objects_of;
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, Presenter, TextureLevels};
 use crate::walls::Walls;
-use control::{Lean, Safety};
+use control::Safety;
 use event::EventQueue;
 pub(crate) use handover::check_pieces;
 use handover::{Guidance, WorldBarriers, felt_touches, handover, openings};
@@ -39,7 +42,6 @@ use hwall_kinematics::ArmKinematics;
 use hwall_scene::{Scene, SurfaceId};
 use perception::Newest;
 use policy::Policy;
-#[cfg(feature = "texture")]
 use std::sync::Arc;
 use waiting::Waiting;
 use world::World;
@@ -50,11 +52,13 @@ use world::World;
 /// [`Predictor`]. The arm itself stays outside: it is seen through [`ArmState`] alone, so a simulated one and a real
 /// one are the same to a session. Nothing reads a clock; all times come with the inputs.
 ///
-/// [`Session::frame`] is called at the rate of the tracker, [`Session::step`] at that of the control loop;
-/// [`Session::split`] gives the two halves, one for each thread. [`drive`] is the loop for those who do not want to write it.
+/// [`Session::frame`] is called at the rate of the tracker, [`Session::step`] at that of the control loop, and [`Session::plan`] after
+/// each step, once the command has been sent: a step alone never looks for a way.
+/// [`Session::split`] gives the three parts, one for each thread. [`drive`] is the loop for those who do not want to write it.
 pub struct Session<P> {
     perception: Perception<P>,
     control: Control,
+    planner: Planner,
 }
 
 impl<P: Predictor> Session<P> {
@@ -79,8 +83,7 @@ impl<P: Predictor> Session<P> {
         let walls = walls.into();
         walls.validate(&**renderer.arm())?;
         let (barriers, barrier_receiver) = WorldBarriers::new(&scene)?;
-        renderer.reserve_barriers(barriers.most());
-        renderer.set_barriers(barriers.all());
+        renderer.set_barriers(barriers.all().clone());
         let objects = if config.objects {
             touchable_objects(&scene, &mut renderer, config.object_command)?
         } else {
@@ -105,6 +108,8 @@ impl<P: Predictor> Session<P> {
             predictor,
             hand: HandFilter::new(config.hand)?,
             gaze: GazeFilter::new(config.gaze)?,
+            scratch: renderer.arm().scratch(),
+            arm: Arc::clone(renderer.arm()),
             board: *board,
             in_place: config.in_place,
             world: World::default(),
@@ -128,16 +133,14 @@ impl<P: Predictor> Session<P> {
             None => Safety::none(),
         };
         let scratch = renderer.arm().scratch();
+        let planner = renderer.take_planner();
         let control = Control {
-            lean: Lean::default(),
-            waits_at: None,
             renderer,
             board: *board,
             in_place: config.in_place,
             #[cfg(feature = "texture")]
             texture,
             receiver,
-            barriers: barrier_receiver,
             openings: opening_sender,
             feeler,
             objects,
@@ -145,7 +148,6 @@ impl<P: Predictor> Session<P> {
             #[cfg(feature = "texture")]
             touched_at: 0.0,
             guidance: Guidance::default(),
-            answer: None,
             scratch,
             events: EventQueue::new(),
             safety,
@@ -164,6 +166,10 @@ impl<P: Predictor> Session<P> {
         Ok(Self {
             perception,
             control,
+            planner: Planner {
+                barriers: barrier_receiver,
+                planner,
+            },
         })
     }
 }
@@ -209,6 +215,12 @@ impl<P: Predictor> Session<P> {
         let command = self.control.step(now_s, state);
         self.perception.take_openings();
         command
+    }
+
+    /// Looks for goals and ways, after the command of a step was sent: some 0.5 ms at the most, see [`Planner::plan`]. Without it the arm
+    /// stays where it is.
+    pub fn plan(&mut self) {
+        self.planner.plan();
     }
 
     /// Runs the loop for an arm until the surroundings end it, see [`drive`].
@@ -290,10 +302,10 @@ impl<P: Predictor> Session<P> {
         self.control.reset();
     }
 
-    /// The two halves, each for a thread of its own. The findings of the tracker's half reach the other by a hand-over in which
-    /// the latest wins and neither side waits; so do the places of doors and world, each way.
+    /// The three parts, each for a thread of its own. The findings of the tracker's part reach the arm's by a hand-over in which
+    /// the latest wins and neither side waits; so do the places of doors and world, and plans.
     #[must_use]
-    pub fn split(self) -> (Perception<P>, Control) {
-        (self.perception, self.control)
+    pub fn split(self) -> (Perception<P>, Planner, Control) {
+        (self.perception, self.planner, self.control)
     }
 }

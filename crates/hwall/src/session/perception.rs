@@ -1,9 +1,9 @@
 //! The tracker's side of a session: frames in, guidance out.
 
-use super::control::kept_response;
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
 use super::handover::{FeltTouches, Guidance, OpeningReceiver, Sender, WorldBarriers};
 use super::policy::{Decision, Policy, Presenting};
+use super::response::{Answer, kept_response};
 use super::waiting::Waiting;
 use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
@@ -15,9 +15,10 @@ use glam::DVec3;
 use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::{Board, BoardTarget, PlaceTolerance, PostureTarget};
-use hwall_kinematics::JointPositions;
+use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions};
 use hwall_reachability::{Presented, WallMaps};
 use hwall_scene::Scene;
+use std::sync::Arc;
 
 /// Takes frames at the rate of the tracker. It keeps its answer to the newest frame; everything else is in its events.
 ///
@@ -33,6 +34,8 @@ pub struct Perception<P> {
     pub(super) policy: Policy,
     /// Where the arm waits for this person.
     pub(super) waiting: Waiting,
+    pub(super) arm: Arc<dyn ArmKinematics>,
+    pub(super) scratch: ArmScratch,
     pub(super) board: Board,
     pub(super) in_place: PlaceTolerance,
     pub(super) world: World,
@@ -422,19 +425,26 @@ impl<P: Predictor> Perception<P> {
             _ => intent,
         };
         let posture = self.waiting.posture();
-        let posture = posture.map(|q| PostureTarget { q, stamp_s });
+        let posture = posture.map(|q| PostureTarget {
+            q,
+            leans_to: None,
+            stamp_s,
+        });
         match (intent, foreseen) {
             (Some(Intent::Wait), _) if posture.is_some() => {
                 guidance.waits = posture;
             }
             (Some(Intent::Lean), foreseen) if posture.is_some() => {
-                guidance.waits = posture;
-                guidance.leans_to = foreseen.and_then(|Foreseen { contact, presented }| {
+                let leans_to = foreseen.and_then(|Foreseen { contact, presented }| {
                     let point_m = match presented {
                         Presented::Nearest(point_m) => point_m,
                         _ => contact.point_m,
                     };
                     self.waiting.near(point_m, contact.normal)
+                });
+                guidance.waits = posture.map(|posture| PostureTarget {
+                    leans_to,
+                    ..posture
                 });
             }
             // Without a posture to wait at, joints that do not count lead nowhere: the arm holds.
@@ -479,8 +489,15 @@ impl<P: Predictor> Perception<P> {
             near: self.waiting.near(point_m, contact.normal),
             sooner_within_m: None,
         };
-        guidance.responds_with = self.newest.responds_with;
-        guidance.target = Some(target);
+        guidance.answer = self.newest.responds_with.map(|q| {
+            let surfaces = (self.barriers.all(), &self.board);
+            Answer::of(&q, surfaces, &*self.arm, &mut self.scratch)
+        });
+        let mut served = target;
+        if let Some(answer) = &guidance.answer {
+            answer.place(&mut served, &*self.arm);
+        }
+        guidance.target = Some(served);
         guidance.surface = Some(contact.surface);
         guidance.roughness = contact.roughness;
         guidance.contact_s = contact.time_to_contact_s.map(|time| stamp_s + time.mean_s);

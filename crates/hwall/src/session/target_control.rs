@@ -60,4 +60,8 @@ impl Controller for TargetControl {
         self.step = Some(step);
         step.command
     }
+
+    fn plan(&mut self) {
+        self.renderer.plan();
+    }
 }

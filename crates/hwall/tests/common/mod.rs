@@ -197,6 +197,7 @@ impl Bench {
         }
         let state = self.state();
         let command = session.step(self.now_s(), &state);
+        session.plan();
         self.obey(command);
         command
     }

@@ -382,6 +382,10 @@ impl Controller for GuidedArm {
         self.control.target = known.map(|plan| BoardTarget::new(plan.target_m, plan.normal, now_s));
         self.control.step(now_s, state)
     }
+
+    fn plan(&mut self) {
+        self.control.plan();
+    }
 }
 
 /// Time around the arm, and the person who presses its board.

@@ -240,6 +240,7 @@ impl Bench {
         self.command = None;
         if !stalls {
             let command = self.session.step(now_s, &state);
+            self.session.plan();
             self.send(command, fault)?;
             self.command = Some(command);
         }

@@ -6,7 +6,7 @@ use super::number::WrongNumber;
 use super::outcome::Reached;
 use super::phase::Phase;
 use hwall::SessionState;
-use hwall::haptics::{ArmCommand, Follower};
+use hwall::haptics::{ArmCommand, Planner, PlannerConfig};
 use hwall_kinematics::JointPositions;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_testkit::{AttackReport, Finding, Sampler};
@@ -78,7 +78,7 @@ fn cycle(
         .map_err(|error| format!("the arm refused a command: {error:#}"))?;
     while bench.session.next_event().is_some() {}
     let looks = bench.session.control().renderer().follower().looks();
-    if looks > Follower::MOST_LOOKS {
+    if looks > PlannerConfig::default().looks + Planner::MOST_LOOKS {
         return Err(format!("a step with {looks} looks at ways"));
     }
     if let Some(before) = before {

@@ -288,6 +288,10 @@ impl Controller for PressedBoard {
         }
         command
     }
+
+    fn plan(&mut self) {
+        self.control.plan();
+    }
 }
 
 /// Time around the arm, and the finger that presses.

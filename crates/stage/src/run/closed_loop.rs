@@ -265,6 +265,10 @@ impl<P: Predictor> Controller for Timed<'_, P> {
         self.recorded.world(pose);
     }
 
+    fn plan(&mut self) {
+        self.recorded.plan();
+    }
+
     fn refused(&mut self) {
         self.recorded.refused();
     }

@@ -254,6 +254,7 @@ impl Trial {
             }
             let state = self.servo.state()?;
             let command = session.step(now_s, &state);
+            session.plan();
             self.servo.command(command)?;
             self.servo.advance(DT_S)?;
             let next_s = now_s + DT_S;

@@ -1,11 +1,10 @@
 //! The arm's side of a session: states in, commands out.
 
-use super::lean::Lean;
-use super::response::Answer;
 use super::safety::{Safety, same_fault};
 use super::state::SessionState;
 use crate::session::event::{Event, EventKind, EventQueue};
-use crate::session::handover::{BarrierReceiver, Feeler, Guidance, OpeningSender, Receiver};
+use crate::session::handover::{Feeler, Guidance, OpeningSender, Receiver};
+use crate::session::response::SHORT_M;
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, SurfaceMotion, TextureInput};
 use glam::DVec3;
@@ -15,7 +14,7 @@ use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, ContactState, Phase, PlaceTolerance, PostureTarget,
     RenderInput, RenderStep, Renderer, SafeState, Slide,
 };
-use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions};
+use hwall_kinematics::{ArmKinematics, ArmScratch};
 use hwall_scene::SurfaceId;
 use std::sync::Arc;
 
@@ -27,18 +26,12 @@ pub struct Control {
     pub(in crate::session) renderer: Renderer,
     pub(in crate::session) board: Board,
     pub(in crate::session) in_place: PlaceTolerance,
-    pub(in crate::session) lean: Lean,
-    /// Where the arm waits at present, rad; `None`: where it is.
-    pub(in crate::session) waits_at: Option<JointPositions>,
     #[cfg(feature = "texture")]
     pub(in crate::session) texture: Option<BoardTexture>,
     pub(in crate::session) receiver: Receiver,
-    pub(in crate::session) barriers: BarrierReceiver,
     pub(in crate::session) openings: OpeningSender,
     pub(in crate::session) feeler: Feeler,
     pub(in crate::session) guidance: Guidance,
-    /// The configuration that answers the hand; `None`: the target has to be presented.
-    pub(in crate::session) answer: Option<Answer>,
     pub(in crate::session) scratch: ArmScratch,
     pub(in crate::session) events: EventQueue,
     /// The surfaces of the moving objects, in the order in which the renderer has them.
@@ -100,14 +93,7 @@ impl Control {
     /// If an input is missing or wrong, the state is [`SessionState::Holding`] with the reason
     /// ([`HoldReason`](hwall_haptics::HoldReason)); motion resumes once the inputs are good again.
     pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
-        self.barriers.renew(&mut self.renderer);
         if let Some(mut guidance) = self.receiver.newest() {
-            self.answer = guidance
-                .responds_with
-                .map(|q| Answer::of(&q, self.renderer.follower(), SHORT_M, &mut self.scratch));
-            if let (Some(answer), Some(target)) = (&self.answer, &mut guidance.target) {
-                answer.place(target, &**self.renderer.arm());
-            }
             self.stay_if_other_is_too_far(now_s, &mut guidance);
             let same = same_place(self.guidance.target, guidance.target);
             self.late &= same;
@@ -118,7 +104,6 @@ impl Control {
             self.short &= same && comes;
             self.rested_short &= same;
             self.guidance = guidance;
-            self.waits_at = self.posture();
         }
         let slide = self.slide(now_s, state);
         // Once it has come to rest short of its goal, the rest of the way is short and slow.
@@ -145,19 +130,17 @@ impl Control {
             points += 1;
         }
         let answer = self
+            .guidance
             .answer
             .zip(target)
             // Where a person is, the place is presented further behind.
             .filter(|(_, target)| !self.renderer.makes_way(target, &person_m[..points]))
             .map(|(answer, target)| PostureTarget {
                 q: answer.q(self.short),
+                leans_to: None,
                 stamp_s: target.stamp_s,
             });
-        let posture = match (self.waits_at, self.guidance.waits) {
-            _ if answer.is_some() => answer,
-            (Some(q), Some(waits)) => Some(PostureTarget { q, ..waits }),
-            _ => None,
-        };
+        let posture = answer.or(self.guidance.waits);
         let is_touched = matches!(self.renderer.contact(), ContactState::Contact { .. });
         let mut step = self.renderer.step_with(
             now_s,
@@ -206,15 +189,6 @@ impl Control {
                 energy_j: rendered.object.energy_j(),
                 touched: self.renderer.touched_object() == Some(index),
             })
-    }
-
-    /// The waiting posture, or one on the way from there to where a touch may come.
-    fn posture(&mut self) -> Option<JointPositions> {
-        let waiting = self.guidance.waits?.q;
-        Some(match &self.guidance.leans_to {
-            Some(to) => self.lean.towards(&waiting, to, self.renderer.follower()),
-            None => waiting,
-        })
     }
 
     /// What the board is doing, as of the last step.
@@ -535,8 +509,6 @@ impl Control {
     }
 }
 
-/// How far short of its surface a board stays that cannot be there in time, m.
-const SHORT_M: f64 = 0.03;
 /// A board that arrives this much after the expected contact is late, s: less is within the error of the expectation.
 const LATE_S: f64 = 0.2;
 /// A face this near to its surface, and turned from it by less than this, is on it, m and rad.

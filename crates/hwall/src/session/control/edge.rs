@@ -27,8 +27,8 @@ impl Control {
         let is_beside = is_sound && last.point_m.distance(next.point_m) <= BESIDE_M;
         let presents = last.behind_m == 0.0 && next.behind_m == 0.0 && self.contact.is_none();
         // A solver that searches has no time to be asked again.
-        let is_other_kind = self.answer.is_some()
-            || guidance.responds_with.is_some()
+        let is_other_kind = self.guidance.answer.is_some()
+            || guidance.answer.is_some()
             || self.renderer.arm().searches();
         // Surfaces of a world that moved are no longer where they were.
         let has_moved = self.guidance.world_moves != guidance.world_moves;

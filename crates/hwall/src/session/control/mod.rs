@@ -2,13 +2,9 @@
 
 mod commands;
 mod edge;
-mod lean;
-mod response;
 mod safety;
 mod state;
 
 pub use commands::{Control, MovingSurface};
-pub(super) use lean::Lean;
-pub(super) use response::kept_response;
 pub(super) use safety::Safety;
 pub use state::SessionState;

@@ -1,13 +1,13 @@
 //! The surfaces that the board stays behind, where the world and its doors are now.
 
-use super::sequence_lock::{Reader, Writer, sequence_lock};
 use crate::error::SessionError;
 use crate::objects::paths_of;
 use crate::walls::barrier_of;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_haptics::{Barrier, ObjectPath, Renderer};
+use hwall_haptics::{BarrierTree, ObjectPath, Planner};
 use hwall_scene::{Facet, Scene, SurfaceId};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Doors that opened by more than this since, rad or m, are barriers elsewhere.
 const OPENED: f64 = 1e-3;
@@ -25,8 +25,8 @@ struct Piece {
     moves: Option<(ObjectPath, f64)>,
 }
 
-/// Follows the surfaces of a scene, and tells the control half where they are. Pieces that are upright are carried along with
-/// doors and world, and nothing is allocated; only a world that leapt or tilted is looked at again.
+/// Follows the surfaces of a scene, and tells the planner where they are. Pieces that are upright are carried along with
+/// doors and world; only a world that leapt or tilted is looked at again.
 pub(in crate::session) struct WorldBarriers {
     paths: Vec<(SurfaceId, ObjectPath)>,
     pieces: Vec<Piece>,
@@ -38,9 +38,8 @@ pub(in crate::session) struct WorldBarriers {
     base_from_world: Pose,
     leaps: u64,
     is_known: bool,
-    barriers: Vec<Barrier>,
-    most: usize,
-    sender: Writer,
+    barriers: BarrierTree,
+    newest: Newest,
 }
 
 /// Of what does not move it is 0, rad or m.
@@ -48,45 +47,41 @@ fn opening(scene: &Scene, surface: SurfaceId) -> f64 {
     scene.opening(surface).unwrap_or(0.0)
 }
 
-/// Where the control half finds them.
-pub(in crate::session) struct BarrierReceiver {
-    reader: Reader,
-    words: Box<[u64]>,
-    barriers: Vec<Barrier>,
+/// Surfaces that were told and not yet taken.
+struct Told {
+    /// `None`: nobody knows them.
+    barriers: Option<BarrierTree>,
     base_from_world: Pose,
     leaps: u64,
 }
 
-fn within_limit(count: usize, most: usize) -> Result<(), SessionError> {
-    match count > most {
-        true => Err(SessionError::TooManyUprightPieces { count, most }),
+type Newest = Arc<Mutex<Option<Told>>>;
+
+/// Where the planner finds them.
+pub(in crate::session) struct BarrierReceiver {
+    newest: Newest,
+    base_from_world: Pose,
+    leaps: u64,
+}
+
+fn within_limit(count: usize) -> Result<(), SessionError> {
+    match count > MOST {
+        true => Err(SessionError::TooManyUprightPieces { count, most: MOST }),
         false => Ok(()),
     }
 }
 
 /// Names a scene of more upright pieces than a session follows, before minutes are spent on it.
 pub(crate) fn check_pieces(scene: &Scene) -> Result<(), SessionError> {
-    within_limit(scene.vertical_facets().len(), MOST)
+    within_limit(scene.vertical_facets().len())
 }
-
-/// Words before those of the barriers: how many, leaps, the place of the world.
-const HEAD: usize = 2 + 12;
-/// Words of a barrier: middle, normal, half extents.
-const EACH: usize = 8;
-/// So many barriers mean that none are known.
-const UNKNOWN: u64 = u64::MAX;
 
 impl WorldBarriers {
     /// Those of a scene in the base frame, and the other end.
     pub(in crate::session) fn new(scene: &Scene) -> Result<(Self, BarrierReceiver), SessionError> {
-        let triangles = (0..scene.surfaces().len())
-            .filter_map(|id| Some(scene.triangles_m(SurfaceId(id)).ok()?.len()));
-        let most = triangles.sum::<usize>().min(MOST);
-        let (sender, reader) = sequence_lock(HEAD + EACH * most);
+        let newest = Newest::default();
         let receiver = BarrierReceiver {
-            reader,
-            words: vec![0; HEAD + EACH * most].into(),
-            barriers: Vec::with_capacity(most),
+            newest: Arc::clone(&newest),
             base_from_world: Pose::IDENTITY,
             leaps: 0,
         };
@@ -100,9 +95,8 @@ impl WorldBarriers {
             base_from_world: Pose::IDENTITY,
             leaps: 0,
             is_known: true,
-            barriers: Vec::with_capacity(most),
-            most,
-            sender,
+            barriers: BarrierTree::default(),
+            newest,
         };
         made.look(scene)?;
         made.make(scene)?;
@@ -116,7 +110,7 @@ impl WorldBarriers {
             true => scene.vertical_facets(),
             false => scene.placed(&self.base_from_world).vertical_facets(),
         };
-        within_limit(facets.len(), self.most)?;
+        within_limit(facets.len())?;
         let paths = &self.paths;
         self.pieces.extend(facets.into_iter().map(|facet| {
             let path = paths.iter().find(|(surface, _)| *surface == facet.surface);
@@ -137,13 +131,8 @@ impl WorldBarriers {
         upright.is_nan() || upright < TILTED
     }
 
-    /// How many there may be.
-    pub(in crate::session) fn most(&self) -> usize {
-        self.most
-    }
-
     /// Those of now.
-    pub(in crate::session) fn all(&self) -> &[Barrier] {
+    pub(in crate::session) const fn all(&self) -> &BarrierTree {
         &self.barriers
     }
 
@@ -183,7 +172,7 @@ impl WorldBarriers {
     }
 
     fn make(&mut self, scene: &Scene) -> Result<(), SessionError> {
-        self.barriers.clear();
+        let mut barriers = Vec::with_capacity(self.pieces.len());
         let world_from_seen = self.base_from_seen.inverse();
         for piece in &self.pieces {
             let Facet {
@@ -207,71 +196,39 @@ impl WorldBarriers {
                 base_from_piece.transform_vector(*normal),
                 &self.corners_m,
             )?;
-            self.barriers.extend(barrier);
+            barriers.extend(barrier);
         }
+        self.barriers = barriers.into();
         Ok(())
     }
 
-    fn send(&mut self) {
-        let count = match self.is_known {
-            true => self.barriers.len() as u64,
-            false => UNKNOWN,
+    fn send(&self) {
+        let told = Told {
+            barriers: self.is_known.then(|| self.barriers.clone()),
+            base_from_world: self.base_from_world,
+            leaps: self.leaps,
         };
-        let rotation = self.base_from_world.rotation().to_cols_array();
-        let place = self.base_from_world.position_m().to_array();
-        let pose = rotation.into_iter().chain(place);
-        let barriers = self.barriers.iter().flat_map(|barrier| {
-            let [x, y, z] = barrier.middle_m().to_array();
-            let [nx, ny, nz] = barrier.normal().to_array();
-            let [width, height] = barrier.half_extent_m();
-            [x, y, z, nx, ny, nz, width, height]
-        });
-        let numbers = pose.chain(barriers).map(f64::to_bits);
-        self.sender
-            .write([count, self.leaps].into_iter().chain(numbers));
+        let newest = self.newest.lock();
+        *newest.unwrap_or_else(PoisonError::into_inner) = Some(told);
     }
 }
 
 impl BarrierReceiver {
-    /// Gives the newest barriers to the renderer, if there are newer ones. Nothing is allocated.
-    pub(in crate::session) fn renew(&mut self, renderer: &mut Renderer) {
-        let words = |count: u64| match usize::try_from(count) {
-            Ok(count) if count <= MOST => HEAD + EACH * count,
-            _ => HEAD,
-        };
-        if !self.reader.read(&mut self.words, words) {
+    /// Gives the newest barriers to the planner, if there are newer ones.
+    pub(in crate::session) fn renew(&mut self, planner: &mut Planner) {
+        let newest = self.newest.lock();
+        let Some(told) = newest.unwrap_or_else(PoisonError::into_inner).take() else {
             return;
-        }
-        if self.decode(renderer).is_none() {
-            renderer.lose_barriers();
-        }
-    }
-
-    /// `None`: none are known, or the words make no sense.
-    fn decode(&mut self, renderer: &mut Renderer) -> Option<()> {
-        let (head, rest) = self.words.split_at_checked(HEAD)?;
-        let count = usize::try_from(head[0]).ok()?;
-        let number = |words: &[u64], at: usize| f64::from_bits(words[at]);
-        let vector =
-            |w: &[u64], at: usize| DVec3::new(number(w, at), number(w, at + 1), number(w, at + 2));
-        if head[0] == UNKNOWN {
-            return None;
-        }
-        let rotation = DMat3::from_cols(vector(head, 2), vector(head, 5), vector(head, 8));
-        let base_from_world = Pose::new(rotation, vector(head, 11)).ok()?;
-        self.barriers.clear();
-        for words in rest.chunks_exact(EACH).take(count) {
-            let half_extent_m = [number(words, 6), number(words, 7)];
-            let barrier = Barrier::new(vector(words, 0), vector(words, 3), half_extent_m);
-            self.barriers.push(barrier.ok()?);
-        }
-        if head[1] == self.leaps {
-            let moved = base_from_world * self.base_from_world.inverse();
-            renderer.move_barriers(&self.barriers, &moved);
+        };
+        let Some(barriers) = told.barriers else {
+            return planner.lose_barriers();
+        };
+        if told.leaps == self.leaps {
+            let moved = told.base_from_world * self.base_from_world.inverse();
+            planner.move_barriers(barriers, &moved);
         } else {
-            renderer.set_barriers(&self.barriers);
+            planner.set_barriers(barriers);
         }
-        (self.base_from_world, self.leaps) = (base_from_world, head[1]);
-        Some(())
+        (self.base_from_world, self.leaps) = (told.base_from_world, told.leaps);
     }
 }

@@ -1,6 +1,7 @@
 //! What the tracker's side tells the control side.
 
 use crate::fingertip::Fingertip;
+use crate::session::response::Answer;
 use glam::DVec3;
 use hwall_haptics::{BoardTarget, PostureTarget};
 use hwall_kinematics::JointPositions;
@@ -25,11 +26,9 @@ pub(in crate::session) struct Guidance {
     pub(in crate::session) seen_s: f64,
     /// Where the arm waits for this person; counts while there is no target.
     pub(in crate::session) waits: Option<PostureTarget>,
-    /// A configuration towards which the arm leans while it waits, rad: where a touch might come.
-    pub(in crate::session) leans_to: Option<JointPositions>,
-    /// The configuration that answers the hand, rad, from a predictor that knows joints: the arm goes there, whatever the target's
+    /// The configuration that answers the hand, from a predictor that knows joints: the arm goes there, whatever the target's
     /// place, which then is where the face is by these angles.
-    pub(in crate::session) responds_with: Option<JointPositions>,
+    pub(in crate::session) answer: Option<Answer>,
     /// When the hand is expected at the surface, on the clock of the arm, s.
     pub(in crate::session) contact_s: Option<f64>,
     /// How often the virtual world has moved.
@@ -37,7 +36,7 @@ pub(in crate::session) struct Guidance {
 }
 
 /// Length of the encoding.
-pub(super) const WORDS: usize = 58;
+pub(super) const WORDS: usize = 65;
 
 /// One bit for each value that may be absent.
 const TARGET: u64 = 1;
@@ -51,7 +50,7 @@ const PALM: u64 = 128;
 const WAITS: u64 = 256;
 const LEANS: u64 = 512;
 const HEAD: u64 = 1024;
-const RESPONDS: u64 = 2048;
+const ANSWERS: u64 = 2048;
 
 impl Guidance {
     /// As plain words, for the hand-over between threads.
@@ -94,12 +93,13 @@ impl Guidance {
         if let Some(waits) = &self.waits {
             put(32, WAITS, &[waits.stamp_s]);
             put(51, WAITS, &waits.q.0);
+            if let Some(leans_to) = &waits.leans_to {
+                put(33, LEANS, &leans_to.0);
+            }
         }
-        if let Some(leans_to) = &self.leans_to {
-            put(33, LEANS, &leans_to.0);
-        }
-        if let Some(responds_with) = &self.responds_with {
-            put(44, RESPONDS, &responds_with.0);
+        if let Some(answer) = &self.answer {
+            put(44, ANSWERS, &answer.at.0);
+            put(58, ANSWERS, &answer.short.0);
         }
         if let Some(contact_s) = self.contact_s {
             put(17, CONTACT, &[contact_s]);
@@ -117,6 +117,7 @@ impl Guidance {
     pub(super) fn from_words(words: &[u64; WORDS]) -> Self {
         let number = |at: usize| f64::from_bits(words[at]);
         let vector = |at: usize| DVec3::new(number(at), number(at + 1), number(at + 2));
+        let joints = |at: usize| JointPositions(std::array::from_fn(|i| number(at + i)));
         let has = |bit: u64| words[0] & bit != 0;
         Self {
             target: has(TARGET).then(|| BoardTarget {
@@ -126,7 +127,7 @@ impl Guidance {
                 roll_rad: has(ROLL).then(|| number(9)),
                 behind_m: number(19),
                 slack_m: [number(20), number(21)],
-                near: has(NEAR).then(|| JointPositions(std::array::from_fn(|i| number(22 + i)))),
+                near: has(NEAR).then(|| joints(22)),
                 // The control half knows how late the board is.
                 sooner_within_m: None,
             }),
@@ -140,12 +141,14 @@ impl Guidance {
             head_m: has(HEAD).then(|| vector(41)),
             seen_s: number(40),
             waits: has(WAITS).then(|| PostureTarget {
-                q: JointPositions(std::array::from_fn(|i| number(51 + i))),
+                q: joints(51),
+                leans_to: has(LEANS).then(|| joints(33)),
                 stamp_s: number(32),
             }),
-            leans_to: has(LEANS).then(|| JointPositions(std::array::from_fn(|i| number(33 + i)))),
-            responds_with: has(RESPONDS)
-                .then(|| JointPositions(std::array::from_fn(|i| number(44 + i)))),
+            answer: has(ANSWERS).then(|| Answer {
+                at: joints(44),
+                short: joints(58),
+            }),
             contact_s: has(CONTACT).then(|| number(17)),
             world_moves: words[1],
         }
@@ -180,10 +183,13 @@ mod tests {
             seen_s: 12.4,
             waits: Some(PostureTarget {
                 q: JointPositions([0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]),
+                leans_to: Some(JointPositions([0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1])),
                 stamp_s: 12.0,
             }),
-            leans_to: Some(JointPositions([0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1])),
-            responds_with: Some(JointPositions([0.5, 0.4, 0.3, 0.2, 0.1, 0.0, -0.1])),
+            answer: Some(Answer {
+                at: JointPositions([0.5, 0.4, 0.3, 0.2, 0.1, 0.0, -0.1]),
+                short: JointPositions([0.6, 0.4, 0.3, 0.2, 0.1, 0.0, -0.2]),
+            }),
             contact_s: Some(13.0),
             world_moves: 3,
         };
@@ -209,8 +215,13 @@ mod tests {
             without(&|g| g.palm_m = None),
             without(&|g| g.head_m = None),
             without(&|g| g.waits = None),
-            without(&|g| g.leans_to = None),
-            without(&|g| g.responds_with = None),
+            without(&|g| {
+                g.waits = g.waits.map(|w| PostureTarget {
+                    leans_to: None,
+                    ..w
+                });
+            }),
+            without(&|g| g.answer = None),
             without(&|g| g.contact_s = None),
         ] {
             assert_eq!(Guidance::from_words(&guidance.to_words()), guidance);

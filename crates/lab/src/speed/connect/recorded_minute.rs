@@ -106,6 +106,7 @@ pub(super) fn measure(seed: u64, seconds: u32) -> anyhow::Result<RecordedMinute>
             *angle += 1e-6 * noise.normal();
         }
         let command = session.step(t_s, &state);
+        session.plan();
         if let ArmCommand::Position(told) = command {
             q = told;
         }

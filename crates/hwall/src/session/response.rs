@@ -1,7 +1,7 @@
 //! An arm that is led by joint angles instead of a place: which of them count, and how they stay behind the surfaces.
 
 use hwall_contact::ContactPrediction;
-use hwall_haptics::{BoardTarget, Follower};
+use hwall_haptics::{BarrierTree, Board, BoardTarget};
 use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions, NearestConfig};
 
 /// A response belongs to the contact that the policy stands by if its own contact is this near, m: the policy holds a place while its
@@ -36,36 +36,40 @@ pub(in crate::session) fn kept_response(
 }
 
 /// Joint angles that answer a hand, drawn back behind the surfaces.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::session) struct Answer {
-    at: JointPositions,
-    short: JointPositions,
+    pub(in crate::session) at: JointPositions,
+    /// Short of the surfaces by [`SHORT_M`].
+    pub(in crate::session) short: JointPositions,
 }
+
+/// How far short of its surface a board stays that cannot be there in time, m.
+pub(in crate::session) const SHORT_M: f64 = 0.03;
 
 impl Answer {
     /// The angles as they are, unless the face would then be in front of a surface: it is drawn back along its own normal by as much
     /// as it is too far. That is what surfaces may do to it; none of them is aimed at. A configuration that cannot be drawn
     /// back stays as it is, and no way will lead there; so does one outside the joint limits, for which the arm holds.
-    pub(super) fn of(
+    pub(in crate::session) fn of(
         q: &JointPositions,
-        follower: &Follower,
-        short_m: f64,
+        surfaces: (&BarrierTree, &Board),
+        arm: &dyn ArmKinematics,
         scratch: &mut ArmScratch,
     ) -> Self {
-        let limits = follower.arm().limits();
+        let limits = arm.limits();
         // NaN is within no limits.
         if !(limits.iter().zip(&q.0)).all(|(limit, q_rad)| limit.contains(*q_rad)) {
             return Self { at: *q, short: *q };
         }
-        let at = behind(q, follower, 0.0, scratch);
+        let at = behind(q, surfaces, 0.0, arm, scratch);
         Self {
             at,
-            short: behind(&at, follower, short_m, scratch),
+            short: behind(&at, surfaces, SHORT_M, arm, scratch),
         }
     }
 
     /// The configuration, or the one that stays short of the surfaces for a board that would come after the hand.
-    pub(super) const fn q(&self, is_short: bool) -> JointPositions {
+    pub(in crate::session) const fn q(&self, is_short: bool) -> JointPositions {
         match is_short {
             true => self.short,
             false => self.at,
@@ -73,7 +77,7 @@ impl Answer {
     }
 
     /// Puts a target where the face is at these angles.
-    pub(super) fn place(&self, target: &mut BoardTarget, arm: &dyn ArmKinematics) {
+    pub(in crate::session) fn place(&self, target: &mut BoardTarget, arm: &dyn ArmKinematics) {
         let face = arm.forward(&self.at);
         target.point_m = face.position_m();
         target.normal = face.rotation().z_axis;
@@ -90,15 +94,15 @@ const ON_IT_M: f64 = 5e-4;
 /// The nearest configuration on the line of the face's normal at which the board is behind all surfaces by so much, m.
 fn behind(
     q: &JointPositions,
-    follower: &Follower,
+    (barriers, board): (&BarrierTree, &Board),
     behind_m: f64,
+    arm: &dyn ArmKinematics,
     scratch: &mut ArmScratch,
 ) -> JointPositions {
-    let arm = &**follower.arm();
     let config = NearestConfig::default();
     let mut drawn = *q;
     for _ in 0..STEPS {
-        let protrusion_m = match follower.protrusion_at_m(&drawn) {
+        let protrusion_m = match barriers.protrusion_m(board, &arm.forward(&drawn)) {
             Some(protrusion_m) if protrusion_m.is_finite() => protrusion_m,
             _ => return drawn,
         };

@@ -1,11 +1,10 @@
 //! Where the arm waits while something that may be touched is looked at.
 
-use hwall_haptics::Follower;
 use hwall_kinematics::JointPositions;
 
 /// The posture that the arm waits in, nearer to a place that may be touched.
 #[derive(Debug, Clone, Default)]
-pub(in crate::session) struct Lean {
+pub(super) struct Lean {
     last: Option<Leant>,
 }
 
@@ -33,12 +32,9 @@ impl Lean {
         &mut self,
         waiting: &JointPositions,
         to: &JointPositions,
-        follower: &Follower,
+        protrusion_m: impl Fn(&JointPositions) -> Option<f64>,
     ) -> JointPositions {
-        let is_behind = |q: &JointPositions| {
-            let protrusion_m = follower.protrusion_at_m(q);
-            protrusion_m.is_none_or(|m| m <= -BEHIND_M)
-        };
+        let is_behind = |q: &JointPositions| protrusion_m(q).is_none_or(|m| m <= -BEHIND_M);
         let way = [*waiting, *to];
         // A door may have moved before it since. One that moved away makes no lean longer: a board that is asked to go to one
         // place does not go to and fro with a door that swings, and starts from less far until it is asked for another place.
@@ -63,47 +59,45 @@ impl Lean {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::walls::barrier_of;
+    use crate::board::Board;
+    use crate::motion::{Barrier, BarrierTree};
     use glam::DVec3;
-    use hwall_haptics::{ApproachConfig, Board, FollowerConfig};
     use hwall_kinematics::SrsArm;
-    use std::sync::Arc;
 
-    /// The iiwa behind a wall at this distance, and where it waits.
-    fn behind_wall(x_m: f64) -> (Follower, JointPositions) {
-        let board = Board::default();
-        let tool = board.flange_from_board_face().expect("a board");
-        let arm = Arc::new(SrsArm::iiwa7().with_tool(tool));
-        let waiting = JointPositions::from_deg([0.0, 0.0, 0.0, -110.0, 0.0, -20.0, 90.0]);
-        let follower = Follower::new(arm, FollowerConfig::default(), &waiting).expect("an arm");
-        let mut follower = follower.with_board(ApproachConfig::default(), board);
-        let corners_m = [[-1.0, 0.0], [1.0, 0.0], [1.0, 2.0], [-1.0, 2.0]];
-        let corners_m = corners_m.map(|[y, z]| DVec3::new(x_m, y, z));
-        let wall = barrier_of(corners_m[0], DVec3::X, &corners_m).expect("a wall");
-        follower.set_barriers(&[wall.expect("before the arm")]);
-        (follower, waiting)
+    fn arm() -> SrsArm {
+        let tool = Board::default().flange_from_board_face().expect("a board");
+        SrsArm::iiwa7().with_tool(tool)
     }
 
-    /// How far the arm leans towards a configuration that stretches it out before a wall at this distance, share of the way.
-    fn leans(x_m: f64) -> (f64, Option<f64>) {
-        let (follower, waiting) = behind_wall(x_m);
-        let to = JointPositions::from_deg([0.0, 60.0, 0.0, -40.0, 0.0, -10.0, 90.0]);
-        let q = Lean::default().towards(&waiting, &to, &follower);
-        let share = (q[1] - waiting[1]) / (to[1] - waiting[1]);
-        (share, follower.protrusion_at_m(&q))
+    fn waiting() -> JointPositions {
+        JointPositions::from_deg([0.0, 0.0, 0.0, -110.0, 0.0, -20.0, 90.0])
+    }
+
+    fn to() -> JointPositions {
+        JointPositions::from_deg([0.0, 60.0, 0.0, -40.0, 0.0, -10.0, 90.0])
+    }
+
+    /// How far the board is before a wall at this distance.
+    fn before_wall(x_m: f64) -> impl Fn(&JointPositions) -> Option<f64> {
+        let wall = Barrier::new(DVec3::new(x_m, 0.0, 1.0), DVec3::X, [1.0, 1.0]);
+        let tree = BarrierTree::from(&[wall.expect("a wall")]);
+        move |q| tree.protrusion_m(&Board::default(), &arm().forward(q))
+    }
+
+    /// The share of the way that is leant, and how far the board is then before the wall, m.
+    fn leans(x_m: f64) -> (f64, f64) {
+        let protrusion_m = before_wall(x_m);
+        let q = Lean::default().towards(&waiting(), &to(), &protrusion_m);
+        let share = (q[1] - waiting()[1]) / (to()[1] - waiting()[1]);
+        (share, protrusion_m(&q).expect("a wall"))
     }
 
     #[test]
     fn an_arm_leans_as_far_as_its_board_stays_behind_the_wall() {
-        let (_, waiting) = behind_wall(2.0);
         let face = |share: f64| {
-            let (follower, _) = behind_wall(2.0);
-            let to = JointPositions::from_deg([0.0, 60.0, 0.0, -40.0, 0.0, -10.0, 90.0]);
-            let q = std::array::from_fn(|i| waiting[i] + share * (to[i] - waiting[i]));
+            let q = std::array::from_fn(|i| waiting()[i] + share * (to()[i] - waiting()[i]));
             // The wall is 2 m away: what is left tells how far the board reaches.
-            2.0 + follower
-                .protrusion_at_m(&JointPositions(q))
-                .expect("a wall")
+            2.0 + before_wall(2.0)(&JointPositions(q)).expect("a wall")
         };
         assert!((leans(2.0).0 - 0.4).abs() < 1e-12);
         let mut last = 0.4;
@@ -114,7 +108,7 @@ mod tests {
                 leant < last && leant <= share && leant >= share - 0.1,
                 "{leant}"
             );
-            assert!(protrusion_m.expect("a wall") <= -BEHIND_M);
+            assert!(protrusion_m <= -BEHIND_M);
             last = leant;
         }
         assert_eq!(leans(face(0.0)).0, 0.0);
@@ -122,16 +116,10 @@ mod tests {
 
     #[test]
     fn a_wall_that_comes_nearer_is_noticed() {
-        let (mut follower, waiting) = behind_wall(2.0);
-        let to = JointPositions::from_deg([0.0, 60.0, 0.0, -40.0, 0.0, -10.0, 90.0]);
         let mut lean = Lean::default();
-        let far = lean.towards(&waiting, &to, &follower);
-        assert_eq!(lean.towards(&waiting, &to, &follower), far);
-        let reach_m = follower.arm().forward(&far).position_m().x;
-        let corners_m = [[-1.0, 0.0], [1.0, 0.0], [1.0, 2.0], [-1.0, 2.0]];
-        let corners_m = corners_m.map(|[y, z]| DVec3::new(reach_m, y, z));
-        let wall = barrier_of(corners_m[0], DVec3::X, &corners_m).expect("a wall");
-        follower.set_barriers(&[wall.expect("before the arm")]);
-        assert_ne!(lean.towards(&waiting, &to, &follower), far);
+        let far = lean.towards(&waiting(), &to(), before_wall(2.0));
+        assert_eq!(lean.towards(&waiting(), &to(), before_wall(2.0)), far);
+        let reach_m = arm().forward(&far).position_m().x;
+        assert_ne!(lean.towards(&waiting(), &to(), before_wall(reach_m)), far);
     }
 }

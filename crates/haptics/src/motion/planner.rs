@@ -1,0 +1,360 @@
+//! Goals and ways, apart from the motion: what takes long is not done in a control step.
+
+use super::barrier::BarrierTree;
+use super::goals::Goals;
+use super::lean::Lean;
+use super::link::Link;
+use super::route::{Destination, Route};
+use crate::board::BoardTarget;
+use crate::error::HapticsError;
+use hwall_geometry::Pose;
+use hwall_kinematics::{JointPositions, Unreachable};
+use hwall_motion::{MotionPlan, ReferenceMotion, UnderWay};
+
+/// A way to a goal that only drifts is planned anew after this time, s: a plan costs as much as ten steps.
+const DRIFT_S: f64 = 0.01;
+
+/// Where the board shall go.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) enum Aim {
+    #[default]
+    Nowhere,
+    Target(BoardTarget),
+    /// A posture, and one to lean to from it as far as the board stays behind the surfaces.
+    Posture {
+        q: JointPositions,
+        leans_to: Option<JointPositions>,
+    },
+}
+
+/// What the one that moves says after a step. Counts instead of flags: a question that was replaced before it was read is not missed.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Asked {
+    /// Of the step.
+    pub(super) number: u64,
+    pub(super) aim: Aim,
+    /// How often goals and places were to be forgotten, ...
+    pub(super) forgets: u64,
+    /// ... a search was to be given up, ...
+    pub(super) stops: u64,
+    /// ... and a slide was over.
+    pub(super) slides: u64,
+    /// The steps so far, s, and the last of them.
+    pub(super) clock_s: f64,
+    pub(super) dt_s: f64,
+    /// Is the arm on its way to the aim? It may brake or slide instead.
+    pub(super) goes: bool,
+    pub(super) under_way: UnderWay,
+    /// The newest plan that was taken or refused.
+    pub(super) answered: u64,
+}
+
+/// What the planner knows by now.
+#[derive(Debug, Clone)]
+pub(super) struct Answer {
+    /// The step that was asked about, and what it had forgotten.
+    pub(super) to: u64,
+    pub(super) forgets: u64,
+    /// The target that was looked at, and why it cannot be presented.
+    pub(super) target: Option<BoardTarget>,
+    pub(super) unreachable: Option<Unreachable>,
+    pub(super) destination: Option<JointPositions>,
+    pub(super) is_blocked: bool,
+    pub(super) is_detour: bool,
+    pub(super) is_searching_anew: bool,
+    pub(super) knows_surfaces: bool,
+    pub(super) protrusion_m: Option<f64>,
+    pub(super) looks: usize,
+    pub(super) tests: usize,
+    /// Does a new motion begin?
+    pub(super) moves: bool,
+    pub(super) motion: MotionPlan,
+}
+
+impl Default for Answer {
+    fn default() -> Self {
+        Self {
+            to: 0,
+            forgets: 0,
+            target: None,
+            unreachable: None,
+            destination: None,
+            is_blocked: false,
+            is_detour: false,
+            is_searching_anew: false,
+            knows_surfaces: true,
+            protrusion_m: None,
+            looks: 0,
+            tests: 0,
+            moves: false,
+            motion: MotionPlan::reserved(),
+        }
+    }
+}
+
+/// How much a planner does at a time, and how far ahead its plans begin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlannerConfig {
+    /// Looks at the board after which no other way is looked at in a call of [`Planner::plan`]; default 400, some 0.5 ms. The way
+    /// under way is looked at to its end: [`Planner::MOST_LOOKS`] more.
+    pub looks: usize,
+    /// Steps of the control loop after which a plan begins; default 0, for a planner that is called between two steps. On a thread of
+    /// its own it needs as many as planning takes.
+    pub lead_steps: u32,
+}
+
+impl Default for PlannerConfig {
+    fn default() -> Self {
+        Self {
+            looks: 400,
+            lead_steps: 0,
+        }
+    }
+}
+
+/// Finds goals and ways for a [`Follower`](super::Follower), which asks for them after each of its steps.
+///
+/// A goal is a configuration that presents the target; a way to it stays behind the surfaces. The plan that is handed over begins
+/// where the motion under way will be by then. One that comes too late, or for a motion that was changed since, is refused, and the
+/// next one begins later.
+#[derive(Debug)]
+pub struct Planner {
+    link: Link,
+    config: PlannerConfig,
+    goals: Goals,
+    route: Route,
+    lean: Lean,
+    /// A copy of the motion, which ways are tried on.
+    reference: ReferenceMotion,
+    destination: Option<Destination>,
+    /// The destination is new, or something else moved the arm.
+    is_to_plan: bool,
+    /// The destination only drifted since the last way was planned, and for how long ways were not planned, s.
+    has_drifted: bool,
+    since_plan_s: f64,
+    /// The share of the speeds that the last way was planned with, or could be since.
+    share: f64,
+    asked: Asked,
+    /// The question before.
+    seen: Asked,
+    answer: Answer,
+    /// Plans so far, whether the last answer was one, and steps that the next begins later because others were refused.
+    offered: u64,
+    has_moved: bool,
+    later_steps: u32,
+    knows_surfaces: bool,
+}
+
+/// No plan begins later than so many steps because others were refused.
+const MOST_LATER_STEPS: u32 = 20;
+
+impl Planner {
+    /// Beyond [`PlannerConfig::looks`], a call looks at the board no more often than this.
+    pub const MOST_LOOKS: usize = super::search::LOOKS_OF_LAST;
+
+    pub(super) fn new(link: Link, goals: Goals, route: Route, reference: ReferenceMotion) -> Self {
+        Self {
+            link,
+            config: PlannerConfig::default(),
+            goals,
+            route,
+            lean: Lean::default(),
+            reference,
+            destination: None,
+            is_to_plan: false,
+            has_drifted: false,
+            since_plan_s: f64::INFINITY,
+            share: 1.0,
+            asked: Asked::default(),
+            seen: Asked::default(),
+            answer: Answer::default(),
+            offered: 0,
+            has_moved: false,
+            later_steps: 0,
+            knows_surfaces: true,
+        }
+    }
+
+    /// How much is done at a time.
+    pub const fn set_config(&mut self, config: PlannerConfig) {
+        self.config = config;
+    }
+
+    pub(super) fn set_route(&mut self, route: Route) {
+        self.route = route;
+    }
+
+    /// Surfaces that the board stays behind, besides the one that it serves.
+    pub fn set_barriers(&mut self, barriers: impl Into<BarrierTree>) {
+        self.move_barriers(barriers, &Pose::IDENTITY);
+    }
+
+    /// The same after the world has moved, by `moved` in the base frame: places that the board served go with their surfaces. Nothing
+    /// is planned anew.
+    pub fn move_barriers(&mut self, barriers: impl Into<BarrierTree>, moved: &Pose) {
+        self.knows_surfaces = true;
+        self.route.move_barriers(barriers.into(), moved);
+    }
+
+    /// Nobody knows where the surfaces are.
+    pub const fn lose_barriers(&mut self) {
+        self.knows_surfaces = false;
+    }
+
+    /// Plans for the newest step, in the time of [`PlannerConfig::looks`]; was there one? A search that needs more goes on with the next
+    /// step.
+    pub fn plan(&mut self) -> bool {
+        let clock_s = self.asked.clock_s;
+        if !self.link.take_asked(&mut self.asked) || self.offered > self.asked.answered {
+            return false;
+        }
+        let Asked {
+            under_way, dt_s, ..
+        } = self.asked;
+        let is_refused = self.has_moved && under_way.plan() != self.offered;
+        self.later_steps = match is_refused && self.config.lead_steps > 0 {
+            true => (2 * self.later_steps + 1).min(MOST_LATER_STEPS),
+            false => self.later_steps / 2,
+        };
+        self.is_to_plan |= is_refused;
+        let lead_steps = self.config.lead_steps + self.later_steps;
+        self.reference.follow(&under_way, lead_steps, dt_s);
+        let begins = self.reference.under_way();
+        self.route.begin_step(self.config.looks);
+        self.forget();
+        if self.asked.goes {
+            let aimed = self.aim();
+            // What was refused here was refused where it was asked for, too.
+            self.answer.unreachable = aimed.unwrap_or(None);
+            self.find_way(self.asked.clock_s - clock_s);
+        }
+        self.tell(&begins);
+        true
+    }
+
+    /// What has happened to the motion since the last call.
+    fn forget(&mut self) {
+        let (asked, seen) = (&self.asked, &mut self.seen);
+        if asked.forgets != seen.forgets {
+            self.goals.forget();
+            self.route.forget();
+            self.destination = None;
+        }
+        if (asked.stops, asked.slides) != (seen.stops, seen.slides) {
+            // By the time that it went on, the board would be elsewhere.
+            self.route.end_search();
+        }
+        self.is_to_plan |= asked.slides != seen.slides;
+        *seen = *asked;
+    }
+
+    /// Finds the destination.
+    fn aim(&mut self) -> Result<Option<Unreachable>, HapticsError> {
+        self.answer.target = None;
+        match self.asked.aim {
+            Aim::Nowhere => Ok(None),
+            Aim::Target(target) => {
+                self.answer.target = Some(target);
+                self.aim_at(&target)
+            }
+            Aim::Posture { q, leans_to } => {
+                let (route, arm) = (&self.route, self.goals.solver.arm());
+                let protrusion_m = |q: &JointPositions| route.protrusion_m(&arm.forward(q), None);
+                let q = match leans_to {
+                    Some(to) => self.lean.towards(&q, &to, protrusion_m),
+                    None => q,
+                };
+                if !matches!(self.destination, Some(Destination::Posture(last)) if last == q) {
+                    if let Some(goal) = self.goals.goal().copied() {
+                        let here = arm.forward(&self.reference.state().q);
+                        self.route.leave(&goal, &here);
+                    }
+                    self.goals.forget();
+                    self.destination = Some(Destination::Posture(q));
+                    self.is_to_plan = true;
+                }
+                Ok(None)
+            }
+        }
+    }
+
+    fn aim_at(&mut self, target: &BoardTarget) -> Result<Option<Unreachable>, HapticsError> {
+        let before = self.goals.goal().copied();
+        let here = self.reference.state().q;
+        let verdict = self.goals.set(target, &self.reference)?;
+        if let Some(goal) = self.goals.goal() {
+            let is_new = match self.destination {
+                Some(Destination::Goal(last)) => last != *goal,
+                _ => true,
+            };
+            if is_new {
+                let drifted = before.is_some_and(|before| before.is_beside(goal))
+                    && matches!(self.destination, Some(Destination::Goal(_)));
+                if let Some(before) = before.filter(|_| !drifted) {
+                    let face = self.goals.solver.arm().forward(&here);
+                    self.route.leave(&before, &face);
+                }
+                self.route.set_goal(goal);
+                self.destination = Some(Destination::Goal(*goal));
+                self.has_drifted = true;
+                self.is_to_plan |= !drifted;
+            }
+        }
+        Ok(verdict)
+    }
+
+    /// Goes on with the search for a way, or begins one.
+    fn find_way(&mut self, elapsed_s: f64) {
+        let Some(destination) = &self.destination else {
+            return;
+        };
+        let reference = &mut self.reference;
+        // One that may be faster than it was planned is planned anew.
+        let share = reference.speed_share();
+        self.is_to_plan |= share > self.share && share > reference.planned_share();
+        self.share = share;
+        let is_bent = reference.by_way_of().is_some();
+        let due = self.route.is_retry_due(elapsed_s, is_bent);
+        let stands = reference.goal().is_none() && !self.route.is_blocked();
+        self.since_plan_s += elapsed_s;
+        let drifted = self.has_drifted && self.since_plan_s >= DRIFT_S;
+        // A search that began anew with every drift and every change of speed might never end; one for another place is of no use.
+        let goes_on = self.route.is_searching_for(destination);
+        let is_obsolete = self.route.is_searching() && !goes_on;
+        let is_new = self.is_to_plan || stands || drifted || is_obsolete;
+        let solver = &mut self.goals.solver;
+        let planned = if goes_on {
+            self.route.search_on(reference, solver)
+        } else if is_new || due {
+            (self.is_to_plan, self.has_drifted, self.since_plan_s) = (false, false, 0.0);
+            self.route.head_for(destination, is_new, reference, solver)
+        } else {
+            Ok(())
+        };
+        if planned.is_err() {
+            // No motion was found: the one under way ends, and from further on there may be one.
+            self.route.block();
+        }
+    }
+
+    fn tell(&mut self, begins: &UnderWay) {
+        let answer = &mut self.answer;
+        self.has_moved = self.reference.is_begun();
+        answer.moves = self.has_moved;
+        if self.has_moved {
+            self.offered += 1;
+            self.reference
+                .offer(begins, self.offered, &mut answer.motion);
+        }
+        (answer.to, answer.forgets) = (self.asked.number, self.asked.forgets);
+        answer.destination = self.destination.map(|destination| *destination.q());
+        answer.is_blocked = self.route.is_blocked();
+        answer.is_detour = self.route.is_detour();
+        answer.is_searching_anew = self.route.is_searching_anew();
+        answer.knows_surfaces = self.knows_surfaces;
+        let face = self.goals.solver.arm().forward(&begins.state().q);
+        answer.protrusion_m = self.route.protrusion_m(&face, self.goals.goal());
+        (answer.looks, answer.tests) = (self.route.looks(), self.route.tests());
+        self.link.answer(answer);
+    }
+}
