@@ -32,6 +32,8 @@ pub(super) struct Sent {
 pub(super) struct Answers {
     ring: [Option<(u32, Sent)>; POINTS],
     newest: Option<u32>,
+    /// The newest answer that was named as soon as it was due.
+    in_time: Option<u32>,
     /// The first answer that was said to have arrived.
     first_seen: Option<u32>,
     /// Does the controller say which answers arrive? Known once it has named two of them.
@@ -50,6 +52,7 @@ impl Answers {
         Self {
             ring: [None; POINTS],
             newest: None,
+            in_time: None,
             first_seen: None,
             is_told: false,
             usual: 0,
@@ -81,19 +84,25 @@ impl Answers {
         if self.counted == WINDOW {
             (self.usual, self.least, self.counted) = (self.least, u32::MAX, 0);
         }
+        // What is named later may have come too late to be used: it counts only when nothing newer is known.
+        let known = self.in_time.map(|known| newest.wrapping_sub(known));
+        if on_the_way <= self.usual || known.is_none_or(|known| known <= on_the_way) {
+            self.in_time = Some(reflected);
+        }
         match self.is_told {
             true => on_the_way - self.usual,
             false => 0,
         }
     }
 
-    /// What the controller will hold when the next answer comes, by the newest answer that it says has arrived. A controller that does
-    /// not say it is believed to have all.
+    /// What the controller will hold when the next answer comes, by the newest answer that it says has arrived in time. A controller that
+    /// does not say it is believed to have all.
     pub(super) fn held(&self, reflected: u32) -> Option<Sent> {
         let newest = self.newest?;
-        let by_word = self.at(reflected.wrapping_add(self.usual));
-        match self.is_told {
-            true if self.at(reflected).is_some() => by_word,
+        match self.in_time {
+            Some(known) if self.is_told && self.at(reflected).is_some() => {
+                self.at(known.wrapping_add(self.usual))
+            }
             _ => self.at(newest),
         }
     }
@@ -229,6 +238,23 @@ mod tests {
             let held = answers.held(199 - usual - 3).expect("an answer");
             assert_eq!(held.motion.q_rad[0], 196.0);
         }
+    }
+
+    #[test]
+    fn an_answer_that_is_named_late_may_be_unused() {
+        let mut answers = Answers::new();
+        let mut held_rad = |sequence, reflected| {
+            answers.push(sequence, sent([f64::from(sequence); 7]));
+            answers.reflected(reflected);
+            answers.held(reflected).expect("an answer").motion.q_rad[0]
+        };
+        for k in 0..10 {
+            assert_eq!(held_rad(k, k), f64::from(k));
+        }
+        // 10 is late, 11 is lost; whether 10 was used is not known.
+        assert_eq!(held_rad(10, 9), 9.0);
+        assert_eq!(held_rad(11, 10), 9.0);
+        assert_eq!(held_rad(12, 12), 12.0);
     }
 
     #[test]
