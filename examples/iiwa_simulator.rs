@@ -59,6 +59,15 @@ struct Args {
     /// Time stamps are off by at most this, either way, ms, at most 50
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     stamp_jitter_ms: f64,
+    /// Share of the cycles whose answer comes one to three cycles late
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    late: f64,
+    /// Share of the cycles that end commanding for a while, as by a fall of the quality; it begins again by itself
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    leaves: f64,
+    /// The robot's information has numbers that no version knows
+    #[arg(long)]
+    unknown_enums: bool,
     /// Time in IDLE before the session begins, ms; many clients leave at the first IDLE
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     idle_ms: f64,
@@ -101,6 +110,9 @@ fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
             bursts: args.bursts,
             stalls: args.stalls,
             stamp_jitter_ms: args.stamp_jitter_ms,
+            late: args.late,
+            leaves: args.leaves,
+            unknown_enumerations: args.unknown_enums,
             seed: args.seed,
         },
         start_unix_s: SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs() as u32,

@@ -1,9 +1,12 @@
 //! The client on a controller as bad as the field: what it commands stays smooth, what it says of the arm stays true.
 
 use hwall_fri::codec::SessionState;
-use hwall_fri::controller::{Controller, ControllerConfig, FaultConfig, InProcess, iiwa7_servo};
+use hwall_fri::controller::{
+    Controller, ControllerConfig, ControllerStatistics, FaultConfig, InProcess, iiwa7_servo,
+};
 use hwall_fri::{FriClient, FriClientConfig, FriError};
 use hwall_haptics::{Arm, ArmCommand};
+use hwall_sim::ServoArm;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,8 +21,15 @@ struct Minute {
     velocity_off_rad_per_s: f64,
     /// Cycles whose command was not taken.
     refused: u32,
-    /// Commanding was active at the end.
+    /// Commands outside the limits.
+    leaps: u32,
+    /// Commanding was active at the end, or began again within ten seconds.
     ends_active: bool,
+    controller: ControllerStatistics,
+}
+
+fn is_active(arm: &FriClient<InProcess<ServoArm>>) -> bool {
+    arm.session_state() == Some(SessionState::CommandingActive)
 }
 
 fn minute(faults: FaultConfig, send_period_ms: u32) -> Minute {
@@ -37,50 +47,57 @@ fn minute(faults: FaultConfig, send_period_ms: u32) -> Minute {
         InProcess::new(controller),
     );
     let mut arm = client.expect("a client");
-    let begun_s = arm.wait_for_commanding(PATIENT).expect("commanding");
-    let start = arm.state().expect("a state").q;
+    let mut begun_s = arm.wait_for_commanding(PATIENT).expect("commanding");
+    let mut start = arm.state().expect("a state").q;
     let most_rad_per_s = model.max_velocity_rad_per_s()[0];
     let period_s = 1e-3 * f64::from(send_period_ms);
     let mut minute = Minute {
         speed_share: 0.0,
         velocity_off_rad_per_s: 0.0,
         refused: 0,
+        leaps: 0,
         ends_active: false,
+        controller: ControllerStatistics::default(),
     };
     let (mut last_rad, mut last_true_rad) = (None, None);
-    let mut pauses = 0_u32;
+    let mut pause_s = 0.0;
     for _ in 0..(60.0 / period_s) as u32 {
-        let t_s = arm.t_s().expect("a time") - begun_s;
+        let now_s = arm.t_s().expect("a time");
         let state = arm.state().expect("a state");
+        let t_s = now_s - begun_s;
         let mut goal = start;
-        goal.0[0] += 0.25 * (1.0 - (TAU * (t_s % 4.0).min(2.0) / 2.0).cos());
-        let command = match pauses {
-            0 => ArmCommand::Position(goal),
-            _ => ArmCommand::Hold,
+        // Towards the middle of the range, wherever it begins.
+        goal.0[0] -= 0.25_f64.copysign(start[0]) * (1.0 - (TAU * (t_s % 4.0).min(2.0) / 2.0).cos());
+        let command = match pause_s > 0.0 {
+            false => ArmCommand::Position(goal),
+            true => ArmCommand::Hold,
         };
-        pauses = pauses.saturating_sub(1);
-        match arm.command(command) {
-            Ok(()) => {}
-            Err(error) => {
-                assert!(
-                    FriClient::<InProcess<hwall_sim::ServoArm>>::is_transient(&error),
-                    "{error}"
-                );
-                if let FriError::Limit(_) = error {
-                    assert!(pauses == 0 && minute.refused > 0, "{error}");
-                }
-                minute.refused += 1;
-                // A session holds, and goes on from where the arm rests; the sine is there again within a second or four.
-                pauses = (4.0 / period_s) as u32 - ((t_s % 4.0) / period_s) as u32;
-            }
+        let taken = arm.command(command);
+        if let Err(error) = &taken {
+            assert!(error.is_transient(), "{error}");
+            minute.refused += 1;
+            minute.leaps += u32::from(matches!(error, FriError::Limit(_)));
+            pause_s = 1.0;
+        } else if pause_s > 0.0 {
+            // A session holds, and goes on from where the arm rests.
+            pause_s -= period_s;
+            (begun_s, start) = (now_s, state.q);
         }
+        let expired =
+            |arm: &FriClient<InProcess<_>>| arm.transport().controller().statistics().expired;
+        let (was_active, expired_before) = (is_active(&arm), expired(&arm));
         arm.wait_for_message(PATIENT).expect("a message");
         let data = arm.message().and_then(|m| m.data).expect("data");
         let (told_rad, true_rad) = (
             data.commanded_position_rad.expect("positions")[0],
             data.position_rad.expect("positions")[0],
         );
-        if let Some(last_rad) = last_rad.replace(told_rad) {
+        // What is told as commanded begins anew with commanding, and from where the arm is held after a command has expired.
+        if let Some(last_rad) = last_rad.replace(told_rad)
+            && was_active
+            && is_active(&arm)
+            && expired(&arm) == expired_before
+        {
             let speed: f64 = (told_rad - last_rad) / period_s;
             minute.speed_share = minute.speed_share.max(speed.abs() / most_rad_per_s);
         }
@@ -89,7 +106,8 @@ fn minute(faults: FaultConfig, send_period_ms: u32) -> Minute {
             minute.velocity_off_rad_per_s = minute.velocity_off_rad_per_s.max(off.abs());
         }
     }
-    minute.ends_active = arm.session_state() == Some(SessionState::CommandingActive);
+    minute.ends_active = arm.wait_for_commanding(Duration::from_secs(10)).is_ok();
+    minute.controller = *arm.transport().controller().statistics();
     minute
 }
 
@@ -136,5 +154,55 @@ fn stalls_make_the_arm_hold_and_go_on() {
     };
     let minute = minute(faults, 5);
     assert!(minute.refused > 0, "it was too far behind");
+    assert_eq!(minute.leaps, 0);
     assert!(minute.ends_active, "a leap would have ended it for good");
+}
+
+/// Each alone, then all of them: no command is faster than the joint, and commanding begins again by itself.
+#[test]
+fn a_session_goes_on_whatever_the_controller_does() {
+    let none = FaultConfig {
+        seed: 11,
+        ..FaultConfig::default()
+    };
+    let all = FaultConfig {
+        bursts: 0.01,
+        stalls: 0.0003,
+        stamp_jitter_ms: 5.0,
+        late: 0.02,
+        leaves: 0.001,
+        unknown_enumerations: true,
+        ..none
+    };
+    let late = FaultConfig { late: 0.05, ..none };
+    let leaves = FaultConfig {
+        leaves: 0.002,
+        ..none
+    };
+    let unknown = FaultConfig {
+        unknown_enumerations: true,
+        ..none
+    };
+    for (name, faults, send_period_ms) in [
+        ("late", late, 5),
+        ("late", late, 1),
+        ("leaves", leaves, 5),
+        ("unknown enumerations", unknown, 5),
+        ("all", all, 5),
+        ("all", all, 1),
+    ] {
+        let minute = minute(faults, send_period_ms);
+        let counted = minute.controller;
+        // After a stall the controller itself goes back to the path at the speed of the joint and its slack; else as above.
+        let most = if faults.stalls > 0.0 { 1.06 } else { 0.54 };
+        assert!(minute.speed_share < most, "{name}: {}", minute.speed_share);
+        assert!(minute.ends_active, "{name}");
+        assert_eq!(minute.leaps, 0, "{name}");
+        assert_eq!(counted.late > 100, faults.late > 0.0, "{name}: {counted}");
+        assert_eq!(
+            counted.activations > 5,
+            faults.leaves > 0.0,
+            "{name}: {counted}"
+        );
+    }
 }

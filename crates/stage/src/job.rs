@@ -229,6 +229,7 @@ pub fn run(
             stalls: options.fri_stalls,
             stamp_jitter_ms: options.fri_stamp_jitter_ms,
             seed: options.seed,
+            ..FaultConfig::default()
         }),
         period_s: 1e-3 * options.period_ms,
     };

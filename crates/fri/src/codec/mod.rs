@@ -63,6 +63,22 @@ impl Codec {
         })
     }
 
+    /// The same with numbers in the robot's information that no version knows.
+    pub(crate) fn encode_odd_monitor(
+        &self,
+        message: &MonitorMessage,
+        buffer: &mut [u8],
+    ) -> Result<usize, FriError> {
+        let message = MonitorMessage {
+            robot: None,
+            ..*message
+        };
+        self.encode(buffer, |writer| {
+            monitor::write(writer, &message, self.version, self.arrays);
+            monitor::write_unknown_robot(writer);
+        })
+    }
+
     /// Writes a message of the client; returns the bytes that the datagram takes.
     ///
     /// # Errors

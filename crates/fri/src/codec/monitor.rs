@@ -52,6 +52,21 @@ fn write_robot(writer: &mut Writer, robot: &RobotInfo) {
     number(7, robot.control.map(ControlMode::number));
 }
 
+/// The number of an enumeration that no version knows.
+const UNKNOWN: u64 = 99;
+
+pub(super) fn write_unknown_robot(writer: &mut Writer) {
+    writer.message(2, |body| {
+        body.uint64(1, JOINTS as u64);
+        body.uint64(2, UNKNOWN);
+        for _ in 0..JOINTS {
+            body.uint64(5, UNKNOWN);
+        }
+        body.uint64(6, UNKNOWN);
+        body.uint64(7, UNKNOWN);
+    });
+}
+
 fn write_data(writer: &mut Writer, data: &MonitorData, version: FriVersion, arrays: ArrayEncoding) {
     arrays.nested(writer, 1, data.position_rad.as_ref());
     arrays.nested(writer, 2, data.torque_n_m.as_ref());

@@ -1,7 +1,7 @@
 //! The controller as a pure state machine: datagrams in, a datagram out, once in every send period.
 
 use super::config::ControllerConfig;
-use super::faults::Faults;
+use super::faults::{Delay, Faults};
 use super::message::{Measured, monitor_message};
 use super::plant::SimulatedPlant;
 use super::quality::AnswerWindow;
@@ -30,6 +30,15 @@ struct Wanted {
     position_rad: [f64; 7],
     torque_n_m: [f64; 7],
     wrench: Wrench,
+}
+
+/// An answer that was held back on purpose.
+#[derive(Debug, Clone, Copy)]
+struct LateAnswer {
+    message: CommandMessage,
+    /// Cycle after which it comes.
+    due: u64,
+    is_used: bool,
 }
 
 /// What moves the arm.
@@ -74,6 +83,7 @@ pub struct Controller<P> {
     client_sequence: u32,
     last_answered: Option<u32>,
     incoming: Option<Wanted>,
+    late: Option<LateAnswer>,
     /// Positions of the interpolator: where the arm stood when commanding began.
     interpolator: JointPositions,
     in_force: Wanted,
@@ -130,6 +140,7 @@ impl<P: SimulatedPlant> Controller<P> {
             client_sequence: 0,
             last_answered: None,
             incoming: None,
+            late: None,
             interpolator,
             in_force: Wanted {
                 answers: 0,
@@ -159,7 +170,17 @@ impl<P: SimulatedPlant> Controller<P> {
             return;
         }
         match self.codec.decode_command(datagram) {
-            Ok(message) => self.take_answer(&message),
+            Ok(message) => match self.faults.delay() {
+                Some(Delay { cycles, is_used }) if self.late.is_none() => {
+                    let due = self.cycles + u64::from(cycles);
+                    self.late = Some(LateAnswer {
+                        message,
+                        due,
+                        is_used,
+                    });
+                }
+                _ => self.take_answer(&message),
+            },
             Err(error) => {
                 self.statistics.malformed += 1;
                 self.refusal = Some(error);
@@ -190,6 +211,22 @@ impl<P: SimulatedPlant> Controller<P> {
                     self.refusal = Some(error);
                 }
             }
+        }
+    }
+
+    /// What was held back comes, unless a newer answer overtook it.
+    fn take_late(&mut self) {
+        let Some(late) = self.late.take_if(|late| late.due <= self.cycles) else {
+            return;
+        };
+        self.take_answer(&late.message);
+        let sequence = late.message.header.sequence;
+        if cycles_between(self.client_sequence, sequence) == 0.0 {
+            return;
+        }
+        self.client_sequence = sequence;
+        if late.is_used && self.state >= SessionState::CommandingWait {
+            self.incoming = self.wanted(&late.message).ok().flatten();
         }
     }
 
@@ -257,7 +294,11 @@ impl<P: SimulatedPlant> Controller<P> {
             commanded_torque_n_m: self.commanded_torque_n_m,
             interpolator_rad: self.interpolator.0,
         });
-        Ok(self.codec.encode_monitor(&message, datagram)?)
+        self.take_late();
+        Ok(match self.config.faults.unknown_enumerations {
+            true => self.codec.encode_odd_monitor(&message, datagram)?,
+            false => self.codec.encode_monitor(&message, datagram)?,
+        })
     }
 
     fn advance(&mut self) -> Result<(), P::Error> {
@@ -301,7 +342,7 @@ impl<P: SimulatedPlant> Controller<P> {
             self.misses += 1;
             self.statistics.longest_miss = self.statistics.longest_miss.max(self.misses);
         }
-        let (from, to) = (self.quality, self.window.quality());
+        let (from, to) = (self.quality, self.faults.said(self.window.quality()));
         if from != to {
             self.quality = to;
             self.say(EventKind::Quality { from, to });
@@ -329,6 +370,9 @@ impl<P: SimulatedPlant> Controller<P> {
             }
             SessionState::CommandingWait | SessionState::CommandingActive if !is_good => {
                 self.end(EndReason::Quality(self.quality))?;
+            }
+            SessionState::CommandingActive if self.faults.leaves() => {
+                self.end(EndReason::Application)?;
             }
             SessionState::CommandingWait => self.wait_for_commands(now_s, incoming),
             SessionState::CommandingActive => self.follow(now_s, measured, incoming)?,
@@ -450,7 +494,11 @@ impl<P: SimulatedPlant> Controller<P> {
     fn end(&mut self, reason: EndReason) -> Result<(), P::Error> {
         self.ended = Some(reason);
         self.say(EventKind::Ended(reason));
-        self.may_command = self.config.asks_again && matches!(reason, EndReason::Quality(_));
+        self.may_command = match reason {
+            EndReason::Quality(_) => self.config.asks_again,
+            EndReason::Application => true,
+            _ => false,
+        };
         self.law = Law::Servo;
         self.incoming = None;
         self.enter(match self.quality >= ConnectionQuality::Good {

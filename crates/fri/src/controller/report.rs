@@ -21,6 +21,8 @@ pub enum EndReason {
         /// Its limit, N m.
         max_n_m: f64,
     },
+    /// The application ended its motion and asks again ([`FaultConfig`](super::FaultConfig)).
+    Application,
     /// The application closed the session.
     Closed,
 }
@@ -38,6 +40,7 @@ impl fmt::Display for EndReason {
                 f,
                 "joint {joint}: external torque {value_n_m:.1} N m, {max_n_m} are allowed"
             ),
+            Self::Application => f.write_str("the application ended its motion"),
             Self::Closed => f.write_str("the session was closed"),
         }
     }
