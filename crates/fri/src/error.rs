@@ -1,5 +1,6 @@
 //! The errors of the crate.
 
+use crate::client::Unfit;
 use crate::codec::{ClientCommandMode, ConnectionQuality, SessionState};
 use crate::limits::LimitViolation;
 use hwall_numeric::ArgumentError;
@@ -113,6 +114,9 @@ pub enum FriError {
         /// Quality of the connection now.
         quality: ConnectionQuality,
     },
+    /// The arm takes no commands; it brakes.
+    #[error("no commands are given: {0}")]
+    Unfit(#[from] Unfit),
     /// Too many answers did not arrive, or were not given; the arm brakes.
     #[error(
         "the arm is {behind_s:.2} s behind what was asked for: too many answers did not arrive; it brakes"
@@ -142,6 +146,7 @@ impl FriError {
             self,
             Self::Behind { .. }
                 | Self::CommandingEnded { .. }
+                | Self::Unfit(_)
                 | Self::Limit(_)
                 | Self::Argument(_)
                 | Self::OtherMode { .. }

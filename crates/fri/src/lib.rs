@@ -9,7 +9,7 @@ mod limits;
 mod wrench;
 
 pub use client::{
-    ClientStatistics, FriClient, FriClientConfig, TorqueReference, Transport, UdpTransport,
+    ClientStatistics, FriClient, FriClientConfig, TorqueReference, Transport, UdpTransport, Unfit,
 };
 pub use codec::{Codec, FriVersion};
 pub use error::{ControllerError, FriError};

@@ -5,7 +5,8 @@ mod common;
 use common::{full_command, full_monitor};
 use hwall_fri::codec::{
     ArrayEncoding, ClientCommandMode, Codec, ConnectionQuality, ControlMode, DATAGRAM_BYTES,
-    Datagram, DriveState, OperationMode, OverlayType, SafetyState, SessionState,
+    Datagram, DriveState, InterpolatorData, OperationMode, OverlayType, RobotInfo, SafetyState,
+    SessionState,
 };
 use hwall_fri::{FriError, FriVersion};
 use hwall_protobuf::{Fields, ProtobufError, Writer};
@@ -278,6 +279,36 @@ fn what_is_missing_or_wrong_is_named() {
     });
     let read = codec.decode_command(&unknown).expect("a command");
     assert_eq!(read.data.and_then(|d| d.wrench), Some([1.0; 6]));
+}
+
+/// Numbers of another release, in every enumeration but those of the session.
+#[test]
+fn unknown_numbers_are_left_out() {
+    let bytes = written(|w| {
+        w.message(1, |m| {
+            m.uint64(1, 0x24_5142);
+            m.uint64(2, 5);
+            m.uint64(3, 6);
+        });
+        w.message(2, |m| {
+            for field in [2, 6, 7] {
+                m.uint64(field, 99);
+            }
+            m.packed_varints(5, &[2, 2, 2, 99, 2, 2, 2]);
+        });
+        w.message(4, |m| {
+            m.uint64(1, 4);
+            m.uint64(2, 3);
+        });
+        w.message(5, |m| {
+            m.uint64(10, 99);
+            m.uint64(11, 99);
+        });
+    });
+    let read = Codec::new(FriVersion::V1_15).decode_monitor(&bytes);
+    let read = read.expect("a message");
+    assert_eq!(read.robot, Some(RobotInfo::default()));
+    assert_eq!(read.interpolator, Some(InterpolatorData::default()));
 }
 
 #[test]

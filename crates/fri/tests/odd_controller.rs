@@ -1,8 +1,9 @@
 //! A client in front of a controller that sends what no controller should.
 
 use hwall_fri::codec::{
-    ClientCommandMode, Codec, ConnectionInfo, ConnectionQuality, DATAGRAM_BYTES, Datagram, Header,
-    InterpolatorData, MonitorData, MonitorMessage, SessionState,
+    ClientCommandMode, Codec, ConnectionInfo, ConnectionQuality, ControlMode, DATAGRAM_BYTES,
+    Datagram, DriveState, Header, InterpolatorData, MonitorData, MonitorMessage, OverlayType,
+    RobotInfo, SafetyState, SessionState,
 };
 use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion};
 use hwall_haptics::{Arm, ArmCommand};
@@ -131,6 +132,136 @@ fn a_controller_that_begins_anew_after_a_silence_is_heard() {
     setup.client.wait_for_message(PATIENT).expect("a message");
     assert_eq!(setup.client.statistics().sessions, 2);
     assert_eq!(setup.client.statistics().stale, 0);
+}
+
+/// Message in which commanding is active, of an arm without a fault.
+fn active(sequence: u32) -> MonitorMessage {
+    let mut message = message(sequence);
+    message.connection.state = SessionState::CommandingActive;
+    message.robot = Some(RobotInfo {
+        joint_count: Some(7),
+        safety: Some(SafetyState::NormalOperation),
+        drives: Some([DriveState::Active; 7]),
+        operation: None,
+        control: Some(ControlMode::Position),
+    });
+    message
+}
+
+/// Changes a message, and what the client calls it.
+type Wrong = (fn(&mut MonitorMessage), &'static str);
+
+const WRONG: [Wrong; 7] = [
+    (
+        |m| m.robot.as_mut().expect("one").safety = Some(SafetyState::StopLevel1),
+        "SAFETY_STOP_LEVEL_1",
+    ),
+    (
+        |m| m.robot.as_mut().expect("one").drives = Some([DriveState::Off; 7]),
+        "OFF",
+    ),
+    (
+        |m| m.robot.as_mut().expect("one").control = Some(ControlMode::NoControl),
+        "NO_CONTROL",
+    ),
+    (
+        |m| m.robot.as_mut().expect("one").control = Some(ControlMode::CartesianImpedance),
+        "CART_IMP_CONTROL_MODE",
+    ),
+    (
+        |m| m.interpolator.as_mut().expect("one").command_mode = Some(ClientCommandMode::None),
+        "NO_COMMAND_MODE",
+    ),
+    (
+        |m| {
+            m.interpolator.as_mut().expect("one").command_mode =
+                Some(ClientCommandMode::CartesianPose);
+        },
+        "CARTESIAN_POSE",
+    ),
+    (
+        |m| m.interpolator.as_mut().expect("one").overlay = Some(OverlayType::Cartesian),
+        "CARTESIAN",
+    ),
+];
+
+#[test]
+fn before_commanding_begins_a_wrong_value_is_waited_for_and_named() {
+    for (spoil, name) in WRONG {
+        let mut setup = Setup::new(20.0);
+        let mut wrong = active(0);
+        spoil(&mut wrong);
+        setup.send(&wrong);
+        let waited = setup.client.wait_for_commanding(SOON).expect_err(name);
+        assert!(matches!(waited, FriError::Unfit(_)), "{waited}");
+        assert!(waited.to_string().contains(name), "{waited}");
+        // The answer keeps the session, and the arm.
+        assert!((setup.answer_rad() - 0.1).abs() < 1e-12, "{name}");
+        setup.send(&active(1));
+        let waited = setup.client.wait_for_commanding(PATIENT);
+        assert!(waited.is_ok(), "{name}: {waited:?}");
+    }
+}
+
+/// The arm brakes from 0.5 rad/s, and goes on when the value fits again.
+#[test]
+fn a_wrong_value_while_commanding_is_a_fault_that_ends_by_itself() {
+    for (spoil, name) in WRONG {
+        let mut setup = Setup::new(20.0);
+        let (mut goal, mut last_rad) = (JointPositions([0.1; 7]), 0.1);
+        for n in 0..300 {
+            let mut message = active(n);
+            let is_wrong = (100..200).contains(&n);
+            if is_wrong {
+                spoil(&mut message);
+            }
+            setup.send(&message);
+            setup.client.wait_for_message(PATIENT).expect("a message");
+            match n {
+                1..100 => goal.0[0] += 5e-4,
+                200 => goal.0[0] = last_rad,
+                _ => {}
+            }
+            match setup.client.command(ArmCommand::Position(goal)) {
+                Ok(()) => assert!(!is_wrong, "{name} {n}"),
+                Err(error) => {
+                    assert!(is_wrong && error.is_transient(), "{n}: {error}");
+                    assert!(error.to_string().contains(name), "{error}");
+                }
+            }
+            let answer_rad = setup.answer_rad();
+            assert!((answer_rad - last_rad).abs() < 5.1e-4, "{name} {n}");
+            assert!(
+                n < 170 || (answer_rad - last_rad).abs() < 1e-12,
+                "{name} {n}"
+            );
+            last_rad = answer_rad;
+        }
+        assert_eq!(setup.client.statistics().refused, 100, "{name}");
+    }
+}
+
+/// Fields that a controller leaves out, or of which it has numbers from another version, refuse nothing.
+#[test]
+fn what_a_controller_does_not_say_refuses_nothing() {
+    let silent: [fn(&mut MonitorMessage); 5] = [
+        |m| m.robot = None,
+        |m| m.robot = Some(RobotInfo::default()),
+        |m| m.interpolator.as_mut().expect("one").command_mode = None,
+        |m| m.interpolator.as_mut().expect("one").overlay = Some(OverlayType::None),
+        |m| m.interpolator = None,
+    ];
+    for (n, omit) in silent.into_iter().enumerate() {
+        let mut setup = Setup::new(20.0);
+        let mut message = active(0);
+        omit(&mut message);
+        setup.send(&message);
+        let waited = setup.client.wait_for_commanding(PATIENT);
+        assert!(waited.is_ok(), "{n}: {waited:?}");
+        let near = JointPositions([0.1001; 7]);
+        let taken = setup.client.command(ArmCommand::Position(near));
+        assert!(taken.is_ok(), "{n}: {taken:?}");
+    }
 }
 
 /// As at the end of a loop, which holds without a message to answer.

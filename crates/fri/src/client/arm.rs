@@ -44,7 +44,14 @@ impl<T: Transport> FriClient<T> {
     /// Is a command taken now? Otherwise the answer is a mirror.
     fn begin_command(&mut self) -> Result<bool, FriError> {
         match self.is_active() {
-            Ok(true) => Ok(true),
+            Ok(true) => match self.unfit() {
+                None => Ok(true),
+                Some(unfit) => {
+                    self.statistics.refused += 1;
+                    self.stand()?;
+                    Err(unfit.into())
+                }
+            },
             Ok(false) => {
                 self.count_not_in_force();
                 Ok(false)
@@ -216,6 +223,14 @@ impl<T: Transport> FriClient<T> {
         })
     }
 
+    /// Brakes by what the controller takes.
+    pub(super) fn stand(&mut self) -> Result<(), FriError> {
+        match self.command_mode() {
+            ClientCommandMode::Wrench => self.wrench(&Wrench::default()),
+            _ => self.hold(),
+        }
+    }
+
     fn hold(&mut self) -> Result<(), FriError> {
         let (last, (period_s, _)) = (self.last_motion()?, self.times_s()?);
         let braked = last.braked(&self.config.braking_rad_per_s2, period_s);
@@ -272,8 +287,7 @@ impl<T: Transport> Arm for FriClient<T> {
                 self.position(q.0)
             }
             (ArmCommand::Torque(torque), ClientCommandMode::Torque) => self.torque(torque.0),
-            (ArmCommand::Hold, ClientCommandMode::Wrench) => self.wrench(&Wrench::default()),
-            (ArmCommand::Hold, _) => self.hold(),
+            (ArmCommand::Hold, _) => self.stand(),
             (ArmCommand::Torque(_), _) => self.refuse(FriError::OtherMode {
                 asked: "torque",
                 mode,

@@ -5,6 +5,7 @@ use super::beginning::Beginning;
 use super::braking::CommandedMotion;
 use super::config::{ClientStatistics, FriClientConfig};
 use super::transport::{Transport, UdpTransport};
+use super::unfit::{Unfit, unfit};
 use super::velocity::VelocityFilter;
 use crate::codec::{
     ClientCommandMode, Codec, CommandData, CommandMessage, ConnectionQuality, DATAGRAM_BYTES,
@@ -31,6 +32,10 @@ const NEW_SEQUENCE: u32 = 1000;
 /// positions and `Hold` in mode position, torques and `Hold` in mode torque, [`command_wrench`](Self::command_wrench) and `Hold` in mode
 /// wrench. Before commanding is active they have no effect and the positions of the interpolator go out instead; once it was
 /// active and has ended, they are refused ([`FriError::CommandingEnded`]).
+///
+/// A message that says that the arm takes no commands ([`unfit`](Self::unfit): a safety stop, drives that are off, a control mode that does
+/// not go with the commands) is not commanded on: before commanding begins the client waits, afterwards the arm brakes and commands are
+/// refused ([`FriError::Unfit`]) until the values fit again.
 ///
 /// Positions begin where the controller's interpolator holds the arm ([`interpolator`](Self::interpolator)). Whoever begins at the measured
 /// angles is off by the error of the arm's servo: up to 0.05 rad are laid over what is commanded and fade within a second. A command
@@ -191,19 +196,30 @@ impl<T: Transport> FriClient<T> {
         Ok(())
     }
 
-    /// Answers every message, wanting nothing, until commanding is active; returns the time of its first message, s.
+    /// Answers every message, wanting nothing, until commanding is active and the arm takes commands; returns the time of the first such
+    /// message, s.
     ///
     /// # Errors
-    /// As [`wait_for_message`](Self::wait_for_message); commanding that does not begin within `timeout`.
+    /// As [`wait_for_message`](Self::wait_for_message); commanding that does not begin within `timeout`, with the value that forbids it
+    /// ([`FriError::Unfit`]), if there is one.
     pub fn wait_for_commanding(&mut self, timeout: Duration) -> Result<f64, FriError> {
         let until = self.transport.elapsed().saturating_add(timeout);
         loop {
             let left = until.saturating_sub(self.transport.elapsed());
-            let t_s = self.wait_for_message(left)?;
-            if self.session_state() == Some(SessionState::CommandingActive) {
-                return Ok(t_s);
+            let waited = self.wait_for_message(left);
+            let unfit = self.unfit();
+            let t_s = match (waited, unfit) {
+                (Err(FriError::Silent { .. }), Some(unfit)) if !self.is_silent() => {
+                    return Err(unfit.into());
+                }
+                (waited, _) => waited?,
+            };
+            let is_active = self.session_state() == Some(SessionState::CommandingActive);
+            match (is_active, unfit) {
+                (true, None) => return Ok(t_s),
+                (true, Some(_)) => self.stand()?,
+                (false, _) => self.mirror()?,
             }
-            self.mirror()?;
         }
     }
 
@@ -483,10 +499,21 @@ impl<T: Transport> FriClient<T> {
         self.message().map(|message| message.connection.quality)
     }
 
-    /// What the controller takes; known from when commanding is about to begin.
+    /// What the controller says that forbids commands, from when commanding is about to begin: the newest message.
+    #[must_use]
+    pub fn unfit(&self) -> Option<Unfit> {
+        self.message().and_then(unfit)
+    }
+
+    /// What the controller takes; known from when commanding is about to begin. Who does not say it, or a mode that is not known, takes
+    /// positions.
     #[must_use]
     pub fn command_mode(&self) -> ClientCommandMode {
-        let mode = |message: &MonitorMessage| message.interpolator?.command_mode;
+        let mode = |message: &MonitorMessage| {
+            let said = message.interpolator.and_then(|i| i.command_mode);
+            let is_commanding = message.connection.state >= SessionState::CommandingWait;
+            said.or_else(|| is_commanding.then_some(ClientCommandMode::Position))
+        };
         self.message()
             .and_then(mode)
             .unwrap_or(ClientCommandMode::None)

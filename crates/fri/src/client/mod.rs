@@ -7,9 +7,11 @@ mod braking;
 mod config;
 mod fri_client;
 mod transport;
+mod unfit;
 mod velocity;
 
 pub(crate) use braking::CommandedMotion;
 pub use config::{ClientStatistics, FriClientConfig, TorqueReference};
 pub use fri_client::FriClient;
 pub use transport::{Transport, UdpTransport};
+pub use unfit::Unfit;

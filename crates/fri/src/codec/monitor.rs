@@ -238,7 +238,7 @@ fn read_interpolator(field: &Field, version: FriVersion) -> Result<InterpolatorD
             1 => data.position_rad = nested("positions of the interpolator", &inner)?,
             2 if version.has_cartesian_pose() => data.pose = read_pose(&inner)?,
             3 if version.has_cartesian_pose() => data.redundancy = read_redundancy(&inner)?,
-            10 => data.command_mode = Some(ClientCommandMode::from_number(inner.to_i32()?)?),
+            10 => data.command_mode = ClientCommandMode::from_number(inner.to_i32()?).ok(),
             11 => data.overlay = OverlayType::from_number(inner.to_i32()?).ok(),
             12 => data.tracking = Some(inner.to_f64()?),
             _ => {}

@@ -211,9 +211,9 @@ impl WaitingArm {
         let begun_s = loop {
             match self.client.wait_for_commanding(LOOK) {
                 Ok(begun_s) => break begun_s,
-                Err(FriError::Silent { .. }) => ensure!(
+                Err(error @ (FriError::Silent { .. } | FriError::Unfit(_))) => ensure!(
                     began.elapsed() < within,
-                    "no FRI controller reached commanding within {} s; {} datagrams were malformed, {} from others",
+                    "no FRI controller reached commanding within {} s ({error}); {} datagrams were malformed, {} from others",
                     within.as_secs(),
                     self.client.statistics().malformed,
                     self.client.statistics().foreign

@@ -9,7 +9,7 @@ use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmCommand};
 use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeServer};
-use hwall_fri::{FriClient, FriClientConfig, FriError};
+use hwall_fri::{FriClient, FriClientConfig, FriError, Unfit};
 use hwall_record::Recorded;
 use hwall_view::ViewScene;
 use std::time::{Duration, Instant};
@@ -30,6 +30,8 @@ pub struct Driven {
     /// When commanding began, s on the clock of the controller; that message is not answered yet.
     unanswered: Option<f64>,
     end_s: f64,
+    /// Why the arm takes no commands, as the console was told.
+    unfit: Option<Unfit>,
 }
 
 impl Driven {
@@ -40,6 +42,7 @@ impl Driven {
             bridge,
             unanswered: Some(begun_s),
             end_s,
+            unfit: None,
         }
     }
 }
@@ -85,6 +88,14 @@ impl Surroundings<FriClient> for Driven {
                 None => return Ok(None),
             },
         };
+        let unfit = arm.unfit();
+        if unfit != self.unfit {
+            match unfit {
+                Some(unfit) => note(format_args!("the arm takes no commands: {unfit}")),
+                None => note("the arm takes commands again"),
+            }
+            self.unfit = unfit;
+        }
         self.bridge.view.count_cycle(0);
         Ok((now_s < self.end_s).then_some(now_s))
     }
@@ -120,12 +131,19 @@ pub fn run_driven(
         note("whoever sends first leads; --fri-controller names the one that may");
     }
     let since = Instant::now();
-    let mut told = false;
+    let (mut told, mut told_unfit) = (false, None);
     let begun_s = loop {
         match client.wait_for_commanding(LOOK) {
             Ok(begun_s) => break begun_s,
-            Err(FriError::Silent { .. }) if server.is_stopped() => return Ok(()),
-            Err(FriError::Silent { .. }) => {
+            Err(FriError::Silent { .. } | FriError::Unfit(_)) if server.is_stopped() => {
+                return Ok(());
+            }
+            Err(error @ (FriError::Silent { .. } | FriError::Unfit(_))) => {
+                if let FriError::Unfit(unfit) = error
+                    && told_unfit.replace(unfit) != Some(unfit)
+                {
+                    note(format_args!("the arm takes no commands yet: {unfit}"));
+                }
                 if options
                     .seconds
                     .is_some_and(|s| since.elapsed().as_secs_f64() >= s)
