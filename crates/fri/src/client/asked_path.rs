@@ -34,17 +34,17 @@ pub(super) struct Answers {
     newest: Option<u32>,
     /// The newest answer that was named as soon as it was due.
     in_time: Option<u32>,
-    /// The first answer that was said to have arrived.
-    first_seen: Option<u32>,
+    /// The answer that was named last as the newest that has arrived.
+    named: Option<u32>,
     /// Does the controller say which answers arrive? Known once it has named two of them.
     is_told: bool,
-    /// Answers that are on their way whenever a message comes: the least of the present and of the last window.
+    /// Answers that are on their way when a message names another one: the least of the present and of the last window.
     usual: u32,
     least: u32,
     counted: u32,
 }
 
-/// Messages after which the usual number of answers on their way is found anew.
+/// Named answers after which the usual number of answers on their way is found anew.
 const WINDOW: u32 = 64;
 
 impl Answers {
@@ -53,7 +53,7 @@ impl Answers {
             ring: [None; POINTS],
             newest: None,
             in_time: None,
-            first_seen: None,
+            named: None,
             is_told: false,
             usual: 0,
             least: u32::MAX,
@@ -76,10 +76,17 @@ impl Answers {
         let (Some(newest), Some(_)) = (self.newest, self.at(reflected)) else {
             return 0;
         };
-        self.is_told |= *self.first_seen.get_or_insert(reflected) != reflected;
         let on_the_way = newest.wrapping_sub(reflected);
-        self.least = self.least.min(on_the_way);
-        self.counted += 1;
+        // While none arrives more are lost, not on their way.
+        if self
+            .named
+            .replace(reflected)
+            .is_some_and(|named| named != reflected)
+        {
+            self.is_told = true;
+            self.least = self.least.min(on_the_way);
+            self.counted += 1;
+        }
         self.usual = self.usual.min(self.least);
         if self.counted == WINDOW {
             (self.usual, self.least, self.counted) = (self.least, u32::MAX, 0);
@@ -255,6 +262,22 @@ mod tests {
         assert_eq!(held_rad(10, 9), 9.0);
         assert_eq!(held_rad(11, 10), 9.0);
         assert_eq!(held_rad(12, 12), 12.0);
+    }
+
+    /// As many cycles as 0.2 s have at 1 ms: nothing that was sent meanwhile is believed to be on its way.
+    #[test]
+    fn a_stall_is_no_long_way() {
+        let mut answers = Answers::new();
+        for k in 0..400_u32 {
+            answers.push(k, sent([f64::from(k); 7]));
+            let reflected = k.min(199);
+            assert_eq!(answers.reflected(reflected), k - reflected);
+            let held = answers.held(reflected).expect("an answer");
+            assert!(
+                k == 0 || held.motion.q_rad[0] == f64::from(reflected),
+                "{k}"
+            );
+        }
     }
 
     #[test]
