@@ -5,7 +5,7 @@ use hwall_haptics::{
     ApproachConfig, Barrier, BarrierTree, Board, BoardTarget, Follower, FollowerConfig,
     HapticsError, Planner, PlannerConfig, board_pose,
 };
-use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
+use hwall_kinematics::{JointPositions, SrsArm};
 use hwall_testkit::Sampler;
 use std::sync::Arc;
 
@@ -45,15 +45,6 @@ fn follower(barriers: &[Barrier]) -> Follower {
         .with_board(ApproachConfig::default(), Board::default());
     follower.set_barriers(barriers);
     follower
-}
-
-/// Sets a target and lets the planner look at it, which takes no time here.
-fn aimed(follower: &mut Follower, target: &BoardTarget) -> Option<Unreachable> {
-    follower.set_target(target).unwrap();
-    follower.step(0.0).unwrap();
-    follower.plan();
-    follower.step(0.0).unwrap();
-    follower.set_target(target).unwrap()
 }
 
 /// A call of the planner looks at ways no more often.
@@ -112,7 +103,7 @@ fn random_targets(
         };
         if sampler.uniform(0.0, 1.0) < 0.3 {
             follower.set_posture(&waiting(), None).unwrap();
-        } else if aimed(&mut follower, &target).is_some() {
+        } else if follower.aim(&target).unwrap().is_some() {
             continue;
         }
         let stays = sampler.uniform(0.0, 1.0) < 0.5;
@@ -192,7 +183,7 @@ fn random_targets_on_a_box_are_nearly_as_well_kept() {
 fn a_free_way_is_straight_and_least_in_time() {
     let mut follower = follower(&[]);
     let target = BoardTarget::new(DVec3::new(0.6, -0.25, 0.55), DVec3::X, 0.0);
-    aimed(&mut follower, &target);
+    follower.aim(&target).unwrap();
     follower.step(1e-3).unwrap();
     follower.plan();
     assert!(!follower.is_detour() && follower.by_way_of().is_none() && !follower.is_blocked());
@@ -243,14 +234,14 @@ fn arrivals_after_a_change_s(retry_s: f64) -> Vec<Option<f64>> {
         let before_s = sampler.uniform(0.2, 0.6);
         let [first, then] = [(); 2].map(|()| place(&mut sampler, false));
         let target = |(point_m, normal)| BoardTarget::new(point_m, normal, 0.0);
-        if aimed(&mut follower, &target(first)).is_some() {
+        if follower.aim(&target(first)).unwrap().is_some() {
             continue;
         }
         for _ in 0..(before_s / DT_S) as usize {
             follower.step(DT_S).unwrap();
             follower.plan();
         }
-        if aimed(&mut follower, &target(then)).is_some() {
+        if follower.aim(&target(then)).unwrap().is_some() {
             continue;
         }
         let arrives = |_: &usize| {

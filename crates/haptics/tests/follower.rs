@@ -23,15 +23,6 @@ fn arm() -> SrsArm {
     SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().unwrap())
 }
 
-/// Sets a target and lets the planner look at it, which takes no time here.
-fn aimed(f: &mut Follower, target: &BoardTarget) -> Option<Unreachable> {
-    f.set_target(target).unwrap();
-    f.step(0.0).unwrap();
-    f.plan();
-    f.step(0.0).unwrap();
-    f.set_target(target).unwrap()
-}
-
 fn follower(config: FollowerConfig) -> Follower {
     Follower::new(Arc::new(arm()), config, &start()).unwrap()
 }
@@ -74,7 +65,7 @@ fn limits_hold_at_each_of_100_000_steps_while_the_goal_moves() {
         } else if i % 8 == 0 {
             aim.point_m += s.unit_vector() * 0.01;
         }
-        aimed(&mut f, &aim);
+        f.aim(&aim).unwrap();
         let q = f.step(DT_S).unwrap();
         for j in 0..7 {
             let speed = (q[j] - before[j]) / DT_S;
@@ -108,11 +99,11 @@ fn arrives_exactly_and_stays() {
     let mut f = follower(FollowerConfig::default());
     for _ in 0..50 {
         let aim = reachable(&mut s, &arm);
-        assert_eq!(aimed(&mut f, &aim), None);
+        assert_eq!(f.aim(&aim).unwrap(), None);
         let goal = f.goal().unwrap();
         let from = f.commanded();
         for _ in 0..600 {
-            assert_eq!(aimed(&mut f, &aim), None);
+            assert_eq!(f.aim(&aim).unwrap(), None);
             let q = f.step(0.01).unwrap();
             for j in 0..7 {
                 let (lo, hi) = (from[j].min(goal[j]), from[j].max(goal[j]));
@@ -136,14 +127,14 @@ fn a_drifting_target_never_jumps() {
     let normal = DVec3::new(1.0, 0.2, 0.1);
     let mut f = follower(FollowerConfig::default());
     let mut point_m = DVec3::new(0.55, 0.0, 0.5);
-    aimed(&mut f, &target(point_m, normal));
+    f.aim(&target(point_m, normal)).unwrap();
     let (mut before, mut largest) = (f.goal().unwrap(), 0.0_f64);
     for _ in 0..20_000 {
         let step = s.unit_vector() * 0.002;
         let next = point_m + step;
         // A patch below the height at which shoulder and wrist are singular together.
         point_m = next.clamp(DVec3::new(0.5, -0.2, 0.35), DVec3::new(0.6, 0.2, 0.6));
-        assert_eq!(aimed(&mut f, &target(point_m, normal)), None);
+        assert_eq!(f.aim(&target(point_m, normal)).unwrap(), None);
         f.step(DT_S).unwrap();
         let goal = f.goal().unwrap();
         largest = largest.max(goal.max_abs_difference(&before));
@@ -165,7 +156,7 @@ fn quarter_turns_reduce_the_travel() {
     let mut turning = follower(FollowerConfig::default());
     let time = |f: &mut Follower, from: &JointPositions, aim: &BoardTarget| {
         f.restart(from, &Default::default()).unwrap();
-        let verdict = aimed(f, aim);
+        let verdict = f.aim(aim).unwrap();
         f.goal()
             .map(|goal| limits.travel_time_s(from, &goal))
             .ok_or(verdict)
@@ -209,7 +200,7 @@ fn slack_is_used_to_be_there_sooner() {
         let goal = |aim: &BoardTarget| {
             let mut f = follower(FollowerConfig::default());
             f.restart(&from, &Default::default()).unwrap();
-            aimed(&mut f, aim);
+            f.aim(aim).unwrap();
             f.goal()
         };
         let slack = BoardTarget { slack_m, ..exact };
@@ -250,12 +241,12 @@ fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
         let under_way = || {
             let mut f = follower(FollowerConfig::default());
             f.restart(&from, &Default::default()).unwrap();
-            aimed(&mut f, &exact);
+            f.aim(&exact).unwrap();
             let at = f.goal()?;
             for _ in 0..50 {
                 f.step(0.001).unwrap();
             }
-            aimed(&mut f, &grown);
+            f.aim(&grown).unwrap();
             assert_eq!(f.goal(), Some(at), "{k}: nobody hurries");
             Some(f)
         };
@@ -267,7 +258,7 @@ fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
             sooner_within_m: Some([0.4; 2]),
             ..grown
         };
-        aimed(&mut hurried, &first);
+        hurried.aim(&first).unwrap();
         let sooner = hurried.goal().expect("one was set");
         let off = arm.forward(&sooner).position_m() - exact.point_m;
         assert!(off.length() <= 0.04 + 1e-9, "{k}: {off}");
@@ -278,7 +269,7 @@ fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
             point_m: exact.point_m - off * 0.1,
             ..first
         };
-        aimed(&mut hurried, &again);
+        hurried.aim(&again).unwrap();
         assert_eq!(hurried.goal(), Some(sooner), "{k}");
         // The board is there sooner, and not only its joints one by one.
         let [kept_s, sooner_s] = [&mut kept, &mut hurried].map(|f| {
@@ -319,7 +310,7 @@ fn slack_serves_a_place_that_cannot_be_held_itself() {
     let place = |z_m: f64| target(DVec3::new(0.6, 0.1, z_m), DVec3::X);
     let held = |aim: &BoardTarget| {
         let mut f = follower(FollowerConfig::default());
-        let unreachable = aimed(&mut f, aim);
+        let unreachable = f.aim(aim).unwrap();
         (f.goal(), unreachable)
     };
     let mut last = None;
@@ -355,7 +346,7 @@ fn an_unreachable_target_keeps_the_goal_and_says_why() {
     let wall = DVec3::X;
     let far = target(DVec3::new(2.0, 0.0, 0.6), wall);
     assert!(matches!(
-        aimed(&mut f, &far),
+        f.aim(&far).unwrap(),
         Some(Unreachable::TooFar { .. })
     ));
     assert_eq!(f.goal(), None);
@@ -366,23 +357,23 @@ fn an_unreachable_target_keeps_the_goal_and_says_why() {
     );
 
     assert_eq!(
-        aimed(&mut f, &target(DVec3::new(0.55, 0.1, 0.6), wall)),
+        f.aim(&target(DVec3::new(0.55, 0.1, 0.6), wall)).unwrap(),
         None
     );
     let goal = f.goal().unwrap();
     for _ in 0..2 {
-        assert!(matches!(aimed(&mut f, &far), Some(Unreachable::TooFar { gap_m }) if gap_m > 0.5));
+        assert!(matches!(f.aim(&far).unwrap(), Some(Unreachable::TooFar { gap_m }) if gap_m > 0.5));
     }
     assert_eq!(f.goal(), Some(goal));
     let inside = target(DVec3::new(0.0, 0.0, 0.34), DVec3::X);
-    assert!(aimed(&mut f, &inside).is_some());
+    assert!(f.aim(&inside).unwrap().is_some());
     for _ in 0..600 {
         f.step(0.01).unwrap();
     }
     assert_eq!(f.commanded(), goal);
 
     assert_eq!(
-        aimed(&mut f, &target(DVec3::new(0.55, 0.0, 0.6), wall)),
+        f.aim(&target(DVec3::new(0.55, 0.0, 0.6), wall)).unwrap(),
         None
     );
     assert_ne!(f.goal(), Some(goal));
@@ -448,7 +439,7 @@ fn a_step_searches_one_roll_at_most_while_an_unreachable_target_drifts() {
     });
     let mut f = Follower::new(counted.clone(), FollowerConfig::default(), &start()).unwrap();
     let ahead = target(DVec3::new(0.55, 0.1, 0.6), DVec3::X);
-    assert_eq!(aimed(&mut f, &ahead), None);
+    assert_eq!(f.aim(&ahead).unwrap(), None);
     let goal = f.goal().unwrap();
     let mut times_ns = Vec::new();
     for step in 0..1000 {
@@ -457,7 +448,7 @@ fn a_step_searches_one_roll_at_most_while_an_unreachable_target_drifts() {
         // Inside the base, a little further at each step.
         let inside = target(DVec3::new(1e-4 * f64::from(step), 0.0, 0.2), DVec3::X);
         let began = Instant::now();
-        let reason = aimed(&mut f, &inside);
+        let reason = f.aim(&inside).unwrap();
         times_ns.push(began.elapsed().as_nanos() as f64);
         // The verdict takes a call for each roll, and stays while the target drifts.
         assert_eq!(reason.is_some(), step >= 3, "step {step}: {reason:?}");
@@ -471,12 +462,12 @@ fn a_step_searches_one_roll_at_most_while_an_unreachable_target_drifts() {
     // The same target again costs nothing once it is known.
     let inside = target(DVec3::new(0.0999, 0.0, 0.2), DVec3::X);
     counted.descents.store(0, Ordering::Relaxed);
-    assert!(aimed(&mut f, &inside).is_some());
+    assert!(f.aim(&inside).unwrap().is_some());
     assert_eq!(counted.descents.load(Ordering::Relaxed), 0);
     // A search goes on at an equal target until a configuration is found.
     let behind = target(DVec3::new(-0.5, 0.0, 0.6), DVec3::NEG_X);
     for _ in 0..4 {
-        assert_eq!(aimed(&mut f, &behind), None);
+        assert_eq!(f.aim(&behind).unwrap(), None);
     }
     assert_ne!(f.goal(), Some(goal));
 }
@@ -484,7 +475,8 @@ fn a_step_searches_one_roll_at_most_while_an_unreachable_target_drifts() {
 #[test]
 fn bad_targets_and_steps_are_typed_errors_and_change_nothing() {
     let mut f = follower(FollowerConfig::default());
-    aimed(&mut f, &target(DVec3::new(0.55, 0.1, 0.6), DVec3::X));
+    f.aim(&target(DVec3::new(0.55, 0.1, 0.6), DVec3::X))
+        .unwrap();
     f.step(0.1).unwrap();
     let (goal, commanded) = (f.goal(), f.commanded());
     let nan_point = f.set_target(&target(DVec3::splat(f64::NAN), DVec3::X));

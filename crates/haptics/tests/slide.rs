@@ -5,9 +5,7 @@ use hwall_haptics::{
     ArgumentError, ArmCommand, ArmState, Board, BoardTarget, Follower, FollowerConfig,
     HapticsError, Phase, RenderInput, Renderer, RendererConfig, Slide, board_pose, surface_axes,
 };
-use hwall_kinematics::{
-    JointPositions, JointTorques, JointVelocities, SrsArm, Unreachable, Wrench,
-};
+use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -24,15 +22,6 @@ fn target(roll_rad: Option<f64>) -> BoardTarget {
         roll_rad,
         ..BoardTarget::new(DVec3::new(0.55, 0.1, 0.6), DVec3::X, 0.0)
     }
-}
-
-/// Sets a target and lets the planner look at it, which takes no time here.
-fn aimed(follower: &mut Follower, target: &BoardTarget) -> Option<Unreachable> {
-    follower.set_target(target).unwrap();
-    follower.step(0.0).unwrap();
-    follower.plan();
-    follower.step(0.0).unwrap();
-    follower.set_target(target).unwrap()
 }
 
 /// A follower at rest on the target.
@@ -249,7 +238,7 @@ fn a_target_with_a_roll_uses_that_or_the_half_turn_and_follows_its_drift() {
         let start = JointPositions::from_deg(START);
         let mut follower =
             Follower::new(Arc::new(arm.clone()), FollowerConfig::default(), &start).unwrap();
-        if aimed(&mut follower, &target(Some(roll))).is_some() {
+        if follower.aim(&target(Some(roll))).unwrap().is_some() {
             continue;
         }
         let off = |follower: &Follower, roll: f64| {
@@ -264,7 +253,7 @@ fn a_target_with_a_roll_uses_that_or_the_half_turn_and_follows_its_drift() {
         let side = same < half;
         // A drift of the roll keeps the side that it is on, over more than a turn of the number.
         let before = follower.goal().unwrap();
-        assert_eq!(aimed(&mut follower, &target(Some(roll + 0.02 + PI))), None);
+        assert_eq!(follower.aim(&target(Some(roll + 0.02 + PI))).unwrap(), None);
         let [same, half] = off(&follower, roll + 0.02);
         assert!(same.min(half) < 1e-9 && (same < half) == side);
         assert!(follower.goal().unwrap().max_abs_difference(&before) < 0.3);

@@ -24,6 +24,8 @@ const SPEEDS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
 const RESTS_M_PER_S: f64 = 0.05;
 /// For this time after it lands a finger still carries the motion of its reach, which is not a scan, s.
 const LANDING_S: f64 = 0.2;
+/// Places of the stroke that are asked about in a step: at 5 ms a step they run ahead of the fastest board by far.
+const PROBES: usize = 2;
 /// Time constant of the estimated scan, s.
 const SCAN_S: f64 = 0.05;
 
@@ -189,6 +191,9 @@ struct Touched {
     began_s: f64,
     /// Middle of the board where the motion's displacement is zero, m; on a moving object where that was when the touch began.
     origin_m: DVec3,
+    /// Where its stroke begins, m, and the normal of its face there.
+    stroke_from_m: DVec3,
+    normal: DVec3,
     /// The board may still move.
     going: bool,
 }
@@ -272,6 +277,13 @@ impl BoardTexture {
             return step;
         };
         let [x, y] = touch.touch.axes;
+        let (at_m, normal) = (touch.stroke_from_m, touch.normal);
+        let presenter = &mut self.presenter;
+        for _ in 0..PROBES {
+            self.motion.probe_stroke(|off_m, roll_rad| {
+                presenter.presents(at_m + x * off_m.x + y * off_m.y, normal, roll_rad)
+            });
+        }
         let in_plane = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
         let landed = now_s - touch.began_s >= LANDING_S;
         // A finger that goes along with what it touches does not scan it.
@@ -321,12 +333,7 @@ impl BoardTexture {
         let long = base_from_board.rotation().x_axis;
         let roll_rad = long.dot(axes[1]).atan2(long.dot(axes[0]));
         self.motion.stands_at(roll_rad).ok()?;
-        let Self {
-            motion, presenter, ..
-        } = self;
-        motion.limit_stroke(&level, |displacement_m, roll_rad| {
-            presenter.presents(at_m + in_space(displacement_m), normal, roll_rad)
-        });
+        self.motion.begin_stroke(&level);
         Some(Touched {
             touch: TexturedTouch {
                 surface,
@@ -336,6 +343,8 @@ impl BoardTexture {
             },
             began_s: now_s,
             origin_m: at_m - in_space(rest),
+            stroke_from_m: at_m,
+            normal,
             going: true,
         })
     }

@@ -245,6 +245,19 @@ impl Follower {
         Ok(self.answer.unreachable.filter(|_| answered))
     }
 
+    /// Sets a target and lets the planner at hand look at it before time goes on: for whoever has no loop.
+    ///
+    /// # Errors
+    /// As for [`set_target`](Self::set_target).
+    pub fn aim(&mut self, target: &BoardTarget) -> Result<Option<Unreachable>, HapticsError> {
+        self.set_target(target)?;
+        // Asked, found, and begun.
+        self.step(0.0)?;
+        self.plan();
+        self.step(0.0)?;
+        self.set_target(target)
+    }
+
     /// Sets a posture to go to, wherever the board is then; the target is forgotten. `leans_to`: a configuration towards which the arm
     /// goes from there as far as the board stays behind the surfaces, and no more than two fifths of the way.
     ///

@@ -63,12 +63,7 @@ impl Demonstrator {
     pub fn way(&self, target: &BoardTarget) -> Result<Option<Vec<JointPositions>>, SessionError> {
         let mut follower = self.follower()?;
         let mut way = vec![follower.commanded()];
-        follower.set_target(target)?;
-        // Asked, found, and heard.
-        follower.step(0.0)?;
-        follower.plan();
-        follower.step(0.0)?;
-        if follower.set_target(target)?.is_some() || follower.goal().is_none() {
+        if follower.aim(target)?.is_some() || follower.goal().is_none() {
             return Ok(None);
         }
         for _ in 0..(LONGEST_S / STEP_S) as usize {

@@ -170,10 +170,7 @@ pub fn run(
     // The elbow bent and up, as in a real set-up.
     let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, 60.0, 0.0]);
     let mut follower = Follower::new(arm.clone(), FollowerConfig::default(), &start)?;
-    if follower
-        .set_target(&target(DVec2::ZERO, roll_rad, 0.0))?
-        .is_some()
-    {
+    if follower.aim(&target(DVec2::ZERO, roll_rad, 0.0))?.is_some() {
         return Ok(None);
     }
     let goal = follower.goal().context("a goal")?;
@@ -185,7 +182,7 @@ pub fn run(
     };
     let mut probe = Follower::new(arm.clone(), FollowerConfig::default(), &goal)?;
     let reach = motion.limit_stroke(&trial.level, |place, roll_rad| {
-        matches!(probe.set_target(&target(place, roll_rad, 0.0)), Ok(None))
+        matches!(probe.aim(&target(place, roll_rad, 0.0)), Ok(None))
     });
     if reach.against_m < 0.03 {
         return Ok(None);

@@ -90,6 +90,16 @@ pub struct TextureMotion {
     /// Direction of the scan for which the reachable stroke was found.
     stroke_axis: DVec2,
     reachable: Stroke,
+    /// What is asked about next, and at which roll.
+    probing: Option<(Probe, f64)>,
+}
+
+/// Where it is asked whether the board can be.
+#[derive(Debug, Clone, Copy)]
+enum Probe {
+    Here,
+    Against,
+    Along,
 }
 
 impl TextureMotion {
@@ -114,6 +124,7 @@ impl TextureMotion {
                 against_m: limits.stroke_m,
                 along_m: limits.stroke_m,
             },
+            probing: None,
         })
     }
 
@@ -159,23 +170,44 @@ impl TextureMotion {
         level: &Level,
         mut reachable: impl FnMut(DVec2, f64) -> bool,
     ) -> Stroke {
-        let roll_rad = self.roll_for(level);
-        self.stroke_axis = DVec2::from_angle(self.scan.direction_rad());
-        let most = self.limits.stroke_m;
-        let here = reachable(DVec2::ZERO, roll_rad);
-        let [against_m, along_m] = [-1.0, 1.0].map(|side| {
-            let mut far_m = 0.0;
-            while here && far_m < most {
-                let next_m = f64::min(far_m + PROBE_M, most);
-                if !reachable(self.stroke_axis * (side * next_m), roll_rad) {
-                    break;
-                }
-                far_m = next_m;
-            }
-            far_m
-        });
-        self.reachable = Stroke { against_m, along_m };
+        self.begin_stroke(level);
+        while self.probe_stroke(&mut reachable) {}
         self.reachable
+    }
+
+    /// The same in pieces, for a control loop: until [`probe_stroke`](Self::probe_stroke) has asked, nothing is known to be reachable.
+    pub fn begin_stroke(&mut self, level: &Level) {
+        self.stroke_axis = DVec2::from_angle(self.scan.direction_rad());
+        self.reachable = Stroke {
+            against_m: 0.0,
+            along_m: 0.0,
+        };
+        self.probing = Some((Probe::Here, self.roll_for(level)));
+    }
+
+    /// Asks about one more place; is there another one to ask about? The board moves towards those against the scan, which come first.
+    pub fn probe_stroke(&mut self, mut reachable: impl FnMut(DVec2, f64) -> bool) -> bool {
+        let Some((probe, roll_rad)) = self.probing else {
+            return false;
+        };
+        let most = self.limits.stroke_m;
+        let Stroke { against_m, along_m } = &mut self.reachable;
+        let (far_m, side, next) = match probe {
+            Probe::Here => {
+                let is_held = reachable(DVec2::ZERO, roll_rad);
+                self.probing = is_held.then_some((Probe::Against, roll_rad));
+                return is_held;
+            }
+            Probe::Against => (against_m, -1.0, Some((Probe::Along, roll_rad))),
+            Probe::Along => (along_m, 1.0, None),
+        };
+        let next_m = f64::min(*far_m + PROBE_M, most);
+        let is_further = *far_m < most && reachable(self.stroke_axis * (side * next_m), roll_rad);
+        match is_further {
+            true => *far_m = next_m,
+            false => self.probing = next,
+        }
+        self.probing.is_some()
     }
 
     /// The motion at a time, s, for the finger (`None`: no contact) and the level to present.
