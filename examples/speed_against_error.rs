@@ -5,6 +5,7 @@
 use anyhow::Context;
 use clap::Parser;
 use hwall_lab::documents::Destination;
+use hwall_lab::speed::control_step;
 use hwall_lab::speed::document::{self, Request};
 use hwall_stage::numbers::whole_within;
 use hwall_stage::{exit, printed};
@@ -29,6 +30,9 @@ struct Args {
     /// OBJ file for the ray casts and closest points; default: the built-in room full of bumpy balls
     #[arg(long)]
     scene: Option<PathBuf>,
+    /// Measure only this many steps of the control loop in either room, and print their section
+    #[arg(long, conflicts_with_all = ["targets", "scene", "readme"], allow_negative_numbers = true)]
+    control_steps: Option<u64>,
     /// Also renew the summary between the markers of this README; --docs renews that of README.md
     #[arg(long)]
     readme: Option<PathBuf>,
@@ -40,6 +44,10 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args, out: &mut impl Write) -> anyhow::Result<()> {
+    if let Some(steps) = args.control_steps {
+        let section = control_step::control_step(args.seed, steps as usize)?;
+        return writeln!(out, "{}", section.text).context("standard output");
+    }
     let documents = args.destination.open("out/speed_against_error")?;
     let request = Request {
         seed: args.seed,

@@ -12,7 +12,7 @@ use hwall_texton::{
     Encoding, FingerState, Level, Limit, MotionLimits, RoughnessModel, ScanAngle, ScanConfig,
     Texture, TextureMotion, Vibration,
 };
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// Orientations of the published study, degrees, ...
@@ -24,8 +24,10 @@ const SPEEDS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
 const RESTS_M_PER_S: f64 = 0.05;
 /// For this time after it lands a finger still carries the motion of its reach, which is not a scan, s.
 const LANDING_S: f64 = 0.2;
-/// Places of the stroke that are asked about in a step: at 5 ms a step they run ahead of the fastest board by far.
-const PROBES: usize = 2;
+/// Places of the stroke that are asked about in a step: also at 5 ms a step they run ahead of the fastest board.
+const PROBES: usize = 1;
+/// Unit vectors that differ by less are the same: no more than a measured pose is worth.
+const TURNED: f64 = 1e-6;
 /// Time constant of the estimated scan, s.
 const SCAN_S: f64 = 0.05;
 
@@ -132,11 +134,23 @@ impl Presenter {
         }
     }
 
-    /// From now on only what is reached from these joints (rad) without leaving their branch counts, as for a motion that starts
-    /// there; a numeric search then costs one descent.
-    fn near(&mut self, q: &JointPositions) {
+    /// From now on only what lies beside these joints (rad), or beside what was presented last, counts, as for a motion that starts
+    /// there. The board is to be turned by `roll_rad` first.
+    fn near(&mut self, q: &JointPositions, roll_rad: f64) {
         self.reference = *q;
+        // Where the last joint does not turn the board it is looked for on the branch.
         self.policy = BranchPolicy::Keep;
+        let Some(last) = self.arm.joint_count().checked_sub(1) else {
+            return;
+        };
+        let mut turned = *q;
+        turned[last] = self.arm.limits()[last].nearest_turn(q[last] + roll_rad, q[last]);
+        let [here, there] = [q, &turned].map(|q| self.arm.forward(q).rotation());
+        let wanted = here.x_axis * roll_rad.cos() + here.y_axis * roll_rad.sin();
+        if there.x_axis.distance(wanted) < TURNED && self.arm.limits()[last].contains(turned[last])
+        {
+            (self.reference, self.policy) = (turned, BranchPolicy::Beside);
+        }
     }
 
     fn presents(&mut self, point_m: DVec3, normal: DVec3, roll_rad: f64) -> bool {
@@ -191,9 +205,10 @@ struct Touched {
     began_s: f64,
     /// Middle of the board where the motion's displacement is zero, m; on a moving object where that was when the touch began.
     origin_m: DVec3,
-    /// Where its stroke begins, m, and the normal of its face there.
+    /// Where its stroke begins, m, the normal of its face there, and its roll on it, rad.
     stroke_from_m: DVec3,
     normal: DVec3,
+    roll_rad: f64,
     /// The board may still move.
     going: bool,
 }
@@ -269,18 +284,22 @@ impl BoardTexture {
             return step;
         };
         if self.touch.is_none() {
-            self.presenter.near(q);
-            self.touch = self.begin(now_s, base_from_board, input, fingertip.point_m);
+            self.touch = self.begin(now_s, q, base_from_board, input, fingertip.point_m);
             step.started = self.touch.map(|t| t.touch);
         }
         let Some(touch) = &mut self.touch else {
             return step;
         };
         let [x, y] = touch.touch.axes;
-        let (at_m, normal) = (touch.stroke_from_m, touch.normal);
+        let Touched {
+            stroke_from_m: at_m,
+            normal,
+            roll_rad,
+            ..
+        } = *touch;
         let presenter = &mut self.presenter;
         for _ in 0..PROBES {
-            self.motion.probe_stroke(|off_m, roll_rad| {
+            self.motion.probe_stroke(|off_m, _| {
                 presenter.presents(at_m + x * off_m.x + y * off_m.y, normal, roll_rad)
             });
         }
@@ -315,6 +334,7 @@ impl BoardTexture {
     fn begin(
         &mut self,
         now_s: f64,
+        q: &JointPositions,
         base_from_board: &Pose,
         input: &TextureInput,
         finger_m: DVec3,
@@ -334,6 +354,10 @@ impl BoardTexture {
         let roll_rad = long.dot(axes[1]).atan2(long.dot(axes[0]));
         self.motion.stands_at(roll_rad).ok()?;
         self.motion.begin_stroke(&level);
+        // Half a turn more feels the same.
+        let turn_rad = self.motion.roll_for(&level) - roll_rad;
+        let turn_rad = (turn_rad + FRAC_PI_2).rem_euclid(PI) - FRAC_PI_2;
+        self.presenter.near(q, turn_rad);
         Some(Touched {
             touch: TexturedTouch {
                 surface,
@@ -345,6 +369,7 @@ impl BoardTexture {
             origin_m: at_m - in_space(rest),
             stroke_from_m: at_m,
             normal,
+            roll_rad: roll_rad + turn_rad,
             going: true,
         })
     }

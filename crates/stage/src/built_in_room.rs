@@ -5,10 +5,11 @@ use crate::person::kinds::PersonKind;
 use crate::person::participants::{self, Participant};
 use crate::person::predictors::TrainingPeople;
 use crate::person::responses::Scenery;
-use crate::setting::load_scene;
+use crate::setting::{load_scene, scene_texts};
 use hwall::Walls;
 use hwall::haptics::Board;
 use hwall_scene::Scene;
+use std::fmt::Write as _;
 
 /// The built-in room with an iiwa 7 and the default board.
 pub struct BuiltInRoom {
@@ -32,6 +33,45 @@ impl BuiltInRoom {
             scene: load_scene(None)?.0,
             board,
         })
+    }
+
+    /// The same room with boxes of 3 cm on its front wall, so that it has this many upright pieces of surfaces.
+    ///
+    /// # Errors
+    /// As for [`Scene::from_obj_str`].
+    pub fn crowded(pieces: usize) -> anyhow::Result<Self> {
+        const LEFT_M: f64 = 0.18;
+        const TOP_M: f64 = 1.78;
+        const WALL_M: f64 = 0.62;
+        const ROW: usize = 28;
+        const SIZE_M: f64 = 0.03;
+        let room = Self::new()?;
+        let boxes = pieces.saturating_sub(room.scene.vertical_facets().len()) / 4;
+        let (mut obj, sidecar) = scene_texts(None)?;
+        let corners = obj.lines().filter(|line| line.starts_with("v ")).count();
+        for number in 0..boxes {
+            let (row, column) = (number / ROW, number % ROW);
+            let y = LEFT_M - 1.6 * SIZE_M * column as f64;
+            // Above and below the places that people touch.
+            let row = if row % 2 == 0 { row / 2 } else { 38 - row / 2 };
+            let z = TOP_M - 2.0 * SIZE_M * row as f64;
+            writeln!(obj, "o box{number}")?;
+            for (x, y) in [
+                (WALL_M, y),
+                (WALL_M + SIZE_M, y),
+                (WALL_M + SIZE_M, y - SIZE_M),
+                (WALL_M, y - SIZE_M),
+            ] {
+                writeln!(obj, "v {x} {y} {z}\nv {x} {y} {}", z - SIZE_M)?;
+            }
+            let at = |corner: usize| corners + 8 * number + corner % 8 + 1;
+            for side in [0, 2, 4, 6] {
+                let [a, b, c, d] = [side, side + 1, side + 3, side + 2].map(at);
+                writeln!(obj, "f {d} {c} {b} {a}")?;
+            }
+        }
+        let (scene, _) = Scene::from_obj_str(&obj, sidecar.as_deref())?;
+        Ok(Self { scene, ..room })
     }
 
     /// Simulated people of a kind.

@@ -92,7 +92,7 @@ fn counts(cast: &[Participant]) -> Vec<usize> {
 
 /// Everything but the times that steps took.
 fn facts(runs: &[PersonRun]) -> String {
-    let fact = |run: &PersonRun| format!("{:?} {}", run.touches, run.run.step_ns.len());
+    let fact = |run: &PersonRun| format!("{:?} {}", run.touches, run.run.costs.len());
     runs.iter().map(fact).collect()
 }
 

@@ -300,6 +300,8 @@ impl BarrierTree {
     }
 }
 
+/// So few are looked at one by one sooner than by boxes.
+const FEW: usize = 16;
 /// Open nodes of a walk. The tree of [`PlocBuilder`] is no deeper in practice than thrice the logarithm of its leaves; a walk that
 /// runs out of room looks at all barriers.
 const OPEN: usize = 96;
@@ -349,6 +351,11 @@ impl Barriers {
         mut show: impl FnMut(&mut S, &Barrier),
     ) {
         let Tree { all, boxes } = &*self.tree.0;
+        if all.len() <= FEW {
+            all.iter().for_each(|barrier| show(state, barrier));
+            self.tests.set(self.tests.get() + all.len());
+            return;
+        }
         let value = |node: u32| least(boxes.nodes[node as usize].aabb());
         let (mut tests, mut count) = (0, 0);
         let mut open = [(0.0, 0_u32); OPEN];

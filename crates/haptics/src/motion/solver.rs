@@ -93,11 +93,17 @@ impl Solver {
         pose: &Pose,
         q: &JointPositions,
     ) -> Result<JointPositions, Stop> {
-        let config = NearestConfig {
-            policy: BranchPolicy::Keep,
+        let config = |policy| NearestConfig {
+            policy,
             ..self.config
         };
-        let found = self.arm.nearest(pose, q, &config, &mut self.scratch)?;
+        let beside = config(BranchPolicy::Beside);
+        if let Ok(found) = self.arm.nearest(pose, q, &beside, &mut self.scratch) {
+            return Ok(found.q);
+        }
+        // Further away, or for the reason.
+        let keep = config(BranchPolicy::Keep);
+        let found = self.arm.nearest(pose, q, &keep, &mut self.scratch)?;
         if found.q.max_abs_difference(q) > DRIFT_RAD {
             return Err(Stop::Unreachable(Unreachable::OtherBranch));
         }

@@ -30,7 +30,7 @@ const RESTARTS_IN_A_STEP: usize = 8;
 /// from configurations drawn with a fixed seed. A descent takes about 10 µs, more where it fails slowly, in an
 /// `opt-level = 1` build; the policy bounds how many there are:
 ///
-/// - [`BranchPolicy::Keep`]: the first only.
+/// - [`BranchPolicy::Keep`], [`BranchPolicy::Beside`]: the first only.
 /// - [`BranchPolicy::Prefer`]: nine; the nearest of the first four solutions wins. It fits into a control step of 1 ms and
 ///   misses about one in a hundred poses that can be held and are far from the reference.
 /// - [`BranchPolicy::Any`]: always all 41 (see [`ChainArm::with_search`]), the nearest wins. Not for a control step.
@@ -175,7 +175,7 @@ impl ArmKinematics for ChainArm {
         });
         let mut search = self.search;
         search.max_restarts = match config.policy {
-            BranchPolicy::Keep => 0,
+            BranchPolicy::Keep | BranchPolicy::Beside => 0,
             BranchPolicy::Prefer => search.max_restarts.min(RESTARTS_IN_A_STEP),
             BranchPolicy::Any => search.max_restarts,
         };

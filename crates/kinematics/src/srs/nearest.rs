@@ -22,6 +22,9 @@ pub enum BranchPolicy {
     Keep,
     /// All eight, the nearest wins.
     Any,
+    /// As `Keep`, and no joint moves by more than 0.1 rad: a few microseconds whether there is one or not, for control loops. The reason
+    /// is always [`Unreachable::OtherBranch`].
+    Beside,
 }
 
 /// Settings of [`SrsArm::nearest_solution`] and [`ArmKinematics::nearest`](crate::ArmKinematics::nearest).
@@ -132,12 +135,15 @@ impl SrsArm {
                 return Ok(found);
             }
         }
+        if config.policy == BranchPolicy::Beside {
+            return Err(Unreachable::OtherBranch.into());
+        }
         let angles = FeasibleArmAngles::new(self, self.find_place(&flange_pose)?.circle);
         let problem = Problem::new(self, &angles.circle, reference, config);
         let on_branch = problem.global(&angles, psi_reference, near, near);
         let anywhere = || problem.global(&angles, psi_reference, 0xFF, near);
         let found = match config.policy {
-            BranchPolicy::Keep => on_branch.ok_or(Unreachable::OtherBranch),
+            BranchPolicy::Keep | BranchPolicy::Beside => on_branch.ok_or(Unreachable::OtherBranch),
             BranchPolicy::Prefer => on_branch
                 .or_else(anywhere)
                 .ok_or(Unreachable::ArmAngleConflict),

@@ -21,6 +21,7 @@ use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
 use hwall_sim::{HandBody, HandBodyConfig, HandDrive};
 use hwall_stage::input::arms::BoardArm;
+use hwall_stage::input::counted::{Asked, asked_in};
 use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
 use hwall_testkit::Sampler;
 use std::sync::Arc;
@@ -74,7 +75,7 @@ pub(super) struct Setup {
 impl Setup {
     pub(super) fn new() -> anyhow::Result<Self> {
         let board = Board::default();
-        let arm = BoardArm::named("iiwa7", &board)?;
+        let arm = BoardArm::named("iiwa7", &board)?.counted();
         let srs = arm.closed_form().context("no closed form")?.clone();
         let x = TARGET_M.x;
         let part = |name: &str| {
@@ -124,6 +125,8 @@ pub(super) struct Bench {
     script_from_s: f64,
     /// What the session answered in the last cycle; `None` if it was not asked.
     pub(super) command: Option<ArmCommand>,
+    /// What the last step asked of the arm.
+    pub(super) asked: Asked,
     noise: Sampler,
     pub(super) t_s: f64,
     cycles: u64,
@@ -170,6 +173,7 @@ impl Bench {
             phase,
             script_from_s: 0.0,
             command: None,
+            asked: Asked::default(),
             noise: Sampler::new(seed),
             t_s: 0.0,
             cycles: 0,
@@ -239,7 +243,9 @@ impl Bench {
             if (since_s / DT_S).round() as u64 % 300 != 299);
         self.command = None;
         if !stalls {
-            let command = self.session.step(now_s, &state);
+            let session = &mut self.session;
+            let (asked, command) = asked_in(|| session.step(now_s, &state));
+            self.asked = asked;
             self.session.plan();
             self.send(command, fault)?;
             self.command = Some(command);

@@ -8,6 +8,7 @@ use super::phase::Phase;
 use hwall::SessionState;
 use hwall::haptics::{ArmCommand, Planner, PlannerConfig};
 use hwall_kinematics::JointPositions;
+use hwall_stage::input::counted::Asked;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_testkit::{AttackReport, Finding, Sampler};
 use rayon::prelude::*;
@@ -65,6 +66,10 @@ struct Before {
     cycles: u32,
 }
 
+/// No step asks for more poses of configurations, or configurations of poses: some 20 and 10 us.
+const MOST_FORWARD: u32 = 60;
+const MOST_INVERSE: u32 = 8;
+
 /// One cycle, and whether its command keeps its promises; answers whether a safe state is in force.
 fn cycle(
     bench: &mut Bench,
@@ -79,7 +84,13 @@ fn cycle(
     while bench.session.next_event().is_some() {}
     let looks = bench.session.control().renderer().follower().looks();
     if looks > PlannerConfig::default().looks + Planner::MOST_LOOKS {
-        return Err(format!("a step with {looks} looks at ways"));
+        return Err(format!("a call of the planner with {looks} looks at ways"));
+    }
+    let Asked { forward, inverse } = bench.asked;
+    if forward > MOST_FORWARD || inverse > MOST_INVERSE {
+        return Err(format!(
+            "a step with {forward} poses and {inverse} configurations"
+        ));
     }
     if let Some(before) = before {
         before.cycles += 1;

@@ -4,7 +4,7 @@ use crate::documents::{Documents, renew_block, written_by};
 use crate::speed::connect::measured as connect;
 use crate::speed::contact::{estimators, fusion, knobs};
 use crate::speed::page::section::{Section, summary_table};
-use crate::speed::{bip, feel, kinematics, reach, roughness, scene, texture};
+use crate::speed::{bip, control_step, feel, kinematics, reach, roughness, scene, texture};
 use anyhow::Context;
 use hwall_testkit::{Machine, Yardstick};
 use std::io::Write;
@@ -66,6 +66,7 @@ pub fn write(
         timed(roughness::calibrations(seed, n)?),
         timed(kinematics::dynamics(seed, n)?),
         timed(feel::feel(seed, n)?),
+        timed(control_step::control_step(seed, 100 * n)?),
         timed(connect::connect(seed, n)?),
     ];
     let mut text = format!(

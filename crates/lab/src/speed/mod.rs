@@ -3,6 +3,7 @@
 pub mod bip;
 pub mod connect;
 pub mod contact;
+pub mod control_step;
 pub mod document;
 pub mod feel;
 pub mod kinematics;

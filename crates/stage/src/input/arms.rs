@@ -1,5 +1,6 @@
 //! Arms by name or URDF file, for the command line.
 
+use super::counted::Counted;
 use super::numbers::list;
 use anyhow::{Context, bail};
 use glam::DVec3;
@@ -45,6 +46,13 @@ impl BoardArm {
             return Self::from_srs(&arm, board);
         }
         Self::from_chain(name, chain(name)?, board)
+    }
+
+    /// The same arm, which counts what it is asked: [`asked_in`](super::counted::asked_in).
+    #[must_use]
+    pub fn counted(mut self) -> Self {
+        self.kinematics = Arc::new(Counted(self.kinematics));
+        self
     }
 
     /// From the text of a URDF file; `name` is for messages.

@@ -2,6 +2,7 @@
 
 pub mod address;
 pub mod arms;
+pub mod counted;
 pub mod file_plan;
 pub mod floor_pose;
 pub mod numbers;

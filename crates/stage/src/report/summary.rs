@@ -52,7 +52,10 @@ impl Summary {
         let felt_s = sorted(reachable.iter().filter_map(|t| t.outcome.felt_after_s));
         let reversals = sorted(touches.iter().map(|t| t.regret.detours.reversals as f64));
         let in_vain: usize = touches.iter().map(|t| t.regret.detours.in_vain).sum();
-        let step_ns = sorted(runs.iter().flat_map(|run| run.run.step_ns.iter().copied()));
+        let step_ns = sorted(
+            runs.iter()
+                .flat_map(|run| run.run.costs.iter().map(|cost| f64::from(cost.step_ns))),
+        );
         Self {
             people: runs.len(),
             touches: touches.len(),

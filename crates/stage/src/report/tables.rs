@@ -151,13 +151,19 @@ pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> Markdown
     }
     let mut step_ns: Vec<f64> = runs
         .iter()
-        .flat_map(|run| run.run.step_ns.clone())
+        .flat_map(|run| run.run.costs.iter().map(|cost| f64::from(cost.step_ns)))
         .collect();
     step_ns.sort_by(f64::total_cmp);
     let time = |p: f64| format_ns(quantile(&step_ns, p));
     row(
-        "time per control step without prediction, median / p99",
-        format!("{} / {}", time(0.5), time(0.99)),
+        "time per control step without prediction, median / p99 / p99.99 / most",
+        format!(
+            "{} / {} / {} / {}",
+            time(0.5),
+            time(0.99),
+            time(0.9999),
+            time(1.0)
+        ),
     );
     row("control steps", step_ns.len().to_string());
     table

@@ -2,6 +2,7 @@
 
 use crate::console::note;
 use crate::input::arms::BoardArm;
+use crate::input::counted::{Asked, asked_in};
 use crate::live::Holds;
 use crate::person::hand::Hand;
 use crate::person::predictors::{PredictionRecord, PredictorKind, Predictors, SurfacePlace};
@@ -33,8 +34,8 @@ use std::time::Instant;
 pub struct Run {
     /// One entry for each control step.
     pub ticks: Vec<Tick>,
-    /// Time that each call of [`Session::step`] took, ns, in rising order.
-    pub step_ns: Vec<f64>,
+    /// Of each control step.
+    pub costs: Vec<StepCost>,
     /// Who led the board.
     pub leader: PredictorKind,
     /// What the predictors predicted from each frame.
@@ -64,6 +65,21 @@ pub struct Run {
     pub forces: Vec<ForceSample>,
     /// What was to be seen.
     pub view: ViewLog,
+}
+
+/// What a control step, and the planning after it, took.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StepCost {
+    /// Time of [`Session::step`], ns.
+    pub step_ns: f32,
+    /// Time of [`Session::plan`], ns.
+    pub plan_ns: f32,
+    /// What the step asked of the arm, if that is [counted](BoardArm::counted).
+    pub asked: Asked,
+    /// At how many instants of ways the planner looked at the board in the call before, and how many boxes and rectangles it tested.
+    pub looks: u32,
+    /// See `looks`.
+    pub tests: u32,
 }
 
 /// The hand was lost.
@@ -184,7 +200,7 @@ pub fn run_recorded(
     let mut pushes = PushLog::default();
     let mut timed = Timed {
         recorded: Recorded { session, recorder },
-        step_ns: Vec::with_capacity(steps + 1),
+        costs: Vec::with_capacity(steps + 1),
     };
     let mut log = Log::new(steps, start_s, setup.arm.span_m());
     let mut view = ViewLog::default();
@@ -232,13 +248,12 @@ pub fn run_recorded(
     )?;
     let Timed {
         recorded: Recorded { session, .. },
-        mut step_ns,
+        costs,
     } = timed;
     if let SimulatedArm::Fri(arm) = &arm {
         holds.finish();
         note(arm.statistics());
     }
-    step_ns.sort_by(f64::total_cmp);
     let predictions = session.perception().predictor().records().to_vec();
     let (pushes, forces) = pushes.finish();
     Ok(Run {
@@ -246,14 +261,14 @@ pub fn run_recorded(
         forces,
         view,
         textures: texture.map(TextureLog::into_touches),
-        ..log.finish(leader, predictions, step_ns)
+        ..log.finish(leader, predictions, costs)
     })
 }
 
 /// A session whose steps are timed, with what it takes to record them.
 struct Timed<'a, P> {
     recorded: Recorded<'a, P>,
-    step_ns: Vec<f64>,
+    costs: Vec<StepCost>,
 }
 
 impl<P: Predictor> Controller for Timed<'_, P> {
@@ -266,7 +281,11 @@ impl<P: Predictor> Controller for Timed<'_, P> {
     }
 
     fn plan(&mut self) {
+        let began = Instant::now();
         self.recorded.plan();
+        if let Some(cost) = self.costs.last_mut() {
+            cost.plan_ns = began.elapsed().as_nanos() as f32;
+        }
     }
 
     fn refused(&mut self) {
@@ -279,8 +298,16 @@ impl<P: Predictor> Controller for Timed<'_, P> {
 
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         let began = Instant::now();
-        let command = self.recorded.step(now_s, state);
-        self.step_ns.push(began.elapsed().as_secs_f64() * 1e9);
+        let (asked, command) = asked_in(|| self.recorded.step(now_s, state));
+        let step_ns = began.elapsed().as_nanos() as f32;
+        let follower = self.recorded.session.control().renderer().follower();
+        self.costs.push(StepCost {
+            step_ns,
+            asked,
+            looks: follower.looks() as u32,
+            tests: follower.tests() as u32,
+            ..StepCost::default()
+        });
         command
     }
 }
@@ -507,14 +534,14 @@ impl Log {
         self,
         leader: PredictorKind,
         predictions: Vec<PredictionRecord>,
-        step_ns: Vec<f64>,
+        costs: Vec<StepCost>,
     ) -> Run {
         let end_s = self.ticks.last().map_or(0.0, |t| t.t_s);
         Run {
             ticks: self.ticks,
             led: self.led,
             sent: self.sent.into_changes(),
-            step_ns,
+            costs,
             leader,
             trace: self.trace.finish(end_s, &predictions),
             predictions,

@@ -3,7 +3,7 @@
 use super::commands::{Control, OVERDUE_S, RESTS_S};
 use crate::session::handover::Guidance;
 use hwall_haptics::{BoardTarget, QUARTER_TURNS_RAD, board_pose};
-use hwall_kinematics::NearestConfig;
+use hwall_kinematics::{BranchPolicy, NearestConfig};
 
 /// A way round an edge, to another surface, takes this much longer than its joints need at the least: the board has to back out.
 const AROUND: f64 = 1.5;
@@ -65,7 +65,11 @@ impl Control {
             let Ok(pose) = board_pose(target.point_m, target.normal, roll_rad) else {
                 continue;
             };
-            let config = NearestConfig::default();
+            // Looking through all branches takes ten times as long, too long for a step.
+            let config = NearestConfig {
+                policy: BranchPolicy::Keep,
+                ..NearestConfig::default()
+            };
             if let Ok(solution) = arm.nearest(&pose, &here, &config, &mut self.scratch) {
                 least_s = least_s.min(follower.least_time_to_s(&solution.q));
             }
