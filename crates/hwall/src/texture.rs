@@ -25,7 +25,7 @@ const RESTS_M_PER_S: f64 = 0.05;
 /// For this time after it lands a finger still carries the motion of its reach, which is not a scan, s.
 const LANDING_S: f64 = 0.2;
 /// Places of the stroke that are asked about in a step: also at 5 ms a step they run ahead of the fastest board.
-const PROBES: usize = 1;
+const PROBES: usize = 2;
 /// Unit vectors that differ by less are the same: no more than a measured pose is worth.
 const TURNED: f64 = 1e-6;
 /// Time constant of the estimated scan, s.
@@ -118,8 +118,9 @@ impl TextureLevels {
 pub(crate) struct Presenter {
     arm: Arc<dyn ArmKinematics>,
     scratch: ArmScratch,
-    /// Where the next numeric search starts.
+    /// Where the next search starts, and where it starts again if that leads nowhere: the first place on the other side of a stroke.
     reference: JointPositions,
+    first: JointPositions,
     policy: BranchPolicy,
 }
 
@@ -130,6 +131,7 @@ impl Presenter {
             scratch: arm.scratch(),
             arm,
             reference: JointPositions(middle),
+            first: JointPositions(middle),
             policy: BranchPolicy::Any,
         }
     }
@@ -137,7 +139,7 @@ impl Presenter {
     /// From now on only what lies beside these joints (rad), or beside what was presented last, counts, as for a motion that starts
     /// there. The board is to be turned by `roll_rad` first.
     fn near(&mut self, q: &JointPositions, roll_rad: f64) {
-        self.reference = *q;
+        (self.reference, self.first) = (*q, *q);
         // Where the last joint does not turn the board it is looked for on the branch.
         self.policy = BranchPolicy::Keep;
         let Some(last) = self.arm.joint_count().checked_sub(1) else {
@@ -149,7 +151,7 @@ impl Presenter {
         let wanted = here.x_axis * roll_rad.cos() + here.y_axis * roll_rad.sin();
         if there.x_axis.distance(wanted) < TURNED && self.arm.limits()[last].contains(turned[last])
         {
-            (self.reference, self.policy) = (turned, BranchPolicy::Beside);
+            (self.reference, self.first, self.policy) = (turned, turned, BranchPolicy::Beside);
         }
     }
 
@@ -161,16 +163,17 @@ impl Presenter {
         let Ok(pose) = board_pose(point_m, normal, roll_rad) else {
             return false;
         };
-        let found = self
-            .arm
-            .nearest(&pose, &self.reference, &config, &mut self.scratch);
-        match found {
-            Ok(solution) => {
-                self.reference = solution.q;
-                true
-            }
-            Err(_) => false,
+        let tries = match self.policy {
+            BranchPolicy::Beside => 2,
+            _ => 1,
+        };
+        let (arm, scratch) = (&self.arm, &mut self.scratch);
+        let found = ([self.reference, self.first].iter().take(tries))
+            .find_map(|reference| arm.nearest(&pose, reference, &config, scratch).ok());
+        if let Some(solution) = &found {
+            self.reference = solution.q;
         }
+        found.is_some()
     }
 }
 
@@ -319,7 +322,9 @@ impl BoardTexture {
         let Ok(moved) = self.motion.step(now_s, Some(finger), &touch.touch.level) else {
             return step;
         };
-        if touch.going && matches!(moved.limited, Some(Limit::Face | Limit::Stroke)) {
+        let at_end = matches!(moved.limited, Some(Limit::Face | Limit::Stroke));
+        // While its end is looked for, a stroke is short only for the moment.
+        if touch.going && at_end && !self.motion.is_probing() {
             touch.going = false;
             step.ended = true;
         }

@@ -22,7 +22,7 @@ pub enum BranchPolicy {
     Keep,
     /// All eight, the nearest wins.
     Any,
-    /// As `Keep`, and no joint moves by more than 0.1 rad: a few microseconds whether there is one or not, for control loops. The reason
+    /// As `Keep`, and no joint moves by more than 0.3 rad: a few microseconds whether there is one or not, for control loops. The reason
     /// is always [`Unreachable::OtherBranch`].
     Beside,
 }
@@ -84,6 +84,9 @@ pub struct NearestSolution {
 /// A move below this is believed to be the nearest without looking at the other arcs, rad.
 const LOCAL_RAD: f64 = 0.1;
 
+/// What is no further away than this is beside the reference, rad.
+const BESIDE_RAD: f64 = 0.3;
+
 /// From further away than this no search ends that near, so that it is not tried, rad.
 const FAR_RAD: f64 = 0.5;
 
@@ -131,7 +134,11 @@ impl SrsArm {
         let flange_pose = self.flange_pose(base_from_tool);
         if let Ok(circle) = self.elbow_circle(&flange_pose) {
             let problem = Problem::new(self, &circle, reference, config);
-            if let Some(found) = problem.local(psi_reference, near) {
+            let most_rad = match config.policy {
+                BranchPolicy::Beside => BESIDE_RAD,
+                _ => LOCAL_RAD,
+            };
+            if let Some(found) = problem.local(psi_reference, near, most_rad) {
                 return Ok(found);
             }
         }
@@ -219,7 +226,7 @@ impl<'a> Problem<'a> {
     }
 
     /// From the reference's own arm angle, while everything stays small.
-    fn local(&self, psi_reference: f64, near: u8) -> Option<NearestSolution> {
+    fn local(&self, psi_reference: f64, near: u8, most_rad: f64) -> Option<NearestSolution> {
         let here = Place::at(psi_reference);
         let mask =
             self.circle
@@ -231,7 +238,7 @@ impl<'a> Problem<'a> {
         }
         let found = self.refined(start, f64::NEG_INFINITY, f64::INFINITY)?;
         let largest = found.q.max_abs_difference(self.reference);
-        (largest <= LOCAL_RAD).then(|| self.solution(found, near))
+        (largest <= most_rad).then(|| self.solution(found, near))
     }
 
     fn global(

@@ -185,6 +185,12 @@ impl TextureMotion {
         self.probing = Some((Probe::Here, self.roll_for(level)));
     }
 
+    /// Is there a place left to ask about?
+    #[must_use]
+    pub const fn is_probing(&self) -> bool {
+        self.probing.is_some()
+    }
+
     /// Asks about one more place; is there another one to ask about? The board moves towards those against the scan, which come first.
     pub fn probe_stroke(&mut self, mut reachable: impl FnMut(DVec2, f64) -> bool) -> bool {
         let Some((probe, roll_rad)) = self.probing else {
