@@ -46,8 +46,14 @@ impl<P: Predictor> Controller for Recorded<'_, P> {
     }
 
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        let before = self.session.planned();
         let command = self.session.step(now_s, state);
         if let Some(recorder) = &mut self.recorder {
+            if let Some([step, surfaces]) =
+                self.session.planned().filter(|now| before != Some(*now))
+            {
+                recorder.request(Request::Planned { step, surfaces });
+            }
             recorder.cycle(&Cycle {
                 t_s: now_s,
                 state: *state,

@@ -17,6 +17,14 @@ pub enum Request {
     Reset,
     /// [`Session::refused`](hwall::Session::refused).
     Refused,
+    /// None of a person: with the coming cycle the session heard from its planner on a thread of its own
+    /// ([`Session::planned`](hwall::Session::planned)).
+    Planned {
+        /// The step that the planner was asked about.
+        step: u64,
+        /// The number of the surfaces that it knew.
+        surfaces: u64,
+    },
     /// [`Perception::set_clock_offset_s`](hwall::Perception::set_clock_offset_s).
     ClockOffset {
         /// The arm's clock minus the tracker's, s.

@@ -2,25 +2,38 @@
 
 use crate::error::RecordError;
 use crate::file::Ending;
-use crate::recording::{Input, Recording, Request};
+use crate::recording::{Input, Inputs, Recording, Request};
 use crate::setup::{Run, Setup};
 use hwall::contact::Predictor;
 use hwall::haptics::ArmCommand;
-use hwall::{Controller, Session};
+use hwall::{Controller, Planner, Session};
+use std::collections::VecDeque;
 use std::fmt;
 
 /// A controller that takes requests: all that a recording holds.
 pub trait Replayable: Controller {
     /// Tells it something.
     fn request(&mut self, request: Request);
+
+    /// How often its planner was told of surfaces so far, and the planner. `None`: it plans in [`Controller::plan`] alone.
+    fn planning(&mut self) -> Option<(u64, &mut Planner)> {
+        None
+    }
 }
 
 impl<P: Predictor> Replayable for Session<P> {
+    fn planning(&mut self) -> Option<(u64, &mut Planner)> {
+        let told = self.perception().told_surfaces();
+        Some((told, self.planner_mut()?))
+    }
+
     fn request(&mut self, request: Request) {
         match request {
             Request::Stop => self.stop(),
             Request::Reset => self.reset(),
             Request::Refused => self.refused(),
+            // Told to the planner instead.
+            Request::Planned { .. } => {}
             // What the session refused then it refuses now.
             Request::ClockOffset {
                 arm_minus_tracker_s,
@@ -104,14 +117,17 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
         ending: recording.ending(),
     };
     let mut under_way: Option<(C, u32, u64)> = None;
+    let mut plans = Plans::default();
     let mut expected = 0;
-    for input in recording.inputs() {
+    let mut inputs = recording.inputs();
+    while let Some(input) = inputs.next() {
         let (sequence, input) = input?;
         replayed.missing += sequence.saturating_sub(expected);
         expected = sequence.saturating_add(1);
         if let Input::Run(run) = &input {
             let session = session_of(recording.setup(), run)?;
             under_way = Some((session, run.number, 0));
+            plans = Plans::of_run(inputs.clone());
             replayed.runs += 1;
             continue;
         }
@@ -121,13 +137,21 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
         match input {
             Input::Frame(frame) => {
                 session.frame(&frame);
+                plans.go_on(session);
                 replayed.frames += 1;
             }
-            Input::World(world) => session.world(&world),
+            Input::World(world) => {
+                session.world(&world);
+                plans.go_on(session);
+            }
+            Input::Request(Request::Planned { .. }) => plans.tell(session),
             Input::Request(request) => session.request(request),
             Input::Cycle(recorded) => {
                 let command = session.step(recorded.t_s, &recorded.state);
-                session.plan();
+                match plans.are_recorded {
+                    true => plans.go_on(session),
+                    false => session.plan(),
+                }
                 replayed.cycles += 1;
                 if !same(&command, &recorded.command) {
                     replayed.difference = Some(Difference {
@@ -147,6 +171,58 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
         }
     }
     Ok(replayed)
+}
+
+/// What a planner on a thread of its own was asked and when it was heard of, done again on this one.
+#[derive(Default)]
+struct Plans {
+    are_recorded: bool,
+    /// Steps that it was asked about, with the surfaces that it knew, and has not answered.
+    ahead: VecDeque<[u64; 2]>,
+    has_listened: bool,
+    has_worked: bool,
+}
+
+impl Plans {
+    /// Those of the run that begins.
+    fn of_run(inputs: Inputs<'_>) -> Self {
+        let of_run = inputs.map_while(|input| match input {
+            Ok((_, Input::Run(_))) | Err(_) => None,
+            Ok((_, input)) => Some(input),
+        });
+        let planned = |input| match input {
+            Input::Request(Request::Planned { step, surfaces }) => Some([step, surfaces]),
+            _ => None,
+        };
+        let ahead: VecDeque<_> = of_run.filter_map(planned).collect();
+        Self {
+            are_recorded: !ahead.is_empty(),
+            ahead,
+            ..Self::default()
+        }
+    }
+
+    /// Asks about the step that comes next, and lets the planner work once it knows the surfaces that it knew then.
+    fn go_on(&mut self, session: &mut impl Replayable) {
+        let (Some([step, surfaces]), Some((told, planner))) =
+            (self.ahead.front(), session.planning())
+        else {
+            return;
+        };
+        self.has_listened |= planner.is_asked_about(*step) && planner.listen() == Some(*step);
+        if self.has_listened && !self.has_worked && told >= *surfaces {
+            planner.work();
+            self.has_worked = true;
+        }
+    }
+
+    fn tell(&mut self, session: &mut impl Replayable) {
+        if let Some((_, planner)) = session.planning().filter(|_| self.has_worked) {
+            planner.tell();
+        }
+        self.ahead.pop_front();
+        (self.has_listened, self.has_worked) = (false, false);
+    }
 }
 
 /// What a command is called, and its numbers.

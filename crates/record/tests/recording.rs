@@ -3,13 +3,14 @@
 mod common;
 
 use common::{file, hand, iiwa, recorder, run, session_of, skeleton};
-use hwall::haptics::{ArmCommand, Board};
+use hwall::haptics::{ArmCommand, Board, PlannerConfig};
 use hwall::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm};
 use hwall_record::{
     Ending, Input, Overflow, RecordError, Recorder, RecorderConfig, Recording, Request, Run,
     Skeleton, replay,
 };
 use hwall_testkit::Sampler;
+use std::time::Duration;
 
 #[test]
 fn two_runs_come_back_and_run_again_bit_by_bit() {
@@ -205,5 +206,36 @@ fn a_file_that_cannot_be_written_is_named() {
     ] {
         let made = Recorder::create(&file("config.mcap"), &setup, skeleton(), &scene, &config);
         assert!(matches!(made, Err(RecordError::Argument(_))));
+    }
+}
+
+/// When a planner on a thread of its own is heard of depends on the machine; what it does then does not.
+#[test]
+fn a_session_that_plans_on_another_thread_is_replayed_bit_by_bit() {
+    for pause_us in [30, 300] {
+        let path = file(&format!("planner-{pause_us}.mcap"));
+        let mut to = recorder(&path, &RecorderConfig::simulated());
+        let session = session_of(&common::setup());
+        let session = session.plan_on_thread(PlannerConfig::default()).unwrap();
+        let pause = Duration::from_micros(pause_us);
+        let commands = common::run_of(&mut to, 0, 3.0, session, pause);
+        to.finish().unwrap();
+        let recording = Recording::open(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        // It moved, and not in step with the loop.
+        let inputs = recording.inputs().map(|input| input.unwrap().1);
+        let planned = inputs.filter(|i| matches!(i, Input::Request(Request::Planned { .. })));
+        let planned = planned.count();
+        assert!((100..3000).contains(&planned), "{planned}");
+        let positions = commands.iter().filter_map(|command| match command {
+            ArmCommand::Position(q) => Some(q),
+            _ => None,
+        });
+        let (first, last) = (positions.clone().next(), positions.last());
+        assert!(first.unwrap().max_abs_difference(last.unwrap()) > 0.1);
+        let replayed = replay(&recording, |setup, _| {
+            Ok::<_, RecordError>(session_of(setup))
+        });
+        assert_eq!(replayed.unwrap().difference, None);
     }
 }

@@ -178,10 +178,11 @@ impl Follower {
         }
     }
 
-    /// The step that the newest plan answers, for a record of what was handed over when; 0 before the first.
+    /// The step that the newest answer of the planner is about, and the number of the surfaces that it knew, for a record of what was
+    /// handed over when; zeros before the first.
     #[must_use]
-    pub const fn planned_step(&self) -> u64 {
-        self.answer.to
+    pub const fn planned(&self) -> [u64; 2] {
+        [self.answer.to, self.answer.surfaces]
     }
 
     /// Does anybody know where the surfaces are?

@@ -55,6 +55,12 @@ impl Link {
         !self.0.answer.is_full() && self.0.asked.swap(asked, true)
     }
 
+    /// The number of the newest question that was not taken.
+    pub(super) fn newest(&self) -> Option<u64> {
+        let held = self.0.asked.0.try_lock().ok()?;
+        held.0.then_some(held.1.number)
+    }
+
     /// Leaves an answer; what it is exchanged for has been read.
     pub(super) fn answer(&self, answer: &mut Answer) {
         while !self.0.answer.swap(answer, false) {

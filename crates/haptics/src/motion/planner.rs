@@ -63,6 +63,8 @@ pub(super) struct Answer {
     pub(super) is_detour: bool,
     pub(super) is_searching_anew: bool,
     pub(super) knows_surfaces: bool,
+    /// The number of the surfaces that it knew.
+    pub(super) surfaces: u64,
     pub(super) protrusion_m: Option<f64>,
     pub(super) looks: usize,
     pub(super) tests: usize,
@@ -83,6 +85,7 @@ impl Default for Answer {
             is_detour: false,
             is_searching_anew: false,
             knows_surfaces: true,
+            surfaces: 0,
             protrusion_m: None,
             looks: 0,
             tests: 0,
@@ -143,6 +146,8 @@ pub struct Planner {
     has_moved: bool,
     later_steps: u32,
     knows_surfaces: bool,
+    /// Surfaces that were set so far, or the number that the caller gave them.
+    surfaces: u64,
 }
 
 /// No plan begins later than so many steps because others were refused.
@@ -172,6 +177,7 @@ impl Planner {
             has_moved: false,
             later_steps: 0,
             knows_surfaces: true,
+            surfaces: 0,
         }
     }
 
@@ -196,6 +202,11 @@ impl Planner {
         self.route.move_barriers(barriers.into(), moved);
     }
 
+    /// Gives the surfaces that are known, or are not, a number, for a record of what was planned with which.
+    pub const fn number_surfaces(&mut self, number: u64) {
+        self.surfaces = number;
+    }
+
     /// Nobody knows where the surfaces are.
     pub const fn lose_barriers(&mut self) {
         self.knows_surfaces = false;
@@ -204,10 +215,31 @@ impl Planner {
     /// Plans for the newest step, in the time of [`PlannerConfig::looks`]; was there one? A search that needs more goes on with the next
     /// step.
     pub fn plan(&mut self) -> bool {
-        let clock_s = self.asked.clock_s;
-        if !self.link.take_asked(&mut self.asked) || self.offered > self.asked.answered {
+        if self.listen().is_none() {
             return false;
         }
+        self.work();
+        self.tell();
+        true
+    }
+
+    /// The three parts of [`plan`](Self::plan), for whoever has to say when each of them happens, as a replay has. First, the number of
+    /// the newest step, if there is one that asks.
+    pub fn listen(&mut self) -> Option<u64> {
+        let is_asked = self.link.take_asked(&mut self.asked);
+        // The last plan has to begin first, or to be refused.
+        (is_asked && self.offered <= self.asked.answered).then_some(self.asked.number)
+    }
+
+    /// Is this the newest step that asks?
+    #[must_use]
+    pub fn is_asked_about(&self, step: u64) -> bool {
+        self.link.newest() == Some(step)
+    }
+
+    /// Second, what was asked for.
+    pub fn work(&mut self) {
+        let clock_s = self.seen.clock_s;
         let Asked {
             under_way, dt_s, ..
         } = self.asked;
@@ -228,8 +260,12 @@ impl Planner {
             self.answer.unreachable = aimed.unwrap_or(None);
             self.find_way(self.asked.clock_s - clock_s);
         }
-        self.tell(&begins);
-        true
+        self.answer(&begins);
+    }
+
+    /// Third, the follower hears of it.
+    pub fn tell(&mut self) {
+        self.link.answer(&mut self.answer);
     }
 
     /// What has happened to the motion since the last call.
@@ -337,7 +373,7 @@ impl Planner {
         }
     }
 
-    fn tell(&mut self, begins: &UnderWay) {
+    fn answer(&mut self, begins: &UnderWay) {
         let answer = &mut self.answer;
         self.has_moved = self.reference.is_begun();
         answer.moves = self.has_moved;
@@ -354,7 +390,7 @@ impl Planner {
         answer.knows_surfaces = self.knows_surfaces;
         let face = self.goals.solver.arm().forward(&begins.state().q);
         answer.protrusion_m = self.route.protrusion_m(&face, self.goals.goal());
+        answer.surfaces = self.surfaces;
         (answer.looks, answer.tests) = (self.route.looks(), self.route.tests());
-        self.link.answer(answer);
     }
 }

@@ -19,6 +19,7 @@ pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
 pub use planner::Planner;
+use planner::{PlannerThread, Planning};
 pub use policy::PolicyConfig;
 pub use target_control::TargetControl;
 pub use world::WorldPose;
@@ -36,12 +37,13 @@ use hwall_contact::{ContactPrediction, Predictor};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::{
     Arm, ArmCommand, ArmState, Board, MovingObject, ObjectCommand, ObjectRenderingConfig,
-    RenderedObject, Renderer,
+    PlannerConfig, RenderedObject, Renderer,
 };
 use hwall_kinematics::ArmKinematics;
 use hwall_scene::{Scene, SurfaceId};
 use perception::Newest;
 use policy::Policy;
+use std::io;
 use std::sync::Arc;
 use waiting::Waiting;
 use world::World;
@@ -58,7 +60,7 @@ use world::World;
 pub struct Session<P> {
     perception: Perception<P>,
     control: Control,
-    planner: Planner,
+    planning: Planning,
 }
 
 impl<P: Predictor> Session<P> {
@@ -166,10 +168,9 @@ impl<P: Predictor> Session<P> {
         Ok(Self {
             perception,
             control,
-            planner: Planner {
-                barriers: barrier_receiver,
-                planner,
-            },
+            planning: Planning::Here(Box::new(Planner {
+                parts: planner.map(|planner| (planner, barrier_receiver)),
+            })),
         })
     }
 }
@@ -220,7 +221,44 @@ impl<P: Predictor> Session<P> {
     /// Looks for goals and ways, after the command of a step was sent: some 0.5 ms at the most, see [`Planner::plan`]. Without it the arm
     /// stays where it is.
     pub fn plan(&mut self) {
-        self.planner.plan();
+        match &mut self.planning {
+            Planning::Here(planner) => {
+                planner.plan();
+            }
+            Planning::OnThread(thread) if thread.is_over() => self.control.stop(),
+            Planning::OnThread(thread) => thread.wake(),
+        }
+    }
+
+    /// Lets goals and ways be looked for on a thread of their own from now on; [`plan`](Self::plan) then only wakes it. What was handed
+    /// over with a step, [`planned`](Self::planned) tells. If the thread should end by a fault, the session stops, latched.
+    ///
+    /// # Errors
+    /// The system gives no thread; the session then goes on without.
+    pub fn plan_on_thread(mut self, config: PlannerConfig) -> io::Result<Self> {
+        if let Planning::Here(mut planner) = self.planning {
+            planner.set_config(config);
+            self.planning = Planning::OnThread(PlannerThread::spawn(*planner)?);
+        }
+        Ok(self)
+    }
+
+    /// The step that the newest answer of the planner is about, and the number of the surfaces that it knew, if it is on a thread of its
+    /// own: for a record.
+    #[must_use]
+    pub const fn planned(&self) -> Option<[u64; 2]> {
+        match self.planning {
+            Planning::Here(_) => None,
+            Planning::OnThread(_) => Some(self.control.renderer().follower().planned()),
+        }
+    }
+
+    /// The planner, unless it is on a thread of its own: for a replay.
+    pub fn planner_mut(&mut self) -> Option<&mut Planner> {
+        match &mut self.planning {
+            Planning::Here(planner) => Some(planner),
+            Planning::OnThread(_) => None,
+        }
     }
 
     /// Runs the loop for an arm until the surroundings end it, see [`drive`].
@@ -306,6 +344,10 @@ impl<P: Predictor> Session<P> {
     /// the latest wins and neither side waits; so do the places of doors and world, and plans.
     #[must_use]
     pub fn split(self) -> (Perception<P>, Planner, Control) {
-        (self.perception, self.planner, self.control)
+        let planner = match self.planning {
+            Planning::Here(planner) => *planner,
+            Planning::OnThread(mut thread) => thread.end().unwrap_or_default(),
+        };
+        (self.perception, planner, self.control)
     }
 }

@@ -270,6 +270,12 @@ impl<P: Predictor> Perception<P> {
     }
 
     /// The board stays behind surfaces where they are now: those of doors that opened, and those of a world in motion.
+    /// How often surfaces were told to the planner.
+    #[must_use]
+    pub const fn told_surfaces(&self) -> u64 {
+        self.barriers.told()
+    }
+
     fn keep_barriers(&mut self, arm_s: f64) {
         let place = self.world.base_from_world();
         let kept = self.barriers.keep(&self.scene, &place, self.world.leaps());

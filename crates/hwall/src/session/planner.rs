@@ -2,30 +2,119 @@
 
 use super::handover::BarrierReceiver;
 use hwall_haptics::PlannerConfig;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
 
 /// Finds goals and ways for [`Control`](super::Control), which needs no planner to be safe: until there is a new plan it goes on, and
 /// can always stop.
 ///
 /// One part of a [`Session`](crate::Session), for a thread of its own: [`Session::split`](crate::Session::split).
+#[derive(Default)]
 pub struct Planner {
-    pub(super) barriers: BarrierReceiver,
-    /// The renderer's.
-    pub(super) planner: Option<hwall_haptics::Planner>,
+    /// The renderer's, and where it hears of surfaces. `None`: it was lost with its thread.
+    pub(super) parts: Option<(hwall_haptics::Planner, BarrierReceiver)>,
 }
 
 impl Planner {
     /// How much is done in a call, and how many steps ahead plans begin.
     pub const fn set_config(&mut self, config: PlannerConfig) {
-        if let Some(planner) = &mut self.planner {
+        if let Some((planner, _)) = &mut self.parts {
             planner.set_config(config);
         }
     }
 
     /// Plans for the newest step; was there one? See [`hwall_haptics::Planner::plan`].
     pub fn plan(&mut self) -> bool {
-        self.planner.as_mut().is_some_and(|planner| {
-            self.barriers.renew(planner);
-            planner.plan()
+        if self.listen().is_none() {
+            return false;
+        }
+        self.work();
+        self.tell();
+        true
+    }
+
+    /// The three parts of [`plan`](Self::plan), as a replay needs them: [`hwall_haptics::Planner::listen`].
+    pub fn listen(&mut self) -> Option<u64> {
+        self.parts.as_mut()?.0.listen()
+    }
+
+    /// Is this the newest step that asks?
+    #[must_use]
+    pub fn is_asked_about(&self, step: u64) -> bool {
+        let parts = self.parts.as_ref();
+        parts.is_some_and(|(planner, _)| planner.is_asked_about(step))
+    }
+
+    /// Second, with the surfaces of now: [`hwall_haptics::Planner::work`].
+    pub fn work(&mut self) {
+        if let Some((planner, barriers)) = &mut self.parts {
+            barriers.renew(planner);
+            planner.work();
+        }
+    }
+
+    /// Third: [`hwall_haptics::Planner::tell`].
+    pub fn tell(&mut self) {
+        if let Some((planner, _)) = &mut self.parts {
+            planner.tell();
+        }
+    }
+}
+
+/// A planner where it works.
+pub(super) enum Planning {
+    Here(Box<Planner>),
+    OnThread(PlannerThread),
+}
+
+/// A planner on a thread of its own. It sleeps until it is woken.
+pub(super) struct PlannerThread {
+    ends: Arc<AtomicBool>,
+    thread: Option<JoinHandle<Planner>>,
+}
+
+impl PlannerThread {
+    pub(super) fn spawn(mut planner: Planner) -> io::Result<Self> {
+        let ends = Arc::new(AtomicBool::new(false));
+        let is_over = Arc::clone(&ends);
+        let work = move || {
+            while !is_over.load(Ordering::Acquire) {
+                if !planner.plan() {
+                    thread::park();
+                }
+            }
+            planner
+        };
+        let thread = thread::Builder::new().name("planner".to_owned());
+        Ok(Self {
+            ends,
+            thread: Some(thread.spawn(work)?),
         })
+    }
+
+    /// Only a fault ends it before it is told to.
+    pub(super) fn is_over(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    pub(super) fn wake(&self) {
+        if let Some(thread) = &self.thread {
+            thread.thread().unpark();
+        }
+    }
+
+    /// Ends the thread. `None`: it has panicked.
+    pub(super) fn end(&mut self) -> Option<Planner> {
+        self.ends.store(true, Ordering::Release);
+        self.wake();
+        self.thread.take()?.join().ok()
+    }
+}
+
+impl Drop for PlannerThread {
+    fn drop(&mut self) {
+        self.end();
     }
 }

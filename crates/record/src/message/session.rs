@@ -100,6 +100,11 @@ pub(crate) fn write_request(writer: &mut Writer<'_>, sequence: u64, request: Req
         Request::Stop => (0, None),
         Request::Reset => (1, None),
         Request::Refused => (3, None),
+        Request::Planned { step, surfaces } => {
+            writer.uint64(4, step);
+            writer.uint64(5, surfaces);
+            (4, None)
+        }
         Request::ClockOffset {
             arm_minus_tracker_s,
         } => (2, Some(arm_minus_tracker_s)),
@@ -322,11 +327,14 @@ impl<'a> Body<'a> {
 
     fn request(&self) -> Result<(u64, Input), RecordError> {
         let (mut sequence, mut kind, mut value_s) = (0, 0, 0.0);
+        let (mut step, mut surfaces) = (0, 0);
         self.fields(|field| {
             match field.number {
                 1 => sequence = field.to_u64()?,
                 2 => kind = field.to_u64()?,
                 3 => value_s = field.to_f64()?,
+                4 => step = field.to_u64()?,
+                5 => surfaces = field.to_u64()?,
                 _ => {}
             }
             Ok(())
@@ -335,6 +343,7 @@ impl<'a> Body<'a> {
             0 => Request::Stop,
             1 => Request::Reset,
             3 => Request::Refused,
+            4 => Request::Planned { step, surfaces },
             2 => Request::ClockOffset {
                 arm_minus_tracker_s: value_s,
             },

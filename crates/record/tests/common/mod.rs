@@ -15,6 +15,7 @@ use hwall_record::{
 };
 use hwall_testkit::Sampler;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 pub(crate) type GazeSession = Session<DeterministicPredictor>;
 
@@ -88,6 +89,17 @@ pub(crate) fn hand(t_s: f64) -> HandFrame {
 
 /// One run: frames at 100 Hz, cycles at 1 kHz, now and then a place of the world and a request. Returns the commands.
 pub(crate) fn run(recorder: &mut Recorder, number: u32, seconds: f64) -> Vec<ArmCommand> {
+    run_of(recorder, number, seconds, session_of(&setup()), Duration::ZERO)
+}
+
+/// The same, of a session, with so much time between two cycles.
+pub(crate) fn run_of(
+    recorder: &mut Recorder,
+    number: u32,
+    seconds: f64,
+    session: Session<DeterministicPredictor>,
+    pause: Duration,
+) -> Vec<ArmCommand> {
     let setup = setup();
     let arm = iiwa(&setup.board);
     let mut noise = Sampler::new(u64::from(number) + 1);
@@ -96,7 +108,7 @@ pub(crate) fn run(recorder: &mut Recorder, number: u32, seconds: f64) -> Vec<Arm
         options: vec![("who".to_owned(), format!("person {number}"))],
     });
     let mut recorded = Recorded {
-        session: session_of(&setup),
+        session,
         recorder: Some(recorder),
     };
     let mut q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
@@ -140,6 +152,8 @@ pub(crate) fn run(recorder: &mut Recorder, number: u32, seconds: f64) -> Vec<Arm
             external_torque: Some(arm.torques_from_wrench(&measured, &wrench)),
         };
         let command = recorded.step(now_s, &state);
+        recorded.plan();
+        std::thread::sleep(pause);
         if let ArmCommand::Position(told) = command {
             q = told;
         }

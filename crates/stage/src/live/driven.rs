@@ -6,7 +6,7 @@ use super::recorded;
 use crate::console::note;
 use anyhow::{Context, bail};
 use hwall::hand::HandFrame;
-use hwall::haptics::{Arm, ArmCommand};
+use hwall::haptics::{Arm, ArmCommand, PlannerConfig};
 use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeServer};
 use hwall_fri::{FriClient, FriClientConfig, FriError, Unfit};
@@ -20,6 +20,11 @@ const SILENCE: Duration = Duration::from_millis(500);
 const GONE: Duration = Duration::from_secs(10);
 /// How often the wait for a controller looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(200);
+/// A search of the planner goes on for as many looks before it asks again where the arm is: some 5 ms.
+const ON_THREAD: PlannerConfig = PlannerConfig {
+    looks: 2000,
+    lead_steps: 0,
+};
 /// At the end the arm is braked for this long: from full speed the second joint, which takes longest, stands after 0.32 s.
 const BRAKING: Duration = Duration::from_millis(500);
 
@@ -118,7 +123,8 @@ pub fn run_driven(
     // Before there is anything to answer: both take longer than a period.
     let scene = ViewScene::of("iiwa 7 over FRI", &prepared.session)?;
     let mut recorder = recorded::begin(&prepared, options)?;
-    let session = prepared.session;
+    let session = prepared.session.plan_on_thread(ON_THREAD);
+    let session = session.context("no thread for the planner")?;
     let mut client = FriClient::bind(session.control().arm(), config)?;
     let who = match config.controller {
         Some(named) => format!("the FRI controller {named}"),

@@ -39,6 +39,8 @@ pub(in crate::session) struct WorldBarriers {
     leaps: u64,
     is_known: bool,
     barriers: BarrierTree,
+    /// How often they were told.
+    told: u64,
     newest: Newest,
 }
 
@@ -53,6 +55,7 @@ struct Told {
     barriers: Option<BarrierTree>,
     base_from_world: Pose,
     leaps: u64,
+    number: u64,
 }
 
 type Newest = Arc<Mutex<Option<Told>>>;
@@ -96,6 +99,7 @@ impl WorldBarriers {
             leaps: 0,
             is_known: true,
             barriers: BarrierTree::default(),
+            told: 0,
             newest,
         };
         made.look(scene)?;
@@ -129,6 +133,11 @@ impl WorldBarriers {
         let moved = self.base_from_world * self.base_from_seen.inverse();
         let upright = moved.rotation().z_axis.z;
         upright.is_nan() || upright < TILTED
+    }
+
+    /// How often they were told to the planner.
+    pub(in crate::session) const fn told(&self) -> u64 {
+        self.told
     }
 
     /// Those of now.
@@ -202,11 +211,13 @@ impl WorldBarriers {
         Ok(())
     }
 
-    fn send(&self) {
+    fn send(&mut self) {
+        self.told += 1;
         let told = Told {
             barriers: self.is_known.then(|| self.barriers.clone()),
             base_from_world: self.base_from_world,
             leaps: self.leaps,
+            number: self.told,
         };
         let newest = self.newest.lock();
         *newest.unwrap_or_else(PoisonError::into_inner) = Some(told);
@@ -220,6 +231,7 @@ impl BarrierReceiver {
         let Some(told) = newest.unwrap_or_else(PoisonError::into_inner).take() else {
             return;
         };
+        planner.number_surfaces(told.number);
         let Some(barriers) = told.barriers else {
             return planner.lose_barriers();
         };
