@@ -231,8 +231,9 @@ fn a_session_that_plans_on_another_thread_is_replayed_bit_by_bit() {
             ArmCommand::Position(q) => Some(q),
             _ => None,
         });
-        let (first, last) = (positions.clone().next(), positions.last());
-        assert!(first.unwrap().max_abs_difference(last.unwrap()) > 0.1);
+        let positions: Vec<_> = positions.collect();
+        let moved_rad = positions[0].max_abs_difference(positions[positions.len() - 1]);
+        assert!(moved_rad > 0.1, "{moved_rad}");
         let replayed = replay(&recording, |setup, _| {
             Ok::<_, RecordError>(session_of(setup))
         });

@@ -495,7 +495,7 @@ impl Follower {
         }
         let begins_in_s = self.reference.begins_in_s(&self.answer.motion);
         match begins_in_s.map(|s| s.min(dt_s)) {
-            Some(_) if begins_in_s > Some(dt_s * (1.0 + 1e-9)) => return Ok(dt_s),
+            Some(_) if begins_in_s > Some(dt_s * (1.0 + 1e-9)) => Ok(dt_s),
             Some(until_s) => {
                 if until_s > 0.0 {
                     self.reference.step(until_s)?;

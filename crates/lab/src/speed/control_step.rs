@@ -22,6 +22,8 @@ const KINDS: [PersonKind; 5] = [
     PersonKind::Glancing,
 ];
 
+type Count<'a> = &'a dyn Fn(&StepCost) -> f64;
+
 /// Times and counts of this many steps in either room, or some more: people are not cut short.
 ///
 /// # Errors
@@ -69,7 +71,7 @@ pub fn control_step(seed: u64, steps: usize) -> anyhow::Result<Section> {
         let what = format!("control step, {pieces} upright pieces");
         let most = format!("at most {}", format_ns(step.max_ns));
         summary.push(SummaryRow::new("hwall", &what, &step, &most));
-        let parts: [(&str, &dyn Fn(&StepCost) -> f64); 4] = [
+        let parts: [(&str, Count<'_>); 4] = [
             ("poses and Jacobians in a control step", &|cost| {
                 f64::from(cost.asked.forward)
             }),

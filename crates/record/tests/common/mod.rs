@@ -89,7 +89,13 @@ pub(crate) fn hand(t_s: f64) -> HandFrame {
 
 /// One run: frames at 100 Hz, cycles at 1 kHz, now and then a place of the world and a request. Returns the commands.
 pub(crate) fn run(recorder: &mut Recorder, number: u32, seconds: f64) -> Vec<ArmCommand> {
-    run_of(recorder, number, seconds, session_of(&setup()), Duration::ZERO)
+    run_of(
+        recorder,
+        number,
+        seconds,
+        session_of(&setup()),
+        Duration::ZERO,
+    )
 }
 
 /// The same, of a session, with so much time between two cycles.
