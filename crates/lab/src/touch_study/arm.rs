@@ -11,7 +11,7 @@ use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion};
 use hwall_stage::input::address::{host, socket_address};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
-use hwall_stage::live::{Driven, HandChoice, brake};
+use hwall_stage::live::{Driven, HandChoice, Holds, brake};
 use hwall_stage::note;
 use hwall_stage::run::session_settings::SessionSettings;
 use hwall_stage::run::simulated_arm::ArmLevel;
@@ -222,11 +222,11 @@ impl WaitingArm {
             }
         };
         // A study ends when it is done, not by the clock.
-        let room = HandsRoom(Driven::new(
-            self.server.connect(&scene),
-            begun_s,
-            f64::INFINITY,
-        ));
+        let bridge = self.server.connect(&scene);
+        let room = HandsRoom {
+            driven: Driven::new(bridge, begun_s, f64::INFINITY),
+            holds: Holds::default(),
+        };
         let stage = ArmStage::start(ArmKind::Fri, self.session, self.client, room, self.trial)?;
         Ok(LedArm {
             stage,
@@ -236,21 +236,25 @@ impl WaitingArm {
 }
 
 /// The room of a live session, for a study.
-struct HandsRoom(Driven);
+struct HandsRoom {
+    driven: Driven,
+    /// Said on the console, as `bridge` does.
+    holds: Holds,
+}
 
 impl Surroundings<FriClient> for HandsRoom {
     fn next_cycle(&mut self, arm: &mut FriClient) -> Result<Option<f64>, FriError> {
-        self.0.next_cycle(arm)
+        self.driven.next_cycle(arm)
     }
 
     fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
-        self.0.next_frame(now_s)
+        self.driven.next_frame(now_s)
     }
 }
 
 impl StudyRoom<FriClient> for HandsRoom {
     fn event(&mut self, event: &Event) {
-        self.0.bridge.view.event(event);
+        self.driven.bridge.view.event(event);
     }
 
     fn after<P: Predictor>(
@@ -259,7 +263,9 @@ impl StudyRoom<FriClient> for HandsRoom {
         _: &mut FriClient,
         cycle: &Cycle,
     ) -> Result<(), FriError> {
-        let bridge = &mut self.0.bridge;
+        let is_latched = session.control().is_latched();
+        self.holds.see(cycle.t_s, session.state(), is_latched);
+        let bridge = &mut self.driven.bridge;
         if bridge.view.is_due(cycle.t_s) {
             let view = bridge.view_of(session, &cycle.state);
             bridge.view.send(&view);
@@ -269,6 +275,7 @@ impl StudyRoom<FriClient> for HandsRoom {
 
     fn ended(&mut self, arm: &mut FriClient) {
         brake(arm);
+        std::mem::take(&mut self.holds).finish();
         note(arm.statistics());
     }
 }

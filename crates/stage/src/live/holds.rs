@@ -19,7 +19,7 @@ struct Hold {
 
 /// Watches the states of a session.
 #[derive(Debug, Default)]
-pub(crate) struct Holds {
+pub struct Holds {
     under_way: Option<Hold>,
     /// How many, and for how long, s, by name.
     by_name: BTreeMap<String, (u64, f64)>,
@@ -29,8 +29,8 @@ pub(crate) struct Holds {
 }
 
 impl Holds {
-    /// One cycle.
-    pub(crate) fn see(&mut self, t_s: f64, state: SessionState, is_latched: bool) {
+    /// Says what is new in a cycle.
+    pub fn see(&mut self, t_s: f64, state: SessionState, is_latched: bool) {
         self.cycles += 1;
         let gap_s = self.last_s.replace(t_s).map_or(0.0, |last_s| t_s - last_s);
         self.longest_gap_s = self.longest_gap_s.max(gap_s);
@@ -78,8 +78,8 @@ impl Holds {
         Some(*count)
     }
 
-    /// The summary.
-    pub(crate) fn finish(mut self) {
+    /// Says the summary.
+    pub fn finish(mut self) {
         if let Some(t_s) = self.last_s {
             self.end(t_s);
         }

@@ -11,7 +11,7 @@ mod touching;
 
 pub use driven::{Driven, brake, run_driven};
 pub use flags::LiveFlags;
-pub(crate) use holds::Holds;
+pub use holds::Holds;
 pub use preparation::{HandChoice, LiveOptions, Prepared, prepare};
 pub use simulated::run_simulated;
 pub use told::run_told;
