@@ -319,7 +319,10 @@ fn no_command_before_the_first_good_state_and_none_far_from_the_arm() {
     rig.step_with(|_, state, _| state.t_s -= 1.0);
     rig.state.q[0] += 0.5;
     let moved = rig.state.q;
-    let ArmCommand::Position(q) = rig.step().command else {
+    // Until the arm has had the time to stop.
+    let commands = std::iter::from_fn(|| Some(rig.step().command)).take(500);
+    let first = commands.skip_while(|command| *command == ArmCommand::Hold);
+    let Some(ArmCommand::Position(q)) = first.take(1).last() else {
         panic!()
     };
     assert!(q.max_abs_difference(&moved) < 1e-2);
@@ -445,10 +448,6 @@ fn settings_out_of_range_are_named() {
         "max_state_age_s"
     );
     assert_eq!(named(|c| c.watchdog.max_step_s = f64::NAN), "max_step_s");
-    assert_eq!(
-        named(|c| c.watchdog.resync_rad = f64::INFINITY),
-        "resync_rad"
-    );
     assert_eq!(named(|c| c.contact.on_n = f64::NAN), "on_n");
     assert_eq!(
         named(|c| c.proximity.braking_m_per_s2 = 0.0),

@@ -59,8 +59,11 @@ fn a_pushed_door_opens_turns_the_board_and_closes() {
             most = door.position;
             // The face lies on the door where it stands now.
             let pose = bench.servo.pose();
-            let scene = session.perception().scene();
-            let closest = scene.project_on(DOOR, pose.position_m()).expect("a point");
+            let perception = session.perception();
+            let closest = perception
+                .scene()
+                .project_on(DOOR, pose.position_m())
+                .expect("a point");
             // 22 ms of delay at up to 0.2 m/s.
             assert!(closest.distance_m < 5e-3, "{} m", closest.distance_m);
             let cosine = pose.rotation().z_axis.dot(closest.normal);

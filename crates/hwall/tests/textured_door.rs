@@ -275,7 +275,8 @@ fn pushed(level: Level, home: JointPositions, bounds: &Bounds) {
         }
         turned = turned.max((run.board_rad() - door.position).abs());
         let pose = run.arm.pose();
-        let scene = run.session.perception().scene();
+        let perception = run.session.perception();
+        let scene = perception.scene();
         off_m = off_m.max(
             scene
                 .project_on(DOOR, pose.position_m())

@@ -3,7 +3,7 @@
 use crate::error::MotionError;
 use crate::joint::JointBounds;
 use crate::travel_time::{farthest_rad, travel_time_s};
-use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_numeric::check::{positive, that};
 
 /// Largest joint accelerations of the iiwa 7, rad/s². Source: the acceleration limits in the description of the arm that
@@ -68,6 +68,13 @@ impl MotionLimits {
         }
         limits.validate()?;
         Ok(limits)
+    }
+
+    /// The least time in which all joints come to rest, s, if jerk is not limited.
+    #[must_use]
+    pub fn stop_s(&self, qd: &JointVelocities) -> f64 {
+        let each = qd.0.iter().zip(&self.acceleration_rad_per_s2);
+        each.map(|(qd, most)| qd.abs() / most).fold(0.0, f64::max)
     }
 
     /// Rejects limits outside 1e-6 to 1e9.

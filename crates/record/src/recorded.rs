@@ -46,11 +46,14 @@ impl<P: Predictor> Controller for Recorded<'_, P> {
     }
 
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
-        let before = self.session.planned();
+        let (planned, perceived) = (self.session.planned(), self.session.perceived());
         let command = self.session.step(now_s, state);
         if let Some(recorder) = &mut self.recorder {
+            if perceived != self.session.perceived() {
+                recorder.request(Request::Perceived);
+            }
             if let Some([step, surfaces]) =
-                self.session.planned().filter(|now| before != Some(*now))
+                self.session.planned().filter(|now| planned != Some(*now))
             {
                 recorder.request(Request::Planned { step, surfaces });
             }

@@ -25,7 +25,10 @@ pub enum Request {
         /// The number of the surfaces that it knew.
         surfaces: u64,
     },
-    /// [`Perception::set_clock_offset_s`](hwall::Perception::set_clock_offset_s).
+    /// None of a person: the coming cycle knows of the frames before that were perceived on a thread of their own
+    /// ([`Session::perceived`](hwall::Session::perceived)).
+    Perceived,
+    /// [`Session::set_clock_offset_s`](hwall::Session::set_clock_offset_s).
     ClockOffset {
         /// The arm's clock minus the tracker's, s.
         arm_minus_tracker_s: f64,

@@ -19,12 +19,34 @@ pub trait Replayable: Controller {
     fn planning(&mut self) -> Option<(u64, &mut Planner)> {
         None
     }
+
+    /// Steps know of frames when [`Request::Perceived`] says so.
+    #[must_use]
+    fn perceive_when_told(self) -> Self
+    where
+        Self: Sized,
+    {
+        self
+    }
+
+    /// Perceives one input that waits; was there one?
+    fn perceive_next(&mut self) -> bool {
+        false
+    }
 }
 
 impl<P: Predictor> Replayable for Session<P> {
     fn planning(&mut self) -> Option<(u64, &mut Planner)> {
         let told = self.perception().told_surfaces();
         Some((told, self.planner_mut()?))
+    }
+
+    fn perceive_when_told(self) -> Self {
+        Self::perceive_when_told(self)
+    }
+
+    fn perceive_next(&mut self) -> bool {
+        Self::perceive_next(self)
     }
 
     fn request(&mut self, request: Request) {
@@ -38,10 +60,9 @@ impl<P: Predictor> Replayable for Session<P> {
             Request::ClockOffset {
                 arm_minus_tracker_s,
             } => {
-                let _ = self
-                    .perception_mut()
-                    .set_clock_offset_s(arm_minus_tracker_s);
+                let _ = self.set_clock_offset_s(arm_minus_tracker_s);
             }
+            Request::Perceived => self.take_perceived(),
         }
     }
 }
@@ -125,7 +146,10 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
         replayed.missing += sequence.saturating_sub(expected);
         expected = sequence.saturating_add(1);
         if let Input::Run(run) = &input {
-            let session = session_of(recording.setup(), run)?;
+            let mut session = session_of(recording.setup(), run)?;
+            if of_run(inputs.clone()).any(|i| matches!(i, Input::Request(Request::Perceived))) {
+                session = session.perceive_when_told();
+            }
             under_way = Some((session, run.number, 0));
             plans = Plans::of_run(inputs.clone());
             replayed.runs += 1;
@@ -173,6 +197,14 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
     Ok(replayed)
 }
 
+/// The inputs of the run that begins.
+fn of_run(inputs: Inputs<'_>) -> impl Iterator<Item = Input> {
+    inputs.map_while(|input| match input {
+        Ok((_, Input::Run(_))) | Err(_) => None,
+        Ok((_, input)) => Some(input),
+    })
+}
+
 /// What a planner on a thread of its own was asked and when it was heard of, done again on this one.
 #[derive(Default)]
 struct Plans {
@@ -186,15 +218,11 @@ struct Plans {
 impl Plans {
     /// Those of the run that begins.
     fn of_run(inputs: Inputs<'_>) -> Self {
-        let of_run = inputs.map_while(|input| match input {
-            Ok((_, Input::Run(_))) | Err(_) => None,
-            Ok((_, input)) => Some(input),
-        });
         let planned = |input| match input {
             Input::Request(Request::Planned { step, surfaces }) => Some([step, surfaces]),
             _ => None,
         };
-        let ahead: VecDeque<_> = of_run.filter_map(planned).collect();
+        let ahead: VecDeque<_> = of_run(inputs).filter_map(planned).collect();
         Self {
             are_recorded: !ahead.is_empty(),
             ahead,
@@ -204,15 +232,24 @@ impl Plans {
 
     /// Asks about the step that comes next, and lets the planner work once it knows the surfaces that it knew then.
     fn go_on(&mut self, session: &mut impl Replayable) {
-        let (Some([step, surfaces]), Some((told, planner))) =
-            (self.ahead.front(), session.planning())
-        else {
+        let Some([step, surfaces]) = self.ahead.front() else {
             return;
         };
-        self.has_listened |= planner.is_asked_about(*step) && planner.listen() == Some(*step);
-        if self.has_listened && !self.has_worked && told >= *surfaces {
-            planner.work();
-            self.has_worked = true;
+        if let Some((_, planner)) = session.planning() {
+            self.has_listened |= planner.is_asked_about(*step) && planner.listen() == Some(*step);
+        }
+        if !self.has_listened || self.has_worked {
+            return;
+        }
+        while let Some((told, planner)) = session.planning() {
+            if told >= *surfaces {
+                planner.work();
+                self.has_worked = true;
+                return;
+            }
+            if !session.perceive_next() {
+                return;
+            }
         }
     }
 

@@ -209,24 +209,31 @@ fn a_file_that_cannot_be_written_is_named() {
     }
 }
 
-/// When a planner on a thread of its own is heard of depends on the machine; what it does then does not.
+/// When planner and perception on threads of their own are heard of depends on the machine; what the session does then does not.
 #[test]
-fn a_session_that_plans_on_another_thread_is_replayed_bit_by_bit() {
+fn a_session_on_three_threads_is_replayed_bit_by_bit() {
     for pause_us in [30, 300] {
         let path = file(&format!("planner-{pause_us}.mcap"));
         let mut to = recorder(&path, &RecorderConfig::simulated());
         let session = session_of(&common::setup());
         let session = session.plan_on_thread(PlannerConfig::default()).unwrap();
+        let session = session.perceive_on_thread().unwrap();
         let pause = Duration::from_micros(pause_us);
         let commands = common::run_of(&mut to, 0, 3.0, session, pause);
         to.finish().unwrap();
         let recording = Recording::open(&path).unwrap();
         std::fs::remove_file(&path).unwrap();
         // It moved, and not in step with the loop.
-        let inputs = recording.inputs().map(|input| input.unwrap().1);
-        let planned = inputs.filter(|i| matches!(i, Input::Request(Request::Planned { .. })));
-        let planned = planned.count();
+        let (mut planned, mut perceived) = (0, 0);
+        for input in recording.inputs() {
+            match input.unwrap().1 {
+                Input::Request(Request::Planned { .. }) => planned += 1,
+                Input::Request(Request::Perceived) => perceived += 1,
+                _ => {}
+            }
+        }
         assert!((100..3000).contains(&planned), "{planned}");
+        assert!(perceived > 100, "{perceived}");
         let positions = commands.iter().filter_map(|command| match command {
             ArmCommand::Position(q) => Some(q),
             _ => None,

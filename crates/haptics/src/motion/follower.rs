@@ -432,10 +432,7 @@ impl Follower {
     /// The least time in which all joints come to rest together, s.
     #[must_use]
     pub fn stop_s(&self) -> f64 {
-        let most = &self.reference.limits().acceleration_rad_per_s2;
-        let qd = &self.reference.state().qd.0;
-        let each = qd.iter().zip(most).map(|(qd, most)| qd.abs() / most);
-        each.fold(0.0, f64::max)
+        self.limits().stop_s(&self.reference.state().qd)
     }
 
     /// Are all joints within the share of the speeds that was set last, and does the motion go as slowly as it asks for?
@@ -558,11 +555,8 @@ impl Follower {
             .0
             .iter()
             .fold(0.0, |most: f64, qd| most.max(qd.abs()));
-        let hardest_s = (state.qd.0.iter().zip(&self.bounds))
-            .map(|(qd, bounds)| qd.abs() / bounds.acceleration_rad_per_s2())
-            .fold(0.0, f64::max);
         // Gently at the end, as a slide begins: a servo that cannot end a motion at once would swing back.
-        let stop_s = hardest_s + ENDS_S;
+        let stop_s = self.stop_s() + ENDS_S;
         state.qdd_rad_per_s2 = [0.0; 7];
         // The mean speed lasts for as long as there is one.
         let (share, lasts_s) = match dt_s < stop_s && fastest > STANDS_RAD_PER_S {

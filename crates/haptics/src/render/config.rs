@@ -52,9 +52,6 @@ pub struct WatchdogConfig {
     /// Longest time by which a single step advances the command, s; default 0.05, and no more than four usual steps. After a stall the
     /// command goes on from where it was instead of leaping to where it would have been.
     pub max_step_s: f64,
-    /// If the arm is further than this from the command after a hold (largest joint difference), the motion
-    /// starts anew from the measured state, rad; default 0.05.
-    pub resync_rad: f64,
 }
 
 impl Default for WatchdogConfig {
@@ -63,7 +60,6 @@ impl Default for WatchdogConfig {
             max_target_age_s: 0.25,
             max_state_age_s: 0.1,
             max_step_s: 0.05,
-            resync_rad: 0.05,
         }
     }
 }

@@ -20,7 +20,9 @@ use crate::safety::SafeRequest;
 use crate::usual_step::UsualStep;
 use glam::DVec3;
 use hwall_geometry::Wrench;
-use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable, WrenchConfig, WrenchEstimate};
+use hwall_kinematics::{
+    ArmKinematics, JointPositions, JointVelocities, Unreachable, WrenchConfig, WrenchEstimate,
+};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
 
@@ -28,8 +30,10 @@ use std::sync::Arc;
 /// to forget what they say.
 const MAX_FORCE_N: f64 = 1e4;
 
-/// A board that stops within this time may go along with an object at once, s: what is left of the way to its place.
+/// A board that stops within this time counts as one at rest, s: it may go along with an object, or be commanded again after a hold.
 const AT_REST_S: f64 = 0.02;
+/// A motion that could stop within this time has stopped, s.
+const ROUNDING_S: f64 = 1e-9;
 /// A finger within this of the middle of the face keeps the board on a moving object between two pushes, m.
 const RIDES_M: f64 = 0.2;
 
@@ -59,25 +63,14 @@ pub struct Renderer {
     detector: ContactDetector,
     objects: Option<Objects>,
     follower: Follower,
-    /// Are command and arm apart, after a hold or at the start?
-    detached: Detached,
+    /// The arm does not follow the command: it has yet to begin, or brakes by itself.
+    is_detached: bool,
     last_s: Option<f64>,
     steps: UsualStep,
     /// The way back that a supervisor asked for.
     withdrawal: Withdrawal,
     /// The speed that a supervisor asked for.
     cap: SpeedCap,
-}
-
-/// How far the command may be from the arm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Detached {
-    /// No state was seen so far.
-    Always,
-    /// The arm braked by itself.
-    Held,
-    /// The arm follows the command.
-    No,
 }
 
 impl Renderer {
@@ -104,7 +97,6 @@ impl Renderer {
         positive("max_target_age_s", watchdog.max_target_age_s)?;
         positive("max_state_age_s", watchdog.max_state_age_s)?;
         positive("max_step_s", watchdog.max_step_s)?;
-        non_negative("resync_rad", watchdog.resync_rad)?;
         let arm = arm.carrying(board.flange_from_board_face()?);
         let approach = follower.approach;
         Ok(Self {
@@ -118,7 +110,7 @@ impl Renderer {
             follower: Follower::new(Arc::clone(&arm), follower, &JointPositions::default())?
                 .with_board(approach, *board),
             objects: None,
-            detached: Detached::Always,
+            is_detached: true,
             last_s: None,
             steps: UsualStep::default(),
             withdrawal: Withdrawal::new(arm),
@@ -223,9 +215,11 @@ impl Renderer {
         if let Err(reason) = self.check_state(now_s, state) {
             return self.hand_over(reason, dt_s);
         }
-        if let Err(reason) = self.attach(state) {
-            return self.hand_over(reason, dt_s);
-        }
+        let request = match self.attach(state) {
+            Ok(true) => input.request,
+            Ok(false) => Some(SafeRequest::Hold),
+            Err(reason) => return self.hand_over(reason, dt_s),
+        };
         let felt = match self.felt(state) {
             Ok(felt) => felt,
             Err(reason) => return self.hand_over(reason, dt_s),
@@ -240,7 +234,7 @@ impl Renderer {
             None => self.detector.state(),
         };
         let (mut unreachable, mut obstructed) = (None, false);
-        let is_asked_to = !matches!(input.request, None | Some(SafeRequest::Go { .. }));
+        let is_asked_to = !matches!(request, None | Some(SafeRequest::Go { .. }));
         let rides = contact == ContactState::NonContact && self.rides(input, state);
         if contact == ContactState::NonContact && !rides {
             // Before anything is planned: the motion goes on from where the object has carried the board.
@@ -265,10 +259,10 @@ impl Renderer {
         let mut sliding = false;
         let command = if is_asked_to {
             self.stop_objects(dt_s);
-            self.supervised(input.request, dt_s)
+            self.supervised(request, dt_s)
         } else {
             self.end_withdrawal();
-            let asked = match input.request {
+            let asked = match request {
                 Some(SafeRequest::Go { speed_share }) => speed_share,
                 _ => 1.0,
             };
@@ -332,7 +326,7 @@ impl Renderer {
         }
         // The arm brakes by itself.
         self.end_withdrawal();
-        self.detached = Detached::Held;
+        self.is_detached = true;
         let _ = self.follower.brake(dt_s);
         ArmCommand::Hold
     }
@@ -352,8 +346,8 @@ impl Renderer {
         }
     }
 
-    /// The board leaves the object that it was on; its motion goes on from there, or from the measured state of an arm that torques did
-    /// not take there.
+    /// The board leaves the object that it was on; its motion goes on from there, or from the measured state of an arm that
+    /// torques took there.
     fn let_go(&mut self, state: Option<&ArmState>) {
         let Some(objects) = &mut self.objects else {
             return;
@@ -362,9 +356,7 @@ impl Renderer {
         let Some((q, qd)) = objects.release() else {
             return;
         };
-        let measured = state.filter(|state| {
-            by_torques && q.max_abs_difference(&state.q) > self.watchdog.resync_rad
-        });
+        let measured = state.filter(|_| by_torques);
         let (q, qd) = measured.map_or((q, qd), |state| (state.q, state.qd));
         let _ = self.follower.restart(&q, &qd);
     }
@@ -399,7 +391,12 @@ impl Renderer {
         if elapsed_s < 0.0 {
             return Err(HoldReason::TimeReversed { by_s: -elapsed_s });
         }
-        Ok(self.steps.advance(elapsed_s, self.watchdog.max_step_s))
+        let most_s = self.watchdog.max_step_s;
+        // An arm that does not follow the command has nothing to catch up with.
+        let usual_s = self.steps.usual_s().filter(|_| self.is_detached);
+        Ok(self
+            .steps
+            .advance(elapsed_s, usual_s.unwrap_or(most_s).min(most_s)))
     }
 
     fn check_state(&self, now_s: f64, state: &ArmState) -> Result<(), HoldReason> {
@@ -419,24 +416,26 @@ impl Renderer {
         Ok(())
     }
 
-    /// Makes the command start from the measured state where the two are apart.
-    fn attach(&mut self, state: &ArmState) -> Result<(), HoldReason> {
-        let apart = match self.detached {
-            Detached::No => false,
-            Detached::Always => true,
-            Detached::Held => {
-                self.follower.commanded().max_abs_difference(&state.q) > self.watchdog.resync_rad
-            }
-        };
-        if apart {
-            let bad = |_| HoldReason::NonFiniteState {
-                what: "q",
-                joint: 0,
-            };
-            self.follower.restart(&state.q, &state.qd).map_err(bad)?;
+    /// Commands the arm again from where it is, once it has come to rest; false until then.
+    fn attach(&mut self, state: &ArmState) -> Result<bool, HoldReason> {
+        if !self.is_detached {
+            return Ok(true);
         }
-        self.detached = Detached::No;
-        Ok(())
+        let qd = if self.follower.limits().stop_s(&state.qd) > AT_REST_S {
+            state.qd
+        } else if self.follower.stop_s() > ROUNDING_S {
+            // What is left of the measured speed may be noise, or the end of a motion.
+            return Ok(false);
+        } else {
+            self.is_detached = false;
+            JointVelocities::default()
+        };
+        let bad = |_| HoldReason::NonFiniteState {
+            what: "q",
+            joint: 0,
+        };
+        self.follower.restart(&state.q, &qd).map_err(bad)?;
+        Ok(!self.is_detached)
     }
 
     /// The command that goes along with a touched object; `None` without one.
@@ -582,9 +581,7 @@ impl Renderer {
         // What was under way on an object's path, or back from a surface, is over: it begins anew from where the arm then is.
         self.end_withdrawal();
         self.stop_objects(dt_s);
-        if self.detached == Detached::No {
-            self.detached = Detached::Held;
-        }
+        self.is_detached = true;
         // The step is finite and not negative, so braking cannot fail.
         let _ = self.follower.brake(dt_s);
         RenderStep {

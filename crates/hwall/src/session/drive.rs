@@ -144,7 +144,7 @@ impl<P: Predictor> Controller for Session<P> {
 
     fn world(&mut self, pose: &WorldPose) {
         // A refused place is an event too.
-        let _ = self.perception.world(pose);
+        let _ = Self::world(self, pose);
     }
 
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {

@@ -5,12 +5,14 @@ mod control;
 mod drive;
 mod event;
 mod handover;
+mod perceiving;
 mod perception;
 mod planner;
 mod policy;
 mod response;
 mod target_control;
 mod waiting;
+mod worker;
 mod world;
 
 pub use config::{SessionConfig, session_supervisor};
@@ -19,7 +21,7 @@ pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
 pub use planner::Planner;
-use planner::{PlannerThread, Planning};
+use planner::Planning;
 pub use policy::PolicyConfig;
 pub use target_control::TargetControl;
 pub use world::WorldPose;
@@ -41,11 +43,14 @@ use hwall_haptics::{
 };
 use hwall_kinematics::ArmKinematics;
 use hwall_scene::{Scene, SurfaceId};
+use perceiving::{Apart, Input, Perceiving};
 use perception::Newest;
 use policy::Policy;
 use std::io;
+use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use waiting::Waiting;
+use worker::Worker;
 use world::World;
 
 /// A tracked hand goes in, commands for the arm that carries the board come out.
@@ -58,7 +63,7 @@ use world::World;
 /// each step, once the command has been sent: a step alone never looks for a way.
 /// [`Session::split`] gives the three parts, one for each thread. [`drive`] is the loop for those who do not want to write it.
 pub struct Session<P> {
-    perception: Perception<P>,
+    perceiving: Perceiving<P>,
     control: Control,
     planning: Planning,
 }
@@ -119,6 +124,7 @@ impl<P: Predictor> Session<P> {
             levels: levels.clone(),
             arm_minus_tracker_s: 0.0,
             sender,
+            untold: None,
             barriers,
             openings: opening_receiver,
             felt: config.adapts.then_some(felt),
@@ -166,7 +172,7 @@ impl<P: Predictor> Session<P> {
             unreachable: None,
         };
         Ok(Self {
-            perception,
+            perceiving: Perceiving::Here(Box::new(perception)),
             control,
             planning: Planning::Here(Box::new(Planner {
                 parts: planner.map(|planner| (planner, barrier_receiver)),
@@ -200,21 +206,50 @@ fn touchable_objects(
 impl<P: Predictor> Session<P> {
     /// Takes one frame of the tracker, see [`Perception::frame`].
     pub fn frame(&mut self, frame: &HandFrame) {
-        self.perception.frame(frame);
+        match &mut self.perceiving {
+            Perceiving::Here(perception) => perception.frame(frame),
+            Perceiving::Apart(apart) => apart.put(Input::Frame(*frame)),
+        }
     }
 
     /// Says where the virtual world stands, see [`Perception::world`].
     ///
     /// # Errors
-    /// As for [`Perception::world`].
+    /// As for [`Perception::world`]; of a tracker's half on a thread of its own the event [`EventKind::WorldRefused`] alone tells.
     pub fn world(&mut self, pose: &WorldPose) -> Result<(), SessionError> {
-        self.perception.world(pose)
+        match &mut self.perceiving {
+            Perceiving::Here(perception) => perception.world(pose),
+            Perceiving::Apart(apart) => {
+                apart.put(Input::World(*pose));
+                Ok(())
+            }
+        }
+    }
+
+    /// The difference of the clocks, s, see [`Perception::set_clock_offset_s`].
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn set_clock_offset_s(&mut self, arm_minus_tracker_s: f64) -> Result<(), SessionError> {
+        hwall_numeric::check::finite("arm_minus_tracker_s", arm_minus_tracker_s)?;
+        match &mut self.perceiving {
+            Perceiving::Here(perception) => perception.set_clock_offset_s(arm_minus_tracker_s),
+            Perceiving::Apart(apart) => {
+                apart.put(Input::ClockOffset(arm_minus_tracker_s));
+                Ok(())
+            }
+        }
     }
 
     /// The command for the coming cycle, see [`Control::step`].
     pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        if let Perceiving::Apart(apart) = &mut self.perceiving {
+            apart.hear();
+        }
         let command = self.control.step(now_s, state);
-        self.perception.take_openings();
+        if let Perceiving::Here(perception) = &mut self.perceiving {
+            perception.take_openings();
+        }
         command
     }
 
@@ -228,6 +263,63 @@ impl<P: Predictor> Session<P> {
             Planning::OnThread(thread) if thread.is_over() => self.control.stop(),
             Planning::OnThread(thread) => thread.wake(),
         }
+        if let Perceiving::Apart(apart) = &self.perceiving
+            && apart.is_lost()
+        {
+            self.control.stop();
+        }
+    }
+
+    /// Lets frames be perceived on a thread of their own from now on: [`frame`](Self::frame) then only hands them over, and the first
+    /// [`step`](Self::step) after they were perceived knows of them, usually the next. If the thread should end by a fault, the session
+    /// stops, latched.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn perceive_on_thread(self) -> io::Result<Self>
+    where
+        P: Send + 'static,
+    {
+        let mut session = self.perceive_when_told();
+        if let Perceiving::Apart(apart) = &mut session.perceiving {
+            apart.spawn()?;
+        }
+        Ok(session)
+    }
+
+    /// Perceives frames as [`perceive_on_thread`](Self::perceive_on_thread) does, but without a thread, and steps know of them after
+    /// [`take_perceived`](Self::take_perceived): for a replay.
+    #[must_use]
+    pub fn perceive_when_told(mut self) -> Self {
+        self.perceiving = match self.perceiving {
+            Perceiving::Here(perception) => Perceiving::Apart(Box::new(Apart::new(*perception))),
+            apart => apart,
+        };
+        self
+    }
+
+    /// How often a step knew of new frames, if they are perceived on a thread of their own: for a record.
+    #[must_use]
+    pub fn perceived(&self) -> Option<u64> {
+        match &self.perceiving {
+            Perceiving::Here(_) => None,
+            Perceiving::Apart(apart) => apart.taken(),
+        }
+    }
+
+    /// The next step knows of what was perceived: for a replay.
+    pub fn take_perceived(&mut self) {
+        if let Perceiving::Apart(apart) = &mut self.perceiving {
+            apart.take();
+        }
+    }
+
+    /// Perceives one input that waits; was there one? For a replay.
+    pub fn perceive_next(&mut self) -> bool {
+        match &self.perceiving {
+            Perceiving::Here(_) => false,
+            Perceiving::Apart(apart) => apart.perceive_next(),
+        }
     }
 
     /// Lets goals and ways be looked for on a thread of their own from now on; [`plan`](Self::plan) then only wakes it. What was handed
@@ -238,7 +330,8 @@ impl<P: Predictor> Session<P> {
     pub fn plan_on_thread(mut self, config: PlannerConfig) -> io::Result<Self> {
         if let Planning::Here(mut planner) = self.planning {
             planner.set_config(config);
-            self.planning = Planning::OnThread(PlannerThread::spawn(*planner)?);
+            let thread = Worker::spawn("planner", *planner, Planner::plan)?;
+            self.planning = Planning::OnThread(thread);
         }
         Ok(self)
     }
@@ -280,7 +373,7 @@ impl<P: Predictor> Session<P> {
     pub fn set_texture_levels(&mut self, levels: TextureLevels) {
         let arm = Arc::clone(self.control.renderer.arm());
         self.control.texture = Some(BoardTexture::new(&levels, arm));
-        self.perception.levels = Some(levels);
+        self.perception_mut().levels = Some(levels);
     }
 
     /// What the board is doing, as of the last step.
@@ -291,32 +384,40 @@ impl<P: Predictor> Session<P> {
 
     /// The hand, as of the newest frame, in the base frame; `None` before the first.
     #[must_use]
-    pub const fn tracking(&self) -> Option<&Tracking> {
-        self.perception.tracking()
+    pub fn tracking(&self) -> Option<&Tracking> {
+        match &self.perceiving {
+            Perceiving::Here(perception) => perception.tracking(),
+            Perceiving::Apart(apart) => apart.tracking(),
+        }
     }
 
     /// The contact that the board serves, as of the newest frame, in the base frame.
     #[must_use]
     pub fn contact(&self) -> Option<ContactPrediction> {
-        self.perception.contact()
+        match &self.perceiving {
+            Perceiving::Here(perception) => perception.contact(),
+            Perceiving::Apart(apart) => apart.contact(),
+        }
     }
 
     /// The next event that was not taken yet: those of the frames, then those of the steps, each in order of time.
     pub fn next_event(&mut self) -> Option<Event> {
-        self.perception
-            .next_event()
-            .or_else(|| self.control.next_event())
+        let event = match &mut self.perceiving {
+            Perceiving::Here(perception) => perception.next_event(),
+            Perceiving::Apart(apart) => apart.next_event(),
+        };
+        event.or_else(|| self.control.next_event())
     }
 
-    /// The tracker's half.
+    /// The tracker's half. One on a thread of its own is waited for while it perceives, and waits while it is looked at.
     #[must_use]
-    pub const fn perception(&self) -> &Perception<P> {
-        &self.perception
+    pub fn perception(&self) -> impl Deref<Target = Perception<P>> + '_ {
+        self.perceiving.look()
     }
 
-    /// The tracker's half.
-    pub const fn perception_mut(&mut self) -> &mut Perception<P> {
-        &mut self.perception
+    /// The tracker's half; as [`perception`](Self::perception).
+    pub fn perception_mut(&mut self) -> impl DerefMut<Target = Perception<P>> + '_ {
+        self.perceiving.look_mut()
     }
 
     /// The arm's half.
@@ -348,6 +449,10 @@ impl<P: Predictor> Session<P> {
             Planning::Here(planner) => *planner,
             Planning::OnThread(mut thread) => thread.end().unwrap_or_default(),
         };
-        (self.perception, planner, self.control)
+        let perception = match self.perceiving {
+            Perceiving::Here(perception) => *perception,
+            Perceiving::Apart(apart) => apart.end(),
+        };
+        (perception, planner, self.control)
     }
 }

@@ -44,6 +44,7 @@ pub struct Perception<P> {
     /// What is added to the tracker's time to have the arm's, s.
     pub(super) arm_minus_tracker_s: f64,
     pub(super) sender: Sender,
+    pub(super) untold: Option<Guidance>,
     /// The surfaces that the board stays behind.
     pub(super) barriers: WorldBarriers,
     /// How far the control half has opened doors.
@@ -128,10 +129,24 @@ impl<P: Predictor> Perception<P> {
     /// ([`EventKind::Frame`]); it is never a failure. Nothing is allocated unless the predictor does so, or the world leapt or
     /// tilted since the last frame.
     pub fn frame(&mut self, frame: &HandFrame) {
+        self.listen();
+        self.perceive(frame);
+        self.tell();
+    }
+
+    /// First part of [`frame`](Self::frame): takes what the control half knows by now, which doors are open and what was felt.
+    pub(super) fn listen(&mut self) {
+        self.take_openings();
+        if let Some(felt) = &mut self.felt {
+            felt.listen();
+        }
+    }
+
+    /// Second part.
+    pub(super) fn perceive(&mut self, frame: &HandFrame) {
         let tracking = self.hand.step(frame);
         let gaze = self.gaze.step(frame.t_s, frame.gaze_ray().as_ref());
         let arm_s = frame.t_s + self.arm_minus_tracker_s;
-        self.take_openings();
         self.keep_barriers(arm_s);
         // Surfaces keep their coordinates in the virtual world: the hand is transformed into it.
         let world_from_base = self.world.world_from_base();
@@ -232,6 +247,12 @@ impl<P: Predictor> Perception<P> {
     ///
     /// After a leap (teleport, snap turn: 0.1 m or 5 degrees at once) the predictor starts anew, and the arm brakes until the next frame.
     pub fn world(&mut self, pose: &WorldPose) -> Result<(), SessionError> {
+        self.perceive_world(pose)?;
+        self.tell();
+        Ok(())
+    }
+
+    pub(super) fn perceive_world(&mut self, pose: &WorldPose) -> Result<(), SessionError> {
         let arm_s = pose.t_s + self.arm_minus_tracker_s;
         let change = self.world.take(pose).inspect_err(|_| {
             let t_s = if arm_s.is_finite() {
@@ -269,13 +290,13 @@ impl<P: Predictor> Perception<P> {
         self.openings.take(&mut self.scene);
     }
 
-    /// The board stays behind surfaces where they are now: those of doors that opened, and those of a world in motion.
     /// How often surfaces were told to the planner.
     #[must_use]
     pub const fn told_surfaces(&self) -> u64 {
         self.barriers.told()
     }
 
+    /// The board stays behind surfaces where they are now: those of doors that opened, and those of a world in motion.
     fn keep_barriers(&mut self, arm_s: f64) {
         let place = self.world.base_from_world();
         let kept = self.barriers.keep(&self.scene, &place, self.world.leaps());
@@ -407,7 +428,7 @@ impl<P: Predictor> Perception<P> {
             .is_ok_and(|closest| closest.distance_m <= LIES_M && off_plane_m.abs() <= LIES_M)
     }
 
-    /// Tells the control half where the board shall be.
+    /// Where the control half shall bring the board.
     fn guide(&mut self, foreseen: Option<Foreseen>) {
         let Newest {
             fingertip,
@@ -460,7 +481,14 @@ impl<P: Predictor> Perception<P> {
             _ if fingertip.is_some() => guidance.waits = posture,
             _ => {}
         }
-        self.sender.send(&guidance);
+        self.untold = Some(guidance);
+    }
+
+    /// Last part of [`frame`](Self::frame): tells the control half what was found.
+    pub(super) fn tell(&mut self) {
+        if let Some(guidance) = self.untold.take() {
+            self.sender.send(&guidance);
+        }
     }
 
     /// Fills in where the board shall be for a contact.

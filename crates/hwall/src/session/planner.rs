@@ -1,11 +1,8 @@
 //! What takes long on the arm's side, apart from its steps.
 
 use super::handover::BarrierReceiver;
+use super::worker::Worker;
 use hwall_haptics::PlannerConfig;
-use std::io;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
 
 /// Finds goals and ways for [`Control`](super::Control), which needs no planner to be safe: until there is a new plan it goes on, and
 /// can always stop.
@@ -66,55 +63,5 @@ impl Planner {
 /// A planner where it works.
 pub(super) enum Planning {
     Here(Box<Planner>),
-    OnThread(PlannerThread),
-}
-
-/// A planner on a thread of its own. It sleeps until it is woken.
-pub(super) struct PlannerThread {
-    ends: Arc<AtomicBool>,
-    thread: Option<JoinHandle<Planner>>,
-}
-
-impl PlannerThread {
-    pub(super) fn spawn(mut planner: Planner) -> io::Result<Self> {
-        let ends = Arc::new(AtomicBool::new(false));
-        let is_over = Arc::clone(&ends);
-        let work = move || {
-            while !is_over.load(Ordering::Acquire) {
-                if !planner.plan() {
-                    thread::park();
-                }
-            }
-            planner
-        };
-        let thread = thread::Builder::new().name("planner".to_owned());
-        Ok(Self {
-            ends,
-            thread: Some(thread.spawn(work)?),
-        })
-    }
-
-    /// Only a fault ends it before it is told to.
-    pub(super) fn is_over(&self) -> bool {
-        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
-    }
-
-    pub(super) fn wake(&self) {
-        if let Some(thread) = &self.thread {
-            thread.thread().unpark();
-        }
-    }
-
-    /// Ends the thread. `None`: it has panicked.
-    pub(super) fn end(&mut self) -> Option<Planner> {
-        self.ends.store(true, Ordering::Release);
-        self.wake();
-        self.thread.take()?.join().ok()
-    }
-}
-
-impl Drop for PlannerThread {
-    fn drop(&mut self) {
-        self.end();
-    }
+    OnThread(Worker<Planner>),
 }

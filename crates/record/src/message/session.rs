@@ -100,6 +100,7 @@ pub(crate) fn write_request(writer: &mut Writer<'_>, sequence: u64, request: Req
         Request::Stop => (0, None),
         Request::Reset => (1, None),
         Request::Refused => (3, None),
+        Request::Perceived => (5, None),
         Request::Planned { step, surfaces } => {
             writer.uint64(4, step);
             writer.uint64(5, surfaces);
@@ -344,6 +345,7 @@ impl<'a> Body<'a> {
             1 => Request::Reset,
             3 => Request::Refused,
             4 => Request::Planned { step, surfaces },
+            5 => Request::Perceived,
             2 => Request::ClockOffset {
                 arm_minus_tracker_s: value_s,
             },

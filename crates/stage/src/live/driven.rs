@@ -125,6 +125,8 @@ pub fn run_driven(
     let mut recorder = recorded::begin(&prepared, options)?;
     let session = prepared.session.plan_on_thread(ON_THREAD);
     let session = session.context("no thread for the planner")?;
+    let session = session.perceive_on_thread();
+    let session = session.context("no thread for the tracker's half")?;
     let mut client = FriClient::bind(session.control().arm(), config)?;
     let who = match config.controller {
         Some(named) => format!("the FRI controller {named}"),

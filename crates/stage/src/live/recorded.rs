@@ -42,8 +42,8 @@ pub(super) fn begin(
         epoch_ns: now.map_or(0, |now| u64::try_from(now.as_nanos()).unwrap_or(0)),
         ..RecorderConfig::default()
     };
-    let scene = prepared.session.perception().scene();
-    let mut recorder = recording::start(path, &source, &prepared.arm, scene, &config)?;
+    let perception = prepared.session.perception();
+    let mut recorder = recording::start(path, &source, &prepared.arm, perception.scene(), &config)?;
     recorder.begin(recording::run_of(0, &prepared.filter, ARM_MINUS_TRACKER_S)?);
     Ok(Some(recorder))
 }

@@ -23,6 +23,7 @@ impl Feeler {
 /// The tracker's end: where the hand was when the board felt it.
 pub(in crate::session) struct FeltTouches {
     newest: Arc<AtomicU64>,
+    heard: u64,
     seen: u64,
     /// The touching point in the frame before, in the frame of the scene: when, s, and where, m.
     last: Option<(f64, DVec3)>,
@@ -40,6 +41,7 @@ pub(in crate::session) fn felt_touches() -> (Feeler, FeltTouches) {
     let newest = Arc::new(AtomicU64::new(NONE));
     let touches = FeltTouches {
         newest: Arc::clone(&newest),
+        heard: NONE,
         seen: NONE,
         last: None,
         at_m: None,
@@ -48,6 +50,11 @@ pub(in crate::session) fn felt_touches() -> (Feeler, FeltTouches) {
 }
 
 impl FeltTouches {
+    /// The touches until now count in the next step.
+    pub(in crate::session) fn listen(&mut self) {
+        self.heard = self.newest.load(Ordering::Acquire);
+    }
+
     /// Takes a frame in the frame of the scene and the hand in it, `None` if it is lost; returns where, m, and when, s, on
     /// the clock of the tracker, a touch was felt since the frame before. A touch of a hand that was not seen in both is
     /// not told.
@@ -60,7 +67,7 @@ impl FeltTouches {
         let tip = hand.and_then(|_| frame.contact_point());
         let now = tip.map(|tip| (frame.t_s, tip.position_m));
         let before = std::mem::replace(&mut self.last, now);
-        let bits = self.newest.load(Ordering::Acquire);
+        let bits = self.heard;
         let is_new = std::mem::replace(&mut self.seen, bits) != bits;
         let (now_s, now_m) = now?;
         if self.at_m.is_some_and(|at_m| at_m.distance(now_m) > AWAY_M) {
@@ -114,7 +121,10 @@ mod tests {
     fn a_touch_is_where_the_hand_was_between_two_frames() {
         let (feeler, mut touches) = felt_touches();
         let hand = hand();
-        let mut step = |t_s: f64, x_m: f64| touches.step(&frame(t_s, x_m), Some(&hand), 10.0);
+        let mut step = |t_s: f64, x_m: f64| {
+            touches.listen();
+            touches.step(&frame(t_s, x_m), Some(&hand), 10.0)
+        };
         assert_eq!(step(1.00, 0.00), None);
         feeler.felt(11.005);
         let (at_m, t_s) = step(1.01, 0.02).expect("felt");
@@ -133,15 +143,18 @@ mod tests {
         let hand = hand();
         touches.step(&frame(1.0, 0.0), Some(&hand), 0.0);
         feeler.felt(1.005);
+        touches.listen();
         assert_eq!(touches.step(&frame(1.01, 0.0), None, 0.0), None);
         assert_eq!(touches.step(&frame(1.02, 0.0), Some(&hand), 0.0), None);
         assert_eq!(touches.step(&frame(1.03, 0.0), Some(&hand), 0.0), None);
         for bad_s in [5.0, -5.0, f64::NAN, f64::INFINITY] {
             feeler.felt(bad_s);
+            touches.listen();
             assert_eq!(touches.step(&frame(1.04, 0.0), Some(&hand), 0.0), None);
         }
         // A tracker's clock that stands still or goes back.
         feeler.felt(1.045);
+        touches.listen();
         assert_eq!(touches.step(&frame(1.03, 0.0), Some(&hand), 0.0), None);
     }
 }

@@ -279,7 +279,8 @@ impl ObservedTouch {
 
     /// What was touched instead of what should be.
     fn other_surface<P: Predictor>(&self, session: &Session<P>) -> Option<&'static str> {
-        let surfaces = session.perception().scene().surfaces();
+        let perception = session.perception();
+        let surfaces = perception.scene().surfaces();
         let kind = kind_of(&surfaces.get(self.surface?.0)?.kind);
         match kind {
             Some(kind) if kind == self.stimulus.surface => None,
