@@ -189,6 +189,7 @@ fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap()
         to_the_approach(&mut session, &mut bench);
         let began_s = bench.now_s();
         let (mut held, mut most_rad) = (0, 0.0_f64);
+        let mut last: Option<JointPositions> = None;
         let stood = bench.servo.q();
         // Its drives are off: it stands, and says so.
         for k in 0..3000 {
@@ -201,9 +202,13 @@ fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap()
             while let Some(frame) = bench.next_frame() {
                 session.frame(&frame);
             }
-            match session.step(bench.now_s(), &state) {
-                ArmCommand::Position(q) => most_rad = most_rad.max(q.max_abs_difference(&stood)),
-                _ => held += 1,
+            last = match session.step(bench.now_s(), &state) {
+                ArmCommand::Position(q) => Some(q),
+                _ => None,
+            };
+            match &last {
+                Some(q) => most_rad = most_rad.max(q.max_abs_difference(&stood)),
+                None => held += 1,
             }
             session.plan();
             bench.obey(ArmCommand::Hold);
@@ -213,7 +218,6 @@ fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap()
         assert!(most_rad < 0.8 && held > 1000, "{most_rad} rad, held {held}");
         assert!(bench.now_s() > began_s + 2.9);
         session.reset();
-        let mut last: Option<JointPositions> = None;
         for _ in 0..1500 {
             let command = bench.cycle(&mut session);
             let ArmCommand::Position(q) = command else {
