@@ -27,6 +27,24 @@ pub struct FaultConfig {
     pub seed: u64,
 }
 
+impl FaultConfig {
+    fn validate(&self) -> Result<(), FriError> {
+        for (what, share) in [
+            ("bursts", self.bursts),
+            ("stalls", self.stalls),
+            ("late", self.late),
+            ("leaves", self.leaves),
+        ] {
+            let in_range = (0.0..=1.0).contains(&share);
+            that(in_range, what, share, "between 0 and 1")?;
+        }
+        let jitter = self.stamp_jitter_ms;
+        that(jitter <= 50.0, "stamp_jitter_ms", jitter, "at most 50")?;
+        non_negative("stamp_jitter_ms", jitter)?;
+        Ok(())
+    }
+}
+
 /// Most answers of a burst.
 const BURST: u32 = 4;
 /// Shortest and longest stall, ms.
@@ -60,18 +78,7 @@ pub(super) struct Delay {
 
 impl Faults {
     pub(super) fn new(config: FaultConfig) -> Result<Self, FriError> {
-        for (what, share) in [
-            ("bursts", config.bursts),
-            ("stalls", config.stalls),
-            ("late", config.late),
-            ("leaves", config.leaves),
-        ] {
-            let in_range = (0.0..=1.0).contains(&share);
-            that(in_range, what, share, "between 0 and 1")?;
-        }
-        let jitter = config.stamp_jitter_ms;
-        that(jitter <= 50.0, "stamp_jitter_ms", jitter, "at most 50")?;
-        non_negative("stamp_jitter_ms", jitter)?;
+        config.validate()?;
         Ok(Self {
             config,
             generator: Pcg64::seed_from_u64(config.seed),
@@ -81,6 +88,13 @@ impl Faults {
             leaves: false,
             delay: None,
         })
+    }
+
+    /// From the next cycle on; the seed stays.
+    pub(super) fn set(&mut self, config: FaultConfig) -> Result<(), FriError> {
+        config.validate()?;
+        self.config = config;
+        Ok(())
     }
 
     /// One cycle of `period_ms`; the time stamp of its message is off by what is returned, s.

@@ -1,7 +1,7 @@
 //! The controller as a pure state machine: datagrams in, a datagram out, once in every send period.
 
 use super::config::ControllerConfig;
-use super::faults::{Delay, Faults};
+use super::faults::{Delay, FaultConfig, Faults};
 use super::message::{Measured, monitor_message};
 use super::plant::SimulatedPlant;
 use super::quality::AnswerWindow;
@@ -601,6 +601,16 @@ impl<P: SimulatedPlant> Controller<P> {
     #[must_use]
     pub const fn plant(&self) -> &P {
         &self.plant
+    }
+
+    /// What goes wrong with the connection from now on; the seed stays.
+    ///
+    /// # Errors
+    /// A setting outside its range; nothing is then changed.
+    pub fn set_faults(&mut self, faults: FaultConfig) -> Result<(), FriError> {
+        self.faults.set(faults)?;
+        self.config.faults = faults;
+        Ok(())
     }
 
     /// The simulated arm, to push it or to ask it for its state.

@@ -1,6 +1,6 @@
 //! One run: an arm, a session, a hand with a mass, and a fault at a moment of a touch.
 
-use super::fault::{Fault, Input, Spoiled};
+use super::fault::{Fault, Input, Link, Spoiled};
 use super::number::WrongNumber;
 use super::outcome::{After, Outcome, Reached};
 use super::phase::Phase;
@@ -16,6 +16,7 @@ use hwall::haptics::{
 use hwall::{
     EventKind, Session, SessionConfig, SessionState, Walls, WallsConfig, session_supervisor,
 };
+use hwall_fri::controller::FaultConfig;
 use hwall_geometry::Wrench;
 use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
@@ -113,6 +114,7 @@ impl Setup {
     }
 }
 
+/// An arm, a session and a hand.
 pub(super) struct Bench {
     pub(super) session: Session<SpoiledPredictor>,
     pub(super) arm: SimulatedArm,
@@ -121,6 +123,8 @@ pub(super) struct Bench {
     script: Script,
     /// What the script is of.
     phase: Phase,
+    /// What is wrong with the connection.
+    link: Option<Link>,
     /// When the script began, s.
     script_from_s: f64,
     /// What the session answered in the last cycle; `None` if it was not asked.
@@ -139,17 +143,20 @@ pub(super) struct Bench {
 }
 
 impl Bench {
+    /// `level`: how much of the arm is simulated; `None`: a servo arm behind FRI.
     pub(super) fn new(
         setup: &Setup,
         phase: Phase,
-        level: ArmLevel,
+        level: Option<ArmLevel>,
         seed: u64,
     ) -> anyhow::Result<Self> {
         let (scene, walls) = setup.scene(phase);
         let mut supervisor = session_supervisor();
         supervisor.head.frozen_s = Some(HEAD_FROZEN_S);
         let config = SessionConfig {
-            object_command: level.object_command(&setup.arm, &setup.board)?,
+            object_command: level
+                .unwrap_or(ArmLevel::Servo)
+                .object_command(&setup.arm, &setup.board)?,
             supervisor: Some(supervisor),
             ..SessionConfig::default()
         };
@@ -164,13 +171,24 @@ impl Bench {
         let model = Arc::clone(session.control().arm());
         let start = walls.waiting.unwrap_or(setup.arm.start());
         let hand = HandBodyConfig::default();
+        let arm = match level {
+            Some(level) => SimulatedArm::new(level, &setup.arm, model, &setup.board, start, seed)?,
+            None => {
+                let sound = FaultConfig {
+                    seed,
+                    ..FaultConfig::default()
+                };
+                SimulatedArm::behind_fri(model, start, sound, DT_S)?
+            }
+        };
         Ok(Self {
-            arm: SimulatedArm::new(level, &setup.arm, model, &setup.board, start, seed)?,
+            arm,
             session,
             hand: HandBody::new(hand, TARGET_M + REST_M, DVec3::ZERO)?,
             script_is_over: false,
             script: Script::of(phase),
             phase,
+            link: None,
             script_from_s: 0.0,
             command: None,
             asked: Asked::default(),
@@ -229,6 +247,16 @@ impl Bench {
             if fault.is_none() {
                 self.last_frame = frame;
             }
+        }
+        let link = match fault {
+            Some((Fault::Link(link), _)) => Some(link),
+            _ => None,
+        };
+        if let SimulatedArm::Fri(arm) = &mut self.arm
+            && self.link != link
+        {
+            arm.set_faults(link.map(Link::faults).unwrap_or_default())?;
+            self.link = link;
         }
         let state = self.arm.state()?;
         if fault.is_none() {
@@ -383,14 +411,22 @@ impl Bench {
         match fault {
             Some((Fault::Refused, _)) if command != ArmCommand::Hold => {
                 self.session.stop();
-                self.arm.command(ArmCommand::Hold)?;
+                self.hand_to_arm(ArmCommand::Hold)?;
             }
             Some((Fault::NotObeyed, since_s)) if command == ArmCommand::Hold => {
                 let mut q: JointPositions = self.last_state.map_or(self.arm.q(), |state| state.q);
                 q[0] += 0.3 * since_s;
-                self.arm.command(ArmCommand::Position(q))?;
+                self.hand_to_arm(ArmCommand::Position(q))?;
             }
-            _ => self.arm.command(command)?,
+            _ => self.hand_to_arm(command)?,
+        }
+        Ok(())
+    }
+
+    fn hand_to_arm(&mut self, command: ArmCommand) -> anyhow::Result<()> {
+        match self.arm.command(command) {
+            Err(error) if SimulatedArm::is_transient(&error) => self.session.refused(),
+            taken => taken?,
         }
         Ok(())
     }
@@ -507,7 +543,8 @@ pub(super) fn run(
     (fault, phase, level): (Fault, Phase, ArmLevel),
     seed: u64,
 ) -> anyhow::Result<Outcome> {
-    let mut bench = Bench::new(setup, phase, level, seed)?;
+    let behind_fri = matches!(fault, Fault::Link(_));
+    let mut bench = Bench::new(setup, phase, (!behind_fri).then_some(level), seed)?;
     let (mut last, mut since_s, mut released_s) = (bench.session.state(), 0.0, None);
     loop {
         let released = released_s.is_some_and(|at| bench.t_s - at > 0.05);

@@ -1,6 +1,7 @@
 //! What goes wrong.
 
 use super::phase::Phase;
+use hwall_fri::controller::FaultConfig;
 
 /// An input of the session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -44,6 +45,54 @@ pub enum Spoiled {
     Missing,
 }
 
+/// What is wrong with the connection to an arm behind FRI.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Link {
+    /// Answers do not reach the controller, and the client has sent them.
+    Losses,
+    /// None arrive for 20 to 200 ms.
+    Stalls,
+    /// They arrive one to three cycles late.
+    Late,
+    /// The controller's time stamps jitter by 3 ms.
+    StampJitter,
+    /// The quality falls to FAIR, or the controller ends commanding for a while.
+    Leaves,
+}
+
+impl Link {
+    const ALL: [Self; 5] = [
+        Self::Losses,
+        Self::Stalls,
+        Self::Late,
+        Self::StampJitter,
+        Self::Leaves,
+    ];
+
+    /// Often enough that a second has some.
+    pub(super) fn faults(self) -> FaultConfig {
+        let mut faults = FaultConfig::default();
+        match self {
+            Self::Losses => faults.bursts = 0.05,
+            Self::Stalls => faults.stalls = 0.01,
+            Self::Late => faults.late = 0.2,
+            Self::StampJitter => faults.stamp_jitter_ms = 3.0,
+            Self::Leaves => faults.leaves = 0.005,
+        }
+        faults
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Losses => "answers lost on the link",
+            Self::Stalls => "link stalls",
+            Self::Late => "answers late on the link",
+            Self::StampJitter => "stamps of the link jitter",
+            Self::Leaves => "link leaves commanding",
+        }
+    }
+}
+
 /// A fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fault {
@@ -69,6 +118,8 @@ pub enum Fault {
     NotObeyed,
     /// [`Session::stop`](hwall::Session::stop) is called.
     Stop,
+    /// The connection to an arm behind FRI. To other arms nothing happens.
+    Link(Link),
 }
 
 impl Fault {
@@ -110,6 +161,7 @@ impl Fault {
             .into_iter()
             .chain(spoiled)
             .chain(others)
+            .chain(Link::ALL.map(Self::Link))
             .collect()
     }
 
@@ -127,6 +179,7 @@ impl Fault {
             Self::Refused => return "commands refused".to_owned(),
             Self::NotObeyed => return "a hold is not obeyed".to_owned(),
             Self::Stop => return "stop asked for".to_owned(),
+            Self::Link(link) => return link.name().to_owned(),
             Self::Spoiled(input, kind) => (input, kind),
         };
         let input = match input {
@@ -159,6 +212,7 @@ impl Fault {
         use Spoiled::{Frozen, Jumping};
         Some(match self {
             Self::None => "no fault",
+            Self::Link(_) => "the client bounds its commands by what has arrived",
             Self::Spoiled(Gaze, _) => "the hand tells the place, or there is none",
             Self::Spoiled(Frames | Fingertip | Palm | Head | Target, _) | Self::SelfCollision
                 if phase.is_touched() =>

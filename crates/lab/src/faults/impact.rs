@@ -54,7 +54,7 @@ pub(super) fn run(
     (level, mass_kg, stiffness_n_per_m): (ArmLevel, f64, f64),
     seed: u64,
 ) -> anyhow::Result<Impact> {
-    let mut bench = Bench::new(setup, Phase::InPlace, level, seed)?;
+    let mut bench = Bench::new(setup, Phase::InPlace, Some(level), seed)?;
     // In place, and at rest there, before the hand of the script comes.
     while bench.t_s < 2.1 {
         bench.cycle(None)?;

@@ -9,9 +9,10 @@ use hwall::SessionState;
 use hwall::haptics::{ArmCommand, Planner, PlannerConfig};
 use hwall_kinematics::JointPositions;
 use hwall_stage::input::counted::Asked;
-use hwall_stage::run::simulated_arm::ArmLevel;
+use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
 use hwall_testkit::{AttackReport, Finding, Sampler};
 use rayon::prelude::*;
+use std::iter::zip;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
@@ -34,6 +35,8 @@ const SLACK: f64 = 1.0 + 1e-6;
 const ROUNDING_RAD: f64 = 1e-12;
 /// After a stall a command makes up for so many cycles at most.
 const CAUGHT_UP: u32 = 4;
+/// A servo that lags behind its commands may be faster than they are, by this factor.
+const SERVO_SHARE: f64 = 1.05;
 /// Findings that are kept.
 const MOST_FINDINGS: usize = 20;
 
@@ -46,7 +49,15 @@ struct Disturbance {
 }
 
 impl Disturbance {
-    fn draw(faults: &[Fault], sampler: &mut Sampler) -> Self {
+    /// On an arm behind FRI every other fault is one of its link.
+    fn draw(faults: &[Fault], behind_fri: bool, sampler: &mut Sampler) -> Self {
+        let links = behind_fri && sampler.bool();
+        let first_link = faults.iter().position(|f| matches!(f, Fault::Link(_)));
+        let faults = match first_link {
+            Some(first) if links => &faults[first..],
+            Some(first) => &faults[..first],
+            None => faults,
+        };
         let kind = sampler.index(4);
         let fault = (kind != 0).then(|| faults[sampler.index(faults.len())]);
         let number = (kind < 2).then(|| WrongNumber::draw(sampler));
@@ -78,9 +89,21 @@ fn cycle(
     fault: Option<(Fault, f64)>,
     number: Option<&WrongNumber>,
 ) -> Result<bool, String> {
+    let from = bench.arm.q();
     bench
         .cycle_with(fault, number)
         .map_err(|error| format!("the arm refused a command: {error:#}"))?;
+    // Whatever its link did: a servo that lags catches up a little faster.
+    if let SimulatedArm::Fri(_) = &bench.arm {
+        let to = bench.arm.q();
+        let moved_rad = zip(to.0, from.0).map(|(to, from)| (to - from).abs());
+        for (joint, (moved_rad, most)) in zip(moved_rad, max_velocity_rad_per_s).enumerate() {
+            let share = moved_rad / (most * DT_S);
+            if share > SERVO_SHARE {
+                return Err(format!("joint {} at {share} of its speed", joint + 1));
+            }
+        }
+    }
     while bench.session.next_event().is_some() {}
     let looks = bench.session.control().renderer().follower().looks();
     if looks > PlannerConfig::default().looks + Planner::MOST_LOOKS {
@@ -211,7 +234,7 @@ fn runs_of_an_arm(
     let scenes = [Phase::TouchedWall, Phase::TouchedDoor, Phase::Sliding];
     let arm = first / RUNS_OF_AN_ARM;
     let phase = scenes[(arm % 3) as usize];
-    let level = [ArmLevel::Servo, ArmLevel::Torque][(arm / 3 % 2) as usize];
+    let level = [Some(ArmLevel::Servo), Some(ArmLevel::Torque), None][(arm / 3 % 3) as usize];
     let faults = Fault::all();
     let mut sampler = Sampler::new(seed.wrapping_mul(1_000_003).wrapping_add(first));
     let limits = *setup.max_velocity_rad_per_s();
@@ -220,7 +243,7 @@ fn runs_of_an_arm(
     // A run begins with the arm under way: its first position is not the first after a hold.
     let mut before = None;
     for number in first..first + count {
-        let disturbance = Disturbance::draw(&faults, &mut sampler);
+        let disturbance = Disturbance::draw(&faults, level.is_none(), &mut sampler);
         let sound = 100 + sampler.index(1200);
         let start = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| {

@@ -82,6 +82,10 @@ pub fn run(request: &Request, progress: impl Fn(usize, usize) + Sync) -> anyhow:
     };
     for level in &request.levels {
         for fault in Fault::all().into_iter().filter(asked) {
+            // Only a servo arm is behind FRI.
+            if matches!(fault, Fault::Link(_)) && *level != ArmLevel::Servo {
+                continue;
+            }
             for phase in Phase::ALL {
                 jobs.push((fault, phase, *level));
             }

@@ -46,6 +46,15 @@ impl FriArm {
         self.client.transport_mut().controller_mut().plant_mut()
     }
 
+    /// What goes wrong with the connection from now on.
+    ///
+    /// # Errors
+    /// A setting outside its range; nothing is then changed.
+    pub fn set_faults(&mut self, faults: FaultConfig) -> Result<(), FriError> {
+        let controller = self.client.transport_mut().controller_mut();
+        controller.set_faults(faults)
+    }
+
     /// The next message.
     pub(super) fn advance(&mut self) -> Result<(), ArmError> {
         Ok(self.client.wait_for_message(NEXT).map(|_| ())?)
