@@ -208,18 +208,24 @@ impl Renderer {
         state: &ArmState,
         input: &RenderInput<'_>,
     ) -> RenderStep {
-        let dt_s = match self.tick(now_s) {
+        let usual_s = self.steps.usual_s();
+        let mut dt_s = match self.tick(now_s) {
             Ok(dt_s) => dt_s,
             Err(reason) => return self.hand_over(reason, 0.0),
         };
         if let Err(reason) = self.check_state(now_s, state) {
             return self.hand_over(reason, dt_s);
         }
+        let was_detached = self.is_detached;
         let request = match self.attach(state) {
             Ok(true) => input.request,
             Ok(false) => Some(SafeRequest::Hold),
             Err(reason) => return self.hand_over(reason, dt_s),
         };
+        if was_detached {
+            // The first command has nothing to catch up with.
+            dt_s = dt_s.min(usual_s.unwrap_or(dt_s));
+        }
         let felt = match self.felt(state) {
             Ok(felt) => felt,
             Err(reason) => return self.hand_over(reason, dt_s),
@@ -391,12 +397,7 @@ impl Renderer {
         if elapsed_s < 0.0 {
             return Err(HoldReason::TimeReversed { by_s: -elapsed_s });
         }
-        let most_s = self.watchdog.max_step_s;
-        // An arm that does not follow the command has nothing to catch up with.
-        let usual_s = self.steps.usual_s().filter(|_| self.is_detached);
-        Ok(self
-            .steps
-            .advance(elapsed_s, usual_s.unwrap_or(most_s).min(most_s)))
+        Ok(self.steps.advance(elapsed_s, self.watchdog.max_step_s))
     }
 
     fn check_state(&self, now_s: f64, state: &ArmState) -> Result<(), HoldReason> {

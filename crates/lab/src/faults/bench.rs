@@ -298,6 +298,14 @@ impl Bench {
         Ok(())
     }
 
+    /// Ends what is latched, as a person would, at the controller too.
+    pub(super) fn reset(&mut self) {
+        if let SimulatedArm::Fri(arm) = &mut self.arm {
+            arm.acknowledge();
+        }
+        self.session.reset();
+    }
+
     /// What the tracker sees.
     fn frame(&mut self, t_s: f64, fault: Option<(Fault, f64)>) -> HandFrame {
         let tip_m = self.hand.position_m();

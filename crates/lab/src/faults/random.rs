@@ -79,7 +79,7 @@ struct Before {
 
 /// No step asks for more poses of configurations, or configurations of poses: some 20 and 10 us.
 const MOST_FORWARD: u32 = 60;
-const MOST_INVERSE: u32 = 8;
+const MOST_INVERSE: u32 = 9;
 
 /// One cycle, and whether its command keeps its promises; answers whether a safe state is in force.
 fn cycle(
@@ -186,7 +186,7 @@ fn run(
         bench.goes_again(true);
         named |= cycle(bench, limits, before, None, None)?;
     }
-    bench.session.reset();
+    bench.reset();
     for _ in 0..AFTER_RESET {
         bench.goes_again(true);
         cycle(bench, limits, before, None, None)?;

@@ -60,6 +60,11 @@ impl FriArm {
         Ok(self.client.wait_for_message(NEXT).map(|_| ())?)
     }
 
+    /// Whoever stands at the controller lets its application ask for commands again after a limit ended them.
+    pub fn acknowledge(&mut self) {
+        self.client.transport_mut().controller_mut().acknowledge();
+    }
+
     /// What the client has counted.
     #[must_use]
     pub const fn statistics(&self) -> &ClientStatistics {
