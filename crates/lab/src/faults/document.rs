@@ -223,6 +223,9 @@ const EXPLAINED: &str = "\
   a hand that knocks on the board, and the board stands as if touched.
 - **Stuck**: a safe state was in force at the end of the run, after the reset; the reason is that one. A second fault may have been
   found since the reset.
+- **Link**: the same arm behind FRI at 1 kHz. Answers lost: 5 % of the cycles begin a burst of one to four. Stalls of 20 to 200 ms: 1 %. Late by
+  one to three cycles: 20 %. Stamps off by up to 3 ms. Leaves: in 0.5 % of the cycles the quality falls to FAIR, or commanding ends, for a
+  while. The loop has the arm's clock.
 - **Commands refused**: the loop stops the session, as `drive` does. **A hold is not obeyed**: a stop is asked for, and joint 1
   goes on turning at 0.3 rad/s. The supervisor finds out that the arm moves on (`not_obeyed`), but nothing
   but a brake of the arm's own ends that. See how far the board moves.
