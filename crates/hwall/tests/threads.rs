@@ -1,12 +1,15 @@
-//! The halves of a session on two threads.
+//! The halves of a session on two threads, and a session whose perception has its own.
 
 mod common;
 
-use common::{Bench, DT_S, Hand, TRACKER_S, session, wall};
+use common::{Bench, DT_S, Hand, TRACKER_S, iiwa, session, wall};
+use hwall::contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall::glam::DVec3;
-use hwall::haptics::ArmCommand;
-use hwall::{EventKind, SessionState};
+use hwall::haptics::{ArmCommand, Board};
+use hwall::scene::Scene;
+use hwall::{EventKind, Session, SessionConfig, SessionState, maps_of};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
@@ -119,4 +122,96 @@ fn threads_that_run_freely_both_make_progress() {
         assert!(steps as f64 * DT_S >= (FRAMES - 1) as f64 * TRACKER_S);
         assert!(last.is_some());
     });
+}
+
+/// Foresees nothing, and takes its time: until the other side has sent a word. `false` is one that it does not survive.
+struct Waiting {
+    word: Receiver<bool>,
+}
+
+impl Predictor for Waiting {
+    fn predict(&mut self, _: &Scene, _: &PredictorInput<'_>) -> &[ContactPrediction] {
+        assert!(self.word.recv().unwrap_or(true), "a fault of the predictor");
+        &[]
+    }
+}
+
+/// A session whose frames are perceived on a thread of their own.
+fn apart() -> (Session<Waiting>, Sender<bool>) {
+    let (say, word) = channel();
+    let (arm, scene) = (iiwa(), wall(0.6));
+    let maps = maps_of(&scene, &arm).expect("maps");
+    let session = Session::new(
+        &arm,
+        &Board::default(),
+        scene,
+        maps,
+        Waiting { word },
+        SessionConfig::default(),
+    );
+    let session = session.expect("a session").perceive_on_thread();
+    (session.expect("a thread"), say)
+}
+
+/// Steps until this holds, as long as it takes; frames come meanwhile.
+fn step_until(
+    session: &mut Session<Waiting>,
+    bench: &mut Bench,
+    until: impl Fn(&Session<Waiting>) -> bool,
+) {
+    while !until(session) {
+        cycle(session, bench);
+        thread::yield_now();
+    }
+}
+
+fn cycle(session: &mut Session<Waiting>, bench: &mut Bench) {
+    while let Some(frame) = bench.next_frame() {
+        session.frame(&frame);
+    }
+    let command = session.step(bench.now_s(), &bench.state());
+    session.plan();
+    bench.obey(command);
+}
+
+#[test]
+fn steps_go_on_while_a_frame_is_perceived() {
+    let (mut session, say) = apart();
+    let mut bench = Bench::new(hand());
+    // Far more frames than may wait: the oldest are left out.
+    let until_s = 200.0 * TRACKER_S;
+    while bench.now_s() < until_s {
+        cycle(&mut session, &mut bench);
+    }
+    assert_eq!(session.perceived(), Some(0));
+    assert!(session.tracking().is_none());
+    // The sender goes: nothing is waited for any more.
+    drop(say);
+    step_until(&mut session, &mut bench, |session| {
+        session.perceived() > Some(1)
+    });
+    let seen_s = session
+        .tracking()
+        .and_then(|t| t.state())
+        .map(|state| state.t_s);
+    assert!(
+        seen_s.is_some_and(|seen_s| seen_s > until_s - 64.0 * TRACKER_S),
+        "{seen_s:?}"
+    );
+    // The half comes back, with its thread ended.
+    let (perception, _, _) = session.split();
+    assert!(perception.tracking().is_some());
+}
+
+#[test]
+fn a_session_whose_perception_ends_by_a_fault_stops() {
+    let (mut session, say) = apart();
+    let mut bench = Bench::new(hand());
+    say.send(false).expect("the thread listens");
+    step_until(&mut session, &mut bench, |session| {
+        session.control().is_latched()
+    });
+    let command = session.step(bench.now_s(), &bench.state());
+    assert_eq!(command, ArmCommand::Hold);
+    assert_eq!(session.perceived(), Some(0));
 }

@@ -67,7 +67,15 @@ impl<P: Predictor> Controller for Recorded<'_, P> {
     }
 
     fn plan(&mut self) {
+        let was_latched = self.session.control().is_latched();
         self.session.plan();
+        // A thread was lost: the session has stopped itself.
+        if !was_latched
+            && self.session.control().is_latched()
+            && let Some(recorder) = &mut self.recorder
+        {
+            recorder.request(Request::Stop);
+        }
     }
 
     fn refused(&mut self) {

@@ -25,7 +25,7 @@ pub enum Request {
         /// The number of the surfaces that it knew.
         surfaces: u64,
     },
-    /// None of a person: the coming cycle knows of the frames before that were perceived on a thread of their own
+    /// Asked by nobody: from the coming cycle on, the session knows what the thread of its perception has found
     /// ([`Session::perceived`](hwall::Session::perceived)).
     Perceived,
     /// [`Session::set_clock_offset_s`](hwall::Session::set_clock_offset_s).

@@ -32,6 +32,8 @@ const MAX_FORCE_N: f64 = 1e4;
 
 /// A board that stops within this time counts as one at rest, s: it may go along with an object, or be commanded again after a hold.
 const AT_REST_S: f64 = 0.02;
+/// Slower joints stand, however gently they may be braked: velocities have some 5e-4 of noise, rad/s.
+const NOISE_RAD_PER_S: f64 = 5e-3;
 /// A motion that could stop within this time has stopped, s.
 const ROUNDING_S: f64 = 1e-9;
 /// A finger within this of the middle of the face keeps the board on a moving object between two pushes, m.
@@ -301,6 +303,10 @@ impl Renderer {
                 None => command,
             }
         };
+        if command == ArmCommand::Hold && !self.is_detached {
+            self.let_go(None);
+            self.is_detached = true;
+        }
         RenderStep {
             command,
             phase,
@@ -422,7 +428,13 @@ impl Renderer {
         if !self.is_detached {
             return Ok(true);
         }
-        let qd = if self.follower.limits().stop_s(&state.qd) > AT_REST_S {
+        let fastest = state
+            .qd
+            .0
+            .iter()
+            .fold(0.0, |most: f64, qd| most.max(qd.abs()));
+        let stop_s = self.follower.limits().stop_s(&state.qd);
+        let qd = if stop_s > AT_REST_S && fastest > NOISE_RAD_PER_S {
             state.qd
         } else if self.follower.stop_s() > ROUNDING_S {
             // What is left of the measured speed may be noise, or the end of a motion.

@@ -271,8 +271,8 @@ impl<P: Predictor> Session<P> {
     }
 
     /// Lets frames be perceived on a thread of their own from now on: [`frame`](Self::frame) then only hands them over, and the first
-    /// [`step`](Self::step) after they were perceived knows of them, usually the next. If the thread should end by a fault, the session
-    /// stops, latched.
+    /// [`step`](Self::step) after they were perceived knows of them, usually the next. If the thread should end by a fault, a session
+    /// with a supervisor stops, latched.
     ///
     /// # Errors
     /// The system gives no thread.
@@ -310,7 +310,7 @@ impl<P: Predictor> Session<P> {
     /// The next step knows of what was perceived: for a replay.
     pub fn take_perceived(&mut self) {
         if let Perceiving::Apart(apart) = &mut self.perceiving {
-            apart.take();
+            apart.take_without_thread();
         }
     }
 
@@ -382,7 +382,7 @@ impl<P: Predictor> Session<P> {
         self.control.state()
     }
 
-    /// The hand, as of the newest frame, in the base frame; `None` before the first.
+    /// The hand, as of the newest frame that a step knows of, in the base frame; `None` before the first.
     #[must_use]
     pub fn tracking(&self) -> Option<&Tracking> {
         match &self.perceiving {
@@ -391,7 +391,7 @@ impl<P: Predictor> Session<P> {
         }
     }
 
-    /// The contact that the board serves, as of the newest frame, in the base frame.
+    /// The contact that the board serves, as of the newest frame that a step knows of, in the base frame.
     #[must_use]
     pub fn contact(&self) -> Option<ContactPrediction> {
         match &self.perceiving {
@@ -409,7 +409,7 @@ impl<P: Predictor> Session<P> {
         event.or_else(|| self.control.next_event())
     }
 
-    /// The tracker's half. One on a thread of its own is waited for while it perceives, and waits while it is looked at.
+    /// The tracker's half, for one look at a time. One on a thread of its own is waited for while it perceives, and waits while it is looked at.
     #[must_use]
     pub fn perception(&self) -> impl Deref<Target = Perception<P>> + '_ {
         self.perceiving.look()

@@ -78,7 +78,7 @@ pub(super) enum Input {
     ClockOffset(f64),
 }
 
-/// As many inputs wait at most; the oldest are left out. It is half a second of frames: the guidance of older ones is too old.
+/// At most this many inputs wait, about half a second of frames. The oldest frames are left out: their guidance would be too old.
 const CAPACITY: usize = 64;
 
 /// What both threads work on, never at the same time: the worker while it is asked, the control loop while it is not.
@@ -113,8 +113,8 @@ impl<P> Shared<P> {
 
 /// The tracker's half, which perceives what it was given while the control loop goes on.
 ///
-/// What the control loop knows goes along with the inputs, and what was found is told when a step begins: what a step knows depends only on
-/// the order of these two. A replay keeps to that order without a thread.
+/// Inputs are handed over together with what the control loop knows then; findings are taken as a step begins. What a step knows depends only
+/// on the order of the two. A replay keeps to that order without a thread.
 pub(super) struct Apart<P> {
     shared: Arc<Shared<P>>,
     /// `None`: a replay.
@@ -156,6 +156,9 @@ impl<P: Predictor> Apart<P> {
     where
         P: Send + 'static,
     {
+        if self.worker.is_some() {
+            return Ok(());
+        }
         let shared = Arc::clone(&self.shared);
         self.worker = Some(Worker::spawn("perception", (), move |()| {
             if !shared.is_asked.load(Ordering::Acquire) {
@@ -172,7 +175,9 @@ impl<P: Predictor> Apart<P> {
 
     pub(super) fn put(&mut self, input: Input) {
         if self.inbox.len() == CAPACITY {
-            self.inbox.pop_front();
+            // A place of the world, or a difference of the clocks, counts until there is a newer one.
+            let frame = self.inbox.iter().position(|i| matches!(i, Input::Frame(_)));
+            self.inbox.remove(frame.unwrap_or(0));
         }
         self.inbox.push_back(input);
         self.give();
@@ -206,8 +211,14 @@ impl<P: Predictor> Apart<P> {
         self.worker.is_none() && self.shared.desk().perceive_next()
     }
 
-    /// Takes what was found.
-    pub(super) fn take(&mut self) {
+    /// Takes what was found, in a replay.
+    pub(super) fn take_without_thread(&mut self) {
+        if self.worker.is_none() {
+            self.take();
+        }
+    }
+
+    fn take(&mut self) {
         if !self.is_away {
             return;
         }
@@ -252,8 +263,8 @@ impl<P: Predictor> Apart<P> {
     }
 }
 
-impl<P> Apart<P> {
-    /// Ends the thread.
+impl<P: Predictor> Apart<P> {
+    /// Ends the thread, and tells what it has found.
     pub(super) fn end(mut self) -> Perception<P> {
         if let Some(mut worker) = self.worker.take() {
             worker.end();
@@ -263,7 +274,9 @@ impl<P> Apart<P> {
             match Arc::try_unwrap(shared) {
                 Ok(Shared { desk, .. }) => {
                     let desk = desk.into_inner().unwrap_or_else(PoisonError::into_inner);
-                    return desk.perception;
+                    let mut perception = desk.perception;
+                    perception.tell();
+                    return perception;
                 }
                 // A thread that has ended lets go of it.
                 Err(held) => shared = held,

@@ -284,7 +284,8 @@ impl Control {
         let touched = heard && self.contact.is_some_and(|contact| !contact.world_moved);
         // The arm brakes by itself; the motion waits for it.
         let stands = |s| matches!(s, SessionState::Holding(_) | SessionState::Safe(_));
-        let braking = touched && stands(self.state);
+        let holds = |step: hwall_haptics::RenderStep| step.command == ArmCommand::Hold;
+        let braking = touched && (stands(self.state) || self.step.is_some_and(holds));
         let surface_motion = self.surface_motion();
         let guidance = &self.guidance;
         let texture = self.texture.as_mut()?;
