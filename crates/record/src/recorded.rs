@@ -67,13 +67,11 @@ impl<P: Predictor> Controller for Recorded<'_, P> {
     }
 
     fn plan(&mut self) {
-        let was_latched = self.session.control().is_latched();
         self.session.plan();
-        // A thread was lost: the session has stopped itself.
-        if !was_latched
-            && self.session.control().is_latched()
+        if self.session.has_lost_thread()
             && let Some(recorder) = &mut self.recorder
         {
+            // The session has stopped itself.
             recorder.request(Request::Stop);
         }
     }

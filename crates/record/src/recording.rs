@@ -17,7 +17,7 @@ pub enum Request {
     Reset,
     /// [`Session::refused`](hwall::Session::refused).
     Refused,
-    /// None of a person: with the coming cycle the session heard from its planner on a thread of its own
+    /// Asked by nobody: in the coming cycle the session takes an answer of its planner's thread
     /// ([`Session::planned`](hwall::Session::planned)).
     Planned {
         /// The step that the planner was asked about.

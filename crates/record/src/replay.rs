@@ -5,7 +5,7 @@ use crate::file::Ending;
 use crate::recording::{Input, Inputs, Recording, Request};
 use crate::setup::{Run, Setup};
 use hwall::contact::Predictor;
-use hwall::haptics::ArmCommand;
+use hwall::haptics::{ArmCommand, PlannerConfig};
 use hwall::{Controller, Planner, Session};
 use std::collections::VecDeque;
 use std::fmt;
@@ -150,8 +150,11 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
             if of_run(inputs.clone()).any(|i| matches!(i, Input::Request(Request::Perceived))) {
                 session = session.perceive_when_told();
             }
-            under_way = Some((session, run.number, 0));
             plans = Plans::of_run(inputs.clone());
+            if let Some((_, planner)) = session.planning().filter(|_| plans.are_recorded) {
+                planner.set_config(PlannerConfig::on_thread());
+            }
+            under_way = Some((session, run.number, 0));
             replayed.runs += 1;
             continue;
         }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{file, hand, iiwa, recorder, run, session_of, skeleton};
-use hwall::haptics::{ArmCommand, Board, PlannerConfig};
+use hwall::haptics::{ArmCommand, Board};
 use hwall::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm};
 use hwall_record::{
     Ending, Input, Overflow, RecordError, Recorder, RecorderConfig, Recording, Request, Run,
@@ -216,7 +216,7 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
         let path = file(&format!("planner-{pause_us}.mcap"));
         let mut to = recorder(&path, &RecorderConfig::simulated());
         let session = session_of(&common::setup());
-        let session = session.plan_on_thread(PlannerConfig::default()).unwrap();
+        let session = session.plan_on_thread().unwrap();
         let session = session.perceive_on_thread().unwrap();
         let pause = Duration::from_micros(pause_us);
         let commands = common::run_of(&mut to, 0, 3.0, session, pause);

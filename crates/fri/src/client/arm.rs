@@ -150,9 +150,12 @@ impl<T: Transport> FriClient<T> {
         let reflected = self.newest()?.message.header.reflected_sequence;
         match self.motion.and_then(|_| self.answers.held(reflected)) {
             Some(held) => Ok(held),
-            // Nothing was commanded: the interpolator holds the arm.
+            // Too long ago to know: what was sent last. Nothing was commanded: the interpolator holds the arm.
             None => Ok(Sent {
-                motion: CommandedMotion::at_rest(self.interpolator_rad()?),
+                motion: match self.motion {
+                    Some(motion) => motion,
+                    None => CommandedMotion::at_rest(self.interpolator_rad()?),
+                },
                 path_ns: None,
             }),
         }

@@ -58,7 +58,7 @@ const FALL_MS: (u32, u32) = (100, 500);
 pub(super) struct Faults {
     config: FaultConfig,
     generator: Pcg64,
-    /// Draws what came to this file later: the faults before it are the same for the same seed.
+    /// Draws the faults added later, so that the older ones stay the same for a seed.
     later: Pcg64,
     /// Cycles in which no answer arrives any more.
     deaf: u32,

@@ -1,4 +1,4 @@
-//! What the one that moves and its planner tell each other: neither waits, and nothing is lost.
+//! Messages between follower and planner. The follower never waits: what it cannot pass or fetch now is passed or fetched in its next step.
 
 use super::planner::{Answer, Asked};
 use std::sync::{Arc, Mutex};

@@ -115,6 +115,17 @@ impl Default for PlannerConfig {
     }
 }
 
+impl PlannerConfig {
+    /// For a planner on a thread of its own: a search goes on for some 5 ms before it asks again where the arm is.
+    #[must_use]
+    pub const fn on_thread() -> Self {
+        Self {
+            looks: 2000,
+            lead_steps: 0,
+        }
+    }
+}
+
 /// Finds goals and ways for a [`Follower`](super::Follower), which asks for them after each of its steps.
 ///
 /// A goal is a configuration that presents the target; a way to it stays behind the surfaces. The plan that is handed over begins

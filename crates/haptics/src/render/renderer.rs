@@ -32,7 +32,7 @@ const MAX_FORCE_N: f64 = 1e4;
 
 /// A board that stops within this time counts as one at rest, s: it may go along with an object, or be commanded again after a hold.
 const AT_REST_S: f64 = 0.02;
-/// Slower joints stand, however gently they may be braked: velocities have some 5e-4 of noise, rad/s.
+/// Joints slower than this count as at rest even if they brake gently, rad/s: ten times the noise of velocities.
 const NOISE_RAD_PER_S: f64 = 5e-3;
 /// A motion that could stop within this time has stopped, s.
 const ROUNDING_S: f64 = 1e-9;

@@ -260,14 +260,21 @@ impl<P: Predictor> Session<P> {
             Planning::Here(planner) => {
                 planner.plan();
             }
-            Planning::OnThread(thread) if thread.is_over() => self.control.stop(),
             Planning::OnThread(thread) => thread.wake(),
         }
-        if let Perceiving::Apart(apart) = &self.perceiving
-            && apart.is_lost()
-        {
+        if self.has_lost_thread() {
             self.control.stop();
         }
+    }
+
+    /// Has a thread of this session ended by a fault? [`plan`](Self::plan) then stops the session, again after each reset.
+    #[must_use]
+    pub fn has_lost_thread(&self) -> bool {
+        let planner = match &self.planning {
+            Planning::Here(_) => false,
+            Planning::OnThread(thread) => thread.is_over(),
+        };
+        planner || matches!(&self.perceiving, Perceiving::Apart(apart) if apart.is_lost())
     }
 
     /// Lets frames be perceived on a thread of their own from now on: [`frame`](Self::frame) then only hands them over, and the first
@@ -323,13 +330,13 @@ impl<P: Predictor> Session<P> {
     }
 
     /// Lets goals and ways be looked for on a thread of their own from now on; [`plan`](Self::plan) then only wakes it. What was handed
-    /// over with a step, [`planned`](Self::planned) tells. If the thread should end by a fault, the session stops, latched.
+    /// over with a step, [`planned`](Self::planned) tells. If the thread should end by a fault, a session with a supervisor stops, latched.
     ///
     /// # Errors
     /// The system gives no thread; the session then goes on without.
-    pub fn plan_on_thread(mut self, config: PlannerConfig) -> io::Result<Self> {
+    pub fn plan_on_thread(mut self) -> io::Result<Self> {
         if let Planning::Here(mut planner) = self.planning {
-            planner.set_config(config);
+            planner.set_config(PlannerConfig::on_thread());
             let thread = Worker::spawn("planner", *planner, Planner::plan)?;
             self.planning = Planning::OnThread(thread);
         }
@@ -409,7 +416,8 @@ impl<P: Predictor> Session<P> {
         event.or_else(|| self.control.next_event())
     }
 
-    /// The tracker's half, for one look at a time. One on a thread of its own is waited for while it perceives, and waits while it is looked at.
+    /// The tracker's half, for one look at a time. If it has its own thread, this waits until that has finished perceiving, and the thread
+    /// waits until the look ends.
     #[must_use]
     pub fn perception(&self) -> impl Deref<Target = Perception<P>> + '_ {
         self.perceiving.look()

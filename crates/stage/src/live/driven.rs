@@ -6,7 +6,7 @@ use super::recorded;
 use crate::console::note;
 use anyhow::{Context, bail};
 use hwall::hand::HandFrame;
-use hwall::haptics::{Arm, ArmCommand, PlannerConfig};
+use hwall::haptics::{Arm, ArmCommand};
 use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeServer};
 use hwall_fri::{FriClient, FriClientConfig, FriError, Unfit};
@@ -20,11 +20,6 @@ const SILENCE: Duration = Duration::from_millis(500);
 const GONE: Duration = Duration::from_secs(10);
 /// How often the wait for a controller looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(200);
-/// A search of the planner goes on for as many looks before it asks again where the arm is: some 5 ms.
-const ON_THREAD: PlannerConfig = PlannerConfig {
-    looks: 2000,
-    lead_steps: 0,
-};
 /// At the end the arm is braked for this long: from full speed the second joint, which takes longest, stands after 0.32 s.
 const BRAKING: Duration = Duration::from_millis(500);
 
@@ -123,7 +118,7 @@ pub fn run_driven(
     // Before there is anything to answer: both take longer than a period.
     let scene = ViewScene::of("iiwa 7 over FRI", &prepared.session)?;
     let mut recorder = recorded::begin(&prepared, options)?;
-    let session = prepared.session.plan_on_thread(ON_THREAD);
+    let session = prepared.session.plan_on_thread();
     let session = session.context("no thread for the planner")?;
     let session = session.perceive_on_thread();
     let session = session.context("no thread for the tracker's half")?;
@@ -204,8 +199,10 @@ pub fn brake(client: &mut FriClient) {
     while began.elapsed() < BRAKING {
         let waited = client.wait_for_message(SILENCE);
         // Commanding that has ended needs no braking, nor has a controller that is gone a use for it.
-        if waited.is_err() || client.command(ArmCommand::Hold).is_err() {
-            return;
+        match client.command(ArmCommand::Hold) {
+            // One that takes no motion is braked all the same.
+            Ok(()) | Err(FriError::Unfit(_)) if waited.is_ok() => {}
+            _ => return,
         }
     }
 }

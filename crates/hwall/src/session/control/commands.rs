@@ -18,7 +18,7 @@ use hwall_kinematics::{ArmKinematics, ArmScratch};
 use hwall_scene::SurfaceId;
 use std::sync::Arc;
 
-/// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is taken,
+/// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is waited for,
 /// no clock is read, and no input makes it fail.
 ///
 /// One half of a [`Session`](crate::Session), for a thread of its own: [`Session::split`](crate::Session::split).
