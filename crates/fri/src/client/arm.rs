@@ -150,7 +150,8 @@ impl<T: Transport> FriClient<T> {
         let reflected = self.newest()?.message.header.reflected_sequence;
         match self.motion.and_then(|_| self.answers.held(reflected)) {
             Some(held) => Ok(held),
-            // Too long ago to know: what was sent last. Nothing was commanded: the interpolator holds the arm.
+            // The answer that the controller names is too old to be remembered: go on from the last one sent. Before the first
+            // command the interpolator holds the arm.
             None => Ok(Sent {
                 motion: match self.motion {
                     Some(motion) => motion,
