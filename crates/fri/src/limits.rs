@@ -10,6 +10,10 @@ const SPEED_SLACK: f64 = 0.05;
 /// Angle that a step may always have, rad: the noise of a mirrored measurement.
 const STEP_SLACK_RAD: f64 = 1e-5;
 
+/// Error of a servo under load, rad: first positions may lie this far from the interpolator, and a joint may swing this far past a
+/// commanded angle.
+pub(crate) const SERVO_ERROR_RAD: f64 = 0.05;
+
 /// Which limit a command violates.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -35,6 +39,18 @@ pub enum LimitViolation {
         speed_rad_per_s: f64,
         /// Largest speed, rad/s.
         max_rad_per_s: f64,
+    },
+    /// A change of speed that the joint cannot make: it would swing far past the commanded angle.
+    #[error(
+        "joint {joint}: the speed changes by {change_rad_per_s} rad/s at once, which takes it {swing_rad} rad past its way"
+    )]
+    Change {
+        /// Joint, from 0.
+        joint: usize,
+        /// Change of its speed in one cycle, rad/s.
+        change_rad_per_s: f64,
+        /// How far it swings past the commanded angle, rad.
+        swing_rad: f64,
     },
     /// A commanded torque too large.
     #[error("joint {joint}: {value_n_m} N m commanded, {max_n_m} are allowed")]
@@ -108,6 +124,30 @@ impl CommandLimits {
             next.speed_rad_per_s[i].abs() <= self.speed_rad_per_s[i]
                 && change.abs() <= most_rad_per_s2[i] * dt_s
         })
+    }
+
+    /// Can the joints, with these accelerations, change their speed so? What is beyond a cycle's acceleration, Δv, takes a joint
+    /// Δv²/2a past its way.
+    pub(crate) fn check_change(
+        &self,
+        last: &CommandedMotion,
+        next: &CommandedMotion,
+        most_rad_per_s2: &[f64; 7],
+        dt_s: f64,
+    ) -> Result<(), LimitViolation> {
+        for (joint, most) in most_rad_per_s2.iter().enumerate() {
+            let change_rad_per_s = next.speed_rad_per_s[joint] - last.speed_rad_per_s[joint];
+            let beyond = (change_rad_per_s.abs() - most * dt_s).max(0.0);
+            let swing_rad = beyond * beyond / (2.0 * most);
+            if swing_rad > SERVO_ERROR_RAD {
+                return Err(LimitViolation::Change {
+                    joint,
+                    change_rad_per_s,
+                    swing_rad,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// From the last angles towards finite ones, no further than the joints may go in `dt_s`.

@@ -3,6 +3,9 @@
 use anyhow::Context;
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Mutex, PoisonError};
+use std::thread::JoinHandle;
 
 /// Text that never stops the work: the first error of the output is kept until the end, and what comes after it is dropped.
 ///
@@ -72,9 +75,55 @@ where
     out.finish().context("standard output")
 }
 
-/// A line for the user on standard error, which is no reason to fail if nobody reads it.
+/// A line for the user on standard error, which is no reason to fail if nobody reads it. While there are [`NotesApart`], their thread
+/// writes it.
 pub fn note(line: impl Display) {
-    let _ = writeln!(io::stderr(), "{line}");
+    let line = line.to_string();
+    let apart = APART.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*apart {
+        // A terminal that takes nothing for this long has nobody before it.
+        Some(apart) => drop(apart.try_send(line)),
+        None => {
+            let _ = writeln!(io::stderr(), "{line}");
+        }
+    }
+}
+
+/// Lines that wait at most for a terminal that stands still.
+const MOST_WAITING: usize = 1024;
+
+static APART: Mutex<Option<SyncSender<String>>> = Mutex::new(None);
+
+/// A thread of its own writes what is [noted](note), so that a terminal that stands still does not stop a control loop. Until dropped.
+#[derive(Debug)]
+pub struct NotesApart(Option<JoinHandle<()>>);
+
+impl NotesApart {
+    /// Begins; without a thread lines are written where they are noted.
+    #[must_use]
+    pub fn begin() -> Self {
+        let (sender, lines) = sync_channel::<String>(MOST_WAITING);
+        let writes = move || {
+            for line in lines {
+                let _ = writeln!(io::stderr(), "{line}");
+            }
+        };
+        let builder = std::thread::Builder::new().name("notes".to_owned());
+        let writer = builder.spawn(writes).ok();
+        let mut apart = APART.lock().unwrap_or_else(PoisonError::into_inner);
+        *apart = writer.is_some().then_some(sender);
+        Self(writer)
+    }
+}
+
+impl Drop for NotesApart {
+    /// Writes what waits.
+    fn drop(&mut self) {
+        *APART.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        if let Some(writer) = self.0.take() {
+            let _ = writer.join();
+        }
+    }
 }
 
 #[cfg(test)]

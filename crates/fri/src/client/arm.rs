@@ -46,11 +46,7 @@ impl<T: Transport> FriClient<T> {
         match self.is_active() {
             Ok(true) => match self.unfit() {
                 None => Ok(true),
-                Some(unfit) => {
-                    self.statistics.refused += 1;
-                    self.stand()?;
-                    Err(unfit.into())
-                }
+                Some(unfit) => self.refuse(unfit.into()).map(|()| false),
             },
             Ok(false) => {
                 self.count_not_in_force();
@@ -115,15 +111,24 @@ impl<T: Transport> FriClient<T> {
         self.statistics.note_behind(self.behind_ns);
         if self.behind_ns > MOST_BEHIND_NS {
             let behind_s = self.behind_s();
-            self.statistics.refused += 1;
-            self.hold()?;
-            return Err(FriError::Behind { behind_s });
+            return self.refuse(FriError::Behind { behind_s });
         }
         let sent_rad = self.limits.led(&last.q_rad, &path_rad, period_s);
+        let next = match leads {
+            false => last.moved_to(sent_rad, period_s),
+            // The arm does not move as the positions that catch up with it.
+            true => CommandedMotion {
+                q_rad: sent_rad,
+                ..CommandedMotion::at_rest(self.asked_rad.unwrap_or(q_rad)).moved_to(q_rad, since_s)
+            },
+        };
+        if !leads && let Err(violation) = self.limits.check_change(&last, &next, most, period_s) {
+            return self.refuse(violation.into());
+        }
         self.beginning = beginning;
         self.asked_rad = Some(q_rad);
         self.leads = leads && sent_rad != path_rad;
-        self.send_motion(last.moved_to(sent_rad, period_s), Some(path_ns))
+        self.send_motion(next, Some(path_ns))
     }
 
     /// Is it no further from there to here than in one cycle?
@@ -279,8 +284,7 @@ impl<T: Transport> Arm for FriClient<T> {
         error.is_transient()
     }
 
-    /// Answers the newest message; a second command for it has no effect. A refused command leaves the last one in force,
-    /// which goes out once more.
+    /// Answers the newest message; a second command for it has no effect. Instead of a refused command the arm brakes.
     fn command(&mut self, command: ArmCommand) -> Result<(), FriError> {
         if !self.begin_command()? {
             return self.mirror();

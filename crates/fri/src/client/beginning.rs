@@ -1,9 +1,8 @@
 //! From the positions of the interpolator to those of a program that begins where it measured the arm.
 
+use crate::limits::SERVO_ERROR_RAD;
 use std::f64::consts::PI;
 
-/// So far from the interpolator may the first positions lie, rad: the error of a servo under load. More is a leap and refused.
-const SERVO_ERROR_RAD: f64 = 0.05;
 /// The difference is gone after this time, ns.
 const FADE_NS: u64 = 1_000_000_000;
 

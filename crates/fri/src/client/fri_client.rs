@@ -88,8 +88,6 @@ pub struct FriClient<T = UdpTransport> {
     pub(super) beginning: Option<Beginning>,
     /// After torques: are the positions on their way to those that are commanded?
     pub(super) leads: bool,
-    /// The last answer, for when a command is refused.
-    in_force: CommandData,
     pub(super) statistics: ClientStatistics,
 }
 
@@ -160,7 +158,6 @@ impl<T: Transport> FriClient<T> {
             asked_rad: None,
             beginning: None,
             leads: false,
-            in_force: CommandData::default(),
             statistics: ClientStatistics::default(),
             config,
         })
@@ -249,7 +246,6 @@ impl<T: Transport> FriClient<T> {
 
     /// Sends an answer to the newest message, if one is due.
     pub(super) fn answer(&mut self, data: CommandData) -> Result<(), FriError> {
-        self.in_force = data;
         let (Some(newest), Some(peer)) = (&self.newest, self.peer) else {
             return Err(FriError::NoMessage);
         };
@@ -279,12 +275,10 @@ impl<T: Transport> FriClient<T> {
         Ok(())
     }
 
-    /// A refused command: what was in force goes out once more, so that the controller gets its answer.
+    /// Instead of a refused command the arm brakes, so that the controller gets its answer.
     pub(super) fn refuse(&mut self, error: FriError) -> Result<(), FriError> {
         self.statistics.refused += 1;
-        if self.in_force.position_rad.is_some() {
-            self.answer(self.in_force)?;
-        }
+        self.stand()?;
         Err(error)
     }
 
@@ -339,11 +333,15 @@ impl<T: Transport> FriClient<T> {
 
     fn take(&mut self, message: MonitorMessage, from: SocketAddr) -> Result<bool, FriError> {
         let data = message.data.unwrap_or_default();
-        let q_rad = data.position_rad.ok_or(FriError::NoPositions)?;
-        if !is_finite(&message) {
-            self.statistics.malformed += 1;
-            return Ok(false);
-        }
+        let q_rad = match data.position_rad {
+            Some(q_rad) if is_finite(&message) => q_rad,
+            // A controller that never sends them says nothing of the arm.
+            None if self.newest.is_none() => return Err(FriError::NoPositions),
+            _ => {
+                self.statistics.malformed += 1;
+                return Ok(false);
+            }
+        };
         let sequence = message.header.sequence;
         let stamp_ns = data.time.map(|time| i128::from(time.to_ns()));
         let ahead = self
@@ -407,7 +405,6 @@ impl<T: Transport> FriClient<T> {
         self.beginning = None;
         self.leads = false;
         self.answers = Answers::new();
-        self.in_force = CommandData::default();
         self.statistics.sessions += 1;
     }
 
@@ -505,8 +502,8 @@ impl<T: Transport> FriClient<T> {
         self.message().and_then(unfit)
     }
 
-    /// What the controller takes; known from when commanding is about to begin. Who does not say it, or a mode that is not known, takes
-    /// positions.
+    /// What the controller takes; known from when commanding is about to begin. A controller that names no mode, or an unknown one, is
+    /// taken to accept positions.
     #[must_use]
     pub fn command_mode(&self) -> ClientCommandMode {
         let mode = |message: &MonitorMessage| {

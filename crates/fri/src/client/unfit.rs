@@ -43,7 +43,7 @@ pub enum Unfit {
 /// The first value that forbids commands, once commanding is about to begin.
 ///
 /// What is absent or unknown forbids nothing: controllers of other versions, and simulators, leave fields out. Nor does any
-/// operation mode, for a real arm is begun with in T1, nor `NO_OVERLAY`, which is also the zero of a field that was not filled in.
+/// operation mode, because a real arm is first driven in T1, nor `NO_OVERLAY`, which is also the zero of a field that was not filled in.
 pub(super) fn unfit(message: &MonitorMessage) -> Option<Unfit> {
     if message.connection.state < SessionState::CommandingWait {
         return None;

@@ -101,6 +101,8 @@ pub struct Follower {
     answer: Answer,
     /// The plan of the answer has yet to begin.
     is_pending: bool,
+    /// An answer was taken since the last step.
+    has_heard: bool,
     link: Link,
     planner: Option<Box<Planner>>,
     sliding: Option<Sliding>,
@@ -143,6 +145,7 @@ impl Follower {
             asked: Asked::default(),
             answer: Answer::default(),
             is_pending: false,
+            has_heard: false,
             link,
             planner: Some(Box::new(planner)),
             sliding: None,
@@ -216,7 +219,7 @@ impl Follower {
             state.qd[joint] = qd[joint].clamp(-most, most);
         }
         self.reference.restart(&state)?;
-        self.asked.forgets += 1;
+        self.asked.counts.forgets += 1;
         self.asked.aim = Aim::Nowhere;
         (self.answer.destination, self.answer.is_blocked) = (None, false);
         self.refuse();
@@ -464,15 +467,19 @@ impl Follower {
         Ok(self.legal(q))
     }
 
-    /// Takes what the planner has found.
+    /// Takes what the planner has found, once a step: a record names one answer for each.
     fn hear(&mut self) {
-        if !self.link.take_answer(&mut self.answer) {
+        if self.has_heard || !self.link.take_answer(&mut self.answer) {
             return;
         }
+        self.has_heard = true;
         self.is_pending = self.answer.moves;
         // What was found for a motion that has been forgotten since.
-        if self.answer.forgets != self.asked.forgets {
+        let (known, counts) = (self.answer.counts, self.asked.counts);
+        if known.forgets != counts.forgets {
             self.answer.destination = None;
+        }
+        if known != counts {
             self.refuse();
         }
     }
@@ -514,6 +521,7 @@ impl Follower {
         self.asked.clock_s += dt_s;
         (self.asked.dt_s, self.asked.goes) = (dt_s, goes);
         self.asked.under_way = self.reference.under_way();
+        self.has_heard = false;
         self.link.ask(&self.asked);
     }
 
@@ -533,7 +541,7 @@ impl Follower {
         non_negative("dt_s", dt_s)?;
         self.hear();
         self.refuse();
-        self.asked.stops += 1;
+        self.asked.counts.stops += 1;
         let ends_slide = self.ends_slide || self.sliding.is_some();
         self.end_slide();
         if ends_slide {
@@ -576,7 +584,7 @@ impl Follower {
 
     fn end_slide(&mut self) {
         if self.sliding.take().is_some() {
-            self.asked.slides += 1;
+            self.asked.counts.slides += 1;
         }
         (self.ends_slide, self.blocked) = (false, None);
     }

@@ -27,18 +27,24 @@ pub(super) enum Aim {
     },
 }
 
-/// What the one that moves says after a step. Counts instead of flags: a question that was replaced before it was read is not missed.
+/// How often the motion was left for another.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Counts {
+    /// A measured state; goals and places are forgotten.
+    pub(super) forgets: u64,
+    /// Braking; the search is given up.
+    pub(super) stops: u64,
+    /// A slide that is over.
+    pub(super) slides: u64,
+}
+
+/// The follower's question after a step. It counts instead of setting flags, so a question that replaces an unread one loses nothing.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Asked {
     /// Of the step.
     pub(super) number: u64,
     pub(super) aim: Aim,
-    /// How often goals and places were to be forgotten, ...
-    pub(super) forgets: u64,
-    /// ... a search was to be given up, ...
-    pub(super) stops: u64,
-    /// ... and a slide was over.
-    pub(super) slides: u64,
+    pub(super) counts: Counts,
     /// The steps so far, s, and the last of them.
     pub(super) clock_s: f64,
     pub(super) dt_s: f64,
@@ -52,9 +58,9 @@ pub(super) struct Asked {
 /// What the planner knows by now.
 #[derive(Debug, Clone)]
 pub(super) struct Answer {
-    /// The step that was asked about, and what it had forgotten.
+    /// The step that was asked about, and what had been counted by then.
     pub(super) to: u64,
-    pub(super) forgets: u64,
+    pub(super) counts: Counts,
     /// The target that was looked at, and why it cannot be presented.
     pub(super) target: Option<BoardTarget>,
     pub(super) unreachable: Option<Unreachable>,
@@ -77,7 +83,7 @@ impl Default for Answer {
     fn default() -> Self {
         Self {
             to: 0,
-            forgets: 0,
+            counts: Counts::default(),
             target: None,
             unreachable: None,
             destination: None,
@@ -143,7 +149,7 @@ pub struct Planner {
     destination: Option<Destination>,
     /// The destination is new, or something else moved the arm.
     is_to_plan: bool,
-    /// The destination only drifted since the last way was planned, and for how long ways were not planned, s.
+    /// Has only the destination drifted since the last way was planned? And the time since then, s.
     has_drifted: bool,
     since_plan_s: f64,
     /// The share of the speeds that the last way was planned with, or could be since.
@@ -255,7 +261,8 @@ impl Planner {
             under_way, dt_s, ..
         } = self.asked;
         let is_refused = self.has_moved && under_way.plan() != self.offered;
-        self.later_steps = match is_refused && self.config.lead_steps > 0 {
+        let is_late = is_refused && self.seen.counts == self.asked.counts;
+        self.later_steps = match is_late {
             true => (2 * self.later_steps + 1).min(MOST_LATER_STEPS),
             false => self.later_steps / 2,
         };
@@ -281,7 +288,7 @@ impl Planner {
 
     /// What has happened to the motion since the last call.
     fn forget(&mut self) {
-        let (asked, seen) = (&self.asked, &mut self.seen);
+        let (asked, seen) = (self.asked.counts, self.seen.counts);
         if asked.forgets != seen.forgets {
             self.goals.forget();
             self.route.forget();
@@ -292,7 +299,7 @@ impl Planner {
             self.route.end_search();
         }
         self.is_to_plan |= asked.slides != seen.slides;
-        *seen = *asked;
+        self.seen = self.asked;
     }
 
     /// Finds the destination.
@@ -393,7 +400,7 @@ impl Planner {
             self.reference
                 .offer(begins, self.offered, &mut answer.motion);
         }
-        (answer.to, answer.forgets) = (self.asked.number, self.asked.forgets);
+        (answer.to, answer.counts) = (self.asked.number, self.asked.counts);
         answer.destination = self.destination.map(|destination| *destination.q());
         answer.is_blocked = self.route.is_blocked();
         answer.is_detour = self.route.is_detour();

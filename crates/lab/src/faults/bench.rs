@@ -382,8 +382,6 @@ impl Bench {
                 Spoiled::Jumping => state.t_s += 5.0 * side,
                 _ => state.t_s = f64::NAN,
             },
-            // A loop behind FRI has no clock but that of the arm.
-            Fault::Spoiled(Input::ControlClock, _) if matches!(self.arm, SimulatedArm::Fri(_)) => {}
             Fault::Spoiled(Input::ControlClock, kind) => match kind {
                 Spoiled::Stale => now_s -= 0.5,
                 Spoiled::Frozen => now_s -= since_s,

@@ -3,7 +3,7 @@
 use super::holds::{Holds, listen_to_console};
 use super::preparation::{LiveOptions, Prepared};
 use super::recorded;
-use crate::console::note;
+use crate::console::{NotesApart, note};
 use anyhow::{Context, bail};
 use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmCommand};
@@ -170,6 +170,7 @@ pub fn run_driven(
     let end_s = options.seconds.map_or(f64::INFINITY, |s| begun_s + s);
     let mut surroundings = Driven::new(server.connect(&scene), begun_s, end_s);
     let mut holds = Holds::default();
+    let notes = NotesApart::begin();
     listen_to_console(&surroundings.bridge.view);
     let mut recorded = Recorded {
         session,
@@ -186,6 +187,7 @@ pub fn run_driven(
         },
     );
     brake(&mut client);
+    drop(notes);
     holds.finish();
     note(client.statistics());
     let finished = recorded::finish(recorder, options.record);
