@@ -67,7 +67,7 @@ pub trait Arm {
     /// A lost connection or a state that could not be read.
     fn state(&mut self) -> Result<ArmState, Self::Error>;
 
-    /// Sends the command for the coming cycle. A refused command leaves the last one in force.
+    /// Sends the command for the coming cycle. Instead of a refused command the last one stays in force, or the arm brakes.
     ///
     /// # Errors
     /// A lost connection, NaN, or a command outside the arm's limits.

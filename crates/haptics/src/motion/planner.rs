@@ -274,7 +274,7 @@ impl Planner {
         self.forget();
         if self.asked.goes {
             let aimed = self.aim();
-            // What was refused here was refused where it was asked for, too.
+            // `set_target` has already returned this error.
             self.answer.unreachable = aimed.unwrap_or(None);
             self.find_way(self.asked.clock_s - clock_s);
         }
