@@ -66,7 +66,7 @@ pub fn write(
         timed(roughness::calibrations(seed, n)?),
         timed(kinematics::dynamics(seed, n)?),
         timed(feel::feel(seed, n)?),
-        timed(control_step::control_step(seed, 100 * n)?),
+        timed(control_step::control_step(seed, 500 * n)?),
         timed(connect::connect(seed, n)?),
     ];
     let mut text = format!(
