@@ -13,10 +13,14 @@ use super::watch::inspection::Inspection;
 use super::watch::torque_bias::TorqueBias;
 use crate::arm::ArmCommand;
 use crate::board::Board;
+use crate::body::{ArmBody, PersonBody, Separation};
 use crate::error::HapticsError;
 use crate::render::distance_and_closing;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
+
+/// Shares of a motion that are tried when it comes too near to a person; the last is braking.
+const SLOWER: [f64; 3] = [0.7, 0.35, 0.0];
 
 /// A held arm whose joints are slower than this has come to rest, rad/s: above what the noise of sensors makes of a resting arm.
 const RESTS_RAD_PER_S: f64 = 0.05;
@@ -31,9 +35,11 @@ pub struct Supervisor {
     config: SupervisorConfig,
     guard: GuardLimits,
     inspection: Inspection,
+    separation: Separation,
     clock: Clock,
     faults: FaultMachine,
     agreement: Agreement,
+    has_begun: bool,
     bias: Option<TorqueBias>,
     out_of_reach: bool,
     /// The arm did not take the last command.
@@ -62,15 +68,18 @@ impl Supervisor {
         let arm = arm.carrying(board.flange_from_board_face()?);
         let guard = config.guard.unwrap_or_else(|| GuardLimits::of_arm(&*arm));
         guard.validate()?;
+        let body = ArmBody::new(Arc::clone(&arm), *board, config.body)?;
         let speed_cap_m_per_s = config.contact.speed_cap_m_per_s(config.effective_mass_kg)?;
         Ok(Self {
-            inspection: Inspection::new(arm.clone(), *board, guard, &config)?,
+            inspection: Inspection::new(arm.clone(), *board, body.clone(), guard, &config)?,
+            separation: Separation::new(body, config.separation, guard.acceleration_rad_per_s2)?,
             arm,
             board: *board,
             guard,
             clock: Clock::default(),
             faults: FaultMachine::default(),
             agreement: Agreement::default(),
+            has_begun: false,
             bias: config.bias.map(TorqueBias::new),
             out_of_reach: false,
             refused: false,
@@ -194,6 +203,10 @@ impl Supervisor {
                 latched: false,
             };
         }
+        if !self.has_begun && self.faults.trouble.is_none() {
+            self.inspection.begin(&input.state.q);
+            self.has_begun = true;
+        }
         let (command, slowed) = self.command(input, dt_s);
         self.remember(input, command);
         self.answer(command, slowed)
@@ -257,7 +270,12 @@ impl Supervisor {
                     _ => JointTorques::default(),
                 };
                 let (torque, cut) = self.guard.limited_torque(&last, &wanted, dt_s);
-                let near = self.near(input, &input.state.q, &input.state.qd, retreat);
+                let (q, qd) = (&input.state.q, &input.state.qd);
+                let person = PersonBody::of(input.person, &self.config.separation.person);
+                if let Some(reason) = self.too_near(input.now_s, &person, q, qd) {
+                    return (ArmCommand::Hold, Some((0.0, reason)));
+                }
+                let near = self.near(input, q, qd, retreat);
                 let slowed = near.or(cut.map(|reason| (1.0, reason)));
                 (ArmCommand::Torque(torque), slowed)
             }
@@ -298,7 +316,15 @@ impl Supervisor {
         }
         // A way back begins at rest, wherever the arm was going.
         let is_cut = share < 1.0 || retreat.is_some();
-        let next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
+        let mut next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
+        let person = PersonBody::of(input.person, &self.config.separation.person);
+        for less in SLOWER {
+            let Some(reason) = self.too_near(input.now_s, &person, next.sent(), next.rates()) else {
+                break;
+            };
+            slowed = Some((less * share, reason));
+            next = last.next(&wanted, &rates, Some(less * share), &most, dt_s);
+        }
         // While it makes up for a cut it is slowed for the same reason, and asks for nothing more.
         self.cut_for = match slowed {
             Some((_, reason)) => Some(reason),
@@ -308,6 +334,21 @@ impl Supervisor {
         let (sent, _) = self.guard.within(next.sent());
         self.braking = Some(next.sending(sent));
         (ArmCommand::Position(sent), slowed)
+    }
+
+    /// Would the arm come too near to head or torso, until it had come to rest from this motion?
+    fn too_near(
+        &self,
+        now_s: f64,
+        person: &PersonBody,
+        q: &JointPositions,
+        qd: &JointVelocities,
+    ) -> Option<SafeReason> {
+        let gap = self.separation.gap(q, qd, person, now_s)?;
+        (gap.left_m < 0.0 || gap.left_m.is_nan()).then_some(SafeReason::PersonNear {
+            part: PersonPart::Head.channel(),
+            distance_m: gap.distance_m,
+        })
     }
 
     /// Share of a joint motion that the person's points (and a retreat) allow, and the tightest reason; `None`: all of it.
@@ -340,7 +381,7 @@ impl Supervisor {
         for point in input
             .person
             .iter()
-            .filter(|point| point.position_m.is_finite())
+            .filter(|point| point.part != PersonPart::Head && point.position_m.is_finite())
         {
             let (distance_m, closing) =
                 distance_and_closing(&self.board, &face, &twist, point.position_m);
@@ -354,14 +395,7 @@ impl Supervisor {
                 closing,
                 reason,
             );
-            if point.part == PersonPart::Head {
-                if distance_m <= limits.head_zone_m {
-                    let corner_m = self.board.half_width_m.hypot(self.board.half_height_m);
-                    let turning = twist.angular_rad_per_s.length() * corner_m;
-                    let speed = twist.linear_m_per_s.length() + turning;
-                    cap(limits.head_speed_m_per_s, speed, reason);
-                }
-            } else if distance_m <= limits.contact_zone_m {
+            if distance_m <= limits.contact_zone_m {
                 cap(self.speed_cap_m_per_s, closing, reason);
             }
         }

@@ -1,6 +1,5 @@
 //! Settings of the supervisor.
 
-use super::limits::capsule::CapsuleConfig;
 use super::limits::contact_limits::ContactLimits;
 use super::limits::load::LoadLimits;
 use super::limits::motion_guard::GuardLimits;
@@ -9,6 +8,7 @@ use super::watch::obedience::ObedienceConfig;
 use super::watch::target_leaps::LeapLimits;
 use super::watch::torque_bias::BiasConfig;
 use super::watch::watchdog::ChannelWatch;
+use crate::body::{BodyConfig, SeparationConfig};
 use crate::error::HapticsError;
 use hwall_numeric::check::{non_negative, positive};
 
@@ -78,7 +78,9 @@ pub struct SupervisorConfig {
     /// What needs a person.
     pub latch: Latch,
     /// The arm's body.
-    pub capsules: CapsuleConfig,
+    pub body: BodyConfig,
+    /// How far head and torso stay away from an arm that moves.
+    pub separation: SeparationConfig,
     /// Mass that a push on the board feels, kg; default 5, an assumption.
     /// [`Supervisor::set_effective_mass_kg`](super::Supervisor::set_effective_mass_kg) follows the configuration.
     pub effective_mass_kg: f64,
@@ -122,7 +124,8 @@ impl Default for SupervisorConfig {
             bias: Some(BiasConfig::default()),
             leaps: LeapLimits::default(),
             latch: Latch::default(),
-            capsules: CapsuleConfig::default(),
+            body: BodyConfig::default(),
+            separation: SeparationConfig::default(),
             effective_mass_kg: 5.0,
             // The fastest joint of an iiwa turns at 3.1 rad/s.
             position: watch(0.1, 0.02, 5.0, Some(0.1)),
@@ -149,7 +152,8 @@ impl SupervisorConfig {
         self.contact.validate()?;
         self.person.validate()?;
         self.load.validate()?;
-        self.capsules.validate()?;
+        self.body.validate()?;
+        self.separation.validate()?;
         if let Some(guard) = &self.guard {
             guard.validate()?;
         }

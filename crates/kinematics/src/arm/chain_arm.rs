@@ -1,5 +1,6 @@
 //! A serial chain with a tool as an arm: any arm of up to seven joints.
 
+use super::body_points::{BodyPoints, MOST_BODY_POINTS};
 use super::kinematics::{ArmKinematics, ArmScratch, ArmSolution};
 use crate::chain::{Chain, JointKind, NumericConfig};
 use crate::error::KinematicsError;
@@ -7,6 +8,7 @@ use crate::jacobian::Jacobian;
 use crate::joints::{JointLimit, JointPositions, MOST_JOINTS};
 use crate::srs::{BranchPolicy, NearestConfig};
 use crate::unreachable::Unreachable;
+use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
 use std::sync::Arc;
@@ -158,6 +160,14 @@ impl ArmKinematics for ChainArm {
 
     fn forward_and_jacobian(&self, q: &JointPositions) -> (Pose, Jacobian) {
         self.base_to_tool.motion_of_seven(&q.0)
+    }
+
+    fn body_points_m(&self, q: &JointPositions) -> ([DVec3; MOST_BODY_POINTS], usize) {
+        let mut points = BodyPoints::from_base();
+        self.base_to_tool.visit_joints_of_seven(&q.0, |point_m| {
+            points.push(point_m);
+        });
+        points.finish()
     }
 
     fn nearest(

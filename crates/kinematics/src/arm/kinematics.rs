@@ -1,11 +1,13 @@
 //! The kinematics that a controller needs, whatever the arm.
 
+use super::body_points::{MOST_BODY_POINTS, points_from_axes};
 use crate::chain::NumericScratch;
 use crate::error::KinematicsError;
 use crate::jacobian::Jacobian;
 use crate::joints::{JointLimit, JointPositions, JointTorques, MOST_JOINTS};
 use crate::srs::NearestConfig;
 use crate::wrench::{WrenchConfig, WrenchEstimate};
+use glam::DVec3;
 use hwall_geometry::{Pose, Wrench};
 use hwall_numeric::check::all_finite;
 use std::fmt::Debug;
@@ -53,6 +55,16 @@ pub trait ArmKinematics: Debug + Send + Sync {
     /// The values of [`forward`](Self::forward) and [`jacobian`](Self::jacobian), for arms that have both for less than the two calls.
     fn forward_and_jacobian(&self, q: &JointPositions) -> (Pose, Jacobian) {
         (self.forward(q), self.jacobian(q))
+    }
+
+    /// Points along the body from base to tool, base frame, m, and how many: the parts of the arm lie between each two neighbours. Points
+    /// nearer to each other than 1 mm are one. NaN in gives NaN.
+    ///
+    /// By default found from the joint axes: where two neighbouring axes meet, or the foot of their common perpendicular on the later
+    /// one. For an S-R-S arm these are base, shoulder, elbow, wrist and tool. An arm whose body is far from its axes names its joints
+    /// instead, as [`ChainArm`](crate::ChainArm) does.
+    fn body_points_m(&self, q: &JointPositions) -> ([DVec3; MOST_BODY_POINTS], usize) {
+        points_from_axes(self.joint_count(), &self.forward_and_jacobian(q))
     }
 
     /// A configuration within the limits that holds the pose, near the reference.

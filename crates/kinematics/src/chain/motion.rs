@@ -234,6 +234,12 @@ impl Chain {
         (tip, jacobian)
     }
 
+    /// Where the joints are, base frame, m, base to tip; then the tip. At most seven joints.
+    pub(crate) fn visit_joints_of_seven(&self, q: &[f64; MOST_JOINTS], mut visit: impl FnMut(DVec3)) {
+        let tip = self.tip_pose(q, |_, _, p| visit(p));
+        visit(tip.position_m());
+    }
+
     /// Walks the axis frames from base to tip.
     #[inline(always)]
     fn tip_pose(&self, q: &[f64], mut visit: impl FnMut(&AxisFrame, DMat3, DVec3)) -> Pose {
