@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 use hwall_haptics::body::{ArmBody, ArmCapsules, BodyConfig, Capsule};
-use hwall_haptics::safety::{PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput};
+use hwall_haptics::safety::{
+    PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
+};
 use hwall_haptics::{
     ArmCommand, ArmState, Board, Follower, FollowerConfig, SafeRequest, SafeState,
 };
@@ -37,7 +39,10 @@ struct Met {
 enum Person {
     Stands,
     /// Towards the arm, at this speed, from this moment on.
-    Walks { m_per_s: f64, from_s: f64 },
+    Walks {
+        m_per_s: f64,
+        from_s: f64,
+    },
 }
 
 /// Random ways of the arm for some seconds, and a person. Returns what was met, and how far the arm has come, m.
@@ -53,7 +58,9 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
     };
     let mut supervisor = Supervisor::new(&SrsArm::iiwa7(), &board, config).unwrap();
     let posture = |random: &mut Sampler| {
-        let q = arm.limits().map(|l| random.uniform(0.7 * l.min_rad, 0.7 * l.max_rad));
+        let q = arm
+            .limits()
+            .map(|l| random.uniform(0.7 * l.min_rad, 0.7 * l.max_rad));
         JointPositions(q)
     };
     let free = |random: &mut Sampler| loop {
@@ -69,7 +76,11 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
         let on_way = body.at(&posture(&mut random));
         let part = on_way.all()[1 + (random.uniform(0.0, 3.0) as usize)];
         let head_m = part.from_m + random.unit_vector() * random.uniform(0.0, 0.2);
-        let clear_m = body.at(&start).distance_m(&Capsule { from_m: head_m, to_m: head_m - DVec3::Z * 0.85, radius_m: 0.2 });
+        let clear_m = body.at(&start).distance_m(&Capsule {
+            from_m: head_m,
+            to_m: head_m - DVec3::Z * 0.85,
+            radius_m: 0.2,
+        });
         if person != Person::Stands {
             let away = DVec3::new(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0);
             break (head_m + away.normalize() * 1.5, head_m);
@@ -102,7 +113,10 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
             let trembles = DVec3::Z * random.uniform(-1e-4, 1e-4);
             seen.push_back((head_m + trembles, now_s));
         }
-        while seen.front().is_some_and(|(_, stamp_s)| now_s - stamp_s >= TRACKER_S) {
+        while seen
+            .front()
+            .is_some_and(|(_, stamp_s)| now_s - stamp_s >= TRACKER_S)
+        {
             newest = seen.pop_front().unwrap();
         }
         if follower.left_s().is_none_or(|left_s| left_s <= 0.0) {
@@ -112,7 +126,11 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
         follower.set_speed_share(share).unwrap();
         let wanted = follower.step(DT_S).unwrap();
         follower.plan();
-        let point = |part, position_m| PersonPoint { part, position_m, stamp_s: newest.1 };
+        let point = |part, position_m| PersonPoint {
+            part,
+            position_m,
+            stamp_s: newest.1,
+        };
         let away_m = DVec3::new(3.0, 3.0, 1.0) + newest.0 * 1e-3;
         let step = supervisor.step(&SupervisorInput {
             now_s,
@@ -132,7 +150,9 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
         let next = match step.command {
             ArmCommand::Position(q) => q,
             _ => {
-                follower.restart(&state.q, &JointVelocities::default()).unwrap();
+                follower
+                    .restart(&state.q, &JointVelocities::default())
+                    .unwrap();
                 *sent.back().unwrap()
             }
         };
@@ -142,7 +162,12 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
         let met = meets(&last, &now, head_m);
         way_m += last.all()[3].to_m.distance(now.all()[3].to_m);
         if let Some((part, speed_m_per_s)) = met {
-            let met = Met { at_s: now_s, speed_m_per_s, part, state: step.state };
+            let met = Met {
+                at_s: now_s,
+                speed_m_per_s,
+                part,
+                state: step.state,
+            };
             return (Some(met), way_m);
         }
         state.qd = JointVelocities(std::array::from_fn(|i| (q[i] - state.q[i]) / DT_S));
@@ -154,7 +179,11 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
 
 /// Which part that moves meets the person, and how fast it is.
 fn meets(before: &ArmCapsules, now: &ArmCapsules, head_m: DVec3) -> Option<(usize, f64)> {
-    let head = Capsule { from_m: head_m, to_m: head_m, radius_m: HEAD_M };
+    let head = Capsule {
+        from_m: head_m,
+        to_m: head_m,
+        radius_m: HEAD_M,
+    };
     let torso = Capsule {
         from_m: head_m - DVec3::Z * 0.28,
         to_m: head_m - DVec3::Z * 0.85,

@@ -1,10 +1,8 @@
 //! Capsules, limits of contact, pushes at the edge.
 
 use glam::DVec3;
-use hwall_haptics::safety::{
-    BoardLoad, ContactLimits, LoadLimits, WorkspaceBox,
-};
 use hwall_haptics::body::{ArmBody, BodyConfig, Capsule};
+use hwall_haptics::safety::{BoardLoad, ContactLimits, LoadLimits, WorkspaceBox};
 use hwall_haptics::{Board, board_pose};
 use hwall_kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm, Wrench};
 use hwall_testkit::Sampler;
@@ -80,8 +78,17 @@ fn the_bodies_of_closed_form_and_chain_are_the_same() {
     let q = JointPositions::from_deg([20.0, 40.0, -10.0, -80.0, 30.0, 50.0, 15.0]);
     let srs = body(Arc::new(SrsArm::iiwa7()));
     let chain = body(Arc::new(ChainArm::new(Chain::iiwa7()).unwrap()));
-    let lengths: Vec<f64> = srs.at(&q).links().iter().map(|c| c.from_m.distance(c.to_m)).collect();
-    let tool_m = srs.arm().forward(&q).position_m().distance(srs.at(&q).links()[3].from_m);
+    let lengths: Vec<f64> = srs
+        .at(&q)
+        .links()
+        .iter()
+        .map(|c| c.from_m.distance(c.to_m))
+        .collect();
+    let tool_m = srs
+        .arm()
+        .forward(&q)
+        .position_m()
+        .distance(srs.at(&q).links()[3].from_m);
     for (found, wanted) in lengths.iter().zip([0.34, 0.4, 0.4, tool_m]) {
         assert!((found - wanted).abs() < 1e-9, "{lengths:?}");
     }
@@ -104,7 +111,11 @@ fn a_folded_arm_meets_itself() {
         urdf(include_str!("../../kinematics/tests/data/ur5.urdf")),
         urdf(include_str!("../../kinematics/tests/data/panda.urdf")),
     ];
-    let upright = [[0.0; 7], [0.0, -90.0, 60.0, 0.0, 90.0, 0.0, 0.0], [0.0, -45.0, 0.0, -135.0, 0.0, 90.0, 45.0]];
+    let upright = [
+        [0.0; 7],
+        [0.0, -90.0, 60.0, 0.0, 90.0, 0.0, 0.0],
+        [0.0, -45.0, 0.0, -135.0, 0.0, 90.0, 45.0],
+    ];
     let folded = [
         [0.0, 100.0, 0.0, -119.0, 0.0, 115.0, 0.0],
         [0.0, -90.0, 165.0, 0.0, 90.0, 0.0, 0.0],
@@ -114,10 +125,17 @@ fn a_folded_arm_meets_itself() {
         let mut body = body(Arc::new(ChainArm::new(chain).unwrap()));
         body.fit(&JointPositions::from_deg(upright));
         let apart_m = |deg| body.self_distance_m(&JointPositions::from_deg(deg));
-        assert!(apart_m(upright) > body.clearance_m(), "{}", apart_m(upright));
+        assert!(
+            apart_m(upright) > body.clearance_m(),
+            "{}",
+            apart_m(upright)
+        );
         assert!(apart_m(folded) < body.clearance_m(), "{}", apart_m(folded));
         assert!(apart_m(folded).is_finite());
-        assert!(body.self_distance_m(&JointPositions([f64::NAN; 7])).is_nan());
+        assert!(
+            body.self_distance_m(&JointPositions([f64::NAN; 7]))
+                .is_nan()
+        );
     }
 }
 

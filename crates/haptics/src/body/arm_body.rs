@@ -211,8 +211,10 @@ impl ArmCapsules {
 
 /// `f64::min` drops NaN.
 pub(super) fn least_or_nan(distances_m: impl Iterator<Item = f64>) -> f64 {
-    distances_m.fold(f64::INFINITY, |least, d| match d.is_nan() || least.is_nan() {
-        true => f64::NAN,
-        false => least.min(d),
+    distances_m.fold(f64::INFINITY, |least, d| {
+        match d.is_nan() || least.is_nan() {
+            true => f64::NAN,
+            false => least.min(d),
+        }
     })
 }

@@ -25,7 +25,10 @@ impl Capsule {
 
     /// How far an end has moved at most, m.
     pub(super) fn moved_m(&self, other: &Self) -> f64 {
-        let (from_m, to_m) = (self.from_m.distance(other.from_m), self.to_m.distance(other.to_m));
+        let (from_m, to_m) = (
+            self.from_m.distance(other.from_m),
+            self.to_m.distance(other.to_m),
+        );
         from_m.max(to_m)
     }
 

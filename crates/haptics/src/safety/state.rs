@@ -255,7 +255,12 @@ pub enum SafeRequest {
     },
     /// Come to rest where the arm is.
     Hold,
-    /// Withdraw the board along -normal of its face, by this way and no faster.
+    /// Give way to whatever pushes the arm, no faster than this, and stand when it is gone.
+    Yield {
+        /// Speed of the fastest part, m/s.
+        speed_m_per_s: f64,
+    },
+    /// Withdraw the board along -normal of its face, by this way and no faster; give way to what is met on it.
     Retreat {
         /// How far behind its surface, m.
         behind_m: f64,

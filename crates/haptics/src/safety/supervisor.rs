@@ -185,6 +185,9 @@ impl Supervisor {
             self.clock.elapsed_s,
             timing,
             self.torque_level,
+            input
+                .force
+                .is_some_and(|wrench| wrench.force_n.length() > self.config.contact.relaxed_n),
             self.config.latch,
         );
         let joints = self.arm.joint_count();
@@ -319,7 +322,8 @@ impl Supervisor {
         let mut next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
         let person = PersonBody::of(input.person, &self.config.separation.person);
         for less in SLOWER {
-            let Some(reason) = self.too_near(input.now_s, &person, next.sent(), next.rates()) else {
+            let Some(reason) = self.too_near(input.now_s, &person, next.sent(), next.rates())
+            else {
                 break;
             };
             slowed = Some((less * share, reason));
@@ -402,9 +406,16 @@ impl Supervisor {
         if let (Some(speed), Some(trouble)) = (retreat, self.faults.trouble) {
             let outward = twist.linear_m_per_s.dot(face.rotation().z_axis);
             let reason = trouble.fault.reason;
+            let torque = input.state.external_torque.unwrap_or_default();
+            let gives_way = torque.0.iter().zip(&qd.0).map(|(torque, qd)| torque * qd);
+            let gives_way = gives_way.sum::<f64>() > 0.0;
+            let speed = match gives_way {
+                true => self.config.timing.yield_m_per_s,
+                false => speed,
+            };
             cap(speed, twist.linear_m_per_s.length(), reason);
-            // A retreat goes back, not forward.
-            if outward > SLOWEST_M_PER_S {
+            // A retreat goes back, and not forward, unless it is pushed there.
+            if outward > SLOWEST_M_PER_S && !gives_way {
                 cap(0.0, outward, reason);
             }
         }
@@ -443,6 +454,12 @@ impl Supervisor {
         let reason = trouble.fault.reason;
         let (state, request) = match trouble.stage {
             Stage::Hold => (SafeState::Holding { reason }, SafeRequest::Hold),
+            Stage::Retreat if trouble.fault.severity == Severity::Pressed => (
+                SafeState::Retreating { reason },
+                SafeRequest::Yield {
+                    speed_m_per_s: timing.yield_m_per_s,
+                },
+            ),
             Stage::Retreat => (
                 SafeState::Retreating { reason },
                 SafeRequest::Retreat {

@@ -235,7 +235,11 @@ impl Chain {
     }
 
     /// Where the joints are, base frame, m, base to tip; then the tip. At most seven joints.
-    pub(crate) fn visit_joints_of_seven(&self, q: &[f64; MOST_JOINTS], mut visit: impl FnMut(DVec3)) {
+    pub(crate) fn visit_joints_of_seven(
+        &self,
+        q: &[f64; MOST_JOINTS],
+        mut visit: impl FnMut(DVec3),
+    ) {
         let tip = self.tip_pose(q, |_, _, p| visit(p));
         visit(tip.position_m());
     }
