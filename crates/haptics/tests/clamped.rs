@@ -41,6 +41,8 @@ struct Scene {
     force_n: f64,
     said: SafeState,
     fingertip_stamp_s: Option<f64>,
+    /// A hand is at the board.
+    is_touched: bool,
 }
 
 impl Scene {
@@ -49,7 +51,6 @@ impl Scene {
         let arm =
             ArmKinematics::carrying(&SrsArm::iiwa7(), board.flange_from_board_face().unwrap());
         let mut config = SupervisorConfig {
-            bias: None,
             ..SupervisorConfig::default()
         };
         config.hand.frozen_s = None;
@@ -70,6 +71,7 @@ impl Scene {
             force_n: 0.0,
             said: SafeState::Normal,
             fingertip_stamp_s: None,
+            is_touched: false,
         }
     }
 
@@ -108,6 +110,9 @@ impl Scene {
             position_m: DVec3::new(2.0, 0.0, 1.0),
             stamp_s: self.fingertip_stamp_s.unwrap_or(self.now_s),
         }];
+        // The fingertip is far away, or nobody knows where it is.
+        let is_seen = self.fingertip_stamp_s.is_none() && !self.is_touched;
+        self.supervisor.set_out_of_reach(is_seen);
         let said = self.supervisor.step(&SupervisorInput {
             now_s: self.now_s,
             state: &self.state,
@@ -131,6 +136,7 @@ impl Scene {
 /// The force from the first named state on: its rise, N, and what is left of it half a second later.
 fn clamped(point: usize, pushes: DVec3, n_per_m: f64, most_n: f64) -> (f64, f64) {
     let mut scene = Scene::new();
+    scene.is_touched = point == 4;
     let mut hand = Hand {
         point,
         at_m: scene.point_m(&home(), point) - 0.01 * pushes,
@@ -214,5 +220,49 @@ fn a_retreat_stops_before_a_hand_that_nobody_sees() {
             most_n < limit_n && scene.force_n < 20.0,
             "{n_per_m}: {most_n}"
         );
+    }
+}
+
+/// On a link, with nobody at the board: named within 50 ms, and let go.
+#[test]
+fn a_push_on_a_link_is_named_and_let_go() {
+    for point in [2, 3] {
+        for pushes in [
+            DVec3::X,
+            DVec3::Y,
+            -DVec3::X,
+            -DVec3::Y,
+            DVec3::new(0.6, 0.0, -0.8),
+        ] {
+            let mut scene = Scene::new();
+            let mut hand = Hand {
+                point,
+                at_m: scene.point_m(&home(), point) - 0.1 * pushes,
+                pushes,
+                n_per_m: 5e3,
+            };
+            for _ in 0..1000 {
+                scene.step(&hand);
+            }
+            assert_eq!(scene.said, SafeState::Normal);
+            hand.at_m = scene.point_m(&scene.state.q, point) + pushes * (65.0 / hand.n_per_m);
+            let named_ms = (0..50).find(|_| {
+                scene.step(&hand);
+                scene.said != SafeState::Normal
+            });
+            let named_ms = named_ms.expect("named");
+            let reason = scene.said.reason().expect("a reason").name();
+            assert_eq!(reason, "unexpected_contact", "{point} {pushes}");
+            let mut most_n = 0.0_f64;
+            for _ in 0..3000 {
+                scene.step(&hand);
+                most_n = most_n.max(scene.force_n);
+            }
+            println!(
+                "{point} {pushes}: {named_ms} ms, at most {most_n:.1} N, then {:.1}",
+                scene.force_n
+            );
+            assert!(most_n < 75.0 && scene.force_n < 30.0);
+        }
     }
 }

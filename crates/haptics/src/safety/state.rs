@@ -136,6 +136,13 @@ pub enum SafeReason {
         /// N m.
         bias_n_m: f64,
     },
+    /// Nobody's hand is near the board, and yet something pushes the arm.
+    UnexpectedContact {
+        /// The joint that feels most of it for its limit, from 0.
+        joint: usize,
+        /// Beyond its bias, N m.
+        torque_n_m: f64,
+    },
     /// [`Supervisor::stop`](super::Supervisor::stop) was called.
     Requested,
 }
@@ -161,6 +168,7 @@ impl SafeReason {
             Self::Refused => "refused",
             Self::Unproven => "unproven",
             Self::TorqueBias { .. } => "torque_bias",
+            Self::UnexpectedContact { .. } => "unexpected_contact",
             Self::Requested => "requested",
         }
     }
@@ -177,7 +185,7 @@ impl SafeReason {
             | Self::CommandLimit { channel, .. }
             | Self::PersonNear { part: channel, .. } => Some(*channel),
             Self::Force { .. } | Self::ImplausibleForce { .. } => Some(Channel::Force),
-            Self::TorqueBias { .. } => Some(Channel::Torque),
+            Self::TorqueBias { .. } | Self::UnexpectedContact { .. } => Some(Channel::Torque),
             _ => None,
         }
     }

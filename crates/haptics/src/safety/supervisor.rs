@@ -224,7 +224,21 @@ impl Supervisor {
         dt_s: f64,
     ) -> Option<Fault> {
         let bias = self.bias.as_mut()?;
-        bias.step(input.state, self.out_of_reach && arm_is_sound, dt_s);
+        let is_out_of_reach = self.out_of_reach && arm_is_sound;
+        let contact = match is_out_of_reach {
+            true => bias.contact(input.state, &self.guard, dt_s),
+            false => {
+                bias.expects_contact();
+                None
+            }
+        };
+        bias.step(input.state, is_out_of_reach && contact.is_none(), dt_s);
+        if let Some((joint, torque_n_m)) = contact {
+            return Some(Fault {
+                reason: SafeReason::UnexpectedContact { joint, torque_n_m },
+                severity: Severity::Unsure,
+            });
+        }
         let (joint, bias_n_m) = bias.beyond(self.arm.joint_count(), &self.guard)?;
         Some(Fault {
             reason: SafeReason::TorqueBias { joint, bias_n_m },
