@@ -105,11 +105,11 @@ impl Scene {
         };
         let step = self.renderer.step_with(self.now_s, &self.state, &input);
         self.renderer.plan();
-        let person = [PersonPoint {
-            part: PersonPart::Fingertip,
+        let person = [PersonPart::Fingertip, PersonPart::Head].map(|part| PersonPoint {
+            part,
             position_m: DVec3::new(2.0, 0.0, 1.0),
             stamp_s: self.fingertip_stamp_s.unwrap_or(self.now_s),
-        }];
+        });
         // The fingertip is far away, or nobody knows where it is.
         let is_seen = self.fingertip_stamp_s.is_none() && !self.is_touched;
         self.supervisor.set_out_of_reach(is_seen);

@@ -129,6 +129,9 @@ pub enum SafeReason {
     Refused,
     /// Too few states of the arm agree with each other to begin from.
     Unproven,
+    /// A part of the person without which the arm does not move
+    /// ([`SupervisorConfig::required`](super::SupervisorConfig::required)) was not seen so far.
+    Unseen(Channel),
     /// With the board out of everybody's reach the torque sensors say this: a touch would be hidden, or seen where none is.
     TorqueBias {
         /// Joint, from 0.
@@ -167,6 +170,7 @@ impl SafeReason {
             Self::NotObeyed => "not_obeyed",
             Self::Refused => "refused",
             Self::Unproven => "unproven",
+            Self::Unseen(_) => "unseen",
             Self::TorqueBias { .. } => "torque_bias",
             Self::UnexpectedContact { .. } => "unexpected_contact",
             Self::Requested => "requested",
@@ -178,6 +182,7 @@ impl SafeReason {
     pub const fn channel(&self) -> Option<Channel> {
         match self {
             Self::NonFinite(channel)
+            | Self::Unseen(channel)
             | Self::Stale { channel, .. }
             | Self::Jump { channel, .. }
             | Self::Frozen { channel, .. }

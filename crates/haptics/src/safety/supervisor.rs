@@ -192,16 +192,19 @@ impl Supervisor {
         );
         let joints = self.arm.joint_count();
         let agreeing = self.agreement.step(joints, input.state, &self.guard);
+        let is_unproven = self.sent == Sent::Nothing && agreeing < self.config.agreeing_states;
+        let unseen = self.inspection.unseen().map(PersonPart::channel);
+        let reason = match is_unproven {
+            true => Some(SafeReason::Unproven),
+            false => unseen.map(SafeReason::Unseen),
+        };
         if self.faults.trouble.is_none()
-            && self.sent == Sent::Nothing
-            && agreeing < self.config.agreeing_states
+            && let Some(reason) = reason
         {
             self.remember(input, ArmCommand::Hold);
             return SupervisorStep {
                 command: ArmCommand::Hold,
-                state: SafeState::Holding {
-                    reason: SafeReason::Unproven,
-                },
+                state: SafeState::Holding { reason },
                 request: SafeRequest::Hold,
                 latched: false,
             };

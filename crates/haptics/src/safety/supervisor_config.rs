@@ -3,7 +3,7 @@
 use super::limits::contact_limits::ContactLimits;
 use super::limits::load::LoadLimits;
 use super::limits::motion_guard::GuardLimits;
-use super::limits::person::PersonLimits;
+use super::limits::person::{PersonLimits, PersonPart};
 use super::watch::obedience::ObedienceConfig;
 use super::watch::target_leaps::LeapLimits;
 use super::watch::torque_bias::BiasConfig;
@@ -81,6 +81,9 @@ pub struct SupervisorConfig {
     pub leaps: LeapLimits,
     /// What needs a person.
     pub latch: Latch,
+    /// Parts of the person that must have been tracked before the arm moves; default head and fingertip. What is not required is not
+    /// missed until it was seen, and nothing keeps the arm away from it.
+    pub required: Vec<PersonPart>,
     /// The arm's body.
     pub body: BodyConfig,
     /// How far head and torso stay away from an arm that moves.
@@ -128,6 +131,7 @@ impl Default for SupervisorConfig {
             bias: Some(BiasConfig::default()),
             leaps: LeapLimits::default(),
             latch: Latch::default(),
+            required: vec![PersonPart::Head, PersonPart::Fingertip],
             body: BodyConfig::default(),
             separation: SeparationConfig::default(),
             effective_mass_kg: 5.0,
@@ -136,8 +140,9 @@ impl Default for SupervisorConfig {
             velocity: watch(0.1, 1.0, 200.0, Some(0.2)),
             torque: watch(0.1, 250.0, 2e4, Some(0.2)),
             // A hand moves at up to 5 m/s or so; a tracker that recovers leaps.
-            hand: watch(0.25, 0.1, 8.0, Some(1.0)),
-            head: watch(0.25, 0.1, 4.0, Some(1.0)),
+            // Five frames at 90 Hz.
+            hand: watch(0.06, 0.1, 8.0, Some(1.0)),
+            head: watch(0.06, 0.1, 4.0, Some(1.0)),
             target: watch(0.25, f64::INFINITY, 0.0, None),
             force: watch(0.1, 500.0, 1e5, None),
             repeated_times: 20,

@@ -95,6 +95,7 @@ impl Display for SafeReason {
             Self::NotObeyed => f.write_str("the arm is not where it was told to be"),
             Self::Refused => f.write_str("the arm does not take commands"),
             Self::Unproven => f.write_str("too few states of the arm agree to begin from"),
+            Self::Unseen(part) => write!(f, "{} has not been tracked yet", part.words()),
             Self::TorqueBias { joint, bias_n_m } => write!(
                 f,
                 "the torque sensor of joint {} says {bias_n_m:.1} N m without a touch",

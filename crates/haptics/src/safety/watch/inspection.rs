@@ -73,6 +73,9 @@ pub(in crate::safety) struct Inspection {
     away_since_s: Option<f64>,
     /// Filtered force and moment, and the stamp of the last, s.
     located: Option<(Wrench, f64)>,
+    /// Which parts of the person were sound once.
+    seen: [bool; 3],
+    required: Vec<PersonPart>,
 }
 
 impl Inspection {
@@ -110,7 +113,15 @@ impl Inspection {
             told_to_move: false,
             away_since_s: None,
             located: None,
+            seen: [false; 3],
+            required: config.required.clone(),
         })
+    }
+
+    /// A part without which the arm does not move, and that was never seen.
+    pub(in crate::safety) fn unseen(&self) -> Option<PersonPart> {
+        let unseen = |part: &&PersonPart| !self.seen[**part as usize];
+        self.required.iter().find(unseen).copied()
     }
 
     /// The part is not missed until it comes again.
@@ -356,7 +367,9 @@ impl Inspection {
             let checked = match newest {
                 Some(point) => {
                     let position = point.position_m.to_array();
-                    watch.check(input.now_s, point.stamp_s, &position, true)
+                    let checked = watch.check(input.now_s, point.stamp_s, &position, true);
+                    self.seen[part as usize] |= checked.is_ok();
+                    checked
                 }
                 None => watch.missing(input.now_s),
             };
