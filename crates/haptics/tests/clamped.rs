@@ -76,7 +76,7 @@ impl Scene {
     }
 
     fn point_m(&self, q: &JointPositions, point: usize) -> DVec3 {
-        self.arm.body_points_m(q).0[point]
+        self.arm.body_points(q).points_m()[point]
     }
 
     fn step(&mut self, hand: &Hand) {

@@ -45,7 +45,7 @@ const MOST: usize = MOST_BODY_POINTS - 1 + STRIPS;
 /// Configurations from which it is known which parts touch by construction.
 const SAMPLES: u32 = 512;
 
-/// An arm as capsules: its links between the [points of its body](ArmKinematics::body_points_m), and its board.
+/// An arm as capsules: its links between the [points of its body](ArmKinematics::body_points), and its board.
 #[derive(Debug, Clone)]
 pub struct ArmBody {
     arm: Arc<dyn ArmKinematics>,
@@ -59,7 +59,8 @@ impl ArmBody {
     /// Of an arm whose tool frame is the face of the board.
     ///
     /// Neighbours always touch, and so do parts that overlap in all of 512 configurations, such as the short links of a wrist; they are not
-    /// judged. The board and the two links before it are not either: a wrist that bends the board onto them is beyond its limits.
+    /// judged. The board and the links from the forearm on, which is the last one that is longer than thick, are not either: how thick
+    /// a wrist is decides whether it can bend the board onto them.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -113,10 +114,10 @@ impl ArmBody {
     /// At a configuration, base frame. Does not allocate. NaN in gives NaN distances.
     #[must_use]
     pub fn at(&self, q: &JointPositions) -> ArmCapsules {
-        let (points_m, count) = self.arm.body_points_m(q);
-        let face = self.arm.forward(q);
+        let body = self.arm.body_points(q);
+        let (points_m, face) = (body.points_m(), body.base_from_tool());
         let mut all = [Capsule::ball(DVec3::ZERO, 0.0); MOST];
-        let links = count - 1;
+        let links = points_m.len() - 1;
         for (link, capsule) in all.iter_mut().enumerate().take(links) {
             *capsule = Capsule {
                 from_m: points_m[link],
@@ -202,8 +203,10 @@ impl ArmCapsules {
     /// Parts that are no neighbours.
     fn strangers(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let links = self.links;
+        let is_long = |link: &Capsule| link.from_m.distance(link.to_m) > 2.0 * link.radius_m;
+        let forearm = self.links().iter().rposition(is_long).unwrap_or(0);
         (0..links).flat_map(move |i| {
-            let boards = links..if i + 2 < links { links + STRIPS } else { links };
+            let boards = links..if i < forearm { links + STRIPS } else { links };
             (i + 2..links).chain(boards).map(move |j| (i, j))
         })
     }

@@ -66,9 +66,8 @@ fn direction(
         .fold(0.0, |most: f64, n_m| most.max(n_m.abs()));
     let unit = torque.0.map(|n_m| n_m / most_n_m);
     let ahead = JointPositions(std::array::from_fn(|i| q[i] + SMALL_RAD * unit[i]));
-    let (here_m, count) = arm.body_points_m(q);
-    let (there_m, _) = arm.body_points_m(&ahead);
-    let fastest = here_m.iter().zip(&there_m).take(count);
+    let (here, there) = (arm.body_points(q), arm.body_points(&ahead));
+    let fastest = here.points_m().iter().zip(there.points_m());
     let fastest = fastest.map(|(here, there)| here.distance(*there) / SMALL_RAD);
     let fastest = fastest.fold(0.0, f64::max);
     (fastest > 1e-3 && fastest.is_finite()).then(|| JointVelocities(unit.map(|qd| qd / fastest)))

@@ -11,60 +11,70 @@ pub const MOST_BODY_POINTS: usize = MOST_JOINTS + 2;
 /// Points nearer to each other than this are one, m.
 const SAME_M: f64 = 1e-3;
 
-/// Points in a row.
-#[derive(Debug)]
-pub(super) struct BodyPoints {
+/// Points along the body of an arm from base to tool, base frame: its parts lie between each two neighbours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BodyPoints {
+    base_from_tool: Pose,
     points_m: [DVec3; MOST_BODY_POINTS],
     count: usize,
 }
 
 impl BodyPoints {
-    /// The base alone.
-    pub(super) const fn from_base() -> Self {
-        Self {
+    /// From places on the body in their order, without the base and the tool; those nearer to the last one than 1 mm are left out, and so
+    /// are more than seven.
+    pub fn new(places_m: impl IntoIterator<Item = DVec3>, base_from_tool: Pose) -> Self {
+        let mut points = Self {
+            base_from_tool,
             points_m: [DVec3::ZERO; MOST_BODY_POINTS],
             count: 1,
+        };
+        for place_m in places_m.into_iter().take(MOST_JOINTS) {
+            points.push(place_m);
         }
+        points.push(base_from_tool.position_m());
+        points
     }
 
-    /// Adds a point, unless it is the last one; returns the last.
-    pub(super) fn push(&mut self, point_m: DVec3) -> DVec3 {
+    fn push(&mut self, point_m: DVec3) {
         let apart_m = point_m.distance(self.points_m[self.count - 1]);
-        if self.count < MOST_BODY_POINTS && (apart_m > SAME_M || apart_m.is_nan()) {
+        if apart_m > SAME_M || apart_m.is_nan() {
             self.points_m[self.count] = point_m;
             self.count += 1;
         }
-        self.points_m[self.count - 1]
     }
 
-    pub(super) const fn finish(self) -> ([DVec3; MOST_BODY_POINTS], usize) {
-        (self.points_m, self.count)
+    /// From the joint axes alone: where two neighbouring axes meet, or the foot of their common perpendicular on the later one. A sliding
+    /// joint has no axis and gives no point.
+    pub(super) fn from_axes(joints: usize, (tool, jacobian): &(Pose, Jacobian)) -> Self {
+        let tool_m = tool.position_m();
+        let mut last = DVec3::ZERO;
+        let mut before: Option<(DVec3, DVec3)> = None;
+        let turning = (0..joints.min(MOST_JOINTS)).filter(|joint| {
+            let axis = jacobian.angular[*joint];
+            axis.length_squared() >= 0.5 || axis.is_nan()
+        });
+        let feet = turning.filter_map(|joint| {
+            let axis = jacobian.angular[joint];
+            // v = ω x r, so the axis passes the tool point at -(v x ω) from it.
+            let on_axis = tool_m - jacobian.linear[joint].cross(axis);
+            let (point, direction) = before.replace((on_axis, axis))?;
+            last = foot_on_second(point, direction, on_axis, axis, last);
+            Some(last)
+        });
+        Self::new(feet, *tool)
     }
-}
 
-/// From the joint axes alone, which are the columns of the Jacobian. A sliding joint has no axis and gives no point.
-pub(super) fn points_from_axes(
-    joints: usize,
-    (tool, jacobian): &(Pose, Jacobian),
-) -> ([DVec3; MOST_BODY_POINTS], usize) {
-    let tool_m = tool.position_m();
-    let mut points = BodyPoints::from_base();
-    let mut last = DVec3::ZERO;
-    let mut before: Option<(DVec3, DVec3)> = None;
-    for joint in 0..joints.min(MOST_JOINTS) {
-        let axis = jacobian.angular[joint];
-        if axis.length_squared() < 0.5 {
-            continue;
-        }
-        // v = ω x r, so the axis passes the tool point at -(v x ω) from it.
-        let on_axis = tool_m - jacobian.linear[joint].cross(axis);
-        if let Some((point, direction)) = before {
-            last = points.push(foot_on_second(point, direction, on_axis, axis, last));
-        }
-        before = Some((on_axis, axis));
+    /// Base, places on the body, tool, m.
+    #[must_use]
+    pub fn points_m(&self) -> &[DVec3] {
+        &self.points_m[..self.count]
     }
-    points.push(tool_m);
-    points.finish()
+
+    /// Pose of the tool.
+    #[must_use]
+    pub const fn base_from_tool(&self) -> &Pose {
+        &self.base_from_tool
+    }
 }
 
 /// The point of the second line that is nearest to the first; of parallel ones that nearest to `last`.

@@ -1,6 +1,6 @@
 //! A serial chain with a tool as an arm: any arm of up to seven joints.
 
-use super::body_points::{BodyPoints, MOST_BODY_POINTS};
+use super::body_points::BodyPoints;
 use super::kinematics::{ArmKinematics, ArmScratch, ArmSolution};
 use crate::chain::{Chain, JointKind, NumericConfig};
 use crate::error::KinematicsError;
@@ -8,7 +8,6 @@ use crate::jacobian::Jacobian;
 use crate::joints::{JointLimit, JointPositions, MOST_JOINTS};
 use crate::srs::{BranchPolicy, NearestConfig};
 use crate::unreachable::Unreachable;
-use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
 use std::sync::Arc;
@@ -150,6 +149,11 @@ impl ArmKinematics for ChainArm {
         &self.max_velocity_rad_per_s
     }
 
+    fn max_torque_n_m(&self) -> [Option<f64>; MOST_JOINTS] {
+        let joints = self.base_to_flange.joints();
+        std::array::from_fn(|i| joints.get(i)?.max_effort.filter(|n_m| *n_m > 0.0))
+    }
+
     fn forward(&self, q: &JointPositions) -> Pose {
         self.base_to_tool.forward_unchecked(&q.0)
     }
@@ -162,12 +166,9 @@ impl ArmKinematics for ChainArm {
         self.base_to_tool.motion_of_seven(&q.0)
     }
 
-    fn body_points_m(&self, q: &JointPositions) -> ([DVec3; MOST_BODY_POINTS], usize) {
-        let mut points = BodyPoints::from_base();
-        self.base_to_tool.visit_joints_of_seven(&q.0, |point_m| {
-            points.push(point_m);
-        });
-        points.finish()
+    fn body_points(&self, q: &JointPositions) -> BodyPoints {
+        let (joints_m, base_from_tool) = self.base_to_tool.joints_of_seven(&q.0);
+        BodyPoints::new(joints_m, base_from_tool)
     }
 
     fn nearest(

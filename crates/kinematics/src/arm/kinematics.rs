@@ -1,13 +1,12 @@
 //! The kinematics that a controller needs, whatever the arm.
 
-use super::body_points::{MOST_BODY_POINTS, points_from_axes};
+use super::body_points::BodyPoints;
 use crate::chain::NumericScratch;
 use crate::error::KinematicsError;
 use crate::jacobian::Jacobian;
 use crate::joints::{JointLimit, JointPositions, JointTorques, MOST_JOINTS};
 use crate::srs::NearestConfig;
 use crate::wrench::{WrenchConfig, WrenchEstimate};
-use glam::DVec3;
 use hwall_geometry::{Pose, Wrench};
 use hwall_numeric::check::all_finite;
 use std::fmt::Debug;
@@ -46,6 +45,11 @@ pub trait ArmKinematics: Debug + Send + Sync {
     /// Largest joint speeds, rad/s; 1 beyond the last joint, so that dividing by them is harmless.
     fn max_velocity_rad_per_s(&self) -> &[f64; MOST_JOINTS];
 
+    /// Largest joint torques, N m, of those that are known; `None` by default.
+    fn max_torque_n_m(&self) -> [Option<f64>; MOST_JOINTS] {
+        [None; MOST_JOINTS]
+    }
+
     /// Pose of the tool, `base_from_tool`. Limits are not applied; NaN in gives NaN out.
     fn forward(&self, q: &JointPositions) -> Pose;
 
@@ -57,14 +61,12 @@ pub trait ArmKinematics: Debug + Send + Sync {
         (self.forward(q), self.jacobian(q))
     }
 
-    /// Points along the body from base to tool, base frame, m, and how many: the parts of the arm lie between each two neighbours. Points
-    /// nearer to each other than 1 mm are one. NaN in gives NaN.
+    /// Points along the body, and the pose of the tool. NaN in gives NaN.
     ///
-    /// By default found from the joint axes: where two neighbouring axes meet, or the foot of their common perpendicular on the later
-    /// one. For an S-R-S arm these are base, shoulder, elbow, wrist and tool. An arm whose body is far from its axes names its joints
-    /// instead, as [`ChainArm`](crate::ChainArm) does.
-    fn body_points_m(&self, q: &JointPositions) -> ([DVec3; MOST_BODY_POINTS], usize) {
-        points_from_axes(self.joint_count(), &self.forward_and_jacobian(q))
+    /// By default found from the joint axes: for an S-R-S arm these are base, shoulder, elbow, wrist and tool. An arm whose body is far from
+    /// its axes names its joints instead, as [`ChainArm`](crate::ChainArm) does.
+    fn body_points(&self, q: &JointPositions) -> BodyPoints {
+        BodyPoints::from_axes(self.joint_count(), &self.forward_and_jacobian(q))
     }
 
     /// A configuration within the limits that holds the pose, near the reference.
