@@ -119,7 +119,9 @@ fn a_missing_tracker_is_held_and_resumed() {
         told.extend(std::iter::from_fn(|| session.next_event()));
     }
     // The supervisor first, then the renderer.
-    let [safe, held] = told[..] else { panic!("{told:?}") };
+    let [safe, held] = told[..] else {
+        panic!("{told:?}")
+    };
     let EventKind::Safe(SafeState::Holding {
         reason: SafeReason::Stale { age_s, .. },
     }) = safe.kind
