@@ -2,6 +2,7 @@
 
 mod arm;
 mod board;
+pub mod body;
 mod error;
 pub mod motion;
 pub mod object;

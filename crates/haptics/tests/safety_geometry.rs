@@ -1,12 +1,12 @@
 //! Capsules, limits of contact, pushes at the edge.
 
 use glam::DVec3;
-use hwall_haptics::safety::{
-    ArmCapsules, BoardLoad, Capsule, CapsuleConfig, ContactLimits, LoadLimits, WorkspaceBox,
-};
+use hwall_haptics::body::{ArmBody, BodyConfig, Capsule};
+use hwall_haptics::safety::{BoardLoad, ContactLimits, LoadLimits, WorkspaceBox};
 use hwall_haptics::{Board, board_pose};
 use hwall_kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm, Wrench};
 use hwall_testkit::Sampler;
+use std::sync::Arc;
 
 fn capsule(from_m: DVec3, to_m: DVec3, radius_m: f64) -> Capsule {
     Capsule {
@@ -66,43 +66,77 @@ fn distances_agree_with_a_search() {
     assert!(p.distance_m(&capsule(DVec3::NAN, DVec3::X, 0.1)).is_nan());
 }
 
-/// Base, shoulder, elbow, wrist, tool: the same for the closed form and for the chain.
+fn body(arm: Arc<dyn ArmKinematics>) -> ArmBody {
+    let board = Board::default();
+    let arm = arm.carrying(board.flange_from_board_face().unwrap());
+    ArmBody::new(arm, board, BodyConfig::default()).unwrap()
+}
+
+/// Base, shoulder, elbow, wrist, face from the axes; the chain has its joints in between, on the same lines.
 #[test]
-fn an_arm_is_found_from_its_axes() {
+fn the_bodies_of_closed_form_and_chain_are_the_same() {
     let q = JointPositions::from_deg([20.0, 40.0, -10.0, -80.0, 30.0, 50.0, 15.0]);
-    let config = CapsuleConfig::default();
-    let arms: [&dyn ArmKinematics; 2] = [&SrsArm::iiwa7(), &ChainArm::new(Chain::iiwa7()).unwrap()];
-    for arm in arms {
-        let body = ArmCapsules::new(arm, &q, &config);
-        let lengths: Vec<f64> = body
-            .capsules()
-            .iter()
-            .map(|c| (c.to_m - c.from_m).length())
-            .collect();
-        for (found, wanted) in lengths.iter().zip([0.34, 0.4, 0.4, 0.126, 0.0]) {
-            assert!((found - wanted).abs() < 1e-9, "{lengths:?}");
-        }
-        assert_eq!(lengths.len(), 5);
-        assert!(body.least_distance_m() > 0.05);
+    let srs = body(Arc::new(SrsArm::iiwa7()));
+    let chain = body(Arc::new(ChainArm::new(Chain::iiwa7()).unwrap()));
+    let lengths: Vec<f64> = srs
+        .at(&q)
+        .links()
+        .iter()
+        .map(|c| c.from_m.distance(c.to_m))
+        .collect();
+    let tool_m = srs
+        .arm()
+        .forward(&q)
+        .position_m()
+        .distance(srs.at(&q).links()[3].from_m);
+    for (found, wanted) in lengths.iter().zip([0.34, 0.4, 0.4, tool_m]) {
+        assert!((found - wanted).abs() < 1e-9, "{lengths:?}");
+    }
+    assert_eq!(lengths.len(), 4);
+    let mut sampler = Sampler::new(7);
+    for _ in 0..200 {
+        let at_m = DVec3::from_array(std::array::from_fn(|_| sampler.uniform(-1.0, 1.0)));
+        let ball = capsule(at_m, at_m, 0.1);
+        let [a, b] = [&srs, &chain].map(|body| body.at(&q).distance_m(&ball));
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
     }
 }
 
+/// A check that cannot run says nothing: for all arms it runs, and their usual posture is free.
 #[test]
 fn a_folded_arm_meets_itself() {
-    let arm = SrsArm::iiwa7();
-    let config = CapsuleConfig::default();
-    let body = |deg| ArmCapsules::new(&arm, &JointPositions::from_deg(deg), &config);
-    // Upright, the parts are far apart; with the hand folded back over shoulder and base they are not.
-    let straight = body([0.0; 7]);
-    let folded = body([0.0, 100.0, 0.0, -119.0, 0.0, 115.0, 0.0]);
-    assert!(
-        straight.least_distance_m() > 0.1,
-        "{}",
-        straight.least_distance_m()
-    );
-    assert!(folded.least_distance_m() < straight.least_distance_m());
-    let bad = ArmCapsules::new(&arm, &JointPositions([f64::NAN; 7]), &config);
-    assert!(bad.least_distance_m().is_nan());
+    let urdf = |text: &str| Chain::from_urdf_str(text, None, None).unwrap();
+    let chains = [
+        Chain::iiwa7(),
+        urdf(include_str!("../../kinematics/tests/data/ur5.urdf")),
+        urdf(include_str!("../../kinematics/tests/data/panda.urdf")),
+    ];
+    let upright = [
+        [0.0; 7],
+        [0.0, -90.0, 60.0, 0.0, 90.0, 0.0, 0.0],
+        [0.0, -45.0, 0.0, -135.0, 0.0, 90.0, 45.0],
+    ];
+    let folded = [
+        [0.0, 100.0, 0.0, -119.0, 0.0, 115.0, 0.0],
+        [0.0, -90.0, 165.0, 0.0, 90.0, 0.0, 0.0],
+        [0.0, 80.0, 0.0, -174.0, 0.0, 90.0, 0.0],
+    ];
+    for ((chain, upright), folded) in chains.into_iter().zip(upright).zip(folded) {
+        let mut body = body(Arc::new(ChainArm::new(chain).unwrap()));
+        body.fit(&JointPositions::from_deg(upright));
+        let apart_m = |deg| body.self_distance_m(&JointPositions::from_deg(deg));
+        assert!(
+            apart_m(upright) > body.clearance_m(),
+            "{}",
+            apart_m(upright)
+        );
+        assert!(apart_m(folded) < body.clearance_m(), "{}", apart_m(folded));
+        assert!(apart_m(folded).is_finite());
+        assert!(
+            body.self_distance_m(&JointPositions([f64::NAN; 7]))
+                .is_nan()
+        );
+    }
 }
 
 #[test]

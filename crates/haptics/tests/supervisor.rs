@@ -115,13 +115,13 @@ fn missing_inputs() {
         assert_eq!((reason.channel(), reason.name()), (Some(channel), "stale"));
         assert_eq!(after.state.name(), "holding");
     };
-    missing(Channel::Fingertip, 250, |b| {
+    missing(Channel::Fingertip, 60, |b| {
         b.person.remove(0);
     });
-    missing(Channel::Palm, 250, |b| {
+    missing(Channel::Palm, 60, |b| {
         b.person.remove(1);
     });
-    missing(Channel::Head, 250, |b| {
+    missing(Channel::Head, 60, |b| {
         b.person.remove(2);
     });
     missing(Channel::Torque, 100, |b| b.state.external_torque = None);

@@ -3,9 +3,10 @@
 mod supervised;
 
 use glam::DVec3;
+use hwall_haptics::body::{ArmBody, BodyConfig};
 use hwall_haptics::safety::{
-    ArmCapsules, CapsuleConfig, Channel, GuardLimits, Latch, PersonPart, SafeReason, SafeRequest,
-    SafeState, Supervisor, SupervisorConfig, SupervisorInput, WorkspaceBox,
+    Channel, GuardLimits, Latch, PersonPart, SafeReason, SafeRequest, SafeState, Supervisor,
+    SupervisorConfig, SupervisorInput, WorkspaceBox,
 };
 use hwall_haptics::{ArmCommand, Board};
 use hwall_kinematics::{
@@ -27,7 +28,7 @@ fn too_much_force_withdraws_at_once_and_is_latched() {
     assert_eq!(normal.state, SafeState::Normal);
     let lasting = bench.run_with(60, |b, _| b.force = Some(push(200.0)));
     assert_eq!(lasting.state.name(), "retreating");
-    assert!(lasting.latched && matches!(lasting.request, SafeRequest::Retreat { .. }));
+    assert!(lasting.latched && matches!(lasting.request, SafeRequest::Yield { .. }));
     let SafeReason::Force { limit_n, .. } = lasting.state.reason().unwrap() else {
         panic!("{lasting:?}");
     };
@@ -385,11 +386,9 @@ fn settings_out_of_range_are_named() {
     type Change = fn(&mut SupervisorConfig);
     let bad: [(&str, Change); 7] = [
         ("quasi_static_n", |c| c.contact.quasi_static_n = 0.0),
-        ("head_speed_m_per_s", |c| {
-            c.person.head_speed_m_per_s = f64::NAN
-        }),
+        ("person_m_per_s", |c| c.separation.person_m_per_s = f64::NAN),
         ("edge_m", |c| c.load.edge_m = -1.0),
-        ("radius_m", |c| c.capsules.radius_m = 0.0),
+        ("radius_m", |c| c.body.radius_m = 0.0),
         ("effective_mass_kg", |c| c.effective_mass_kg = -1.0),
         ("hold_s", |c| c.timing.hold_s = f64::INFINITY),
         ("max_age_s", |c| c.hand.max_age_s = 0.0),
@@ -497,14 +496,14 @@ fn targets_below_the_table_or_inside_the_base_get_no_command() {
     };
     // Straight down from home towards below the table, and folded into its own base.
     let below = JointPositions::from_deg([0.0, 95.0, 0.0, -60.0, 0.0, 60.0, 0.0]);
+    let board = Board::default();
+    let carrying = ArmKinematics::carrying(&arm, board.flange_from_board_face().unwrap());
+    let body = ArmBody::new(carrying, board, BodyConfig::default()).unwrap();
     let mut sampler = Sampler::new(3);
     let inside = std::iter::repeat_with(|| {
         JointPositions(arm.limits().map(|l| sampler.uniform(l.min_rad, l.max_rad)))
     })
-    .find(|q| {
-        let deep_m = ArmCapsules::new(&arm, q, &CapsuleConfig::default()).least_distance_m();
-        deep_m < -0.05
-    });
+    .find(|q| body.self_distance_m(q) < -0.05);
     // Only what it is told counts here; nobody is near.
     for (to, is_reason) in [
         (

@@ -5,7 +5,7 @@ mod common;
 use common::{Bench, GazeSession, Hand, TRACKER_S, session, wall};
 use hwall::glam::DVec3;
 use hwall::hand::Tracking;
-use hwall::haptics::HoldReason;
+use hwall::haptics::{HoldReason, SafeReason, SafeState};
 use hwall::kinematics::Unreachable;
 use hwall::reachability::Presented;
 use hwall::scene::SurfaceId;
@@ -118,7 +118,17 @@ fn a_missing_tracker_is_held_and_resumed() {
         bench.obey(command);
         told.extend(std::iter::from_fn(|| session.next_event()));
     }
-    let [held] = told[..] else { panic!("{told:?}") };
+    // The supervisor first, then the renderer.
+    let [safe, held] = told[..] else {
+        panic!("{told:?}")
+    };
+    let EventKind::Safe(SafeState::Holding {
+        reason: SafeReason::Stale { age_s, .. },
+    }) = safe.kind
+    else {
+        panic!("{safe:?}")
+    };
+    assert!((0.06..0.07).contains(&age_s), "{age_s} s");
     let EventKind::Held(HoldReason::StaleTarget { age_s }) = held.kind else {
         panic!("{held:?}")
     };

@@ -213,8 +213,12 @@ fn waiting_for_a_first_frame_is_no_fault() {
     for k in 0..500 {
         step(&mut session, &mut bench);
         assert_eq!(session.state(), SessionState::Holding(HoldReason::NoTarget));
-        // The first two states could be wrong.
-        let is_normal = session.control().safety() == SafeState::Normal;
-        assert_eq!(is_normal, k >= 2);
+        // The first two states could be wrong; then nobody is there.
+        let reason = match k {
+            0..2 => SafeReason::Unproven,
+            _ => SafeReason::Unseen(Channel::Head),
+        };
+        let said = session.control().safety();
+        assert_eq!(said, SafeState::Holding { reason });
     }
 }

@@ -13,7 +13,7 @@ mod unreachable;
 mod wrench;
 
 // Any arm.
-pub use arm::{ArmKinematics, ArmScratch, ArmSolution, ChainArm};
+pub use arm::{ArmKinematics, ArmScratch, ArmSolution, BodyPoints, ChainArm, MOST_BODY_POINTS};
 
 // The closed form of S-R-S arms.
 pub use srs::{

@@ -10,6 +10,7 @@ mod proximity;
 mod renderer;
 mod step;
 mod supervised;
+mod yielding;
 
 pub use config::{ForceConfig, RendererConfig, WatchdogConfig};
 pub use contact::{ContactConfig, ContactDetector, ContactState};

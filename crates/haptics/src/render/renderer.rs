@@ -21,7 +21,8 @@ use crate::usual_step::UsualStep;
 use glam::DVec3;
 use hwall_geometry::Wrench;
 use hwall_kinematics::{
-    ArmKinematics, JointPositions, JointVelocities, Unreachable, WrenchConfig, WrenchEstimate,
+    ArmKinematics, JointPositions, JointTorques, JointVelocities, Unreachable, WrenchConfig,
+    WrenchEstimate,
 };
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
@@ -267,7 +268,7 @@ impl Renderer {
         let mut sliding = false;
         let command = if is_asked_to {
             self.stop_objects(dt_s);
-            self.supervised(request, dt_s)
+            self.supervised(request, state.external_torque.as_ref(), dt_s)
         } else {
             self.end_withdrawal();
             let asked = match request {
@@ -322,15 +323,29 @@ impl Renderer {
         }
     }
 
-    /// What a supervisor asks for instead of going on: to stand, or to withdraw.
-    fn supervised(&mut self, request: Option<SafeRequest>, dt_s: f64) -> ArmCommand {
+    /// What a supervisor asks for instead of going on: to stand, to withdraw, or to give way.
+    fn supervised(
+        &mut self,
+        request: Option<SafeRequest>,
+        torque: Option<&JointTorques>,
+        dt_s: f64,
+    ) -> ArmCommand {
+        let Self {
+            withdrawal,
+            follower,
+            ..
+        } = self;
         let back = match request {
+            Some(SafeRequest::Yield { speed_m_per_s }) => {
+                Some(withdrawal.give_way(follower, torque, speed_m_per_s, dt_s))
+            }
+            Some(SafeRequest::Retreat { speed_m_per_s, .. }) if withdrawal.is_pushed(torque) => {
+                Some(withdrawal.give_way(follower, torque, speed_m_per_s, dt_s))
+            }
             Some(SafeRequest::Retreat {
                 behind_m,
                 speed_m_per_s,
-            }) => self
-                .withdrawal
-                .step(&self.follower, behind_m, speed_m_per_s, dt_s),
+            }) => withdrawal.step(follower, behind_m, speed_m_per_s, dt_s),
             _ => None,
         };
         if let Some(q) = back {

@@ -2,19 +2,23 @@
 
 use super::object::path_follower::PathFollower;
 use super::proximity::SHARES;
+use super::yielding::Yielding;
 use crate::motion::Follower;
 use crate::object::ObjectPath;
-use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
 
 /// How fast a withdrawal starts and ends, m/s².
 const ACCELERATION_M_PER_S2: f64 = 1.0;
 
-/// Brings the board back along -normal of its face.
+/// Brings the board back along -normal of its face, and away from what it meets.
 #[derive(Debug, Clone)]
 pub(super) struct Withdrawal {
     path: PathFollower,
     way: Option<Way>,
+    yielding: Yielding,
+    /// Where a push has taken the arm; the way back is over.
+    pushed_to: Option<JointPositions>,
     qd: JointVelocities,
 }
 
@@ -33,8 +37,43 @@ impl Withdrawal {
         Self {
             path: PathFollower::new(arm, hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2),
             way: None,
+            yielding: Yielding::default(),
+            pushed_to: None,
             qd: JointVelocities::default(),
         }
+    }
+
+    /// One step of giving way to what pushes the arm, from where the follower has commanded it to be.
+    pub(super) fn give_way(
+        &mut self,
+        follower: &Follower,
+        torque: Option<&JointTorques>,
+        speed_m_per_s: f64,
+        dt_s: f64,
+    ) -> JointPositions {
+        let arm = follower.arm();
+        let from = self.pushed_to.unwrap_or(match self.way {
+            Some(_) => *self.path.q(),
+            None => follower.commanded(),
+        });
+        self.qd = self
+            .yielding
+            .step(&**arm, &from, torque, speed_m_per_s, dt_s);
+        let limits = arm.limits();
+        let q = JointPositions(std::array::from_fn(|i| {
+            let to = from[i] + self.qd[i] * dt_s;
+            to.clamp(
+                limits[i].min_rad.min(from[i]),
+                limits[i].max_rad.max(from[i]),
+            )
+        }));
+        self.pushed_to = Some(q);
+        q
+    }
+
+    /// Was the arm pushed, or is it now?
+    pub(super) fn is_pushed(&self, torque: Option<&JointTorques>) -> bool {
+        self.pushed_to.is_some() || Yielding::is_pushed(torque)
     }
 
     /// One step back from where the follower has commanded the board to be: `None` if that is not finite. A board that is
@@ -80,8 +119,10 @@ impl Withdrawal {
 
     /// The way is over: where the arm is, and how it moves there; `None` if there was none.
     pub(super) fn end(&mut self) -> Option<(JointPositions, JointVelocities)> {
-        self.way.take()?;
-        Some((*self.path.q(), self.qd))
+        self.yielding = Yielding::default();
+        let (way, pushed_to) = (self.way.take(), self.pushed_to.take());
+        let q = pushed_to.or(way.map(|_| *self.path.q()))?;
+        Some((q, self.qd))
     }
 }
 

@@ -99,7 +99,7 @@ impl FaultMachine {
     }
 
     /// One cycle: what was found wrong in it, if anything. An arm that was not known, or took no commands, goes on only after it has come
-    /// to `rest`.
+    /// to `rest`; one that still is `pressed` gives way for as long as it is.
     pub(super) fn advance(
         &mut self,
         found: Option<Fault>,
@@ -107,6 +107,7 @@ impl FaultMachine {
         now_s: f64,
         timing: &TimingConfig,
         torque_level: bool,
+        is_pressed: bool,
         latch: Latch,
     ) {
         let Some(fault) = found else {
@@ -122,7 +123,7 @@ impl FaultMachine {
                 self.trouble = None;
                 return;
             }
-            self.escalate(now_s, timing);
+            self.escalate(now_s, timing, is_pressed);
             return;
         };
         let stage = match (fault.severity, torque_level) {
@@ -166,11 +167,11 @@ impl FaultMachine {
         {
             (trouble.stage, trouble.since_s) = (Stage::Hold, now_s);
         }
-        self.escalate(now_s, timing);
+        self.escalate(now_s, timing, is_pressed);
     }
 
     /// From holding to withdrawing, from withdrawing to stopped.
-    fn escalate(&mut self, now_s: f64, timing: &TimingConfig) {
+    fn escalate(&mut self, now_s: f64, timing: &TimingConfig, is_pressed: bool) {
         let Some(trouble) = &mut self.trouble else {
             return;
         };
@@ -185,7 +186,7 @@ impl FaultMachine {
                     Stage::Stop
                 }
             }
-            Stage::Retreat if lasted_s > timing.retreat_s => Stage::Stop,
+            Stage::Retreat if lasted_s > timing.retreat_s && !is_pressed => Stage::Stop,
             stage => stage,
         };
         if next != trouble.stage {

@@ -10,7 +10,6 @@ mod watch;
 mod words;
 
 pub use cycle::{SupervisorInput, SupervisorStep};
-pub use limits::capsule::{ArmCapsules, Capsule, CapsuleConfig};
 pub use limits::contact_limits::ContactLimits;
 pub use limits::load::{BoardLoad, LoadLimits};
 pub use limits::motion_guard::{GuardLimits, WorkspaceBox};

@@ -129,12 +129,22 @@ pub enum SafeReason {
     Refused,
     /// Too few states of the arm agree with each other to begin from.
     Unproven,
+    /// A part of the person without which the arm does not move
+    /// ([`SupervisorConfig::required`](super::SupervisorConfig::required)) was not seen so far.
+    Unseen(Channel),
     /// With the board out of everybody's reach the torque sensors say this: a touch would be hidden, or seen where none is.
     TorqueBias {
         /// Joint, from 0.
         joint: usize,
         /// N m.
         bias_n_m: f64,
+    },
+    /// Nobody's hand is near the board, and yet something pushes the arm.
+    UnexpectedContact {
+        /// The joint that feels most of it for its limit, from 0.
+        joint: usize,
+        /// Beyond its bias, N m.
+        torque_n_m: f64,
     },
     /// [`Supervisor::stop`](super::Supervisor::stop) was called.
     Requested,
@@ -160,7 +170,9 @@ impl SafeReason {
             Self::NotObeyed => "not_obeyed",
             Self::Refused => "refused",
             Self::Unproven => "unproven",
+            Self::Unseen(_) => "unseen",
             Self::TorqueBias { .. } => "torque_bias",
+            Self::UnexpectedContact { .. } => "unexpected_contact",
             Self::Requested => "requested",
         }
     }
@@ -170,6 +182,7 @@ impl SafeReason {
     pub const fn channel(&self) -> Option<Channel> {
         match self {
             Self::NonFinite(channel)
+            | Self::Unseen(channel)
             | Self::Stale { channel, .. }
             | Self::Jump { channel, .. }
             | Self::Frozen { channel, .. }
@@ -177,7 +190,7 @@ impl SafeReason {
             | Self::CommandLimit { channel, .. }
             | Self::PersonNear { part: channel, .. } => Some(*channel),
             Self::Force { .. } | Self::ImplausibleForce { .. } => Some(Channel::Force),
-            Self::TorqueBias { .. } => Some(Channel::Torque),
+            Self::TorqueBias { .. } | Self::UnexpectedContact { .. } => Some(Channel::Torque),
             _ => None,
         }
     }
@@ -255,7 +268,12 @@ pub enum SafeRequest {
     },
     /// Come to rest where the arm is.
     Hold,
-    /// Withdraw the board along -normal of its face, by this way and no faster.
+    /// Give way to whatever pushes the arm, no faster than this, and stand when it is gone.
+    Yield {
+        /// Speed of the fastest part, m/s.
+        speed_m_per_s: f64,
+    },
+    /// Withdraw the board along -normal of its face, by this way and no faster; give way to what is met on it.
     Retreat {
         /// How far behind its surface, m.
         behind_m: f64,

@@ -13,10 +13,14 @@ use super::watch::inspection::Inspection;
 use super::watch::torque_bias::TorqueBias;
 use crate::arm::ArmCommand;
 use crate::board::Board;
+use crate::body::{ArmBody, PersonBody, Separation};
 use crate::error::HapticsError;
 use crate::render::distance_and_closing;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
+
+/// Shares of a motion that are tried when it comes too near to a person; the last is braking.
+const SLOWER: [f64; 3] = [0.7, 0.35, 0.0];
 
 /// A held arm whose joints are slower than this has come to rest, rad/s: above what the noise of sensors makes of a resting arm.
 const RESTS_RAD_PER_S: f64 = 0.05;
@@ -31,9 +35,11 @@ pub struct Supervisor {
     config: SupervisorConfig,
     guard: GuardLimits,
     inspection: Inspection,
+    separation: Separation,
     clock: Clock,
     faults: FaultMachine,
     agreement: Agreement,
+    has_begun: bool,
     bias: Option<TorqueBias>,
     out_of_reach: bool,
     /// The arm did not take the last command.
@@ -62,15 +68,18 @@ impl Supervisor {
         let arm = arm.carrying(board.flange_from_board_face()?);
         let guard = config.guard.unwrap_or_else(|| GuardLimits::of_arm(&*arm));
         guard.validate()?;
+        let body = ArmBody::new(Arc::clone(&arm), *board, config.body)?;
         let speed_cap_m_per_s = config.contact.speed_cap_m_per_s(config.effective_mass_kg)?;
         Ok(Self {
-            inspection: Inspection::new(arm.clone(), *board, guard, &config)?,
+            inspection: Inspection::new(arm.clone(), *board, body.clone(), guard, &config)?,
+            separation: Separation::new(body, config.separation, guard.acceleration_rad_per_s2)?,
             arm,
             board: *board,
             guard,
             clock: Clock::default(),
             faults: FaultMachine::default(),
             agreement: Agreement::default(),
+            has_begun: false,
             bias: config.bias.map(TorqueBias::new),
             out_of_reach: false,
             refused: false,
@@ -176,23 +185,33 @@ impl Supervisor {
             self.clock.elapsed_s,
             timing,
             self.torque_level,
+            input
+                .force
+                .is_some_and(|wrench| wrench.force_n.length() > self.config.contact.relaxed_n),
             self.config.latch,
         );
         let joints = self.arm.joint_count();
         let agreeing = self.agreement.step(joints, input.state, &self.guard);
+        let is_unproven = self.sent == Sent::Nothing && agreeing < self.config.agreeing_states;
+        let unseen = self.inspection.unseen().map(PersonPart::channel);
+        let reason = match is_unproven {
+            true => Some(SafeReason::Unproven),
+            false => unseen.map(SafeReason::Unseen),
+        };
         if self.faults.trouble.is_none()
-            && self.sent == Sent::Nothing
-            && agreeing < self.config.agreeing_states
+            && let Some(reason) = reason
         {
             self.remember(input, ArmCommand::Hold);
             return SupervisorStep {
                 command: ArmCommand::Hold,
-                state: SafeState::Holding {
-                    reason: SafeReason::Unproven,
-                },
+                state: SafeState::Holding { reason },
                 request: SafeRequest::Hold,
                 latched: false,
             };
+        }
+        if !self.has_begun && self.faults.trouble.is_none() {
+            self.inspection.begin(&input.state.q);
+            self.has_begun = true;
         }
         let (command, slowed) = self.command(input, dt_s);
         self.remember(input, command);
@@ -208,7 +227,21 @@ impl Supervisor {
         dt_s: f64,
     ) -> Option<Fault> {
         let bias = self.bias.as_mut()?;
-        bias.step(input.state, self.out_of_reach && arm_is_sound, dt_s);
+        let is_out_of_reach = self.out_of_reach && arm_is_sound;
+        let contact = match is_out_of_reach {
+            true => bias.contact(input.state, &self.guard, dt_s),
+            false => {
+                bias.expects_contact();
+                None
+            }
+        };
+        bias.step(input.state, is_out_of_reach && contact.is_none(), dt_s);
+        if let Some((joint, torque_n_m)) = contact {
+            return Some(Fault {
+                reason: SafeReason::UnexpectedContact { joint, torque_n_m },
+                severity: Severity::Unsure,
+            });
+        }
         let (joint, bias_n_m) = bias.beyond(self.arm.joint_count(), &self.guard)?;
         Some(Fault {
             reason: SafeReason::TorqueBias { joint, bias_n_m },
@@ -257,7 +290,12 @@ impl Supervisor {
                     _ => JointTorques::default(),
                 };
                 let (torque, cut) = self.guard.limited_torque(&last, &wanted, dt_s);
-                let near = self.near(input, &input.state.q, &input.state.qd, retreat);
+                let (q, qd) = (&input.state.q, &input.state.qd);
+                let person = PersonBody::of(input.person, &self.config.separation.person);
+                if let Some(reason) = self.too_near(input.now_s, &person, q, qd) {
+                    return (ArmCommand::Hold, Some((0.0, reason)));
+                }
+                let near = self.near(input, q, qd, retreat);
                 let slowed = near.or(cut.map(|reason| (1.0, reason)));
                 (ArmCommand::Torque(torque), slowed)
             }
@@ -298,7 +336,16 @@ impl Supervisor {
         }
         // A way back begins at rest, wherever the arm was going.
         let is_cut = share < 1.0 || retreat.is_some();
-        let next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
+        let mut next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
+        let person = PersonBody::of(input.person, &self.config.separation.person);
+        for less in SLOWER {
+            let Some(reason) = self.too_near(input.now_s, &person, next.sent(), next.rates())
+            else {
+                break;
+            };
+            slowed = Some((less * share, reason));
+            next = last.next(&wanted, &rates, Some(less * share), &most, dt_s);
+        }
         // While it makes up for a cut it is slowed for the same reason, and asks for nothing more.
         self.cut_for = match slowed {
             Some((_, reason)) => Some(reason),
@@ -308,6 +355,21 @@ impl Supervisor {
         let (sent, _) = self.guard.within(next.sent());
         self.braking = Some(next.sending(sent));
         (ArmCommand::Position(sent), slowed)
+    }
+
+    /// Would the arm come too near to head or torso, until it had come to rest from this motion?
+    fn too_near(
+        &self,
+        now_s: f64,
+        person: &PersonBody,
+        q: &JointPositions,
+        qd: &JointVelocities,
+    ) -> Option<SafeReason> {
+        let gap = self.separation.gap(q, qd, person, now_s)?;
+        (gap.left_m < 0.0 || gap.left_m.is_nan()).then_some(SafeReason::PersonNear {
+            part: PersonPart::Head.channel(),
+            distance_m: gap.distance_m,
+        })
     }
 
     /// Share of a joint motion that the person's points (and a retreat) allow, and the tightest reason; `None`: all of it.
@@ -340,7 +402,7 @@ impl Supervisor {
         for point in input
             .person
             .iter()
-            .filter(|point| point.position_m.is_finite())
+            .filter(|point| point.part != PersonPart::Head && point.position_m.is_finite())
         {
             let (distance_m, closing) =
                 distance_and_closing(&self.board, &face, &twist, point.position_m);
@@ -354,23 +416,23 @@ impl Supervisor {
                 closing,
                 reason,
             );
-            if point.part == PersonPart::Head {
-                if distance_m <= limits.head_zone_m {
-                    let corner_m = self.board.half_width_m.hypot(self.board.half_height_m);
-                    let turning = twist.angular_rad_per_s.length() * corner_m;
-                    let speed = twist.linear_m_per_s.length() + turning;
-                    cap(limits.head_speed_m_per_s, speed, reason);
-                }
-            } else if distance_m <= limits.contact_zone_m {
+            if distance_m <= limits.contact_zone_m {
                 cap(self.speed_cap_m_per_s, closing, reason);
             }
         }
         if let (Some(speed), Some(trouble)) = (retreat, self.faults.trouble) {
             let outward = twist.linear_m_per_s.dot(face.rotation().z_axis);
             let reason = trouble.fault.reason;
+            let torque = input.state.external_torque.unwrap_or_default();
+            let gives_way = torque.0.iter().zip(&qd.0).map(|(torque, qd)| torque * qd);
+            let gives_way = gives_way.sum::<f64>() > 0.0;
+            let speed = match gives_way {
+                true => self.config.timing.yield_m_per_s,
+                false => speed,
+            };
             cap(speed, twist.linear_m_per_s.length(), reason);
-            // A retreat goes back, not forward.
-            if outward > SLOWEST_M_PER_S {
+            // A retreat goes back, and not forward, unless it is pushed there.
+            if outward > SLOWEST_M_PER_S && !gives_way {
                 cap(0.0, outward, reason);
             }
         }
@@ -409,6 +471,12 @@ impl Supervisor {
         let reason = trouble.fault.reason;
         let (state, request) = match trouble.stage {
             Stage::Hold => (SafeState::Holding { reason }, SafeRequest::Hold),
+            Stage::Retreat if trouble.fault.severity == Severity::Pressed => (
+                SafeState::Retreating { reason },
+                SafeRequest::Yield {
+                    speed_m_per_s: timing.yield_m_per_s,
+                },
+            ),
             Stage::Retreat => (
                 SafeState::Retreating { reason },
                 SafeRequest::Retreat {

@@ -1,14 +1,14 @@
 //! Settings of the supervisor.
 
-use super::limits::capsule::CapsuleConfig;
 use super::limits::contact_limits::ContactLimits;
 use super::limits::load::LoadLimits;
 use super::limits::motion_guard::GuardLimits;
-use super::limits::person::PersonLimits;
+use super::limits::person::{PersonLimits, PersonPart};
 use super::watch::obedience::ObedienceConfig;
 use super::watch::target_leaps::LeapLimits;
 use super::watch::torque_bias::BiasConfig;
 use super::watch::watchdog::ChannelWatch;
+use crate::body::{BodyConfig, SeparationConfig};
 use crate::error::HapticsError;
 use hwall_numeric::check::{non_negative, positive};
 
@@ -25,6 +25,9 @@ pub struct TimingConfig {
     pub retreat_m: f64,
     /// Speed of a retreat, m/s; default 0.1.
     pub retreat_m_per_s: f64,
+    /// Speed at which the arm gives way to what presses it, m/s; default 0.25, reduced speed of [ISO 10218-1]: 175 N of a grip of 2 kN/m are
+    /// gone in 0.35 s.
+    pub yield_m_per_s: f64,
     /// Longest step of time by which a command may go on, s; default 0.05, and no more than four usual steps.
     pub max_step_s: f64,
 }
@@ -37,6 +40,7 @@ impl Default for TimingConfig {
             recovery_s: 0.25,
             retreat_m: 0.1,
             retreat_m_per_s: 0.1,
+            yield_m_per_s: 0.25,
             max_step_s: 0.05,
         }
     }
@@ -77,8 +81,13 @@ pub struct SupervisorConfig {
     pub leaps: LeapLimits,
     /// What needs a person.
     pub latch: Latch,
+    /// Parts of the person that must have been tracked before the arm moves; default head and fingertip. What is not required is not
+    /// missed until it was seen, and nothing keeps the arm away from it.
+    pub required: Vec<PersonPart>,
     /// The arm's body.
-    pub capsules: CapsuleConfig,
+    pub body: BodyConfig,
+    /// How far head and torso stay away from an arm that moves.
+    pub separation: SeparationConfig,
     /// Mass that a push on the board feels, kg; default 5, an assumption.
     /// [`Supervisor::set_effective_mass_kg`](super::Supervisor::set_effective_mass_kg) follows the configuration.
     pub effective_mass_kg: f64,
@@ -122,15 +131,18 @@ impl Default for SupervisorConfig {
             bias: Some(BiasConfig::default()),
             leaps: LeapLimits::default(),
             latch: Latch::default(),
-            capsules: CapsuleConfig::default(),
+            required: vec![PersonPart::Head, PersonPart::Fingertip],
+            body: BodyConfig::default(),
+            separation: SeparationConfig::default(),
             effective_mass_kg: 5.0,
             // The fastest joint of an iiwa turns at 3.1 rad/s.
             position: watch(0.1, 0.02, 5.0, Some(0.1)),
             velocity: watch(0.1, 1.0, 200.0, Some(0.2)),
             torque: watch(0.1, 250.0, 2e4, Some(0.2)),
             // A hand moves at up to 5 m/s or so; a tracker that recovers leaps.
-            hand: watch(0.25, 0.1, 8.0, Some(1.0)),
-            head: watch(0.25, 0.1, 4.0, Some(1.0)),
+            // Five frames at 90 Hz.
+            hand: watch(0.06, 0.1, 8.0, Some(1.0)),
+            head: watch(0.06, 0.1, 4.0, Some(1.0)),
             target: watch(0.25, f64::INFINITY, 0.0, None),
             force: watch(0.1, 500.0, 1e5, None),
             repeated_times: 20,
@@ -149,7 +161,8 @@ impl SupervisorConfig {
         self.contact.validate()?;
         self.person.validate()?;
         self.load.validate()?;
-        self.capsules.validate()?;
+        self.body.validate()?;
+        self.separation.validate()?;
         if let Some(guard) = &self.guard {
             guard.validate()?;
         }
@@ -168,6 +181,7 @@ impl SupervisorConfig {
         non_negative("recovery_s", timing.recovery_s)?;
         non_negative("retreat_m", timing.retreat_m)?;
         positive("retreat_m_per_s", timing.retreat_m_per_s)?;
+        positive("yield_m_per_s", timing.yield_m_per_s)?;
         positive("max_step_s", timing.max_step_s)?;
         Ok(())
     }

@@ -87,7 +87,7 @@ impl Display for SafeReason {
             Self::PersonNear { part, distance_m } => {
                 write!(
                     f,
-                    "{} is {:.0} mm from the face",
+                    "{} is {:.0} mm from the arm",
                     part.words(),
                     1e3 * distance_m
                 )
@@ -95,9 +95,15 @@ impl Display for SafeReason {
             Self::NotObeyed => f.write_str("the arm is not where it was told to be"),
             Self::Refused => f.write_str("the arm does not take commands"),
             Self::Unproven => f.write_str("too few states of the arm agree to begin from"),
+            Self::Unseen(part) => write!(f, "{} has not been tracked yet", part.words()),
             Self::TorqueBias { joint, bias_n_m } => write!(
                 f,
                 "the torque sensor of joint {} says {bias_n_m:.1} N m without a touch",
+                joint + 1
+            ),
+            Self::UnexpectedContact { joint, torque_n_m } => write!(
+                f,
+                "something pushes the arm and no hand is near the board: {torque_n_m:.1} N m at joint {}",
                 joint + 1
             ),
             Self::Requested => f.write_str("a stop was asked for"),

@@ -1,5 +1,6 @@
 //! A serial chain with a tool as an arm: any arm of up to seven joints.
 
+use super::body_points::BodyPoints;
 use super::kinematics::{ArmKinematics, ArmScratch, ArmSolution};
 use crate::chain::{Chain, JointKind, NumericConfig};
 use crate::error::KinematicsError;
@@ -148,6 +149,11 @@ impl ArmKinematics for ChainArm {
         &self.max_velocity_rad_per_s
     }
 
+    fn max_torque_n_m(&self) -> [Option<f64>; MOST_JOINTS] {
+        let joints = self.base_to_flange.joints();
+        std::array::from_fn(|i| joints.get(i)?.max_effort.filter(|n_m| *n_m > 0.0))
+    }
+
     fn forward(&self, q: &JointPositions) -> Pose {
         self.base_to_tool.forward_unchecked(&q.0)
     }
@@ -158,6 +164,11 @@ impl ArmKinematics for ChainArm {
 
     fn forward_and_jacobian(&self, q: &JointPositions) -> (Pose, Jacobian) {
         self.base_to_tool.motion_of_seven(&q.0)
+    }
+
+    fn body_points(&self, q: &JointPositions) -> BodyPoints {
+        let (joints_m, base_from_tool) = self.base_to_tool.joints_of_seven(&q.0);
+        BodyPoints::new(joints_m, base_from_tool)
     }
 
     fn nearest(

@@ -1,5 +1,6 @@
 //! The kinematics that a controller needs, whatever the arm.
 
+use super::body_points::BodyPoints;
 use crate::chain::NumericScratch;
 use crate::error::KinematicsError;
 use crate::jacobian::Jacobian;
@@ -44,6 +45,11 @@ pub trait ArmKinematics: Debug + Send + Sync {
     /// Largest joint speeds, rad/s; 1 beyond the last joint, so that dividing by them is harmless.
     fn max_velocity_rad_per_s(&self) -> &[f64; MOST_JOINTS];
 
+    /// Largest joint torques, N m, of those that are known; `None` by default.
+    fn max_torque_n_m(&self) -> [Option<f64>; MOST_JOINTS] {
+        [None; MOST_JOINTS]
+    }
+
     /// Pose of the tool, `base_from_tool`. Limits are not applied; NaN in gives NaN out.
     fn forward(&self, q: &JointPositions) -> Pose;
 
@@ -53,6 +59,14 @@ pub trait ArmKinematics: Debug + Send + Sync {
     /// The values of [`forward`](Self::forward) and [`jacobian`](Self::jacobian), for arms that have both for less than the two calls.
     fn forward_and_jacobian(&self, q: &JointPositions) -> (Pose, Jacobian) {
         (self.forward(q), self.jacobian(q))
+    }
+
+    /// Points along the body, and the pose of the tool. NaN in gives NaN.
+    ///
+    /// By default found from the joint axes: for an S-R-S arm these are base, shoulder, elbow, wrist and tool. An arm whose body is far from
+    /// its axes names its joints instead, as [`ChainArm`](crate::ChainArm) does.
+    fn body_points(&self, q: &JointPositions) -> BodyPoints {
+        BodyPoints::from_axes(self.joint_count(), &self.forward_and_jacobian(q))
     }
 
     /// A configuration within the limits that holds the pose, near the reference.

@@ -1,8 +1,10 @@
 //! Any arm behind one interface.
 
+mod body_points;
 mod chain_arm;
 mod kinematics;
 mod srs_arm;
 
+pub use body_points::{BodyPoints, MOST_BODY_POINTS};
 pub use chain_arm::ChainArm;
 pub use kinematics::{ArmKinematics, ArmScratch, ArmSolution};

@@ -3,7 +3,7 @@
 use super::kinematics::{ArmKinematics, ArmScratch, ArmSolution};
 use crate::error::KinematicsError;
 use crate::jacobian::Jacobian;
-use crate::joints::{JointLimit, JointPositions, MOST_JOINTS};
+use crate::joints::{JointLimit, JointPositions, MOST, MOST_JOINTS};
 use crate::srs::{NearestConfig, SrsArm};
 use hwall_geometry::Pose;
 use std::sync::Arc;
@@ -20,6 +20,11 @@ impl ArmKinematics for SrsArm {
 
     fn max_velocity_rad_per_s(&self) -> &[f64; MOST_JOINTS] {
         self.max_velocity_rad_per_s()
+    }
+
+    fn max_torque_n_m(&self) -> [Option<f64>; MOST_JOINTS] {
+        let known = |n_m: f64| (n_m < MOST).then_some(n_m);
+        self.parameters().max_torque_n_m.map(known)
     }
 
     fn forward(&self, q: &JointPositions) -> Pose {

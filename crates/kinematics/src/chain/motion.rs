@@ -234,6 +234,17 @@ impl Chain {
         (tip, jacobian)
     }
 
+    /// Where the joints are, base frame, m, base to tip; and the tip. At most seven joints; the places beyond them are that of the last.
+    pub(crate) fn joints_of_seven(&self, q: &[f64; MOST_JOINTS]) -> ([DVec3; MOST_JOINTS], Pose) {
+        let mut at_m = [DVec3::ZERO; MOST_JOINTS];
+        let mut joint = 0;
+        let tip = self.tip_pose(q, |_, _, p| {
+            at_m[joint..].fill(p);
+            joint += 1;
+        });
+        (at_m, tip)
+    }
+
     /// Walks the axis frames from base to tip.
     #[inline(always)]
     fn tip_pose(&self, q: &[f64], mut visit: impl FnMut(&AxisFrame, DMat3, DVec3)) -> Pose {

@@ -172,6 +172,7 @@ impl WaitingArm {
                 true => HandFilterConfig::default(),
                 false => HandFilterConfig::simulated(),
             },
+            sees_head: true,
             arm_minus_tracker_s: 0.0,
         };
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;

@@ -2,8 +2,8 @@
 
 use hwall_geometry::Pose;
 use hwall_kinematics::{
-    ArmKinematics, ArmScratch, ArmSolution, Jacobian, JointLimit, JointPositions, KinematicsError,
-    MOST_JOINTS, NearestConfig,
+    ArmKinematics, ArmScratch, ArmSolution, BodyPoints, Jacobian, JointLimit, JointPositions,
+    KinematicsError, MOST_JOINTS, NearestConfig,
 };
 use std::cell::Cell;
 use std::sync::Arc;
@@ -66,6 +66,15 @@ impl ArmKinematics for Counted {
     fn forward_and_jacobian(&self, q: &JointPositions) -> (Pose, Jacobian) {
         count(1, 0);
         self.0.forward_and_jacobian(q)
+    }
+
+    fn max_torque_n_m(&self) -> [Option<f64>; MOST_JOINTS] {
+        self.0.max_torque_n_m()
+    }
+
+    fn body_points(&self, q: &JointPositions) -> BodyPoints {
+        count(1, 0);
+        self.0.body_points(q)
     }
 
     fn nearest(

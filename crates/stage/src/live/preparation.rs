@@ -86,6 +86,8 @@ impl LiveOptions<'_> {
     }
 }
 
+/// Whoever is served live wears a headset: the arm waits until it is tracked.
+pub(super) const SEES_HEAD: bool = true;
 /// The board presents the roughness of surfaces.
 pub(super) const TEXTURED: bool = true;
 /// Frames come on the arm's clock.
@@ -161,6 +163,7 @@ pub fn prepare(server: &BridgeServer, options: &LiveOptions<'_>) -> anyhow::Resu
         textured: TEXTURED,
         level: options.level,
         filter,
+        sees_head: SEES_HEAD,
         arm_minus_tracker_s: ARM_MINUS_TRACKER_S,
     };
     let session = settings.session(predictor)?;

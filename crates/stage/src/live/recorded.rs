@@ -1,7 +1,7 @@
 //! A live session with a recorder beside it.
 
 use super::holds::Holds;
-use super::preparation::{ARM_MINUS_TRACKER_S, LiveOptions, Prepared, TEXTURED};
+use super::preparation::{ARM_MINUS_TRACKER_S, LiveOptions, Prepared, SEES_HEAD, TEXTURED};
 use crate::console::note;
 use crate::person::predictors::TrainingPeople;
 use crate::recording::{self, SessionSource};
@@ -44,7 +44,12 @@ pub(super) fn begin(
     };
     let perception = prepared.session.perception();
     let mut recorder = recording::start(path, &source, &prepared.arm, perception.scene(), &config)?;
-    recorder.begin(recording::run_of(0, &prepared.filter, ARM_MINUS_TRACKER_S)?);
+    recorder.begin(recording::run_of(
+        0,
+        &prepared.filter,
+        SEES_HEAD,
+        ARM_MINUS_TRACKER_S,
+    )?);
     Ok(Some(recorder))
 }
 

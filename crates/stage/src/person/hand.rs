@@ -33,6 +33,15 @@ impl Hand {
         }
     }
 
+    /// Is the head tracked in any frame?
+    #[must_use]
+    pub fn sees_head(&self) -> bool {
+        match self {
+            Self::Simulated(..) => true,
+            Self::Recorded(frames, _) => frames.iter().any(|frame| frame.head_m.is_some()),
+        }
+    }
+
     /// The next frame not later than `t_s`; `next` counts frames.
     #[must_use]
     pub fn frame(&self, next: &mut usize, t_s: f64) -> Option<HandFrame> {

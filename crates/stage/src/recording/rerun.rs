@@ -73,7 +73,7 @@ impl Rebuilt {
     /// # Errors
     /// A run that does not say what it needs.
     pub fn session(&self, run: &Run) -> anyhow::Result<Session<Predictors>> {
-        let (filter, arm_minus_tracker_s) = run_from(run)?;
+        let (filter, sees_head, arm_minus_tracker_s) = run_from(run)?;
         let settings = SessionSettings {
             arm: &self.arm,
             board: &self.board,
@@ -82,6 +82,7 @@ impl Rebuilt {
             textured: self.options.textured,
             level: self.options.level,
             filter,
+            sees_head,
             arm_minus_tracker_s,
         };
         settings.session(self.predictors.for_another_person())

@@ -98,6 +98,7 @@ impl SessionSource<'_> {
 pub fn run_of(
     number: usize,
     filter: &HandFilterConfig,
+    sees_head: bool,
     arm_minus_tracker_s: f64,
 ) -> anyhow::Result<Run> {
     let filter = FILTERS.iter().find(|(_, config)| config() == *filter);
@@ -105,6 +106,7 @@ pub fn run_of(
         filter.context("a hand filter with settings of its own cannot be recorded")?;
     let options = [
         ("hand_filter", (*filter).to_owned()),
+        ("sees_head", sees_head.to_string()),
         ("arm_minus_tracker_s", format!("{arm_minus_tracker_s:?}")),
     ];
     Ok(Run {
@@ -120,14 +122,18 @@ const FILTERS: [Filter; 2] = [
     ("usual", HandFilterConfig::default),
 ];
 
-/// The filter and the clock's offset, s, of a run.
-pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, f64)> {
+/// The filter, whether the head is tracked, and the clock's offset, s, of a run.
+pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, bool, f64)> {
     let name = wanted(run.option("hand_filter"), "hand_filter")?;
     let filter = FILTERS.iter().find(|(known, _)| *known == name);
     let (_, filter) = filter.with_context(|| format!("hand_filter: {name:?} is not known"))?;
+    let sees_head = wanted(run.option("sees_head"), "sees_head")?;
+    let sees_head = sees_head
+        .parse()
+        .with_context(|| format!("sees_head: {sees_head:?} is neither true nor false"))?;
     let offset = wanted(run.option("arm_minus_tracker_s"), "arm_minus_tracker_s")?;
     let [offset_s] = numbers_of("arm_minus_tracker_s", offset)?;
-    Ok((filter(), offset_s))
+    Ok((filter(), sees_head, offset_s))
 }
 
 /// The options of a setup, read back.
@@ -319,8 +325,9 @@ mod tests {
         assert_eq!(options.training_people, stayed);
         let elsewhere = stayed.clone().seen_from(source.base);
         assert!(moved(&elsewhere).to_setup().is_err());
-        let run = run_of(3, &HandFilterConfig::default(), -0.1).unwrap();
-        assert_eq!(run_from(&run).unwrap(), (HandFilterConfig::default(), -0.1));
+        let filter = HandFilterConfig::default();
+        let run = run_of(3, &filter, false, -0.1).unwrap();
+        assert_eq!(run_from(&run).unwrap(), (filter, false, -0.1));
     }
 
     #[test]

@@ -149,6 +149,7 @@ pub fn run_recorded(
         textured: setup.textured,
         level: setup.level,
         filter: setup.hand.filter(),
+        sees_head: setup.hand.sees_head(),
         arm_minus_tracker_s: -start_s,
     };
     let session = settings.session(predictors)?;
@@ -156,6 +157,7 @@ pub fn run_recorded(
         recorder.begin(run_of(
             number,
             &settings.filter,
+            settings.sees_head,
             settings.arm_minus_tracker_s,
         )?);
     }

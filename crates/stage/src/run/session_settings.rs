@@ -2,8 +2,9 @@
 
 use crate::input::arms::BoardArm;
 use crate::run::simulated_arm::ArmLevel;
+use hwall::haptics::safety::PersonPart;
 use hwall::haptics::{Board, RendererConfig};
-use hwall::{Session, SessionConfig, Walls};
+use hwall::{Session, SessionConfig, Walls, session_supervisor};
 use hwall_contact::Predictor;
 use hwall_hand::HandFilterConfig;
 use hwall_scene::Scene;
@@ -26,6 +27,8 @@ pub struct SessionSettings<'a> {
     pub level: ArmLevel,
     /// How frames of the hand are filtered.
     pub filter: HandFilterConfig,
+    /// Is the head tracked? Otherwise the arm does not wait for it, and nothing keeps it away from one.
+    pub sees_head: bool,
     /// What is added to the time of the tracker to get that of the arm, s.
     pub arm_minus_tracker_s: f64,
 }
@@ -36,7 +39,11 @@ impl SessionSettings<'_> {
     /// # Errors
     /// A configuration that a crate refuses.
     pub fn session<P: Predictor>(&self, predictor: P) -> anyhow::Result<Session<P>> {
+        let mut supervisor = session_supervisor();
+        let required = &mut supervisor.required;
+        required.retain(|part| self.sees_head || *part != PersonPart::Head);
         let config = SessionConfig {
+            supervisor: Some(supervisor),
             renderer: RendererConfig::default(),
             hand: self.filter,
             arm_minus_tracker_s: self.arm_minus_tracker_s,

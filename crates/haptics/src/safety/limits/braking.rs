@@ -1,6 +1,6 @@
 //! Cuts of a command that an arm can follow.
 
-use hwall_kinematics::{JointPositions, MOST_JOINTS};
+use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 
 /// Time constant with which a command that was cut catches up with what is wanted, s.
 const CATCHING_S: f64 = 0.05;
@@ -15,7 +15,7 @@ const BEHIND: f64 = 0.01;
 pub(in crate::safety) struct Braking {
     wanted: JointPositions,
     sent: JointPositions,
-    rate_rad_per_s: [f64; MOST_JOINTS],
+    rates: JointVelocities,
 }
 
 impl Braking {
@@ -29,14 +29,14 @@ impl Braking {
         Self {
             wanted: *q,
             sent: *q,
-            rate_rad_per_s: std::array::from_fn(|i| {
+            rates: JointVelocities(std::array::from_fn(|i| {
                 let most = velocity_rad_per_s[i];
                 if qd[i].is_finite() {
                     qd[i].clamp(-most, most)
                 } else {
                     0.0
                 }
-            }),
+            })),
         }
     }
 
@@ -79,30 +79,35 @@ impl Braking {
             return Self {
                 wanted: *wanted,
                 sent: *wanted,
-                rate_rad_per_s: *rates_rad_per_s,
+                rates: JointVelocities(*rates_rad_per_s),
             };
         }
         let share = share.unwrap_or(1.0);
         let change: [f64; MOST_JOINTS] =
-            std::array::from_fn(|i| share * rates_rad_per_s[i] - self.rate_rad_per_s[i]);
+            std::array::from_fn(|i| share * rates_rad_per_s[i] - self.rates[i]);
         let part = (0..MOST_JOINTS)
             .filter(|i| change[*i] != 0.0)
             .map(|i| acceleration_rad_per_s2[i] * dt_s / change[i].abs())
             .fold(1.0, f64::min);
         let rate_rad_per_s: [f64; MOST_JOINTS] =
-            std::array::from_fn(|i| self.rate_rad_per_s[i] + part * change[i]);
+            std::array::from_fn(|i| self.rates[i] + part * change[i]);
         Self {
             wanted: *wanted,
             sent: JointPositions(std::array::from_fn(|i| {
                 self.sent[i] + rate_rad_per_s[i] * dt_s
             })),
-            rate_rad_per_s,
+            rates: JointVelocities(rate_rad_per_s),
         }
     }
 
     /// What is sent.
     pub(in crate::safety) const fn sent(&self) -> &JointPositions {
         &self.sent
+    }
+
+    /// How fast the joints move with it.
+    pub(in crate::safety) const fn rates(&self) -> &JointVelocities {
+        &self.rates
     }
 
     /// The same with another command sent instead, which a limit of angle asks for.
@@ -132,7 +137,7 @@ mod tests {
             let asked = braking.rates_rad_per_s(&wanted, &MOST, DT_S);
             let share = Some(share(k)).filter(|share| *share < 1.0);
             braking = braking.next(&wanted, &asked, share, &MOST, DT_S);
-            rates.push(braking.rate_rad_per_s);
+            rates.push(braking.rates.0);
         }
         (rates, wanted.max_abs_difference(braking.sent()))
     }

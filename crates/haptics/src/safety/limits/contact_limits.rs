@@ -27,6 +27,8 @@ pub struct ContactLimits {
     pub hand_mass_kg: f64,
     /// Stiffness of a hand in an impact, N/m; default 75 000.
     pub hand_stiffness_n_per_m: f64,
+    /// A hand that was pressed too hard is free again below this, N; default 65, the least force of any region of the body (face).
+    pub relaxed_n: f64,
     /// No hand presses like that, N: the sensors are broken. Default 1000.
     pub implausible_n: f64,
 }
@@ -43,6 +45,7 @@ impl Default for ContactLimits {
             contact_area_m2: 1e-4,
             hand_mass_kg: 0.6,
             hand_stiffness_n_per_m: 75e3,
+            relaxed_n: 65.0,
             implausible_n: 1000.0,
         }
     }
@@ -76,6 +79,7 @@ impl ContactLimits {
         positive("contact_area_m2", self.contact_area_m2)?;
         positive("hand_mass_kg", self.hand_mass_kg)?;
         positive("hand_stiffness_n_per_m", self.hand_stiffness_n_per_m)?;
+        positive("relaxed_n", self.relaxed_n)?;
         let plausible = self.implausible_n >= self.transient_n && self.implausible_n.is_finite();
         that(
             plausible,

@@ -4,7 +4,7 @@ use crate::error::HapticsError;
 use crate::render::ProximityConfig;
 use crate::safety::state::Channel;
 use glam::DVec3;
-use hwall_numeric::check::{non_negative, positive};
+use hwall_numeric::check::non_negative;
 
 /// A tracked part of the person.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -43,16 +43,11 @@ pub struct PersonPoint {
     pub stamp_s: f64,
 }
 
-/// How fast the board may move near the person.
+/// How fast the board may move near the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PersonLimits {
-    /// Speed at which the face may come nearer to hand and head, by distance.
+    /// Speed at which the face may come nearer to the hand, by distance.
     pub separation: ProximityConfig,
-    /// Speed of the face within `head_zone_m` of the head, in any direction, m/s; default 0.25, reduced speed of
-    /// [ISO 10218-1].
-    pub head_speed_m_per_s: f64,
-    /// m; default 0.5, an assumption.
-    pub head_zone_m: f64,
     /// Within this distance of a hand the speed at which the face comes nearer is capped by what a contact may do
     /// ([`ContactLimits::speed_cap_m_per_s`](crate::safety::ContactLimits::speed_cap_m_per_s)), m; default 0.3.
     pub contact_zone_m: f64,
@@ -62,8 +57,6 @@ impl Default for PersonLimits {
     fn default() -> Self {
         Self {
             separation: ProximityConfig::default(),
-            head_speed_m_per_s: 0.25,
-            head_zone_m: 0.5,
             contact_zone_m: 0.3,
         }
     }
@@ -76,8 +69,6 @@ impl PersonLimits {
     /// The first setting outside its range; NaN is outside every range.
     pub fn validate(&self) -> Result<(), HapticsError> {
         self.separation.validate()?;
-        positive("head_speed_m_per_s", self.head_speed_m_per_s)?;
-        non_negative("head_zone_m", self.head_zone_m)?;
         non_negative("contact_zone_m", self.contact_zone_m)?;
         Ok(())
     }

@@ -6,10 +6,10 @@ use super::watchdog::{Watch, WatchFault};
 use super::whereabouts::{Doubt, Whereabouts};
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::Board;
+use crate::body::ArmBody;
 use crate::error::HapticsError;
 use crate::safety::cycle::{Sent, SupervisorInput};
 use crate::safety::fault::{Fault, Severity};
-use crate::safety::limits::capsule::{ArmCapsules, CapsuleConfig};
 use crate::safety::limits::contact_limits::ContactLimits;
 use crate::safety::limits::load::{BoardLoad, LoadLimits};
 use crate::safety::limits::motion_guard::GuardLimits;
@@ -57,7 +57,7 @@ pub(in crate::safety) struct Inspection {
     guard: GuardLimits,
     contact: ContactLimits,
     load: LoadLimits,
-    capsules: CapsuleConfig,
+    body: ArmBody,
     watches: Watches,
     whereabouts: Whereabouts,
     obedience: Option<Obedience>,
@@ -73,6 +73,9 @@ pub(in crate::safety) struct Inspection {
     away_since_s: Option<f64>,
     /// Filtered force and moment, and the stamp of the last, s.
     located: Option<(Wrench, f64)>,
+    /// Which parts of the person were sound once.
+    seen: [bool; 3],
+    required: Vec<PersonPart>,
 }
 
 impl Inspection {
@@ -80,6 +83,7 @@ impl Inspection {
     pub(in crate::safety) fn new(
         arm: Arc<dyn ArmKinematics>,
         board: Board,
+        body: ArmBody,
         guard: GuardLimits,
         config: &SupervisorConfig,
     ) -> Result<Self, HapticsError> {
@@ -90,7 +94,7 @@ impl Inspection {
             guard,
             contact: config.contact,
             load: config.load,
-            capsules: config.capsules,
+            body,
             watches: Watches {
                 position: Watch::new(config.position)?,
                 velocity: Watch::new(config.velocity)?,
@@ -109,7 +113,15 @@ impl Inspection {
             told_to_move: false,
             away_since_s: None,
             located: None,
+            seen: [false; 3],
+            required: config.required.clone(),
         })
+    }
+
+    /// A part without which the arm does not move, and that was never seen.
+    pub(in crate::safety) fn unseen(&self) -> Option<PersonPart> {
+        let unseen = |part: &&PersonPart| !self.seen[**part as usize];
+        self.required.iter().find(unseen).copied()
     }
 
     /// The part is not missed until it comes again.
@@ -125,6 +137,11 @@ impl Inspection {
     /// A person has looked at the arm: it is where it says it is.
     pub(in crate::safety) fn believe(&mut self) {
         self.whereabouts.believe();
+    }
+
+    /// The arm is about to be commanded for the first time, from where it stands.
+    pub(in crate::safety) fn begin(&mut self, q: &JointPositions) {
+        self.body.fit(q);
     }
 
     /// Keeps the angles to compare the next ones with, and what is sent. `held`: the arm was told to hold.
@@ -327,17 +344,10 @@ impl Inspection {
                 return blind(SafeReason::Workspace);
             }
         }
-        let clearance_m = self.capsules.clearance_m;
-        let least_m = |q| ArmCapsules::new(&*self.arm, q, &self.capsules).least_distance_m();
-        let distance_m = least_m(&wanted);
-        // Out of a collision is always allowed; and an arm that is deep within itself is not the one that the capsules describe.
-        const IMPOSSIBLE_M: f64 = -0.02;
-        let from_m = if distance_m < clearance_m {
-            least_m(&from)
-        } else {
-            distance_m
-        };
-        if distance_m < clearance_m && distance_m < from_m && from_m > IMPOSSIBLE_M {
+        let distance_m = self.body.self_distance_m(&wanted);
+        // Out of a collision is always allowed.
+        let is_near = distance_m < self.body.clearance_m();
+        if is_near && distance_m < self.body.self_distance_m(&from) {
             return blind(SafeReason::SelfCollision { distance_m });
         }
         None
@@ -357,7 +367,9 @@ impl Inspection {
             let checked = match newest {
                 Some(point) => {
                     let position = point.position_m.to_array();
-                    watch.check(input.now_s, point.stamp_s, &position, true)
+                    let checked = watch.check(input.now_s, point.stamp_s, &position, true);
+                    self.seen[part as usize] |= checked.is_ok();
+                    checked
                 }
                 None => watch.missing(input.now_s),
             };

@@ -153,7 +153,11 @@ impl Safety {
     pub(super) fn in_force(&mut self, phase: Phase) -> Option<SessionState> {
         let last = self.last?;
         // The first states of an arm that has nothing to do yet.
-        if matches!(phase, Phase::Hold(_)) && last.state.reason() == Some(SafeReason::Unproven) {
+        let begins = matches!(
+            last.state.reason(),
+            Some(SafeReason::Unproven | SafeReason::Unseen(_))
+        );
+        if matches!(phase, Phase::Hold(_)) && begins {
             return None;
         }
         let stands = match last.state {

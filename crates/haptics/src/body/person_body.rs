@@ -1,0 +1,136 @@
+//! A person as capsules, from the few points that are tracked.
+
+use super::capsule::Capsule;
+use crate::error::HapticsError;
+use crate::safety::{PersonPart, PersonPoint};
+use glam::DVec3;
+use hwall_numeric::check::{non_negative, positive};
+
+/// A region of the body, for which limits of contact differ ([ISO/TS 15066], annex A).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum BodyRegion {
+    /// Skull, face and neck: nothing may meet them.
+    Head,
+    /// Chest, belly, back and hips.
+    Torso,
+    /// From the shoulder to the palm.
+    Arm,
+}
+
+/// Sizes of a person, of whom head and hand are tracked. The torso is believed to hang below the head, and the arm to be straight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PersonBodyConfig {
+    /// Everything of the head is within this of the tracked point between the eyes, m; default 0.15: face, temples and crown of large men
+    /// ([DIN 33402-2]); the back of the head is up to 0.05 further away.
+    pub head_radius_m: f64,
+    /// The shoulders are so far below the head, m; default 0.28.
+    pub shoulder_below_m: f64,
+    /// The hips are so far below the head, m; default 0.85.
+    pub hip_below_m: f64,
+    /// Half the depth of a torso with clothes, m; default 0.18.
+    pub torso_radius_m: f64,
+    /// Half the width of an upper arm with clothes, m; default 0.07.
+    pub arm_radius_m: f64,
+}
+
+impl Default for PersonBodyConfig {
+    fn default() -> Self {
+        Self {
+            head_radius_m: 0.15,
+            shoulder_below_m: 0.28,
+            hip_below_m: 0.85,
+            torso_radius_m: 0.18,
+            arm_radius_m: 0.07,
+        }
+    }
+}
+
+impl PersonBodyConfig {
+    /// Rejects settings outside their ranges.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        positive("head_radius_m", self.head_radius_m)?;
+        non_negative("shoulder_below_m", self.shoulder_below_m)?;
+        non_negative("hip_below_m", self.hip_below_m)?;
+        positive("torso_radius_m", self.torso_radius_m)?;
+        positive("arm_radius_m", self.arm_radius_m)?;
+        Ok(())
+    }
+}
+
+/// Most capsules of a person.
+const MOST: usize = 3;
+
+/// A part of the person where it was seen, and when, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seen {
+    pub(super) region: BodyRegion,
+    pub(super) capsule: Capsule,
+    pub(super) stamp_s: f64,
+}
+
+/// What is known of a person, base frame; z is up.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PersonBody {
+    parts: [Option<Seen>; MOST],
+}
+
+impl PersonBody {
+    /// From tracked points; those that are not finite are left out.
+    #[must_use]
+    pub fn of(points: &[PersonPoint], config: &PersonBodyConfig) -> Self {
+        let find = |part| {
+            let is_it = |point: &&PersonPoint| point.part == part && point.position_m.is_finite();
+            points.iter().find(is_it)
+        };
+        let Some(head) = find(PersonPart::Head) else {
+            return Self::default();
+        };
+        let below = |way_m: f64| head.position_m - DVec3::Z * way_m;
+        let seen = |region, capsule| {
+            Some(Seen {
+                region,
+                capsule,
+                stamp_s: head.stamp_s,
+            })
+        };
+        let shoulder_m = below(config.shoulder_below_m);
+        let torso = Capsule {
+            from_m: shoulder_m,
+            to_m: below(config.hip_below_m),
+            radius_m: config.torso_radius_m,
+        };
+        let hand = find(PersonPart::Palm).or_else(|| find(PersonPart::Fingertip));
+        Self {
+            parts: [
+                seen(
+                    BodyRegion::Head,
+                    Capsule::ball(head.position_m, config.head_radius_m),
+                ),
+                seen(BodyRegion::Torso, torso),
+                hand.and_then(|hand| {
+                    let arm = Capsule {
+                        from_m: shoulder_m,
+                        to_m: hand.position_m,
+                        radius_m: config.arm_radius_m,
+                    };
+                    seen(BodyRegion::Arm, arm)
+                }),
+            ],
+        }
+    }
+
+    /// The capsules, with their regions.
+    pub fn capsules(&self) -> impl Iterator<Item = (BodyRegion, Capsule)> {
+        let parts = self.parts.into_iter().flatten();
+        parts.map(|seen| (seen.region, seen.capsule))
+    }
+
+    /// What nothing that moves may meet.
+    pub(super) fn vital(&self) -> impl Iterator<Item = Seen> {
+        let parts = self.parts.into_iter().flatten();
+        parts.filter(|seen| seen.region != BodyRegion::Arm)
+    }
+}

@@ -1,0 +1,173 @@
+//! Speed and separation: does the arm stand before a person can reach it?
+
+use super::arm_body::{ArmBody, ArmCapsules};
+use super::person_body::{BodyRegion, PersonBody, PersonBodyConfig};
+use crate::error::HapticsError;
+use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
+use hwall_numeric::check::non_negative;
+
+/// How head and torso are kept away from an arm that moves ([ISO/TS 15066], 5.5.4).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeparationConfig {
+    /// The person's sizes.
+    pub person: PersonBodyConfig,
+    /// A person comes nearer at this speed, m/s; default 1.6, that of [ISO 13855] for a person who walks.
+    pub person_m_per_s: f64,
+    /// From a change of the world to the first braking, beyond the age of the newest sample, s; default 0.045: 20 ms of tracker and
+    /// network, 22 ms of reaction of an iiwa.
+    pub latency_s: f64,
+    /// What is left between the person and the arm that has stopped, m; default 0.02.
+    pub clearance_m: f64,
+    /// An arm of which no part is faster than this counts as one that stands, m/s; default 0.01.
+    pub stands_m_per_s: f64,
+}
+
+impl Default for SeparationConfig {
+    fn default() -> Self {
+        Self {
+            person: PersonBodyConfig::default(),
+            person_m_per_s: 1.6,
+            latency_s: 0.045,
+            clearance_m: 0.02,
+            stands_m_per_s: 0.01,
+        }
+    }
+}
+
+impl SeparationConfig {
+    /// Rejects settings outside their ranges.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        self.person.validate()?;
+        non_negative("person_m_per_s", self.person_m_per_s)?;
+        non_negative("latency_s", self.latency_s)?;
+        non_negative("clearance_m", self.clearance_m)?;
+        non_negative("stands_m_per_s", self.stands_m_per_s)?;
+        Ok(())
+    }
+}
+
+/// What is left between an arm and the person while the arm comes to rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// The nearest region.
+    pub region: BodyRegion,
+    /// Distance when there is the least of it beyond what is needed, m: a bound from below.
+    pub distance_m: f64,
+    /// Distance beyond what is needed, m: the least until the arm stands. Below zero the arm has to brake.
+    pub left_m: f64,
+}
+
+/// Pieces that the time until the arm stands is cut into: the reaction, and the braking.
+const BRAKING_PIECES: usize = 4;
+
+/// Judges motions of an arm by the distance to a person.
+#[derive(Debug, Clone)]
+pub struct Separation {
+    body: ArmBody,
+    config: SeparationConfig,
+    braking_rad_per_s2: [f64; MOST_JOINTS],
+}
+
+impl Separation {
+    /// For an arm whose joints brake together, the slowest to stop as hard as these accelerations allow, rad/s².
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn new(
+        body: ArmBody,
+        config: SeparationConfig,
+        braking_rad_per_s2: [f64; MOST_JOINTS],
+    ) -> Result<Self, HapticsError> {
+        config.validate()?;
+        Ok(Self {
+            body,
+            config,
+            braking_rad_per_s2,
+        })
+    }
+
+    /// The arm's body.
+    #[must_use]
+    pub const fn body(&self) -> &ArmBody {
+        &self.body
+    }
+
+    /// The settings.
+    #[must_use]
+    pub const fn config(&self) -> &SeparationConfig {
+        &self.config
+    }
+
+    /// The least gap while an arm at `q` that moves at `qd` reacts and comes to rest, and head and torso come nearer all the time, from
+    /// where they were last seen. `None` without a head. NaN of the arm leaves a gap of NaN.
+    ///
+    /// A bound from below: between two looks nothing comes nearer than half of what the parts of the arm have moved.
+    #[must_use]
+    pub fn gap(
+        &self,
+        q: &JointPositions,
+        qd: &JointVelocities,
+        person: &PersonBody,
+        now_s: f64,
+    ) -> Option<Gap> {
+        person.vital().next()?;
+        let stop_s = (qd.0.iter().zip(&self.braking_rad_per_s2))
+            .map(|(qd, most)| qd.abs() / most)
+            .fold(0.0, f64::max);
+        let SeparationConfig {
+            person_m_per_s,
+            latency_s,
+            clearance_m,
+            stands_m_per_s,
+            ..
+        } = self.config;
+        let along = |time_s: f64| {
+            let braking_s = (time_s - latency_s).clamp(0.0, stop_s);
+            let braked_s = match stop_s > 0.0 {
+                true => braking_s * (1.0 - 0.5 * braking_s / stop_s),
+                false => 0.0,
+            };
+            let moving_s = time_s.min(latency_s) + braked_s;
+            let at = JointPositions(std::array::from_fn(|i| q[i] + qd[i] * moving_s));
+            self.body.at(&at)
+        };
+        let mut before = along(0.0);
+        let mut worst: Option<Gap> = None;
+        let mut last_s = 0.0;
+        for piece in 0..=BRAKING_PIECES {
+            let until_s = latency_s + stop_s * piece as f64 / BRAKING_PIECES as f64;
+            let after = along(until_s);
+            let moved_m = moved_m(&before, &after);
+            if piece == 0 && moved_m <= stands_m_per_s * (until_s - last_s) {
+                return None;
+            }
+            for seen in person.vital() {
+                let [from_m, to_m] = [before, after].map(|arm| arm.distance_m(&seen.capsule));
+                let least_m = 0.5 * (from_m + to_m - moved_m);
+                let age_s = (now_s - seen.stamp_s).max(0.0);
+                let needed_m = clearance_m + person_m_per_s * (age_s + until_s);
+                let left_m = least_m - needed_m;
+                if worst.is_none_or(|worst| left_m < worst.left_m || left_m.is_nan()) {
+                    worst = Some(Gap {
+                        region: seen.region,
+                        distance_m: least_m,
+                        left_m,
+                    });
+                }
+            }
+            (before, last_s) = (after, until_s);
+        }
+        worst
+    }
+}
+
+/// How far any part has moved, m.
+fn moved_m(before: &ArmCapsules, after: &ArmCapsules) -> f64 {
+    let parts = before.all().iter().zip(after.all());
+    parts
+        .map(|(before, after)| before.moved_m(after))
+        .fold(0.0, f64::max)
+}

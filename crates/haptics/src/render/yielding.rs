@@ -1,0 +1,74 @@
+//! Gives way to whatever pushes the arm.
+
+use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
+
+/// A joint that feels less than this may feel nothing, N m: 2 % of what the first joint of an iiwa can measure, as its maker states.
+const FELT_N_M: f64 = 3.5;
+/// How fast the arm sets off and stops, m/s².
+const ACCELERATION_M_PER_S2: f64 = 2.0;
+/// Joint motions by which the speed of the body is found.
+const SMALL_RAD: f64 = 1e-4;
+
+/// Joints that move the way that they are pushed: whatever touches the arm, wherever, moves with the force that it exerts, for
+/// `τ · qd = F · v > 0`. So the force falls, without the place or the direction of the touch being known.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Yielding {
+    speed_m_per_s: f64,
+    /// The direction of the joints, so long that the fastest part moves at 1 m/s.
+    direction: JointVelocities,
+}
+
+impl Yielding {
+    /// Does an arm feel a push?
+    pub(super) fn is_pushed(torque: Option<&JointTorques>) -> bool {
+        torque.is_some_and(|torque| torque.0.iter().any(|n_m| n_m.abs() > FELT_N_M))
+    }
+
+    /// The joint velocities of the next step. Without torques it comes to rest.
+    pub(super) fn step(
+        &mut self,
+        arm: &dyn ArmKinematics,
+        q: &JointPositions,
+        torque: Option<&JointTorques>,
+        most_m_per_s: f64,
+        dt_s: f64,
+    ) -> JointVelocities {
+        let change = ACCELERATION_M_PER_S2 * dt_s;
+        let felt = torque.filter(|torque| Self::is_pushed(Some(torque)));
+        let direction = felt.and_then(|torque| direction(arm, q, torque));
+        match direction {
+            Some(direction) => {
+                let turns = (0..7)
+                    .map(|i| direction[i] * self.direction[i])
+                    .sum::<f64>()
+                    < 0.0;
+                if turns {
+                    self.speed_m_per_s = 0.0;
+                }
+                self.direction = direction;
+                self.speed_m_per_s = (self.speed_m_per_s + change).min(most_m_per_s);
+            }
+            None => self.speed_m_per_s = (self.speed_m_per_s - change).max(0.0),
+        }
+        JointVelocities(self.direction.0.map(|qd| qd * self.speed_m_per_s))
+    }
+}
+
+/// The direction in which the joints are pushed; `None` for torques that move nothing.
+fn direction(
+    arm: &dyn ArmKinematics,
+    q: &JointPositions,
+    torque: &JointTorques,
+) -> Option<JointVelocities> {
+    let most_n_m = torque
+        .0
+        .iter()
+        .fold(0.0, |most: f64, n_m| most.max(n_m.abs()));
+    let unit = torque.0.map(|n_m| n_m / most_n_m);
+    let ahead = JointPositions(std::array::from_fn(|i| q[i] + SMALL_RAD * unit[i]));
+    let (here, there) = (arm.body_points(q), arm.body_points(&ahead));
+    let fastest = here.points_m().iter().zip(there.points_m());
+    let fastest = fastest.map(|(here, there)| here.distance(*there) / SMALL_RAD);
+    let fastest = fastest.fold(0.0, f64::max);
+    (fastest > 1e-3 && fastest.is_finite()).then(|| JointVelocities(unit.map(|qd| qd / fastest)))
+}

@@ -1,0 +1,268 @@
+//! Whoever is caught by the arm is let go: on either side of the board, or at a link.
+
+use glam::DVec3;
+use hwall_haptics::safety::{
+    PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
+};
+use hwall_haptics::{
+    ArmCommand, ArmState, Board, BoardTarget, RenderInput, Renderer, RendererConfig, SafeRequest,
+    SafeState,
+};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+const DT_S: f64 = 1e-3;
+const REACTION: usize = 22;
+
+fn home() -> JointPositions {
+    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
+}
+
+/// A soft thing that the arm meets.
+#[derive(Clone, Copy)]
+struct Hand {
+    /// Which point of the body it is at: 2 the elbow, 3 the wrist, 4 the face.
+    point: usize,
+    /// Its surface, m, and the direction in which it pushes.
+    at_m: DVec3,
+    pushes: DVec3,
+    n_per_m: f64,
+}
+
+struct Scene {
+    arm: Arc<dyn ArmKinematics>,
+    renderer: Renderer,
+    supervisor: Supervisor,
+    state: ArmState,
+    sent: VecDeque<JointPositions>,
+    now_s: f64,
+    request: Option<SafeRequest>,
+    force_n: f64,
+    said: SafeState,
+    fingertip_stamp_s: Option<f64>,
+    /// A hand is at the board.
+    is_touched: bool,
+}
+
+impl Scene {
+    fn new() -> Self {
+        let board = Board::default();
+        let arm =
+            ArmKinematics::carrying(&SrsArm::iiwa7(), board.flange_from_board_face().unwrap());
+        let mut config = SupervisorConfig {
+            ..SupervisorConfig::default()
+        };
+        config.hand.frozen_s = None;
+        config.head.frozen_s = None;
+        Self {
+            renderer: Renderer::new(&SrsArm::iiwa7(), &board, RendererConfig::default()).unwrap(),
+            supervisor: Supervisor::new(&SrsArm::iiwa7(), &board, config).unwrap(),
+            arm,
+            state: ArmState {
+                t_s: 0.0,
+                q: home(),
+                qd: JointVelocities::default(),
+                external_torque: Some(JointTorques::default()),
+            },
+            sent: VecDeque::from(vec![home(); REACTION]),
+            now_s: 0.0,
+            request: None,
+            force_n: 0.0,
+            said: SafeState::Normal,
+            fingertip_stamp_s: None,
+            is_touched: false,
+        }
+    }
+
+    fn point_m(&self, q: &JointPositions, point: usize) -> DVec3 {
+        self.arm.body_points(q).points_m()[point]
+    }
+
+    fn step(&mut self, hand: &Hand) {
+        self.now_s += DT_S;
+        let q = self.state.q;
+        let depth_m = (hand.at_m - self.point_m(&q, hand.point))
+            .dot(hand.pushes)
+            .max(0.0);
+        let force = hand.pushes * (hand.n_per_m * depth_m);
+        self.force_n = force.length();
+        // By virtual work, wherever it acts.
+        let torque = JointTorques(std::array::from_fn(|joint| {
+            let mut ahead = q;
+            ahead[joint] += 1e-6;
+            let way = self.point_m(&ahead, hand.point) - self.point_m(&q, hand.point);
+            force.dot(way) / 1e-6
+        }));
+        self.state.external_torque = Some(torque);
+        self.state.t_s = self.now_s;
+        let face = self.arm.forward(&home());
+        let target = BoardTarget::new(face.position_m(), face.rotation().z_axis, self.now_s);
+        let input = RenderInput {
+            target: Some(&target),
+            request: self.request,
+            ..RenderInput::default()
+        };
+        let step = self.renderer.step_with(self.now_s, &self.state, &input);
+        self.renderer.plan();
+        let person = [PersonPart::Fingertip, PersonPart::Head].map(|part| PersonPoint {
+            part,
+            position_m: DVec3::new(2.0, 0.0, 1.0),
+            stamp_s: self.fingertip_stamp_s.unwrap_or(self.now_s),
+        });
+        // The fingertip is far away, or nobody knows where it is.
+        let is_seen = self.fingertip_stamp_s.is_none() && !self.is_touched;
+        self.supervisor.set_out_of_reach(is_seen);
+        let said = self.supervisor.step(&SupervisorInput {
+            now_s: self.now_s,
+            state: &self.state,
+            person: &person,
+            target: None,
+            force: step.wrench,
+            command: step.command,
+        });
+        (self.request, self.said) = (Some(said.request), said.state);
+        let next = match said.command {
+            ArmCommand::Position(q) => q,
+            _ => *self.sent.back().unwrap(),
+        };
+        self.sent.push_back(next);
+        let q = self.sent.pop_front().unwrap();
+        self.state.qd = JointVelocities(std::array::from_fn(|i| (q[i] - self.state.q[i]) / DT_S));
+        self.state.q = q;
+    }
+}
+
+/// The force from the first named state on: its rise, N, and what is left of it half a second later.
+fn clamped(point: usize, pushes: DVec3, n_per_m: f64, most_n: f64) -> (f64, f64) {
+    let mut scene = Scene::new();
+    scene.is_touched = point == 4;
+    let mut hand = Hand {
+        point,
+        at_m: scene.point_m(&home(), point) - 0.01 * pushes,
+        pushes,
+        n_per_m,
+    };
+    for _ in 0..300 {
+        scene.step(&hand);
+    }
+    assert_eq!(scene.said, SafeState::Normal);
+    // It is pressed more and more until that is noticed.
+    for _ in 0..60_000 {
+        if scene.said != SafeState::Normal {
+            break;
+        }
+        if scene.force_n < most_n {
+            hand.at_m += pushes * (20.0 / n_per_m * DT_S);
+        }
+        scene.step(&hand);
+    }
+    let noticed_n = scene.force_n;
+    assert_ne!(scene.said, SafeState::Normal, "{noticed_n} N");
+    let mut most_n = 0.0_f64;
+    for _ in 0..500 {
+        scene.step(&hand);
+        most_n = most_n.max(scene.force_n);
+    }
+    let left_n = scene.force_n;
+    for _ in 0..3000 {
+        scene.step(&hand);
+        most_n = most_n.max(scene.force_n);
+    }
+    assert!(scene.force_n < 65.0, "{} N for ever", scene.force_n);
+    (most_n - noticed_n, left_n)
+}
+
+#[test]
+fn a_hand_that_is_squeezed_is_let_go_on_either_side_of_the_board() {
+    let normal = {
+        let scene = Scene::new();
+        scene.arm.forward(&home()).rotation().z_axis
+    };
+    for side in [1.0, -1.0] {
+        for n_per_m in [2e3, 5e3, 20e3] {
+            let (rise_n, left_n) = clamped(4, side * normal, n_per_m, 200.0);
+            println!("{side} {n_per_m}: + {rise_n:.1} N, {left_n:.1} N after 0.5 s");
+            assert!(
+                rise_n <= 10.0 && left_n < 65.0,
+                "{side} {n_per_m}: {rise_n} {left_n}"
+            );
+        }
+    }
+}
+
+/// A board that withdraws because the tracker has lost the hand meets it on the way back.
+#[test]
+fn a_retreat_stops_before_a_hand_that_nobody_sees() {
+    for (n_per_m, limit_n) in [(1e3, 65.0), (5e3, 65.0), (20e3, 140.0)] {
+        let mut scene = Scene::new();
+        let normal = scene.arm.forward(&home()).rotation().z_axis;
+        let hand = Hand {
+            point: 4,
+            at_m: scene.point_m(&home(), 4) - 0.03 * normal,
+            pushes: normal,
+            n_per_m,
+        };
+        for _ in 0..200 {
+            scene.step(&hand);
+        }
+        scene.fingertip_stamp_s = Some(scene.now_s);
+        let mut most_n = 0.0_f64;
+        for _ in 0..6000 {
+            scene.step(&hand);
+            most_n = most_n.max(scene.force_n);
+        }
+        println!(
+            "{n_per_m}: at most {most_n:.1} N, {:.1} N at the end",
+            scene.force_n
+        );
+        assert!(
+            most_n < limit_n && scene.force_n < 20.0,
+            "{n_per_m}: {most_n}"
+        );
+    }
+}
+
+/// On a link, with nobody at the board: named within 50 ms, and let go.
+#[test]
+fn a_push_on_a_link_is_named_and_let_go() {
+    for point in [2, 3] {
+        for pushes in [
+            DVec3::X,
+            DVec3::Y,
+            -DVec3::X,
+            -DVec3::Y,
+            DVec3::new(0.6, 0.0, -0.8),
+        ] {
+            let mut scene = Scene::new();
+            let mut hand = Hand {
+                point,
+                at_m: scene.point_m(&home(), point) - 0.1 * pushes,
+                pushes,
+                n_per_m: 5e3,
+            };
+            for _ in 0..1000 {
+                scene.step(&hand);
+            }
+            assert_eq!(scene.said, SafeState::Normal);
+            hand.at_m = scene.point_m(&scene.state.q, point) + pushes * (65.0 / hand.n_per_m);
+            let named_ms = (0..50).find(|_| {
+                scene.step(&hand);
+                scene.said != SafeState::Normal
+            });
+            let named_ms = named_ms.expect("named");
+            let reason = scene.said.reason().expect("a reason").name();
+            assert_eq!(reason, "unexpected_contact", "{point} {pushes}");
+            let mut most_n = 0.0_f64;
+            for _ in 0..3000 {
+                scene.step(&hand);
+                most_n = most_n.max(scene.force_n);
+            }
+            println!(
+                "{point} {pushes}: {named_ms} ms, at most {most_n:.1} N, then {:.1}",
+                scene.force_n
+            );
+            assert!(most_n < 75.0 && scene.force_n < 30.0);
+        }
+    }
+}
