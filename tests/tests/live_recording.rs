@@ -120,7 +120,7 @@ impl Client {
         let client_ms = 1e3 * self.began.elapsed().as_secs_f64();
         let seq = self.sent;
         self.socket.send(Message::text(format!(
-            r#"{{"type":"hand","seq":{seq},"client_ms":{client_ms},"side":"right","joints":[{joints}],"head":null,"gaze":null,"axes":"base","source":"test"}}"#
+            r#"{{"type":"hand","seq":{seq},"client_ms":{client_ms},"side":"right","joints":[{joints}],"head":[1.3,-0.1,1.1,0,0,0,1],"gaze":null,"axes":"base","source":"test"}}"#
         )))?;
         Ok(())
     }

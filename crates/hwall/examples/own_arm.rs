@@ -34,6 +34,8 @@ fn tracked(t_s: f64) -> HandFrame {
     let (from_m, to_m) = (DVec3::new(1.1, 0.2, 0.4), DVec3::new(0.6, 0.1, 0.6));
     let mut frame = HandFrame::empty(t_s);
     frame.palm_m = Some(from_m.lerp(to_m, t_s / 1.5));
+    // The arm does not move before it knows where the head is.
+    frame.head_m = Some(from_m + DVec3::new(0.3, 0.2, 0.4));
     frame
 }
 
