@@ -68,6 +68,17 @@ pub(super) enum Stage {
     Stop,
 }
 
+/// How the arm is in a cycle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Condition {
+    /// No joint moves.
+    pub(super) rests: bool,
+    /// It takes torques.
+    pub(super) torque_level: bool,
+    /// A hand that was pressed too hard is not free again.
+    pub(super) is_pressed: bool,
+}
+
 /// What is wrong, and how far the answer has come.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct FaultMachine {
@@ -103,13 +114,16 @@ impl FaultMachine {
     pub(super) fn advance(
         &mut self,
         found: Option<Fault>,
-        rests: bool,
+        arm: Condition,
         now_s: f64,
         timing: &TimingConfig,
-        torque_level: bool,
-        is_pressed: bool,
         latch: Latch,
     ) {
+        let Condition {
+            rests,
+            torque_level,
+            is_pressed,
+        } = arm;
         let Some(fault) = found else {
             let Some(trouble) = &mut self.trouble else {
                 return;

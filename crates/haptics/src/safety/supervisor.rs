@@ -1,7 +1,7 @@
 //! Between renderer and arm: every input watched, every command limited, every fault a named safe state.
 
 use super::cycle::{Sent, SupervisorInput, SupervisorStep};
-use super::fault::{Fault, FaultMachine, Severity, Stage};
+use super::fault::{Condition, Fault, FaultMachine, Severity, Stage};
 use super::limits::braking::Braking;
 use super::limits::motion_guard::GuardLimits;
 use super::limits::person::PersonPart;
@@ -174,22 +174,18 @@ impl Supervisor {
         });
         let found = Fault::worse(found, refused);
         let timing = &self.config.timing;
-        self.faults.advance(
-            found,
-            input
-                .state
-                .qd
-                .0
-                .iter()
-                .all(|qd| qd.abs() <= RESTS_RAD_PER_S),
-            self.clock.elapsed_s,
-            timing,
-            self.torque_level,
-            input
+        let qd = &input.state.qd.0;
+        let relaxed_n = self.config.contact.relaxed_n;
+        let condition = Condition {
+            rests: qd.iter().all(|qd| qd.abs() <= RESTS_RAD_PER_S),
+            torque_level: self.torque_level,
+            is_pressed: input
                 .force
-                .is_some_and(|wrench| wrench.force_n.length() > self.config.contact.relaxed_n),
-            self.config.latch,
-        );
+                .is_some_and(|wrench| wrench.force_n.length() > relaxed_n),
+        };
+        let now_s = self.clock.elapsed_s;
+        self.faults
+            .advance(found, condition, now_s, timing, self.config.latch);
         let joints = self.arm.joint_count();
         let agreeing = self.agreement.step(joints, input.state, &self.guard);
         let is_unproven = self.sent == Sent::Nothing && agreeing < self.config.agreeing_states;
