@@ -138,6 +138,15 @@ impl ArmBody {
         ArmCapsules { all, links }
     }
 
+    /// The links in a row and the board, m: the same in every configuration of an arm of turning joints.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        let capsules = self.at(&JointPositions::default());
+        let links = capsules.links().iter();
+        let length_m: f64 = links.map(|link| link.from_m.distance(link.to_m)).sum();
+        length_m + self.board.half_width_m.hypot(self.board.half_height_m)
+    }
+
     /// Least distance between two parts that can be apart, m; infinite if there are none.
     #[must_use]
     pub fn self_distance_m(&self, q: &JointPositions) -> f64 {

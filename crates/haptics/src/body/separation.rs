@@ -1,7 +1,7 @@
 //! Speed and separation: does the arm stand before a person can reach it?
 
 use super::arm_body::{ArmBody, ArmCapsules};
-use super::person_body::{BodyRegion, PersonBody, PersonBodyConfig};
+use super::person_body::{BodyRegion, PersonBody, PersonBodyConfig, Seen};
 use crate::error::HapticsError;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_numeric::check::non_negative;
@@ -60,6 +60,16 @@ pub struct Gap {
     pub left_m: f64,
 }
 
+impl Gap {
+    /// The one of which less is left; NaN is the least.
+    fn worse(self, other: Self) -> Self {
+        match other.left_m < self.left_m || other.left_m.is_nan() {
+            true => other,
+            false => self,
+        }
+    }
+}
+
 /// Pieces that the time until the arm stands is cut into: the reaction, and the braking.
 const BRAKING_PIECES: usize = 4;
 
@@ -69,6 +79,8 @@ pub struct Separation {
     body: ArmBody,
     config: SeparationConfig,
     braking_rad_per_s2: [f64; MOST_JOINTS],
+    /// No point of the body is further from any joint's axis, m; at least 1, so that it holds for a sliding joint.
+    reach_m: f64,
 }
 
 impl Separation {
@@ -82,10 +94,12 @@ impl Separation {
         braking_rad_per_s2: [f64; MOST_JOINTS],
     ) -> Result<Self, HapticsError> {
         config.validate()?;
+        let reach_m = body.length_m().max(1.0);
         Ok(Self {
             body,
             config,
             braking_rad_per_s2,
+            reach_m,
         })
     }
 
@@ -101,10 +115,10 @@ impl Separation {
         &self.config
     }
 
-    /// The least gap while an arm at `q` that moves at `qd` reacts and comes to rest, and head and torso come nearer all the time, from
+    /// The gap while an arm at `q` that moves at `qd` reacts and comes to rest, and head and torso come nearer all the time, from
     /// where they were last seen. `None` without a head. NaN of the arm leaves a gap of NaN.
     ///
-    /// A bound from below: between two looks nothing comes nearer than half of what the parts of the arm have moved.
+    /// A bound from below. Far from the person it is found with one look at the arm. Near them, between two looks nothing comes nearer than half of what the parts of the arm have moved.
     #[must_use]
     pub fn gap(
         &self,
@@ -113,7 +127,11 @@ impl Separation {
         person: &PersonBody,
         now_s: f64,
     ) -> Option<Gap> {
-        person.vital().next()?;
+        // No point of the body is faster.
+        let most_m_per_s = self.reach_m * qd.0.iter().map(|qd| qd.abs()).sum::<f64>();
+        if most_m_per_s <= self.config.stands_m_per_s {
+            return None;
+        }
         let stop_s = (qd.0.iter().zip(&self.braking_rad_per_s2))
             .map(|(qd, most)| qd.abs() / most)
             .fold(0.0, f64::max);
@@ -136,6 +154,23 @@ impl Separation {
         };
         let mut before = along(0.0);
         let mut worst: Option<Gap> = None;
+        let gap = |least_m: f64, seen: &Seen, until_s: f64| {
+            let age_s = (now_s - seen.stamp_s).max(0.0);
+            Gap {
+                region: seen.region,
+                distance_m: least_m,
+                left_m: least_m - clearance_m - person_m_per_s * (age_s + until_s),
+            }
+        };
+        let most_way_m = most_m_per_s * (latency_s + 0.5 * stop_s);
+        let far = |seen: Seen| {
+            let least_m = before.distance_m(&seen.capsule) - most_way_m;
+            gap(least_m, &seen, latency_s + stop_s)
+        };
+        let at_first = person.vital().map(far).reduce(Gap::worse)?;
+        if at_first.left_m >= 0.0 {
+            return Some(at_first);
+        }
         let mut last_s = 0.0;
         for piece in 0..=BRAKING_PIECES {
             let until_s = latency_s + stop_s * piece as f64 / BRAKING_PIECES as f64;
@@ -147,16 +182,8 @@ impl Separation {
             for seen in person.vital() {
                 let [from_m, to_m] = [before, after].map(|arm| arm.distance_m(&seen.capsule));
                 let least_m = 0.5 * (from_m + to_m - moved_m);
-                let age_s = (now_s - seen.stamp_s).max(0.0);
-                let needed_m = clearance_m + person_m_per_s * (age_s + until_s);
-                let left_m = least_m - needed_m;
-                if worst.is_none_or(|worst| left_m < worst.left_m || left_m.is_nan()) {
-                    worst = Some(Gap {
-                        region: seen.region,
-                        distance_m: least_m,
-                        left_m,
-                    });
-                }
+                let here = gap(least_m, &seen, until_s);
+                worst = Some(worst.map_or(here, |worst| worst.worse(here)));
             }
             (before, last_s) = (after, until_s);
         }

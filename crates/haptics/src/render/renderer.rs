@@ -335,17 +335,32 @@ impl Renderer {
             follower,
             ..
         } = self;
+        let pushed = |bias: JointTorques| {
+            let torque = torque?;
+            let beyond = |joint| torque[joint] - bias[joint];
+            Some(JointTorques(std::array::from_fn(beyond)))
+        };
         let back = match request {
-            Some(SafeRequest::Yield { speed_m_per_s }) => {
-                Some(withdrawal.give_way(follower, torque, speed_m_per_s, dt_s))
-            }
-            Some(SafeRequest::Retreat { speed_m_per_s, .. }) if withdrawal.is_pushed(torque) => {
-                Some(withdrawal.give_way(follower, torque, speed_m_per_s, dt_s))
+            Some(SafeRequest::Yield {
+                speed_m_per_s,
+                bias,
+            }) => {
+                let torque = pushed(bias.unwrap_or_default());
+                Some(withdrawal.give_way(follower, torque.as_ref(), speed_m_per_s, dt_s))
             }
             Some(SafeRequest::Retreat {
                 behind_m,
                 speed_m_per_s,
-            }) => withdrawal.step(follower, behind_m, speed_m_per_s, dt_s),
+                bias,
+            }) => {
+                let torque = bias.and_then(pushed);
+                match withdrawal.is_pushed(torque.as_ref()) {
+                    true => {
+                        Some(withdrawal.give_way(follower, torque.as_ref(), speed_m_per_s, dt_s))
+                    }
+                    false => withdrawal.step(follower, behind_m, speed_m_per_s, dt_s),
+                }
+            }
             _ => None,
         };
         if let Some(q) = back {

@@ -1,5 +1,7 @@
 //! What the supervisor says: a state, its reason, and what the renderer is asked to do.
 
+use hwall_kinematics::JointTorques;
+
 /// Where an input comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -272,6 +274,8 @@ pub enum SafeRequest {
     Yield {
         /// Speed of the fastest part, m/s.
         speed_m_per_s: f64,
+        /// What the torque sensors say without a push, N m; `None`: not known, and then only a push beyond a limit counts.
+        bias: Option<JointTorques>,
     },
     /// Withdraw the board along -normal of its face, by this way and no faster; give way to what is met on it.
     Retreat {
@@ -279,5 +283,7 @@ pub enum SafeRequest {
         behind_m: f64,
         /// Speed, m/s.
         speed_m_per_s: f64,
+        /// What the torque sensors say without a push, N m; `None`: not known, and then only a push beyond a limit counts.
+        bias: Option<JointTorques>,
     },
 }

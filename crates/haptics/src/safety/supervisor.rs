@@ -16,7 +16,7 @@ use crate::board::Board;
 use crate::body::{ArmBody, PersonBody, Separation};
 use crate::error::HapticsError;
 use crate::render::distance_and_closing;
-use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities, MOST_JOINTS};
 use std::sync::Arc;
 
 /// Shares of a motion that are tried when it comes too near to a person; the last is braking.
@@ -420,8 +420,11 @@ impl Supervisor {
             let outward = twist.linear_m_per_s.dot(face.rotation().z_axis);
             let reason = trouble.fault.reason;
             let torque = input.state.external_torque.unwrap_or_default();
-            let gives_way = torque.0.iter().zip(&qd.0).map(|(torque, qd)| torque * qd);
-            let gives_way = gives_way.sum::<f64>() > 0.0;
+            let bias = self.torque_bias().unwrap_or_default();
+            let power_w: f64 = (0..MOST_JOINTS)
+                .map(|i| (torque[i] - bias[i]) * qd[i])
+                .sum();
+            let gives_way = power_w > 0.0;
             let speed = match gives_way {
                 true => self.config.timing.yield_m_per_s,
                 false => speed,
@@ -465,12 +468,14 @@ impl Supervisor {
             };
         };
         let reason = trouble.fault.reason;
+        let bias = self.torque_bias();
         let (state, request) = match trouble.stage {
             Stage::Hold => (SafeState::Holding { reason }, SafeRequest::Hold),
             Stage::Retreat if trouble.fault.severity == Severity::Pressed => (
                 SafeState::Retreating { reason },
                 SafeRequest::Yield {
                     speed_m_per_s: timing.yield_m_per_s,
+                    bias,
                 },
             ),
             Stage::Retreat => (
@@ -478,6 +483,7 @@ impl Supervisor {
                 SafeRequest::Retreat {
                     behind_m: timing.retreat_m,
                     speed_m_per_s: timing.retreat_m_per_s,
+                    bias,
                 },
             ),
             Stage::Compliant => (SafeState::Compliant { reason }, SafeRequest::Hold),
