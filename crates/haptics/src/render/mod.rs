@@ -25,3 +25,4 @@ pub use proximity::ProximityConfig;
 pub(crate) use proximity::distance_and_closing;
 pub use renderer::Renderer;
 pub use step::{Phase, PostureTarget, RenderInput, RenderStep};
+pub(crate) use yielding::{beyond, is_push};

@@ -12,6 +12,7 @@ use super::object::objects::Objects;
 use super::proximity::ProximityConfig;
 use super::step::{Phase, RenderInput, RenderStep};
 use super::supervised::{SpeedCap, Withdrawal};
+use super::yielding::beyond;
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::{Board, BoardTarget};
 use crate::error::HapticsError;
@@ -335,11 +336,7 @@ impl Renderer {
             follower,
             ..
         } = self;
-        let pushed = |bias: JointTorques| {
-            let torque = torque?;
-            let beyond = |joint| torque[joint] - bias[joint];
-            Some(JointTorques(std::array::from_fn(beyond)))
-        };
+        let pushed = |bias: JointTorques| torque.map(|torque| beyond(torque, &bias));
         let back = match request {
             Some(SafeRequest::Yield {
                 speed_m_per_s,

@@ -2,7 +2,7 @@
 
 use super::object::path_follower::PathFollower;
 use super::proximity::SHARES;
-use super::yielding::Yielding;
+use super::yielding::{Yielding, is_push};
 use crate::motion::Follower;
 use crate::object::ObjectPath;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
@@ -73,7 +73,7 @@ impl Withdrawal {
 
     /// Was the arm pushed, or is it now?
     pub(super) fn is_pushed(&self, torque: Option<&JointTorques>) -> bool {
-        self.pushed_to.is_some() || Yielding::is_pushed(torque)
+        self.pushed_to.is_some() || torque.is_some_and(is_push)
     }
 
     /// One step back from where the follower has commanded the board to be: `None` if that is not finite. A board that is

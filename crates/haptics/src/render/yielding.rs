@@ -19,11 +19,6 @@ pub(super) struct Yielding {
 }
 
 impl Yielding {
-    /// Does an arm feel a push?
-    pub(super) fn is_pushed(torque: Option<&JointTorques>) -> bool {
-        torque.is_some_and(|torque| torque.0.iter().any(|n_m| n_m.abs() > FELT_N_M))
-    }
-
     /// The joint velocities of the next step. Without torques it comes to rest.
     pub(super) fn step(
         &mut self,
@@ -34,7 +29,7 @@ impl Yielding {
         dt_s: f64,
     ) -> JointVelocities {
         let change = ACCELERATION_M_PER_S2 * dt_s;
-        let felt = torque.filter(|torque| Self::is_pushed(Some(torque)));
+        let felt = torque.filter(|torque| is_push(torque));
         let direction = felt.and_then(|torque| direction(arm, q, torque));
         match direction {
             Some(direction) => {
@@ -52,6 +47,16 @@ impl Yielding {
         }
         JointVelocities(self.direction.0.map(|qd| qd * self.speed_m_per_s))
     }
+}
+
+/// Do the joints feel a push?
+pub(crate) fn is_push(torque: &JointTorques) -> bool {
+    torque.0.iter().any(|n_m| n_m.abs() > FELT_N_M)
+}
+
+/// What the joints feel beyond what their sensors say without a push, N m.
+pub(crate) fn beyond(torque: &JointTorques, bias: &JointTorques) -> JointTorques {
+    JointTorques(std::array::from_fn(|joint| torque[joint] - bias[joint]))
 }
 
 /// The direction in which the joints are pushed; `None` for torques that move nothing.

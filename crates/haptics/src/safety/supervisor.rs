@@ -15,8 +15,8 @@ use crate::arm::ArmCommand;
 use crate::board::Board;
 use crate::body::{ArmBody, PersonBody, Separation};
 use crate::error::HapticsError;
-use crate::render::distance_and_closing;
-use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities, MOST_JOINTS};
+use crate::render::{beyond, distance_and_closing, is_push};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
 
 /// Shares of a motion that are tried when it comes too near to a person; the last is braking.
@@ -419,12 +419,17 @@ impl Supervisor {
         if let (Some(speed), Some(trouble)) = (retreat, self.faults.trouble) {
             let outward = twist.linear_m_per_s.dot(face.rotation().z_axis);
             let reason = trouble.fault.reason;
-            let torque = input.state.external_torque.unwrap_or_default();
-            let bias = self.torque_bias().unwrap_or_default();
-            let power_w: f64 = (0..MOST_JOINTS)
-                .map(|i| (torque[i] - bias[i]) * qd[i])
-                .sum();
-            let gives_way = power_w > 0.0;
+            let is_pressed = trouble.fault.severity == Severity::Pressed;
+            let bias = match self.torque_bias() {
+                None if is_pressed => Some(JointTorques::default()),
+                bias => bias,
+            };
+            let push = input.state.external_torque.zip(bias);
+            let push = push.map(|(torque, bias)| beyond(&torque, &bias));
+            let gives_way = push.is_some_and(|push| {
+                let power_w: f64 = push.0.iter().zip(&qd.0).map(|(n_m, qd)| n_m * qd).sum();
+                is_push(&push) && power_w > 0.0
+            });
             let speed = match gives_way {
                 true => self.config.timing.yield_m_per_s,
                 false => speed,
