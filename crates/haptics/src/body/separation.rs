@@ -18,7 +18,7 @@ pub struct SeparationConfig {
     pub latency_s: f64,
     /// What is left between the person and the arm that has stopped, m; default 0.02.
     pub clearance_m: f64,
-    /// An arm of which no part is faster than this counts as one that stands, m/s; default 0.01.
+    /// An arm of which no part is faster than this counts as one that stands, m/s; default 0.005.
     pub stands_m_per_s: f64,
 }
 
@@ -29,7 +29,7 @@ impl Default for SeparationConfig {
             person_m_per_s: 1.6,
             latency_s: 0.045,
             clearance_m: 0.02,
-            stands_m_per_s: 0.01,
+            stands_m_per_s: 0.005,
         }
     }
 }
