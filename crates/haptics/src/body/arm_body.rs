@@ -41,7 +41,7 @@ impl BodyConfig {
 /// Capsules that the board is covered by: strips beside each other, along its height.
 const STRIPS: usize = 3;
 /// Most capsules of an arm: one between two neighbouring points of its body, and the board.
-const MOST: usize = MOST_BODY_POINTS - 1 + STRIPS;
+pub(super) const MOST: usize = MOST_BODY_POINTS - 1 + STRIPS;
 /// Configurations from which it is known which parts touch by construction.
 const SAMPLES: u32 = 512;
 
@@ -59,8 +59,8 @@ impl ArmBody {
     /// Of an arm whose tool frame is the face of the board.
     ///
     /// Neighbours always touch, and so do parts that overlap in all of 512 configurations, such as the short links of a wrist; they are not
-    /// judged. The board and the links from the forearm on, which is the last one that is longer than thick, are not either: how thick
-    /// a wrist is decides whether it can bend the board onto them.
+    /// judged. Nor is the board judged against the forearm (the last link that is longer than thick) and what follows it: that depends on
+    /// the true thickness of the wrist.
     ///
     /// # Errors
     /// A setting outside its range.

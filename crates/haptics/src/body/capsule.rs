@@ -23,13 +23,16 @@ impl Capsule {
         }
     }
 
-    /// How far an end has moved at most, m.
+    /// How far an end has moved at most, m. NaN in gives NaN.
     pub(super) fn moved_m(&self, other: &Self) -> f64 {
         let (from_m, to_m) = (
             self.from_m.distance(other.from_m),
             self.to_m.distance(other.to_m),
         );
-        from_m.max(to_m)
+        match from_m > to_m || from_m.is_nan() {
+            true => from_m,
+            false => to_m,
+        }
     }
 
     /// Distance between the surfaces of two capsules, m; below zero where they overlap (by the depth of the segments' nearest

@@ -61,7 +61,7 @@ impl PersonBodyConfig {
 }
 
 /// Most capsules of a person.
-const MOST: usize = 3;
+pub(super) const MOST: usize = 3;
 
 /// A part of the person where it was seen, and when, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,13 +124,16 @@ impl PersonBody {
 
     /// The capsules, with their regions.
     pub fn capsules(&self) -> impl Iterator<Item = (BodyRegion, Capsule)> {
-        let parts = self.parts.into_iter().flatten();
-        parts.map(|seen| (seen.region, seen.capsule))
+        self.seen().map(|seen| (seen.region, seen.capsule))
     }
 
-    /// What nothing that moves may meet.
-    pub(super) fn vital(&self) -> impl Iterator<Item = Seen> {
-        let parts = self.parts.into_iter().flatten();
-        parts.filter(|seen| seen.region != BodyRegion::Arm)
+    /// Is nothing known?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.seen().next().is_none()
+    }
+
+    pub(super) fn seen(&self) -> impl Iterator<Item = Seen> {
+        self.parts.into_iter().flatten()
     }
 }

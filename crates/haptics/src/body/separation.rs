@@ -1,7 +1,9 @@
 //! Speed and separation: does the arm stand before a person can reach it?
 
-use super::arm_body::{ArmBody, ArmCapsules};
-use super::person_body::{BodyRegion, PersonBody, PersonBodyConfig, Seen};
+use super::arm_body::{ArmBody, MOST as MOST_PARTS};
+use super::person_body::{
+    BodyRegion, MOST as MOST_SEEN, PersonBody, PersonBodyConfig, Seen,
+};
 use crate::error::HapticsError;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_numeric::check::non_negative;
@@ -54,7 +56,7 @@ impl SeparationConfig {
 pub struct Gap {
     /// The nearest region.
     pub region: BodyRegion,
-    /// Distance when there is the least of it beyond what is needed, m: a bound from below.
+    /// Distance at the moment of the least margin, m: a lower bound.
     pub distance_m: f64,
     /// Distance beyond what is needed, m: the least until the arm stands. Below zero the arm has to brake.
     pub left_m: f64,
@@ -79,7 +81,7 @@ pub struct Separation {
     body: ArmBody,
     config: SeparationConfig,
     braking_rad_per_s2: [f64; MOST_JOINTS],
-    /// No point of the body is further from any joint's axis, m; at least 1, so that it holds for a sliding joint.
+    /// No point of the body is further from any joint's axis, m; at least 1, for a sliding joint moves every point by 1 m per m.
     reach_m: f64,
 }
 
@@ -116,9 +118,11 @@ impl Separation {
     }
 
     /// The gap while an arm at `q` that moves at `qd` reacts and comes to rest, and head and torso come nearer all the time, from
-    /// where they were last seen. `None` without a head. NaN of the arm leaves a gap of NaN.
+    /// where they were last seen; the links do not run into an arm of the person that stands. Parts of the arm that stand do not count, and
+    /// if it `leaves`, neither do those that move away. `None`: no person is known, or no part moves. NaN of the arm leaves a gap of NaN.
     ///
-    /// A bound from below. Far from the person it is found with one look at the arm. Near them, between two looks nothing comes nearer than half of what the parts of the arm have moved.
+    /// A lower bound. Far from the person it is found with one look at the arm. Near them, between two looks the distance of a part is
+    /// at least the mean of both minus half the way that it moved.
     #[must_use]
     pub fn gap(
         &self,
@@ -126,6 +130,7 @@ impl Separation {
         qd: &JointVelocities,
         person: &PersonBody,
         now_s: f64,
+        leaves: bool,
     ) -> Option<Gap> {
         // No point of the body is faster.
         let most_m_per_s = self.reach_m * qd.0.iter().map(|qd| qd.abs()).sum::<f64>();
@@ -155,11 +160,16 @@ impl Separation {
         let mut before = along(0.0);
         let mut worst: Option<Gap> = None;
         let gap = |least_m: f64, seen: &Seen, until_s: f64| {
-            let age_s = (now_s - seen.stamp_s).max(0.0);
+            // A stamp ahead of time shows by how much the clocks differ.
+            let age_s = (now_s - seen.stamp_s).abs();
+            let comes_m = match seen.region {
+                BodyRegion::Head | BodyRegion::Torso => person_m_per_s * (age_s + until_s),
+                BodyRegion::Arm => 0.0,
+            };
             Gap {
                 region: seen.region,
                 distance_m: least_m,
-                left_m: least_m - clearance_m - person_m_per_s * (age_s + until_s),
+                left_m: least_m - clearance_m - comes_m,
             }
         };
         let most_way_m = most_m_per_s * (latency_s + 0.5 * stop_s);
@@ -167,34 +177,39 @@ impl Separation {
             let least_m = before.distance_m(&seen.capsule) - most_way_m;
             gap(least_m, &seen, latency_s + stop_s)
         };
-        let at_first = person.vital().map(far).reduce(Gap::worse)?;
+        let at_first = person.seen().map(far).reduce(Gap::worse)?;
         if at_first.left_m >= 0.0 {
             return Some(at_first);
+        }
+        let links = before.links().len();
+        let mut distances_m = [[0.0; MOST_SEEN]; MOST_PARTS];
+        for (part, distances_m) in before.all().iter().zip(&mut distances_m) {
+            for (seen, distance_m) in person.seen().zip(distances_m) {
+                *distance_m = part.distance_m(&seen.capsule);
+            }
         }
         let mut last_s = 0.0;
         for piece in 0..=BRAKING_PIECES {
             let until_s = latency_s + stop_s * piece as f64 / BRAKING_PIECES as f64;
             let after = along(until_s);
-            let moved_m = moved_m(&before, &after);
-            if piece == 0 && moved_m <= stands_m_per_s * (until_s - last_s) {
-                return None;
-            }
-            for seen in person.vital() {
-                let [from_m, to_m] = [before, after].map(|arm| arm.distance_m(&seen.capsule));
-                let least_m = 0.5 * (from_m + to_m - moved_m);
-                let here = gap(least_m, &seen, until_s);
-                worst = Some(worst.map_or(here, |worst| worst.worse(here)));
+            for (index, part) in after.all().iter().enumerate() {
+                let moved_m = before.all()[index].moved_m(part);
+                let stands = moved_m <= stands_m_per_s * (until_s - last_s);
+                for (seen, distance_m) in person.seen().zip(&mut distances_m[index]) {
+                    let to_m = part.distance_m(&seen.capsule);
+                    let from_m = std::mem::replace(distance_m, to_m);
+                    // A hand is meant to meet the board.
+                    let may_meet = seen.region == BodyRegion::Arm && index >= links;
+                    let goes_away = leaves && to_m - from_m >= 0.5 * moved_m;
+                    if stands || may_meet || goes_away {
+                        continue;
+                    }
+                    let here = gap(0.5 * (from_m + to_m - moved_m), &seen, until_s);
+                    worst = Some(worst.map_or(here, |worst| worst.worse(here)));
+                }
             }
             (before, last_s) = (after, until_s);
         }
         worst
     }
-}
-
-/// How far any part has moved, m.
-fn moved_m(before: &ArmCapsules, after: &ArmCapsules) -> f64 {
-    let parts = before.all().iter().zip(after.all());
-    parts
-        .map(|(before, after)| before.moved_m(after))
-        .fold(0.0, f64::max)
 }

@@ -1,11 +1,16 @@
 //! Gives way to whatever pushes the arm.
 
-use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
+use hwall_kinematics::{
+    ArmKinematics, JointPositions, JointTorques, JointVelocities, MOST_JOINTS,
+};
 
 /// A joint that feels less than this may feel nothing, N m: 2 % of what the first joint of an iiwa can measure, as its maker states.
 const FELT_N_M: f64 = 3.5;
 /// How fast the arm sets off and stops, m/s².
 const ACCELERATION_M_PER_S2: f64 = 2.0;
+/// The fastest part gives way by no more than this, m: twice what frees a hand of 1 kN/m that was pressed with 140 N. A sensor that
+/// fails while something is touched leads the arm no further.
+const MOST_M: f64 = 0.15;
 /// Joint motions by which the speed of the body is found.
 const SMALL_RAD: f64 = 1e-4;
 
@@ -14,6 +19,7 @@ const SMALL_RAD: f64 = 1e-4;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Yielding {
     speed_m_per_s: f64,
+    way_m: f64,
     /// The direction of the joints, so long that the fastest part moves at 1 m/s.
     direction: JointVelocities,
 }
@@ -29,11 +35,12 @@ impl Yielding {
         dt_s: f64,
     ) -> JointVelocities {
         let change = ACCELERATION_M_PER_S2 * dt_s;
-        let felt = torque.filter(|torque| is_push(torque));
+        let goes_on = self.way_m < MOST_M;
+        let felt = torque.filter(|torque| goes_on && is_push(torque));
         let direction = felt.and_then(|torque| direction(arm, q, torque));
         match direction {
             Some(direction) => {
-                let turns = (0..7)
+                let turns = (0..MOST_JOINTS)
                     .map(|i| direction[i] * self.direction[i])
                     .sum::<f64>()
                     < 0.0;
@@ -45,6 +52,7 @@ impl Yielding {
             }
             None => self.speed_m_per_s = (self.speed_m_per_s - change).max(0.0),
         }
+        self.way_m += self.speed_m_per_s * dt_s;
         JointVelocities(self.direction.0.map(|qd| qd * self.speed_m_per_s))
     }
 }

@@ -75,7 +75,7 @@ pub(super) struct Condition {
     pub(super) rests: bool,
     /// It takes torques.
     pub(super) torque_level: bool,
-    /// A hand that was pressed too hard is not free again.
+    /// The force is still above `relaxed_n`.
     pub(super) is_pressed: bool,
 }
 
@@ -122,7 +122,7 @@ impl FaultMachine {
         let Condition {
             rests,
             torque_level,
-            is_pressed,
+            ..
         } = arm;
         let Some(fault) = found else {
             let Some(trouble) = &mut self.trouble else {
@@ -137,7 +137,7 @@ impl FaultMachine {
                 self.trouble = None;
                 return;
             }
-            self.escalate(now_s, timing, is_pressed);
+            self.escalate(now_s, timing, arm, true);
             return;
         };
         let stage = match (fault.severity, torque_level) {
@@ -175,32 +175,39 @@ impl FaultMachine {
             }
         }
         // An arm that is not known cannot withdraw or float.
-        if let (Some(trouble), Severity::Blind | Severity::Broken) =
-            (&mut self.trouble, fault.severity)
+        let is_known = !matches!(fault.severity, Severity::Blind | Severity::Broken);
+        if let Some(trouble) = self.trouble.as_mut().filter(|_| !is_known)
             && matches!(trouble.stage, Stage::Retreat | Stage::Compliant)
         {
             (trouble.stage, trouble.since_s) = (Stage::Hold, now_s);
         }
-        self.escalate(now_s, timing, is_pressed);
+        self.escalate(now_s, timing, arm, is_known);
     }
 
     /// From holding to withdrawing, from withdrawing to stopped.
-    fn escalate(&mut self, now_s: f64, timing: &TimingConfig, is_pressed: bool) {
+    fn escalate(&mut self, now_s: f64, timing: &TimingConfig, arm: Condition, is_known: bool) {
         let Some(trouble) = &mut self.trouble else {
             return;
         };
         let lasted_s = now_s - trouble.since_s;
-        let can_move = trouble.fault.severity == Severity::Unsure
-            || trouble.fault.severity == Severity::Pressed;
+        let severity = trouble.fault.severity;
         let next = match trouble.stage {
-            Stage::Hold if lasted_s > timing.hold_s && trouble.sound_since_s.is_none() => {
-                if can_move {
-                    Stage::Retreat
-                } else {
-                    Stage::Stop
+            // What ended giving way is over, the force is not.
+            Stage::Hold if severity == Severity::Pressed => {
+                match (lasted_s > timing.hold_s && is_known, arm.torque_level) {
+                    (false, _) => Stage::Hold,
+                    (true, true) if arm.is_pressed => Stage::Compliant,
+                    (true, false) if arm.is_pressed => Stage::Retreat,
+                    (true, _) => Stage::Stop,
                 }
             }
-            Stage::Retreat if lasted_s > timing.retreat_s && !is_pressed => Stage::Stop,
+            Stage::Hold if lasted_s > timing.hold_s && trouble.sound_since_s.is_none() => {
+                match severity {
+                    Severity::Unsure if is_known => Stage::Retreat,
+                    _ => Stage::Stop,
+                }
+            }
+            Stage::Retreat if lasted_s > timing.retreat_s && !arm.is_pressed => Stage::Stop,
             stage => stage,
         };
         if next != trouble.stage {

@@ -13,7 +13,7 @@ use super::watch::inspection::Inspection;
 use super::watch::torque_bias::TorqueBias;
 use crate::arm::ArmCommand;
 use crate::board::Board;
-use crate::body::{ArmBody, PersonBody, Separation};
+use crate::body::{ArmBody, BodyRegion, PersonBody, Separation};
 use crate::error::HapticsError;
 use crate::render::{beyond, distance_and_closing, is_push};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
@@ -42,6 +42,8 @@ pub struct Supervisor {
     has_begun: bool,
     bias: Option<TorqueBias>,
     out_of_reach: bool,
+    /// As last seen.
+    person: PersonBody,
     /// The arm did not take the last command.
     refused: bool,
     sent: Sent,
@@ -82,6 +84,7 @@ impl Supervisor {
             has_begun: false,
             bias: config.bias.map(TorqueBias::new),
             out_of_reach: false,
+            person: PersonBody::default(),
             refused: false,
             sent: Sent::Nothing,
             braking: None,
@@ -114,7 +117,8 @@ impl Supervisor {
         Ok(())
     }
 
-    /// This part of the person is no longer tracked on purpose; it is not missed until it comes again.
+    /// This part of the person is no longer tracked on purpose; it is not missed until it comes again. Where head and torso were last
+    /// seen still keeps the arm away, the further the longer ago that was, until a [reset](Self::reset).
     pub fn forget(&mut self, part: PersonPart) {
         self.inspection.forget(part);
     }
@@ -136,6 +140,7 @@ impl Supervisor {
     pub fn reset(&mut self) {
         self.faults.reset();
         self.inspection.believe();
+        self.person = PersonBody::default();
         self.bias = self.config.bias.map(TorqueBias::new);
     }
 
@@ -194,15 +199,20 @@ impl Supervisor {
             true => Some(SafeReason::Unproven),
             false => unseen.map(SafeReason::Unseen),
         };
-        if self.faults.trouble.is_none()
-            && let Some(reason) = reason
-        {
+        let person = PersonBody::of(input.person, &self.config.separation.person);
+        if !person.is_empty() {
+            self.person = person;
+        }
+        let trouble = self.faults.trouble;
+        let moves = trouble.is_none_or(|trouble| trouble.stage == Stage::Retreat);
+        if moves && let Some(reason) = reason {
             self.remember(input, ArmCommand::Hold);
+            let reason = trouble.map_or(reason, |trouble| trouble.fault.reason);
             return SupervisorStep {
                 command: ArmCommand::Hold,
                 state: SafeState::Holding { reason },
                 request: SafeRequest::Hold,
-                latched: false,
+                latched: trouble.is_some_and(|trouble| trouble.is_latched(self.config.latch)),
             };
         }
         if !self.has_begun && self.faults.trouble.is_none() {
@@ -224,7 +234,8 @@ impl Supervisor {
     ) -> Option<Fault> {
         let bias = self.bias.as_mut()?;
         let is_out_of_reach = self.out_of_reach && arm_is_sound;
-        let contact = match is_out_of_reach {
+        // A contact lasts until it is felt no more, whoever comes near the board meanwhile.
+        let contact = match is_out_of_reach || (bias.feels_contact() && arm_is_sound) {
             true => bias.contact(input.state, &self.guard, dt_s),
             false => {
                 bias.expects_contact();
@@ -287,8 +298,7 @@ impl Supervisor {
                 };
                 let (torque, cut) = self.guard.limited_torque(&last, &wanted, dt_s);
                 let (q, qd) = (&input.state.q, &input.state.qd);
-                let person = PersonBody::of(input.person, &self.config.separation.person);
-                if let Some(reason) = self.too_near(input.now_s, &person, q, qd) {
+                if let Some(reason) = self.too_near(input.now_s, q, qd, false) {
                     return (ArmCommand::Hold, Some((0.0, reason)));
                 }
                 let near = self.near(input, q, qd, retreat);
@@ -333,10 +343,9 @@ impl Supervisor {
         // A way back begins at rest, wherever the arm was going.
         let is_cut = share < 1.0 || retreat.is_some();
         let mut next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
-        let person = PersonBody::of(input.person, &self.config.separation.person);
         for less in SLOWER {
-            let Some(reason) = self.too_near(input.now_s, &person, next.sent(), next.rates())
-            else {
+            let (at, qd) = (next.sent(), next.rates());
+            let Some(reason) = self.too_near(input.now_s, at, qd, retreat.is_some()) else {
                 break;
             };
             slowed = Some((less * share, reason));
@@ -353,17 +362,23 @@ impl Supervisor {
         (ArmCommand::Position(sent), slowed)
     }
 
-    /// Would the arm come too near to head or torso, until it had come to rest from this motion?
+    /// Would the arm come too near to the person, until it had come to rest from this motion? One that `leaves` may.
     fn too_near(
         &self,
         now_s: f64,
-        person: &PersonBody,
         q: &JointPositions,
         qd: &JointVelocities,
+        leaves: bool,
     ) -> Option<SafeReason> {
-        let gap = self.separation.gap(q, qd, person, now_s)?;
+        let gap = self
+            .separation
+            .gap(q, qd, &self.person, now_s, leaves)?;
+        let part = match gap.region {
+            BodyRegion::Head | BodyRegion::Torso => PersonPart::Head,
+            BodyRegion::Arm => PersonPart::Palm,
+        };
         (gap.left_m < 0.0 || gap.left_m.is_nan()).then_some(SafeReason::PersonNear {
-            part: PersonPart::Head.channel(),
+            part: part.channel(),
             distance_m: gap.distance_m,
         })
     }

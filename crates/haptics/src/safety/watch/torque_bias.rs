@@ -74,6 +74,7 @@ pub(in crate::safety) struct TorqueBias {
     bias: Option<JointTorques>,
     /// Beyond the bias, smoothed, N m.
     beyond: JointTorques,
+    feels_contact: bool,
 }
 
 impl TorqueBias {
@@ -86,6 +87,7 @@ impl TorqueBias {
             last_s: None,
             bias: None,
             beyond: JointTorques([0.0; MOST_JOINTS]),
+            feels_contact: false,
         }
     }
 
@@ -110,12 +112,18 @@ impl TorqueBias {
                 most = Some((joint, of_limit));
             }
         }
+        self.feels_contact = most.is_some();
         most.map(|(joint, _)| (joint, self.beyond[joint]))
     }
 
     /// Somebody may touch the board.
     pub(in crate::safety) fn expects_contact(&mut self) {
         self.beyond = JointTorques::default();
+    }
+
+    /// Was there a [contact](Self::contact) when it was last looked for?
+    pub(in crate::safety) const fn feels_contact(&self) -> bool {
+        self.feels_contact
     }
 
     /// As of the last rest, N m.
