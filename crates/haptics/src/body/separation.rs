@@ -1,9 +1,7 @@
 //! Speed and separation: does the arm stand before a person can reach it?
 
 use super::arm_body::{ArmBody, MOST as MOST_PARTS};
-use super::person_body::{
-    BodyRegion, MOST as MOST_SEEN, PersonBody, PersonBodyConfig, Seen,
-};
+use super::person_body::{BodyRegion, MOST as MOST_SEEN, PersonBody, PersonBodyConfig, Seen};
 use crate::error::HapticsError;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_numeric::check::non_negative;
@@ -118,8 +116,11 @@ impl Separation {
     }
 
     /// The gap while an arm at `q` that moves at `qd` reacts and comes to rest, and head and torso come nearer all the time, from
-    /// where they were last seen; the links do not run into an arm of the person that stands. Parts of the arm that stand do not count, and
-    /// if it `leaves`, neither do those that move away. `None`: no person is known, or no part moves. NaN of the arm leaves a gap of NaN.
+    /// where they were last seen; the links do not run into an arm of the person that stands. Parts of the arm that stand do not count.
+    ///
+    /// An arm that `leaves`, because it is pushed or withdraws, may move parts away from the person, who counts as not having moved
+    /// since: a hand that is squeezed for certain comes before a head that may have come nearer.
+    /// `None`: no person is known, or no part moves. NaN of the arm leaves a gap of NaN.
     ///
     /// A lower bound. Far from the person it is found with one look at the arm. Near them, between two looks the distance of a part is
     /// at least the mean of both minus half the way that it moved.
@@ -161,7 +162,10 @@ impl Separation {
         let mut worst: Option<Gap> = None;
         let gap = |least_m: f64, seen: &Seen, until_s: f64| {
             // A stamp ahead of time shows by how much the clocks differ.
-            let age_s = (now_s - seen.stamp_s).abs();
+            let age_s = match leaves {
+                true => 0.0,
+                false => (now_s - seen.stamp_s).abs(),
+            };
             let comes_m = match seen.region {
                 BodyRegion::Head | BodyRegion::Torso => person_m_per_s * (age_s + until_s),
                 BodyRegion::Arm => 0.0,

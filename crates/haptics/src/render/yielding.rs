@@ -1,8 +1,6 @@
 //! Gives way to whatever pushes the arm.
 
-use hwall_kinematics::{
-    ArmKinematics, JointPositions, JointTorques, JointVelocities, MOST_JOINTS,
-};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities, MOST_JOINTS};
 
 /// A joint that feels less than this may feel nothing, N m: 2 % of what the first joint of an iiwa can measure, as its maker states.
 const FELT_N_M: f64 = 3.5;

@@ -370,9 +370,7 @@ impl Supervisor {
         qd: &JointVelocities,
         leaves: bool,
     ) -> Option<SafeReason> {
-        let gap = self
-            .separation
-            .gap(q, qd, &self.person, now_s, leaves)?;
+        let gap = self.separation.gap(q, qd, &self.person, now_s, leaves)?;
         let part = match gap.region {
             BodyRegion::Head | BodyRegion::Torso => PersonPart::Head,
             BodyRegion::Arm => PersonPart::Palm,
