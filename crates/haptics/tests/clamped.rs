@@ -41,6 +41,7 @@ struct Scene {
     force_n: f64,
     said: SafeState,
     fingertip_stamp_s: Option<f64>,
+    head_m: DVec3,
     /// A hand is at the board.
     is_touched: bool,
     /// What the first sensor says without a push, N m.
@@ -73,6 +74,7 @@ impl Scene {
             force_n: 0.0,
             said: SafeState::Normal,
             fingertip_stamp_s: None,
+            head_m: DVec3::new(2.0, 0.0, 1.0),
             is_touched: false,
             bias_n_m: 0.0,
         }
@@ -113,7 +115,10 @@ impl Scene {
         self.renderer.plan();
         let person = [PersonPart::Fingertip, PersonPart::Head].map(|part| PersonPoint {
             part,
-            position_m: DVec3::new(2.0, 0.0, 1.0),
+            position_m: match part {
+                PersonPart::Head => self.head_m,
+                _ => DVec3::new(2.0, 0.0, 1.0),
+            },
             stamp_s: self.fingertip_stamp_s.unwrap_or(self.now_s),
         });
         // The fingertip is far away, or nobody knows where it is.
@@ -195,6 +200,79 @@ fn a_hand_that_is_squeezed_is_let_go_on_either_side_of_the_board() {
             );
         }
     }
+}
+
+/// Whose torso is so near to the board that no other motion is allowed.
+#[test]
+fn a_squeezed_person_who_stands_close_by_is_let_go() {
+    for gap_m in [0.05, 0.1, 0.3] {
+        let mut scene = Scene::new();
+        scene.is_touched = true;
+        let face = scene.arm.forward(&home());
+        let normal = face.rotation().z_axis;
+        let level = normal.with_z(0.0).normalize();
+        scene.head_m = face.position_m() + level * (gap_m + 0.18) + DVec3::Z * 0.5;
+        let hand = Hand {
+            point: 4,
+            at_m: face.position_m() - 0.1 * normal,
+            pushes: -normal,
+            n_per_m: 2e3,
+        };
+        for _ in 0..1000 {
+            scene.step(&hand);
+        }
+        println!("{gap_m} m: {:.1} N, {}", scene.force_n, scene.said);
+        assert!(scene.force_n < 65.0, "{gap_m} m: {} N", scene.force_n);
+    }
+}
+
+/// Any number of bad cycles while it is pressed.
+#[test]
+fn giving_way_goes_on_after_a_bad_cycle() {
+    for every in [3000, 400] {
+        let mut scene = Scene::new();
+        scene.is_touched = true;
+        let face = scene.arm.forward(&home());
+        let normal = face.rotation().z_axis;
+        let hand = Hand {
+            point: 4,
+            at_m: face.position_m() - 0.1 * normal,
+            pushes: -normal,
+            n_per_m: 2e3,
+        };
+        for cycle in 0..6000 {
+            if cycle % every == 30 {
+                scene.supervisor.refused();
+            }
+            scene.step(&hand);
+        }
+        println!("{every}: {:.1} N, {}", scene.force_n, scene.said);
+        assert!(scene.force_n < 65.0, "{every}: {} N", scene.force_n);
+    }
+}
+
+/// A sensor that fails at a touch pretends a push that no motion relieves.
+#[test]
+fn a_failed_sensor_does_not_lead_the_arm_away() {
+    let mut scene = Scene::new();
+    scene.is_touched = true;
+    let hand = Hand {
+        point: 4,
+        at_m: DVec3::new(0.0, 0.0, 3.0),
+        pushes: DVec3::Z,
+        n_per_m: 0.0,
+    };
+    for _ in 0..300 {
+        scene.step(&hand);
+    }
+    scene.bias_n_m = 100.0;
+    let before_m = scene.point_m(&scene.state.q, 4);
+    for _ in 0..6000 {
+        scene.step(&hand);
+    }
+    let way_m = before_m.distance(scene.point_m(&scene.state.q, 4));
+    println!("{way_m:.3} m, {}", scene.said);
+    assert!(way_m < 0.2, "{way_m}");
 }
 
 /// A board that withdraws because the tracker has lost the hand meets it on the way back.

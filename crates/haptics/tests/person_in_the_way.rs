@@ -132,13 +132,16 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
             stamp_s: newest.1,
         };
         let away_m = DVec3::new(3.0, 3.0, 1.0) + newest.0 * 1e-3;
+        let both = [
+            point(PersonPart::Fingertip, away_m),
+            point(PersonPart::Head, newest.0),
+        ];
+        // Half of the trackers lose the head in every second frame.
+        let is_lost = seed % 2 == 1 && (newest.1 / FRAME_S) as u32 % 2 == 1;
         let step = supervisor.step(&SupervisorInput {
             now_s,
             state: &state,
-            person: &[
-                point(PersonPart::Head, newest.0),
-                point(PersonPart::Fingertip, away_m),
-            ],
+            person: &both[..if is_lost { 1 } else { 2 }],
             target: None,
             force: Some(Wrench::default()),
             command: ArmCommand::Position(wanted),

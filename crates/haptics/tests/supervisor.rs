@@ -230,3 +230,18 @@ fn frozen_inputs() {
     let mut bench = Bench::new();
     assert_eq!(bench.run(3000).state, SafeState::Normal);
 }
+
+#[test]
+fn an_arm_whose_person_was_never_whole_does_not_even_withdraw() {
+    let mut bench = Bench::new();
+    // The fingertip is seen once and lost; the head never comes.
+    bench.person.truncate(1);
+    for k in 0..3000 {
+        let step = bench.step_with(|bench, _| {
+            if k > 0 {
+                bench.person.clear();
+            }
+        });
+        assert_eq!(step.command, ArmCommand::Hold, "{k}: {}", step.state);
+    }
+}

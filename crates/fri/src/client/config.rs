@@ -135,14 +135,14 @@ impl fmt::Display for ClientStatistics {
         )?;
         writeln!(
             f,
-            "answers that did not arrive: in {} messages, {} in a row at most; the arm was up to {:.1} ms behind",
+            "answers sent that did not reach the controller: {}, {} in a row at most; the arm was up to {:.1} ms behind",
             self.not_arrived,
             self.longest_gap,
             self.most_behind_us as f64 * 1e-3
         )?;
         write!(
             f,
-            "commands: {} refused, {} given while none were taken",
+            "commands refused: {}; given while the controller took none: {}",
             self.refused, self.not_in_force
         )
     }

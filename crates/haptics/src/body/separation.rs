@@ -204,7 +204,7 @@ impl Separation {
                     let from_m = std::mem::replace(distance_m, to_m);
                     // A hand is meant to meet the board.
                     let may_meet = seen.region == BodyRegion::Arm && index >= links;
-                    let goes_away = leaves && to_m - from_m >= 0.5 * moved_m;
+                    let goes_away = leaves && to_m >= from_m;
                     if stands || may_meet || goes_away {
                         continue;
                     }

@@ -30,6 +30,9 @@ pub trait Surroundings<R: Arm> {
     fn state(&mut self, state: ArmState) -> ArmState {
         state
     }
+
+    /// The arm did not take a command, for this reason; the loop goes on.
+    fn refused(&mut self, _reason: &R::Error) {}
 }
 
 /// Answers the state of an arm with a command, once in every cycle.
@@ -126,7 +129,10 @@ where
     let state = surroundings.state(arm.state()?);
     let command = controller.step(now_s, &state);
     match arm.command(command) {
-        Err(error) if R::is_transient(&error) => controller.refused(),
+        Err(error) if R::is_transient(&error) => {
+            controller.refused();
+            surroundings.refused(&error);
+        }
         taken => taken?,
     }
     controller.plan();

@@ -20,6 +20,10 @@ const SILENCE: Duration = Duration::from_millis(500);
 const GONE: Duration = Duration::from_secs(10);
 /// How often the wait for a controller looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(200);
+/// A controller that has spoken for this long and does not begin commanding is told on the console.
+const BEGINS: Duration = Duration::from_secs(3);
+/// Commands that are refused within this time of another are not told on their own.
+const SAME_REFUSAL: Duration = Duration::from_secs(1);
 /// At the end the arm is braked for this long: from full speed the second joint, which takes longest, stands after 0.32 s.
 const BRAKING: Duration = Duration::from_millis(500);
 
@@ -32,6 +36,7 @@ pub struct Driven {
     end_s: f64,
     /// Why the arm takes no commands, as the console was told.
     unfit: Option<Unfit>,
+    refused_at: Option<Instant>,
 }
 
 impl Driven {
@@ -43,6 +48,7 @@ impl Driven {
             unanswered: Some(begun_s),
             end_s,
             unfit: None,
+            refused_at: None,
         }
     }
 }
@@ -67,7 +73,10 @@ impl Driven {
                 Err(FriError::Silent { .. }) if since.elapsed() < GONE => {
                     if !told && since.elapsed() >= SILENCE {
                         told = true;
-                        note("the controller is silent: waiting for it");
+                        note(format_args!(
+                            "the controller is silent: waiting for it, {} s at most",
+                            GONE.as_secs()
+                        ));
                     }
                 }
                 Err(error) => return Err(error),
@@ -103,6 +112,14 @@ impl Surroundings<FriClient> for Driven {
     fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
         self.bridge.hands.next_frame(now_s)
     }
+
+    fn refused(&mut self, reason: &FriError) {
+        let now = Instant::now();
+        let last = self.refused_at.replace(now);
+        if last.is_none_or(|last| now.duration_since(last) > SAME_REFUSAL) {
+            note(reason);
+        }
+    }
 }
 
 /// Waits for a controller, and then until the server stops or the time is over lets the hands of the clients lead its arm.
@@ -135,10 +152,12 @@ pub fn run_driven(
     }
     let since = Instant::now();
     let (mut told, mut told_unfit) = (false, None);
+    let mut speaks_since = None;
     let begun_s = loop {
         match client.wait_for_commanding(LOOK) {
             Ok(begun_s) => break begun_s,
             Err(FriError::Silent { .. } | FriError::Unfit(_)) if server.is_stopped() => {
+                note(client.statistics());
                 return Ok(());
             }
             Err(error @ (FriError::Silent { .. } | FriError::Unfit(_))) => {
@@ -155,6 +174,18 @@ pub fn run_driven(
                         "no FRI controller reached commanding within {} s",
                         options.seconds.unwrap_or_default()
                     );
+                }
+                if let (false, Some(state), Some(quality)) =
+                    (told, client.session_state(), client.quality())
+                    && speaks_since.get_or_insert_with(Instant::now).elapsed() > BEGINS
+                {
+                    told = true;
+                    let late = client.statistics().unanswered + client.statistics().not_arrived;
+                    note(format_args!(
+                        "the controller speaks, but does not begin commanding: it is in {state}, quality {quality}, and {late} of {} \
+                         messages got no answer in time; start the motion of its application, or look at the network",
+                        client.statistics().received
+                    ));
                 }
                 if !told && client.statistics().malformed > 0 {
                     told = true;

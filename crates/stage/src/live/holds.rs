@@ -48,7 +48,7 @@ impl Holds {
                 if *count <= TOLD {
                     let ends = match is_latched {
                         true => "needs a person: Enter here, or the page's button, lets the arm go",
-                        false => "ends by itself when the inputs are sound",
+                        false => "ends by itself once that is over",
                     };
                     note(format_args!("{t_s:9.3} s  {words} ({ends})"));
                 } else if *count == TOLD + 1 {

@@ -1,0 +1,150 @@
+//! The gap between arm and person.
+
+use glam::DVec3;
+use hwall_haptics::Board;
+use hwall_haptics::body::{
+    ArmBody, BodyConfig, BodyRegion, Capsule, PersonBody, Separation, SeparationConfig,
+};
+use hwall_haptics::safety::{PersonPart, PersonPoint};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm};
+use hwall_testkit::Sampler;
+
+const BRAKING: [f64; 7] = [8.0; 7];
+
+fn body() -> ArmBody {
+    let board = Board::default();
+    let arm = ArmKinematics::carrying(&SrsArm::iiwa7(), board.flange_from_board_face().unwrap());
+    ArmBody::new(arm, board, BodyConfig::default()).unwrap()
+}
+
+fn person(points: &[(PersonPart, DVec3)], stamp_s: f64) -> PersonBody {
+    let points: Vec<_> = points
+        .iter()
+        .map(|(part, position_m)| PersonPoint {
+            part: *part,
+            position_m: *position_m,
+            stamp_s,
+        })
+        .collect();
+    PersonBody::of(&points, &SeparationConfig::default().person)
+}
+
+/// Every instant of the stop, looked at a thousand times as closely.
+#[test]
+fn the_gap_is_a_lower_bound() {
+    let config = SeparationConfig::default();
+    let separation = Separation::new(body(), config, BRAKING).unwrap();
+    let mut random = Sampler::new(3);
+    let (mut near, mut loosest_m) = (0, 0.0_f64);
+    for k in 0..400 {
+        let q = JointPositions([0; 7].map(|_| random.uniform(-1.5, 1.5)));
+        let qd = JointVelocities([0; 7].map(|_| random.uniform(-1.0, 1.0)));
+        let head_m = random.unit_vector() * random.uniform(0.4, 1.2);
+        let age_s = random.uniform(0.0, 0.06);
+        let seen = person(&[(PersonPart::Head, head_m)], 10.0 - age_s);
+        let gap = separation.gap(&q, &qd, &seen, 10.0, false).unwrap();
+        let stop_s =
+            qd.0.iter()
+                .fold(0.0, |most: f64, qd| most.max(qd.abs() / 8.0));
+        let until_s = config.latency_s + stop_s;
+        let mut least_m = f64::INFINITY;
+        let at = |t_s: f64| {
+            let braking_s = (t_s - config.latency_s).max(0.0);
+            let way_s = t_s - 0.5 * braking_s * braking_s / stop_s;
+            body_at(&separation, &q, &qd, way_s)
+        };
+        for step in 0..500 {
+            let [t_s, next_s] = [step, step + 1].map(|i| until_s * f64::from(i) / 500.0);
+            let (now, next) = (at(t_s), at(next_s));
+            for (now, next) in now.iter().zip(&next) {
+                let moved_m = now.from_m.distance(next.from_m);
+                let moved_m = moved_m.max(now.to_m.distance(next.to_m));
+                if moved_m <= 2.0 * config.stands_m_per_s * (next_s - t_s) {
+                    continue;
+                }
+                for (_, capsule) in seen.capsules() {
+                    let left_m = now.distance_m(&capsule)
+                        - config.clearance_m
+                        - config.person_m_per_s * (age_s + t_s);
+                    least_m = least_m.min(left_m);
+                }
+            }
+        }
+        // What no part reaches is only bounded.
+        near += usize::from(least_m < 0.1);
+        loosest_m = loosest_m.max(match least_m < 0.0 {
+            true => least_m - gap.left_m,
+            false => 0.0,
+        });
+        assert!(gap.left_m <= least_m + 2e-3, "{k}: {gap:?}, {least_m}");
+    }
+    println!("{near} near, at most {loosest_m:.3} m below");
+    assert!(near > 50 && loosest_m < 0.2, "{near} {loosest_m}");
+}
+
+fn body_at(
+    separation: &Separation,
+    q: &JointPositions,
+    qd: &JointVelocities,
+    way_s: f64,
+) -> Vec<Capsule> {
+    let at = JointPositions(std::array::from_fn(|i| q[i] + qd[i] * way_s));
+    separation.body().at(&at).all().to_vec()
+}
+
+#[test]
+fn what_is_not_finite_leaves_no_gap() {
+    let separation = Separation::new(body(), SeparationConfig::default(), BRAKING).unwrap();
+    let head = person(&[(PersonPart::Head, DVec3::new(0.5, 0.0, 1.0))], 0.0);
+    let (q, qd) = (JointPositions::default(), JointVelocities([0.1; 7]));
+    for joint in 0..7 {
+        let (mut bad_q, mut bad_qd) = (q, qd);
+        (bad_q[joint], bad_qd[joint]) = (f64::NAN, f64::NAN);
+        for (q, qd) in [(bad_q, qd), (q, bad_qd)] {
+            let gap = separation.gap(&q, &qd, &head, 0.0, false).unwrap();
+            assert!(gap.left_m.is_nan(), "{joint}: {gap:?}");
+        }
+    }
+    let gap = separation.gap(&q, &qd, &head, f64::NAN, false).unwrap();
+    assert!(gap.left_m.is_nan());
+}
+
+#[test]
+fn parts_that_stand_or_leave_may_be_near() {
+    let separation = Separation::new(body(), SeparationConfig::default(), BRAKING).unwrap();
+    let base = person(&[(PersonPart::Head, DVec3::new(0.3, 0.0, 0.1))], 0.0);
+    let (q, mut qd) = (JointPositions::default(), JointVelocities::default());
+    let left_m = |qd: &JointVelocities, person: &PersonBody, leaves| {
+        let gap = separation.gap(&q, qd, person, 0.0, leaves);
+        gap.map_or(f64::INFINITY, |gap| gap.left_m)
+    };
+    // The wrist is high above the head beside the base.
+    qd[5] = 0.1;
+    assert!(left_m(&qd, &base, false) > 0.0);
+    qd[0] = 0.0;
+    let above = body().at(&q).all()[4].to_m;
+    let beside = person(&[(PersonPart::Head, above + DVec3::X * 0.45)], 0.0);
+    qd = JointVelocities::default();
+    for (speed, leaves, may) in [(0.2, true, false), (-0.2, true, true), (-0.2, false, false)] {
+        qd[1] = speed;
+        assert_eq!(left_m(&qd, &beside, leaves) >= 0.0, may, "{speed} {leaves}");
+    }
+}
+
+/// Where a hand is, an arm of the person is, too.
+#[test]
+fn a_link_does_not_run_into_an_arm_that_stands() {
+    let separation = Separation::new(body(), SeparationConfig::default(), BRAKING).unwrap();
+    let q = JointPositions::default();
+    let elbow_m = body().at(&q).all()[1].to_m;
+    let head_m = elbow_m + DVec3::new(1.2, 0.0, 0.28);
+    let palm_m = elbow_m + DVec3::X * 0.2;
+    let seen = person(
+        &[(PersonPart::Head, head_m), (PersonPart::Palm, palm_m)],
+        0.0,
+    );
+    let mut qd = JointVelocities::default();
+    qd[1] = 0.6;
+    let gap = separation.gap(&q, &qd, &seen, 0.0, false).unwrap();
+    assert!(gap.region == BodyRegion::Arm && gap.left_m < 0.0, "{gap:?}");
+}
