@@ -202,8 +202,8 @@ impl Separation {
                 for (seen, distance_m) in person.seen().zip(&mut distances_m[index]) {
                     let to_m = part.distance_m(&seen.capsule);
                     let from_m = std::mem::replace(distance_m, to_m);
-                    // A hand is meant to meet the board.
-                    let may_meet = seen.region == BodyRegion::Arm && index >= links;
+                    // A hand is meant to meet the board, whose mount is as thick as a link.
+                    let may_meet = seen.region == BodyRegion::Arm && index + 1 >= links;
                     let goes_away = leaves && to_m >= from_m;
                     if stands || may_meet || goes_away {
                         continue;
