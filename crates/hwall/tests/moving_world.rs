@@ -8,7 +8,6 @@ use hwall::contact::{
 use hwall::geometry::Pose;
 use hwall::glam::{DMat3, DVec3};
 use hwall::hand::{HandFilterConfig, HandFrame};
-use hwall::haptics::body::SeparationConfig;
 use hwall::haptics::{ArmCommand, ArmState, Board};
 use hwall::kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm, Wrench};
 use hwall::reachability::{Presented, WallMaps};
@@ -302,13 +301,6 @@ fn a_hand_that_is_lost_stops_the_board_that_slides_under_it() {
         // Lost: what is on its way may still be done, within the age that guidance may have and the braking after it.
         let lost = |t_s| (!silent).then(|| HandFrame::empty(t_s));
         bench.run(&mut session, 0.4, lost);
-        // Of a person who is not seen at all nothing is known: what was cut is made up for no faster than an arm that stands.
-        let at_m = bench.face_m();
-        bench.run(&mut session, 1.0, lost);
-        let stands_m = 1.0 * SeparationConfig::default().stands_m_per_s;
-        let most_m = if silent { stands_m } else { 1e-9 };
-        let crept_m = bench.face_m().distance(at_m);
-        assert!(crept_m < most_m, "{silent}: {crept_m} m");
         let at_m = bench.face_m();
         bench.run(&mut session, 1.0, lost);
         moved_m.push(bench.face_m().distance(at_m));

@@ -117,9 +117,11 @@ impl Supervisor {
         Ok(())
     }
 
-    /// This part of the person is no longer tracked on purpose; it is not missed until it comes again. Where head and torso were last
-    /// seen still keeps the arm away, the further the longer ago that was, until a [reset](Self::reset).
+    /// This part of the person is no longer tracked on purpose; it is not missed, nor kept away from, until it comes again.
     pub fn forget(&mut self, part: PersonPart) {
+        if part == PersonPart::Head {
+            self.person = PersonBody::default();
+        }
         self.inspection.forget(part);
     }
 
