@@ -2,9 +2,7 @@
 
 use glam::DVec3;
 use hwall_haptics::Board;
-use hwall_haptics::body::{
-    ArmBody, BodyConfig, BodyRegion, Capsule, PersonBody, Separation, SeparationConfig,
-};
+use hwall_haptics::body::{ArmBody, BodyConfig, Capsule, PersonBody, Separation, SeparationConfig};
 use hwall_haptics::safety::{PersonPart, PersonPoint};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm};
 use hwall_testkit::Sampler;
@@ -129,22 +127,4 @@ fn parts_that_stand_or_leave_may_be_near() {
         qd[1] = speed;
         assert_eq!(left_m(&qd, &beside, leaves) >= 0.0, may, "{speed} {leaves}");
     }
-}
-
-/// Where a hand is, an arm of the person is, too.
-#[test]
-fn a_link_does_not_run_into_an_arm_that_stands() {
-    let separation = Separation::new(body(), SeparationConfig::default(), BRAKING).unwrap();
-    let q = JointPositions::default();
-    let elbow_m = body().at(&q).all()[1].to_m;
-    let head_m = elbow_m + DVec3::new(1.2, 0.0, 0.28);
-    let palm_m = elbow_m + DVec3::X * 0.2;
-    let seen = person(
-        &[(PersonPart::Head, head_m), (PersonPart::Palm, palm_m)],
-        0.0,
-    );
-    let mut qd = JointVelocities::default();
-    qd[1] = 0.6;
-    let gap = separation.gap(&q, &qd, &seen, 0.0, false).unwrap();
-    assert!(gap.region == BodyRegion::Arm && gap.left_m < 0.0, "{gap:?}");
 }

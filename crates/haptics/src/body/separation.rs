@@ -116,7 +116,7 @@ impl Separation {
     }
 
     /// The gap while an arm at `q` that moves at `qd` reacts and comes to rest, and head and torso come nearer all the time, from
-    /// where they were last seen; the links do not run into an arm of the person that stands. Parts of the arm that stand do not count.
+    /// where they were last seen. Parts of the arm that stand do not count.
     ///
     /// An arm that `leaves`, because it is pushed or withdraws, may move parts away from the person, who counts as not having moved
     /// since: a hand that is squeezed for certain comes before a head that may have come nearer.
@@ -185,7 +185,6 @@ impl Separation {
         if at_first.left_m >= 0.0 {
             return Some(at_first);
         }
-        let links = before.links().len();
         let mut distances_m = [[0.0; MOST_SEEN]; MOST_PARTS];
         for (part, distances_m) in before.all().iter().zip(&mut distances_m) {
             for (seen, distance_m) in person.seen().zip(distances_m) {
@@ -202,8 +201,8 @@ impl Separation {
                 for (seen, distance_m) in person.seen().zip(&mut distances_m[index]) {
                     let to_m = part.distance_m(&seen.capsule);
                     let from_m = std::mem::replace(distance_m, to_m);
-                    // A hand is meant to meet the board, whose mount is as thick as a link.
-                    let may_meet = seen.region == BodyRegion::Arm && index + 1 >= links;
+                    // An arm of the person is meant to reach the board.
+                    let may_meet = seen.region == BodyRegion::Arm;
                     let goes_away = leaves && to_m >= from_m;
                     if stands || may_meet || goes_away {
                         continue;
