@@ -1,6 +1,7 @@
 //! Whoever is caught by the arm is let go: on either side of the board, or at a link.
 
 use glam::DVec3;
+use hwall_geometry::Pose;
 use hwall_haptics::safety::{
     PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
 };
@@ -202,6 +203,17 @@ fn a_hand_that_is_squeezed_is_let_go_on_either_side_of_the_board() {
     }
 }
 
+/// A hand that presses the face with 200 N.
+fn pressing(face: &Pose) -> Hand {
+    let normal = face.rotation().z_axis;
+    Hand {
+        point: 4,
+        at_m: face.position_m() - 0.1 * normal,
+        pushes: -normal,
+        n_per_m: 2e3,
+    }
+}
+
 /// Whose torso is so near to the board that no other motion is allowed.
 #[test]
 fn a_squeezed_person_who_stands_close_by_is_let_go() {
@@ -209,15 +221,9 @@ fn a_squeezed_person_who_stands_close_by_is_let_go() {
         let mut scene = Scene::new();
         scene.is_touched = true;
         let face = scene.arm.forward(&home());
-        let normal = face.rotation().z_axis;
-        let level = normal.with_z(0.0).normalize();
+        let level = face.rotation().z_axis.with_z(0.0).normalize();
         scene.head_m = face.position_m() + level * (gap_m + 0.18) + DVec3::Z * 0.5;
-        let hand = Hand {
-            point: 4,
-            at_m: face.position_m() - 0.1 * normal,
-            pushes: -normal,
-            n_per_m: 2e3,
-        };
+        let hand = pressing(&face);
         for _ in 0..1000 {
             scene.step(&hand);
         }
@@ -233,13 +239,7 @@ fn giving_way_goes_on_after_a_bad_cycle() {
         let mut scene = Scene::new();
         scene.is_touched = true;
         let face = scene.arm.forward(&home());
-        let normal = face.rotation().z_axis;
-        let hand = Hand {
-            point: 4,
-            at_m: face.position_m() - 0.1 * normal,
-            pushes: -normal,
-            n_per_m: 2e3,
-        };
+        let hand = pressing(&face);
         for cycle in 0..6000 {
             if cycle % every == 30 {
                 scene.supervisor.refused();

@@ -133,7 +133,12 @@ impl PersonBody {
         self.seen().next().is_none()
     }
 
-    pub(super) fn seen(&self) -> impl Iterator<Item = Seen> {
+    /// What nothing that moves may meet.
+    pub(super) fn vital(&self) -> impl Iterator<Item = Seen> {
+        self.seen().filter(|seen| seen.region != BodyRegion::Arm)
+    }
+
+    fn seen(&self) -> impl Iterator<Item = Seen> {
         self.parts.into_iter().flatten()
     }
 }

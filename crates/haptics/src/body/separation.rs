@@ -120,6 +120,7 @@ impl Separation {
     ///
     /// An arm that `leaves`, because it is pushed or withdraws, may move parts away from the person, who counts as not having moved
     /// since: a hand that is squeezed for certain comes before a head that may have come nearer.
+    ///
     /// `None`: no person is known, or no part moves. NaN of the arm leaves a gap of NaN.
     ///
     /// A lower bound. Far from the person it is found with one look at the arm. Near them, between two looks the distance of a part is
@@ -166,14 +167,10 @@ impl Separation {
                 true => 0.0,
                 false => (now_s - seen.stamp_s).abs(),
             };
-            let comes_m = match seen.region {
-                BodyRegion::Head | BodyRegion::Torso => person_m_per_s * (age_s + until_s),
-                BodyRegion::Arm => 0.0,
-            };
             Gap {
                 region: seen.region,
                 distance_m: least_m,
-                left_m: least_m - clearance_m - comes_m,
+                left_m: least_m - clearance_m - person_m_per_s * (age_s + until_s),
             }
         };
         let most_way_m = most_m_per_s * (latency_s + 0.5 * stop_s);
@@ -181,13 +178,13 @@ impl Separation {
             let least_m = before.distance_m(&seen.capsule) - most_way_m;
             gap(least_m, &seen, latency_s + stop_s)
         };
-        let at_first = person.seen().map(far).reduce(Gap::worse)?;
+        let at_first = person.vital().map(far).reduce(Gap::worse)?;
         if at_first.left_m >= 0.0 {
             return Some(at_first);
         }
         let mut distances_m = [[0.0; MOST_SEEN]; MOST_PARTS];
         for (part, distances_m) in before.all().iter().zip(&mut distances_m) {
-            for (seen, distance_m) in person.seen().zip(distances_m) {
+            for (seen, distance_m) in person.vital().zip(distances_m) {
                 *distance_m = part.distance_m(&seen.capsule);
             }
         }
@@ -198,13 +195,11 @@ impl Separation {
             for (index, part) in after.all().iter().enumerate() {
                 let moved_m = before.all()[index].moved_m(part);
                 let stands = moved_m <= stands_m_per_s * (until_s - last_s);
-                for (seen, distance_m) in person.seen().zip(&mut distances_m[index]) {
+                for (seen, distance_m) in person.vital().zip(&mut distances_m[index]) {
                     let to_m = part.distance_m(&seen.capsule);
                     let from_m = std::mem::replace(distance_m, to_m);
-                    // An arm of the person is meant to reach the board.
-                    let may_meet = seen.region == BodyRegion::Arm;
                     let goes_away = leaves && to_m >= from_m;
-                    if stands || may_meet || goes_away {
+                    if stands || goes_away {
                         continue;
                     }
                     let here = gap(0.5 * (from_m + to_m - moved_m), &seen, until_s);

@@ -13,7 +13,7 @@ use super::watch::inspection::Inspection;
 use super::watch::torque_bias::TorqueBias;
 use crate::arm::ArmCommand;
 use crate::board::Board;
-use crate::body::{ArmBody, BodyRegion, PersonBody, Separation};
+use crate::body::{ArmBody, PersonBody, Separation};
 use crate::error::HapticsError;
 use crate::render::{beyond, distance_and_closing, is_push};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
@@ -364,7 +364,7 @@ impl Supervisor {
         (ArmCommand::Position(sent), slowed)
     }
 
-    /// Would the arm come too near to the person, until it had come to rest from this motion? One that `leaves` may.
+    /// Would the arm come too near to head or torso before it had come to rest from this motion? One that `leaves` may move away.
     fn too_near(
         &self,
         now_s: f64,
@@ -373,12 +373,8 @@ impl Supervisor {
         leaves: bool,
     ) -> Option<SafeReason> {
         let gap = self.separation.gap(q, qd, &self.person, now_s, leaves)?;
-        let part = match gap.region {
-            BodyRegion::Head | BodyRegion::Torso => PersonPart::Head,
-            BodyRegion::Arm => PersonPart::Palm,
-        };
         (gap.left_m < 0.0 || gap.left_m.is_nan()).then_some(SafeReason::PersonNear {
-            part: part.channel(),
+            part: PersonPart::Head.channel(),
             distance_m: gap.distance_m,
         })
     }
