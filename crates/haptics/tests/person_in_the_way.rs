@@ -1,7 +1,7 @@
 //! Nothing that moves meets head or torso: people who stand in the way, and who walk into it.
 
 use glam::DVec3;
-use hwall_haptics::body::{ArmBody, ArmCapsules, BodyConfig, Capsule};
+use hwall_haptics::body::{ArmBody, ArmCapsules, BodyConfig, Capsule, Room};
 use hwall_haptics::safety::{
     PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
 };
@@ -50,7 +50,9 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
     let mut random = Sampler::new(seed);
     let board = Board::default();
     let arm = ArmKinematics::carrying(&SrsArm::iiwa7(), board.flange_from_board_face().unwrap());
-    let body = ArmBody::new(Arc::clone(&arm), board, BodyConfig::default()).unwrap();
+    let body = ArmBody::new(Arc::clone(&arm), board, BodyConfig::default())
+        .unwrap()
+        .in_room(Room::default());
     let config = SupervisorConfig {
         agreeing_states: 1,
         obedience: None,
@@ -65,7 +67,7 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
     };
     let free = |random: &mut Sampler| loop {
         let q = posture(random);
-        if body.self_distance_m(&q) > 0.05 {
+        if body.nearest(&q).distance_m > 0.05 {
             break q;
         }
     };

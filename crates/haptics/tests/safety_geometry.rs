@@ -124,7 +124,7 @@ fn a_folded_arm_meets_itself() {
     for ((chain, upright), folded) in chains.into_iter().zip(upright).zip(folded) {
         let mut body = body(Arc::new(ChainArm::new(chain).unwrap()));
         body.fit(&JointPositions::from_deg(upright));
-        let apart_m = |deg| body.self_distance_m(&JointPositions::from_deg(deg));
+        let apart_m = |deg| body.nearest(&JointPositions::from_deg(deg)).distance_m;
         assert!(
             apart_m(upright) > body.clearance_m(),
             "{}",
@@ -133,7 +133,7 @@ fn a_folded_arm_meets_itself() {
         assert!(apart_m(folded) < body.clearance_m(), "{}", apart_m(folded));
         assert!(apart_m(folded).is_finite());
         assert!(
-            body.self_distance_m(&JointPositions([f64::NAN; 7]))
+            body.nearest(&JointPositions([f64::NAN; 7])).distance_m
                 .is_nan()
         );
     }

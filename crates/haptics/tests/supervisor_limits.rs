@@ -503,7 +503,7 @@ fn targets_below_the_table_or_inside_the_base_get_no_command() {
     let inside = std::iter::repeat_with(|| {
         JointPositions(arm.limits().map(|l| sampler.uniform(l.min_rad, l.max_rad)))
     })
-    .find(|q| body.self_distance_m(q) < -0.05);
+    .find(|q| body.nearest(q).distance_m < -0.05);
     // Only what it is told counts here; nobody is near.
     for (to, is_reason) in [
         (

@@ -1,10 +1,13 @@
 //! The arm with its board as capsules.
 
 use super::capsule::Capsule;
+use super::room::{MOST_OBSTACLES, Room};
 use crate::board::Board;
 use crate::error::HapticsError;
 use glam::DVec3;
-use hwall_kinematics::{ArmKinematics, JointPositions, MOST_BODY_POINTS};
+use hwall_kinematics::{
+    ArmKinematics, JointPositions, JointVelocities, MOST_BODY_POINTS, MOST_JOINTS,
+};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
 
@@ -13,7 +16,7 @@ use std::sync::Arc;
 pub struct BodyConfig {
     /// Radius of the links, m; default 0.09, roughly that of an iiwa.
     pub radius_m: f64,
-    /// Parts of the arm keep this distance from each other, m; default 0.01.
+    /// Parts of the arm keep this distance from each other and from the room, m; default 0.01.
     pub clearance_m: f64,
 }
 
@@ -42,6 +45,8 @@ impl BodyConfig {
 const STRIPS: usize = 3;
 /// Most capsules of an arm: one between two neighbouring points of its body, and the board.
 pub(super) const MOST: usize = MOST_BODY_POINTS - 1 + STRIPS;
+/// Pieces that the time until the arm stands is cut into.
+const BRAKING_PIECES: usize = 4;
 /// Configurations from which it is known which parts touch by construction.
 const SAMPLES: u32 = 512;
 
@@ -51,15 +56,28 @@ pub struct ArmBody {
     arm: Arc<dyn ArmKinematics>,
     board: Board,
     config: BodyConfig,
+    room: Room,
     /// Can these two parts be apart from each other?
     can_part: [[bool; MOST]; MOST],
+    /// Can this part be apart from this obstacle?
+    can_clear: [[bool; MOST]; MOST_OBSTACLES],
+    reach_m: f64,
+}
+
+/// What an arm comes nearest to that it must not meet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nearest {
+    /// Distance between the surfaces, m; below zero where they overlap, infinite where there is nothing. NaN for an arm of NaN.
+    pub distance_m: f64,
+    /// The obstacle of the room, from 0; `None`: another part of the arm.
+    pub obstacle: Option<usize>,
 }
 
 impl ArmBody {
     /// Of an arm whose tool frame is the face of the board.
     ///
-    /// Neighbours always touch, and so do parts that overlap in all of 512 configurations, such as the short links of a wrist; they are not
-    /// judged. Nor is the board judged against the forearm (the last link that is longer than thick) and what follows it: that depends on
+    /// It stands in free space, see [`in_room`](Self::in_room). Neighbours always touch, and so do parts that overlap in all of 512
+    /// configurations, such as the short links of a wrist; they are not judged. Nor is the board judged against the forearm (the last link that is longer than thick) and what follows it: that depends on
     /// the true thickness of the wrist.
     ///
     /// # Errors
@@ -74,8 +92,16 @@ impl ArmBody {
             arm,
             board,
             config,
+            room: Room::new(&[])?,
             can_part: [[false; MOST]; MOST],
+            can_clear: [[false; MOST]; MOST_OBSTACLES],
+            reach_m: 1.0,
         };
+        let capsules = body.at(&JointPositions::default());
+        let links = capsules.links().iter();
+        let length_m: f64 = links.map(|link| link.from_m.distance(link.to_m)).sum();
+        let board_m = board.half_width_m.hypot(board.half_height_m);
+        body.reach_m = (length_m + board_m).max(1.0);
         for sample in 0..SAMPLES {
             let capsules = body.at(&body.sample(sample));
             for (i, j) in capsules.strangers() {
@@ -86,12 +112,33 @@ impl ArmBody {
         Ok(body)
     }
 
+    /// The same in a room. Parts that an obstacle always touches, such as the base on its floor, are not judged against it.
+    #[must_use]
+    pub fn in_room(mut self, room: Room) -> Self {
+        self.can_clear = [[false; MOST]; MOST_OBSTACLES];
+        for sample in 0..SAMPLES {
+            let capsules = self.at(&self.sample(sample));
+            for (obstacle, can_clear) in room.obstacles().iter().zip(&mut self.can_clear) {
+                for (part, can_clear) in capsules.all().iter().zip(can_clear) {
+                    *can_clear |= obstacle.distance_m(part) > self.config.clearance_m;
+                }
+            }
+        }
+        self.room = room;
+        self
+    }
+
     /// The arm is known to be free here: parts that overlap are thinner than their capsules, and are not judged from now on.
     pub fn fit(&mut self, q: &JointPositions) {
         let capsules = self.at(q);
         for (i, j) in capsules.strangers() {
             let apart_m = capsules.all[i].distance_m(&capsules.all[j]);
             self.can_part[i][j] &= apart_m > self.config.clearance_m;
+        }
+        for (obstacle, can_clear) in self.room.obstacles().iter().zip(&mut self.can_clear) {
+            for (part, can_clear) in capsules.all().iter().zip(can_clear) {
+                *can_clear &= obstacle.distance_m(part) > self.config.clearance_m;
+            }
         }
     }
 
@@ -138,33 +185,78 @@ impl ArmBody {
         ArmCapsules { all, links }
     }
 
-    /// The links in a row and the board, m: the same in every configuration of an arm of turning joints.
+    /// No part is faster than this, m/s: no point is further from a joint's axis than the links in a row and the board are long; a
+    /// sliding joint moves every point by 1 m per m.
     #[must_use]
-    pub fn length_m(&self) -> f64 {
-        let capsules = self.at(&JointPositions::default());
-        let links = capsules.links().iter();
-        let length_m: f64 = links.map(|link| link.from_m.distance(link.to_m)).sum();
-        length_m + self.board.half_width_m.hypot(self.board.half_height_m)
+    pub fn most_m_per_s(&self, qd: &JointVelocities) -> f64 {
+        self.reach_m * qd.0.iter().map(|qd| qd.abs()).sum::<f64>()
     }
 
-    /// Least distance between two parts that can be apart, m; infinite if there are none.
+    /// What the arm comes nearest to, of its own parts that can be apart and of the room.
     #[must_use]
-    pub fn self_distance_m(&self, q: &JointPositions) -> f64 {
+    pub fn nearest(&self, q: &JointPositions) -> Nearest {
         let capsules = self.at(q);
-        let mut least = f64::INFINITY;
-        for (i, j) in capsules.strangers() {
-            if self.can_part[i][j] {
-                let apart_m = capsules.all[i].distance_m(&capsules.all[j]);
-                if apart_m.is_nan() {
-                    return f64::NAN;
+        let of_arm = (capsules.strangers())
+            .filter(|(i, j)| self.can_part[*i][*j])
+            .map(|(i, j)| capsules.all[i].distance_m(&capsules.all[j]));
+        let mut nearest = Nearest {
+            distance_m: least_or_nan(of_arm),
+            obstacle: None,
+        };
+        for (index, obstacle) in self.room.obstacles().iter().enumerate() {
+            let judged = capsules.all().iter().zip(&self.can_clear[index]);
+            for (part, _) in judged.filter(|(_, judged)| **judged) {
+                // Most parts are far from most obstacles. NaN is not far.
+                if obstacle.at_least_m(part) >= nearest.distance_m {
+                    continue;
                 }
-                least = least.min(apart_m);
+                let distance_m = obstacle.distance_m(part);
+                if distance_m < nearest.distance_m || distance_m.is_nan() {
+                    nearest = Nearest {
+                        distance_m,
+                        obstacle: Some(index),
+                    };
+                }
             }
         }
-        least
+        nearest
     }
 
-    /// The distance that parts keep from each other, m.
+    /// Does an arm that moves at `qd` and brakes with these accelerations (rad/s²) meet itself or the room before it has come to rest?
+    /// What it comes no nearer to than now does not count. NaN of the arm counts.
+    ///
+    /// Looked at in five places; between two of them an arm of 1 m/s that brakes within 0.25 m moves by 60 mm at most.
+    #[must_use]
+    pub fn meets(
+        &self,
+        q: &JointPositions,
+        qd: &JointVelocities,
+        braking_rad_per_s2: &[f64; MOST_JOINTS],
+    ) -> Option<Nearest> {
+        let rates = qd.0.iter().zip(braking_rad_per_s2);
+        let stop_s = rates.map(|(qd, most)| qd.abs() / most).fold(0.0, f64::max);
+        let here = self.nearest(q);
+        // Two parts that come nearer to each other both move.
+        let most_way_m = 2.0 * self.most_m_per_s(qd) * 0.5 * stop_s;
+        if most_way_m == 0.0 || here.distance_m - most_way_m >= self.config.clearance_m {
+            return None;
+        }
+        let at = |time_s: f64| {
+            let way_s = time_s * (1.0 - 0.5 * time_s / stop_s);
+            self.nearest(&JointPositions(std::array::from_fn(|i| {
+                q[i] + qd[i] * way_s
+            })))
+        };
+        let is_met = |nearest: &Nearest| {
+            let is_clear = nearest.distance_m >= self.config.clearance_m;
+            let goes_away = nearest.distance_m >= here.distance_m;
+            !is_clear && !goes_away
+        };
+        let pieces = (1..=BRAKING_PIECES).map(|piece| piece as f64 / BRAKING_PIECES as f64);
+        pieces.map(|share| at(share * stop_s)).find(is_met)
+    }
+
+    /// The distance that parts keep from each other and from the room, m.
     #[must_use]
     pub const fn clearance_m(&self) -> f64 {
         self.config.clearance_m

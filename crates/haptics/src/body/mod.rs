@@ -1,11 +1,13 @@
-//! The bodies of the arm and of the person, as capsules, and the distance that has to stay between them.
+//! The bodies of the arm and of the person as capsules, the room around them, and the distance that has to stay between them.
 
 mod arm_body;
 mod capsule;
 mod person_body;
+mod room;
 mod separation;
 
-pub use arm_body::{ArmBody, ArmCapsules, BodyConfig};
+pub use arm_body::{ArmBody, ArmCapsules, BodyConfig, Nearest};
 pub use capsule::Capsule;
 pub use person_body::{BodyRegion, PersonBody, PersonBodyConfig};
+pub use room::{Obstacle, Room};
 pub use separation::{Gap, Separation, SeparationConfig};

@@ -1,6 +1,6 @@
 //! Speed and separation: does the arm stand before a person can reach it?
 
-use super::arm_body::{ArmBody, MOST as MOST_PARTS};
+use super::arm_body::{ArmBody, MOST as MOST_PARTS, least_or_nan};
 use super::person_body::{BodyRegion, MOST as MOST_SEEN, PersonBody, PersonBodyConfig, Seen};
 use crate::error::HapticsError;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
@@ -79,8 +79,6 @@ pub struct Separation {
     body: ArmBody,
     config: SeparationConfig,
     braking_rad_per_s2: [f64; MOST_JOINTS],
-    /// No point of the body is further from any joint's axis, m; at least 1, for a sliding joint moves every point by 1 m per m.
-    reach_m: f64,
 }
 
 impl Separation {
@@ -94,12 +92,10 @@ impl Separation {
         braking_rad_per_s2: [f64; MOST_JOINTS],
     ) -> Result<Self, HapticsError> {
         config.validate()?;
-        let reach_m = body.length_m().max(1.0);
         Ok(Self {
             body,
             config,
             braking_rad_per_s2,
-            reach_m,
         })
     }
 
@@ -107,6 +103,31 @@ impl Separation {
     #[must_use]
     pub const fn body(&self) -> &ArmBody {
         &self.body
+    }
+
+    /// See [`ArmBody::fit`].
+    pub fn fit(&mut self, q: &JointPositions) {
+        self.body.fit(q);
+    }
+
+    /// By how much an arm that rests here is nearer than a plan should bring it to itself, to the room, or to head and torso, m; below zero
+    /// where it is free. Plans keep twice the clearance from itself and the room. NaN in gives NaN.
+    #[must_use]
+    pub fn short_of_m(&self, q: &JointPositions, person: &PersonBody) -> f64 {
+        let nearest = self.body.nearest(q);
+        let of_arm_m = 2.0 * self.body.clearance_m() - nearest.distance_m;
+        let capsules = self.body.at(q);
+        let SeparationConfig {
+            person_m_per_s,
+            latency_s,
+            clearance_m,
+            ..
+        } = self.config;
+        let needed_m = clearance_m + person_m_per_s * latency_s;
+        let of_person = person
+            .vital()
+            .map(|seen| capsules.distance_m(&seen.capsule) - needed_m);
+        -least_or_nan(of_person.chain([-of_arm_m]))
     }
 
     /// The settings.
@@ -134,8 +155,7 @@ impl Separation {
         now_s: f64,
         leaves: bool,
     ) -> Option<Gap> {
-        // No point of the body is faster.
-        let most_m_per_s = self.reach_m * qd.0.iter().map(|qd| qd.abs()).sum::<f64>();
+        let most_m_per_s = self.body.most_m_per_s(qd);
         if most_m_per_s <= self.config.stands_m_per_s {
             return None;
         }

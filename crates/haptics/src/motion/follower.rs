@@ -9,6 +9,7 @@ use super::route::{ApproachConfig, Route};
 use super::slide::{ENDS_S, Slide, Sliding};
 use super::solver::{Solver, Stop};
 use crate::board::{Board, BoardTarget, QUARTER_TURNS_RAD};
+use crate::body::{PersonBody, Separation};
 use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_geometry::Pose;
@@ -159,9 +160,22 @@ impl Follower {
     #[must_use]
     pub fn with_board(mut self, config: ApproachConfig, board: Board) -> Self {
         if let Some(planner) = &mut self.planner {
-            planner.set_route(Route::new(config, Some(board)));
+            *planner.route_mut() = Route::new(config, Some(board));
         }
         self
+    }
+
+    /// From now on ways keep clear of the arm itself, of the room and of [the person](Self::set_person), where they can: an arm that has
+    /// come too near comes no nearer. A way is looked at in 12 to 48 places; what is between them is a supervisor's.
+    pub fn keep_clear(&mut self, separation: Separation) {
+        if let Some(planner) = &mut self.planner {
+            planner.route_mut().keep_clear(separation);
+        }
+    }
+
+    /// The person as last seen.
+    pub const fn set_person(&mut self, person: PersonBody) {
+        self.asked.person = person;
     }
 
     /// Lets the planner work that the follower has with it, between two steps; see [`Planner::plan`].

@@ -6,6 +6,7 @@ use super::lean::Lean;
 use super::link::Link;
 use super::route::{Destination, Route};
 use crate::board::BoardTarget;
+use crate::body::PersonBody;
 use crate::error::HapticsError;
 use hwall_geometry::Pose;
 use hwall_kinematics::{JointPositions, Unreachable};
@@ -44,6 +45,8 @@ pub(super) struct Asked {
     /// Of the step.
     pub(super) number: u64,
     pub(super) aim: Aim,
+    /// As last seen.
+    pub(super) person: PersonBody,
     pub(super) counts: Counts,
     /// The steps so far, s, and the last of them.
     pub(super) clock_s: f64,
@@ -203,8 +206,8 @@ impl Planner {
         self.config = config;
     }
 
-    pub(super) fn set_route(&mut self, route: Route) {
-        self.route = route;
+    pub(super) const fn route_mut(&mut self) -> &mut Route {
+        &mut self.route
     }
 
     /// Surfaces that the board stays behind, besides the one that it serves.
@@ -270,7 +273,7 @@ impl Planner {
         let lead_steps = self.config.lead_steps + self.later_steps;
         self.reference.follow(&under_way, lead_steps, dt_s);
         let begins = self.reference.under_way();
-        self.route.begin_step(self.config.looks);
+        self.route.begin_step(self.config.looks, &self.asked.person);
         self.forget();
         if self.asked.goes {
             let aimed = self.aim();

@@ -4,8 +4,9 @@ use super::barrier::{BarrierTree, Barriers, Footprint, Plane, corners_and_middle
 use super::goals::Goal;
 use super::search::{Behind, DETOURS, Search, Surroundings};
 use super::solver::{Place, Solver};
-use super::way::{Check, PLACES, SPARE_M, Way};
+use super::way::{Check, Clear, PLACES, SPARE_M, Way};
 use crate::board::{Board, board_pose, surface_axes};
+use crate::body::{PersonBody, Separation};
 use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_geometry::Pose;
@@ -134,6 +135,9 @@ pub(super) struct Route {
     config: ApproachConfig,
     board: Option<Board>,
     barriers: Barriers,
+    /// What ways keep clear of besides the surfaces, and the person as last seen.
+    separation: Option<Separation>,
+    person: PersonBody,
     /// The places that the board served or was on its way to last, the newest first.
     left: [Option<Place>; PLACES],
     /// The place that the motion in force leads to: while no way leads to a new destination, it goes on.
@@ -163,6 +167,8 @@ impl Route {
             config,
             board,
             barriers: Barriers::default(),
+            separation: None,
+            person: PersonBody::default(),
             left: [None; PLACES],
             under_way: None,
             on_known: None,
@@ -175,6 +181,10 @@ impl Route {
             looks: 0,
             most_looks: 0,
         }
+    }
+
+    pub(super) fn keep_clear(&mut self, separation: Separation) {
+        self.separation = Some(separation);
     }
 
     /// Surfaces after the world moved: places go with them, and one whose surface is gone (a door that opened, a world that leapt) is
@@ -258,8 +268,9 @@ impl Route {
     }
 
     /// A step begins: nothing was looked at in it.
-    pub(super) fn begin_step(&mut self, most_looks: usize) {
+    pub(super) fn begin_step(&mut self, most_looks: usize, person: &PersonBody) {
         (self.looks, self.most_looks) = (0, most_looks);
+        self.person = *person;
         self.barriers.begin();
     }
 
@@ -331,6 +342,7 @@ impl Route {
             barriers: &self.barriers,
             footprints: [None; PLACES + 3],
             planes: [None; PLACES + 2],
+            clear: None,
             looks: 0,
         };
         for (i, (role, place)) in self.places(goal).enumerate() {
@@ -424,6 +436,9 @@ impl Route {
             is_goal: false,
         });
         let mut check = self.check(&board, goal)?;
+        let person = &self.person;
+        check.clear = (self.separation.as_ref())
+            .map(|separation| Clear::of(separation, person, &reference.state().q));
         // Time and again a little further before the surface than where the board is would be far before it.
         let allowed_m = match search.bends_again {
             true => config.allowed_m,

@@ -4,7 +4,7 @@ use super::route::Destination;
 use super::solver::{Place, Solver};
 use super::way::{Check, LOOKS_OF_WAY, Way};
 use crate::error::HapticsError;
-use hwall_kinematics::{BranchPolicy, JointPositions, JointVelocities, MOST_JOINTS};
+use hwall_kinematics::{BranchPolicy, JointPositions};
 use hwall_motion::ReferenceMotion;
 
 /// A configuration for a place takes about as long as so many looks.
@@ -175,7 +175,7 @@ impl Search {
     ) -> Stage {
         let pushed = self
             .bent
-            .and_then(|bent| pushed_behind(&bent, around.allowed_m, self.gain, reference, solver));
+            .and_then(|bent| pushed_behind(&bent, around, self.gain, reference, solver));
         let bent = pushed.and_then(|q| self.by_way_of(q, around, reference, solver));
         match bent {
             Some(way) if !around.stays_behind(&way) && number + 1 < MOST_BENDS => {
@@ -329,35 +329,36 @@ impl Search {
     }
 }
 
-/// The configuration that a way is to pass so that it stays behind where it is worst: the smallest change of the one that it
+/// The configuration that a way is to pass so that it stays behind, and clear, where it is worst: the smallest change of the one that it
 /// passes now, measured in the time that the joints need for it.
 fn pushed_behind(
     way: &Way,
-    allowed_m: f64,
+    around: &Surroundings<'_>,
     gain: f64,
     reference: &ReferenceMotion,
     solver: &Solver,
 ) -> Option<JointPositions> {
     let worst = way.worst?;
     let arm = solver.arm();
-    let (face, jacobian) = arm.forward_and_jacobian(&worst.q);
-    let lever = worst.point.point_m - face.position_m();
-    // How fast the point comes forward for each joint, m/rad.
-    let mut gradient = [0.0; MOST_JOINTS];
-    let mut square = 0.0;
+    // How fast the worst place becomes worse for each joint, m/rad.
+    let gradient = match worst.point {
+        Some(point) => {
+            let (face, jacobian) = arm.forward_and_jacobian(&worst.q);
+            let lever = point.point_m - face.position_m();
+            std::array::from_fn(|joint| {
+                let velocity = jacobian.linear[joint] + jacobian.angular[joint].cross(lever);
+                point.normal.dot(velocity)
+            })
+        }
+        None => around.check.clear.as_ref()?.gradient(&worst.q),
+    };
     let speeds = &reference.limits().velocity_rad_per_s;
-    for (joint, forward) in gradient.iter_mut().enumerate() {
-        let mut qd = JointVelocities::default();
-        qd[joint] = 1.0;
-        let twist = jacobian.twist(&qd);
-        let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
-        *forward = worst.point.normal.dot(velocity);
-        square += (*forward * speeds[joint]).powi(2);
-    }
-    if square < 1e-12 {
+    let squares = gradient.iter().zip(speeds).map(|(g, speed)| g * speed);
+    let square: f64 = squares.map(|g| g * g).sum();
+    if square.is_nan() || square < 1e-12 {
         return None;
     }
-    let back_m = gain * (worst.point.in_front_m - allowed_m) + BEND_MARGIN_M;
+    let back_m = gain * (worst.in_front_m - around.allowed_m) + BEND_MARGIN_M;
     let mut q = way.by_way_of.unwrap_or(worst.q);
     for (joint, limit) in arm.limits().iter().enumerate() {
         let change = back_m * gradient[joint] * speeds[joint].powi(2) / square;

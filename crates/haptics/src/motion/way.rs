@@ -4,10 +4,11 @@ use super::barrier::{Barriers, FacePoint, FacePoints, Footprint, Plane, corners_
 use super::between::Stretch;
 use super::solver::Solver;
 use crate::board::Board;
+use crate::body::{PersonBody, Separation};
 use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_kinematics::{JointPositions, MOST_JOINTS};
+use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_motion::ReferenceMotion;
 
 /// A way that comes in front of a surface by this much more than allowed is taken if there is none better, m; beyond it the
@@ -31,8 +32,12 @@ const MOST_LOOKS: usize = 400;
 const CLOSEST_S: f64 = 1.25e-4;
 /// A plan takes about as long as so many looks.
 const LOOKS_OF_PLAN: usize = 8;
+/// A look at the whole arm takes about as long as so many at the board; where it comes near to something, so many are made for one.
+const LOOKS_OF_BODY: usize = 2;
+const PARTS: usize = 4;
 /// All looks at a way: its plan, at first, closely, and from where there were too many close ones to its end.
-pub(super) const LOOKS_OF_WAY: usize = LOOKS_OF_PLAN + SAMPLES + 2 * MOST_LOOKS + 2;
+pub(super) const LOOKS_OF_WAY: usize =
+    LOOKS_OF_PLAN + SAMPLES + LOOKS_OF_BODY * (1 + PARTS * SAMPLES) + 2 * MOST_LOOKS + 2;
 /// Places besides the destination that count while the board is over them.
 pub(super) const PLACES: usize = 8;
 
@@ -62,11 +67,57 @@ impl Way {
     }
 }
 
-/// Where a way comes furthest in front of a surface.
+/// Where a way comes furthest in front of a surface, or too near to what it keeps clear of.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Worst {
     pub(super) q: JointPositions,
-    pub(super) point: FacePoint,
+    /// By how much, m.
+    pub(super) in_front_m: f64,
+    /// The point of the face; `None`: some part of the arm, too near to something.
+    pub(super) point: Option<FacePoint>,
+}
+
+/// What ways keep clear of besides the surfaces.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Clear<'a> {
+    separation: &'a Separation,
+    person: &'a PersonBody,
+    /// An arm that has come too near comes no nearer, m.
+    here_m: f64,
+}
+
+impl<'a> Clear<'a> {
+    /// For ways that begin at a configuration.
+    pub(super) fn of(
+        separation: &'a Separation,
+        person: &'a PersonBody,
+        here: &JointPositions,
+    ) -> Self {
+        Self {
+            separation,
+            person,
+            here_m: separation.short_of_m(here, person).max(0.0),
+        }
+    }
+
+    /// By how much a configuration is too near, m.
+    fn beyond_m(&self, q: &JointPositions) -> f64 {
+        self.separation.short_of_m(q, self.person) - self.here_m
+    }
+
+    /// How fast that grows with each joint, m/rad.
+    pub(super) fn gradient(&self, q: &JointPositions) -> [f64; MOST_JOINTS] {
+        /// Coarser than the flat of a capsule's end, finer than a link.
+        const BY_RAD: f64 = 1e-3;
+        std::array::from_fn(|joint| {
+            let at = |by_rad: f64| {
+                let mut q = *q;
+                q[joint] += by_rad;
+                self.beyond_m(&q)
+            };
+            (at(BY_RAD) - at(-BY_RAD)) / (2.0 * BY_RAD)
+        })
+    }
 }
 
 /// The face at an instant of a way.
@@ -115,8 +166,12 @@ impl CloseLook {
 impl Look {
     fn make_worse(&self, worst: &mut Option<Worst>) {
         for point in self.points.into_iter().flatten() {
-            if worst.is_none_or(|worst| point.in_front_m > worst.point.in_front_m) {
-                *worst = Some(Worst { q: self.q, point });
+            if worst.is_none_or(|worst| point.in_front_m > worst.in_front_m) {
+                *worst = Some(Worst {
+                    q: self.q,
+                    in_front_m: point.in_front_m,
+                    point: Some(point),
+                });
             }
         }
     }
@@ -128,6 +183,7 @@ pub(super) struct Check<'a> {
     pub(super) barriers: &'a Barriers,
     pub(super) footprints: [Option<Footprint>; PLACES + 3],
     pub(super) planes: [Option<Plane>; PLACES + 2],
+    pub(super) clear: Option<Clear<'a>>,
     /// At how many instants the board was looked at.
     pub(super) looks: usize,
 }
@@ -178,6 +234,42 @@ impl Check<'_> {
                 .barriers
                 .all_in_front(self.board, &face, &self.footprints, &self.planes),
         }
+    }
+
+    /// The considered motion where some part of the arm comes too near to what it keeps clear of. There are more looks where it may be too
+    /// near in between.
+    fn nearest(&mut self, duration_s: f64, reference: &ReferenceMotion) -> Option<Worst> {
+        let clear = self.clear?;
+        let mut worst: Option<Worst> = None;
+        let mut looks = 0;
+        let mut look = |t_s: f64| {
+            looks += LOOKS_OF_BODY;
+            let q = reference.considered(t_s).q;
+            let in_front_m = clear.beyond_m(&q);
+            if in_front_m > worst.map_or(0.0, |worst| worst.in_front_m) {
+                worst = Some(Worst {
+                    q,
+                    in_front_m,
+                    point: None,
+                });
+            }
+            (t_s, q, in_front_m)
+        };
+        let mut before = look(0.0);
+        for i in 1..=SAMPLES {
+            let after = look(duration_s * i as f64 / SAMPLES as f64);
+            let turned = JointVelocities(std::array::from_fn(|i| after.1[i] - before.1[i]));
+            let way_m = clear.separation.body().most_m_per_s(&turned);
+            if before.2 + after.2 + way_m > 0.0 {
+                for part in 1..PARTS {
+                    let share = part as f64 / PARTS as f64;
+                    look(before.0 + share * (after.0 - before.0));
+                }
+            }
+            before = after;
+        }
+        self.looks += looks;
+        worst
     }
 
     /// The considered motion where it comes furthest in front of a surface.
@@ -269,7 +361,7 @@ impl Check<'_> {
             }
             let to_s = (from.look.t_s + dt_s).min(duration_s);
             let mut to = self.look_closely(to_s, reference, solver);
-            let is_out = worst.is_some_and(|worst| worst.point.in_front_m > enough_m);
+            let is_out = worst.is_some_and(|worst| worst.in_front_m > enough_m);
             if is_out {
                 // One look more than enough: how far it is out at worst is not asked that closely.
                 to.look.make_worse(&mut worst);
@@ -317,13 +409,23 @@ impl Check<'_> {
         let duration_s = reference.consider(&q, by_way_of.as_ref())?;
         let enough_m = enough_m + SPARE_M;
         let mut worst = self.worst(duration_s, reference, solver);
-        if worst.is_none_or(|worst| worst.point.in_front_m <= enough_m) {
+        if let Some(nearest) = self.nearest(duration_s, reference) {
+            // Nothing is allowed, and nothing spare.
+            let in_front_m = enough_m + nearest.in_front_m;
+            if worst.is_none_or(|worst| in_front_m > worst.in_front_m) {
+                worst = Some(Worst {
+                    in_front_m,
+                    ..nearest
+                });
+            }
+        }
+        if worst.is_none_or(|worst| worst.in_front_m <= enough_m) {
             // Good as far as was seen: looked at closely.
             worst = self
                 .worst_closely(duration_s, enough_m, reference, solver)
                 .or(worst);
         }
-        let protrusion_m = worst.map_or(f64::NEG_INFINITY, |worst| worst.point.in_front_m);
+        let protrusion_m = worst.map_or(f64::NEG_INFINITY, |worst| worst.in_front_m);
         Ok(Way {
             q,
             by_way_of,
@@ -372,6 +474,7 @@ mod tests {
             barriers: &barriers,
             footprints: [None; PLACES + 3],
             planes: [None; PLACES + 2],
+            clear: None,
             looks: 0,
         };
         let mut sampler = Sampler::new(91);

@@ -15,6 +15,7 @@ use super::supervised::{SpeedCap, Withdrawal};
 use super::yielding::beyond;
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::{Board, BoardTarget};
+use crate::body::Separation;
 use crate::error::HapticsError;
 use crate::motion::{BarrierTree, Follower, Planner};
 use crate::safety::SafeRequest;
@@ -162,6 +163,11 @@ impl Renderer {
     /// The planner, for a thread of its own or a caller that tells it of surfaces that move.
     pub fn take_planner(&mut self) -> Option<Planner> {
         self.follower.take_planner()
+    }
+
+    /// From now on ways keep clear of the arm itself, the room and the person, see [`Follower::keep_clear`]. Before the planner is taken.
+    pub fn keep_clear(&mut self, separation: Separation) {
+        self.follower.keep_clear(separation);
     }
 
     /// Surfaces that the board stays behind on its way, besides the one that it presents. A planner on its own is told itself; while it
@@ -561,6 +567,7 @@ impl Renderer {
     }
 
     fn aim(&mut self, input: &RenderInput<'_>) -> Result<Aimed, HoldReason> {
+        self.follower.set_person(input.body);
         let mut aimed = Aimed::default();
         let set = match (input.target, input.posture) {
             (Some(target), _) => {

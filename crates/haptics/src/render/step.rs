@@ -4,6 +4,7 @@ use super::hold::HoldReason;
 use super::object::object_port::PortLedger;
 use crate::arm::ArmCommand;
 use crate::board::BoardTarget;
+use crate::body::PersonBody;
 use crate::motion::Slide;
 use crate::safety::SafeRequest;
 use glam::DVec3;
@@ -38,6 +39,8 @@ pub struct RenderInput<'a> {
     pub object: Option<usize>,
     /// Points of the person that are known, base frame, m: the board keeps clear of them and slows down near them.
     pub person_m: &'a [DVec3],
+    /// The person as last seen: ways keep clear of head and torso ([`Renderer::keep_clear`](super::Renderer::keep_clear)).
+    pub body: PersonBody,
     /// What a supervisor asks for; `None`: to go on.
     pub request: Option<SafeRequest>,
 }

@@ -1,5 +1,6 @@
 //! What the supervisor says: a state, its reason, and what the renderer is asked to do.
 
+use crate::body::Nearest;
 use hwall_kinematics::JointTorques;
 
 /// Where an input comes from.
@@ -100,6 +101,13 @@ pub enum SafeReason {
         /// Distance between their surfaces, m.
         distance_m: f64,
     },
+    /// The arm comes too near to a thing in the [room](crate::body::Room).
+    Obstacle {
+        /// Which, from 0.
+        obstacle: usize,
+        /// Distance between their surfaces, m.
+        distance_m: f64,
+    },
     /// More force than a hand may meet.
     Force {
         /// Force on the board, N.
@@ -153,6 +161,18 @@ pub enum SafeReason {
 }
 
 impl SafeReason {
+    /// The arm comes too near to what is nearest.
+    pub(super) const fn met(nearest: &Nearest) -> Self {
+        let distance_m = nearest.distance_m;
+        match nearest.obstacle {
+            Some(obstacle) => Self::Obstacle {
+                obstacle,
+                distance_m,
+            },
+            None => Self::SelfCollision { distance_m },
+        }
+    }
+
     /// A short name for tables and files.
     #[must_use]
     pub const fn name(&self) -> &'static str {
@@ -165,6 +185,7 @@ impl SafeReason {
             Self::CommandLimit { .. } => "command_limit",
             Self::Workspace => "workspace",
             Self::SelfCollision { .. } => "self_collision",
+            Self::Obstacle { .. } => "obstacle",
             Self::Force { .. } => "force",
             Self::ImplausibleForce { .. } => "implausible_force",
             Self::BoardEdge { .. } => "board_edge",

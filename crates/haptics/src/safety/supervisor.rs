@@ -19,7 +19,7 @@ use crate::render::{beyond, distance_and_closing, is_push};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
 
-/// Shares of a motion that are tried when it comes too near to a person; the last is braking.
+/// Shares of a motion that are tried when it comes too near to a person, itself or the room; the last is braking.
 const SLOWER: [f64; 3] = [0.7, 0.35, 0.0];
 
 /// A held arm whose joints are slower than this has come to rest, rad/s: above what the noise of sensors makes of a resting arm.
@@ -70,10 +70,11 @@ impl Supervisor {
         let arm = arm.carrying(board.flange_from_board_face()?);
         let guard = config.guard.unwrap_or_else(|| GuardLimits::of_arm(&*arm));
         guard.validate()?;
-        let body = ArmBody::new(Arc::clone(&arm), *board, config.body)?;
+        let body =
+            ArmBody::new(Arc::clone(&arm), *board, config.body)?.in_room(config.room.clone());
         let speed_cap_m_per_s = config.contact.speed_cap_m_per_s(config.effective_mass_kg)?;
         Ok(Self {
-            inspection: Inspection::new(arm.clone(), *board, body.clone(), guard, &config)?,
+            inspection: Inspection::new(arm.clone(), *board, guard, &config)?,
             separation: Separation::new(body, config.separation, guard.acceleration_rad_per_s2)?,
             arm,
             board: *board,
@@ -105,6 +106,18 @@ impl Supervisor {
     #[must_use]
     pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {
         &self.arm
+    }
+
+    /// What keeps the arm away from itself, the room and the person.
+    #[must_use]
+    pub const fn separation(&self) -> &Separation {
+        &self.separation
+    }
+
+    /// The person as last seen.
+    #[must_use]
+    pub const fn person(&self) -> &PersonBody {
+        &self.person
     }
 
     /// The mass that a push on the board feels now, kg, see [`effective_mass_kg`](crate::passivity::effective_mass_kg).
@@ -171,7 +184,8 @@ impl Supervisor {
                 severity: Severity::Blind,
             }),
             Ok(_) => {
-                let found = self.inspection.look(input, self.sent, self.clock.elapsed_s);
+                let (body, now_s) = (self.separation.body(), self.clock.elapsed_s);
+                let found = self.inspection.look(input, self.sent, body, now_s);
                 Fault::worse(found.worst, self.biased(input, found.arm_is_sound, dt_s))
             }
         };
@@ -218,7 +232,7 @@ impl Supervisor {
             };
         }
         if !self.has_begun && self.faults.trouble.is_none() {
-            self.inspection.begin(&input.state.q);
+            self.separation.fit(&input.state.q);
             self.has_begun = true;
         }
         let (command, slowed) = self.command(input, dt_s);
@@ -364,7 +378,8 @@ impl Supervisor {
         (ArmCommand::Position(sent), slowed)
     }
 
-    /// Would the arm come too near to head or torso before it had come to rest from this motion? One that `leaves` may move away.
+    /// What would the arm come too near to before it had come to rest from this motion: itself, the room, head or torso? One that
+    /// `leaves` may move away from a person.
     fn too_near(
         &self,
         now_s: f64,
@@ -372,6 +387,10 @@ impl Supervisor {
         qd: &JointVelocities,
         leaves: bool,
     ) -> Option<SafeReason> {
+        let braking = &self.guard.acceleration_rad_per_s2;
+        if let Some(nearest) = self.separation.body().meets(q, qd, braking) {
+            return Some(SafeReason::met(&nearest));
+        }
         let gap = self.separation.gap(q, qd, &self.person, now_s, leaves)?;
         (gap.left_m < 0.0 || gap.left_m.is_nan()).then_some(SafeReason::PersonNear {
             part: PersonPart::Head.channel(),

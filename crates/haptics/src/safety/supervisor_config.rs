@@ -8,7 +8,7 @@ use super::watch::obedience::ObedienceConfig;
 use super::watch::target_leaps::LeapLimits;
 use super::watch::torque_bias::BiasConfig;
 use super::watch::watchdog::ChannelWatch;
-use crate::body::{BodyConfig, SeparationConfig};
+use crate::body::{BodyConfig, Room, SeparationConfig};
 use crate::error::HapticsError;
 use hwall_numeric::check::{non_negative, positive};
 
@@ -86,6 +86,8 @@ pub struct SupervisorConfig {
     pub required: Vec<PersonPart>,
     /// The arm's body.
     pub body: BodyConfig,
+    /// What stands around the arm; default a floor at the height of its base.
+    pub room: Room,
     /// How far head and torso stay away from an arm that moves.
     pub separation: SeparationConfig,
     /// Mass that a push on the board feels, kg; default 5, an assumption.
@@ -133,6 +135,7 @@ impl Default for SupervisorConfig {
             latch: Latch::default(),
             required: vec![PersonPart::Head, PersonPart::Fingertip],
             body: BodyConfig::default(),
+            room: Room::default(),
             separation: SeparationConfig::default(),
             effective_mass_kg: 5.0,
             // The fastest joint of an iiwa turns at 3.1 rad/s.

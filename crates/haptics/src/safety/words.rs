@@ -72,6 +72,15 @@ impl Display for SafeReason {
             Self::SelfCollision { distance_m } => {
                 write!(f, "parts of the arm are {:.0} mm apart", 1e3 * distance_m)
             }
+            Self::Obstacle {
+                obstacle,
+                distance_m,
+            } => write!(
+                f,
+                "the arm is {:.0} mm from thing {} of the room",
+                1e3 * distance_m,
+                obstacle + 1
+            ),
             Self::Force { force_n, limit_n } => {
                 write!(f, "{force_n:.0} N on the board, {limit_n:.0} N are allowed")
             }

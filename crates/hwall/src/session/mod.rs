@@ -140,6 +140,9 @@ impl<P: Predictor> Session<P> {
             Some(supervisor) => Safety::new(arm, board, supervisor)?,
             None => Safety::none(),
         };
+        if let Some(separation) = safety.separation() {
+            renderer.keep_clear(separation);
+        }
         let scratch = renderer.arm().scratch();
         let planner = renderer.take_planner();
         let control = Control {

@@ -57,7 +57,6 @@ pub(in crate::safety) struct Inspection {
     guard: GuardLimits,
     contact: ContactLimits,
     load: LoadLimits,
-    body: ArmBody,
     watches: Watches,
     whereabouts: Whereabouts,
     obedience: Option<Obedience>,
@@ -83,7 +82,6 @@ impl Inspection {
     pub(in crate::safety) fn new(
         arm: Arc<dyn ArmKinematics>,
         board: Board,
-        body: ArmBody,
         guard: GuardLimits,
         config: &SupervisorConfig,
     ) -> Result<Self, HapticsError> {
@@ -94,7 +92,6 @@ impl Inspection {
             guard,
             contact: config.contact,
             load: config.load,
-            body,
             watches: Watches {
                 position: Watch::new(config.position)?,
                 velocity: Watch::new(config.velocity)?,
@@ -139,11 +136,6 @@ impl Inspection {
         self.whereabouts.believe();
     }
 
-    /// The arm is about to be commanded for the first time, from where it stands.
-    pub(in crate::safety) fn begin(&mut self, q: &JointPositions) {
-        self.body.fit(q);
-    }
-
     /// Keeps the angles to compare the next ones with, and what is sent. `held`: the arm was told to hold.
     pub(in crate::safety) fn remember(
         &mut self,
@@ -170,10 +162,11 @@ impl Inspection {
         &mut self,
         input: &SupervisorInput<'_>,
         sent: Sent,
+        body: &ArmBody,
         elapsed_s: f64,
     ) -> Found {
         let arm = self.look_at_arm(input);
-        let command = self.look_at_command(input, sent);
+        let command = self.look_at_command(input, sent, body);
         let arm_is_sound = arm.is_none();
         let found = Fault::worse(arm, command);
         let found = Fault::worse(found, self.look_at_person(input, elapsed_s));
@@ -306,7 +299,12 @@ impl Inspection {
                 .any(|i| ((state.q[i] - last[i]) / dt_s - state.qd[i]).abs() > APART_RAD_PER_S)
     }
 
-    fn look_at_command(&self, input: &SupervisorInput<'_>, sent: Sent) -> Option<Fault> {
+    fn look_at_command(
+        &self,
+        input: &SupervisorInput<'_>,
+        sent: Sent,
+        body: &ArmBody,
+    ) -> Option<Fault> {
         let blind = |reason| {
             Some(Fault {
                 reason,
@@ -344,11 +342,11 @@ impl Inspection {
                 return blind(SafeReason::Workspace);
             }
         }
-        let distance_m = self.body.self_distance_m(&wanted);
+        let nearest = body.nearest(&wanted);
         // Out of a collision is always allowed.
-        let is_near = distance_m < self.body.clearance_m();
-        if is_near && distance_m < self.body.self_distance_m(&from) {
-            return blind(SafeReason::SelfCollision { distance_m });
+        let is_near = nearest.distance_m < body.clearance_m();
+        if is_near && nearest.distance_m < body.nearest(&from).distance_m {
+            return blind(SafeReason::met(&nearest));
         }
         None
     }

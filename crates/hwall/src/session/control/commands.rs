@@ -151,6 +151,7 @@ impl Control {
                 slide: slide.as_ref(),
                 object: self.object(),
                 person_m: &person_m[..points],
+                body: self.safety.person(),
                 request: self.safety.request(is_touched),
             },
         );

@@ -3,6 +3,7 @@
 use super::state::SessionState;
 use crate::session::handover::Guidance;
 use glam::DVec3;
+use hwall_haptics::body::{PersonBody, Separation};
 use hwall_haptics::safety::{PersonPart, PersonPoint, SafeReason, SupervisorConfig};
 use hwall_haptics::{
     ArmCommand, ArmState, Board, HapticsError, HoldReason, Phase, RenderStep, SafeRequest,
@@ -37,6 +38,17 @@ impl Safety {
             last: None,
             named: None,
         })
+    }
+
+    /// What ways keep clear of.
+    pub(in crate::session) fn separation(&self) -> Option<Separation> {
+        Some(self.supervisor.as_ref()?.separation().clone())
+    }
+
+    /// The person as last seen.
+    pub(super) fn person(&self) -> PersonBody {
+        let supervisor = self.supervisor.as_ref();
+        supervisor.map_or(PersonBody::default(), |supervisor| *supervisor.person())
     }
 
     /// What the renderer is asked to do in the coming step. A touched board stands: it is not withdrawn from under a hand, unless

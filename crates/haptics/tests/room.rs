@@ -1,0 +1,293 @@
+//! Things in the real room: how far away they are, and that no part of the arm meets them, nor another part.
+
+use glam::{DQuat, DVec3};
+use hwall_geometry::Pose;
+use hwall_haptics::body::{ArmBody, BodyConfig, Capsule, Obstacle, PersonBody, Room};
+use hwall_haptics::safety::{
+    PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
+};
+use hwall_haptics::{
+    ArmCommand, ArmState, Board, Follower, FollowerConfig, SafeRequest, SafeState,
+};
+use hwall_kinematics::{
+    ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, Wrench,
+};
+use hwall_testkit::Sampler;
+use std::sync::Arc;
+
+const DT_S: f64 = 1e-3;
+
+fn pose(random: &mut Sampler, within_m: f64) -> Pose {
+    let angle = random.uniform(-3.0, 3.0);
+    let turned = DQuat::from_axis_angle(random.unit_vector(), angle);
+    let at_m = DVec3::from_array([(); 3].map(|()| random.uniform(-within_m, within_m)));
+    Pose::new(glam::DMat3::from_quat(turned), at_m).unwrap()
+}
+
+fn capsule(random: &mut Sampler) -> Capsule {
+    let from_m = random.unit_vector() * random.uniform(0.0, 2.0);
+    Capsule {
+        from_m,
+        to_m: from_m + random.unit_vector() * random.uniform(0.0, 1.0),
+        radius_m: random.uniform(0.0, 0.2),
+    }
+}
+
+#[test]
+fn distances_are_those_of_points_on_the_segment() {
+    let mut random = Sampler::new(41);
+    let mut overlaps = 0;
+    for _ in 0..300 {
+        let frame = pose(&mut random, 1.0);
+        let half_m = DVec3::from_array([(); 3].map(|()| random.uniform(0.01, 0.6)));
+        let cuboid = Obstacle::cuboid(frame, half_m).unwrap();
+        let normal = random.unit_vector();
+        let plane = Obstacle::half_space(frame.position_m(), normal * 3.0).unwrap();
+        let capsule = capsule(&mut random);
+        let points = (0..=2000).map(|k| {
+            capsule
+                .from_m
+                .lerp(capsule.to_m, f64::from(k) / 2000.0)
+        });
+        let of_box = |m: DVec3| {
+            let beyond = frame.inverse_transform_point(m).abs() - half_m;
+            match beyond.max_element() > 0.0 {
+                true => beyond.max(DVec3::ZERO).length(),
+                false => beyond.max_element(),
+            }
+        };
+        let of_plane = |m: DVec3| (m - frame.position_m()).dot(normal);
+        let least = |f: &dyn Fn(DVec3) -> f64| {
+            points.clone().map(f).fold(f64::INFINITY, f64::min) - capsule.radius_m
+        };
+        let (box_m, plane_m) = (cuboid.distance_m(&capsule), plane.distance_m(&capsule));
+        assert!((plane_m - least(&of_plane)).abs() < 1e-12, "{plane_m}");
+        // Between two of the points the distance changes by less than a quarter of a millimetre.
+        assert!(box_m <= least(&of_box) + 1e-9, "{box_m}");
+        assert!(box_m >= least(&of_box) - 2.6e-4, "{box_m}");
+        overlaps += u32::from(box_m < 0.0);
+    }
+    assert!((10..290).contains(&overlaps), "{overlaps}");
+}
+
+#[test]
+fn a_room_that_is_turned_with_the_arm_changes_no_distance() {
+    let mut random = Sampler::new(42);
+    for _ in 0..100 {
+        let (frame, moved) = (pose(&mut random, 1.0), pose(&mut random, 2.0));
+        let half_m = DVec3::new(0.1, 0.2, 0.3);
+        let here = capsule(&mut random);
+        let there = Capsule {
+            from_m: moved.transform_point(here.from_m),
+            to_m: moved.transform_point(here.to_m),
+            ..here
+        };
+        let before = Obstacle::cuboid(frame, half_m).unwrap().distance_m(&here);
+        let after = Obstacle::cuboid(moved * frame, half_m).unwrap();
+        assert!((after.distance_m(&there) - before).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn what_is_no_obstacle_is_refused_and_nan_is_near() {
+    let nan = DVec3::new(f64::NAN, 0.0, 0.0);
+    assert!(Obstacle::half_space(nan, DVec3::Z).is_err());
+    assert!(Obstacle::half_space(DVec3::ZERO, DVec3::ZERO).is_err());
+    assert!(Obstacle::cuboid(Pose::IDENTITY, DVec3::new(1.0, 0.0, 1.0)).is_err());
+    let cuboid = Obstacle::cuboid(Pose::IDENTITY, DVec3::ONE).unwrap();
+    assert!(Room::new(&[cuboid; 17]).is_err());
+    let lost = Capsule {
+        from_m: nan,
+        to_m: DVec3::ZERO,
+        radius_m: 0.1,
+    };
+    assert!(cuboid.distance_m(&lost).is_nan());
+    let (arm, board) = arm();
+    let body = ArmBody::new(arm, board, BodyConfig::default()).unwrap();
+    let body = body.in_room(Room::default());
+    let lost = JointPositions([f64::NAN; 7]);
+    assert!(body.nearest(&lost).distance_m.is_nan());
+    let rests = JointPositions::default();
+    let still = JointVelocities::default();
+    assert!(body.meets(&rests, &still, &[5.0; 7]).is_none());
+    assert!(
+        body.meets(&rests, &JointVelocities([f64::NAN; 7]), &[5.0; 7])
+            .is_some()
+    );
+}
+
+fn arm() -> (Arc<dyn ArmKinematics>, Board) {
+    let board = Board::default();
+    let face = board.flange_from_board_face().unwrap();
+    (ArmKinematics::carrying(&SrsArm::iiwa7(), face), board)
+}
+
+/// A floor and a box on a way of the arm, which goes from one free posture to another for some seconds. Returns how often it arrived, and
+/// the least distance from a thing of the room or between two parts, m.
+fn run(seed: u64, plans: bool) -> (u32, f64) {
+    let mut random = Sampler::new(seed);
+    let (arm, board) = arm();
+    let posture = |random: &mut Sampler| {
+        JointPositions(
+            arm.limits()
+                .map(|l| random.uniform(0.7 * l.min_rad, 0.7 * l.max_rad)),
+        )
+    };
+    let bare = ArmBody::new(Arc::clone(&arm), board, BodyConfig::default()).unwrap();
+    let (body, room, start) = loop {
+        let on_way = bare.at(&posture(&mut random));
+        let part = on_way.all()[2 + (random.uniform(0.0, 4.0) as usize)];
+        let frame = pose(&mut random, 0.1).at(part.to_m);
+        let half_m = DVec3::from_array([(); 3].map(|()| random.uniform(0.05, 0.2)));
+        let cuboid = Obstacle::cuboid(frame, half_m).unwrap();
+        let floor = Obstacle::half_space(DVec3::ZERO, DVec3::Z).unwrap();
+        let room = Room::new(&[floor, cuboid]).unwrap();
+        let body = bare.clone().in_room(room.clone());
+        let start = posture(&mut random);
+        if body.nearest(&start).distance_m > 0.05 {
+            break (body, room, start);
+        }
+    };
+    let config = SupervisorConfig {
+        agreeing_states: 1,
+        obedience: None,
+        room,
+        ..SupervisorConfig::default()
+    };
+    let mut supervisor = Supervisor::new(&SrsArm::iiwa7(), &board, config).unwrap();
+    let mut follower = Follower::new(Arc::clone(&arm), FollowerConfig::default(), &start)
+        .unwrap()
+        .with_board(Default::default(), board);
+    if plans {
+        follower.keep_clear(supervisor.separation().clone());
+    }
+    let mut state = ArmState {
+        t_s: 0.0,
+        q: start,
+        qd: JointVelocities::default(),
+        external_torque: Some(JointTorques::default()),
+    };
+    let (mut goal, mut since, mut share) = (start, 0, 1.0);
+    let (mut arrived, mut least_m) = (0, f64::INFINITY);
+    for cycle in 0..6000 {
+        let now_s = f64::from(cycle) * DT_S;
+        let is_there = state.q.max_abs_difference(&goal) < 1e-6;
+        // A goal that cannot be reached is given up.
+        if is_there || since > 2000 {
+            (arrived, since) = (arrived + u32::from(is_there && cycle > 0), 0);
+            goal = loop {
+                let q = posture(&mut random);
+                if body.nearest(&q).distance_m > 0.05 {
+                    break q;
+                }
+            };
+        }
+        since += 1;
+        follower.set_posture(&goal, None).unwrap();
+        follower.set_speed_share(share).unwrap();
+        let wanted = follower.step(DT_S).unwrap();
+        follower.plan();
+        let trembles = DVec3::Z * random.uniform(-1e-4, 1e-4);
+        let person = [PersonPart::Fingertip, PersonPart::Head].map(|part| PersonPoint {
+            part,
+            position_m: DVec3::new(4.0, 4.0, 1.0) + trembles,
+            stamp_s: now_s,
+        });
+        let step = supervisor.step(&SupervisorInput {
+            now_s,
+            state: &state,
+            person: &person,
+            target: None,
+            force: Some(Wrench::default()),
+            command: ArmCommand::Position(wanted),
+        });
+        if let SafeRequest::Go { speed_share } = step.request {
+            share = speed_share.max(0.05);
+        }
+        let q = match step.command {
+            ArmCommand::Position(q) => q,
+            _ => {
+                follower
+                    .restart(&state.q, &JointVelocities::default())
+                    .unwrap();
+                state.q
+            }
+        };
+        assert!(
+            !matches!(step.state, SafeState::Stopped { .. }) || step.latched,
+            "{:?}",
+            step.state
+        );
+        state.qd = JointVelocities(std::array::from_fn(|i| (q[i] - state.q[i]) / DT_S));
+        (state.q, state.t_s) = (q, now_s + DT_S);
+        least_m = least_m.min(body.nearest(&q).distance_m);
+    }
+    (arrived, least_m)
+}
+
+fn all(seeds: std::ops::Range<u64>) {
+    let mut arrived = [0, 0];
+    for seed in seeds {
+        for (plans, arrived) in [false, true].into_iter().zip(&mut arrived) {
+            let (times, least_m) = run(seed, plans);
+            *arrived += times;
+            assert!(least_m > 0.0, "seed {seed}, plans {plans}: {least_m} m");
+        }
+    }
+    println!("arrivals without and with planning: {arrived:?}");
+    assert!(arrived[0] > 0 && arrived[1] > arrived[0], "{arrived:?}");
+}
+
+#[test]
+fn neither_the_room_nor_the_arm_itself_is_met() {
+    all(0..8);
+}
+
+#[test]
+#[ignore = "minutes"]
+fn nothing_is_met_in_many_rooms() {
+    all(1000..1040);
+}
+
+#[test]
+fn a_way_leads_around_a_head() {
+    let (arm, board) = arm();
+    let [from, to] = [-60.0, 60.0]
+        .map(|deg| JointPositions::from_deg([deg, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]));
+    let supervisor =
+        Supervisor::new(&SrsArm::iiwa7(), &board, SupervisorConfig::default()).unwrap();
+    let separation = supervisor.separation();
+    let between = JointPositions::from_deg([0.0, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]);
+    // At the face of the board, half way, and a little above.
+    let head_m = arm.forward(&between).position_m() + DVec3::new(0.15, 0.0, 0.15);
+    let person = PersonBody::of(
+        &[PersonPoint {
+            part: PersonPart::Head,
+            position_m: head_m,
+            stamp_s: 0.0,
+        }],
+        &separation.config().person,
+    );
+    let most_short_m = |keeps_clear: bool| {
+        let mut follower = Follower::new(Arc::clone(&arm), FollowerConfig::default(), &from)
+            .unwrap()
+            .with_board(Default::default(), board);
+        if keeps_clear {
+            follower.keep_clear(separation.clone());
+        }
+        follower.set_person(person);
+        follower.set_posture(&to, None).unwrap();
+        let mut most_m = f64::NEG_INFINITY;
+        for _ in 0..5000 {
+            let q = follower.step(DT_S).unwrap();
+            follower.plan();
+            most_m = most_m.max(separation.short_of_m(&q, &person));
+        }
+        (most_m, follower.commanded().max_abs_difference(&to))
+    };
+    let (straight_m, left_rad) = most_short_m(false);
+    assert!(straight_m > 0.05 && left_rad < 1e-9, "{straight_m} {left_rad}");
+    let (around_m, left_rad) = most_short_m(true);
+    println!("{straight_m:.3} m too near on the straight way, {around_m:.3} m around");
+    assert!(around_m < 0.01 && left_rad < 1e-9, "{around_m} {left_rad}");
+}
