@@ -67,6 +67,7 @@ fn a_mouse_and_a_hand_in_a_headset_touch_a_board_in_place() -> anyhow::Result<()
         anyhow::Ok(output?)
     });
     let options = LiveOptions {
+        room: None,
         scene: None,
         level: ArmLevel::Servo,
         predictor: None,

@@ -67,6 +67,7 @@ fn live(
     let scene = record.with_extension("obj");
     let options = LiveOptions {
         scene: Some(&scene),
+        room: None,
         level: ArmLevel::Servo,
         predictor,
         watch_frozen: false,

@@ -182,6 +182,7 @@ fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> an
             listen: LOOPBACK,
             ..BridgeConfig::default()
         },
+        room: None,
         scene: None,
         level: ArmLevel::Servo,
         watch_frozen: false,

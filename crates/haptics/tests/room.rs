@@ -44,11 +44,7 @@ fn distances_are_those_of_points_on_the_segment() {
         let normal = random.unit_vector();
         let plane = Obstacle::half_space(frame.position_m(), normal * 3.0).unwrap();
         let capsule = capsule(&mut random);
-        let points = (0..=2000).map(|k| {
-            capsule
-                .from_m
-                .lerp(capsule.to_m, f64::from(k) / 2000.0)
-        });
+        let points = (0..=2000).map(|k| capsule.from_m.lerp(capsule.to_m, f64::from(k) / 2000.0));
         let of_box = |m: DVec3| {
             let beyond = frame.inverse_transform_point(m).abs() - half_m;
             match beyond.max_element() > 0.0 {
@@ -151,7 +147,7 @@ fn run(seed: u64, plans: bool) -> (u32, f64) {
     let config = SupervisorConfig {
         agreeing_states: 1,
         obedience: None,
-        room,
+        room: Some(room),
         ..SupervisorConfig::default()
     };
     let mut supervisor = Supervisor::new(&SrsArm::iiwa7(), &board, config).unwrap();
@@ -252,8 +248,8 @@ fn nothing_is_met_in_many_rooms() {
 #[test]
 fn a_way_leads_around_a_head() {
     let (arm, board) = arm();
-    let [from, to] = [-60.0, 60.0]
-        .map(|deg| JointPositions::from_deg([deg, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]));
+    let [from, to] =
+        [-60.0, 60.0].map(|deg| JointPositions::from_deg([deg, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]));
     let supervisor =
         Supervisor::new(&SrsArm::iiwa7(), &board, SupervisorConfig::default()).unwrap();
     let separation = supervisor.separation();
@@ -286,7 +282,10 @@ fn a_way_leads_around_a_head() {
         (most_m, follower.commanded().max_abs_difference(&to))
     };
     let (straight_m, left_rad) = most_short_m(false);
-    assert!(straight_m > 0.05 && left_rad < 1e-9, "{straight_m} {left_rad}");
+    assert!(
+        straight_m > 0.05 && left_rad < 1e-9,
+        "{straight_m} {left_rad}"
+    );
     let (around_m, left_rad) = most_short_m(true);
     println!("{straight_m:.3} m too near on the straight way, {around_m:.3} m around");
     assert!(around_m < 0.01 && left_rad < 1e-9, "{around_m} {left_rad}");

@@ -133,7 +133,8 @@ fn a_folded_arm_meets_itself() {
         assert!(apart_m(folded) < body.clearance_m(), "{}", apart_m(folded));
         assert!(apart_m(folded).is_finite());
         assert!(
-            body.nearest(&JointPositions([f64::NAN; 7])).distance_m
+            body.nearest(&JointPositions([f64::NAN; 7]))
+                .distance_m
                 .is_nan()
         );
     }

@@ -138,7 +138,7 @@ impl PersonBody {
         self.seen().filter(|seen| seen.region != BodyRegion::Arm)
     }
 
-    fn seen(&self) -> impl Iterator<Item = Seen> {
+    pub(super) fn seen(&self) -> impl Iterator<Item = Seen> {
         self.parts.into_iter().flatten()
     }
 }

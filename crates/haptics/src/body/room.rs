@@ -125,6 +125,14 @@ impl Default for Room {
 }
 
 impl Room {
+    /// A floor at this height, m.
+    ///
+    /// # Errors
+    /// NaN, infinity.
+    pub fn with_floor(z_m: f64) -> Result<Self, HapticsError> {
+        Self::new(&[Obstacle::half_space(z_m * DVec3::Z, DVec3::Z)?])
+    }
+
     /// With these obstacles, in this order; none at all for an arm in free space.
     ///
     /// # Errors

@@ -6,7 +6,8 @@ use crate::error::HapticsError;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_numeric::check::non_negative;
 
-/// How head and torso are kept away from an arm that moves ([ISO/TS 15066], 5.5.4).
+/// How a person is kept away from an arm that moves: head and torso from all of it ([ISO/TS 15066], 5.5.4), their arms from parts that are
+/// faster than may hurt (5.5.5).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeparationConfig {
     /// The person's sizes.
@@ -20,6 +21,9 @@ pub struct SeparationConfig {
     pub clearance_m: f64,
     /// An arm of which no part is faster than this counts as one that stands, m/s; default 0.005.
     pub stands_m_per_s: f64,
+    /// A part that is no faster than this may meet the person's arms, m/s; default 1.1: twice the 150 N of an upper arm over
+    /// `sqrt(mu k)`, with 30 N/mm and its 3 kg against 12 kg of an iiwa ([ISO/TS 15066], annex A).
+    pub meets_arm_m_per_s: f64,
 }
 
 impl Default for SeparationConfig {
@@ -30,6 +34,7 @@ impl Default for SeparationConfig {
             latency_s: 0.045,
             clearance_m: 0.02,
             stands_m_per_s: 0.005,
+            meets_arm_m_per_s: 1.1,
         }
     }
 }
@@ -45,6 +50,7 @@ impl SeparationConfig {
         non_negative("latency_s", self.latency_s)?;
         non_negative("clearance_m", self.clearance_m)?;
         non_negative("stands_m_per_s", self.stands_m_per_s)?;
+        non_negative("meets_arm_m_per_s", self.meets_arm_m_per_s)?;
         Ok(())
     }
 }
@@ -136,8 +142,16 @@ impl Separation {
         &self.config
     }
 
-    /// The gap while an arm at `q` that moves at `qd` reacts and comes to rest, and head and torso come nearer all the time, from
-    /// where they were last seen. Parts of the arm that stand do not count.
+    /// A part that is no faster may meet this part of the person, m/s.
+    const fn harmless_m_per_s(&self, seen: &Seen) -> f64 {
+        match seen.region {
+            BodyRegion::Head | BodyRegion::Torso => self.config.stands_m_per_s,
+            BodyRegion::Arm => self.config.meets_arm_m_per_s,
+        }
+    }
+
+    /// The gap while an arm at `q` that moves at `qd` reacts and comes to rest, and the person comes nearer all the time, from where they
+    /// were last seen. Parts of the arm that stand do not count, nor for the person's arms those that are slow enough.
     ///
     /// An arm that `leaves`, because it is pushed or withdraws, may move parts away from the person, who counts as not having moved
     /// since: a hand that is squeezed for certain comes before a head that may have come nearer.
@@ -166,7 +180,6 @@ impl Separation {
             person_m_per_s,
             latency_s,
             clearance_m,
-            stands_m_per_s,
             ..
         } = self.config;
         let along = |time_s: f64| {
@@ -198,13 +211,27 @@ impl Separation {
             let least_m = before.distance_m(&seen.capsule) - most_way_m;
             gap(least_m, &seen, latency_s + stop_s)
         };
-        let at_first = person.vital().map(far).reduce(Gap::worse)?;
+        // Braking makes no part faster.
+        let reacted = along(latency_s);
+        let ways_m = before.all().iter().zip(reacted.all());
+        let fastest_m_per_s =
+            ways_m
+                .map(|(from, to)| from.moved_m(to) / latency_s)
+                .fold(0.0, |most, m_per_s| match m_per_s <= most {
+                    true => most,
+                    false => m_per_s,
+                });
+        let counts = |seen: &Seen| {
+            let is_slow = fastest_m_per_s <= self.harmless_m_per_s(seen);
+            !is_slow
+        };
+        let at_first = person.seen().filter(counts).map(far).reduce(Gap::worse)?;
         if at_first.left_m >= 0.0 {
             return Some(at_first);
         }
         let mut distances_m = [[0.0; MOST_SEEN]; MOST_PARTS];
         for (part, distances_m) in before.all().iter().zip(&mut distances_m) {
-            for (seen, distance_m) in person.vital().zip(distances_m) {
+            for (seen, distance_m) in person.seen().filter(counts).zip(distances_m) {
                 *distance_m = part.distance_m(&seen.capsule);
             }
         }
@@ -214,12 +241,13 @@ impl Separation {
             let after = along(until_s);
             for (index, part) in after.all().iter().enumerate() {
                 let moved_m = before.all()[index].moved_m(part);
-                let stands = moved_m <= stands_m_per_s * (until_s - last_s);
-                for (seen, distance_m) in person.vital().zip(&mut distances_m[index]) {
+                for (seen, distance_m) in person.seen().filter(counts).zip(&mut distances_m[index])
+                {
                     let to_m = part.distance_m(&seen.capsule);
                     let from_m = std::mem::replace(distance_m, to_m);
+                    let is_slow = moved_m <= self.harmless_m_per_s(&seen) * (until_s - last_s);
                     let goes_away = leaves && to_m >= from_m;
-                    if stands || goes_away {
+                    if is_slow || goes_away {
                         continue;
                     }
                     let here = gap(0.5 * (from_m + to_m - moved_m), &seen, until_s);

@@ -5,7 +5,7 @@ use super::fault::{Condition, Fault, FaultMachine, Severity, Stage};
 use super::limits::braking::Braking;
 use super::limits::motion_guard::GuardLimits;
 use super::limits::person::PersonPart;
-use super::state::{SafeReason, SafeRequest, SafeState};
+use super::state::{Channel, SafeReason, SafeRequest, SafeState};
 use super::supervisor_config::SupervisorConfig;
 use super::watch::agreement::Agreement;
 use super::watch::clock::Clock;
@@ -13,7 +13,7 @@ use super::watch::inspection::Inspection;
 use super::watch::torque_bias::TorqueBias;
 use crate::arm::ArmCommand;
 use crate::board::Board;
-use crate::body::{ArmBody, PersonBody, Separation};
+use crate::body::{ArmBody, BodyRegion, PersonBody, Separation};
 use crate::error::HapticsError;
 use crate::render::{beyond, distance_and_closing, is_push};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
@@ -70,8 +70,8 @@ impl Supervisor {
         let arm = arm.carrying(board.flange_from_board_face()?);
         let guard = config.guard.unwrap_or_else(|| GuardLimits::of_arm(&*arm));
         guard.validate()?;
-        let body =
-            ArmBody::new(Arc::clone(&arm), *board, config.body)?.in_room(config.room.clone());
+        let room = config.room.clone().unwrap_or_default();
+        let body = ArmBody::new(Arc::clone(&arm), *board, config.body)?.in_room(room);
         let speed_cap_m_per_s = config.contact.speed_cap_m_per_s(config.effective_mass_kg)?;
         Ok(Self {
             inspection: Inspection::new(arm.clone(), *board, guard, &config)?,
@@ -393,7 +393,10 @@ impl Supervisor {
         }
         let gap = self.separation.gap(q, qd, &self.person, now_s, leaves)?;
         (gap.left_m < 0.0 || gap.left_m.is_nan()).then_some(SafeReason::PersonNear {
-            part: PersonPart::Head.channel(),
+            part: match gap.region {
+                BodyRegion::Head | BodyRegion::Torso => Channel::Head,
+                BodyRegion::Arm => Channel::Palm,
+            },
             distance_m: gap.distance_m,
         })
     }

@@ -86,8 +86,8 @@ pub struct SupervisorConfig {
     pub required: Vec<PersonPart>,
     /// The arm's body.
     pub body: BodyConfig,
-    /// What stands around the arm; default a floor at the height of its base.
-    pub room: Room,
+    /// What stands around the arm; `None`, the default: a floor at the height of its base.
+    pub room: Option<Room>,
     /// How far head and torso stay away from an arm that moves.
     pub separation: SeparationConfig,
     /// Mass that a push on the board feels, kg; default 5, an assumption.
@@ -135,7 +135,7 @@ impl Default for SupervisorConfig {
             latch: Latch::default(),
             required: vec![PersonPart::Head, PersonPart::Fingertip],
             body: BodyConfig::default(),
-            room: Room::default(),
+            room: None,
             separation: SeparationConfig::default(),
             effective_mass_kg: 5.0,
             // The fastest joint of an iiwa turns at 3.1 rad/s.

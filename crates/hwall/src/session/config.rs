@@ -30,7 +30,7 @@ pub struct SessionConfig {
     /// How the arm goes along with them; default by positions, which any arm understands.
     pub object_command: ObjectCommand,
     /// What stands between renderer and arm; `None`: nothing, for an arm that is supervised elsewhere. Default
-    /// [`session_supervisor`].
+    /// [`session_supervisor`]. Where it names no room, the floor is where the scene is lowest, but not above the arm's base.
     pub supervisor: Option<SupervisorConfig>,
 }
 

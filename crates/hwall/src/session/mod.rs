@@ -37,6 +37,7 @@ pub(crate) use handover::check_pieces;
 use handover::{Guidance, WorldBarriers, felt_touches, handover, openings};
 use hwall_contact::{ContactPrediction, Predictor};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
+use hwall_haptics::body::Room;
 use hwall_haptics::{
     Arm, ArmCommand, ArmState, Board, MovingObject, ObjectCommand, ObjectRenderingConfig,
     PlannerConfig, RenderedObject, Renderer,
@@ -105,6 +106,17 @@ impl<P: Predictor> Session<P> {
             false => None,
         };
         config.in_place.validate()?;
+        let safety = match config.supervisor {
+            Some(mut supervisor) => {
+                if supervisor.room.is_none() {
+                    // People stand on the scene's floor, and so does whatever carries the arm.
+                    let lowest_m = scene.bounds().min_m.z;
+                    supervisor.room = Some(Room::with_floor(lowest_m.min(0.0))?);
+                }
+                Safety::new(arm, board, supervisor)?
+            }
+            None => Safety::none(),
+        };
         let mut perception = Perception {
             #[cfg(feature = "texture")]
             presenter: Presenter::new(Arc::clone(renderer.arm())),
@@ -136,10 +148,6 @@ impl<P: Predictor> Session<P> {
         let texture = levels
             .as_ref()
             .map(|levels| BoardTexture::new(levels, Arc::clone(renderer.arm())));
-        let safety = match config.supervisor {
-            Some(supervisor) => Safety::new(arm, board, supervisor)?,
-            None => Safety::none(),
-        };
         if let Some(separation) = safety.separation() {
             renderer.keep_clear(separation);
         }

@@ -11,6 +11,7 @@ use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion};
 use hwall_stage::input::address::{host, socket_address};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::input::real_room::RealRoom;
 use hwall_stage::live::{Driven, HandChoice, Holds, brake};
 use hwall_stage::note;
 use hwall_stage::run::session_settings::SessionSettings;
@@ -48,6 +49,9 @@ pub struct ArmArgs {
     /// OBJ scene, z up, metres, in the frame of the arm's base, with a roughness on what is touched [default: one wall, door or panel 0.6 m ahead]
     #[arg(long, requires = "fri")]
     scene: Option<PathBuf>,
+    /// TOML file of what really stands around the arm: [[plane]] and [[box]], in the frame of its base [default: a floor where the scene is lowest, or at the base]
+    #[arg(long, requires = "fri")]
+    room: Option<PathBuf>,
     /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees
     #[arg(long, requires = "fri", value_parser = FloorPose::parse, allow_hyphen_values = true, default_value = "1.5,0,-0.6,180")]
     origin: FloorPose,
@@ -86,6 +90,7 @@ impl ArmArgs {
                 ..BridgeConfig::default()
             },
             scene: self.scene.clone(),
+            room: self.room.clone(),
             level: self.arm_level,
             watch_frozen: self.watch_frozen,
             trial: ArmTrialConfig::default(),
@@ -102,6 +107,8 @@ pub struct ArmOptions {
     pub bridge: BridgeConfig,
     /// OBJ file; `None`: one wall, door or panel.
     pub scene: Option<PathBuf>,
+    /// What really stands around the arm; `None`: a floor.
+    pub room: Option<PathBuf>,
     /// What the controller takes.
     pub level: ArmLevel,
     /// Does a hand that stands quite still count as lost?
@@ -142,6 +149,8 @@ impl WaitingArm {
     /// A scene that is malformed or has not what the protocol asks for; without a scene a protocol with several kinds of surfaces;
     /// addresses that cannot be listened on.
     pub fn prepare(options: &ArmOptions, protocol: &Protocol) -> anyhow::Result<Self> {
+        let room = options.room.as_deref().map(RealRoom::read);
+        let room = room.transpose().context("--room")?;
         let (scene, remarks) = match &options.scene {
             Some(path) => load_scene(Some(path))?,
             None => {
@@ -164,6 +173,7 @@ impl WaitingArm {
         let settings = SessionSettings {
             arm: &arm,
             board: &board,
+            room: room.as_ref().map(|read| &read.room),
             scene: &scene,
             walls: &walls,
             textured: true,

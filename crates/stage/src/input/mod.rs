@@ -8,4 +8,5 @@ pub mod floor_pose;
 pub mod numbers;
 pub mod output;
 pub mod place;
+pub mod real_room;
 pub mod trial;

@@ -24,6 +24,9 @@ pub struct LiveFlags {
     /// OBJ scene, z up, metres, in the frame of the arm's base [default: the built-in room]
     #[arg(long)]
     pub scene: Option<PathBuf>,
+    /// TOML file of what really stands around the arm: [[plane]] and [[box]], in the frame of its base [default: a floor where the scene is lowest, or at the base]
+    #[arg(long)]
+    pub room: Option<PathBuf>,
     /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees. A headset's space lies on the floor; in the built-in room that is 0.6 m below the base
     #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true, default_value = "1.5,0,-0.6,180")]
     pub origin: FloorPose,
@@ -82,6 +85,7 @@ impl LiveFlags {
     pub fn options(&self) -> LiveOptions<'_> {
         LiveOptions {
             scene: self.scene.as_deref(),
+            room: self.room.as_deref(),
             level: self.arm_level,
             predictor: self.predictor,
             watch_frozen: self.watch_frozen,

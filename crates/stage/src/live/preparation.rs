@@ -4,6 +4,7 @@ use super::LiveArm;
 use crate::input::arms::BoardArm;
 use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
+use crate::input::real_room::RealRoom;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, TrainingPeople, fused};
 use crate::person::responses::{self, Scenery};
@@ -50,6 +51,8 @@ impl From<HandChoice> for FollowedHand {
 pub struct LiveOptions<'a> {
     /// OBJ file; `None`: the built-in room.
     pub scene: Option<&'a Path>,
+    /// What really stands around the arm; `None`: a floor.
+    pub room: Option<&'a Path>,
     /// How much of the arm is simulated.
     pub level: ArmLevel,
     /// Who leads the board; `None`: the fused predictor, or the ray-led one where there is nobody to learn from.
@@ -65,15 +68,23 @@ pub struct LiveOptions<'a> {
 }
 
 impl LiveOptions<'_> {
-    /// Says before anybody is served what would end the session once it is prepared: a scene that cannot be read, a
+    fn real_room(&self) -> anyhow::Result<Option<RealRoom>> {
+        let room = self.room.map(RealRoom::read);
+        room.transpose().context("--room")
+    }
+
+    /// Says before anybody is served what would end the session once it is prepared: a scene or a room that cannot be read, a
     /// recording that cannot be written or would be written over the scene, an address of `arm` that cannot be listened on.
     ///
     /// # Errors
     /// The first of these.
     pub fn check(&self, arm: &LiveArm) -> anyhow::Result<()> {
-        let plan = FilePlan::default().read_scene("--scene", self.scene);
+        let plan = FilePlan::default()
+            .read_scene("--scene", self.scene)
+            .read("--room", self.room);
         recording::planned(plan, "--record", self.record).check()?;
         load_scene(self.scene)?;
+        self.real_room()?;
         let listened = match arm {
             LiveArm::Simulated => None,
             LiveArm::Fri(config) => Some(("--fri", config.listen)),
@@ -101,6 +112,8 @@ pub struct Prepared {
     pub arm: BoardArm,
     /// The board.
     pub board: Board,
+    /// What really stands around the arm; `None`: a floor.
+    pub(super) room: Option<RealRoom>,
     /// Where the arm waits, rad.
     pub start: JointPositions,
     /// What was chosen or learnt, for the user.
@@ -155,9 +168,11 @@ pub fn prepare(server: &BridgeServer, options: &LiveOptions<'_>) -> anyhow::Resu
         true => HandFilterConfig::default(),
         false => HandFilterConfig::simulated(),
     };
+    let room = options.real_room()?;
     let settings = SessionSettings {
         arm: &arm,
         board: &board,
+        room: room.as_ref().map(|read| &read.room),
         scene: &scene,
         walls: &walls,
         textured: TEXTURED,
@@ -175,6 +190,7 @@ pub fn prepare(server: &BridgeServer, options: &LiveOptions<'_>) -> anyhow::Resu
         session,
         arm,
         board,
+        room,
         start,
         remarks,
         base,
@@ -289,6 +305,7 @@ mod tests {
         server.stop_handle().stop();
         let options = LiveOptions {
             scene: None,
+            room: None,
             level: ArmLevel::Servo,
             predictor: None,
             watch_frozen: false,

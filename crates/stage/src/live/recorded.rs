@@ -28,6 +28,7 @@ pub(super) fn begin(
         scene: options.scene,
         arm: "iiwa7",
         board: &prepared.board,
+        room: prepared.room.as_ref().map(|read| read.text.as_str()),
         base: prepared.base,
         textured: TEXTURED,
         level: options.level,

@@ -77,6 +77,7 @@ impl Rebuilt {
         let settings = SessionSettings {
             arm: &self.arm,
             board: &self.board,
+            room: self.options.room.as_ref().map(|read| &read.room),
             scene: &self.scene,
             walls: &self.walls,
             textured: self.options.textured,

@@ -3,6 +3,7 @@
 //! Numbers are written with `{:?}`: as many digits as it takes to come back bit by bit.
 
 use crate::input::floor_pose::FloorPose;
+use crate::input::real_room::RealRoom;
 use crate::person::predictors::{PredictorKind, TrainingPeople};
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting;
@@ -26,6 +27,8 @@ pub struct SessionSource<'a> {
     pub arm: &'a str,
     /// The board.
     pub board: &'a Board,
+    /// The file of what really stands around the arm; `None`: a floor.
+    pub room: Option<&'a str>,
     /// The arm's base in the scene.
     pub base: FloorPose,
     /// Does the board present the roughness of surfaces?
@@ -80,13 +83,17 @@ impl SessionSource<'_> {
             ("training_people_stay", people_stay.to_string()),
             ("likely_touches", touches_text(self.likely_touches)?),
         ];
+        let room = self.room.map(|text| ("room", text.to_owned()));
+        let options = options.into_iter().chain(room);
         Ok(Setup {
             program: concat!("hwall ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene_obj,
             scene_sidecar,
             arm,
             board: *self.board,
-            options: options.map(|(key, value)| (key.to_owned(), value)).into(),
+            options: options
+                .map(|(key, value)| (key.to_owned(), value))
+                .collect(),
         })
     }
 }
@@ -145,6 +152,7 @@ pub(super) struct Options {
     pub(super) adapts: bool,
     pub(super) training_people: TrainingPeople,
     pub(super) likely_touches: LikelyTouches,
+    pub(super) room: Option<RealRoom>,
 }
 
 impl Options {
@@ -185,6 +193,9 @@ impl Options {
                 ..people
             },
             likely_touches: touches_of(text("likely_touches")?)?,
+            room: (setup.option("room"))
+                .map(|text| RealRoom::parse(text.to_owned()).context("room"))
+                .transpose()?,
         })
     }
 }
@@ -274,6 +285,8 @@ fn touches_of(text: &str) -> anyhow::Result<LikelyTouches> {
 mod tests {
     use super::*;
 
+    const ROOM: &str = "[[plane]]\npoint_m = [0, 0, -0.1]\nnormal = [0, 0, 1]\n";
+
     #[test]
     fn options_come_back_bit_by_bit() {
         let board = Board::default();
@@ -289,6 +302,7 @@ mod tests {
             scene: None,
             arm: "iiwa14",
             board: &board,
+            room: Some(ROOM),
             base: FloorPose {
                 origin_m: DVec3::new(0.1, -2.0 / 7.0, 5e-324),
                 yaw_rad: std::f64::consts::PI / 7.0,
@@ -315,6 +329,7 @@ mod tests {
         assert_eq!(&options.likely_touches, source.likely_touches);
         assert_eq!((options.textured, options.level), (false, ArmLevel::Torque));
         assert_eq!(options.predictor, PredictorKind::RayLed);
+        assert_eq!(options.room.map(|room| room.text).as_deref(), Some(ROOM));
         // People who stayed where they stood while the base was moved, and people whom nobody knows.
         let stayed = source.training_people.clone().seen_from(source.base);
         let moved = |training_people| SessionSource {

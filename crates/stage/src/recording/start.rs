@@ -71,6 +71,7 @@ pub fn of_stage(
         scene,
         arm,
         board: stage.board,
+        room: None,
         base: setting.base,
         textured: stage.textured,
         level: stage.level,

@@ -144,6 +144,7 @@ pub fn run_recorded(
     let settings = SessionSettings {
         arm: setup.arm,
         board: setup.board,
+        room: None,
         scene: setup.scene,
         walls: setup.walls,
         textured: setup.textured,

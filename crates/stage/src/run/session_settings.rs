@@ -2,6 +2,7 @@
 
 use crate::input::arms::BoardArm;
 use crate::run::simulated_arm::ArmLevel;
+use hwall::haptics::body::Room;
 use hwall::haptics::safety::PersonPart;
 use hwall::haptics::{Board, RendererConfig};
 use hwall::{Session, SessionConfig, Walls, session_supervisor};
@@ -17,6 +18,8 @@ pub struct SessionSettings<'a> {
     pub arm: &'a BoardArm,
     /// The board.
     pub board: &'a Board,
+    /// What really stands around the arm; `None`: a floor.
+    pub room: Option<&'a Room>,
     /// What is touched, in the arm's base frame.
     pub scene: &'a Scene,
     /// What is known of its walls: where the arm can present them, and where it waits.
@@ -40,6 +43,7 @@ impl SessionSettings<'_> {
     /// A configuration that a crate refuses.
     pub fn session<P: Predictor>(&self, predictor: P) -> anyhow::Result<Session<P>> {
         let mut supervisor = session_supervisor();
+        supervisor.room = self.room.cloned();
         let required = &mut supervisor.required;
         required.retain(|part| self.sees_head || *part != PersonPart::Head);
         let config = SessionConfig {
