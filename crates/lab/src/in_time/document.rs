@@ -25,6 +25,7 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
         "gap, median, mm",
         "gap, p90, mm",
         "felt after, median, ms",
+        "met at more than 0.1 m/s, %",
         "turned back, median",
         "in vain for each touch",
         "step p99, us",
@@ -50,6 +51,7 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
             number(s.gap_median_m, 1e3, 2),
             number(s.gap_p90_m, 1e3, 1),
             number(s.felt_median_s, 1e3, 0),
+            number(s.met_fast, 1e2, 1),
             // A median of whole numbers: halves are not rounded away.
             s.reversals_median
                 .map_or("none".to_owned(), |median| median.to_string()),

@@ -4,6 +4,9 @@ use crate::run::judged::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
 use hwall_testkit::quantile;
 
+/// A first contact with a face that is faster counts as a blow, m/s.
+pub const FAST_M_PER_S: f64 = 0.1;
+
 /// All touches of all people in a few numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
@@ -25,6 +28,8 @@ pub struct Summary {
     pub gap_p90_m: Option<f64>,
     /// From the arrival of the hand until the touch was felt, of the touches that were felt, s.
     pub felt_median_s: Option<f64>,
+    /// Of all touches that met the board, the share in which it was faster than [`FAST_M_PER_S`] at first.
+    pub met_fast: Option<f64>,
     /// Times that a board turned back before a touch.
     pub reversals_median: Option<f64>,
     /// Boards sent in vain for each touch.
@@ -50,6 +55,11 @@ impl Summary {
         };
         let gaps_m = sorted(reachable.iter().map(|t| t.outcome.gap_m));
         let felt_s = sorted(reachable.iter().filter_map(|t| t.outcome.felt_after_s));
+        let met: Vec<f64> = touches
+            .iter()
+            .filter_map(|t| t.outcome.met_m_per_s)
+            .collect();
+        let fast = met.iter().filter(|m_per_s| **m_per_s > FAST_M_PER_S);
         let reversals = sorted(touches.iter().map(|t| t.regret.detours.reversals as f64));
         let in_vain: usize = touches.iter().map(|t| t.regret.detours.in_vain).sum();
         let step_ns = sorted(
@@ -66,6 +76,7 @@ impl Summary {
             gap_median_m: at(&gaps_m, 0.5),
             gap_p90_m: at(&gaps_m, 0.9),
             felt_median_s: at(&felt_s, 0.5),
+            met_fast: share(fast.count(), met.len()),
             reversals_median: at(&reversals, 0.5),
             in_vain_per_touch: share(in_vain, touches.len()),
             misses: Miss::ALL.map(|miss| {

@@ -234,8 +234,9 @@ pub fn run_recorded(
             if let (Some(texture), Some(moving)) = (&mut texture, session.control().texture()) {
                 texture.feel(cycle.t_s, &arm.pose(), tip, &arm.twist(), moving.scan_rad());
             }
-            log.tick(session, arm, cycle, frames > 0);
             let (seen, force_n) = (simulation.tip.frame.as_ref(), simulation.force_n);
+            let pressed_m = tip.filter(|_| force_n != DVec3::ZERO);
+            log.tick(session, arm, cycle, frames > 0, pressed_m);
             view.step(start_s + cycle.t_s, session, &cycle.state, seen, force_n);
             pushes.step(
                 start_s + cycle.t_s,
@@ -507,6 +508,7 @@ impl Log {
         arm: &SimulatedArm,
         cycle: &Cycle,
         framed: bool,
+        pressed_m: Option<DVec3>,
     ) {
         let t_s = self.start_s + cycle.t_s;
         let control = session.control();
@@ -530,6 +532,11 @@ impl Log {
                 control.state(),
                 SessionState::Touched | SessionState::TouchedInMovingWorld
             ),
+            pressed_m_per_s: pressed_m.map(|point_m| {
+                let (twist, lever_m) = (arm.twist(), point_m - base_from_board.position_m());
+                let turning = twist.angular_rad_per_s.cross(lever_m);
+                (twist.linear_m_per_s + turning).length()
+            }),
         });
     }
 

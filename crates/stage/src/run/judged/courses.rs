@@ -240,6 +240,7 @@ mod tests {
                 base_from_board: board_pose(place(y(t_s)).point_m, WALL, 0.0).unwrap(),
                 q: JointPositions::default(),
                 in_contact: false,
+                pressed_m_per_s: None,
             }
         };
         (0..400).map(tick).collect()

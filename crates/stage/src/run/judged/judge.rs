@@ -26,6 +26,8 @@ pub struct Outcome {
     pub tilt_rad: f64,
     /// From the hand's arrival until the contact was felt, s.
     pub felt_after_s: Option<f64>,
+    /// How fast the touched point of the face was when they met first, m/s; `None` if they did not.
+    pub met_m_per_s: Option<f64>,
 }
 
 impl Outcome {
@@ -80,10 +82,11 @@ fn judge_one(
         p.x.abs() <= board.half_width_m && p.y.abs() <= board.half_height_m
     };
     let from = ticks.partition_point(|tick| tick.t_s < touch.contact_s - FELT_EARLY_S);
-    let felt = ticks[from..]
+    let mut ticks = ticks[from..]
         .iter()
-        .take_while(|tick| tick.t_s <= touch.end_s)
-        .find(|tick| tick.in_contact && board_holds(tick));
+        .take_while(|tick| tick.t_s <= touch.end_s);
+    let met_m_per_s = ticks.clone().find_map(|tick| tick.pressed_m_per_s);
+    let felt = ticks.find(|tick| tick.in_contact && board_holds(tick));
     Ok(Outcome {
         touch: touch.clone(),
         unreachable: arm.unreachable(touch.point_m, touch.normal)?,
@@ -92,6 +95,7 @@ fn judge_one(
         gap_m: p.z.abs(),
         tilt_rad,
         felt_after_s: felt.map(|tick| tick.t_s - touch.contact_s),
+        met_m_per_s,
     })
 }
 

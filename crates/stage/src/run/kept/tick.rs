@@ -15,6 +15,8 @@ pub struct Tick {
     pub q: JointPositions,
     /// Is a touch felt?
     pub in_contact: bool,
+    /// How fast the point of the face is that the fingertip presses, m/s; `None`: it presses none.
+    pub pressed_m_per_s: Option<f64>,
 }
 
 /// The contact that the board is led to, as of one frame.

@@ -61,6 +61,7 @@ impl Planted {
                     base_from_board: self.arm.kinematics().forward(&q),
                     q,
                     in_contact: false,
+                    pressed_m_per_s: None,
                 }
             })
             .collect();
@@ -89,6 +90,7 @@ impl Planted {
             gap_m: 0.0,
             tilt_rad: 0.0,
             felt_after_s: None,
+            met_m_per_s: None,
         };
         if story.out_of_reach {
             outcome.unreachable = Some(Unreachable::TooFar { gap_m: 0.1 });
