@@ -72,6 +72,7 @@ fn a_mouse_and_a_hand_in_a_headset_touch_a_board_in_place() -> anyhow::Result<()
         level: ArmLevel::Servo,
         predictor: None,
         watch_frozen: false,
+        enabling_switch: false,
         seconds: Some(600.0),
         seed: 1,
         record: None,

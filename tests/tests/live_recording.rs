@@ -2,7 +2,8 @@
 
 use anyhow::{Context, ensure};
 use hwall_bridge::{BridgeConfig, BridgeServer};
-use hwall_record::{Ending, Input, Recording};
+use hwall_kinematics::JointPositions;
+use hwall_record::{Ending, Input, Recording, Request};
 use hwall_stage::live::{LiveOptions, prepare, run_simulated};
 use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::recording::replay;
@@ -62,7 +63,7 @@ fn live(
     server: &BridgeServer,
     record: &Path,
     predictor: Option<PredictorKind>,
-    seconds: f64,
+    enabling_switch: bool,
 ) -> anyhow::Result<()> {
     let scene = record.with_extension("obj");
     let options = LiveOptions {
@@ -71,7 +72,8 @@ fn live(
         level: ArmLevel::Servo,
         predictor,
         watch_frozen: false,
-        seconds: Some(seconds),
+        enabling_switch,
+        seconds: Some(600.0),
         seed: 1,
         record: Some(record),
     };
@@ -125,6 +127,12 @@ impl Client {
         )))?;
         Ok(())
     }
+
+    /// What a person asks of the arm.
+    fn order(&mut self, order: &str) -> anyhow::Result<()> {
+        let message = format!(r#"{{"type":"{order}"}}"#);
+        Ok(self.socket.send(Message::text(message))?)
+    }
 }
 
 /// Cycles, frames that see a hand, and whether a board moved.
@@ -169,7 +177,7 @@ fn a_live_session_is_made_again_bit_by_bit() -> anyhow::Result<()> {
             stop.stop();
             anyhow::Ok(client.sent)
         });
-        let run = live(&server, files.mcap(), None, 600.0);
+        let run = live(&server, files.mcap(), None, false);
         is_over.store(true, Ordering::Relaxed);
         run?;
         client.join().ok().context("the client's thread")?
@@ -181,6 +189,68 @@ fn a_live_session_is_made_again_bit_by_bit() -> anyhow::Result<()> {
     assert!(moved);
     let text = replayed(files.mcap())?;
     print!("{text}");
+    Ok(())
+}
+
+/// Until 2 s nobody holds the switch, from then on somebody does and lets the arm go, after 5 s nobody does.
+#[test]
+fn the_arm_moves_only_while_the_switch_is_held() -> anyhow::Result<()> {
+    let files = Files::new("switch")?;
+    let server = server()?;
+    let (address, stop) = (server.address().to_string(), server.stop_handle());
+    std::thread::scope(|scope| {
+        let client = scope.spawn(|| {
+            let mut client = Client::of_a_session(&address)?;
+            while client.sent < 72 * 8 {
+                client.send()?;
+                let is_held = (72 * 2..72 * 5).contains(&client.sent);
+                if is_held {
+                    client.order("enable")?;
+                }
+                // Before, while and after it is held: only once it is, does this mean anything.
+                if client.sent % 72 == 0 {
+                    client.order("release")?;
+                }
+            }
+            stop.stop();
+            anyhow::Ok(())
+        });
+        live(&server, files.mcap(), Some(PredictorKind::RayLed), true)?;
+        client.join().ok().context("the client's thread")?
+    })?;
+    // While the arm is stopped, without the time in which it brakes, and while it is free.
+    let (mut stopped_rad, mut free_rad) = (0.0, 0.0);
+    let (mut asked, mut asked_s) = (Vec::new(), f64::NAN);
+    let mut last: Option<JointPositions> = None;
+    for input in Recording::open(files.mcap())?.inputs() {
+        match input?.1 {
+            Input::Request(request @ (Request::Stop | Request::Reset)) => {
+                asked.push(request);
+                asked_s = f64::NAN;
+            }
+            Input::Cycle(cycle) => {
+                let (t_s, q) = (cycle.state.t_s, cycle.state.q);
+                let by_rad = last.map_or(0.0, |last| last.max_abs_difference(&q));
+                last = Some(q);
+                if asked_s.is_nan() {
+                    asked_s = t_s;
+                }
+                match asked.last() {
+                    Some(Request::Reset) => free_rad += by_rad,
+                    _ if asked.len() < 2 || t_s > asked_s + 0.5 => stopped_rad += by_rad,
+                    _ => {}
+                }
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(asked.first(), Some(&Request::Stop));
+    assert_eq!(asked.last(), Some(&Request::Stop));
+    assert!(
+        stopped_rad < 1e-3 && free_rad > 0.05,
+        "{stopped_rad} {free_rad} {asked:?}"
+    );
+    replayed(files.mcap())?;
     Ok(())
 }
 
@@ -196,7 +266,7 @@ fn a_child_that_records_until_it_is_killed() -> anyhow::Result<()> {
         &server,
         Path::new(&record),
         Some(PredictorKind::RayLed),
-        600.0,
+        false,
     )
 }
 

@@ -11,7 +11,7 @@ use hwall_haptics::{
 use hwall_kinematics::{
     ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, Wrench,
 };
-use hwall_testkit::Sampler;
+use hwall_testkit::{Sampler, seeds};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -245,5 +245,5 @@ fn no_head_or_torso_is_met_by_a_part_that_moves() {
 #[test]
 #[ignore = "minutes"]
 fn no_head_or_torso_is_met_in_many_scenes() {
-    all(1000..6000);
+    all(seeds(1000..6000));
 }

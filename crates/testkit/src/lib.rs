@@ -14,7 +14,7 @@ mod yardstick;
 pub use attack::{AttackReport, Finding, Mutator, Verdict, attack};
 pub use difference::{central_difference, central_jacobian};
 pub use machine::Machine;
-pub use sampler::Sampler;
+pub use sampler::{Sampler, seeds};
 pub use shared::shared;
 pub use stats::{ErrorStats, quantile};
 pub use table::{MarkdownTable, SpeedErrorRow, SpeedErrorTable, format_error, format_ns};

@@ -89,3 +89,21 @@ impl Sampler {
         )
     }
 }
+
+/// The seeds of a test that may take as long as one likes: `HWALL_SEEDS=FROM..TO` in the environment, or these.
+///
+/// # Panics
+/// `HWALL_SEEDS` is no such range.
+#[must_use]
+pub fn seeds(usual: std::ops::Range<u64>) -> std::ops::Range<u64> {
+    let Ok(text) = std::env::var("HWALL_SEEDS") else {
+        return usual;
+    };
+    let ends = text
+        .split_once("..")
+        .map(|(from, to)| (from.parse(), to.parse()));
+    match ends {
+        Some((Ok(from), Ok(to))) => from..to,
+        _ => panic!("HWALL_SEEDS is {text:?}, not a range such as 1000..2000"),
+    }
+}

@@ -16,6 +16,8 @@ pub(crate) enum PageMessage {
     Stop,
     /// Lets a stopped arm go.
     Release,
+    /// The enabling switch is held, now.
+    Enable,
 }
 
 /// A sample of a hand, its time on the client's clock.
@@ -59,6 +61,7 @@ enum Text {
     },
     Stop {},
     Release {},
+    Enable {},
     Hand {
         seq: u64,
         client_ms: f64,
@@ -96,6 +99,7 @@ impl PageMessage {
             }
             Text::Stop {} => Ok(Self::Stop),
             Text::Release {} => Ok(Self::Release),
+            Text::Enable {} => Ok(Self::Enable),
             Text::Hand {
                 seq,
                 client_ms,

@@ -247,6 +247,7 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
                 }
                 Ok(PageMessage::Stop) => shared.orders.stop(),
                 Ok(PageMessage::Release) => shared.orders.let_go(),
+                Ok(PageMessage::Enable) => shared.orders.enable(),
                 Err(refused) => complain(&format!("message refused: {refused}"), now_s),
             },
             Ok(Message::Binary(_)) => complain("binary messages have no meaning", now_s),

@@ -9,7 +9,7 @@ use hwall_view::ViewFrame;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What a person asks of the arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,8 +21,26 @@ pub enum Order {
 }
 
 /// Carries orders to the loop, from any thread. A stop that is not carried out yet is not taken back.
-#[derive(Debug, Clone, Default)]
-pub struct Orders(Arc<AtomicU8>);
+#[derive(Debug, Clone)]
+pub struct Orders(Arc<Asked>);
+
+#[derive(Debug)]
+struct Asked {
+    order: AtomicU8,
+    began: Instant,
+    /// When the enabling switch was last held, us after the beginning; 0: never.
+    enabled_us: AtomicU64,
+}
+
+impl Default for Orders {
+    fn default() -> Self {
+        Self(Arc::new(Asked {
+            order: AtomicU8::new(0),
+            began: Instant::now(),
+            enabled_us: AtomicU64::new(0),
+        }))
+    }
+}
 
 impl Orders {
     const STOP: u8 = 2;
@@ -30,18 +48,37 @@ impl Orders {
 
     /// Stops the arm with the next cycle.
     pub fn stop(&self) {
-        self.0.fetch_max(Self::STOP, Ordering::SeqCst);
+        self.0.order.fetch_max(Self::STOP, Ordering::SeqCst);
     }
 
     /// Lets a stopped arm go with the next cycle.
     pub fn let_go(&self) {
-        self.0.fetch_max(Self::LET_GO, Ordering::SeqCst);
+        self.0.order.fetch_max(Self::LET_GO, Ordering::SeqCst);
+    }
+
+    /// The enabling switch is held, now.
+    pub fn enable(&self) {
+        let now_us = self.0.began.elapsed().as_micros();
+        let now_us = u64::try_from(now_us).unwrap_or(u64::MAX).max(1);
+        self.0.enabled_us.store(now_us, Ordering::SeqCst);
+    }
+
+    /// Was the enabling switch held within this time?
+    #[must_use]
+    pub fn is_enabled(&self, within: Duration) -> bool {
+        let last_us = self.0.enabled_us.load(Ordering::SeqCst);
+        let age = self
+            .0
+            .began
+            .elapsed()
+            .saturating_sub(Duration::from_micros(last_us));
+        last_us > 0 && age <= within
     }
 
     /// The order that was not taken yet.
     #[must_use]
     pub fn take(&self) -> Option<Order> {
-        match self.0.swap(0, Ordering::SeqCst) {
+        match self.0.order.swap(0, Ordering::SeqCst) {
             Self::STOP => Some(Order::Stop),
             Self::LET_GO => Some(Order::LetGo),
             _ => None,

@@ -21,8 +21,8 @@ pub use object::object_port::{ObjectPortConfig, PortLedger};
 pub use object::object_rendering::{
     ObjectCommand, ObjectRendering, ObjectRenderingConfig, ObjectStep, RenderedObject,
 };
-pub(crate) use proximity::Approach;
 pub use proximity::ProximityConfig;
+pub(crate) use proximity::distance_and_closing;
 pub use renderer::Renderer;
 pub use step::{Phase, PostureTarget, RenderInput, RenderStep};
 pub(crate) use yielding::{beyond, is_push};

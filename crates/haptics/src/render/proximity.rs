@@ -7,18 +7,19 @@ use hwall_geometry::Pose;
 use hwall_kinematics::Twist;
 use hwall_numeric::check::{non_negative, positive};
 
-/// How fast the face may be near a hand: so that it has slowed down when they meet, if the hand goes on as it goes now.
+/// The speed at which the board may come nearer to the nearest known point of the person falls with its distance.
 ///
-/// What counts is the time until then: a board that moves along under a finger that hovers may be fast, one that a hand is about to meet
-/// may not, whichever way it moves.
+/// What counts is how fast the gap closes, as in speed and separation monitoring ([ISO/TS 15066]): a board that slides along
+/// behind its wall does not come nearer to a finger in front of it, one that comes out of the wall does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProximityConfig {
     /// Distance that the board keeps from the person until it is touched, m; default 0.02.
     pub clearance_m: f64,
-    /// Deceleration that is counted on, m/s²; default 5. Joints that cannot brake as hard count with what they can.
+    /// Deceleration at which the board, at the speed that is allowed, would stop at the clearance, m/s²; default 5.
     pub braking_m_per_s2: f64,
-    /// A face that is no faster than this may meet a hand, m/s; default 0.1.
-    pub meets_m_per_s: f64,
+    /// Speed that is allowed at any distance, m/s; default 0.25, that of reduced speed of an industrial robot
+    /// ([ISO 10218-1]).
+    pub crawl_m_per_s: f64,
 }
 
 impl Default for ProximityConfig {
@@ -26,42 +27,7 @@ impl Default for ProximityConfig {
         Self {
             clearance_m: 0.02,
             braking_m_per_s2: 5.0,
-            meets_m_per_s: 0.1,
-        }
-    }
-}
-
-/// A point of the face of a board as the person's nearest point sees it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Approach {
-    /// How far apart they are, m.
-    pub(crate) distance_m: f64,
-    /// How fast the face comes nearer, m/s; below zero it goes away.
-    pub(crate) closing_m_per_s: f64,
-    /// How fast that point of the face is, m/s.
-    speed_m_per_s: f64,
-    /// How fast the person comes nearer, m/s.
-    person_m_per_s: f64,
-}
-
-impl Approach {
-    /// Of a face that moves, and a person's point (m, base frame) with its velocity, m/s.
-    pub(crate) fn of(
-        board: &Board,
-        base_from_board: &Pose,
-        twist: &Twist,
-        (point_m, velocity_m_per_s): (DVec3, DVec3),
-    ) -> Self {
-        let nearest_m = nearest_m(board, base_from_board, point_m);
-        let way = point_m - nearest_m;
-        let lever = nearest_m - base_from_board.position_m();
-        let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
-        let towards = way.normalize_or_zero();
-        Self {
-            distance_m: way.length(),
-            closing_m_per_s: velocity.dot(towards),
-            speed_m_per_s: velocity.length(),
-            person_m_per_s: -velocity_m_per_s.dot(towards),
+            crawl_m_per_s: 0.25,
         }
     }
 }
@@ -79,48 +45,62 @@ impl ProximityConfig {
     pub fn validate(&self) -> Result<(), HapticsError> {
         non_negative("clearance_m", self.clearance_m)?;
         positive("braking_m_per_s2", self.braking_m_per_s2)?;
-        positive("meets_m_per_s", self.meets_m_per_s)?;
+        positive("crawl_m_per_s", self.crawl_m_per_s)?;
         Ok(())
     }
 
-    /// The share of its motion that a face may keep whose joints need `stop_s` to stop, s; above 1 where it might be faster.
-    ///
-    /// It brakes to [`meets_m_per_s`](Self::meets_m_per_s) in the time that the hand and, at the mean of both speeds, the face need to
-    /// meet.
-    pub(crate) fn share(&self, approach: &Approach, stop_s: f64) -> f64 {
-        let (speed, meets) = (approach.speed_m_per_s, self.meets_m_per_s);
-        let can_m_per_s2 = speed / stop_s;
-        // At rest nothing has to be braked.
+    /// How fast the board may come nearer to a point at a distance, m/s.
+    #[must_use]
+    pub fn allowed_m_per_s(&self, distance_m: f64) -> f64 {
+        self.allowed_braking_m_per_s(distance_m, self.braking_m_per_s2)
+    }
+
+    /// The same for a board whose joints need `stop_s` to stop from this speed: where they cannot brake as hard as
+    /// [`braking_m_per_s2`](Self::braking_m_per_s2), it has to be slower sooner.
+    #[must_use]
+    pub fn allowed_stopping_m_per_s(
+        &self,
+        distance_m: f64,
+        closing_m_per_s: f64,
+        stop_s: f64,
+    ) -> f64 {
+        let can_m_per_s2 = closing_m_per_s / stop_s;
+        // At rest, or going away, nothing has to be braked.
         let braking_m_per_s2 = match can_m_per_s2 > 0.0 {
             true => self.braking_m_per_s2.min(can_m_per_s2),
             false => self.braking_m_per_s2,
         };
-        let mean = 0.5 * (1.0 + meets / speed.max(meets));
-        let closing = approach.person_m_per_s.max(0.0) + mean * approach.closing_m_per_s.max(0.0);
-        let meet_s = approach.distance_m / closing.max(SLOWEST_M_PER_S);
-        (meets + braking_m_per_s2 * meet_s) / speed.max(SLOWEST_M_PER_S)
+        self.allowed_braking_m_per_s(distance_m, braking_m_per_s2)
     }
 
-    /// The share of the joint speeds for a moving board and points of a hand (base frame, m) that moves as a whole (m/s), given the share in
-    /// force and the time that the joints need to stop, s.
+    fn allowed_braking_m_per_s(&self, distance_m: f64, braking_m_per_s2: f64) -> f64 {
+        let beyond_m = (distance_m - self.clearance_m).max(0.0);
+        let can_stop_m_per_s = (2.0 * braking_m_per_s2 * beyond_m).sqrt();
+        can_stop_m_per_s.max(self.crawl_m_per_s)
+    }
+
+    /// The share of the joint speeds for a moving board and the person's points (base frame, m), given the share in force and the time
+    /// that the joints need to stop, s.
     #[must_use]
     pub fn speed_share(
         &self,
         board: &Board,
         base_from_board: &Pose,
         (twist, stop_s): (&Twist, f64),
-        (person_m, hand_m_per_s): (&[DVec3], DVec3),
+        person_m: &[DVec3],
         in_force: f64,
     ) -> f64 {
         let allowed = person_m
             .iter()
             .map(|point_m| {
-                let point = (*point_m, hand_m_per_s);
-                let approach = Approach::of(board, base_from_board, twist, point);
-                let share = in_force * self.share(&approach, stop_s);
+                let (distance_m, closing_m_per_s) =
+                    distance_and_closing(board, base_from_board, twist, *point_m);
+                let allowed_m_per_s =
+                    self.allowed_stopping_m_per_s(distance_m, closing_m_per_s, stop_s);
+                let share = in_force * allowed_m_per_s / closing_m_per_s.max(SLOWEST_M_PER_S);
                 // Not cut off at 1: what is left beyond the margin is what brings a slowed arm back to full speed. But near a
                 // person a board that turns towards them at full speed could not be slowed down in time.
-                match approach.distance_m < NEAR_M {
+                match distance_m < NEAR_M {
                     true => share.min(1.0),
                     false => share,
                 }
@@ -145,6 +125,20 @@ const NEAR_M: f64 = 0.15;
 /// Slower than this nothing is slowed down, m/s.
 const SLOWEST_M_PER_S: f64 = 1e-3;
 
+/// Distance of a point from the face (m), and how fast a moving face comes nearer to it (m/s; below zero it goes away).
+pub(crate) fn distance_and_closing(
+    board: &Board,
+    base_from_board: &Pose,
+    twist: &Twist,
+    point_m: DVec3,
+) -> (f64, f64) {
+    let nearest_m = nearest_m(board, base_from_board, point_m);
+    let way = point_m - nearest_m;
+    let lever = nearest_m - base_from_board.position_m();
+    let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
+    (way.length(), velocity.dot(way.normalize_or_zero()))
+}
+
 /// The point of the face of a board that is nearest to a point, m.
 fn nearest_m(board: &Board, base_from_board: &Pose, point_m: DVec3) -> DVec3 {
     let p = base_from_board.inverse_transform_point(point_m);
@@ -159,79 +153,57 @@ fn nearest_m(board: &Board, base_from_board: &Pose, point_m: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// A face at the origin, and a finger before its middle that comes at a speed, m and m/s.
-    fn approach(velocity: DVec3, distance_m: f64, finger_m_per_s: f64) -> Approach {
+    /// The share for a face at the origin that moves along its normal towards a finger, m/s and m.
+    fn share(closing_m_per_s: f64, distance_m: f64, in_force: f64) -> f64 {
         let twist = Twist {
-            linear_m_per_s: velocity,
+            linear_m_per_s: DVec3::Z * closing_m_per_s,
             angular_rad_per_s: DVec3::ZERO,
         };
-        let finger = (DVec3::Z * distance_m, DVec3::NEG_Z * finger_m_per_s);
-        Approach::of(&Board::default(), &Pose::IDENTITY, &twist, finger)
-    }
-
-    fn speed_share(velocity: DVec3, distance_m: f64, finger_m_per_s: f64, in_force: f64) -> f64 {
-        let twist = Twist {
-            linear_m_per_s: velocity,
-            angular_rad_per_s: DVec3::ZERO,
-        };
-        let finger: (&[DVec3], _) = (&[DVec3::Z * distance_m], DVec3::NEG_Z * finger_m_per_s);
-        let (config, board) = (ProximityConfig::default(), Board::default());
-        config.speed_share(&board, &Pose::IDENTITY, (&twist, 0.0), finger, in_force)
-    }
-
-    /// A face that brakes as soon as it has to, along itself or towards the finger, is slow enough when they meet.
-    #[test]
-    fn a_face_that_keeps_to_its_share_is_slow_when_it_is_met() {
-        let config = ProximityConfig::default();
-        const DT_S: f64 = 1e-4;
-        for direction in [DVec3::X, DVec3::Z, DVec3::new(0.6, 0.0, 0.8)] {
-            for (finger_m_per_s, start_m_per_s) in [(0.2, 1.0), (1.0, 0.5), (2.0, 1.2), (0.0, 0.8)]
-            {
-                let (mut distance_m, mut speed) = (0.5, start_m_per_s);
-                for _ in 0..100_000 {
-                    let state = approach(direction * speed, distance_m, finger_m_per_s);
-                    let braked = speed - config.braking_m_per_s2 * DT_S;
-                    speed = (speed * config.share(&state, 0.0).min(1.0)).max(braked);
-                    distance_m -= (finger_m_per_s + direction.z * speed) * DT_S;
-                    if distance_m <= 0.0 {
-                        break;
-                    }
-                }
-                let moves = finger_m_per_s > 0.0 || direction.z > 0.0;
-                assert!(distance_m <= 0.0 || !moves);
-                assert!(
-                    !moves || speed < 0.12,
-                    "{direction} {finger_m_per_s}: {speed}"
-                );
-            }
-        }
+        let finger_m = [DVec3::Z * distance_m];
+        let board = Board::default();
+        ProximityConfig::default().speed_share(
+            &board,
+            &Pose::IDENTITY,
+            (&twist, 0.0),
+            &finger_m,
+            in_force,
+        )
     }
 
     #[test]
-    fn a_face_under_a_finger_that_hovers_may_be_fast() {
-        assert_eq!(speed_share(DVec3::X, 0.02, 0.0, 1.0), 1.0);
-        assert!(speed_share(DVec3::X, 0.02, 0.5, 1.0) < 0.5);
-        // Its own way is the shorter the slower it becomes.
-        assert!(speed_share(DVec3::Z, 0.02, 0.0, 1.0) < 0.5);
+    fn a_board_that_comes_too_fast_is_slowed_down() {
+        let allowed_m_per_s = ProximityConfig::default().allowed_m_per_s(0.1);
+        assert_eq!(share(0.9 * allowed_m_per_s, 0.1, 1.0), 1.0);
+        assert_eq!(share(2.0 * allowed_m_per_s, 0.1, 1.0), 0.5);
     }
 
     #[test]
-    fn every_share_goes_back_to_full_speed_once_nothing_comes_nearer() {
+    fn every_share_goes_back_to_full_speed_once_the_board_no_longer_comes_nearer() {
         for in_force in SHARES {
-            for away in [DVec3::ZERO, DVec3::NEG_Z] {
-                assert_eq!(speed_share(away, 0.3, 0.0, in_force), 1.0, "{in_force}");
-                assert_eq!(speed_share(away, 0.3, -1.0, in_force), 1.0, "{in_force}");
+            for closing_m_per_s in [0.0, -1.0] {
+                assert_eq!(share(closing_m_per_s, 0.3, in_force), 1.0, "{in_force}");
+                assert!(share(closing_m_per_s, 0.1, in_force) < 1.0 || in_force == 1.0);
             }
         }
+    }
+
+    #[test]
+    fn a_larger_share_needs_a_margin() {
+        let allowed_m_per_s = ProximityConfig::default().allowed_m_per_s(0.3);
+        // At 0.7 of the speed the board comes so fast that full speed would just be allowed, or allowed with a margin.
+        assert_eq!(share(0.69 * allowed_m_per_s, 0.3, 0.7), 0.7);
+        assert_eq!(share(0.5 * allowed_m_per_s, 0.3, 0.7), 1.0);
     }
 
     #[test]
     fn joints_that_brake_slowly_make_the_board_slow_sooner() {
         let config = ProximityConfig::default();
-        let state = approach(DVec3::X, 0.1, 0.5);
-        // 5 m/s² for 0.2 s, and 0.5 m/s² where it takes 2 s to stop.
-        assert!((config.share(&state, 0.0) - 1.1).abs() < 1e-12);
-        assert!((config.share(&state, 0.1) - 1.1).abs() < 1e-12);
-        assert!((config.share(&state, 2.0) - 0.2).abs() < 1e-12);
+        let allowed = |closing, stop_s| config.allowed_stopping_m_per_s(0.12, closing, stop_s);
+        assert_eq!(allowed(1.0, 0.1), config.allowed_m_per_s(0.12));
+        // 3.2 m/s² over 0.1 m.
+        assert!((allowed(1.0, 0.3125) - 0.8).abs() < 1e-12);
+        for (closing, stop_s) in [(0.0, 0.0), (-1.0, 0.5), (0.0, 1.0)] {
+            assert_eq!(allowed(closing, stop_s), config.allowed_m_per_s(0.12));
+        }
     }
 }

@@ -284,7 +284,7 @@ impl Renderer {
             };
             let has_slowed = self.follower.has_slowed();
             let most = self.cap.step(asked, self.speed_share, has_slowed, dt_s);
-            self.keep_distance((input.person_m, input.hand_m_per_s), most);
+            self.keep_distance(input.person_m, most);
             let slide = input.slide.filter(|s| {
                 matches!(phase, Phase::Contact { .. })
                     && s.validate().is_ok()
@@ -589,8 +589,8 @@ impl Renderer {
     }
 
     /// Slows the board down near the person.
-    fn keep_distance(&mut self, hand: (&[DVec3], DVec3), most: f64) {
-        let share = if hand.0.is_empty() {
+    fn keep_distance(&mut self, person_m: &[DVec3], most: f64) {
+        let share = if person_m.is_empty() {
             1.0
         } else {
             let (face, twist) = self.follower.commanded_motion();
@@ -598,7 +598,7 @@ impl Renderer {
             let in_force = self.speed_share.max(self.follower.present_share());
             let moves = (&twist, self.follower.stop_s());
             self.proximity
-                .speed_share(&self.board, &face, moves, hand, in_force)
+                .speed_share(&self.board, &face, moves, person_m, in_force)
         };
         let share = share.min(most);
         // If no slower motion is found, the one in force goes on; the next step tries again.

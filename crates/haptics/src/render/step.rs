@@ -39,8 +39,6 @@ pub struct RenderInput<'a> {
     pub object: Option<usize>,
     /// Points of the person that are known, base frame, m: the board keeps clear of them and slows down near them.
     pub person_m: &'a [DVec3],
-    /// How the hand moves that they belong to, m/s: where it will soon meet the face, the board has slowed down by then.
-    pub hand_m_per_s: DVec3,
     /// The person as last seen: ways keep clear of head and torso ([`Renderer::keep_clear`](super::Renderer::keep_clear)).
     pub body: PersonBody,
     /// What a supervisor asks for; `None`: to go on.

@@ -4,7 +4,7 @@ use super::cycle::{Sent, SupervisorInput, SupervisorStep};
 use super::fault::{Condition, Fault, FaultMachine, Severity, Stage};
 use super::limits::braking::Braking;
 use super::limits::motion_guard::GuardLimits;
-use super::limits::person::{PersonPart, PersonPoint};
+use super::limits::person::PersonPart;
 use super::state::{Channel, SafeReason, SafeRequest, SafeState};
 use super::supervisor_config::SupervisorConfig;
 use super::watch::agreement::Agreement;
@@ -15,8 +15,7 @@ use crate::arm::ArmCommand;
 use crate::board::Board;
 use crate::body::{ArmBody, BodyRegion, PersonBody, Separation};
 use crate::error::HapticsError;
-use crate::render::{Approach, beyond, is_push};
-use glam::DVec3;
+use crate::render::{beyond, distance_and_closing, is_push};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
 
@@ -25,36 +24,6 @@ const SLOWER: [f64; 3] = [0.7, 0.35, 0.0];
 
 /// A held arm whose joints are slower than this has come to rest, rad/s: above what the noise of sensors makes of a resting arm.
 const RESTS_RAD_PER_S: f64 = 0.05;
-
-/// How fast the fingertip moves, from its last two places.
-#[derive(Debug, Clone, Copy, Default)]
-struct HandSpeed {
-    last: Option<PersonPoint>,
-    m_per_s: DVec3,
-}
-
-impl HandSpeed {
-    /// Places further apart in time say nothing, s.
-    const GAP_S: f64 = 0.1;
-
-    fn see(&mut self, person: &[PersonPoint]) {
-        let is_tip = |point: &&PersonPoint| {
-            point.part == PersonPart::Fingertip && point.position_m.is_finite()
-        };
-        let Some(tip) = person.iter().find(is_tip) else {
-            return;
-        };
-        let since = |last: &PersonPoint| tip.stamp_s - last.stamp_s;
-        match self.last.map(|last| (last, since(&last))) {
-            Some((_, dt_s)) if dt_s.abs() < 1e-3 => return,
-            Some((last, dt_s)) if dt_s > 0.0 && dt_s < Self::GAP_S => {
-                self.m_per_s = (tip.position_m - last.position_m) / dt_s;
-            }
-            _ => self.m_per_s = DVec3::ZERO,
-        }
-        self.last = Some(*tip);
-    }
-}
 
 /// Takes each command and gives back the one to send.
 ///
@@ -75,7 +44,6 @@ pub struct Supervisor {
     out_of_reach: bool,
     /// As last seen.
     person: PersonBody,
-    hand: HandSpeed,
     /// The arm did not take the last command.
     refused: bool,
     sent: Sent,
@@ -118,7 +86,6 @@ impl Supervisor {
             bias: config.bias.map(TorqueBias::new),
             out_of_reach: false,
             person: PersonBody::default(),
-            hand: HandSpeed::default(),
             refused: false,
             sent: Sent::Nothing,
             braking: None,
@@ -252,7 +219,6 @@ impl Supervisor {
         if !person.is_empty() {
             self.person = person;
         }
-        self.hand.see(input.person);
         let trouble = self.faults.trouble;
         let moves = trouble.is_none_or(|trouble| trouble.stage == Stage::Retreat);
         if moves && let Some(reason) = reason {
@@ -467,15 +433,20 @@ impl Supervisor {
             .iter()
             .filter(|point| point.part != PersonPart::Head && point.position_m.is_finite())
         {
-            let point_m = (point.position_m, self.hand.m_per_s);
-            let approach = Approach::of(&self.board, &face, &twist, point_m);
+            let (distance_m, closing) =
+                distance_and_closing(&self.board, &face, &twist, point.position_m);
             let reason = SafeReason::PersonNear {
                 part: point.part.channel(),
-                distance_m: approach.distance_m,
+                distance_m,
             };
-            cap(limits.separation.share(&approach, stop_s), 1.0, reason);
-            if approach.distance_m <= limits.contact_zone_m {
-                cap(self.speed_cap_m_per_s, approach.closing_m_per_s, reason);
+            let separation = &limits.separation;
+            cap(
+                separation.allowed_stopping_m_per_s(distance_m, closing, stop_s),
+                closing,
+                reason,
+            );
+            if distance_m <= limits.contact_zone_m {
+                cap(self.speed_cap_m_per_s, closing, reason);
             }
         }
         if let (Some(speed), Some(trouble)) = (retreat, self.faults.trouble) {

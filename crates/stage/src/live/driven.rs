@@ -212,7 +212,7 @@ pub fn run_driven(
         &mut client,
         &mut surroundings,
         |recorded, _, Driven { bridge, .. }, cycle| {
-            recorded::obey(bridge, &mut holds, recorded, cycle);
+            recorded::obey(bridge, &mut holds, recorded, cycle, options.enabling_switch);
             recorded::show(bridge, recorded, cycle);
             Ok(())
         },

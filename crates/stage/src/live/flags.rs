@@ -54,6 +54,9 @@ pub struct LiveFlags {
     /// Takes the dissertation's UDP datagrams here, which say where the board goes; hands are then not followed
     #[arg(long, value_parser = socket_address)]
     pub unity_udp: Option<SocketAddr>,
+    /// The arm moves only while somebody holds the switch of the page's address with #switch behind it, on a phone for instance; let go, or lost, it stops the arm
+    #[arg(long, conflicts_with = "unity_udp")]
+    pub enabling_switch: bool,
     /// Records the session to this file, for Foxglove, Rerun and `hwall --replay`; the arm's capsules as URDF beside it
     #[arg(long, conflicts_with = "unity_udp")]
     pub record: Option<PathBuf>,
@@ -89,6 +92,7 @@ impl LiveFlags {
             level: self.arm_level,
             predictor: self.predictor,
             watch_frozen: self.watch_frozen,
+            enabling_switch: self.enabling_switch,
             seconds: self.seconds,
             seed: self.seed,
             record: self.record.as_deref(),

@@ -59,6 +59,8 @@ pub struct LiveOptions<'a> {
     pub predictor: Option<PredictorKind>,
     /// Does a hand that stands quite still count as lost? For headsets, whose hands tremble.
     pub watch_frozen: bool,
+    /// Does the arm move only while an enabling switch is held?
+    pub enabling_switch: bool,
     /// End after this time, s.
     pub seconds: Option<f64>,
     /// Seed of the sensors' noise.
@@ -309,6 +311,7 @@ mod tests {
             level: ArmLevel::Servo,
             predictor: None,
             watch_frozen: false,
+            enabling_switch: false,
             seconds: None,
             seed: 1,
             record: None,

@@ -10,7 +10,7 @@ use hwall::contact::Predictor;
 use hwall_bridge::{Bridge, Order};
 use hwall_record::{Recorded, Recorder, RecorderConfig, Request};
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// Messages that wait at most: a disc may stand still for ten seconds and nothing is left out.
 const CAPACITY: usize = 1 << 14;
@@ -54,16 +54,26 @@ pub(super) fn begin(
     Ok(Some(recorder))
 }
 
-/// What a person asked of the arm, and what the arm does about it.
+/// A switch that is held says so five times in this time.
+const ENABLED: Duration = Duration::from_millis(250);
+
+/// What a person asked of the arm, and what the arm does about it. `switch`: it moves only while an enabling switch is held, and a switch
+/// that is let go, or is heard of no more, stops it.
 pub(super) fn obey<P: Predictor>(
     bridge: &Bridge,
     holds: &mut Holds,
     recorded: &mut Recorded<'_, P>,
     cycle: &Cycle,
+    switch: bool,
 ) {
-    match bridge.view.orders().take() {
+    let orders = bridge.view.orders();
+    let is_enabled = !switch || orders.is_enabled(ENABLED);
+    let is_latched = recorded.session.control().is_latched();
+    match orders.take() {
         Some(Order::Stop) => recorded.request(Request::Stop),
-        Some(Order::LetGo) => recorded.request(Request::Reset),
+        Some(Order::LetGo) if is_enabled => recorded.request(Request::Reset),
+        Some(Order::LetGo) => note("nobody holds the enabling switch: the arm is not let go"),
+        None if !is_enabled && !is_latched => recorded.request(Request::Stop),
         None => {}
     }
     let session = &recorded.session;

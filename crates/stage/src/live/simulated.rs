@@ -82,7 +82,7 @@ pub fn run_simulated(
             let tracking = recorded.session.tracking();
             touching.advance(simulated, until_s, frame.as_ref(), tracking)?;
             limited.skipped_s = touching.skipped_s();
-            recorded::obey(bridge, &mut holds, recorded, cycle);
+            recorded::obey(bridge, &mut holds, recorded, cycle, options.enabling_switch);
             recorded::show(bridge, recorded, cycle);
             Ok(())
         },

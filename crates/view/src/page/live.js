@@ -54,6 +54,30 @@ function live() {
   $("release").addEventListener("click", () => {
     if (confirm(`The arm stands: ${held}.\nIs everybody clear of it? It moves again when you let it go.`)) connection.order("release");
   });
+  if (location.hash === "#switch") {
+    // An enabling switch: held it says so twenty times a second, let go it stops the arm.
+    const button = $("switch");
+    let timer = null;
+    const letGo = () => {
+      if (timer === null) return;
+      clearInterval(timer);
+      timer = null;
+      button.classList.remove("held");
+      connection.order("stop");
+    };
+    button.hidden = false;
+    button.addEventListener("pointerdown", () => {
+      if (timer !== null) return;
+      const says = () => connection.order("enable");
+      says();
+      timer = setInterval(says, 50);
+      button.classList.add("held");
+    });
+    for (const event of ["pointerup", "pointercancel", "pointerleave"]) button.addEventListener(event, letGo);
+    button.addEventListener("contextmenu", (event) => event.preventDefault());
+    addEventListener("blur", letGo);
+    document.addEventListener("visibilitychange", letGo);
+  }
   $("vr").addEventListener("click", async () => {
     if (headset.session) { headset.leave(); return; }
     try { await headset.enter(); } catch (error) { tell(null, `VR: ${error.message}`); }

@@ -46,7 +46,7 @@ pub struct PersonPoint {
 /// How fast the board may move near the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PersonLimits {
-    /// How fast the face may be near the hand.
+    /// Speed at which the face may come nearer to the hand, by distance.
     pub separation: ProximityConfig,
     /// Within this distance of a hand the speed at which the face comes nearer is capped by what a contact may do
     /// ([`ContactLimits::speed_cap_m_per_s`](crate::safety::ContactLimits::speed_cap_m_per_s)), m; default 0.3.

@@ -151,8 +151,6 @@ impl Control {
                 slide: slide.as_ref(),
                 object: self.object(),
                 person_m: &person_m[..points],
-                hand_m_per_s: (self.guidance.fingertip)
-                    .map_or(DVec3::ZERO, |tip| tip.velocity_m_per_s),
                 body: self.safety.person(),
                 request: self.safety.request(is_touched),
             },
