@@ -127,3 +127,28 @@ fn parts_that_stand_or_leave_may_be_near() {
         assert_eq!(left_m(&qd, &beside, leaves) >= 0.0, may, "{speed} {leaves}");
     }
 }
+
+/// A palm beside the board, at the end of a straight arm.
+#[test]
+fn arms_are_kept_away_from_by_fast_parts_only() {
+    let config = SeparationConfig::default();
+    let separation = Separation::new(body(), config, BRAKING).unwrap();
+    let q = JointPositions::from_deg([0.0, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]);
+    let board = separation.body().arm().forward(&q).position_m();
+    let head = (PersonPart::Head, board + DVec3::new(2.5, 0.0, 0.8));
+    let palm = (PersonPart::Palm, board + DVec3::X * 0.15);
+    let (alone, reaching) = (person(&[head], 0.0), person(&[head, palm], 0.0));
+    for rad_per_s in [0.1, 0.5, 1.0, 1.4, 2.0, 3.0] {
+        let qd = JointVelocities([rad_per_s, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        // The first joint turns everything about the vertical axis of the base.
+        let parts = separation.body().at(&q);
+        let ends_m = parts.all().iter().flat_map(|part| [part.from_m, part.to_m]);
+        let furthest_m = ends_m.map(|m| m.truncate().length()).fold(0.0, f64::max);
+        let is_fast = rad_per_s * furthest_m > config.meets_arm_m_per_s;
+        let gap = separation.gap(&q, &qd, &reaching, 0.0, false);
+        let left_m = gap.map_or(f64::INFINITY, |gap| gap.left_m);
+        assert_eq!(left_m < 0.0, is_fast, "{rad_per_s}: {gap:?}");
+        let without = separation.gap(&q, &qd, &alone, 0.0, false);
+        assert!(without.is_none_or(|gap| gap.left_m > 0.0), "{without:?}");
+    }
+}
