@@ -151,7 +151,10 @@ pub enum KinematicsError {
         /// Last link.
         tip: String,
     },
-    /// Several links end the tree, so the tip must be named.
+    /// The robot has no links.
+    #[error("the URDF describes a robot without links")]
+    UrdfNoLinks,
+    /// Several arms are alike, so the tip must be named.
     #[error("URDF has {} possible ends{}: name the base and tip link", links.len(), listed(links))]
     UrdfAmbiguous {
         /// Roots or leaves found.

@@ -363,10 +363,7 @@ fn broken_structure_is_named() {
         load(&(links("a") + &hinge("a", "a"))),
         Err(KinematicsError::UrdfLoop { link: "a".into() })
     );
-    assert_eq!(
-        load(""),
-        Err(KinematicsError::UrdfAmbiguous { links: vec![] })
-    );
+    assert_eq!(load(""), Err(KinematicsError::UrdfNoLinks));
     assert_eq!(load(&links("a")), Err(KinematicsError::NoJoints));
     assert_eq!(
         load(&(links("a b") + &joint("fixed", "a", "b", ""))),
@@ -495,11 +492,9 @@ fn malformed_text_is_an_error() {
         "<robot/>",
     ] {
         let answer = Chain::from_urdf_str(text, None, None);
-        assert!(
-            matches!(&answer, Err(KinematicsError::UrdfMalformed { .. }))
-                || matches!(&answer, Err(KinematicsError::UrdfAmbiguous { links }) if links.is_empty()),
-            "{text:?}: {answer:?}"
-        );
+        let is_empty = answer == Err(KinematicsError::UrdfNoLinks);
+        let is_malformed = matches!(&answer, Err(KinematicsError::UrdfMalformed { .. }));
+        assert!(is_malformed || is_empty, "{text:?}: {answer:?}");
     }
     // Cut off anywhere, the arm is an error and never a panic or a shorter arm.
     for end in (0..IIWA7.len() - "</robot>".len()).step_by(37) {
@@ -591,4 +586,114 @@ fn a_macro_is_named_as_one() {
             .joint_count(),
         1
     );
+}
+
+/// From the first link to which?
+fn tip_of(text: &str) -> Result<(String, usize), KinematicsError> {
+    let chain = load(text)?;
+    let [_, tip] = chain.ends().expect("names");
+    Ok((tip.to_owned(), chain.joint_count()))
+}
+
+/// `count` hinges in a row from `l0` on.
+fn arm(count: usize) -> String {
+    let names: Vec<String> = (0..=count).map(|k| format!("l{k}")).collect();
+    let hinges = names.windows(2).map(|pair| hinge(&pair[0], &pair[1]));
+    links(&names.join(" ")) + &hinges.collect::<String>()
+}
+
+#[test]
+fn the_tip_is_the_obvious_one() {
+    let fixed = |parent, child| links(child) + &joint("fixed", parent, child, "");
+    let slide =
+        |parent, child| links(child) + &hinge(parent, child).replace("revolute", "prismatic");
+    let turns = |parent, child| links(child) + &hinge(parent, child);
+    let mimic = |parent: &str, child, of: &str| {
+        let tag = format!("<mimic joint=\"{of}\"/></joint>");
+        links(child) + &hinge(parent, child).replace("</joint>", &tag)
+    };
+    let six = arm(6);
+    for (added, tip, joints) in [
+        (String::new(), "l6", 6),
+        // Frames beside the arm do not count, those at its end do.
+        (fixed("l0", "base") + &fixed("l3", "camera"), "l6", 6),
+        (fixed("l6", "ee_link") + &fixed("l6", "tool0"), "tool0", 6),
+        (
+            fixed("l6", "arm_flange") + &fixed("arm_flange", "cover"),
+            "arm_flange",
+            6,
+        ),
+        (fixed("l6", "left") + &fixed("l6", "right"), "l6", 6),
+        (fixed("l6", "plate"), "plate", 6),
+        // A gripper: several fingers, one that slides, one that others mimic.
+        (
+            fixed("l6", "hand") + &slide("hand", "f1") + &slide("hand", "f2"),
+            "hand",
+            6,
+        ),
+        (fixed("l6", "hand") + &slide("hand", "f1"), "hand", 6),
+        (
+            turns("l6", "driver") + &mimic("driver", "follower", "l6_driver"),
+            "l6",
+            6,
+        ),
+        // A seventh joint is one of the arm; an eighth is not.
+        (turns("l6", "l7"), "l7", 7),
+        (turns("l6", "l7") + &turns("l7", "finger"), "l7", 7),
+        // A head or wheels beside the arm.
+        (turns("l0", "head") + &turns("l0", "wheel"), "l6", 6),
+    ] {
+        let text = format!("{six}{added}");
+        assert_eq!(
+            tip_of(&text).as_ref(),
+            Ok(&(tip.to_owned(), joints)),
+            "{added}"
+        );
+    }
+    // Two arms are alike, and links that hang on nothing are no second robot.
+    let other = arm(6).replace("\"l", "\"r").replace("\"r_", "\"l_");
+    let two = format!("{six}{other}").replace("\"r0\"", "\"l0\"");
+    let two = two.replacen("<link name=\"l0\"/>", "", 1);
+    let error = load(&two).unwrap_err().to_string();
+    assert!(
+        error.contains("\"l6\"") && error.contains("\"r6\""),
+        "{error}"
+    );
+    assert_eq!(tip_of(&(six + &links("world"))).unwrap().0, "l6");
+}
+
+#[test]
+fn what_other_readers_read_is_read() {
+    let body = links("a b") + &hinge("a", "b");
+    let robot = format!("<robot name=\"r\">{body}</robot>");
+    let expected = Chain::from_urdf_str(&robot, None, None);
+    assert!(expected.is_ok());
+    for text in [
+        format!("\u{feff}{robot}"),
+        format!("\n\n<?xml version=\"1.0\"?>\n<!-- <robot> -->{robot}"),
+        format!("<!DOCTYPE robot [<!ENTITY a \"1\">]>{robot}"),
+        robot.replace("</robot>", "<sensor:camera/><x other:y=\"1\"/></robot>"),
+        robot.replace(
+            "</robot>",
+            "<xacro:property name=\"p\" value=\"1\"/></robot>",
+        ),
+        robot.replace("</robot>", "<gazebo><axis/></gazebo></robot>"),
+    ] {
+        assert_eq!(Chain::from_urdf_str(&text, None, None), expected, "{text}");
+    }
+    // An axis that names none is x, as one that is not there.
+    let axis = robot.replace("<limit", "<axis/><limit");
+    assert_eq!(Chain::from_urdf_str(&axis, None, None), expected);
+    // A comment in an older encoding.
+    let path = std::env::temp_dir().join(format!("latin-{}.urdf", std::process::id()));
+    let mut bytes = b"<!-- M\xfcller -->".to_vec();
+    bytes.extend(robot.as_bytes());
+    std::fs::write(&path, bytes).unwrap();
+    let read = Chain::from_urdf_file(&path, None, None);
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(read, expected);
+    // More prefixes than anybody uses are refused, and nothing hangs.
+    let many: String = (0..100).map(|k| format!("<p{k}:x/>")).collect();
+    let many = robot.replace("</robot>", &format!("{many}</robot>"));
+    assert!(Chain::from_urdf_str(&many, None, None).is_err());
 }

@@ -31,6 +31,8 @@ pub struct Chain {
     joints: Vec<ChainJoint>,
     link_from_tip: Pose,
     left_out: Vec<String>,
+    /// First and last link, where a description names them.
+    ends: Option<[String; 2]>,
     pub(super) frames: Vec<AxisFrame>,
     /// Last axis frame from tip.
     pub(super) last_from_tip: Pose,
@@ -66,6 +68,7 @@ impl Chain {
             joints,
             link_from_tip,
             left_out: Vec::new(),
+            ends: None,
             frames,
             last_from_tip,
             extent,
@@ -81,6 +84,7 @@ impl Chain {
             link_from_tip,
             last_from_tip,
             extent,
+            ends: None,
             ..self.clone()
         }
     }
@@ -110,9 +114,17 @@ impl Chain {
         &self.left_out
     }
 
+    /// The links from which and to which the chain leads; `None` if it was not read from a description.
+    #[must_use]
+    pub fn ends(&self) -> Option<[&str; 2]> {
+        let [base, tip] = self.ends.as_ref()?;
+        Some([base, tip])
+    }
+
     #[cfg(feature = "urdf")]
-    pub(super) fn with_links_left_out(mut self, links: Vec<String>) -> Self {
-        self.left_out = links;
+    pub(super) fn named(mut self, ends: [&str; 2], links_left_out: Vec<String>) -> Self {
+        self.left_out = links_left_out;
+        self.ends = Some(ends.map(str::to_owned));
         self
     }
 
@@ -180,6 +192,8 @@ struct RawChain {
     joints: Vec<ChainJoint>,
     link_from_tip: Pose,
     links_left_out: Vec<String>,
+    #[serde(default)]
+    ends: Option<[String; 2]>,
 }
 
 #[cfg(feature = "serde")]
@@ -187,7 +201,7 @@ impl TryFrom<RawChain> for Chain {
     type Error = KinematicsError;
     fn try_from(raw: RawChain) -> Result<Self, Self::Error> {
         let mut chain = Self::new(raw.joints, raw.link_from_tip)?;
-        chain.left_out = raw.links_left_out;
+        (chain.left_out, chain.ends) = (raw.links_left_out, raw.ends);
         Ok(chain)
     }
 }
@@ -199,6 +213,7 @@ impl From<Chain> for RawChain {
             joints: chain.joints,
             link_from_tip: chain.link_from_tip,
             links_left_out: chain.left_out,
+            ends: chain.ends,
         }
     }
 }

@@ -20,8 +20,10 @@ use std::path::Path;
 impl Chain {
     /// From URDF text, from link `base` to link `tip`, which must descend from it.
     ///
-    /// Without `base`, the root of the tree (above the tip, if that is named); without `tip`, the
-    /// only leaf below the base. Fixed joints are merged into their neighbours. Links that hang
+    /// Without `base`, the root of the tree (above the tip, if that is named), of several the only one under which something moves.
+    /// Without `tip`, the end of the longest chain of moving joints, before a gripper: a place from which, after six joints or more, several
+    /// or sliding ones go on, or one that others mimic. What is fixed there may name another end: `tool0`, a flange, an `ee_link`, or the only leaf.
+    /// [`Chain::ends`] says which were taken. Fixed joints are merged into their neighbours. Links that hang
     /// on the chain through fixed joints only add their mass; those behind further movable
     /// joints are left out and listed in [`Chain::links_left_out`].
     ///
@@ -53,11 +55,14 @@ impl Chain {
         tip: Option<&str>,
     ) -> Result<Self, KinematicsError> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|error| KinematicsError::Io {
+        let bytes = std::fs::read(path).map_err(|error| KinematicsError::Io {
             path: path.display().to_string(),
             kind: error.kind(),
             message: error.to_string(),
         })?;
+        // What is no UTF-8 is some older encoding: names are ASCII, so only comments differ.
+        let text = String::from_utf8(bytes)
+            .unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect());
         Self::from_urdf_str(&text, base, tip)
     }
 }
@@ -69,7 +74,33 @@ struct Tree<'a> {
     names: Vec<&'a str>,
     parent: HashMap<&'a str, &'a Joint>,
     children: HashMap<&'a str, Vec<&'a Joint>>,
+    /// Joints that others mimic: those of grippers.
+    mimicked: HashSet<&'a str>,
 }
+
+/// What moves below a link.
+#[derive(Debug, Clone, Copy, Default)]
+struct Reach {
+    /// Anything at all, mimics included?
+    moves: bool,
+    /// Most joints in a row that move by themselves.
+    longest: usize,
+}
+
+/// What moves from a joint on.
+fn beyond(joint: &Joint, reach: &HashMap<&str, Reach>) -> Reach {
+    let below = reach.get(joint.child.as_str()).copied().unwrap_or_default();
+    let moves = joint.kind != Kind::Fixed;
+    Reach {
+        moves: moves || below.moves,
+        longest: below.longest + usize::from(moves && joint.mimics.is_none()),
+    }
+}
+
+/// An arm of so many joints may end here; one of less than seven may go on.
+const ARM: usize = 6;
+/// A chain of so many joints is an arm, and one of fewer a finger.
+const SMALL_ARM: usize = 3;
 
 impl<'a> Tree<'a> {
     fn new(robot: &'a Robot) -> Result<Self, KinematicsError> {
@@ -78,6 +109,11 @@ impl<'a> Tree<'a> {
             names: robot.links.iter().map(|link| link.name.as_str()).collect(),
             parent: HashMap::new(),
             children: HashMap::new(),
+            mimicked: (robot
+                .joints
+                .iter()
+                .filter_map(|joint| joint.mimics.as_deref()))
+            .collect(),
         };
         for link in &robot.links {
             if tree.links.insert(&link.name, link).is_some() {
@@ -146,18 +182,6 @@ impl<'a> Tree<'a> {
         at
     }
 
-    fn leaves_below(&self, link: &'a str) -> Vec<&'a str> {
-        let (mut leaves, mut open) = (Vec::new(), vec![link]);
-        while let Some(at) = open.pop() {
-            let before = open.len();
-            open.extend(self.below(at).map(|joint| joint.child.as_str()));
-            if open.len() == before {
-                leaves.push(at);
-            }
-        }
-        leaves
-    }
-
     fn ends(
         &self,
         base: Option<&'a str>,
@@ -169,13 +193,126 @@ impl<'a> Tree<'a> {
         let base = match (base, tip) {
             (Some(base), _) => base,
             (None, Some(tip)) => self.root_above(tip),
-            (None, None) => only(&self.roots().collect::<Vec<_>>())?,
+            (None, None) => {
+                let reach = self.reach();
+                let all: Vec<_> = self.roots().collect();
+                let moving = all.iter().copied().filter(|root| reach[root].moves);
+                match only(&moving.collect::<Vec<_>>()) {
+                    Ok(root) => root,
+                    Err(_) => only(&all)?,
+                }
+            }
         };
         let tip = match tip {
             Some(tip) => tip,
-            None => only(&self.leaves_below(base))?,
+            None => self.obvious_tip(base)?,
         };
         Ok((base, tip))
+    }
+
+    /// What moves below each link.
+    fn reach(&self) -> HashMap<&'a str, Reach> {
+        let mut order: Vec<&'a str> = self.roots().collect();
+        let mut next = 0;
+        while let Some(link) = order.get(next).copied() {
+            order.extend(self.below(link).map(|joint| joint.child.as_str()));
+            next += 1;
+        }
+        let mut reach: HashMap<&str, Reach> = HashMap::new();
+        for link in order.into_iter().rev() {
+            let mut of_link = Reach::default();
+            for joint in self.below(link) {
+                let below = beyond(joint, &reach);
+                of_link.moves |= below.moves;
+                of_link.longest = of_link.longest.max(below.longest);
+            }
+            reach.insert(link, of_link);
+        }
+        reach
+    }
+
+    /// Where the only arm below a link ends.
+    fn obvious_tip(&self, base: &'a str) -> Result<&'a str, KinematicsError> {
+        let reach = self.reach();
+        let (mut at, mut last, mut passed) = (base, base, 0);
+        let mut has_gripper = false;
+        loop {
+            let mut moving: Vec<(&Joint, Reach)> = (self.below(at))
+                .map(|joint| (joint, beyond(joint, &reach)))
+                .filter(|(_, beyond)| beyond.moves)
+                .collect();
+            moving.sort_by_key(|(_, beyond)| std::cmp::Reverse(beyond.longest));
+            let Some(&(joint, longest)) = moving.first() else {
+                break;
+            };
+            let is_alone = moving.len() == 1;
+            let is_mimicked = self.mimicked.contains(joint.name.as_str());
+            let slides = joint.kind == Kind::Prismatic;
+            let is_short = longest.longest < SMALL_ARM;
+            has_gripper = passed > 0 && longest.longest == 0
+                || passed >= ARM && !is_alone
+                || passed >= ARM && is_short && (slides || is_mimicked || passed == ARM + 1);
+            if has_gripper {
+                break;
+            }
+            let rivals = moving
+                .iter()
+                .filter(|(_, other)| other.longest == longest.longest);
+            let ends: Vec<&str> = rivals
+                .map(|(rival, _)| self.end_below(&rival.child, &reach))
+                .collect();
+            if ends.len() > 1 {
+                has_gripper = passed >= SMALL_ARM && longest.longest < SMALL_ARM;
+                if has_gripper {
+                    break;
+                }
+                // Two arms, or many legs.
+                only(&ends)?;
+            }
+            at = joint.child.as_str();
+            if joint.kind != Kind::Fixed {
+                (last, passed) = (at, passed + 1);
+            }
+        }
+        Ok(self.tool(last, has_gripper.then_some(at)))
+    }
+
+    /// Where the longest chain of moving joints below a link ends.
+    fn end_below(&self, link: &'a str, reach: &HashMap<&str, Reach>) -> &'a str {
+        let mut at = link;
+        loop {
+            let moving = self.below(at).map(|joint| (beyond(joint, reach), joint));
+            let moving = moving.filter(|(beyond, _)| beyond.moves);
+            match moving.max_by_key(|(beyond, _)| beyond.longest) {
+                Some((_, joint)) => at = &joint.child,
+                None => return at,
+            }
+        }
+    }
+
+    /// The end of what is fixed to the last moving link. `gripper`: the link that carries one.
+    fn tool(&self, last: &'a str, gripper: Option<&'a str>) -> &'a str {
+        let mut fixed = vec![last];
+        let mut next = 0;
+        while let Some(link) = fixed.get(next).copied() {
+            let joints = self.below(link).filter(|joint| joint.kind == Kind::Fixed);
+            fixed.extend(joints.map(|joint| joint.child.as_str()));
+            next += 1;
+        }
+        let called = |name: &str| {
+            let all = fixed.iter().copied();
+            all.into_iter()
+                .find(|link| link.to_ascii_lowercase().ends_with(name))
+        };
+        let leaves: Vec<&str> = (fixed.iter().copied())
+            .filter(|link| self.below(link).next().is_none())
+            .collect();
+        called("tool0")
+            .or_else(|| called("flange"))
+            .or(gripper)
+            .or_else(|| only(&leaves).ok())
+            .or_else(|| called("ee_link"))
+            .unwrap_or(last)
     }
 
     fn chain(&self, base: Option<&str>, tip: Option<&str>) -> Result<Chain, KinematicsError> {
@@ -220,7 +357,7 @@ impl<'a> Tree<'a> {
                 )?;
             }
         }
-        Ok(Chain::new(joints, last_from_link)?.with_links_left_out(left_out))
+        Ok(Chain::new(joints, last_from_link)?.named([base, tip], left_out))
     }
 
     /// Adds the mass of a link and of everything fixed to it, apart from the next link of the chain.
@@ -270,7 +407,7 @@ fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, Ki
         joint: joint.name.clone(),
         kind: kind.to_owned(),
     };
-    if joint.is_mimic {
+    if joint.mimics.is_some() {
         return Err(unsupported("mimic"));
     }
     let kind = match joint.kind {

@@ -6,6 +6,7 @@
 
 use crate::error::KinematicsError;
 use roxmltree::{Document, Node, ParsingOptions};
+use std::borrow::Cow;
 
 /// Far more than any robot has, few enough for a quick refusal: elements, texts and comments.
 const MOST_NODES: u32 = 200_000;
@@ -13,6 +14,8 @@ const MOST_NODES: u32 = 200_000;
 const MOST_EQUALS_SIGNS_IN_A_TAG: usize = 10_000;
 /// The parser's time grows with the cube of nested namespace declarations.
 const MOST_NAMESPACES: usize = 500;
+/// Each prefix that is not declared costs a look at the whole text.
+const MOST_PREFIXES: usize = 32;
 /// Some inputs take time in proportion to the square of their depth. A robot has five levels, simulator extensions a few more.
 const MOST_LEVELS: usize = 200;
 
@@ -41,7 +44,8 @@ pub(super) struct Joint {
     pub(super) parent_from_child: Origin,
     pub(super) axis: [f64; 3],
     pub(super) limit: Option<Limit>,
-    pub(super) is_mimic: bool,
+    /// The joint that it follows.
+    pub(super) mimics: Option<String>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -87,44 +91,89 @@ type Version = (u32, u32);
 
 impl Robot {
     pub(super) fn from_text(text: &str) -> Result<Self, KinematicsError> {
+        // What editors leave before the declaration.
+        let text = text.trim_start_matches('\u{feff}').trim_start();
         check_cost(text)?;
-        let options = ParsingOptions {
-            allow_dtd: false,
-            nodes_limit: MOST_NODES,
-            ..ParsingOptions::default()
-        };
-        let document =
-            Document::parse_with_options(text, options).map_err(|error| match error {
-                // Macros whose prefix is not declared.
-                roxmltree::Error::UnknownNamespace(prefix, _) if prefix == "xacro" => {
-                    KinematicsError::UrdfXacro
-                }
-                other => malformed(&other.to_string()),
-            })?;
+        let text = declared(text);
+        let document = parse(&text).map_err(|error| malformed(&error.to_string()))?;
         let is_macro = |node: Node| {
             let namespace = node.tag_name().namespace();
             namespace.is_some_and(|name| name.trim_end_matches('/').ends_with("xacro"))
         };
-        if document.descendants().any(is_macro) {
-            return Err(KinematicsError::UrdfXacro);
-        }
         let robot = Element(document.root_element());
         if robot.name() != "robot" {
             return Err(robot.malformed("the outermost element must be <robot>"));
         }
         let version = version(robot);
-        Ok(Self {
-            links: robot
+        let read = || -> Result<Self, KinematicsError> {
+            let links: Result<Vec<_>, _> = robot
                 .children("link")
                 .map(|element| link(element, version))
-                .collect::<Result<_, _>>()?,
-            joints: robot
+                .collect();
+            let joints = robot
                 .children("joint")
-                .map(|element| joint(element, version))
-                .collect::<Result<_, _>>()?,
+                .map(|element| joint(element, version));
+            let (links, joints) = (links?, joints.collect::<Result<_, _>>()?);
+            match links.is_empty() {
+                true => Err(KinematicsError::UrdfNoLinks),
+                false => Ok(Self { links, joints }),
+            }
+        };
+        // Left-overs of a macro do no harm; what is still to be made by macros cannot be read.
+        read().map_err(|error| match document.descendants().any(is_macro) {
+            true => KinematicsError::UrdfXacro,
+            false => error,
         })
     }
 }
+
+fn parse(text: &str) -> Result<Document<'_>, roxmltree::Error> {
+    let options = ParsingOptions {
+        // The parser bounds what entities may grow to.
+        allow_dtd: true,
+        nodes_limit: MOST_NODES,
+        ..ParsingOptions::default()
+    };
+    Document::parse_with_options(text, options)
+}
+
+/// The text with all its prefixes declared: simulators use some that nobody declares, and other readers do not mind.
+fn declared(text: &str) -> Cow<'_, str> {
+    let mut text = Cow::Borrowed(text);
+    for _ in 0..MOST_PREFIXES {
+        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = parse(&text) else {
+            break;
+        };
+        let Some(at) = end_of_root_name(&text) else {
+            break;
+        };
+        let declaration = format!(" xmlns:{prefix}=\"urn:undeclared:{prefix}\"");
+        text.to_mut().insert_str(at, &declaration);
+    }
+    text
+}
+
+/// Where the name of the outermost element ends.
+fn end_of_root_name(text: &str) -> Option<usize> {
+    let mut begin = 0;
+    loop {
+        begin += text[begin..].find('<')? + 1;
+        let inside = &text[begin..];
+        match SKIPPED
+            .into_iter()
+            .find(|(with, _)| inside.starts_with(with))
+        {
+            Some((_, end)) => begin += inside.find(end)?,
+            None => {
+                let ends = |c: char| c.is_whitespace() || matches!(c, '>' | '/');
+                return Some(begin + inside.find(ends)?);
+            }
+        }
+    }
+}
+
+/// What begins like an element and is none, and how it ends.
+const SKIPPED: [(&str, &str); 4] = [("!--", "-->"), ("![CDATA[", "]]>"), ("?", "?>"), ("!", ">")];
 
 /// Refuses what would keep the parser busy for minutes.
 fn check_cost(text: &str) -> Result<(), KinematicsError> {
@@ -147,8 +196,7 @@ fn check_cost(text: &str) -> Result<(), KinematicsError> {
 fn levels(text: &str) -> usize {
     let (mut level, mut most, mut rest) = (0_usize, 0, text);
     while let Some((_, inside)) = rest.split_once('<') {
-        let skipped = [("!--", "-->"), ("![CDATA[", "]]>"), ("?", "?>"), ("!", ">")];
-        if let Some((begin, end)) = skipped
+        if let Some((begin, end)) = SKIPPED
             .into_iter()
             .find(|(begin, _)| inside.starts_with(begin))
         {
@@ -220,6 +268,9 @@ fn body(inertial: Element, version: Version) -> Result<Body, KinematicsError> {
     })
 }
 
+/// The axis of a joint that names none.
+const X: [f64; 3] = [1.0, 0.0, 0.0];
+
 fn joint(joint: Element, version: Version) -> Result<Joint, KinematicsError> {
     Ok(Joint {
         name: joint.text("name")?.to_owned(),
@@ -228,14 +279,15 @@ fn joint(joint: Element, version: Version) -> Result<Joint, KinematicsError> {
         child: joint.required("child")?.text("link")?.to_owned(),
         parent_from_child: origin(joint, version)?,
         axis: match joint.optional("axis")? {
-            Some(axis) => axis.numbers("xyz")?.ok_or_else(|| axis.missing("xyz"))?,
-            None => [1.0, 0.0, 0.0],
+            Some(axis) => axis.numbers("xyz")?.unwrap_or(X),
+            None => X,
         },
         limit: joint
             .optional("limit")?
             .map(|element| limit(element, version))
             .transpose()?,
-        is_mimic: joint.optional("mimic")?.is_some(),
+        mimics: (joint.optional("mimic")?)
+            .map(|mimic| mimic.attribute("joint").unwrap_or_default().to_owned()),
     })
 }
 
