@@ -8,7 +8,7 @@ use hwall_kinematics::Wrench;
 use hwall_sim::{
     ChainMotion, ChainMotionConfig, HeldTorques, Integrator, JointFriction, MotionSampling,
 };
-use hwall_stage::arms;
+use hwall_stage::arms::{self, NamedArm};
 use hwall_stage::exit;
 use hwall_stage::numbers::{TableFiles, list, positive};
 use hwall_stage::response::arm_motion::{ArmMotion, bodies};
@@ -24,9 +24,8 @@ use std::process::ExitCode;
 /// limits or saturation unless asked for. An arm with n joints has n columns and values instead of seven.
 #[derive(Parser)]
 struct Args {
-    /// iiwa7, iiwa14, or the path of a URDF file
-    #[arg(long, default_value = "iiwa7")]
-    arm: String,
+    #[command(flatten)]
+    arm: NamedArm,
     /// Joint angles at the start, rad: q1,..,q7; zero when absent
     #[arg(long, allow_hyphen_values = true)]
     start: Option<String>,
@@ -81,8 +80,11 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
-    args.files.plan().read_arm("--arm", &args.arm).check()?;
-    let chain = arms::chain(&args.arm)?;
+    args.files
+        .plan()
+        .read_arm("--arm", &args.arm.name)
+        .check()?;
+    let chain = args.arm.chain()?;
     let n = chain.joint_count();
     let values = |name: &str, text: &Option<String>| match text {
         Some(text) => list(text, n).with_context(|| format!("--{name}")),

@@ -6,7 +6,7 @@
 use anyhow::Context;
 use clap::Parser;
 use hwall_kinematics::ChainDynamics;
-use hwall_stage::arms;
+use hwall_stage::arms::NamedArm;
 use hwall_stage::exit;
 use hwall_stage::numbers::{TableFiles, matrix_names, numbered, to_cells};
 use std::process::ExitCode;
@@ -20,9 +20,8 @@ use std::process::ExitCode;
 /// tau1..tau7 (inverse dynamics, N m). Joint limits are not applied. An arm with n joints has n columns instead of seven.
 #[derive(Parser)]
 struct Args {
-    /// iiwa7, iiwa14, or the path of a URDF file
-    #[arg(long, default_value = "iiwa7")]
-    arm: String,
+    #[command(flatten)]
+    arm: NamedArm,
     /// Add gravity torque, mass matrix and inverse dynamics
     #[arg(long)]
     dynamics: bool,
@@ -35,8 +34,11 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
-    args.files.plan().read_arm("--arm", &args.arm).check()?;
-    let chain = arms::chain(&args.arm)?;
+    args.files
+        .plan()
+        .read_arm("--arm", &args.arm.name)
+        .check()?;
+    let chain = args.arm.chain()?;
     let n = chain.joint_count();
     let dynamics = args
         .dynamics

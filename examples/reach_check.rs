@@ -7,8 +7,9 @@ use anyhow::Context;
 use clap::Parser;
 use glam::{DQuat, DVec3};
 use hwall_kinematics::{Pose, SrsArm, Verdict};
+use hwall_stage::arms::NamedArm;
 use hwall_stage::numbers::{TableFiles, numbered, to_cells};
-use hwall_stage::{arms, exit, note};
+use hwall_stage::{exit, note};
 use hwall_testkit::time_batches;
 use std::process::ExitCode;
 
@@ -22,9 +23,8 @@ use std::process::ExitCode;
 /// limits within 1 rad of these would do.
 #[derive(Parser)]
 struct Args {
-    /// iiwa7 or iiwa14
-    #[arg(long, default_value = "iiwa7")]
-    arm: String,
+    #[command(flatten)]
+    arm: NamedArm,
     /// Report nanoseconds per verdict on standard error
     #[arg(long)]
     timing: bool,
@@ -38,7 +38,7 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> anyhow::Result<()> {
     args.files.plan().check()?;
-    let arm = arms::closed_form(&args.arm)?;
+    let arm = args.arm.closed_form()?;
     let mut input = args.files.reader()?;
     let names = ["px", "py", "pz", "qw", "qx", "qy", "qz"].map(String::from);
     let places = input.columns(&names)?;

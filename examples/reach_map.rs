@@ -6,6 +6,7 @@ use anyhow::Context;
 use clap::Parser;
 use hwall_lab::reach::maps::{self, Grid, Request, Solver};
 use hwall_lab::reach::published;
+use hwall_stage::arms::NamedArm;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::{exit, numbers};
 use std::path::PathBuf;
@@ -31,9 +32,8 @@ struct Args {
     /// Heights above the base, m: a value or from:to:step [default: -0.26:1.24:0.05]
     #[arg(long, allow_hyphen_values = true)]
     heights: Option<String>,
-    /// iiwa7, iiwa14, or with --solver optimization a URDF file
-    #[arg(long, default_value = "iiwa7")]
-    arm: String,
+    #[command(flatten)]
+    arm: NamedArm,
     /// exact: interval sets with proof; optimization: one interval a line, the dissertation's way
     #[arg(long, value_enum, default_value = "exact")]
     solver: Solver,
@@ -71,7 +71,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
-    let mut files = FilePlan::default().read_arm("--arm", &args.arm);
+    let mut files = FilePlan::default().read_arm("--arm", &args.arm.name);
     for (flag, path) in [
         ("--out", &args.out),
         ("--map-csv", &args.map_csv),

@@ -637,9 +637,9 @@ fn the_tip_is_the_obvious_one() {
             "l6",
             6,
         ),
-        // A seventh joint is one of the arm; an eighth is not.
-        (turns("l6", "l7"), "l7", 7),
-        (turns("l6", "l7") + &turns("l7", "finger"), "l7", 7),
+        (fixed("l6", "hand") + &turns("hand", "jaw"), "hand", 6),
+        // Whatever else turns is one more joint.
+        (turns("l6", "l7") + &turns("l7", "l8"), "l8", 8),
         // A head or wheels beside the arm.
         (turns("l0", "head") + &turns("l0", "wheel"), "l6", 6),
     ] {

@@ -1,7 +1,7 @@
 //! The main job: from its options to its tables, figures and recordings.
 
 use crate::console::note;
-use crate::input::arms::BoardArm;
+use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
 use crate::input::numbers::whole_within;
@@ -50,9 +50,9 @@ pub struct JobOptions {
     /// The recorded hand is made up: a shape that never changes is no frozen tracker
     #[arg(long, requires = "hand")]
     pub rigid_hand: bool,
-    /// iiwa7, iiwa14, or PATH.urdf of an arm with at most seven joints
-    #[arg(long, default_value = "iiwa7")]
-    pub arm: String,
+    /// The arm.
+    #[command(flatten)]
+    pub arm: NamedArm,
     /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
     #[arg(long, value_enum, default_value_t)]
     pub arm_level: ArmLevel,
@@ -170,10 +170,10 @@ pub fn run(
     let inputs = FilePlan::default()
         .read_scene("--scene", options.scene.as_deref())
         .read("--hand", options.hand.as_deref())
-        .read_arm("--arm", &options.arm);
+        .read_arm("--arm", &options.arm.name);
     outputs.prepare(inputs)?;
     let board = Board::default();
-    let arm = BoardArm::named(&options.arm, &board)?;
+    let arm = BoardArm::named(options.arm.clone(), &board)?;
     let setting = Setting::new(
         &arm,
         &SettingOptions {

@@ -49,7 +49,7 @@ fn a_recorded_run_is_made_again_bit_by_bit() {
     let name = format!("hwall-stage-{}.mcap", std::process::id());
     let path = std::env::temp_dir().join(name);
     let mut recorder: Recorder =
-        recording::of_stage(&path, &stage, &setting, None, "iiwa7").unwrap();
+        recording::of_stage(&path, &stage, &setting, None, &"iiwa7".into()).unwrap();
     let plain = people::run(&stage, &setting.participants, |_| {}).unwrap();
     let people = &setting.participants;
     let runs = people::run_recorded(&stage, people, Some(&mut recorder), |_| {}).unwrap();

@@ -92,7 +92,7 @@ pub fn run(request: &Request) -> anyhow::Result<Results> {
         None => (gym::of_seed(request.seed)?, Vec::new()),
     };
     let board = Board::default();
-    let arm = BoardArm::named(&request.arm, &board)?;
+    let arm = BoardArm::named(request.arm.as_str(), &board)?;
     let limits = MotionLimits::of_arm(&**arm.kinematics(), &MotionConfig::default())?;
     let mut results = Results {
         rows: Vec::new(),

@@ -12,10 +12,11 @@ use hwall_arrival::{
 };
 use hwall_haptics::Board;
 use hwall_motion::{MotionConfig, MotionLimits};
+use hwall_stage::arms::NamedArm;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::numbers::counted;
-use hwall_stage::{arms, note, setting};
+use hwall_stage::{note, setting};
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -50,9 +51,9 @@ pub struct ArrivalOptions {
     /// Judge this posture too: seven joints in degrees
     #[arg(long, allow_hyphen_values = true)]
     pub beside: Option<String>,
-    /// iiwa7 or iiwa14
-    #[arg(long, default_value = "iiwa7")]
-    pub arm: String,
+    /// The arm.
+    #[command(flatten)]
+    pub arm: NamedArm,
     /// Save the atlas as a file that the library loads
     #[arg(long)]
     pub save: Option<PathBuf>,
@@ -72,7 +73,10 @@ pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()>
         .write("--save", options.save.as_deref())
         .check()?;
     let board = Board::default();
-    let arm = arms::closed_form(&options.arm)?.with_tool(board.flange_from_board_face()?);
+    let arm = options
+        .arm
+        .closed_form()?
+        .with_tool(board.flange_from_board_face()?);
     let base = options.base.as_deref().map(FloorPose::parse).transpose()?;
     let (scene, remarks) = setting::load_scene(options.scene.as_deref())?;
     let scene = in_base(&scene, base.unwrap_or(FloorPose::ORIGIN))?;

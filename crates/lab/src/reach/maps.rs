@@ -8,7 +8,7 @@ use hwall_reachability::{
     ExactConfig, LineIndex, OptimizationConfig, OptimizationSolver, ReachabilityMap, Roll, Steps,
     WallGrid, WallLine,
 };
-use hwall_stage::arms;
+use hwall_stage::arms::NamedArm;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
@@ -84,7 +84,7 @@ fn numbers(name: &str, text: &str, separator: char) -> anyhow::Result<Vec<f64>> 
 /// What is asked for.
 pub struct Request<'a> {
     /// `iiwa7`, `iiwa14` or a URDF file.
-    pub arm: &'a str,
+    pub arm: &'a NamedArm,
     /// How lines are solved.
     pub solver: Solver,
     /// Starts of the optimization on each line.
@@ -127,7 +127,7 @@ pub fn solve(request: &Request) -> anyhow::Result<Solved> {
 }
 
 fn exact(request: &Request) -> anyhow::Result<Solved> {
-    let arm = arms::closed_form(request.arm)?;
+    let arm = request.arm.closed_form()?;
     let config = ExactConfig {
         accuracy_m: request.accuracy_m,
         roll: roll(request.roll)?,
@@ -188,7 +188,7 @@ fn optimization(request: &Request) -> anyhow::Result<Solved> {
         request.save.is_none() && request.exr.is_none() && request.map_csv.is_none(),
         "--save, --exr and --map-csv need --solver exact: two extremes do not make a map"
     );
-    let chain = arms::chain(request.arm)?;
+    let chain = request.arm.chain()?;
     let roll_rad = match roll(request.roll)? {
         Roll::Fixed(roll) => Some(roll),
         Roll::Free => None,

@@ -6,10 +6,11 @@ use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall_haptics::Board;
 use hwall_reachability::{Interval, place_base};
+use hwall_stage::arms::{self, NamedArm};
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::output::remove_outdated;
 use hwall_stage::numbers::{counted, whole_within};
-use hwall_stage::{arms, note, setting};
+use hwall_stage::{note, setting};
 use std::io::Write;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -60,9 +61,9 @@ pub struct PlacementOptions {
     /// The middle of the board may be this far from a target, m (only by arrival) [default: 0.055]
     #[arg(long, allow_negative_numbers = true)]
     pub slack_m: Option<f64>,
-    /// iiwa7 or iiwa14
-    #[arg(long, default_value = "iiwa7")]
-    pub arm: String,
+    /// The arm.
+    #[command(flatten)]
+    pub arm: NamedArm,
     /// Output folder
     #[arg(long, default_value = "out/placement")]
     pub out: PathBuf,
@@ -124,8 +125,10 @@ pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<(
             );
         }
     }
-    let arm =
-        arms::closed_form(&options.arm)?.with_tool(Board::default().flange_from_board_face()?);
+    let arm = options
+        .arm
+        .closed_form()?
+        .with_tool(Board::default().flange_from_board_face()?);
     let (scene, remarks) = setting::load_scene(options.scene.as_deref())?;
     for remark in remarks {
         note(remark);

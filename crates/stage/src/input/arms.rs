@@ -2,6 +2,7 @@
 
 use super::counted::Counted;
 use super::numbers::list;
+use crate::console::note;
 use anyhow::{Context, bail};
 use glam::DVec3;
 use hwall::haptics::{Board, QUARTER_TURNS_RAD, board_pose};
@@ -24,6 +25,81 @@ pub(crate) fn waiting_iiwa7() -> JointPositions {
 /// Where the dissertation's arm starts, degrees: board upright, facing the person.
 pub const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
 
+/// Which arm, as flags.
+#[derive(Debug, Clone, PartialEq, Eq, clap::Args)]
+pub struct NamedArm {
+    /// iiwa7, iiwa14, or PATH.urdf of an arm with at most seven joints
+    #[arg(long = "arm", value_name = "ARM", default_value = "iiwa7")]
+    pub name: String,
+    /// Last link of an arm from a URDF file [default: tool0, a flange, or where its only chain of moving joints ends]
+    #[arg(long, value_name = "LINK")]
+    pub tip: Option<String>,
+    /// First link of an arm from a URDF file, whose frame is that of the base [default: the root of the file]
+    #[arg(long, value_name = "LINK")]
+    pub root: Option<String>,
+}
+
+impl From<&str> for NamedArm {
+    fn from(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            tip: None,
+            root: None,
+        }
+    }
+}
+
+impl NamedArm {
+    pub(crate) fn is_file(&self) -> bool {
+        self.name.to_ascii_lowercase().ends_with(".urdf")
+    }
+
+    /// As a general chain with its inertials. Says which links of a file it takes.
+    ///
+    /// # Errors
+    /// An unknown name, or a file that cannot be read as URDF.
+    pub fn chain(&self) -> anyhow::Result<Chain> {
+        let name = &self.name;
+        if !self.is_file() && (self.tip.is_some() || self.root.is_some()) {
+            bail!("--tip and --root name links of a URDF file, and --arm {name} is none");
+        }
+        match name.as_str() {
+            "iiwa7" => Ok(Chain::iiwa7()),
+            "iiwa14" => Ok(Chain::iiwa14()),
+            _ if self.is_file() => {
+                let (root, tip) = (self.root.as_deref(), self.tip.as_deref());
+                let chain = Chain::from_urdf_file(Path::new(name), root, tip);
+                let chain = chain.map_err(|error| match error {
+                    KinematicsError::UrdfAmbiguous { .. } => {
+                        anyhow::anyhow!("{error} (--root LINK, --tip LINK)")
+                    }
+                    other => other.into(),
+                })?;
+                if let Some([root, tip]) = chain.ends() {
+                    let joints = chain.joint_count();
+                    note(format_args!("{name}: {joints} joints from {root} to {tip}"));
+                }
+                Ok(chain)
+            }
+            other => bail!("--arm {other}: expected iiwa7, iiwa14 or a path that ends in .urdf"),
+        }
+    }
+
+    /// In closed form.
+    ///
+    /// # Errors
+    /// As for [`chain`](Self::chain), and an arm that has none.
+    pub fn closed_form(&self) -> anyhow::Result<SrsArm> {
+        match self.name.as_str() {
+            "iiwa7" if !self.is_file() => Ok(SrsArm::iiwa7()),
+            "iiwa14" if !self.is_file() => Ok(SrsArm::iiwa14()),
+            name => SrsArm::from_chain(&self.chain()?).with_context(|| {
+                format!("--arm {name}: this needs an arm with a closed form, such as an iiwa")
+            }),
+        }
+    }
+}
+
 /// An arm that carries the board: its tool is the middle of the face.
 #[derive(Debug, Clone)]
 pub struct BoardArm {
@@ -41,11 +117,14 @@ impl BoardArm {
     /// # Errors
     /// An unknown name, a file that cannot be read as URDF, an arm of more joints, or one that cannot hold the
     /// board anywhere in front of it.
-    pub fn named(name: &str, board: &Board) -> anyhow::Result<Self> {
-        if let Ok(arm) = closed_form(name) {
+    pub fn named(arm: impl Into<NamedArm>, board: &Board) -> anyhow::Result<Self> {
+        let arm = arm.into();
+        if !arm.is_file()
+            && let Ok(arm) = arm.closed_form()
+        {
             return Self::from_srs(&arm, board);
         }
-        Self::from_chain(name, chain(name)?, board)
+        Self::from_chain(&arm.name, arm.chain()?, board)
     }
 
     /// The same arm, which counts what it is asked: [`asked_in`](super::counted::asked_in).
@@ -55,15 +134,24 @@ impl BoardArm {
         self
     }
 
-    /// From the text of a URDF file; `name` is for messages.
+    /// From the text of a URDF file, with the name and the ends of an arm.
     ///
     /// # Errors
     /// As for [`BoardArm::named`].
-    pub fn from_urdf(name: &str, text: &str, board: &Board) -> anyhow::Result<Self> {
-        Self::from_chain(name, Chain::from_urdf_str(text, None, None)?, board)
+    pub fn from_urdf(arm: &NamedArm, text: &str, board: &Board) -> anyhow::Result<Self> {
+        let (root, tip) = (arm.root.as_deref(), arm.tip.as_deref());
+        Self::from_chain(&arm.name, Chain::from_urdf_str(text, root, tip)?, board)
     }
 
     fn from_chain(name: &str, chain: Chain, board: &Board) -> anyhow::Result<Self> {
+        // A description of an arm with a closed form is that arm.
+        if let Ok(arm) = SrsArm::from_chain(&chain) {
+            let of_srs = Self::from_srs(&arm, board)?;
+            return Ok(Self {
+                chain: Some(chain),
+                ..of_srs
+            });
+        }
         let chain = ChainArm::new(chain)?.with_tool(board.flange_from_board_face()?);
         let links = chain.chain().clone();
         let kinematics: Arc<dyn ArmKinematics> = Arc::new(chain);
@@ -253,33 +341,6 @@ fn start_of(arm: &dyn ArmKinematics) -> anyhow::Result<Option<JointPositions>> {
         }
     }
     Ok(None)
-}
-
-/// `iiwa7`, `iiwa14` or the path of a URDF file, as a general chain with its inertials.
-///
-/// # Errors
-/// An unknown name, or a file that cannot be read as URDF.
-pub fn chain(name: &str) -> anyhow::Result<Chain> {
-    match name {
-        "iiwa7" => Ok(Chain::iiwa7()),
-        "iiwa14" => Ok(Chain::iiwa14()),
-        path if path.to_ascii_lowercase().ends_with(".urdf") => {
-            Ok(Chain::from_urdf_file(Path::new(path), None, None)?)
-        }
-        other => bail!("--arm {other}: expected iiwa7, iiwa14 or a path that ends in .urdf"),
-    }
-}
-
-/// `iiwa7` or `iiwa14`, in closed form.
-///
-/// # Errors
-/// An unknown name.
-pub fn closed_form(name: &str) -> anyhow::Result<SrsArm> {
-    match name {
-        "iiwa7" => Ok(SrsArm::iiwa7()),
-        "iiwa14" => Ok(SrsArm::iiwa14()),
-        other => bail!("--arm {other}: expected iiwa7 or iiwa14"),
-    }
 }
 
 /// `x,y,...` as exactly `N` finite numbers.

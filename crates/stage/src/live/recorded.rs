@@ -26,7 +26,7 @@ pub(super) fn begin(
     let people = TrainingPeople::default();
     let source = SessionSource {
         scene: options.scene,
-        arm: "iiwa7",
+        arm: &"iiwa7".into(),
         board: &prepared.board,
         room: prepared.room.as_ref().map(|read| read.text.as_str()),
         base: prepared.base,

@@ -1,7 +1,7 @@
 //! The sessions of a recording, made again.
 
 use super::setup::{Options, run_from};
-use crate::input::arms::BoardArm;
+use crate::input::arms::{BoardArm, NamedArm};
 use crate::person::predictors::Predictors;
 use crate::person::responses::{self, Scenery};
 use crate::run::session_settings::SessionSettings;
@@ -31,8 +31,12 @@ impl Rebuilt {
         let options = Options::of(setup)?;
         let board = setup.board;
         let arm = match &setup.arm {
-            ArmSource::Named(name) => BoardArm::named(name, &board)?,
-            ArmSource::Urdf { name, text } => BoardArm::from_urdf(name, text, &board)?,
+            ArmSource::Named(name) => BoardArm::named(name.as_str(), &board)?,
+            ArmSource::Urdf { name, text } => {
+                let [root, tip] = options.ends.clone();
+                let name = name.clone();
+                BoardArm::from_urdf(&NamedArm { name, root, tip }, text, &board)?
+            }
         };
         let texts = (setup.scene_obj.as_str(), setup.scene_sidecar.as_deref());
         let (scene, _) = Scene::from_obj_str(texts.0, texts.1).context("the recorded scene")?;

@@ -2,6 +2,7 @@
 //!
 //! Numbers are written with `{:?}`: as many digits as it takes to come back bit by bit.
 
+use crate::input::arms::NamedArm;
 use crate::input::floor_pose::FloorPose;
 use crate::input::real_room::RealRoom;
 use crate::person::predictors::{PredictorKind, TrainingPeople};
@@ -23,8 +24,8 @@ use std::path::Path;
 pub struct SessionSource<'a> {
     /// OBJ file; `None`: the built-in room.
     pub scene: Option<&'a Path>,
-    /// `iiwa7`, `iiwa14` or the path of a URDF file.
-    pub arm: &'a str,
+    /// The arm.
+    pub arm: &'a NamedArm,
     /// The board.
     pub board: &'a Board,
     /// The file of what really stands around the arm; `None`: a floor.
@@ -52,13 +53,14 @@ impl SessionSource<'_> {
     /// A file that cannot be read; likely touches that are neither places nor the usual range.
     pub fn to_setup(&self) -> anyhow::Result<Setup> {
         let (scene_obj, scene_sidecar) = setting::scene_texts(self.scene)?;
-        let arm = if self.arm.to_ascii_lowercase().ends_with(".urdf") {
+        let NamedArm { name, root, tip } = self.arm;
+        let arm = if self.arm.is_file() {
             ArmSource::Urdf {
-                name: self.arm.to_owned(),
-                text: std::fs::read_to_string(self.arm).with_context(|| self.arm.to_owned())?,
+                name: name.clone(),
+                text: std::fs::read_to_string(name).with_context(|| name.clone())?,
             }
         } else {
-            ArmSource::Named(self.arm.to_owned())
+            ArmSource::Named(name.clone())
         };
         let people = self.training_people;
         let points: Vec<&str> = people.points.iter().map(|point| point.name()).collect();
@@ -84,7 +86,11 @@ impl SessionSource<'_> {
             ("likely_touches", touches_text(self.likely_touches)?),
         ];
         let room = self.room.map(|text| ("room", text.to_owned()));
-        let options = options.into_iter().chain(room);
+        let ends = [("arm_root", root), ("arm_tip", tip)];
+        let ends = ends
+            .into_iter()
+            .filter_map(|(key, link)| Some((key, link.clone()?)));
+        let options = options.into_iter().chain(room).chain(ends);
         Ok(Setup {
             program: concat!("hwall ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene_obj,
@@ -153,6 +159,8 @@ pub(super) struct Options {
     pub(super) training_people: TrainingPeople,
     pub(super) likely_touches: LikelyTouches,
     pub(super) room: Option<RealRoom>,
+    /// First and last link of an arm from a description, where they were named.
+    pub(super) ends: [Option<String>; 2],
 }
 
 impl Options {
@@ -193,6 +201,7 @@ impl Options {
                 ..people
             },
             likely_touches: touches_of(text("likely_touches")?)?,
+            ends: ["arm_root", "arm_tip"].map(|key| setup.option(key).map(str::to_owned)),
             room: (setup.option("room"))
                 .map(|text| RealRoom::parse(text.to_owned()).context("room"))
                 .transpose()?,
@@ -300,7 +309,7 @@ mod tests {
         };
         let source = SessionSource {
             scene: None,
-            arm: "iiwa14",
+            arm: &"iiwa14".into(),
             board: &board,
             room: Some(ROOM),
             base: FloorPose {

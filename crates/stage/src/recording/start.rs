@@ -1,7 +1,7 @@
 //! `--mcap FILE`.
 
 use super::setup::SessionSource;
-use crate::input::arms::BoardArm;
+use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::file_plan::FilePlan;
 use crate::run::people::Stage;
 use crate::setting::Setting;
@@ -43,12 +43,12 @@ pub fn start(
     let skeleton = Skeleton::new(&arm.links()?, &**arm.kinematics(), source.board)?;
     let urdf = urdf_beside(path);
     ensure!(
-        urdf != path && !same_file(&urdf, source.arm),
+        urdf != path && !same_file(&urdf, &source.arm.name),
         "{}: the arm's capsules would be written over it; record under another name",
         urdf.display()
     );
     let setup = source.to_setup()?;
-    let name = Path::new(source.arm).file_stem().unwrap_or_default();
+    let name = Path::new(&source.arm.name).file_stem().unwrap_or_default();
     let text = skeleton.to_urdf(&name.to_string_lossy());
     // First the recorder: while somebody else records to the file, the description beside it is theirs as well.
     let recorder = Recorder::create(path, &setup, skeleton, scene, config)?;
@@ -65,7 +65,7 @@ pub fn of_stage(
     stage: &Stage<'_>,
     setting: &Setting,
     scene: Option<&Path>,
-    arm: &str,
+    arm: &NamedArm,
 ) -> anyhow::Result<Recorder> {
     let source = SessionSource {
         scene,

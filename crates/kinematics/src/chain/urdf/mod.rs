@@ -22,7 +22,7 @@ impl Chain {
     ///
     /// Without `base`, the root of the tree (above the tip, if that is named), of several the only one under which something moves.
     /// Without `tip`, the end of the longest chain of moving joints, before a gripper: a place from which, after six joints or more, several
-    /// or sliding ones go on, or one that others mimic. What is fixed there may name another end: `tool0`, a flange, an `ee_link`, or the only leaf.
+    /// or sliding ones go on, or one that others mimic, or one that is called a finger. What is fixed there may name another end: `tool0`, a flange, an `ee_link`, or the only leaf.
     /// [`Chain::ends`] says which were taken. Fixed joints are merged into their neighbours. Links that hang
     /// on the chain through fixed joints only add their mass; those behind further movable
     /// joints are left out and listed in [`Chain::links_left_out`].
@@ -97,7 +97,16 @@ fn beyond(joint: &Joint, reach: &HashMap<&str, Reach>) -> Reach {
     }
 }
 
-/// An arm of so many joints may end here; one of less than seven may go on.
+/// Does the name of a joint or of its link say so?
+fn is_called_finger(joint: &Joint) -> bool {
+    let names = [&joint.name, &joint.child].map(|name| name.to_ascii_lowercase());
+    let words = ["finger", "gripper", "jaw", "knuckle", "claw"];
+    words
+        .iter()
+        .any(|word| names.iter().any(|name| name.contains(word)))
+}
+
+/// An arm of so many joints may end where several go on.
 const ARM: usize = 6;
 /// A chain of so many joints is an arm, and one of fewer a finger.
 const SMALL_ARM: usize = 3;
@@ -248,10 +257,12 @@ impl<'a> Tree<'a> {
             let is_alone = moving.len() == 1;
             let is_mimicked = self.mimicked.contains(joint.name.as_str());
             let slides = joint.kind == Kind::Prismatic;
-            let is_short = longest.longest < SMALL_ARM;
-            has_gripper = passed > 0 && longest.longest == 0
-                || passed >= ARM && !is_alone
-                || passed >= ARM && is_short && (slides || is_mimicked || passed == ARM + 1);
+            let is_finger = longest.longest < SMALL_ARM
+                && joint.kind != Kind::Fixed
+                && (passed >= ARM && (slides || is_mimicked)
+                    || passed >= SMALL_ARM && longest.longest == 1 && is_called_finger(joint));
+            has_gripper =
+                passed > 0 && longest.longest == 0 || passed >= ARM && !is_alone || is_finger;
             if has_gripper {
                 break;
             }
