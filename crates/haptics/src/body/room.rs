@@ -55,7 +55,7 @@ impl Obstacle {
     }
 
     /// Distance of a point from the surface, m; below zero inside.
-    fn from_point_m(&self, point_m: DVec3) -> f64 {
+    fn point_distance_m(&self, point_m: DVec3) -> f64 {
         if point_m.is_nan() {
             return f64::NAN;
         }
@@ -80,7 +80,7 @@ impl Obstacle {
     /// segment one search finds the least.
     #[must_use]
     pub fn distance_m(&self, capsule: &Capsule) -> f64 {
-        let at = |share: f64| self.from_point_m(capsule.from_m.lerp(capsule.to_m, share));
+        let at = |share: f64| self.point_distance_m(capsule.from_m.lerp(capsule.to_m, share));
         let ends = [at(0.0), at(1.0)];
         if ends.iter().any(|m| m.is_nan()) {
             return f64::NAN;
@@ -106,7 +106,7 @@ impl Obstacle {
     pub(super) fn at_least_m(&self, capsule: &Capsule) -> f64 {
         let middle_m = 0.5 * (capsule.from_m + capsule.to_m);
         let half_m = 0.5 * capsule.from_m.distance(capsule.to_m);
-        self.from_point_m(middle_m) - half_m - capsule.radius_m
+        self.point_distance_m(middle_m) - half_m - capsule.radius_m
     }
 }
 
