@@ -4,7 +4,7 @@
 mod temp_file;
 
 use glam::DVec3;
-use hwall_scene::{LoadLimits, LoadReport, Scene, SceneError, Surface, SurfaceMesh};
+use hwall_scene::{LoadLimits, LoadReport, Scene, SceneError, Surface, SurfaceId, SurfaceMesh};
 use std::io::ErrorKind;
 use temp_file::TempFile;
 
@@ -111,7 +111,7 @@ fn what_holds_no_scene_is_an_error() {
     let binary = TempFile::new("binary.obj", &[0x7f, b'E', b'L', b'F', 0xff, 0xfe, 0]);
     assert_eq!(
         Scene::from_obj_file(&binary.0, None).unwrap_err(),
-        in_file(&binary, SceneError::NotText { offset: 4 })
+        in_file(&binary, SceneError::NotText { offset: 6 })
     );
     let missing = Scene::from_obj_file("no/such/file.obj", None).unwrap_err();
     assert!(
@@ -183,7 +183,7 @@ fn repairs_are_listed() {
         f 1 2                   # a line
         l 1 2\np 3
         o dart
-        f 1 5 2 3 4             # its fan repeats two faces of the wall
+        f 1 5 2 3 4
         o nothing
         f 1 2 6
         mtllib gone.mtl
@@ -195,11 +195,11 @@ fn repairs_are_listed() {
     let (scene, report) = load(obj).unwrap();
     let expected = LoadReport {
         degenerate_faces: 3,
-        duplicate_faces: 3,
-        concave_polygons: 1,
+        duplicate_faces: 1,
+        concave_polygons: 0,
         points_and_lines: 3,
         ignored_lines: 1,
-        thinned_surfaces: ["wall", "dart", "nothing"].map(str::to_owned).to_vec(),
+        thinned_surfaces: ["wall", "nothing"].map(str::to_owned).to_vec(),
         empty_surfaces: vec![],
         missing_material_libraries: vec!["gone.mtl".to_owned()],
         missing_materials: vec!["brick".to_owned()],
@@ -207,6 +207,8 @@ fn repairs_are_listed() {
     assert_eq!(report, expected);
     assert!(!report.is_clean());
     assert_eq!(scene.surfaces().len(), 3);
+    let crossed = "v 0 0 0\nv 4 3 0\nv 0 3 0\nv 4 0 0\nv 2 5 0\nf 1 2 3 4 5\n";
+    assert_eq!(load(crossed).unwrap().1.concave_polygons, 1);
     assert_eq!(
         load("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nf 1 1 2\n")
             .unwrap()
@@ -400,5 +402,102 @@ fn meshes_in_memory_are_checked_too() {
         SceneError::DuplicateSurface {
             name: "a".to_owned()
         }
+    );
+}
+
+/// The area of all triangles of a scene, m².
+fn area_m2(scene: &Scene) -> f64 {
+    let ids = (0..scene.surfaces().len()).map(SurfaceId);
+    let all = ids.flat_map(|id| scene.triangles_m(id).unwrap());
+    all.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length())
+        .sum()
+}
+
+#[test]
+fn concave_polygons_are_cut_without_overlap_from_any_corner() {
+    let l_shape = [[1, 2], [-1, 2], [-1, 0], [0, 0], [0, 1], [1, 1]];
+    // A wall of 2 by 2.5 m with a doorway of 0.8 by 2 m.
+    let door = [
+        [-10, 0],
+        [-4, 0],
+        [-4, 20],
+        [4, 20],
+        [4, 0],
+        [10, 0],
+        [10, 25],
+        [-10, 25],
+    ];
+    // A window in a wall, with a bridge to it.
+    let window = [
+        [0, 0],
+        [4, 0],
+        [4, 4],
+        [0, 4],
+        [0, 0],
+        [1, 1],
+        [1, 3],
+        [3, 3],
+        [3, 1],
+        [1, 1],
+    ];
+    for (corners, scale, expected_m2) in [
+        (&l_shape[..], 1.0, 3.0),
+        (&door[..], 0.1, 5.0 - 1.6),
+        (&window[..], 1.0, 16.0 - 4.0),
+    ] {
+        let count = corners.len();
+        for first in 0..count {
+            for turned in [false, true] {
+                let mut obj = "o wall\n".to_owned();
+                for k in 0..count {
+                    let k = if turned { count - 1 - k } else { k };
+                    let [y, z] = corners[(first + k) % count].map(|m| scale * f64::from(m));
+                    obj += &format!("v 0.6 {y} {z}\n");
+                }
+                let face: Vec<String> = (1..=count).map(|k| k.to_string()).collect();
+                obj += &format!("f {}\n", face.join(" "));
+                let (scene, report) = load(&obj).unwrap();
+                assert!(
+                    (area_m2(&scene) - expected_m2).abs() < 1e-9,
+                    "{first} {turned}"
+                );
+                assert_eq!(report.concave_polygons, 0);
+            }
+        }
+    }
+    // Through the doorway, and beside it.
+    let corners =
+        door.map(|[y, z]| format!("v 0.6 {} {}\n", 0.1 * f64::from(y), 0.1 * f64::from(z)));
+    let obj = format!("o wall\n{}f 1 2 3 4 5 6 7 8\n", corners.concat());
+    let (scene, _) = load(&obj).unwrap();
+    let hit = |y: f64, z: f64| scene.ray_cast(DVec3::new(0.0, y, z), DVec3::X).unwrap();
+    assert!(hit(0.25, 0.3).is_none() && hit(-0.39, 1.9).is_none());
+    assert!(hit(0.41, 0.3).is_some() && hit(0.0, 2.1).is_some());
+}
+
+#[test]
+fn what_windows_and_scanners_write_is_read() {
+    let wall = "o wall\nv 0.5 -1 0\nv 0.5 1 0\nv 0.5 1 1\nv 0.5 -1 1\nf 1 2 3 4\n";
+    let named = |text: &str| {
+        let (scene, report) = load(text).unwrap();
+        assert!(report.is_clean(), "{report:?}");
+        assert!((area_m2(&scene) - 2.0).abs() < 1e-9);
+        scene.surfaces()[0].name.clone()
+    };
+    assert_eq!(named(&format!("\u{feff}{wall}")), "wall");
+    assert_eq!(named(&wall.replace('\n', "\r")), "wall");
+    assert_eq!(named(&wall.replace('\n', "\r\n")), "wall");
+    assert_eq!(
+        named(
+            &wall
+                .replace(" 0.5 ", " 0.5 ")
+                .replace("1 1\n", "1 1 0.2 0.3 0.4 1\n")
+        ),
+        "wall"
+    );
+    let latin = TempFile::new("latin.obj", &[b"# Geb\xe4ude\n", wall.as_bytes()].concat());
+    assert_eq!(
+        Scene::from_obj_file(&latin.0, None).unwrap().0.surfaces()[0].name,
+        "wall"
     );
 }

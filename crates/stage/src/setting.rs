@@ -315,7 +315,11 @@ fn repairs(report: &LoadReport) -> Vec<String> {
             report.duplicate_faces,
             &report.thinned_surfaces,
         ),
-        ("concave polygons cut as fans", report.concave_polygons, &[]),
+        (
+            "polygons that cross themselves, cut as fans",
+            report.concave_polygons,
+            &[],
+        ),
         ("points and lines ignored", report.points_and_lines, &[]),
         ("lines ignored", report.ignored_lines, &[]),
         (

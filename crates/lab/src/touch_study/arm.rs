@@ -49,7 +49,7 @@ pub struct ArmArgs {
     /// OBJ scene, z up, metres, in the frame of the arm's base, with a roughness on what is touched [default: one wall, door or panel 0.6 m ahead]
     #[arg(long, requires = "fri")]
     scene: Option<PathBuf>,
-    /// TOML file of what really stands around the arm: [[plane]] and [[box]], in the frame of its base [default: a floor where the scene is lowest, or at the base]
+    /// TOML file of what really stands around the arm, its planes and boxes in the frame of its base [default: a floor where the scene is lowest, or at the base]
     #[arg(long, requires = "fri")]
     room: Option<PathBuf>,
     /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees

@@ -31,7 +31,7 @@ impl Default for LoadLimits {
     }
 }
 
-/// Reads a text file, at most the limit of bytes.
+/// Reads a text file, at most the limit of bytes. What is no UTF-8 is read as Latin-1, as older programs write; zero bytes are no text.
 pub(crate) fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, SceneError> {
     let io = |e: std::io::Error| SceneError::Io {
         path: path.display().to_string(),
@@ -51,10 +51,19 @@ pub(crate) fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, Scen
             limit: limits.max_bytes,
         });
     }
-    String::from_utf8(bytes).map_err(|e| SceneError::NotText {
-        offset: e.utf8_error().valid_up_to(),
-    })
+    let latin = |bytes: Vec<u8>| bytes.into_iter().map(char::from).collect();
+    let mut text = match bytes.iter().position(|byte| *byte == 0) {
+        Some(offset) => return Err(SceneError::NotText { offset }),
+        None => String::from_utf8(bytes).unwrap_or_else(|error| latin(error.into_bytes())),
+    };
+    if text.starts_with(BYTE_ORDER_MARK) {
+        text.drain(..BYTE_ORDER_MARK.len_utf8());
+    }
+    Ok(text)
 }
+
+/// Windows puts it before text in UTF-8.
+const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// Groups of the OBJ as surfaces, in the order of their first face; material libraries are
 /// looked for in `directory`.
@@ -78,7 +87,13 @@ pub(crate) fn parse(
     };
     // A backslash at the end of a line continues it; `tobj` does not know that.
     let mut joined = String::new();
-    for (i, line) in text.lines().enumerate() {
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
+    let line_end = if text.contains('\n') { '\n' } else { '\r' };
+    let lines = || {
+        text.split(line_end)
+            .map(|line| line.strip_suffix('\r').unwrap_or(line))
+    };
+    for (i, line) in lines().enumerate() {
         if let Some(start) = line.strip_suffix('\\') {
             joined.push_str(start);
             joined.push(' ');
@@ -91,7 +106,7 @@ pub(crate) fn parse(
         }
     }
     if !joined.is_empty() {
-        check.line(text.lines().count(), &joined)?;
+        check.line(lines().count(), &joined)?;
     }
     Ok(check.finish())
 }
@@ -239,10 +254,10 @@ impl Check<'_> {
             .map(str::parse)
             .collect::<Result<_, _>>()
             .map_err(|_| malformed())?;
-        // x y z, or with a weight, or with a colour.
+        // x y z, or with a weight, or with a colour, which scanners write with its opacity.
         let (&[x, y, z], rest) = numbers.split_first_chunk().ok_or_else(malformed)?;
         let weight = match *rest {
-            [] | [_, _, _] => 1.0,
+            [] | [_, _, _] | [_, _, _, _] => 1.0,
             [w] if w != 0.0 => w,
             _ => return Err(malformed()),
         };
@@ -297,7 +312,10 @@ impl Check<'_> {
                 limit,
             });
         }
-        self.report.concave_polygons += usize::from(self.fan_folds());
+        let cut = match self.fan_folds() {
+            true => self.ears(),
+            false => None,
+        };
         let material = self.material;
         // Taken and put back: the group borrows everything else.
         let (polygon, vertices) = (
@@ -311,10 +329,26 @@ impl Check<'_> {
             group.materials.push(material);
         }
         let corner = |i: usize| vertices[polygon[i]];
-        let fan = (1..polygon.len() - 1).map(|i| [corner(0), corner(i), corner(i + 1)]);
-        group.mesh.triangles_m.extend(fan);
+        let triangles_m = &mut group.mesh.triangles_m;
+        match cut {
+            Some(ears) => triangles_m.extend(ears.into_iter().map(|ear| ear.map(corner))),
+            None => {
+                let fan = (1..polygon.len() - 1).map(|i| [0, i, i + 1].map(corner));
+                triangles_m.extend(fan);
+            }
+        }
         (self.polygon, self.vertices) = (polygon, vertices);
         Ok(())
+    }
+
+    /// The polygon cut into ears: corners as places in the polygon. Bridges to holes, which pass two corners twice, are cut as any other
+    /// edge. `None`, and counted: it crosses itself, or has more corners than are cut in reasonable time.
+    fn ears(&mut self) -> Option<Vec<[usize; 3]>> {
+        let corners: Vec<DVec3> = self.polygon.iter().map(|&v| self.vertices[v]).collect();
+        let ears = (corners.len() <= MOST_CORNERS).then(|| ears(&corners));
+        let ears = ears.flatten();
+        self.report.concave_polygons += usize::from(ears.is_none());
+        ears
     }
 
     /// Does cutting the polygon as a fan from its first corner turn a triangle over?
@@ -327,4 +361,53 @@ impl Check<'_> {
             .clone()
             .any(|i| area(i).dot(whole) < -1e-9 * whole.length_squared())
     }
+}
+
+/// Cutting ears takes time in proportion to the square of the corners.
+const MOST_CORNERS: usize = 4096;
+
+/// A flat polygon cut into triangles of the same winding, ear by ear; `None` if it crosses itself.
+fn ears(corners: &[DVec3]) -> Option<Vec<[usize; 3]>> {
+    let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
+    let normal: DVec3 = pairs
+        .map(|(a, b)| (*a - corners[0]).cross(*b - corners[0]))
+        .sum();
+    // Twice the area of a triangle, positive where it winds as the whole does.
+    let area = |[a, b, c]: [usize; 3]| {
+        let [a, b, c] = [a, b, c].map(|i| corners[i]);
+        (b - a).cross(c - a).dot(normal)
+    };
+    let rounding = 1e-12 * normal.length_squared();
+    let is_inside = |ear: [usize; 3], point: usize| {
+        let [a, b, c] = ear;
+        let is_corner = ear.iter().any(|i| corners[*i] == corners[point]);
+        let sides = [[a, b, point], [b, c, point], [c, a, point]];
+        !is_corner && sides.into_iter().all(|side| area(side) >= -rounding)
+    };
+    let mut left: Vec<usize> = (0..corners.len()).collect();
+    let mut cut = Vec::with_capacity(corners.len() - 2);
+    while left.len() > 3 {
+        let count = left.len();
+        let ear_at = |k: usize| {
+            [
+                left[(k + count - 1) % count],
+                left[k],
+                left[(k + 1) % count],
+            ]
+        };
+        let is_ear = |k: &usize| {
+            let ear = ear_at(*k);
+            // A corner on the line between its neighbours is cut off without area.
+            let is_flat = area(ear).abs() <= rounding;
+            let others = left.iter().filter(|point| !ear.contains(point));
+            is_flat || area(ear) > 0.0 && !others.into_iter().any(|point| is_inside(ear, *point))
+        };
+        let k = (0..count).find(is_ear)?;
+        cut.push(ear_at(k));
+        left.remove(k);
+    }
+    cut.push([left[0], left[1], left[2]]);
+    let whole: f64 = cut.iter().map(|ear| area(*ear)).sum();
+    let is_whole = (whole - normal.length_squared()).abs() <= 1e-6 * normal.length_squared();
+    is_whole.then_some(cut)
 }

@@ -85,8 +85,10 @@ pub(crate) fn apply(text: &str, meshes: &mut [SurfaceMesh]) -> Result<(), SceneE
     let Sidecar {
         default_kind,
         mut surface,
-    } = toml::from_str(text).map_err(|e| SceneError::SidecarMalformed {
-        message: in_line(text, &e),
+    } = toml::from_str(text.trim_start_matches('\u{feff}')).map_err(|e| {
+        SceneError::SidecarMalformed {
+            message: in_line(text, &e),
+        }
     })?;
     if !matches!(default_kind, Kind::Static | Kind::Untouchable) {
         let message = "default_kind must be \"static\" or \"untouchable\"".to_owned();

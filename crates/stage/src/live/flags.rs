@@ -24,7 +24,7 @@ pub struct LiveFlags {
     /// OBJ scene, z up, metres, in the frame of the arm's base [default: the built-in room]
     #[arg(long)]
     pub scene: Option<PathBuf>,
-    /// TOML file of what really stands around the arm: [[plane]] and [[box]], in the frame of its base [default: a floor where the scene is lowest, or at the base]
+    /// TOML file of what really stands around the arm, its planes and boxes in the frame of its base [default: a floor where the scene is lowest, or at the base]
     #[arg(long)]
     pub room: Option<PathBuf>,
     /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees. A headset's space lies on the floor; in the built-in room that is 0.6 m below the base
