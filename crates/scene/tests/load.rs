@@ -207,8 +207,6 @@ fn repairs_are_listed() {
     assert_eq!(report, expected);
     assert!(!report.is_clean());
     assert_eq!(scene.surfaces().len(), 3);
-    let crossed = "v 0 0 0\nv 4 3 0\nv 0 3 0\nv 4 0 0\nv 2 5 0\nf 1 2 3 4 5\n";
-    assert_eq!(load(crossed).unwrap().1.concave_polygons, 1);
     assert_eq!(
         load("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nf 1 1 2\n")
             .unwrap()

@@ -342,7 +342,7 @@ impl Check<'_> {
     }
 
     /// The polygon cut into ears: corners as places in the polygon. Bridges to holes, which pass two corners twice, are cut as any other
-    /// edge. `None`, and counted: it crosses itself, or has more corners than are cut in reasonable time.
+    /// edge. `None`, and counted: it crosses itself so that no ear is left, or has more corners than are cut in reasonable time.
     fn ears(&mut self) -> Option<Vec<[usize; 3]>> {
         let corners: Vec<DVec3> = self.polygon.iter().map(|&v| self.vertices[v]).collect();
         let ears = (corners.len() <= MOST_CORNERS).then(|| ears(&corners));
@@ -366,7 +366,7 @@ impl Check<'_> {
 /// Cutting ears takes time in proportion to the square of the corners.
 const MOST_CORNERS: usize = 4096;
 
-/// A flat polygon cut into triangles of the same winding, ear by ear; `None` if it crosses itself.
+/// A flat polygon cut into triangles of the same winding, ear by ear; `None` if it crosses itself so that no ear is left.
 fn ears(corners: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
     let normal: DVec3 = pairs
@@ -407,7 +407,5 @@ fn ears(corners: &[DVec3]) -> Option<Vec<[usize; 3]>> {
         left.remove(k);
     }
     cut.push([left[0], left[1], left[2]]);
-    let whole: f64 = cut.iter().map(|ear| area(*ear)).sum();
-    let is_whole = (whole - normal.length_squared()).abs() <= 1e-6 * normal.length_squared();
-    is_whole.then_some(cut)
+    Some(cut)
 }
