@@ -11,6 +11,7 @@ use hwall_stage::run::closed_loop::{self, RunSetup};
 use hwall_stage::run::judged::judge;
 use hwall_stage::setting::{Setting, SettingOptions};
 use hwall_testkit::shared;
+use std::path::Path;
 
 #[test]
 fn the_leap_hand_is_tracked_to_its_jump_and_then_lost() {
@@ -161,4 +162,53 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
             .iter()
             .all(|tick| tick.base_from_board.position_m().is_finite())
     );
+}
+
+/// A recording means the same whatever clock wrote it.
+#[test]
+fn the_clock_of_a_recording_does_not_matter() {
+    let Some(hand) = shared("data/author_leap/finger18.csv") else {
+        return;
+    };
+    let text = std::fs::read_to_string(hand).unwrap();
+    let (header, rows) = text.split_once('\n').unwrap();
+    assert!(header.starts_with("t,"));
+    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
+    let placed = |offset_s: f64| {
+        let shifted = rows.lines().map(|row| {
+            let (t, rest) = row.split_once(',').unwrap();
+            let t_s: f64 = t.parse().unwrap();
+            format!("{:.6},{rest}\n", t_s + offset_s)
+        });
+        let text: String = std::iter::once(format!("{header}\n"))
+            .chain(shifted)
+            .collect();
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("clock{offset_s}.csv"));
+        std::fs::write(&path, text).unwrap();
+        let options = SettingOptions {
+            scene: None,
+            hand: Some(&path),
+            trial: None,
+            rigid_hand: false,
+            y_up: true,
+            auto: true,
+            base: None,
+            base_by_arrival: false,
+            hand_origin: None,
+            person: PersonKind::Plain,
+            touches: 0,
+            seed: 0,
+        };
+        let mut setting = Setting::new(&arm, &options).unwrap();
+        let participant = setting.participants.remove(0);
+        let Hand::Recorded(frames, _) = participant.hand else {
+            panic!("a recording")
+        };
+        (frames, format!("{:?}", participant.touches))
+    };
+    let first = placed(0.0);
+    assert_eq!(first.0[0].t_s, 0.0);
+    for offset_s in [1.0, 1e3, -7.5, 1.7e9] {
+        assert!(placed(offset_s) == first, "{offset_s}");
+    }
 }

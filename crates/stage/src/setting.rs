@@ -138,6 +138,7 @@ impl Setting {
         mut remarks: Vec<String>,
     ) -> anyhow::Result<Self> {
         let mut recording = trial::read(path, options.trial)?;
+        remarks.extend(count_from_start(&mut recording));
         if options.y_up {
             for sample in &mut recording.samples {
                 sample.frame = sample.frame.transformed(&Pose::Z_UP_FROM_Y_UP);
@@ -219,6 +220,19 @@ fn unused_columns(recording: &Recording) -> Option<String> {
             "columns of the recording that are not used: {}{more}",
             first.join(", ")
         )
+    })
+}
+
+/// Lets the times of a recording count from its first sample, whatever clock wrote them, to a microsecond: a clock of 1.7e9 s (Unix time) knows
+/// no less. Says so if they did not.
+fn count_from_start(recording: &mut Recording) -> Option<String> {
+    let began_s = recording.samples.first()?.frame.t_s;
+    for sample in &mut recording.samples {
+        let t_s = &mut sample.frame.t_s;
+        *t_s = (1e6 * (*t_s - began_s)).round() / 1e6;
+    }
+    (began_s != 0.0).then(|| {
+        format!("times count from the first sample of the recording, which is at {began_s} s of its clock")
     })
 }
 

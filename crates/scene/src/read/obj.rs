@@ -31,7 +31,7 @@ impl Default for LoadLimits {
     }
 }
 
-/// Reads a text file, at most the limit of bytes. What is no UTF-8 is read as Latin-1, as older programs write; zero bytes are no text.
+/// Reads a text file, at most the limit of bytes. What is no UTF-8 is read as Latin-1, as older programs write, unless it holds bytes that no text does.
 pub(crate) fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, SceneError> {
     let io = |e: std::io::Error| SceneError::Io {
         path: path.display().to_string(),
@@ -51,11 +51,14 @@ pub(crate) fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, Scen
             limit: limits.max_bytes,
         });
     }
-    let latin = |bytes: Vec<u8>| bytes.into_iter().map(char::from).collect();
-    let mut text = match bytes.iter().position(|byte| *byte == 0) {
-        Some(offset) => return Err(SceneError::NotText { offset }),
-        None => String::from_utf8(bytes).unwrap_or_else(|error| latin(error.into_bytes())),
+    let latin = |bytes: Vec<u8>| {
+        let is_binary = |byte: &u8| *byte < 0x20 && !byte.is_ascii_whitespace();
+        match bytes.iter().position(is_binary) {
+            Some(offset) => Err(SceneError::NotText { offset }),
+            None => Ok(bytes.into_iter().map(char::from).collect()),
+        }
     };
+    let mut text = String::from_utf8(bytes).or_else(|error| latin(error.into_bytes()))?;
     if text.starts_with(BYTE_ORDER_MARK) {
         text.drain(..BYTE_ORDER_MARK.len_utf8());
     }

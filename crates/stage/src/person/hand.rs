@@ -11,6 +11,9 @@ pub enum Hand {
     Recorded(Vec<HandFrame>, HandFilterConfig),
 }
 
+/// A frame that is due with a cycle comes with that cycle, however their times were rounded, s.
+const ROUNDING_S: f64 = 1e-9;
+
 impl Hand {
     /// First and last instant, s.
     #[must_use]
@@ -50,7 +53,10 @@ impl Hand {
                 let due_s = *next as f64 * period_s;
                 (due_s <= t_s).then(|| sequence.tracked(due_s))
             }
-            Self::Recorded(frames, _) => frames.get(*next).filter(|f| f.t_s <= t_s).copied(),
+            Self::Recorded(frames, _) => {
+                let is_due = |frame: &&HandFrame| frame.t_s <= t_s + ROUNDING_S;
+                frames.get(*next).filter(is_due).copied()
+            }
         };
         *next += usize::from(frame.is_some());
         frame
