@@ -17,6 +17,7 @@ use hwall::haptics::Board;
 use hwall::reachability::Target;
 use hwall_hand::{HandFilterConfig, HandPoint};
 use hwall_record::{ArmSource, Run, Setup};
+use hwall_sim::PersonConfig;
 use std::path::Path;
 
 /// Where a session comes from: all that is needed to make it again, trained as it was.
@@ -67,9 +68,14 @@ impl SessionSource<'_> {
         let FloorPose { origin_m, yaw_rad } = self.base;
         let usual = TrainingPeople::default();
         let people_stay = people.person == usual.clone().seen_from(self.base).person;
-        if people.person != usual.person && !people_stay {
+        // People like a recorded hand stand where it is first seen.
+        let (head_m, hand_m) = (people.person.head_m, people.person.hand_rest_m);
+        if standing(&usual, head_m, hand_m) != people.person && !people_stay {
             bail!("people who are not the usual ones cannot be recorded");
         }
+        let [head, hand] = [head_m, hand_m].map(|m| m.to_array());
+        let stand = (people.person != usual.person && !people_stay)
+            .then(|| ("training_stand", numbers(&[head, hand].concat())));
         let options = [
             (
                 "base",
@@ -90,7 +96,7 @@ impl SessionSource<'_> {
         let ends = ends
             .into_iter()
             .filter_map(|(key, link)| Some((key, link.clone()?)));
-        let options = options.into_iter().chain(room).chain(ends);
+        let options = options.into_iter().chain(room).chain(ends).chain(stand);
         Ok(Setup {
             program: concat!("hwall ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene_obj,
@@ -185,7 +191,17 @@ impl Options {
         let usual = TrainingPeople::default();
         let people = match setup.option("training_people_stay") {
             Some(_) if flag("training_people_stay")? => usual.seen_from(base),
-            _ => usual,
+            _ => match setup.option("training_stand") {
+                Some(text) => {
+                    let [hx, hy, hz, x, y, z] = numbers_of("training_stand", text)?;
+                    let [head_m, hand_m] = [DVec3::new(hx, hy, hz), DVec3::new(x, y, z)];
+                    TrainingPeople {
+                        person: standing(&usual, head_m, hand_m),
+                        ..usual
+                    }
+                }
+                None => usual,
+            },
         };
         Ok(Self {
             base,
@@ -206,6 +222,15 @@ impl Options {
                 .map(|text| RealRoom::parse(text.to_owned()).context("room"))
                 .transpose()?,
         })
+    }
+}
+
+/// The same people, who stand elsewhere.
+fn standing(usual: &TrainingPeople, head_m: DVec3, hand_rest_m: DVec3) -> PersonConfig {
+    PersonConfig {
+        head_m,
+        hand_rest_m,
+        ..usual.person
     }
 }
 
@@ -347,8 +372,14 @@ mod tests {
         };
         let options = Options::of(&moved(&stayed).to_setup().unwrap()).unwrap();
         assert_eq!(options.training_people, stayed);
-        let elsewhere = stayed.clone().seen_from(source.base);
-        assert!(moved(&elsewhere).to_setup().is_err());
+        // Others stand where a recorded hand is first seen.
+        let mut elsewhere = source.training_people.clone();
+        elsewhere.person.head_m += DVec3::new(0.1, 1.0 / 3.0, -0.2);
+        let options = Options::of(&moved(&elsewhere).to_setup().unwrap()).unwrap();
+        assert_eq!(options.training_people, elsewhere);
+        let mut others = elsewhere.clone();
+        others.person.reach_scatter += 0.1;
+        assert!(moved(&others).to_setup().is_err());
         let filter = HandFilterConfig::default();
         let run = run_of(3, &filter, false, -0.1).unwrap();
         assert_eq!(run_from(&run).unwrap(), (filter, false, -0.1));
