@@ -3,6 +3,7 @@
 use crate::console::note;
 use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
+use crate::input::numbers::counted;
 use crate::input::place::{self, Contacts};
 use crate::input::trial;
 use crate::person::hand::Hand;
@@ -318,45 +319,60 @@ fn repairs(report: &LoadReport) -> Vec<String> {
         return Vec::new();
     }
     // Faces have no names; the surfaces that they were left out of have.
-    let counts: [(_, usize, &[String]); 8] = [
+    let LoadReport {
+        degenerate_faces,
+        duplicate_faces,
+        concave_polygons,
+        points_and_lines,
+        ignored_lines,
+        thinned_surfaces: thinned,
+        empty_surfaces: empty,
+        missing_material_libraries: libraries,
+        missing_materials: materials,
+    } = report;
+    let counts: [(&str, &str, usize, &[String]); 8] = [
         (
-            "degenerate faces dropped",
-            report.degenerate_faces,
-            &report.thinned_surfaces,
+            "degenerate face",
+            "degenerate faces",
+            *degenerate_faces,
+            thinned,
         ),
         (
-            "duplicate faces dropped",
-            report.duplicate_faces,
-            &report.thinned_surfaces,
+            "duplicate face",
+            "duplicate faces",
+            *duplicate_faces,
+            thinned,
         ),
         (
-            "polygons that cross themselves, cut as fans",
-            report.concave_polygons,
+            "polygon cut as a fan",
+            "polygons cut as fans",
+            *concave_polygons,
             &[],
         ),
-        ("points and lines ignored", report.points_and_lines, &[]),
-        ("lines ignored", report.ignored_lines, &[]),
+        ("point or line", "points and lines", *points_and_lines, &[]),
+        ("unknown line", "unknown lines", *ignored_lines, &[]),
+        ("empty surface", "empty surfaces", empty.len(), empty),
         (
-            "empty surfaces",
-            report.empty_surfaces.len(),
-            &report.empty_surfaces,
+            "missing material library",
+            "missing material libraries",
+            libraries.len(),
+            libraries,
         ),
         (
-            "material libraries missing",
-            report.missing_material_libraries.len(),
-            &report.missing_material_libraries,
-        ),
-        (
-            "materials missing",
-            report.missing_materials.len(),
-            &report.missing_materials,
+            "missing material",
+            "missing materials",
+            materials.len(),
+            materials,
         ),
     ];
     let found = counts
         .into_iter()
-        .filter(|(_, n, _)| *n > 0)
-        .map(|(what, n, names)| format!("{n} {what}{}", first_of(names)));
-    vec![format!("scene: {}", found.collect::<Vec<_>>().join(", "))]
+        .filter(|(.., n, _)| *n > 0)
+        .map(|(one, many, n, names)| format!("{}{}", counted(n, one, many), first_of(names)));
+    vec![format!(
+        "scene, left out or mended: {}",
+        found.collect::<Vec<_>>().join(", ")
+    )]
 }
 
 #[cfg(test)]
@@ -378,9 +394,12 @@ mod tests {
             ..LoadReport::default()
         };
         let lines = |n| repairs(&report(n));
-        assert_eq!(lines(0), ["scene: 7 degenerate faces dropped"]);
-        assert_eq!(lines(3), ["scene: 7 degenerate faces dropped (s0, s1, s2)"]);
-        let many = "scene: 7 degenerate faces dropped (s0, s1, s2 and 2 more)";
+        assert_eq!(lines(0), ["scene, left out or mended: 7 degenerate faces"]);
+        assert_eq!(
+            lines(3),
+            ["scene, left out or mended: 7 degenerate faces (s0, s1, s2)"]
+        );
+        let many = "scene, left out or mended: 7 degenerate faces (s0, s1, s2 and 2 more)";
         assert_eq!(lines(5), [many]);
         assert!(repairs(&LoadReport::default()).is_empty());
     }
