@@ -3,7 +3,7 @@
 mod supervised;
 
 use glam::DVec3;
-use hwall_haptics::body::{ArmBody, BodyConfig};
+use hwall_haptics::body::{ArmBody, BodyConfig, Room};
 use hwall_haptics::safety::{
     Channel, GuardLimits, Latch, PersonPart, SafeReason, SafeRequest, SafeState, Supervisor,
     SupervisorConfig, SupervisorInput, WorkspaceBox,
@@ -519,6 +519,8 @@ fn targets_below_the_table_or_inside_the_base_get_no_command() {
                 workspace: (to == below).then_some(table),
                 ..GuardLimits::of_arm(&arm)
             }),
+            // No floor is to come first.
+            room: Some(Room::new(&[]).unwrap()),
             ..SupervisorConfig::default()
         });
         let from = home();
