@@ -52,7 +52,8 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
     let arm = ArmKinematics::carrying(&SrsArm::iiwa7(), board.flange_from_board_face().unwrap());
     let body = ArmBody::new(Arc::clone(&arm), board, BodyConfig::default())
         .unwrap()
-        .in_room(Room::default());
+        .in_room(Room::default())
+        .unwrap();
     let config = SupervisorConfig {
         agreeing_states: 1,
         obedience: None,

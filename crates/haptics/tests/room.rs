@@ -100,7 +100,7 @@ fn what_is_no_obstacle_is_refused_and_nan_is_near() {
     assert!(cuboid.distance_m(&lost).is_nan());
     let (arm, board) = arm();
     let body = ArmBody::new(arm, board, BodyConfig::default()).unwrap();
-    let body = body.in_room(Room::default());
+    let body = body.in_room(Room::default()).unwrap();
     let lost = JointPositions([f64::NAN; 7]);
     assert!(body.nearest(&lost).distance_m.is_nan());
     let rests = JointPositions::default();
@@ -138,7 +138,7 @@ fn run(seed: u64, plans: bool) -> (u32, f64) {
         let cuboid = Obstacle::cuboid(frame, half_m).unwrap();
         let floor = Obstacle::half_space(DVec3::ZERO, DVec3::Z).unwrap();
         let room = Room::new(&[floor, cuboid]).unwrap();
-        let body = bare.clone().in_room(room.clone());
+        let body = bare.clone().in_room(room.clone()).unwrap();
         let start = posture(&mut random);
         if body.nearest(&start).distance_m > 0.05 {
             break (body, room, start);
@@ -210,7 +210,7 @@ fn run(seed: u64, plans: bool) -> (u32, f64) {
             }
         };
         assert!(
-            !matches!(step.state, SafeState::Stopped { .. }) || step.latched,
+            !step.latched && !matches!(step.state, SafeState::Stopped { .. }),
             "{:?}",
             step.state
         );
@@ -227,7 +227,7 @@ fn all(seeds: std::ops::Range<u64>) {
         for (plans, arrived) in [false, true].into_iter().zip(&mut arrived) {
             let (times, least_m) = run(seed, plans);
             *arrived += times;
-            assert!(least_m > 0.0, "seed {seed}, plans {plans}: {least_m} m");
+            assert!(least_m > 9e-3, "seed {seed}, plans {plans}: {least_m} m");
         }
     }
     println!("arrivals without and with planning: {arrived:?}");
@@ -277,7 +277,10 @@ fn a_way_leads_around_a_head() {
         for _ in 0..5000 {
             let q = follower.step(DT_S).unwrap();
             follower.plan();
-            most_m = most_m.max(separation.short_of_m(&q, &person));
+            most_m = separation
+                .short_of_m(&q, &person)
+                .into_iter()
+                .fold(most_m, f64::max);
         }
         (most_m, follower.commanded().max_abs_difference(&to))
     };
@@ -289,4 +292,47 @@ fn a_way_leads_around_a_head() {
     let (around_m, left_rad) = most_short_m(true);
     println!("{straight_m:.3} m too near on the straight way, {around_m:.3} m around");
     assert!(around_m < 0.01 && left_rad < 1e-9, "{around_m} {left_rad}");
+}
+
+fn turned(deg: [f64; 7], by_deg: f64) -> JointPositions {
+    let mut deg = deg;
+    deg[0] += by_deg;
+    JointPositions::from_deg(deg)
+}
+
+#[test]
+fn a_thing_that_is_too_near_already_hides_no_other() {
+    let (arm, board) = arm();
+    let posture = [0.0, 60.0, 0.0, -60.0, 0.0, 60.0, 0.0];
+    let bare = ArmBody::new(Arc::clone(&arm), board, BodyConfig::default()).unwrap();
+    let box_at = |deg: f64, joint: usize| {
+        let at_m = bare.at(&turned(posture, deg)).all()[joint].to_m;
+        let frame = Pose::from_yaw(0.0, at_m).unwrap();
+        Obstacle::cuboid(frame, DVec3::splat(0.05)).unwrap()
+    };
+    // The wrist stands in one box, and the way leads the board into another.
+    let room = Room::new(&[box_at(0.0, 3), box_at(25.0, 4)]).unwrap();
+    let body = bare.clone().in_room(room).unwrap();
+    let (from, to) = (turned(posture, 0.0), turned(posture, 25.0));
+    assert!(body.nearest(&from).distance_m < -0.05);
+    let met = body.comes_too_near(&from, &to).unwrap();
+    assert_eq!(met.obstacle, Some(1), "{met:?}");
+    // Out of the first box it may go.
+    assert_eq!(body.comes_too_near(&from, &turned(posture, -25.0)), None);
+    // An arm that stands too near may stand there.
+    assert_eq!(body.comes_too_near(&from, &from), None);
+}
+
+#[test]
+fn a_room_that_the_whole_arm_is_in_is_refused() {
+    let (arm, board) = arm();
+    let body = ArmBody::new(arm, board, BodyConfig::default()).unwrap();
+    let flipped = Obstacle::half_space(DVec3::Z * -0.6, DVec3::NEG_Z);
+    let flipped = Room::new(&[
+        Obstacle::half_space(DVec3::ZERO, DVec3::Z).unwrap(),
+        flipped.unwrap(),
+    ]);
+    let ceiling = body.clone().in_room(flipped.unwrap());
+    let error = ceiling.unwrap_err().to_string();
+    assert!(error.contains('2') && error.contains("normal"), "{error}");
 }

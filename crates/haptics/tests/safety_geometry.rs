@@ -110,15 +110,22 @@ fn a_folded_arm_meets_itself() {
         Chain::iiwa7(),
         urdf(include_str!("../../kinematics/tests/data/ur5.urdf")),
         urdf(include_str!("../../kinematics/tests/data/panda.urdf")),
+        // Endless joints.
+        urdf(
+            &include_str!("../../kinematics/tests/data/panda.urdf")
+                .replace("revolute", "continuous"),
+        ),
     ];
     let upright = [
         [0.0; 7],
         [0.0, -90.0, 60.0, 0.0, 90.0, 0.0, 0.0],
         [0.0, -45.0, 0.0, -135.0, 0.0, 90.0, 45.0],
+        [0.0, -45.0, 0.0, -135.0, 0.0, 90.0, 45.0],
     ];
     let folded = [
         [0.0, 100.0, 0.0, -119.0, 0.0, 115.0, 0.0],
         [0.0, -90.0, 165.0, 0.0, 90.0, 0.0, 0.0],
+        [0.0, 80.0, 0.0, -174.0, 0.0, 90.0, 0.0],
         [0.0, 80.0, 0.0, -174.0, 0.0, 90.0, 0.0],
     ];
     for ((chain, upright), folded) in chains.into_iter().zip(upright).zip(folded) {

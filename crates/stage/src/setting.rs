@@ -224,8 +224,8 @@ fn unused_columns(recording: &Recording) -> Option<String> {
     })
 }
 
-/// Lets the times of a recording count from its first sample, whatever clock wrote them, to a microsecond: a clock of 1.7e9 s (Unix time) knows
-/// no less. Says so if they did not.
+/// Lets the times of a recording count from its first sample, and says so if they did not. They are rounded to 1 us: Unix time as a float is
+/// hardly finer.
 fn count_from_start(recording: &mut Recording) -> Option<String> {
     let began_s = recording.samples.first()?.frame.t_s;
     for sample in &mut recording.samples {

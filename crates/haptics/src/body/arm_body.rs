@@ -8,7 +8,8 @@ use glam::DVec3;
 use hwall_kinematics::{
     ArmKinematics, JointPositions, JointVelocities, MOST_BODY_POINTS, MOST_JOINTS,
 };
-use hwall_numeric::check::{non_negative, positive};
+use hwall_numeric::check::{non_negative, positive, that};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// How thick an arm is.
@@ -113,19 +114,32 @@ impl ArmBody {
     }
 
     /// The same in a room. Parts that an obstacle always touches, such as the base on its floor, are not judged against it.
-    #[must_use]
-    pub fn in_room(mut self, room: Room) -> Self {
+    ///
+    /// # Errors
+    /// An obstacle that every part touches in all of 512 configurations.
+    pub fn in_room(mut self, room: Room) -> Result<Self, HapticsError> {
         self.can_clear = [[false; MOST]; MOST_OBSTACLES];
         for sample in 0..SAMPLES {
             let capsules = self.at(&self.sample(sample));
             for (obstacle, can_clear) in room.obstacles().iter().zip(&mut self.can_clear) {
                 for (part, can_clear) in capsules.all().iter().zip(can_clear) {
-                    *can_clear |= obstacle.distance_m(part) > self.config.clearance_m;
+                    *can_clear = *can_clear || obstacle.distance_m(part) > self.config.clearance_m;
                 }
             }
         }
+        let can_clear = self.can_clear.iter().take(room.obstacles().len());
+        for (number, parts) in (1..).zip(can_clear) {
+            let number = f64::from(number);
+            let wanted = "one that the arm can be clear of: does its normal point to the arm, are its lengths in metres?";
+            that(
+                parts.contains(&true),
+                "obstacle of the room",
+                number,
+                wanted,
+            )?;
+        }
         self.room = room;
-        self
+        Ok(self)
     }
 
     /// The arm is known to be free here: parts that overlap are thinner than their capsules, and are not judged from now on.
@@ -135,11 +149,6 @@ impl ArmBody {
             let apart_m = capsules.all[i].distance_m(&capsules.all[j]);
             self.can_part[i][j] &= apart_m > self.config.clearance_m;
         }
-        for (obstacle, can_clear) in self.room.obstacles().iter().zip(&mut self.can_clear) {
-            for (part, can_clear) in capsules.all().iter().zip(can_clear) {
-                *can_clear &= obstacle.distance_m(part) > self.config.clearance_m;
-            }
-        }
     }
 
     /// A configuration within the limits, spread evenly.
@@ -148,7 +157,12 @@ impl ArmBody {
         let limits = self.arm.limits();
         JointPositions(std::array::from_fn(|joint| {
             let share = radical_inverse(number + 1, PRIMES[joint]);
-            limits[joint].min_rad + share * (limits[joint].max_rad - limits[joint].min_rad)
+            // One turn is all that an endless joint has to show.
+            let [min, max] = [
+                limits[joint].min_rad.max(-PI),
+                limits[joint].max_rad.min(PI),
+            ];
+            min + share * (max - min)
         }))
     }
 
@@ -222,10 +236,55 @@ impl ArmBody {
         nearest
     }
 
-    /// Does an arm that moves at `qd` and brakes with these accelerations (rad/s²) meet itself or the room before it has come to rest?
-    /// What it comes no nearer to than now does not count. NaN of the arm counts.
+    /// What the arm would come too near to on its way from one configuration to another, the nearest. It may stay as near to each thing as it
+    /// is, or leave it. NaN of the arm is too near.
+    #[must_use]
+    pub fn comes_too_near(&self, from: &JointPositions, to: &JointPositions) -> Option<Nearest> {
+        self.too_near_of(&self.at(from), &self.at(to))
+    }
+
+    fn too_near_of(&self, from: &ArmCapsules, to: &ArmCapsules) -> Option<Nearest> {
+        let mut worst: Option<Nearest> = None;
+        let mut see = |now_m: f64, before_m: &dyn Fn() -> f64, obstacle| {
+            let is_clear = now_m >= self.config.clearance_m;
+            if is_clear || now_m >= before_m() {
+                return;
+            }
+            let is_nearer = |than: Nearest| now_m < than.distance_m || now_m.is_nan();
+            if worst.is_none_or(is_nearer) {
+                worst = Some(Nearest {
+                    distance_m: now_m,
+                    obstacle,
+                });
+            }
+        };
+        for (i, j) in to.strangers().filter(|(i, j)| self.can_part[*i][*j]) {
+            let between = |capsules: &ArmCapsules| capsules.all[i].distance_m(&capsules.all[j]);
+            see(between(to), &|| between(from), None);
+        }
+        for (index, obstacle) in self.room.obstacles().iter().enumerate() {
+            let judged = self.can_clear[index]
+                .iter()
+                .zip(from.all().iter().zip(to.all()));
+            for (_, (before, now)) in judged.filter(|(judged, _)| **judged) {
+                // Most parts are far from most obstacles. NaN is not far.
+                if obstacle.at_least_m(now) < self.config.clearance_m || now.from_m.is_nan() {
+                    see(
+                        obstacle.distance_m(now),
+                        &|| obstacle.distance_m(before),
+                        Some(index),
+                    );
+                }
+            }
+        }
+        worst
+    }
+
+    /// Does an arm that moves at `qd` and brakes with these accelerations (rad/s²) come too near to itself or the room before it has come
+    /// to rest? See [`comes_too_near`](Self::comes_too_near).
     ///
-    /// Looked at in five places; between two of them an arm of 1 m/s that brakes within 0.25 m moves by 60 mm at most.
+    /// Looked at in four places on the way, after equal pieces of time: an arm of 1 m/s that brakes within 0.25 m moves by up to 0.11 m
+    /// between two of them.
     #[must_use]
     pub fn meets(
         &self,
@@ -235,25 +294,22 @@ impl ArmBody {
     ) -> Option<Nearest> {
         let rates = qd.0.iter().zip(braking_rad_per_s2);
         let stop_s = rates.map(|(qd, most)| qd.abs() / most).fold(0.0, f64::max);
-        let here = self.nearest(q);
         // Two parts that come nearer to each other both move.
         let most_way_m = 2.0 * self.most_m_per_s(qd) * 0.5 * stop_s;
-        if most_way_m == 0.0 || here.distance_m - most_way_m >= self.config.clearance_m {
+        if most_way_m == 0.0 || self.nearest(q).distance_m - most_way_m >= self.config.clearance_m {
             return None;
         }
+        let here = self.at(q);
         let at = |time_s: f64| {
             let way_s = time_s * (1.0 - 0.5 * time_s / stop_s);
-            self.nearest(&JointPositions(std::array::from_fn(|i| {
+            self.at(&JointPositions(std::array::from_fn(|i| {
                 q[i] + qd[i] * way_s
             })))
         };
-        let is_met = |nearest: &Nearest| {
-            let is_clear = nearest.distance_m >= self.config.clearance_m;
-            let goes_away = nearest.distance_m >= here.distance_m;
-            !is_clear && !goes_away
-        };
         let pieces = (1..=BRAKING_PIECES).map(|piece| piece as f64 / BRAKING_PIECES as f64);
-        pieces.map(|share| at(share * stop_s)).find(is_met)
+        pieces
+            .map(|share| at(share * stop_s))
+            .find_map(|then| self.too_near_of(&here, &then))
     }
 
     /// The distance that parts keep from each other and from the room, m.

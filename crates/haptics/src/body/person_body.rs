@@ -116,7 +116,10 @@ impl PersonBody {
                         to_m: hand.position_m,
                         radius_m: config.arm_radius_m,
                     };
-                    seen(BodyRegion::Arm, arm)
+                    seen(BodyRegion::Arm, arm).map(|seen| Seen {
+                        stamp_s: seen.stamp_s.min(hand.stamp_s),
+                        ..seen
+                    })
                 }),
             ],
         }

@@ -76,7 +76,7 @@ impl Obstacle {
 
     /// Distance between the surfaces of a capsule and the obstacle, m; below zero where they overlap. NaN in gives NaN.
     ///
-    /// Error: below 1e-9 m for sizes of some metres. The distance from a convex body is a convex function of the place, so along the
+    /// Error: below 1e-8 m for segments of some metres. The distance from a convex body is a convex function of the place, so along the
     /// segment one search finds the least.
     #[must_use]
     pub fn distance_m(&self, capsule: &Capsule) -> f64 {

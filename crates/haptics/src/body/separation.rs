@@ -116,10 +116,10 @@ impl Separation {
         self.body.fit(q);
     }
 
-    /// By how much an arm that rests here is nearer than a plan should bring it to itself, to the room, or to head and torso, m; below zero
-    /// where it is free. Plans keep twice the clearance from itself and the room. NaN in gives NaN.
+    /// By how much this posture is nearer than a plan may bring a resting arm, m, to itself or the room (it keeps twice the clearance), and to
+    /// head or torso. Negative: free. NaN in gives NaN.
     #[must_use]
-    pub fn short_of_m(&self, q: &JointPositions, person: &PersonBody) -> f64 {
+    pub fn short_of_m(&self, q: &JointPositions, person: &PersonBody) -> [f64; 2] {
         let nearest = self.body.nearest(q);
         let of_arm_m = 2.0 * self.body.clearance_m() - nearest.distance_m;
         let capsules = self.body.at(q);
@@ -133,7 +133,7 @@ impl Separation {
         let of_person = person
             .vital()
             .map(|seen| capsules.distance_m(&seen.capsule) - needed_m);
-        -least_or_nan(of_person.chain([-of_arm_m]))
+        [of_arm_m, -least_or_nan(of_person)]
     }
 
     /// The settings.
@@ -211,7 +211,7 @@ impl Separation {
             let least_m = before.distance_m(&seen.capsule) - most_way_m;
             gap(least_m, &seen, latency_s + stop_s)
         };
-        // Braking makes no part faster.
+        // A lever may grow while the joints brake, but no part becomes twice as fast.
         let reacted = along(latency_s);
         let ways_m = before.all().iter().zip(reacted.all());
         let fastest_m_per_s =
@@ -222,7 +222,7 @@ impl Separation {
                     false => m_per_s,
                 });
         let counts = |seen: &Seen| {
-            let is_slow = fastest_m_per_s <= self.harmless_m_per_s(seen);
+            let is_slow = 2.0 * fastest_m_per_s <= self.harmless_m_per_s(seen);
             !is_slow
         };
         let at_first = person.seen().filter(counts).map(far).reduce(Gap::worse)?;

@@ -82,8 +82,8 @@ pub(super) struct Worst {
 pub(super) struct Clear<'a> {
     separation: &'a Separation,
     person: &'a PersonBody,
-    /// An arm that has come too near comes no nearer, m.
-    here_m: f64,
+    /// An arm that has come too near comes no nearer, m: to itself or the room, and to the person.
+    here_m: [f64; 2],
 }
 
 impl<'a> Clear<'a> {
@@ -96,13 +96,18 @@ impl<'a> Clear<'a> {
         Self {
             separation,
             person,
-            here_m: separation.short_of_m(here, person).max(0.0),
+            here_m: separation.short_of_m(here, person).map(|m| m.max(0.0)),
         }
     }
 
     /// By how much a configuration is too near, m.
     fn beyond_m(&self, q: &JointPositions) -> f64 {
-        self.separation.short_of_m(q, self.person) - self.here_m
+        let [arm_m, person_m] = self.separation.short_of_m(q, self.person);
+        let beyond_m = (arm_m - self.here_m[0]).max(person_m - self.here_m[1]);
+        match arm_m.is_nan() || person_m.is_nan() {
+            true => f64::INFINITY,
+            false => beyond_m,
+        }
     }
 
     /// How fast that grows with each joint, m/rad.
@@ -236,8 +241,7 @@ impl Check<'_> {
         }
     }
 
-    /// The considered motion where some part of the arm comes too near to what it keeps clear of. There are more looks where it may be too
-    /// near in between.
+    /// Where the considered motion brings the arm too near to something. It looks more often where two looks leave that open.
     fn nearest(&mut self, duration_s: f64, reference: &ReferenceMotion) -> Option<Worst> {
         let clear = self.clear?;
         let mut worst: Option<Worst> = None;
@@ -260,7 +264,8 @@ impl Check<'_> {
             let after = look(duration_s * i as f64 / SAMPLES as f64);
             let turned = JointVelocities(std::array::from_fn(|i| after.1[i] - before.1[i]));
             let way_m = clear.separation.body().most_m_per_s(&turned);
-            if before.2 + after.2 + way_m > 0.0 {
+            // Two parts that come nearer to each other both move.
+            if before.2 + after.2 + 2.0 * way_m > 0.0 {
                 for part in 1..PARTS {
                     let share = part as f64 / PARTS as f64;
                     look(before.0 + share * (after.0 - before.0));

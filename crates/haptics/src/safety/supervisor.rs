@@ -71,7 +71,7 @@ impl Supervisor {
         let guard = config.guard.unwrap_or_else(|| GuardLimits::of_arm(&*arm));
         guard.validate()?;
         let room = config.room.clone().unwrap_or_default();
-        let body = ArmBody::new(Arc::clone(&arm), *board, config.body)?.in_room(room);
+        let body = ArmBody::new(Arc::clone(&arm), *board, config.body)?.in_room(room)?;
         let speed_cap_m_per_s = config.contact.speed_cap_m_per_s(config.effective_mass_kg)?;
         Ok(Self {
             inspection: Inspection::new(arm.clone(), *board, guard, &config)?,

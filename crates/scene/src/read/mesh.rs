@@ -22,7 +22,7 @@ pub struct LoadReport {
     pub degenerate_faces: usize,
     /// Faces with the corners of an earlier one (in any order, on any surface that moves with it), left out.
     pub duplicate_faces: usize,
-    /// Polygons that cross themselves, or have more than 4,096 corners and are not convex; cut as a fan, so pieces may overlap.
+    /// Polygons that cross themselves, or have more than 256 corners and are not convex; cut as a fan, so pieces may overlap.
     pub concave_polygons: usize,
     /// Points, lines and faces of fewer than three corners, left out.
     pub points_and_lines: usize,

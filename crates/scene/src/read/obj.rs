@@ -31,7 +31,7 @@ impl Default for LoadLimits {
     }
 }
 
-/// Reads a text file, at most the limit of bytes. What is no UTF-8 is read as Latin-1, as older programs write, unless it holds bytes that no text does.
+/// Reads a text file, at most the limit of bytes. Text that is not UTF-8 is read as Latin-1. A file with control bytes is refused.
 pub(crate) fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, SceneError> {
     let io = |e: std::io::Error| SceneError::Io {
         path: path.display().to_string(),
@@ -366,8 +366,8 @@ impl Check<'_> {
     }
 }
 
-/// Cutting ears takes time in proportion to the square of the corners.
-const MOST_CORNERS: usize = 4096;
+/// Cutting ears takes time in proportion to the cube of the corners.
+const MOST_CORNERS: usize = 256;
 
 /// A flat polygon cut into triangles of the same winding, ear by ear; `None` if it crosses itself so that no ear is left.
 fn ears(corners: &[DVec3]) -> Option<Vec<[usize; 3]>> {

@@ -54,15 +54,24 @@ impl NamedArm {
         self.name.to_ascii_lowercase().ends_with(".urdf")
     }
 
+    fn check_ends(&self) -> anyhow::Result<()> {
+        let are_named = self.tip.is_some() || self.root.is_some();
+        if are_named && !self.is_file() {
+            bail!(
+                "--tip and --root need a URDF file; --arm {} is not one",
+                self.name
+            );
+        }
+        Ok(())
+    }
+
     /// As a general chain with its inertials. Says which links of a file it takes.
     ///
     /// # Errors
     /// An unknown name, or a file that cannot be read as URDF.
     pub fn chain(&self) -> anyhow::Result<Chain> {
         let name = &self.name;
-        if !self.is_file() && (self.tip.is_some() || self.root.is_some()) {
-            bail!("--tip and --root name links of a URDF file, and --arm {name} is none");
-        }
+        self.check_ends()?;
         match name.as_str() {
             "iiwa7" => Ok(Chain::iiwa7()),
             "iiwa14" => Ok(Chain::iiwa14()),
@@ -90,9 +99,10 @@ impl NamedArm {
     /// # Errors
     /// As for [`chain`](Self::chain), and an arm that has none.
     pub fn closed_form(&self) -> anyhow::Result<SrsArm> {
+        self.check_ends()?;
         match self.name.as_str() {
-            "iiwa7" if !self.is_file() => Ok(SrsArm::iiwa7()),
-            "iiwa14" if !self.is_file() => Ok(SrsArm::iiwa14()),
+            "iiwa7" => Ok(SrsArm::iiwa7()),
+            "iiwa14" => Ok(SrsArm::iiwa14()),
             name => SrsArm::from_chain(&self.chain()?).with_context(|| {
                 format!("--arm {name}: this needs an arm with a closed form, such as an iiwa")
             }),
@@ -119,12 +129,10 @@ impl BoardArm {
     /// board anywhere in front of it.
     pub fn named(arm: impl Into<NamedArm>, board: &Board) -> anyhow::Result<Self> {
         let arm = arm.into();
-        if !arm.is_file()
-            && let Ok(arm) = arm.closed_form()
-        {
-            return Self::from_srs(&arm, board);
+        match arm.is_file() {
+            true => Self::from_chain(&arm.name, arm.chain()?, board),
+            false => Self::from_srs(&arm.closed_form()?, board),
         }
-        Self::from_chain(&arm.name, arm.chain()?, board)
     }
 
     /// The same arm, which counts what it is asked: [`asked_in`](super::counted::asked_in).
@@ -146,11 +154,17 @@ impl BoardArm {
     fn from_chain(name: &str, chain: Chain, board: &Board) -> anyhow::Result<Self> {
         // A description of an arm with a closed form is that arm.
         if let Ok(arm) = SrsArm::from_chain(&chain) {
-            let of_srs = Self::from_srs(&arm, board)?;
-            return Ok(Self {
-                chain: Some(chain),
-                ..of_srs
-            });
+            let mut of_srs = Self::from_srs(&arm, board)?;
+            of_srs.chain = Some(chain);
+            let limits = of_srs.kinematics.limits();
+            let is_within = limits
+                .iter()
+                .zip(&of_srs.start.0)
+                .all(|(l, q)| l.contains(*q));
+            if !is_within && let Some(start) = start_of(&*of_srs.kinematics)? {
+                of_srs.start = start;
+            }
+            return Ok(of_srs);
         }
         let chain = ChainArm::new(chain)?.with_tool(board.flange_from_board_face()?);
         let links = chain.chain().clone();

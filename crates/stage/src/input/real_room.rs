@@ -71,7 +71,7 @@ impl RealRoom {
             obstacles.push(made().with_context(|| format!("box {number}"))?);
         }
         if obstacles.is_empty() {
-            bail!("neither a [[plane]] nor a [[box]]: the floor, at least, is one");
+            bail!("the room is empty: give at least the floor, as a [[plane]]");
         }
         let room = Room::new(&obstacles)?;
         Ok(Self { room, text })

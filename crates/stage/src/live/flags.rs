@@ -54,7 +54,7 @@ pub struct LiveFlags {
     /// Takes the dissertation's UDP datagrams here, which say where the board goes; hands are then not followed
     #[arg(long, value_parser = socket_address)]
     pub unity_udp: Option<SocketAddr>,
-    /// The arm moves only while somebody holds the switch of the page's address with #switch behind it, on a phone for instance; let go, or lost, it stops the arm
+    /// The arm moves only while somebody holds the switch on the page (its address with #switch behind it, on a phone for instance). Letting go stops the arm; so does losing the connection
     #[arg(long, conflicts_with = "unity_udp")]
     pub enabling_switch: bool,
     /// Records the session to this file, for Foxglove, Rerun and `hwall --replay`; the arm's capsules as URDF beside it

@@ -69,11 +69,13 @@ pub(super) fn obey<P: Predictor>(
     let orders = bridge.view.orders();
     let is_enabled = !switch || orders.is_enabled(ENABLED);
     let is_latched = recorded.session.control().is_latched();
+    if !is_enabled && !is_latched {
+        recorded.request(Request::Stop);
+    }
     match orders.take() {
         Some(Order::Stop) => recorded.request(Request::Stop),
         Some(Order::LetGo) if is_enabled => recorded.request(Request::Reset),
         Some(Order::LetGo) => note("nobody holds the enabling switch: the arm is not let go"),
-        None if !is_enabled && !is_latched => recorded.request(Request::Stop),
         None => {}
     }
     let session = &recorded.session;

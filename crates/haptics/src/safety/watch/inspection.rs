@@ -342,13 +342,8 @@ impl Inspection {
                 return blind(SafeReason::Workspace);
             }
         }
-        let nearest = body.nearest(&wanted);
-        // Out of a collision is always allowed.
-        let is_near = nearest.distance_m < body.clearance_m();
-        if is_near && nearest.distance_m < body.nearest(&from).distance_m {
-            return blind(SafeReason::met(&nearest));
-        }
-        None
+        let nearest = body.comes_too_near(&from, &wanted)?;
+        blind(SafeReason::met(&nearest))
     }
 
     fn look_at_person(&mut self, input: &SupervisorInput<'_>, elapsed_s: f64) -> Option<Fault> {

@@ -21,9 +21,10 @@ impl Chain {
     /// From URDF text, from link `base` to link `tip`, which must descend from it.
     ///
     /// Without `base`, the root of the tree (above the tip, if that is named), of several the only one under which something moves.
-    /// Without `tip`, the end of the longest chain of moving joints, before a gripper: a place from which, after six joints or more, several
-    /// or sliding ones go on, or one that others mimic, or one that is called a finger. What is fixed there may name another end: `tool0`, a flange, an `ee_link`, or the only leaf.
-    /// [`Chain::ends`] says which were taken. Fixed joints are merged into their neighbours. Links that hang
+    /// Without `tip`, the longest chain of moving joints is taken, and of what is fixed at its end `tool0`, else a flange, else the link that
+    /// carries a gripper, else the only leaf, else `ee_link`, else the last moving link. A gripper begins after six joints, where several go
+    /// on, or one that slides or is mimicked; after three, where short ones go on or the last is called a finger. [`Chain::ends`] says which
+    /// links were taken. Fixed joints are merged into their neighbours. Links that hang
     /// on the chain through fixed joints only add their mass; those behind further movable
     /// joints are left out and listed in [`Chain::links_left_out`].
     ///
@@ -269,16 +270,14 @@ impl<'a> Tree<'a> {
             let rivals = moving
                 .iter()
                 .filter(|(_, other)| other.longest == longest.longest);
-            let ends: Vec<&str> = rivals
-                .map(|(rival, _)| self.end_below(&rival.child, &reach))
-                .collect();
-            if ends.len() > 1 {
+            if rivals.clone().count() > 1 {
                 has_gripper = passed >= SMALL_ARM && longest.longest < SMALL_ARM;
                 if has_gripper {
                     break;
                 }
                 // Two arms, or many legs.
-                only(&ends)?;
+                let ends = rivals.map(|(rival, _)| self.end_below(&rival.child, &reach));
+                only(&ends.collect::<Vec<_>>())?;
             }
             at = joint.child.as_str();
             if joint.kind != Kind::Fixed {
