@@ -1,7 +1,7 @@
 //! Arms by name or URDF file, for the command line.
 
 use super::counted::Counted;
-use super::numbers::list;
+use super::numbers::{counted, list};
 use crate::console::note;
 use anyhow::{Context, bail};
 use glam::DVec3;
@@ -85,8 +85,8 @@ impl NamedArm {
                     other => other.into(),
                 })?;
                 if let Some([root, tip]) = chain.ends() {
-                    let joints = chain.joint_count();
-                    note(format_args!("{name}: {joints} joints from {root} to {tip}"));
+                    let joints = counted(chain.joint_count(), "joint", "joints");
+                    note(format_args!("{name}: {joints} from {root} to {tip}"));
                 }
                 Ok(chain)
             }
