@@ -158,11 +158,9 @@ impl ArmBody {
         JointPositions(std::array::from_fn(|joint| {
             let share = radical_inverse(number + 1, PRIMES[joint]);
             // One turn is all that an endless joint has to show.
-            let [min, max] = [
-                limits[joint].min_rad.max(-PI),
-                limits[joint].max_rad.min(PI),
-            ];
-            min + share * (max - min)
+            let (limit, middle) = (limits[joint], limits[joint].middle_rad());
+            let min = limit.min_rad.max(middle - PI);
+            min + share * (limit.max_rad.min(middle + PI) - min)
         }))
     }
 
@@ -268,7 +266,8 @@ impl ArmBody {
                 .zip(from.all().iter().zip(to.all()));
             for (_, (before, now)) in judged.filter(|(judged, _)| **judged) {
                 // Most parts are far from most obstacles. NaN is not far.
-                if obstacle.at_least_m(now) < self.config.clearance_m || now.from_m.is_nan() {
+                let is_far = obstacle.at_least_m(now) >= self.config.clearance_m;
+                if !is_far {
                     see(
                         obstacle.distance_m(now),
                         &|| obstacle.distance_m(before),

@@ -55,7 +55,7 @@ function live() {
     if (confirm(`The arm stands: ${held}.\nIs everybody clear of it? It moves again when you let it go.`)) connection.order("release");
   });
   if (location.hash === "#switch") {
-    // An enabling switch: held it says so twenty times a second, let go it stops the arm.
+    // An enabling switch. While it is held it reports twenty times a second; when it is released it stops the arm.
     const button = $("switch");
     let timer = null;
     const letGo = () => {

@@ -61,7 +61,7 @@ impl Chain {
             kind: error.kind(),
             message: error.to_string(),
         })?;
-        // What is no UTF-8 is some older encoding: names are ASCII, so only comments differ.
+        // Names are ASCII, so an older encoding differs in comments only.
         let text = String::from_utf8(bytes)
             .unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect());
         Self::from_urdf_str(&text, base, tip)
@@ -310,9 +310,8 @@ impl<'a> Tree<'a> {
             next += 1;
         }
         let called = |name: &str| {
-            let all = fixed.iter().copied();
-            all.into_iter()
-                .find(|link| link.to_ascii_lowercase().ends_with(name))
+            let mut all = fixed.iter().copied();
+            all.find(|link| link.to_ascii_lowercase().ends_with(name))
         };
         let leaves: Vec<&str> = (fixed.iter().copied())
             .filter(|link| self.below(link).next().is_none())
