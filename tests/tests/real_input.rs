@@ -13,6 +13,24 @@ use hwall_stage::setting::{Setting, SettingOptions};
 use hwall_testkit::shared;
 use std::path::Path;
 
+/// A recording with y up, placed before a wall.
+fn following<'a>(scene: Option<&'a Path>, hand: &'a Path) -> SettingOptions<'a> {
+    SettingOptions {
+        scene,
+        hand: Some(hand),
+        trial: None,
+        rigid_hand: false,
+        y_up: true,
+        auto: true,
+        base: None,
+        base_by_arrival: false,
+        hand_origin: None,
+        person: PersonKind::Plain,
+        touches: 0,
+        seed: 0,
+    }
+}
+
 #[test]
 fn the_leap_hand_is_tracked_to_its_jump_and_then_lost() {
     let Some(path) = shared("data/author_leap/finger18.csv") else {
@@ -63,20 +81,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     };
     let board = Board::default();
     let arm = BoardArm::named("iiwa7", &board).unwrap();
-    let options = SettingOptions {
-        scene: Some(&scene),
-        hand: Some(&hand),
-        trial: None,
-        rigid_hand: false,
-        y_up: true,
-        auto: true,
-        base: None,
-        base_by_arrival: false,
-        hand_origin: None,
-        person: PersonKind::Plain,
-        touches: 0,
-        seed: 0,
-    };
+    let options = following(Some(&scene), &hand);
     let setting = Setting::new(&arm, &options).unwrap();
     let (house, _) = Scene::from_obj_file(&scene, None).unwrap();
     assert_eq!(setting.scene.surfaces().len(), house.surfaces().len());
@@ -185,20 +190,7 @@ fn the_clock_of_a_recording_does_not_matter() {
             .collect();
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("clock{offset_s}.csv"));
         std::fs::write(&path, text).unwrap();
-        let options = SettingOptions {
-            scene: None,
-            hand: Some(&path),
-            trial: None,
-            rigid_hand: false,
-            y_up: true,
-            auto: true,
-            base: None,
-            base_by_arrival: false,
-            hand_origin: None,
-            person: PersonKind::Plain,
-            touches: 0,
-            seed: 0,
-        };
+        let options = following(None, &path);
         let mut setting = Setting::new(&arm, &options).unwrap();
         let participant = setting.participants.remove(0);
         let Hand::Recorded(frames, _) = participant.hand else {
