@@ -47,6 +47,8 @@ struct Scene {
     is_touched: bool,
     /// What the first sensor says without a push, N m.
     bias_n_m: f64,
+    /// A second push; the force is then that of this one.
+    other: Option<Hand>,
 }
 
 impl Scene {
@@ -78,6 +80,7 @@ impl Scene {
             head_m: DVec3::new(2.0, 0.0, 1.0),
             is_touched: false,
             bias_n_m: 0.0,
+            other: None,
         }
     }
 
@@ -88,18 +91,21 @@ impl Scene {
     fn step(&mut self, hand: &Hand) {
         self.now_s += DT_S;
         let q = self.state.q;
-        let depth_m = (hand.at_m - self.point_m(&q, hand.point))
-            .dot(hand.pushes)
-            .max(0.0);
-        let force = hand.pushes * (hand.n_per_m * depth_m);
-        self.force_n = force.length();
-        // By virtual work, wherever it acts.
-        let torque = JointTorques(std::array::from_fn(|joint| {
-            let mut ahead = q;
-            ahead[joint] += 1e-6;
-            let way = self.point_m(&ahead, hand.point) - self.point_m(&q, hand.point);
-            force.dot(way) / 1e-6
-        }));
+        let mut torque = JointTorques::default();
+        for pushing in [Some(hand), self.other.as_ref()].into_iter().flatten() {
+            let depth_m = (pushing.at_m - self.point_m(&q, pushing.point))
+                .dot(pushing.pushes)
+                .max(0.0);
+            let force = pushing.pushes * (pushing.n_per_m * depth_m);
+            self.force_n = force.length();
+            // By virtual work, wherever it acts.
+            for joint in 0..7 {
+                let mut ahead = q;
+                ahead[joint] += 1e-6;
+                let way = self.point_m(&ahead, pushing.point) - self.point_m(&q, pushing.point);
+                torque[joint] += force.dot(way) / 1e-6;
+            }
+        }
         self.state.external_torque = Some(torque);
         if let Some(torque) = &mut self.state.external_torque {
             torque[0] += self.bias_n_m;
@@ -348,6 +354,46 @@ fn a_push_on_a_link_is_named_and_let_go() {
                 scene.force_n
             );
             assert!(most_n < 75.0 && scene.force_n < 30.0);
+        }
+    }
+}
+
+/// On a link, while a hand presses the board: named within 50 ms as well. The hand alone is not.
+#[test]
+fn a_push_on_a_link_is_named_while_a_hand_is_at_the_board() {
+    let directions = [DVec3::X, DVec3::Y, -DVec3::Y, DVec3::new(0.6, 0.0, -0.8)];
+    for point in [2, 3] {
+        for pushes in directions {
+            let mut scene = Scene::new();
+            let face = scene.arm.forward(&home());
+            let mut at_board = pressing(&face);
+            for _ in 0..1000 {
+                scene.step(&Hand {
+                    n_per_m: 0.0,
+                    ..at_board
+                });
+            }
+            scene.is_touched = true;
+            at_board.at_m = face.position_m() - 0.015 * face.rotation().z_axis;
+            for _ in 0..500 {
+                scene.step(&at_board);
+            }
+            assert_eq!(scene.said, SafeState::Normal, "the hand alone");
+            let n_per_m = 5e3;
+            let at_m = scene.point_m(&scene.state.q, point) + pushes * (65.0 / n_per_m);
+            scene.other = Some(Hand {
+                point,
+                at_m,
+                pushes,
+                n_per_m,
+            });
+            let named_ms = (0..50).find(|_| {
+                scene.step(&at_board);
+                scene.said != SafeState::Normal
+            });
+            let reason = scene.said.reason().map(|reason| reason.name());
+            println!("{point} {pushes}: {named_ms:?} ms, {reason:?}");
+            assert!(named_ms.is_some(), "{point} {pushes}");
         }
     }
 }

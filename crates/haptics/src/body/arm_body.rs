@@ -65,6 +65,20 @@ pub struct ArmBody {
     reach_m: f64,
 }
 
+/// Which parts of an arm are judged against each other, and which against each obstacle of the room.
+#[derive(Debug, Clone, Copy, Default)]
+struct Near {
+    parts: [[bool; MOST]; MOST],
+    room: [[bool; MOST]; MOST_OBSTACLES],
+}
+
+impl Near {
+    fn is_empty(&self) -> bool {
+        let mut all = self.parts.iter().chain(&self.room).flatten();
+        all.all(|near| !near)
+    }
+}
+
 /// What an arm comes nearest to that it must not meet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearest {
@@ -238,10 +252,30 @@ impl ArmBody {
     /// is, or leave it. NaN of the arm is too near.
     #[must_use]
     pub fn comes_too_near(&self, from: &JointPositions, to: &JointPositions) -> Option<Nearest> {
-        self.too_near_of(&self.at(from), &self.at(to))
+        let all = Near {
+            parts: self.can_part,
+            room: self.can_clear,
+        };
+        self.too_near_of(&self.at(from), &self.at(to), &all)
     }
 
-    fn too_near_of(&self, from: &ArmCapsules, to: &ArmCapsules) -> Option<Nearest> {
+    /// What can be nearer than this, m.
+    fn near(&self, capsules: &ArmCapsules, most_m: f64) -> Near {
+        let mut near = Near::default();
+        for (i, j) in capsules.strangers().filter(|(i, j)| self.can_part[*i][*j]) {
+            let distance_m = capsules.all[i].distance_m(&capsules.all[j]);
+            near.parts[i][j] = !(distance_m >= most_m);
+        }
+        for (index, obstacle) in self.room.obstacles().iter().enumerate() {
+            for (part, capsule) in capsules.all().iter().enumerate() {
+                let can_clear = self.can_clear[index][part];
+                near.room[index][part] = can_clear && !(obstacle.at_least_m(capsule) >= most_m);
+            }
+        }
+        near
+    }
+
+    fn too_near_of(&self, from: &ArmCapsules, to: &ArmCapsules, near: &Near) -> Option<Nearest> {
         let mut worst: Option<Nearest> = None;
         let mut see = |now_m: f64, before_m: &dyn Fn() -> f64, obstacle| {
             let is_clear = now_m >= self.config.clearance_m;
@@ -256,14 +290,12 @@ impl ArmBody {
                 });
             }
         };
-        for (i, j) in to.strangers().filter(|(i, j)| self.can_part[*i][*j]) {
+        for (i, j) in to.strangers().filter(|(i, j)| near.parts[*i][*j]) {
             let between = |capsules: &ArmCapsules| capsules.all[i].distance_m(&capsules.all[j]);
             see(between(to), &|| between(from), None);
         }
         for (index, obstacle) in self.room.obstacles().iter().enumerate() {
-            let judged = self.can_clear[index]
-                .iter()
-                .zip(from.all().iter().zip(to.all()));
+            let judged = near.room[index].iter().zip(from.all().iter().zip(to.all()));
             for (_, (before, now)) in judged.filter(|(judged, _)| **judged) {
                 // Most parts are far from most obstacles. NaN is not far.
                 let is_far = obstacle.at_least_m(now) >= self.config.clearance_m;
@@ -295,10 +327,14 @@ impl ArmBody {
         let stop_s = rates.map(|(qd, most)| qd.abs() / most).fold(0.0, f64::max);
         // Two parts that come nearer to each other both move.
         let most_way_m = 2.0 * self.most_m_per_s(qd) * 0.5 * stop_s;
-        if most_way_m == 0.0 || self.nearest(q).distance_m - most_way_m >= self.config.clearance_m {
+        if most_way_m == 0.0 {
             return None;
         }
         let here = self.at(q);
+        let near = self.near(&here, self.config.clearance_m + most_way_m);
+        if near.is_empty() {
+            return None;
+        }
         let at = |time_s: f64| {
             let way_s = time_s * (1.0 - 0.5 * time_s / stop_s);
             self.at(&JointPositions(std::array::from_fn(|i| {
@@ -308,7 +344,7 @@ impl ArmBody {
         let pieces = (1..=BRAKING_PIECES).map(|piece| piece as f64 / BRAKING_PIECES as f64);
         pieces
             .map(|share| at(share * stop_s))
-            .find_map(|then| self.too_near_of(&here, &then))
+            .find_map(|then| self.too_near_of(&here, &then, &near))
     }
 
     /// The distance that parts keep from each other and from the room, m.

@@ -53,41 +53,33 @@ fn segment_distance_m(p0: DVec3, p1: DVec3, q0: DVec3, q1: DVec3) -> f64 {
     let (u, v, w) = (p1 - p0, q1 - q0, p0 - q0);
     let (a, b, c) = (u.length_squared(), u.dot(v), v.length_squared());
     let (d, e) = (u.dot(w), v.dot(w));
-    let at = |s: f64, t: f64| (w + u * s - v * t).length();
-    let on_q = |s: f64| {
-        if c > 0.0 {
-            ((e + b * s) / c).clamp(0.0, 1.0)
+    // `f64::min` and `clamp` would drop NaN.
+    if (a + c + w.length_squared()).is_nan() {
+        return f64::NAN;
+    }
+    let square = |s: f64, t: f64| (w + u * s - v * t).length_squared();
+    let [inverse_a, inverse_c] = [a, c].map(|square| {
+        if square >= f64::MIN_POSITIVE {
+            1.0 / square
         } else {
             0.0
         }
-    };
-    let on_p = |t: f64| {
-        if a > 0.0 {
-            ((b * t - d) / a).clamp(0.0, 1.0)
-        } else {
-            0.0
-        }
-    };
+    });
+    let on_q = |s: f64| ((e + b * s) * inverse_c).clamp(0.0, 1.0);
+    let on_p = |t: f64| ((b * t - d) * inverse_a).clamp(0.0, 1.0);
     // The nearest pair is inside both segments, or one of its points is an end.
+    let ends = [
+        square(0.0, on_q(0.0)),
+        square(1.0, on_q(1.0)),
+        square(on_p(0.0), 0.0),
+        square(on_p(1.0), 1.0),
+    ];
+    let mut least = ends.into_iter().fold(f64::INFINITY, f64::min);
     let determinant = a * c - b * b;
-    let inner = if determinant > 1e-14 * a * c {
+    if determinant > 1e-14 * a * c {
         let s = ((b * e - c * d) / determinant).clamp(0.0, 1.0);
         let t = on_q(s);
-        at(on_p(t), t)
-    } else {
-        f64::INFINITY
-    };
-    let ends = [
-        at(0.0, on_q(0.0)),
-        at(1.0, on_q(1.0)),
-        at(on_p(0.0), 0.0),
-        at(on_p(1.0), 1.0),
-    ];
-    let least = ends.into_iter().fold(inner, f64::min);
-    // `f64::min` drops NaN.
-    if at(0.0, 0.0).is_nan() || at(1.0, 1.0).is_nan() {
-        f64::NAN
-    } else {
-        least
+        least = least.min(square(on_p(t), t));
     }
+    least.sqrt()
 }

@@ -229,10 +229,16 @@ impl Separation {
         if at_first.left_m >= 0.0 {
             return Some(at_first);
         }
-        let mut distances_m = [[0.0; MOST_SEEN]; MOST_PARTS];
+        // Parts that are far from somebody now stay so.
+        let mut distances_m = [[None; MOST_SEEN]; MOST_PARTS];
         for (part, distances_m) in before.all().iter().zip(&mut distances_m) {
             for (seen, distance_m) in person.seen().filter(counts).zip(distances_m) {
-                *distance_m = part.distance_m(&seen.capsule);
+                let now_m = part.distance_m(&seen.capsule);
+                let here = gap(now_m - most_way_m, &seen, latency_s + stop_s);
+                match here.left_m >= 0.0 {
+                    true => worst = Some(worst.map_or(here, |worst| worst.worse(here))),
+                    false => *distance_m = Some(now_m),
+                }
             }
         }
         let mut last_s = 0.0;
@@ -243,8 +249,11 @@ impl Separation {
                 let moved_m = before.all()[index].moved_m(part);
                 for (seen, distance_m) in person.seen().filter(counts).zip(&mut distances_m[index])
                 {
+                    let Some(from_m) = *distance_m else {
+                        continue;
+                    };
                     let to_m = part.distance_m(&seen.capsule);
-                    let from_m = std::mem::replace(distance_m, to_m);
+                    *distance_m = Some(to_m);
                     let is_slow = moved_m <= self.harmless_m_per_s(&seen) * (until_s - last_s);
                     let goes_away = leaves && to_m >= from_m;
                     if is_slow || goes_away {

@@ -69,6 +69,14 @@ impl PortAccount {
         })
     }
 
+    pub(super) const fn set_hand_stiffness(&mut self, n_per_m: f64) {
+        self.config.hand.stiffness_n_per_m = n_per_m;
+    }
+
+    pub(super) const fn set_braking(&mut self, m_per_s2: f64) {
+        self.config.braking_m_per_s2 = m_per_s2;
+    }
+
     /// As it looks, J.
     pub(super) const fn seen_j(&self) -> f64 {
         self.seen.net_j()
@@ -179,7 +187,7 @@ impl PortAccount {
         (seen_j, hidden_j)
     }
 
-    /// What commands under way may cost, and a further one in the direction of `sign`. Costs count against what is sure.
+    /// What commands under way may cost, and a further one towards `wanted`. Costs count against what is sure.
     pub(super) fn cost(&self, sign: f64) -> Cost {
         match self.config.causality {
             Causality::Impedance => self.cost_of_force(sign),
@@ -284,14 +292,20 @@ impl PortAccount {
         }
         time_s += period_s;
         // Away from a hand that only pushes it costs nothing.
-        let b = if sign > 0.0 {
-            0.0
-        } else {
-            period_s * force_n(self.config.most, time_s)
-        };
+        if sign > 0.0 {
+            return Cost {
+                a: 0.0,
+                b: 0.0,
+                reserved_j,
+            };
+        }
+        // The device brakes no faster than it can: it goes on by v²/2a, against a force that rises on the way.
+        let speed = sign.abs();
+        let braking_s = speed / self.config.braking_m_per_s2;
+        let mean_n = 0.5 * (force_n(speed, time_s) + force_n(speed, time_s + 0.5 * braking_s));
         Cost {
-            a: 0.0,
-            b,
+            a: 0.5 * mean_n / self.config.braking_m_per_s2,
+            b: period_s * force_n(speed, time_s),
             reserved_j,
         }
     }

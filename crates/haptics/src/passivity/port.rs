@@ -103,6 +103,8 @@ pub struct PortConfig {
     pub most: f64,
     /// Limits of the damper; the default is that of [`PortConfig::impedance`].
     pub dissipation: DissipationLimit,
+    /// How fast the device can brake, m/s²; default infinite, as for a light one; used for admittance alone.
+    pub braking_m_per_s2: f64,
     /// The command changes only when what is wanted differs by more than this from what was wanted when it last changed, N or
     /// m/s; default 0. Set it to the noise of the wanted command: what does not change hides nothing from the account, so
     /// that a wall that is leaned on stands for ever instead of giving way slowly.
@@ -133,6 +135,7 @@ impl PortConfig {
                 gain: 0.5 * mass_kg / sampling.lag_s(),
                 correction: 40.0,
             },
+            braking_m_per_s2: f64::INFINITY,
             still_band: 0.0,
             initial_j: 0.0,
             capacity_j: 5.0,
@@ -271,6 +274,16 @@ impl PassivePort {
     #[must_use]
     pub const fn observer(&self) -> &EnergyObserver {
         self.account.observer()
+    }
+
+    /// The hand is as stiff as this from now on, N/m.
+    pub(crate) const fn set_hand_stiffness(&mut self, n_per_m: f64) {
+        self.account.set_hand_stiffness(n_per_m);
+    }
+
+    /// The device brakes as fast as this from now on, m/s².
+    pub(crate) const fn set_braking(&mut self, m_per_s2: f64) {
+        self.account.set_braking(m_per_s2);
     }
 
     /// What the device was really told in this period, if it was less than what [`step`](Self::step) let through.

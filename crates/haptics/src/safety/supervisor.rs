@@ -9,6 +9,7 @@ use super::state::{Channel, SafeReason, SafeRequest, SafeState};
 use super::supervisor_config::SupervisorConfig;
 use super::watch::agreement::Agreement;
 use super::watch::clock::Clock;
+use super::watch::face_pushes::FacePushes;
 use super::watch::inspection::Inspection;
 use super::watch::torque_bias::TorqueBias;
 use crate::arm::ArmCommand;
@@ -16,6 +17,7 @@ use crate::board::Board;
 use crate::body::{ArmBody, BodyRegion, PersonBody, Separation};
 use crate::error::HapticsError;
 use crate::render::{beyond, distance_and_closing, is_push};
+use glam::DVec2;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
 
@@ -41,6 +43,9 @@ pub struct Supervisor {
     agreement: Agreement,
     has_begun: bool,
     bias: Option<TorqueBias>,
+    face_pushes: FacePushes,
+    /// A contact that began while nobody could reach the board.
+    lasts: bool,
     out_of_reach: bool,
     /// As last seen.
     person: PersonBody,
@@ -84,6 +89,8 @@ impl Supervisor {
             agreement: Agreement::default(),
             has_begun: false,
             bias: config.bias.map(TorqueBias::new),
+            face_pushes: FacePushes::default(),
+            lasts: false,
             out_of_reach: false,
             person: PersonBody::default(),
             refused: false,
@@ -250,14 +257,24 @@ impl Supervisor {
     ) -> Option<Fault> {
         let bias = self.bias.as_mut()?;
         let is_out_of_reach = self.out_of_reach && arm_is_sound;
-        // A contact lasts until it is felt no more, whoever comes near the board meanwhile.
-        let contact = match is_out_of_reach || (bias.feels_contact() && arm_is_sound) {
-            true => bias.contact(input.state, &self.guard, dt_s),
-            false => {
-                bias.expects_contact();
-                None
-            }
-        };
+        // A contact lasts until nothing is felt any more, whoever comes near the board meanwhile.
+        let is_any = is_out_of_reach || self.lasts;
+        let (arm, q) = (&*self.arm, &input.state.q);
+        let half_m = DVec2::new(self.board.half_width_m, self.board.half_height_m);
+        let pushes = &mut self.face_pushes;
+        let contact = arm_is_sound.then(|| {
+            bias.contact(
+                input.state,
+                &self.guard,
+                dt_s,
+                |torque, unit_n_m| match is_any {
+                    true => *torque,
+                    false => pushes.unexplained(arm, half_m, q, torque, unit_n_m),
+                },
+            )
+        });
+        let contact = contact.flatten();
+        self.lasts = is_any && contact.is_some();
         bias.step(input.state, is_out_of_reach && contact.is_none(), dt_s);
         if let Some((joint, torque_n_m)) = contact {
             return Some(Fault {

@@ -3,11 +3,11 @@
 use super::figures;
 use super::push::{Hand, Profile, Push, run};
 use super::rig::{Rig, Way};
-use super::stability::{Bound, Held, SWING_M};
+use super::stability::{Bound, FINGERS_N_PER_M, Held, SWING_M, SWINGS_ON_M};
 use super::study::{EXCITED_HZ, HELD_N, MOST_M, PUSHES, Request, Results, Row};
 use super::subject::{Kind, Subject, of_scene};
 use crate::documents::{Documents, written_by};
-use hwall_haptics::ObjectRenderingConfig;
+use hwall_haptics::{ObjectPortConfig, ObjectRenderingConfig};
 use hwall_stage::setting::load_scene;
 use hwall_testkit::{Machine, MarkdownTable, format_ns};
 use std::path::PathBuf;
@@ -194,19 +194,32 @@ fn bound_table(bounds: &[Bound]) -> MarkdownTable {
 fn held_table(held: &[Held]) -> MarkdownTable {
     let mut table = MarkdownTable::new([
         "arm, way",
-        "hand, N/m",
-        "asked, kg",
-        "rendered, kg",
-        "swing left, mm",
+        "finger, N/m",
+        "hands",
+        "most generated, J",
+        "beyond the reserve",
+        "swing on, %",
     ]);
-    for h in held {
-        table.row([
-            h.way.name(),
-            h.stiffness_n_per_m.to_string(),
-            h.asked_kg.to_string(),
-            format!("{:.2}", h.rendered_kg),
-            format!("{:.2}", 1e3 * h.swing_m),
-        ]);
+    for way in Way::ALL {
+        for [low, high] in FINGERS_N_PER_M {
+            let of_it = |h: &&Held| h.way == way && (low..high).contains(&h.stiffness_n_per_m);
+            let all: Vec<_> = held.iter().filter(of_it).collect();
+            let beyond = all
+                .iter()
+                .filter(|h| h.generated_j > ObjectPortConfig::default().reserve_j);
+            let swings = all.iter().filter(|h| h.swing_m > SWINGS_ON_M).count();
+            table.row([
+                way.name(),
+                format!("{low} to {high}"),
+                all.len().to_string(),
+                format!(
+                    "{:.3}",
+                    all.iter().map(|h| h.generated_j).fold(0.0, f64::max)
+                ),
+                beyond.count().to_string(),
+                format!("{:.1}", 100.0 * swings as f64 / all.len().max(1) as f64),
+            ]);
+        }
     }
     table
 }
@@ -236,13 +249,15 @@ pub fn text(results: &Results) -> String {
          target:\n\n{}\n`(…)`: nothing was asked for, the value itself. The least that had been given to the board at \
          any time, less what came back: {least_j:.1e} J.\n\n## What is whose error\n\n{}\n## Light objects, stiff hands\n\nThe lightest \
          panel (spring 200 N/m) on which the board does not go on swinging by {} mm under a hand of 0.6 kg that leans on it; nothing \
-         is made heavier here.\n\n{}\nAs it is rendered: a panel of 50 g is made heavier.\n\n{}\n## Cost\n\nOf one step at 1 kHz; nothing is \
+         is made heavier here.\n\n{}\nAs the product renders it: hands of 0.3 to 5 kg lean with 4 to 30 N on panels of 0.05 to 20 kg. \
+         *Generated*: what the board had given out beyond what the hand had put in, at any time; *swing on*: by more than {} mm after 3 s.\n\n{}\n## Cost\n\nOf one step at 1 kHz; nothing is \
          allocated.\n\n{}",
         verdicts(&results.rows),
         table(&results.rows),
         cause_table(results),
         1e3 * SWING_M,
         bound_table(&results.bounds),
+        1e3 * SWINGS_ON_M,
         held_table(&results.held),
         cost_table(results),
     )

@@ -1,15 +1,22 @@
 //! Light objects under stiff hands: where does the board begin to swing by itself?
 
-use super::push::{Hand, Push, run};
+use super::push::{Hand, Push, Trace, run};
 use super::rig::{Rig, Way};
 use super::subject::{Kind, made};
 use hwall_haptics::{ObjectConfig, ObjectPortConfig, ObjectRenderingConfig, PassivityMethod};
 use hwall_sim::HandBodyConfig;
+use hwall_testkit::Sampler;
 
 /// Stiffness of finger and arm, N/m.
 pub const HANDS_N_PER_M: [f64; 5] = [200.0, 500.0, 1000.0, 2000.0, 3000.0];
 /// A board that goes on swinging by more than this, m, is unstable.
 pub const SWING_M: f64 = 0.001;
+/// Hands at random for each way.
+pub const HANDS: usize = 150;
+/// Decades of the finger's stiffness in which they are shown, N/m.
+pub const FINGERS_N_PER_M: [[f64; 2]; 3] = [[300.0, 3000.0], [3000.0, 20e3], [20e3, 75e3]];
+/// Left of the swing after 3 s, m, that a person notices.
+pub const SWINGS_ON_M: f64 = 0.002;
 
 /// The lightest panel that is stable under a hand.
 #[derive(Debug, Clone, Copy)]
@@ -24,18 +31,16 @@ pub struct Bound {
     pub share: f64,
 }
 
-/// A light panel as it is rendered, its inertia raised where necessary.
+/// What a hand and a panel at random came to.
 #[derive(Debug, Clone, Copy)]
 pub struct Held {
     /// How it is rendered.
     pub way: Way,
-    /// Of the hand.
+    /// Of the finger.
     pub stiffness_n_per_m: f64,
-    /// As asked for, kg.
-    pub asked_kg: f64,
-    /// As rendered, kg.
-    pub rendered_kg: f64,
-    /// What is left of the swing, peak to peak, m.
+    /// The most that the board had given out at any time beyond what the hand had put in, J.
+    pub generated_j: f64,
+    /// What is left of the swing in the last second, peak to peak, m.
     pub swing_m: f64,
 }
 
@@ -51,8 +56,7 @@ pub fn bounds(rig: &Rig, seed: u64) -> anyhow::Result<Vec<Bound>> {
     for way in Way::ALL {
         for stiffness_n_per_m in HANDS_N_PER_M {
             let stable = |mass_kg: f64| -> anyhow::Result<bool> {
-                let (_, swing_m) = pressed(rig, way, stiffness_n_per_m, mass_kg, 0.0, seed)?;
-                Ok(swing_m < SWING_M)
+                Ok(pressed(rig, way, stiffness_n_per_m, mass_kg, seed)? < SWING_M)
             };
             let [mut low, mut high] = MASSES_KG;
             if stable(low)? {
@@ -78,23 +82,56 @@ pub fn bounds(rig: &Rig, seed: u64) -> anyhow::Result<Vec<Bound>> {
     Ok(bounds)
 }
 
-/// A panel of 50 g, as a button is, under every hand.
+/// Hands at random, each on a panel at random, as the product renders it: how much comes out, and what goes on swinging?
 ///
 /// # Errors
-/// A simulation that fails.
-pub fn light(rig: &Rig, seed: u64) -> anyhow::Result<Vec<Held>> {
-    let asked_kg = 0.05;
+/// Settings outside their ranges.
+pub fn at_random(rig: &Rig, count: usize, seed: u64) -> anyhow::Result<Vec<Held>> {
     let mut held = Vec::new();
     for way in Way::ALL {
-        for stiffness_n_per_m in HANDS_N_PER_M {
-            let hand = ObjectRenderingConfig::default().hand_stiffness_n_per_m;
-            let (rendered_kg, swing_m) =
-                pressed(rig, way, stiffness_n_per_m, asked_kg, hand, seed)?;
+        let mut sampler = Sampler::new(seed);
+        let mut log = |low: f64, high: f64| sampler.uniform(low.ln(), high.ln()).exp();
+        for index in 0..count {
+            let stiffness_n_per_m = log(300.0, 75e3);
+            let mass_kg = log(0.3, 5.0);
+            let arm_stiffness_n_per_m = log(100.0, 3000.0).min(stiffness_n_per_m);
+            let hand = HandBodyConfig {
+                mass_kg,
+                arm_stiffness_n_per_m,
+                arm_damping_n_s_per_m: 2.0
+                    * log(0.1, 1.0)
+                    * (mass_kg * arm_stiffness_n_per_m).sqrt(),
+                finger_stiffness_n_per_m: stiffness_n_per_m,
+                finger_damping_n_s_per_m: 2.0
+                    * log(0.01, 0.3)
+                    * (mass_kg * stiffness_n_per_m).sqrt(),
+                ..HandBodyConfig::default()
+            };
+            let (stiffness, inertia) = (log(150.0, 2000.0), log(0.05, 20.0));
+            // The object itself comes to rest within the time, as heavy as it may become.
+            let asked = ObjectConfig {
+                stiffness,
+                damping: 2.0 * log(0.3, 1.0) * (stiffness * f64::max(inertia, 4.0)).sqrt(),
+                ..ObjectConfig::new(inertia)
+            };
+            let force_n = log(4.0, 30.0);
+            let (trace, swing_m) = leant_on(
+                rig,
+                way,
+                asked,
+                hand,
+                force_n,
+                ObjectRenderingConfig::default(),
+                seed + index as u64,
+            )?;
+            let given = trace
+                .iter()
+                .flat_map(|trace| &trace.samples)
+                .map(|sample| sample.given_j);
             held.push(Held {
                 way,
                 stiffness_n_per_m,
-                asked_kg,
-                rendered_kg,
+                generated_j: -given.fold(0.0, f64::min),
                 swing_m,
             });
         }
@@ -102,62 +139,71 @@ pub fn light(rig: &Rig, seed: u64) -> anyhow::Result<Vec<Held>> {
     Ok(held)
 }
 
-/// A panel on a weak spring, and a hand that leans on it: mass as rendered, kg, and what is left of the swing, m.
+/// A panel on a weak spring, and a hand that leans on it; nothing is made heavier, and no energy is refused. What is left of the
+/// swing, m.
 fn pressed(
     rig: &Rig,
     way: Way,
     stiffness_n_per_m: f64,
     mass_kg: f64,
-    for_hand_n_per_m: f64,
     seed: u64,
-) -> anyhow::Result<(f64, f64)> {
-    // What is found by bisection is what the bound for the inertia rests on: nothing else may hold the board.
-    let method = if for_hand_n_per_m > 0.0 {
-        PassivityMethod::Tank
-    } else {
-        PassivityMethod::Off
-    };
+) -> anyhow::Result<f64> {
     let asked = ObjectConfig {
         stiffness: 200.0,
         // Of 0.2 of what is critical, and at least 3 N s/m: what swings by itself must come to rest.
         damping: (0.4 * (200.0 * mass_kg).sqrt()).max(3.0),
         ..ObjectConfig::new(mass_kg)
     };
-    let subject = made(rig, Kind::Panel, String::new(), asked)?;
     let hand = HandBodyConfig {
         arm_stiffness_n_per_m: 0.3 * stiffness_n_per_m,
         finger_stiffness_n_per_m: stiffness_n_per_m,
         ..HandBodyConfig::default()
     };
-    // About 8 N against the panel's spring and its own.
-    let depth_m = 8.0 / (0.3 * stiffness_n_per_m) + 8.0 / 200.0 + 8.0 / stiffness_n_per_m;
+    let config = ObjectRenderingConfig {
+        hand_stiffness_n_per_m: 0.0,
+        port: ObjectPortConfig {
+            method: PassivityMethod::Off,
+            ..ObjectPortConfig::default()
+        },
+        ..ObjectRenderingConfig::default()
+    };
+    Ok(leant_on(rig, way, asked, hand, 8.0, config, seed)?.1)
+}
+
+/// A hand leans on a panel with a force for 4 s; the trace, and what is left of the swing, m. A simulation that overflows, or an arm
+/// thrown out of its reach, has no trace and swings without end.
+fn leant_on(
+    rig: &Rig,
+    way: Way,
+    asked: ObjectConfig,
+    hand: HandBodyConfig,
+    force_n: f64,
+    config: ObjectRenderingConfig,
+    seed: u64,
+) -> anyhow::Result<(Option<Trace>, f64)> {
+    let compliance = 1.0 / hand.arm_stiffness_n_per_m
+        + 1.0 / asked.stiffness
+        + 1.0 / hand.finger_stiffness_n_per_m;
+    let subject = made(rig, Kind::Panel, String::new(), asked)?;
     let push = Push {
         way,
         hand: Hand::Body {
             config: hand,
-            depth_m,
+            depth_m: force_n * compliance,
             rise_s: 0.6,
             until_s: f64::INFINITY,
         },
         seconds: 4.0,
         seed,
-        config: ObjectRenderingConfig {
-            hand_stiffness_n_per_m: for_hand_n_per_m,
-            port: ObjectPortConfig {
-                method,
-                ..ObjectPortConfig::default()
-            },
-            ..ObjectRenderingConfig::default()
-        },
+        config,
     };
-    // A simulation that overflows, or an arm thrown out of its reach, is not stable.
     let Ok(trace) = run(rig, &subject, &push) else {
-        return Ok((mass_kg, f64::INFINITY));
+        return Ok((None, f64::INFINITY));
     };
     let last = || trace.samples.iter().rev().take(1000).map(|s| s.position);
     let (low, high) = (
         last().fold(f64::MAX, f64::min),
         last().fold(f64::MIN, f64::max),
     );
-    Ok((trace.inertia, high - low))
+    Ok((Some(trace), high - low))
 }

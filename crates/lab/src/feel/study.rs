@@ -136,7 +136,7 @@ pub fn study(request: &Request, mut progress: impl FnMut(f64)) -> anyhow::Result
         }
     }
     let bounds = stability::bounds(&rig, request.seed)?;
-    let held = stability::light(&rig, request.seed)?;
+    let held = stability::at_random(&rig, stability::HANDS, request.seed)?;
     progress(1.0);
     Ok(Results {
         rows,

@@ -1,6 +1,7 @@
 //! A touched object that moves, by positions and by torques.
 
 pub(in crate::render) mod face_slide;
+mod felt_stiffness;
 pub(in crate::render) mod force_lead;
 pub(in crate::render) mod impedance;
 pub(in crate::render) mod joint_guard;

@@ -1,5 +1,6 @@
 //! The account of energy between a hand and the board on a moving object, and what may still be commanded.
 
+use super::felt_stiffness::FeltStiffness;
 use crate::error::HapticsError;
 use crate::object::ObjectPath;
 use crate::passivity::{HandBounds, PassivePort, PassivityMethod, PortConfig, PortInput, Sampling};
@@ -22,7 +23,7 @@ pub struct ObjectPortConfig {
     /// limited.
     pub method: PassivityMethod,
     /// Energy that may come out before any has gone in, beside what the object itself holds when the touch begins, and that the
-    /// tank keeps afterwards, J; default 0.1. It covers what the sensors hide in slow pushes; a loop that swings by itself
+    /// tank keeps afterwards, J; default 0.05. It covers what the sensors hide in slow pushes; a loop that swings by itself
     /// stops once it is spent.
     pub reserve_j: f64,
     /// Largest error of a measured force, N; default 0.1.
@@ -42,7 +43,7 @@ impl Default for ObjectPortConfig {
     fn default() -> Self {
         Self {
             method: PassivityMethod::Tank,
-            reserve_j: 0.1,
+            reserve_j: 0.05,
             force_error_n: 0.1,
             position_error_m: 1e-5,
             most_m_per_s: 1.0,
@@ -118,14 +119,17 @@ pub(in crate::render) struct ObjectPort {
     /// The face where the touch began.
     face: Pose,
     positions: [f64; POSITIONS],
+    stiffness: FeltStiffness,
     ledger: PortLedger,
 }
 
 impl ObjectPort {
+    /// `loop_s`: all delays from the force to the motion together, s.
     pub(in crate::render) fn new(
         config: ObjectPortConfig,
         force_delay_s: f64,
         motion_delay_s: f64,
+        loop_s: f64,
     ) -> Result<Self, HapticsError> {
         config.validate()?;
         Ok(Self {
@@ -139,6 +143,7 @@ impl ObjectPort {
             },
             face: Pose::IDENTITY,
             positions: [0.0; POSITIONS],
+            stiffness: FeltStiffness::new(loop_s, 4.0 * config.position_error_m),
             ledger: PortLedger::default(),
         })
     }
@@ -155,7 +160,13 @@ impl ObjectPort {
             size_m
         };
         (self.path, self.face, self.port) = (path, face, None);
+        self.stiffness.begin();
         self.ledger = PortLedger::default();
+    }
+
+    /// How stiff the hand is felt to be, N m/rad or N/m along the path.
+    pub(in crate::render) fn felt_stiffness(&self) -> f64 {
+        self.stiffness.n_per_m() * self.lever_m * self.lever_m
     }
 
     pub(in crate::render) const fn ledger(&self) -> &PortLedger {
@@ -197,11 +208,16 @@ impl ObjectPort {
         let newest = (self.ledger.steps as usize) % POSITIONS;
         self.positions[newest] = position_m;
         let then = (newest + POSITIONS - late as usize) % POSITIONS;
+        let hand_force_n = force / self.lever_m;
+        self.stiffness
+            .step(hand_force_n, self.positions[then], dt_s);
+        let least_n_per_m = self.config.hand.stiffness_n_per_m;
+        port.set_hand_stiffness(self.stiffness.n_per_m().max(least_n_per_m));
         let wanted = self.lever_m * rate;
         let most = self.config.most_m_per_s;
         let out = port.step(&PortInput {
             position_m: self.positions[then],
-            hand_force_n: force / self.lever_m,
+            hand_force_n,
             wanted: wanted.min(most),
             stored_j: Some(held_j + 0.5 * self.config.reserve_j),
         })?;
@@ -224,10 +240,11 @@ impl ObjectPort {
         })
     }
 
-    /// What the board was really told, rad/s or m/s.
-    pub(in crate::render) fn sent(&mut self, rate: f64) {
+    /// What the board was really told, rad/s or m/s, and how fast it can brake, rad/s² or m/s².
+    pub(in crate::render) fn sent(&mut self, rate: f64, braking: f64) {
         if let Some(port) = &mut self.port {
             port.sent(self.lever_m * rate);
+            port.set_braking(self.lever_m.abs() * braking.max(1e-3));
         }
     }
 }

@@ -56,8 +56,9 @@ pub struct ObjectRenderingConfig {
     /// From a command to the motion of the face, s. `None`, the default: 0.022 for positions, the reaction of an
     /// iiwa ([H-Wall]), and 0.0085 for torques: 5 ms on the way, 3 ms in the torque loop, half a period.
     pub motion_delay_s: Option<f64>,
-    /// Stiffest hand under which the board must be stable, N/m; default 3000; 0: none, and nothing is made heavier. Objects that are too light for it and the
-    /// delays are made [heavier](ObjectRendering::least_inertia).
+    /// Stiffest hand under which the board must be stable from the first moment on, N/m; default 3000; 0: none, and nothing is made heavier. Objects that are too
+    /// light for it and the delays are made [heavier](ObjectRendering::least_inertia); under a hand that proves to be stiffer, as soon as
+    /// that is felt.
     pub hand_stiffness_n_per_m: f64,
     /// Joint accelerations that following an object may use, rad/s²; default nine tenths of
     /// [`IIWA7_ACCELERATION_RAD_PER_S2`](hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2). An object that a hand throws about faster is
@@ -161,7 +162,12 @@ impl ObjectRendering {
             motion_delay_s,
             hand_stiffness_n_per_m,
             force: ForceLead::NONE,
-            port: ObjectPort::new(config.port, force_delay_s, motion_delay_s)?,
+            port: ObjectPort::new(
+                config.port,
+                force_delay_s,
+                motion_delay_s,
+                filter_s + force_delay_s + motion_delay_s,
+            )?,
             most_acceleration: f64::INFINITY,
         })
     }
@@ -221,12 +227,16 @@ impl ObjectRendering {
             .velocity_at(face.position_m(), 1.0)
             .linear_m_per_s
             .length();
-        let delay_s = self.filter_s + self.force_delay_s + self.motion_delay_s;
         if self.hand_stiffness_n_per_m == 0.0 {
             return 0.0;
         }
         let stiffness_n_per_m = self.hand_stiffness_n_per_m + SOFTEST_N_PER_M;
-        stiffness_n_per_m * (delay_s * lever).powi(2)
+        stiffness_n_per_m * (self.delay_s() * lever).powi(2)
+    }
+
+    /// From the force to the motion, s.
+    fn delay_s(&self) -> f64 {
+        self.filter_s + self.force_delay_s + self.motion_delay_s
     }
 
     /// How the board slides within the face from now on, beside the motion of the object; at rest from the begin of a touch. A slide
@@ -259,6 +269,12 @@ impl ObjectRendering {
         let object = &mut rendered.object;
         if least > object.inertia() {
             object.raise_inertia(least)?;
+        }
+        // A hand that proves to be stiffer makes the loop swing: the object becomes heavy enough for it, within one delay.
+        let delay_s = self.delay_s();
+        let missing = self.port.felt_stiffness() * delay_s * delay_s - object.inertia();
+        if missing > 0.0 && self.hand_stiffness_n_per_m > 0.0 {
+            object.raise_inertia(object.inertia() + missing * (dt_s / delay_s).min(1.0))?;
         }
         let face = self.follower.face_at(self.follower.reached());
         let pushed = rendered.path.generalized_force(face.position_m(), wrench);
@@ -301,7 +317,7 @@ impl ObjectRendering {
             let (force, face) = (measured.0, &measured.1);
             port.limited((force, face, slid_along), held_j, rate, dt_s)
         })?;
-        port.sent(followed.rate);
+        port.sent(followed.rate, followed.most_acceleration);
         self.most_acceleration = followed.most_acceleration;
         // What the port takes off a motion back to where it was goes with the object: it loses that energy.
         let same_way = followed.rate * object.velocity() >= 0.0;

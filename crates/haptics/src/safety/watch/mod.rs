@@ -2,6 +2,7 @@
 
 pub(in crate::safety) mod agreement;
 pub(in crate::safety) mod clock;
+pub(in crate::safety) mod face_pushes;
 pub(in crate::safety) mod inspection;
 pub(in crate::safety) mod obedience;
 pub(in crate::safety) mod target_leaps;

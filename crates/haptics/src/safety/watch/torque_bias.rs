@@ -20,7 +20,7 @@ pub struct BiasConfig {
     pub filter_s: f64,
     /// The estimate is the mean of so many samples at least, from the last fifth of the rest on; default 50.
     pub least_samples: u32,
-    /// More than this beyond the bias, while the board is out of reach, is a contact of the arm elsewhere: a share of the largest torque of
+    /// More than this beyond the bias is a contact of the arm: any while the board is out of reach, otherwise what pushes on its face do not explain. A share of the largest torque of
     /// each joint; default 0.03 (5.3 N m at the shoulder of an iiwa 7, 1.2 N m at its wrist), above noise and errors of its model.
     pub contact_share: f64,
     /// Time constant with which that is smoothed, s; default 0.005.
@@ -74,7 +74,6 @@ pub(in crate::safety) struct TorqueBias {
     bias: Option<JointTorques>,
     /// Beyond the bias, smoothed, N m.
     beyond: JointTorques,
-    feels_contact: bool,
 }
 
 impl TorqueBias {
@@ -87,43 +86,39 @@ impl TorqueBias {
             last_s: None,
             bias: None,
             beyond: JointTorques([0.0; MOST_JOINTS]),
-            feels_contact: false,
         }
     }
 
-    /// The joint that feels a contact most, and how much beyond its bias, N m. Nobody touches the board; without a bias nothing is known.
+    /// The joint that feels a contact most, and how much beyond its bias, N m; of what is left beside the pushes that are expected.
+    /// Without a bias nothing is known.
     pub(in crate::safety) fn contact(
         &mut self,
         state: &ArmState,
         limits: &GuardLimits,
         dt_s: f64,
+        unexplained: impl FnOnce(&JointTorques, &[f64; MOST_JOINTS]) -> JointTorques,
     ) -> Option<(usize, f64)> {
         let (bias, torque) = (self.bias?, state.external_torque?);
         let share = match self.config.contact_filter_s > 0.0 {
             true => -(-dt_s / self.config.contact_filter_s).exp_m1(),
             false => 1.0,
         };
-        let mut most: Option<(usize, f64)> = None;
         for joint in 0..MOST_JOINTS {
             let beyond = &mut self.beyond[joint];
             *beyond += share * (torque[joint] - bias[joint] - *beyond);
-            let of_limit = beyond.abs() / (self.config.contact_share * limits.torque_n_m[joint]);
+        }
+        let unit_n_m = limits
+            .torque_n_m
+            .map(|most| self.config.contact_share * most);
+        let left = unexplained(&self.beyond, &unit_n_m);
+        let mut most: Option<(usize, f64)> = None;
+        for joint in 0..MOST_JOINTS {
+            let of_limit = left[joint].abs() / unit_n_m[joint];
             if of_limit > most.map_or(1.0, |(_, of_limit)| of_limit) {
                 most = Some((joint, of_limit));
             }
         }
-        self.feels_contact = most.is_some();
-        most.map(|(joint, _)| (joint, self.beyond[joint]))
-    }
-
-    /// Somebody may touch the board.
-    pub(in crate::safety) fn expects_contact(&mut self) {
-        self.beyond = JointTorques::default();
-    }
-
-    /// Was there a [contact](Self::contact) when it was last looked for?
-    pub(in crate::safety) const fn feels_contact(&self) -> bool {
-        self.feels_contact
+        most.map(|(joint, _)| (joint, left[joint]))
     }
 
     /// As of the last rest, N m.

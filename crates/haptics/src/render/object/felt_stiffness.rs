@@ -1,0 +1,68 @@
+//! How stiff is the hand on an object?
+
+/// Samples that are remembered; a power of two.
+const SAMPLES: usize = 64;
+
+/// The stiffness that a hand shows in the loop: changes of its force against changes of the position, by least squares.
+///
+/// Only changes about their mean over one delay of the loop count. So a push that a person makes stronger, or a steady motion, says
+/// nothing; a loop that begins to swing shows its stiffness within one delay.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FeltStiffness {
+    loop_s: f64,
+    /// Smaller changes are noise, m.
+    least_m: f64,
+    /// Force, N, and position, m; the newest at `count % SAMPLES`.
+    samples: [[f64; 2]; SAMPLES],
+    count: usize,
+    /// Means of the changes of both, of their product and of the square of the way.
+    mean: [f64; 2],
+    product: f64,
+    square: f64,
+}
+
+impl FeltStiffness {
+    pub(super) const fn new(loop_s: f64, least_m: f64) -> Self {
+        Self {
+            loop_s,
+            least_m,
+            samples: [[0.0; 2]; SAMPLES],
+            count: 0,
+            mean: [0.0; 2],
+            product: 0.0,
+            square: 0.0,
+        }
+    }
+
+    /// Another touch.
+    pub(super) const fn begin(&mut self) {
+        *self = Self::new(self.loop_s, self.least_m);
+    }
+
+    /// The next sample. Both are finite.
+    pub(super) fn step(&mut self, force_n: f64, position_m: f64, dt_s: f64) {
+        let sample = [force_n, position_m];
+        if self.count == 0 {
+            self.samples = [sample; SAMPLES];
+        }
+        self.count += 1;
+        self.samples[self.count % SAMPLES] = sample;
+        // Changes over a quarter of the delay: short against a swing of the loop, long against the noise.
+        let span = (0.25 * self.loop_s / dt_s).clamp(1.0, (SAMPLES - 1) as f64) as usize;
+        let before = self.samples[(self.count + SAMPLES - span) % SAMPLES];
+        let share = -(-dt_s / self.loop_s).exp_m1();
+        let mut change = [sample[0] - before[0], sample[1] - before[1]];
+        for (change, mean) in change.iter_mut().zip(&mut self.mean) {
+            *mean += share * (*change - *mean);
+            *change -= *mean;
+        }
+        let [force_n, way_m] = change;
+        self.product += share * (-force_n * way_m - self.product);
+        self.square += share * (way_m * way_m - self.square);
+    }
+
+    /// N/m; zero for a hand that pushes as it likes.
+    pub(super) fn n_per_m(&self) -> f64 {
+        (self.product / (self.square + self.least_m * self.least_m)).max(0.0)
+    }
+}
