@@ -1,7 +1,5 @@
 //! The README's table shows one line of code for each job. Each of them stands here word for word, so it compiles.
 
-#![allow(dead_code, unused_must_use)]
-
 use hwall::Session;
 use hwall::bip::{Demonstration, Group, Model, TrainingConfig};
 use hwall::contact::{Predictor, PredictorInput};
