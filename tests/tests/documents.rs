@@ -86,7 +86,7 @@ fn findings_are_held_by_tests_that_there_are() {
 
 /// The summary and the README quote one run, that of the document.
 #[test]
-fn the_speeds_that_are_quoted_are_those_at_hand() {
+fn the_readme_quotes_the_speeds_at_hand() {
     let machine = |name: &str| {
         let text = document(name);
         let line = text.lines().find(|line| line.starts_with("CPU: "));
