@@ -33,7 +33,7 @@ struct Args {
     /// Measure only this many steps of the control loop in either room, and print their section
     #[arg(long, conflicts_with_all = ["targets", "scene", "readme"], allow_negative_numbers = true)]
     control_steps: Option<u64>,
-    /// Also renew the summary between the markers of this README; --docs renews that of README.md
+    /// Also renew the summary between the markers of this file; --docs renews that of docs/CRATES.md
     #[arg(long)]
     readme: Option<PathBuf>,
 }

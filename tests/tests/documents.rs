@@ -1,6 +1,10 @@
 //! Documents that programs write say what the programs of today would say: the same columns, the same rows, one commit for
 //! what is quoted. A table that was left behind when its program changed fails here.
 
+#[path = "documents/readme_lines.rs"]
+#[allow(dead_code, unused_must_use)]
+mod readme_lines;
+
 use hwall_lab::attack::findings;
 use hwall_lab::faults::fault::Fault;
 use hwall_lab::{feel, in_time};
@@ -80,7 +84,7 @@ fn findings_are_held_by_tests_that_there_are() {
     assert!(text.contains(&findings::section()), "attack --docs");
 }
 
-/// The README quotes one run, that of the document.
+/// The summary and the README quote one run, that of the document.
 #[test]
 fn the_readme_quotes_the_speeds_at_hand() {
     let machine = |name: &str| {
@@ -88,15 +92,63 @@ fn the_readme_quotes_the_speeds_at_hand() {
         let line = text.lines().find(|line| line.starts_with("CPU: "));
         line.map(str::to_owned).unwrap_or_else(|| panic!("{name}"))
     };
-    assert_eq!(machine("README.md"), machine("docs/SPEED-AGAINST-ERROR.md"));
+    assert_eq!(
+        machine("docs/CRATES.md"),
+        machine("docs/SPEED-AGAINST-ERROR.md")
+    );
+    let crates = document("docs/CRATES.md");
+    let row = crates
+        .lines()
+        .map(cells)
+        .find(|row| row.contains(&"control step, 9 upright pieces"))
+        .expect("the control step in docs/CRATES.md");
+    let quoted = format!("median {}, p99 {}<!-- control-step:end -->", row[3], row[4]);
+    assert!(document("README.md").contains(&quoted), "{quoted}");
+}
+
+/// Bold figures of the front page stand in the document that is linked in their row.
+#[test]
+fn the_figures_of_the_readme_are_those_of_their_documents() {
+    let readme = document("README.md");
+    assert!(readme.chars().count() <= 7_000, "a front page is short");
+    let rows = rows_below(&readme, "| question | figure | compared with | document |");
+    assert_eq!(rows.len(), 5);
+    let mut figures = 0;
+    for row in rows {
+        let link = row[4].split("](").nth(1).expect("a link");
+        let path = link.split(')').next().unwrap();
+        let text = document(path);
+        for figure in row.join("|").split("**").skip(1).step_by(2) {
+            figures += 1;
+            assert!(text.contains(figure), "{path} does not say {figure:?}");
+        }
+    }
+    assert!(figures >= 9, "{figures}");
+}
+
+/// How often boards are in place, as the front page says it.
+#[test]
+fn the_readme_quotes_the_times_at_hand() {
+    let text = document("docs/IN-TIME.md");
+    let rows = rows_below(&text, &in_time::document::table(&[]).to_string());
+    let of_possible = |kind: &str| {
+        let row = rows.iter().find(|row| row[1] == kind);
+        row.unwrap_or_else(|| panic!("{kind}"))[6]
+    };
+    let quoted = format!(
+        "plain people **{}** %, varied people **{}** %",
+        of_possible("plain"),
+        of_possible("varied")
+    );
+    assert!(document("README.md").contains(&quoted), "{quoted}");
 }
 
 #[test]
-fn the_columns_of_touches_are_those_of_the_readme() {
+fn the_columns_of_touches_are_those_of_the_contract() {
     let header = document("docs/figures/hwall/touches.csv");
     let header = header.lines().next().unwrap();
-    let readme = document("README.md").replace('\n', "");
-    assert!(readme.contains(&format!("`{header}`")), "{header}");
+    let commands = document("docs/COMMANDS.md").replace('\n', "");
+    assert!(commands.contains(&format!("`{header}`")), "{header}");
 }
 
 /// Whole paths of the files of a folder and of those in it.
@@ -114,13 +166,15 @@ fn files_in(folder: &Path, found: &mut Vec<PathBuf>) {
 /// Files move: what is written about them goes along, or this fails.
 #[test]
 fn the_files_of_the_architecture_are_there() {
+    let mut pages = vec!["docs/ARCHITECTURE.md".into(), "docs/CONTRIBUTING.md".into()];
+    pages.extend(pages_of_design());
     let mut files = Vec::new();
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
     files_in(&crates, &mut files);
     let is_of_path = |c: char| c.is_ascii_alphanumeric() || "_/.".contains(c);
     let mut named = 0;
-    for document_of_files in ["docs/ARCHITECTURE.md", "docs/CONTRIBUTING.md"] {
-        let text = document(document_of_files);
+    for page in pages {
+        let text = document(&page);
         for name in text
             .split(|c| !is_of_path(c))
             .filter(|w| w.ends_with(".rs"))
@@ -131,16 +185,40 @@ fn the_files_of_the_architecture_are_there() {
                     .join("..")
                     .join(name)
                     .is_file();
-            assert!(is_there, "{document_of_files} names {name}");
+            assert!(is_there, "{page} names {name}");
         }
     }
     assert!(named > 120, "{named}");
 }
 
-/// By hand: everything else is written by a program.
-const BY_HAND: [&str; 7] = [
+/// The pages about designs, by their paths in the project.
+fn pages_of_design() -> Vec<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/design");
+    let entries = std::fs::read_dir(folder).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.map(|name| format!("docs/design/{name}")).collect()
+}
+
+/// A text without the blocks that programs write into it.
+fn by_hand_of(text: &str) -> String {
+    let mut parts = text.split("<!-- speed:begin -->");
+    let mut by_hand = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (block, rest) = part.split_once("<!-- speed:end -->").expect("an end");
+        for word in ["CPU: ", "commit ", "seed "] {
+            assert!(block.contains(word), "no {word:?} in a block of numbers");
+        }
+        by_hand += rest;
+    }
+    by_hand
+}
+
+/// By hand, but for blocks between markers: everything else is written by a program.
+const BY_HAND: [&str; 9] = [
     "ARCHITECTURE.md",
+    "COMMANDS.md",
     "CONTRIBUTING.md",
+    "CRATES.md",
     "NOTATION.md",
     "REAL-ARM.md",
     "SAFETY.md",
@@ -176,18 +254,16 @@ fn documents_of_numbers_name_their_command_commit_and_seed() {
         }
     }
     assert!(by_program >= 10, "{by_program}");
-    for name in BY_HAND {
-        assert!(
-            !document(&format!("docs/{name}")).contains("CPU: "),
-            "{name}"
-        );
+    let by_hand = BY_HAND.iter().map(|name| format!("docs/{name}"));
+    for page in by_hand.chain(pages_of_design()) {
+        let text = by_hand_of(&document(&page));
+        assert!(!text.contains("CPU: "), "{page}");
     }
 }
 
-/// The README says how much earlier the fused predictor is in rooms of several surfaces: the medians of the study.
+/// README and contract say how much earlier the fused predictor is in rooms of several surfaces: the medians of the study.
 #[test]
-fn the_readme_quotes_the_study_at_hand() {
-    let readme = document("README.md").replace('\n', " ");
+fn the_study_that_is_quoted_is_the_one_at_hand() {
     let study = document("docs/CONTACT-STUDY.md");
     let header = "surfaces | touches";
     let start = study
@@ -204,8 +280,8 @@ fn the_readme_quotes_the_study_at_hand() {
     leads_ms.sort_unstable();
     let (least, most) = (leads_ms[0], leads_ms[leads_ms.len() - 1]);
     let quoted = format!("by a median of {least} to {most} ms");
-    assert!(
-        readme.contains(&quoted),
-        "README.md does not say {quoted:?}"
-    );
+    for page in ["README.md", "docs/COMMANDS.md"] {
+        let text = document(page).replace('\n', " ").replace("**", "");
+        assert!(text.contains(&quoted), "{page} does not say {quoted:?}");
+    }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const TRACKED: &str = "docs";
 /// A file that tells the root of this project from any other folder.
 const OF_THE_PROJECT: &str = "docs/ARCHITECTURE.md";
-/// The tracked README, parts of which are written by programs.
+/// The tracked README, which quotes a figure that a program writes.
 const README: &str = "README.md";
 
 /// The flags that say where a document goes.
@@ -16,7 +16,7 @@ pub struct Destination {
     /// Folder for the document and its figures/ [default: a folder of its own in out/]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Write over the tracked documents instead: docs/, and what README.md quotes of them
+    /// Write over the tracked documents instead: docs/, and what README.md and docs/CRATES.md quote of them
     #[arg(long, conflicts_with = "out")]
     docs: bool,
 }
@@ -187,6 +187,14 @@ fn make(folder: &Path) -> anyhow::Result<()> {
 /// # Errors
 /// A file that cannot be read or written, or one without the markers.
 pub fn renew_block(file: &Path, name: &str, text: &str) -> anyhow::Result<()> {
+    renew_words(file, name, &format!("\n{text}"))
+}
+
+/// As [`renew_block`], within a line: nothing is put between the markers but `text`.
+///
+/// # Errors
+/// A file that cannot be read or written, or one without the markers.
+pub fn renew_words(file: &Path, name: &str, text: &str) -> anyhow::Result<()> {
     let context = || file.display().to_string();
     let (begin, end) = (
         format!("<!-- {name}:begin -->"),
@@ -196,7 +204,7 @@ pub fn renew_block(file: &Path, name: &str, text: &str) -> anyhow::Result<()> {
     let marked = || format!("{} has no {begin} and {end}", file.display());
     let (before, rest) = old.split_once(&begin).with_context(marked)?;
     let (_, after) = rest.split_once(&end).with_context(marked)?;
-    hwall_files::write(file, format!("{before}{begin}\n{text}{end}{after}")).with_context(context)
+    hwall_files::write(file, format!("{before}{begin}{text}{end}{after}")).with_context(context)
 }
 
 #[cfg(test)]
@@ -268,5 +276,10 @@ mod tests {
         let renewed = std::fs::read_to_string(&file).unwrap();
         assert_eq!(renewed, text.replace("old", "new"));
         assert!(renew_block(&file, "y", "new\n").is_err());
+        let row = "| <!-- x:begin -->old<!-- x:end --> |\n";
+        let file = documents.write("row.md", row).unwrap();
+        renew_words(&file, "x", "new").unwrap();
+        let renewed = std::fs::read_to_string(&file).unwrap();
+        assert_eq!(renewed, row.replace("old", "new"));
     }
 }

@@ -3,10 +3,11 @@
 //! Nothing here is published; the libraries under `crates/` do the work. The command lines of these
 //! chapters stand in `examples/`.
 
-/// Runs the code of the workspace's README as a test.
+/// Runs the code of the workspace's README and of its table of crates as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
-struct Readme;
+#[doc = include_str!("../../../docs/CRATES.md")]
+struct Pages;
 
 pub mod architecture;
 pub mod documents;

@@ -75,9 +75,9 @@ fn who_else_takes_part_changes_nothing_and_the_json_is_as_agreed() {
     let header = lines.next().unwrap();
     assert!(lines.clone().all(|line| columns(line) == columns(header)));
     assert_eq!(lines.count(), 15);
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
+    let commands = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/COMMANDS.md");
     assert!(
-        std::fs::read_to_string(readme)
+        std::fs::read_to_string(commands)
             .unwrap()
             .replace('\n', "")
             .contains(header)

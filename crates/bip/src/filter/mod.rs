@@ -1,4 +1,27 @@
 //! The exact filter: phase, phase velocity and the coefficients of one motion in progress.
+//!
+//! # How it works
+//!
+//! - N demonstrations differ in at most N - 1 directions, and weights have no process noise. The filter therefore runs on
+//!   phase, phase velocity and N - 1 coefficients instead of all weights. This is exact, not an approximation.
+//! - The posterior is the triangular square root of an information matrix, updated by reflections: symmetric and positive
+//!   definite after any number of updates. Its prediction step changes two rows, because only the phase has noise.
+//! - Inside, each basis is replaced by an orthonormal one of the same span: ill-conditioned choices cost no accuracy.
+//! - Evidence may concern the present (`observe`), any other phase (`observe_at`) or the phase itself (`observe_phase`),
+//!   with the noise of the model, variances of your own or a full covariance.
+//! - Deviations that last (`correlation_time`) are a Markov process beside the motion. It needs no further state: a share
+//!   of the last measurement is subtracted from each new one, and the rows then depend on two phases. On recorded hands
+//!   this halves the error once 90 % of a reach is observed; a step takes half as long again.
+//! - `Shrinkage` widens the prior from mixtures of the demonstrations towards what each degree of freedom may do by itself.
+//!   The state grows from the number of demonstrations to that of the weights, the time of a step with its square. On the
+//!   reference workload it gained next to nothing; the noise factor did.
+//! - An `EnsembleFilter` carries members drawn from the prior and linearises nothing. It has three updates: perturbed
+//!   observations, the same as the published code draws them (the variance used as a standard deviation), and a
+//!   deterministic square root, the default. With no more perturbed members than state variables it can diverge.
+//! - Model files are JSON with a version and a digest; they give back every bit, on any machine, because the change to
+//!   orthonormal functions is stored and not computed again.
+//! - AIC and BIC count all parameters and estimate the noise. The published forms, also available, count too few and fix
+//!   the noise, so that on data in metres the edge of the grid decides: `at_edge` says so.
 
 mod config;
 mod health;

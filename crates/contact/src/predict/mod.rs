@@ -1,4 +1,52 @@
 //! Which surface is about to be touched, where and when: by one ray, or by all evidence.
+//!
+//! # Before the hand moves
+//!
+//! People look at what they will touch before the hand sets off, and at much that they do not touch. `GazeModel::fit_streams`
+//! learns from whole streams and their contacts (`LabelledStream`) how informative a fixation is: how often the present fixation,
+//! the one before it or neither was at the next contact, by the age of the fixation, by what the hand does (`ReachPhase`: at rest,
+//! stirring, setting off, under way, near the end) and by whether the eyes of this person rest at its place in pauses, too, which
+//! the predictor finds out by itself; how far from its target a fixation lands; and where people touch, seen from their resting
+//! hand. At rest the estimate of the motion is left out, so the hand holds nothing. `FusedPredictor::look` returns the present
+//! fixation, its age and the probability that its place is the goal; `ContactPrediction::looked_at_since_s` says since when the gaze
+//! has rested on what is predicted. The covariance is that in the plane of the surface, so it is wide along a surface that is seen
+//! at a slant. While the eye is in flight, and for 0.3 s after the gaze is lost, the last fixation holds.
+//!
+//! `SteadyPoint` keeps the place that a board is sent to from following every prediction. Within the radius the held point stays. It
+//! stays beyond the radius, too, as long as the new point lies along the same plane, is not clearly more certain, and does not
+//! exclude the held one by 2 of its own standard deviations.
+//!
+//! A model learnt from fewer than `FusedConfig::least_reaches` is not trusted with this: `FusedPredictor::experience` says so, and
+//! the gaze ray leads (`DeterministicConfig::ray_led`).
+//!
+//! # The dissertation's predictor
+//!
+//! ```rust
+//! use glam::DVec3;
+//! use hwall_contact::{DeterministicPredictor, PredictionSource, Predictor, PredictorInput};
+//! use hwall_hand::{Gaze, HandFilter, HandFilterConfig, HandFrame};
+//! use hwall_scene::Scene;
+//!
+//! // A wall at x = 1 m, and a hand that approaches it at 1 m/s; there is no gaze.
+//! let wall = "o wall\nv 1 -1 0\nv 1 1 0\nv 1 1 2\nv 1 -1 2\nf 1 4 3 2\n";
+//! let (scene, _) = Scene::from_obj_str(wall, None)?;
+//! let mut filter = HandFilter::new(HandFilterConfig::simulated())?;
+//! let mut predictor = DeterministicPredictor::default();
+//! let mut last = None;
+//! for i in 0..40 {
+//!     let t_s = 0.014 * i as f64;
+//!     let mut frame = HandFrame::empty(t_s);
+//!     frame.palm_m = Some(DVec3::new(0.2 + t_s, 0.1, 1.2));
+//!     let tracking = filter.step(&frame);
+//!     let input = PredictorInput { frame: &frame, hand: tracking.state(), gaze: Gaze::Lost };
+//!     last = predictor.predict(&scene, &input).first().copied();
+//! }
+//! let contact = last.expect("the hand moves towards the wall");
+//! assert_eq!(contact.source, PredictionSource::HandDirection);
+//! assert!(contact.point_m.distance(DVec3::new(1.0, 0.1, 1.2)) < 1e-9);
+//! assert!((contact.time_to_contact_s.unwrap().mean_s - (1.0 - 0.2 - 0.014 * 39.0)).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod deterministic;
 mod face_moments;

@@ -1,6 +1,6 @@
-//! The whole of docs/SPEED-AGAINST-ERROR.md, and the README's excerpt of it.
+//! The whole of docs/SPEED-AGAINST-ERROR.md, and what docs/CRATES.md and the README quote of it.
 
-use crate::documents::{Documents, renew_block, written_by};
+use crate::documents::{Documents, renew_block, renew_words, written_by};
 use crate::speed::connect::measured as connect;
 use crate::speed::contact::{estimators, fusion, knobs};
 use crate::speed::page::section::{Section, summary_table};
@@ -12,8 +12,10 @@ use std::path::{Path, PathBuf};
 
 /// The name of the document.
 pub const NAME: &str = "SPEED-AGAINST-ERROR.md";
-/// The block of the README that quotes it.
-const BLOCK: &str = "speed";
+/// The document with the summary of it, and the block that holds it.
+const SUMMARY: (&str, &str) = ("CRATES.md", "speed");
+/// The row of the summary that the README quotes, and where.
+const QUOTED: (&str, &str) = ("control step, 9 upright pieces", "control-step");
 
 /// What to measure with.
 #[derive(Debug, Clone)]
@@ -27,7 +29,8 @@ pub struct Request<'a> {
 }
 
 /// Measures everything and writes the document with its figures; the tables are shown on `out`.
-/// The block of `readme` and, if the documents are the tracked ones, of the tracked README is renewed.
+/// The summary in `readme` is renewed and, if the documents are the tracked ones, the one in docs/CRATES.md with what the
+/// tracked README quotes of it.
 /// Returns the path of the document.
 ///
 /// # Errors
@@ -84,14 +87,28 @@ pub fn write(
         }
     }
     let path = documents.write(NAME, &text)?;
-    for readme in readme.into_iter().chain(documents.readme()) {
-        renew_excerpt(readme, &format!("{machine}\n\n{yardstick}."), &sections)?;
+    let header = format!("{machine}\n\n{yardstick}.");
+    if let Some(readme) = readme {
+        renew_summary(readme, &header, &sections)?;
+    }
+    if let Some(front_page) = documents.readme() {
+        renew_summary(&documents.folder().join(SUMMARY.0), &header, &sections)?;
+        renew_front_page(front_page, &sections)?;
     }
     Ok(path)
 }
 
-/// Replaces the excerpt in a README by rows of these sections.
-fn renew_excerpt(readme: &Path, header: &str, sections: &[Section]) -> anyhow::Result<()> {
+/// Replaces the summary in a file by rows of these sections.
+fn renew_summary(file: &Path, header: &str, sections: &[Section]) -> anyhow::Result<()> {
     let table = summary_table(sections);
-    renew_block(readme, BLOCK, &format!("{header}\n\n{table}"))
+    renew_block(file, SUMMARY.1, &format!("{header}\n\n{table}"))
+}
+
+/// Replaces the figure that the README quotes.
+fn renew_front_page(readme: &Path, sections: &[Section]) -> anyhow::Result<()> {
+    let mut rows = sections.iter().flat_map(|section| &section.summary);
+    let row = rows.find(|row| row.what == QUOTED.0);
+    let row = row.with_context(|| format!("no row {:?} to quote", QUOTED.0))?;
+    let figure = format!("median {}, p99 {}", row.median, row.p99);
+    renew_words(readme, QUOTED.1, &figure)
 }

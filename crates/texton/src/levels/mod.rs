@@ -1,4 +1,10 @@
 //! Orientations and speeds as levels of roughness: measured, told apart, chosen for virtual textures.
+//!
+//! # What a level is
+//!
+//! - A calibration is defined only within the convex hull of its conditions; `violations` reports where magnitude falls, and
+//!   `isotonic` repairs that.
+//! - The speed of a level is that of the board against the scan: a resting finger feels v, one that scans at s feels s + v.
 
 mod calibration;
 mod calibration_csv;

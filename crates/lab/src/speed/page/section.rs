@@ -1,4 +1,4 @@
-//! One table of docs/SPEED-AGAINST-ERROR.md: its text, its figure, and what the README quotes of it.
+//! One table of docs/SPEED-AGAINST-ERROR.md: its text, its figure, and what the summary quotes of it.
 
 use crate::speed::page::multiples::{self, Panel};
 use hwall_stage::figures;
@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// One table, and the figure drawn from it.
 pub struct Section {
-    /// What the README quotes of it.
+    /// What the summary quotes of it.
     pub summary: Vec<SummaryRow>,
     /// Markdown, from a third-level heading on.
     pub text: String,
@@ -15,7 +15,7 @@ pub struct Section {
     pub figure: Option<Figure>,
 }
 
-/// One row of the README's table of speed and error.
+/// One row of the summary of speed and error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SummaryRow {
     /// The crate, without `hwall-`.
@@ -62,7 +62,7 @@ impl SummaryRow {
     }
 }
 
-/// The rows of all sections as the README shows them.
+/// The rows of all sections as docs/CRATES.md shows them.
 #[must_use]
 pub fn summary_table(sections: &[Section]) -> MarkdownTable {
     let mut table = MarkdownTable::new(["crate", "what", "median", "p99", "largest error"]);
