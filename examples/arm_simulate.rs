@@ -13,7 +13,6 @@ use hwall_stage::exit;
 use hwall_stage::numbers::{TableFiles, list, positive};
 use hwall_stage::response::arm_motion::{ArmMotion, bodies};
 use hwall_stage::response::torque_rows;
-use std::io::BufReader;
 use std::process::ExitCode;
 
 /// Motion of rigid links under gravity, torques and a wrench.
@@ -128,7 +127,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         true => HeldTorques::new(n),
         false => {
             let (name, table) = args.files.input().open()?;
-            torque_rows::read(BufReader::new(table), &name, &chain, args.saturate)?
+            torque_rows::read(table, &name, &chain, args.saturate)?
         }
     };
     args.files

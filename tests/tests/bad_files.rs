@@ -23,6 +23,7 @@ fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
         hand,
         trial: None,
         rigid_hand: false,
+        units: hwall_stage::input::recording_units::RecordingUnits::SI,
         y_up: false,
         auto,
         base: None,

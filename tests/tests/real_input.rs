@@ -20,6 +20,7 @@ fn following<'a>(scene: Option<&'a Path>, hand: &'a Path) -> SettingOptions<'a> 
         hand: Some(hand),
         trial: None,
         rigid_hand: false,
+        units: hwall_stage::input::recording_units::RecordingUnits::SI,
         y_up: true,
         auto: true,
         base: None,

@@ -136,10 +136,16 @@ fn a_wrong_row_of_torques_is_named() {
         read(&format!("{header}\n{row}")).unwrap()
     );
     for (text, wanted) in [
-        (format!("{row}1,2\n"), "it line 2: 2 numbers, expected 8"),
+        (
+            format!("{row}1,2\n"),
+            "it line 2: 2 cells, the header has 8",
+        ),
         (format!("{header}{row}\n1,x,0,0,0,0,0,0\n"), "it line 4"),
         (format!("{header}{row}{row}"), "it line 3"),
-        ("time,tau1\n".to_owned(), "it line 1: the header must be"),
+        (
+            "time,tau1\n".to_owned(),
+            "it: no column \"t\" in the header",
+        ),
     ] {
         let said = format!("{:#}", read(&text).unwrap_err());
         assert!(said.contains(wanted), "{said}");

@@ -62,7 +62,7 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
         socket.text(&hand(
             seq,
             1e3 + f64::from(seq as u32),
-            &joints(25, [0.0; 3]),
+            &joints(25, [0.5, 0.0, 0.4]),
             "base",
         ));
         let seen = frame(&mut bridge, |f| f.palm_m.is_some());
@@ -77,7 +77,7 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
     // A hand that is not seen says so at once.
     let mut socket = Socket::open(&server);
     socket.text(&hand(1, 1.0, "null", "webxr"));
-    socket.text(&hand(2, 15.0, &joints(25, [0.0; 3]), "base"));
+    socket.text(&hand(2, 15.0, &joints(25, [0.5, 0.0, 0.4]), "base"));
     socket.text(&hand(3, 29.0, "null", "webxr"));
     frame(&mut bridge, |f| f.palm_m.is_some());
     frame(&mut bridge, |f| f.palm_m.is_none());
@@ -89,14 +89,14 @@ fn what_is_wrong_is_dropped_counted_and_said() {
     let server = server(BridgeConfig::default());
     let mut bridge = server.connect(&scene());
     let mut socket = Socket::open(&server);
-    let good = |seq, ms| hand(seq, ms, &joints(25, [0.0; 3]), "base");
+    let good = |seq, ms| hand(seq, ms, &joints(25, [0.5, 0.0, 0.4]), "base");
     socket.text(&good(1, 1000.0));
     for wrong in [
         "no JSON".to_owned(),
-        hand(2, 1010.0, &joints(24, [0.0; 3]), "base"),
+        hand(2, 1010.0, &joints(24, [0.5, 0.0, 0.4]), "base"),
         hand(2, 1010.0, "[[1,2,3]]", "base"),
-        good(2, 1010.0).replace("0,0,0", "NaN,0,0"),
-        good(2, 1010.0).replace("0,0,0", "1e99,0,0"),
+        good(2, 1010.0).replace("0.5,0,0.4", "NaN,0,0"),
+        good(2, 1010.0).replace("0.5,0,0.4", "1e99,0,0"),
     ] {
         socket.text(&wrong);
     }
@@ -131,7 +131,7 @@ fn too_large_a_message_ends_the_connection_and_no_other() {
     large.text(&format!("\"{}\"", "x".repeat(70_000)));
     wait_for("its end", || server.counts().clients == 1);
     assert_eq!(server.counts().too_large, 1);
-    other.text(&hand(1, 1.0, &joints(25, [0.0; 3]), "base"));
+    other.text(&hand(1, 1.0, &joints(25, [0.5, 0.0, 0.4]), "base"));
     wait_for("the other", || server.counts().accepted == 1);
 }
 
@@ -291,7 +291,7 @@ fn no_bytes_harm_the_server() {
     }
     wait_for("all of them to leave", || server.counts().clients == 0);
     let mut socket = Socket::open(&server);
-    socket.text(&hand(1, 1.0, &joints(25, [0.0; 3]), "base"));
+    socket.text(&hand(1, 1.0, &joints(25, [0.5, 0.0, 0.4]), "base"));
     wait_for("a hand", || server.counts().accepted == 1);
 }
 

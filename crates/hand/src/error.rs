@@ -1,5 +1,6 @@
 //! The one error type of the crate.
 
+use hwall_files::TableError;
 use hwall_geometry::GeometryError;
 use hwall_numeric::ArgumentError;
 
@@ -15,6 +16,9 @@ pub enum HandError {
     /// The fitted transform is not finite: the points are too far away.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+    /// A text is no table.
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// A file cannot be read or written.
     #[error("{path}: {message}")]
     Io {
@@ -25,9 +29,6 @@ pub enum HandError {
         /// The message of the operating system or of the CSV library.
         message: String,
     },
-    /// The CSV has no header line.
-    #[error("empty: no header line")]
-    Empty,
     /// The CSV has a header and nothing below it, or a recording has no sample.
     #[error("no samples below the header line")]
     NoSamples,
@@ -36,25 +37,6 @@ pub enum HandError {
     MissingColumn {
         /// Name of the missing column.
         column: String,
-    },
-    /// A required column is missing, and the header is one single column that contains a sign which
-    /// other programs put between columns.
-    #[error(
-        "no column {column:?}: the header is one column that contains {separator:?}; columns must be separated by ','"
-    )]
-    Separator {
-        /// Name of the missing column.
-        column: String,
-        /// The sign that probably separates the columns.
-        separator: char,
-    },
-    /// More columns than any recording has: each takes memory, and most of them would be left out.
-    #[error("{got} columns, at most {most} are read")]
-    TooManyColumns {
-        /// Columns of the header, or the first count known to be too large.
-        got: usize,
-        /// The most.
-        most: usize,
     },
     /// Two columns have the same name.
     #[error("column {column:?} appears twice")]
@@ -65,22 +47,6 @@ pub enum HandError {
     /// No column holds a point of the hand.
     #[error("no point of the hand among the columns")]
     NoHandColumns,
-    /// A row is longer or shorter than the header.
-    #[error("line {line}: {got} cells, the header has {expected}")]
-    CellCount {
-        /// Line of the file; the header is line 1.
-        line: u64,
-        /// Cells of the header.
-        expected: u64,
-        /// Cells of the row.
-        got: u64,
-    },
-    /// The text is not UTF-8.
-    #[error("line {line}: not UTF-8")]
-    NotUtf8 {
-        /// Line of the file; the header is line 1.
-        line: u64,
-    },
     /// A cell is not a number.
     #[error("line {line}, column {column:?}: {text:?} is not a number")]
     NotANumber {
@@ -91,7 +57,7 @@ pub enum HandError {
         /// The cell, cut to 40 characters.
         text: String,
     },
-    /// A cell is NaN or infinite; a missing value is an empty cell.
+    /// A cell is infinite, or a number in memory is not finite.
     #[error("line {line}, column {column:?}: {value} is not a finite number")]
     NonFiniteCell {
         /// Line of the file, the header being line 1; for recordings in memory, the sample from 1.

@@ -19,7 +19,7 @@ pub use reach::{
     LabelConfig, Labelled, LabelledReach, LeftOut, Reach, ReachCut, ReachEnd, ReachOnset,
     ReachWatch, SegmentConfig, WatchConfig, WatchUpdate, labelled_reaches, reaches,
 };
-pub use recording::{Quantity, Recording, Sample, read_recordings, write_recordings};
+pub use recording::{Quantity, Recording, Sample, UnitHint, read_recordings, write_recordings};
 pub use rigid_fit::{PointPair, RigidFit};
 pub use track::{
     Fixation, FreezeConfig, FreezeKind, Gaze, GazeFilter, GazeFilterConfig, HandFilter,

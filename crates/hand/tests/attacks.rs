@@ -1,6 +1,7 @@
 //! Attacks on recordings that got through once.
 
 use glam::DVec3;
+use hwall_files::TableError;
 use hwall_hand::{
     HandError, HandFrame, HandPoint, LabelConfig, ReachCut, Recording, labelled_reaches,
     read_recordings,
@@ -60,7 +61,10 @@ fn a_header_of_a_million_columns_is_refused() {
     text.push_str("\n0,0,0,0");
     let error = read_recordings(text.as_bytes()).unwrap_err();
     assert!(
-        matches!(error, HandError::TooManyColumns { got: 1_000_004, .. }),
+        matches!(
+            error,
+            HandError::Table(TableError::TooManyCells { got: 1_000_004, .. })
+        ),
         "{error}"
     );
 }
@@ -105,7 +109,10 @@ fn line_numbers_with_every_line_end() {
         let text = format!("{end}t,palm_x,palm_y,palm_z{end}{end}0,0,0,0{end}{end}1,0,0{end}");
         let error = read_recordings(text.as_bytes()).unwrap_err();
         assert!(
-            matches!(error, HandError::CellCount { line: 6, .. }),
+            matches!(
+                error,
+                HandError::Table(TableError::CellCount { line: 6, .. })
+            ),
             "{end:?}: {error}"
         );
     }

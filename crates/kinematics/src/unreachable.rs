@@ -5,19 +5,19 @@
 #[non_exhaustive]
 pub enum Unreachable {
     /// The wrist centre (the tool point of a chain) lies beyond the stretched arm.
-    #[error("too far by {gap_m} m")]
+    #[error("too far by {gap_m:.4} m")]
     TooFar {
         /// Missing length, m.
         gap_m: f64,
     },
     /// The wrist centre lies nearer to the shoulder than upper arm and forearm can fold.
-    #[error("too near by {gap_m} m")]
+    #[error("too near by {gap_m:.4} m")]
     TooNear {
         /// Missing distance, m.
         gap_m: f64,
     },
     /// The arm is long enough, but joint 4 would have to pass its limit.
-    #[error("elbow limit, {gap_m} m missing")]
+    #[error("elbow limit, {gap_m:.4} m missing")]
     ElbowLimit {
         /// By how much the shoulder-wrist distance misses what the elbow allows, m.
         gap_m: f64,
@@ -35,7 +35,7 @@ pub enum Unreachable {
     #[error("reachable on another branch only")]
     OtherBranch,
     /// A numeric search ended without a configuration: no proof that there is none.
-    #[error("no configuration found, {residual_m} m and {residual_rad} rad left")]
+    #[error("no configuration found, {residual_m:.1e} m and {residual_rad:.1e} rad left")]
     NotFound {
         /// Position error of the best attempt, m.
         residual_m: f64,

@@ -1,5 +1,6 @@
 //! The one error type of the crate.
 
+use hwall_files::TableError;
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::that;
 use std::io::ErrorKind;
@@ -23,17 +24,9 @@ pub enum PsychophysicsError {
         /// Message of the system.
         message: String,
     },
-    /// The table is empty: no header line.
-    #[error("no header line")]
-    NoHeader,
-    /// The header is separated by neither commas, semicolons nor tabs.
-    #[error("the header {header:?} is separated by {found:?}, not by commas, semicolons or tabs")]
-    Delimiter {
-        /// The header line.
-        header: String,
-        /// What separates its cells.
-        found: char,
-    },
+    /// A text is no table.
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// A cell that says neither that its row counts nor that it does not.
     #[error("line {line}, column {column:?}: {text:?} is neither true nor false")]
     NeitherValidNorNot {
@@ -77,24 +70,6 @@ pub enum PsychophysicsError {
     ColumnTwice {
         /// The column.
         column: String,
-    },
-    /// A line with too few or too many cells.
-    #[error("line {line}: {got} cells, the header has {expected}")]
-    CellCount {
-        /// Where.
-        line: u64,
-        /// Cells of the line.
-        got: u64,
-        /// Cells of the header.
-        expected: u64,
-    },
-    /// Text that is not UTF-8 or not CSV.
-    #[error("line {line}: {message}")]
-    Malformed {
-        /// Where.
-        line: u64,
-        /// Message of the reader.
-        message: String,
     },
     /// An empty cell instead of a subject, level or round.
     #[error("line {line}, column {column:?} is empty")]
@@ -282,6 +257,7 @@ pub enum PsychophysicsError {
 fn more(missing: usize) -> String {
     match missing.saturating_sub(1) {
         0 => String::new(),
+        1 => ", and 1 more value is missing".to_owned(),
         n => format!(", and {n} more values are missing"),
     }
 }

@@ -1,5 +1,6 @@
 //! Groups alone, incomplete tables, wide tables, and intervals of effect sizes.
 
+use hwall_files::TableError;
 use hwall_psychophysics::{
     Adjustment, AnalysisConfig, Columns, EffectSize, ErrorModel, Factor, Groups,
     PsychophysicsError, Ratio, Study, analyse, anova, cohen_dz_interval, f_tail, noncentral_f_cdf,
@@ -76,6 +77,11 @@ fn incomplete_subjects_are_left_out_and_named() {
     ));
     let study = Study::from_csv_str(table, &columns.clone().complete_cases()).unwrap();
     assert_eq!(study.subjects(), ["1", "3", "6"]);
+    for word in ["NaN", "nan", "N/A", ""] {
+        let table = table.replace("NA", word);
+        let same = Study::from_csv_str(&table, &columns.clone().complete_cases());
+        assert_eq!(same.as_ref(), Ok(&study), "{word:?}");
+    }
     let left_out: Vec<(&str, &str, usize)> = study
         .left_out()
         .iter()
@@ -371,11 +377,11 @@ fn errors_of_wide_tables_name_their_own_lines() {
     assert!(
         matches!(
             refused,
-            Err(PsychophysicsError::CellCount {
+            Err(PsychophysicsError::Table(TableError::CellCount {
                 line: 3,
                 got: 3,
                 expected: 5
-            })
+            }))
         ),
         "{refused:?}"
     );

@@ -1,5 +1,6 @@
 //! Reading long tables: what does not matter, and what is refused by line and column.
 
+use hwall_files::TableError;
 use hwall_psychophysics::{Columns, PsychophysicsError, Study};
 
 fn columns() -> Columns {
@@ -56,6 +57,19 @@ fn form_does_not_matter() {
         .map(|r| format!("\"{}\"", r.replace(',', "\" , \"")).replace(" \"", "\""))
         .collect();
     assert_eq!(read(&quoted), Ok(plain.clone()));
+    for separator in [";", "\t", "|"] {
+        let text = rows().join("\r").replace(',', separator);
+        assert_eq!(Study::from_csv_str(&text, &columns()), Ok(plain.clone()));
+    }
+    let latin1: Vec<u8> = rows()
+        .join("\n")
+        .replace("eve", "\u{e9}ve")
+        .chars()
+        .map(|c| c as u8)
+        .collect();
+    let accented = Study::read_csv(latin1.as_slice(), &columns()).expect("a study");
+    assert_eq!(accented.subjects(), ["\u{e9}ve", "bob"]);
+    assert_eq!(accented.values(), plain.values());
     // Rows in any order: only the subjects' order follows theirs.
     let mut turned = rows();
     turned[1..].rotate_left(4);
@@ -116,7 +130,7 @@ fn doubles_and_gaps_are_named() {
     fewer.truncate(15);
     assert_eq!(
         read(&fewer).expect_err("a gap").to_string(),
-        "subject \"bob\" has no value for a=10, b=w, round=1, and 1 more values are missing"
+        "subject \"bob\" has no value for a=10, b=w, round=1, and 1 more value is missing"
     );
     let no_round = Columns::new("who", ["a", "b"], "y");
     assert_eq!(
@@ -164,16 +178,9 @@ fn headers_are_refused() {
         header(""),
         "no column \"who\" in the header \"eve,1,x,1,12\""
     );
-    let bars = rows().join("\n").replace(',', "|");
-    assert_eq!(
-        Study::from_csv_str(&bars, &columns())
-            .expect_err("refused")
-            .to_string(),
-        "the header \"who|a|b|round|y\" is separated by '|', not by commas, semicolons or tabs"
-    );
     assert_eq!(
         Study::from_csv_str("", &columns()),
-        Err(PsychophysicsError::NoHeader)
+        Err(PsychophysicsError::Table(TableError::Empty))
     );
     assert_eq!(
         Study::from_csv_str(&rows()[0], &columns()),
@@ -184,13 +191,6 @@ fn headers_are_refused() {
         Study::from_csv_str(&rows().join("\n"), &twice),
         Err(PsychophysicsError::ColumnTwice { .. })
     ));
-    let latin1 = b"who,a,b,round,y\ne\xe9,1,x,1,2\n";
-    assert_eq!(
-        Study::read_csv(latin1.as_slice(), &columns())
-            .expect_err("refused")
-            .to_string(),
-        "line 2: not UTF-8 text"
-    );
     assert!(matches!(
         Study::from_csv_path("no such file", &columns()),
         Err(PsychophysicsError::File {

@@ -4,12 +4,14 @@ use crate::console::note;
 use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
-use crate::input::numbers::whole_within;
+use crate::input::numbers::{counted, whole_within};
+use crate::input::recording_units::RecordingUnits;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, Predictors};
 use crate::person::responses::{self, Scenery};
 use crate::recording;
 use crate::report::outputs::{self, Outputs};
+use crate::report::summary::Summary;
 use crate::run::people::{self, Stage};
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting::{Setting, SettingOptions};
@@ -26,12 +28,15 @@ pub struct JobOptions {
     /// OBJ scene, z up, metres; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
     #[arg(long)]
     pub scene: Option<PathBuf>,
-    /// CSV recording of a hand: t in seconds, palm_x.. little_z in metres, optionally head_* and gaze_*; cells may be empty [default: a simulated person]
+    /// CSV recording of a hand: t in seconds (or --time-unit), palm_x.. little_z in metres (or --scale), optionally head_* and gaze_*; cells may be empty [default: a simulated person]
     #[arg(long)]
     pub hand: Option<PathBuf>,
     /// Which trial of a recording that holds several: its name in the column trial, or person/trial
     #[arg(long, requires = "hand", value_name = "NAME")]
     pub trial: Option<String>,
+    /// Units of the recording.
+    #[command(flatten)]
+    pub units: RecordingUnits,
     /// Axes of the recording: y-up as headsets have it, or z-up
     #[arg(long, value_enum, default_value = "y-up")]
     pub axes: Axes,
@@ -180,6 +185,7 @@ pub fn run(
             scene: options.scene.as_deref(),
             hand: options.hand.as_deref(),
             trial: options.trial.as_deref(),
+            units: options.units,
             y_up: options.axes == Axes::YUp,
             rigid_hand: options.rigid_hand,
             auto: options
@@ -246,6 +252,10 @@ pub fn run(
     )?;
     if let (Some(recorder), Some(path)) = (recorder, &options.mcap) {
         writeln!(out, "{}", recording::finish(recorder, path)?)?;
+    }
+    for (stop, count) in Summary::new(&runs).stops {
+        let touches = counted(count, "touch", "touches");
+        note(format_args!("the arm was stopped before {touches}: {stop}"));
     }
     let table = outputs::text(&runs, &walls.maps, mapping)?;
     writeln!(out, "{table}")?;

@@ -5,6 +5,7 @@ use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
 use crate::input::numbers::counted;
 use crate::input::place::{self, Contacts};
+use crate::input::recording_units::RecordingUnits;
 use crate::input::trial;
 use crate::person::hand::Hand;
 use crate::person::kinds::PersonKind;
@@ -15,7 +16,7 @@ use crate::run::base_by_arrival::base_by_arrival;
 use anyhow::{anyhow, bail};
 use hwall::LikelyTouches;
 use hwall::haptics::Board;
-use hwall_hand::{HandFilterConfig, Pose, Recording};
+use hwall_hand::{FreezeConfig, HandFilterConfig, HandFrame, Pose, Recording};
 use hwall_scene::{LoadReport, Scene};
 use std::path::Path;
 
@@ -28,6 +29,8 @@ const ROOM: (&str, &str) = (
 /// A loop steps through pauses, too: longest pause, and longest recording, s.
 const LONGEST_PAUSE_S: f64 = 60.0;
 const LONGEST_RECORDING_S: f64 = 1800.0;
+/// A head that ends earlier than the recording by more than this is spoken of, s.
+const LONGEST_WITHOUT_HEAD_S: f64 = 0.5;
 
 /// What the command line asks for.
 pub struct SettingOptions<'a> {
@@ -37,6 +40,8 @@ pub struct SettingOptions<'a> {
     pub hand: Option<&'a Path>,
     /// Which trial of it, where it holds several.
     pub trial: Option<&'a str>,
+    /// In which units it is.
+    pub units: RecordingUnits,
     /// Is the recording y up?
     pub y_up: bool,
     /// Place arm and recording before a wall.
@@ -139,7 +144,11 @@ impl Setting {
         mut remarks: Vec<String>,
     ) -> anyhow::Result<Self> {
         let mut recording = trial::read(path, options.trial)?;
+        let units = options.units.apply(&mut recording);
+        units.map_err(|error| named_text(path, &error.to_string()))?;
         remarks.extend(count_from_start(&mut recording));
+        remarks.extend(lost_rows(&recording, options.rigid_hand));
+        remarks.extend(heads(&mut recording));
         if options.y_up {
             for sample in &mut recording.samples {
                 sample.frame = sample.frame.transformed(&Pose::Z_UP_FROM_Y_UP);
@@ -186,7 +195,13 @@ impl Setting {
         let filter = if options.rigid_hand {
             HandFilterConfig::simulated()
         } else {
-            HandFilterConfig::default()
+            let usual = HandFilterConfig::default();
+            let value_step_m = recording.value_step_m();
+            let freeze = usual.freeze.map(|freeze| FreezeConfig {
+                value_step_m,
+                ..freeze
+            });
+            HandFilterConfig { freeze, ..usual }
         };
         let map = Pose::from_affine(&base_from_hand)?;
         let frames: Vec<_> = recording
@@ -222,6 +237,45 @@ fn unused_columns(recording: &Recording) -> Option<String> {
             first.join(", ")
         )
     })
+}
+
+/// Rows in which a recorder wrote something for a hand that was not seen.
+fn lost_rows(recording: &Recording, rigid: bool) -> Vec<String> {
+    let freeze = FreezeConfig {
+        rigid_after_s: f64::INFINITY,
+        value_step_m: recording.value_step_m(),
+        ..FreezeConfig::default()
+    };
+    let frozen = recording.frozen_samples(freeze).into_iter();
+    let frozen = frozen.filter(|&is_frozen| is_frozen && !rigid).count();
+    let kinds = [(recording.zero_rows, "zeros"), (frozen, "a repeated pose")];
+    let found = kinds.into_iter().filter(|(count, _)| *count > 0);
+    found
+        .map(|(count, of)| {
+            let were = if count == 1 { "was" } else { "were" };
+            let rows = counted(count, "row", "rows");
+            format!("{rows} of {of} {were} taken as lost tracking")
+        })
+        .collect()
+}
+
+/// Puts heads between the rows that have one, and says so, and where the heads end before the hand.
+fn heads(recording: &mut Recording) -> Vec<String> {
+    let filled = recording.fill_slow_channels();
+    let rows = counted(filled, "row", "rows");
+    let slow = format!("the head of {rows} was interpolated between its neighbours");
+    let times = |with: fn(&&HandFrame) -> bool| recording.frames().filter(with).last();
+    let last = times(|frame| frame.head_m.is_some()).map_or(f64::INFINITY, |frame| frame.t_s);
+    let end = times(|_| true).map_or(0.0, |frame| frame.t_s);
+    let ends = format!(
+        "the head ends at {last:.2} s, the recording at {end:.2} s: the arm stops until the next touch and then heeds no head"
+    );
+    let said = [
+        (filled > 0, slow),
+        (end - last > LONGEST_WITHOUT_HEAD_S, ends),
+    ];
+    let said = said.into_iter().filter(|(is_so, _)| *is_so);
+    said.map(|(_, text)| text).collect()
 }
 
 /// Lets the times of a recording count from its first sample, and says so if they did not. They are rounded to 1 us: Unix time as a float is
@@ -378,7 +432,6 @@ fn repairs(report: &LoadReport) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hwall_hand::HandFrame;
 
     fn refused(times_s: impl IntoIterator<Item = f64>) -> Option<String> {
         let recording = Recording::from_frames(times_s.into_iter().map(HandFrame::empty)).unwrap();

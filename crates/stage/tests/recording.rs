@@ -18,6 +18,7 @@ fn a_recorded_run_is_made_again_bit_by_bit() {
         scene: None,
         hand: None,
         trial: None,
+        units: hwall_stage::input::recording_units::RecordingUnits::SI,
         y_up: true,
         auto: false,
         base: None,

@@ -1,5 +1,6 @@
 //! The one error type of the crate.
 
+use hwall_files::TableError;
 use hwall_numeric::ArgumentError;
 use std::fmt::Display;
 use std::io::ErrorKind;
@@ -20,12 +21,9 @@ pub enum TextonError {
         /// How many there are.
         levels: usize,
     },
-    /// A line of a table with the wrong number of cells, or that is not UTF-8 text.
-    #[error("line {line} cannot be read")]
-    BrokenLine {
-        /// The line, from 1; 0 if unknown.
-        line: u64,
-    },
+    /// A text is no table.
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// A cell of a table that is not a number in its range.
     #[error("line {line}: {column} is \"{text}\", not a number in its range")]
     Cell {

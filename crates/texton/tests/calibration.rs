@@ -1,5 +1,6 @@
 //! Calibration tables: exact where they must be, inverted, repaired, and refused where they know nothing.
 
+use hwall_files::TableError;
 use hwall_testkit::Sampler;
 use hwall_texton::{Calibration, Level, ScanAngle, TextonError};
 
@@ -207,12 +208,7 @@ fn bad_csv_names_the_line() {
             column: "orientation_deg"
         }
     );
-    assert_eq!(
-        of(""),
-        TextonError::MissingColumn {
-            column: "orientation_deg"
-        }
-    );
+    assert_eq!(of(""), TextonError::Table(TableError::Empty));
     assert_eq!(
         of(&format!("{header}0,0,1\n0,20,x\n")),
         cell(3, "value", "x")
@@ -228,7 +224,11 @@ fn bad_csv_names_the_line() {
     );
     assert_eq!(
         of(&format!("{header}0,0,1\n0,20\n")),
-        TextonError::BrokenLine { line: 3 }
+        TextonError::Table(TableError::CellCount {
+            line: 3,
+            got: 2,
+            expected: 3
+        })
     );
     assert_eq!(of(header), TextonError::NoArea { nodes: 0 });
     assert_eq!(
@@ -245,6 +245,20 @@ fn bad_csv_names_the_line() {
         TextonError::NoArea { nodes: 3 }
     );
     assert!(Calibration::from_csv(&[0xff, 0xfe, 0x00][..]).is_err());
+}
+
+#[test]
+fn a_calibration_is_read_as_any_spreadsheet_writes_it() {
+    let text = "orientation_deg,velocity_mm_s,value\n0,0,2\n90,0,3.5\n0,80,2.5\n90,80,4\n";
+    let plain = Calibration::from_csv(text.as_bytes()).unwrap();
+    for separator in [";", "\t"] {
+        let text = text
+            .replace(',', separator)
+            .replace('.', ",")
+            .replace('\n', "\r\n");
+        let read = Calibration::from_csv(format!("\u{feff}{text}").as_bytes()).unwrap();
+        assert_eq!(read.levels(), plain.levels());
+    }
 }
 
 #[test]
@@ -270,7 +284,11 @@ fn lines_are_counted_as_an_editor_does() {
             }
             assert_eq!(
                 of(&text(&[header, "0,0,1", "", "0,20"])),
-                TextonError::BrokenLine { line: 4 },
+                TextonError::Table(TableError::CellCount {
+                    line: 4,
+                    got: 2,
+                    expected: 3
+                }),
                 "{end:?}"
             );
         }

@@ -119,15 +119,14 @@ impl PageMessage {
                     Some(joints) => {
                         let joints_m = joints
                             .iter()
-                            .map(|joint| joint.map(|p| point("joints", p)).transpose())
+                            .map(|joint| seen(*joint).map(|p| point("joints", p)).transpose())
                             .collect::<Result<Vec<_>, _>>()?;
                         openxr_joints(&joints_m).ok_or(Refused::Joints(joints.len()))?
                     }
                 };
                 let mut frame = HandFrame::from_openxr(t_s, &joints_m);
-                frame.head_m = head
-                    .map(|[x, y, z, ..]| point("head", [x, y, z]))
-                    .transpose()?;
+                let head = head.map(|[x, y, z, ..]| [x, y, z]);
+                frame.head_m = seen(head).map(|p| point("head", p)).transpose()?;
                 frame.gaze = gaze
                     .map(|d| {
                         let unit = point("gaze", d)?.try_normalize();
@@ -148,6 +147,11 @@ impl PageMessage {
             }
         }
     }
+}
+
+/// Headsets write zeros for what they do not see.
+fn seen(p: Option<[f64; 3]>) -> Option<[f64; 3]> {
+    p.filter(|&p| p != [0.0; 3])
 }
 
 fn time(what: &'static str, ms: f64) -> Result<f64, Refused> {
@@ -195,6 +199,18 @@ mod tests {
         assert_eq!(hand.frame.tips_m, [Some(DVec3::new(0.1, 1.2, -0.3)); 5]);
         assert_eq!(hand.frame.head_m, Some(DVec3::new(1.0, 2.0, 3.0)));
         assert_eq!(hand.frame.gaze, Some(DVec3::NEG_Z));
+    }
+
+    /// They were tracked, and the board was sent to them.
+    #[test]
+    fn a_hand_of_zeros_is_lost() {
+        let zeros = joints(25).replace("0.1,1.2,-0.3", "0,0,-0.0");
+        let text = hand(&zeros).replace("[1,2,3,", "[0,0,0,");
+        let Ok(PageMessage::Hand(hand)) = PageMessage::parse(&text) else {
+            panic!("a hand");
+        };
+        assert_eq!(hand.frame.points(), [None; 6]);
+        assert_eq!((hand.joints_m, hand.frame.head_m), ([None; 26], None));
     }
 
     #[test]

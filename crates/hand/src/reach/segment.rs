@@ -4,7 +4,7 @@ use super::onset::ReachOnset;
 use crate::error::HandError;
 use crate::frame::HandPoint;
 use crate::recording::Recording;
-use crate::track::{FreezeConfig, FreezeKind, FreezeWatch, Frozen};
+use crate::track::FreezeConfig;
 use glam::DVec3;
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{non_negative, positive, that};
@@ -105,11 +105,18 @@ pub(super) fn find_reaches(recording: &Recording, config: &SegmentConfig) -> Vec
     let Some(point) = config.point.or_else(|| recording.steadiest_point()) else {
         return Vec::new();
     };
-    let frozen = frozen_samples(recording, config);
+    // A hand that does not move at all makes no reach anyway.
+    let frozen = config.freeze.map(|freeze| {
+        recording.frozen_samples(FreezeConfig {
+            still_after_s: f64::INFINITY,
+            value_step_m: freeze.value_step_m.max(recording.value_step_m()),
+            ..freeze
+        })
+    });
     let mut found = Vec::new();
     let mut stretch: Vec<Knot> = Vec::new();
     for (index, frame) in recording.frames().enumerate() {
-        if frozen[index] {
+        if frozen.as_ref().is_some_and(|frozen| frozen[index]) {
             cut(
                 &mut stretch,
                 ReachEnd::TrackingLost,
@@ -196,36 +203,6 @@ impl Knot {
         let reach_m = config.max_speed_m_per_s * step_s + config.jump_slack_m;
         step_s > config.max_gap_s || self.position_m.distance(before.position_m) > reach_m
     }
-}
-
-/// Marks every sample of a frozen stretch, also those before the freeze was noticed.
-fn frozen_samples(recording: &Recording, config: &SegmentConfig) -> Vec<bool> {
-    let mut frozen = vec![false; recording.samples.len()];
-    let Some(freeze) = config.freeze else {
-        return frozen;
-    };
-    let mut watch = FreezeWatch::new(FreezeConfig {
-        still_after_s: f64::INFINITY,
-        ..freeze
-    });
-    for (index, frame) in recording.frames().enumerate() {
-        if let Some(Frozen {
-            kind: FreezeKind::Rigid,
-            since_s,
-        }) = watch.update(frame)
-        {
-            for k in (0..=index)
-                .rev()
-                .take_while(|&k| recording.samples[k].frame.t_s >= since_s)
-            {
-                // Everything before this sample has been marked already.
-                if std::mem::replace(&mut frozen[k], true) {
-                    break;
-                }
-            }
-        }
-    }
-    frozen
 }
 
 /// Finds the reaches of one uninterrupted stretch, which it empties.

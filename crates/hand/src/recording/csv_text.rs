@@ -1,25 +1,23 @@
 //! Recordings as CSV.
 //!
-//! One header line, then one row a sample, metres and seconds:
+//! One header line, then one row a sample, metres and seconds, as [`Table`] reads it:
 //! `person,trial,t,palm_x,palm_y,palm_z,thumb_x,...,little_z,head_x,...,gaze_x,...,object_x,...,target_x,...,contact`,
 //! after the hand perhaps `wrist`, `forearm`, `elbow`, `shoulder`, `grip` and `aim`.
 //! Columns are found by name, in any order. Only `t` and one point of the hand are required;
-//! an empty cell is a missing value; other columns are left out and listed. Rows of several
+//! an empty cell, `NaN`, `NA` or `N/A` is a missing value; other columns are left out and listed. Rows of several
 //! trials may share a file and may even alternate: `person` and `trial` tell them apart.
 
 use super::in_memory::{Quantity, Recording, Sample};
 use crate::body_point::NamedPoint;
 use crate::error::HandError;
 use glam::DVec3;
+use hwall_files::{Row, Table};
 use std::collections::HashMap;
-use std::io::{Read, Write};
+use std::io::{BufReader, Read, Write};
 use std::path::Path;
 use std::sync::Arc;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// Columns of a recording at most: a hundred times those of a headset with both hands and the body.
-const MOST_COLUMNS: usize = 10_000;
 
 /// A gaze shorter than this has no direction.
 const MIN_GAZE_LENGTH: f64 = 1e-6;
@@ -64,41 +62,24 @@ impl Recording {
     }
 }
 
-/// Reads all trials of a CSV, in the order in which they first appear.
+/// Reads all trials of a CSV, in the order in which they first appear. A point at exactly 0,0,0 between rows where it is elsewhere was
+/// not seen; [`Recording::zero_rows`] counts them.
 ///
 /// # Errors
 /// Everything wrong with the text, by line and column: see [`HandError`].
-pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, HandError> {
-    let mut bytes = Vec::new();
-    reader.read_to_end(&mut bytes).map_err(|e| io_error(&e))?;
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let mut lines = Lines {
-        text,
-        byte: 0,
-        line: 1,
-    };
-    let first_line = text
-        .split(|&byte| byte == b'\n')
-        .find(|line| !line.trim_ascii().is_empty());
-    let commas = first_line.map_or(0, |line| line.iter().filter(|&&byte| byte == b',').count());
-    if commas >= MOST_COLUMNS {
-        return Err(HandError::TooManyColumns {
-            got: commas + 1,
-            most: MOST_COLUMNS,
-        });
-    }
-    let mut csv = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_reader(text);
-    let header = csv.headers().map_err(|e| lines.locate(&e))?.clone();
-    let columns = Columns::from_header(&header)?;
+pub fn read_recordings(reader: impl Read) -> Result<Vec<Recording>, HandError> {
+    let mut table = Table::new(BufReader::new(reader))?;
+    let columns = Columns::from_header(table.header())?;
 
     let mut recordings: Vec<Recording> = Vec::new();
     let mut by_name: HashMap<(String, String), usize> = HashMap::new();
-    let mut row = csv::StringRecord::new();
-    while csv.read_record(&mut row).map_err(|e| lines.locate(&e))? {
-        let line = lines.at(row.position());
-        let name = |column: Option<usize>| column.map_or("", |i| &row[i]).to_owned();
+    let mut row = Row::default();
+    while table.next_row(&mut row)? {
+        if row.cells().all(str::is_empty) {
+            continue;
+        }
+        let line = row.line();
+        let name = |column: Option<usize>| column.map_or("", |i| row.cell(i)).to_owned();
         let key = (name(columns.person), name(columns.trial));
         let index = *by_name.entry(key).or_insert_with_key(|(person, trial)| {
             let some = |s: &String| (!s.is_empty()).then(|| s.clone());
@@ -107,11 +88,12 @@ pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, HandErro
                 trial: some(trial),
                 samples: Vec::new(),
                 ignored_columns: Arc::clone(&columns.ignored),
+                zero_rows: 0,
             });
             recordings.len() - 1
         });
         let samples = &mut recordings[index].samples;
-        let sample = columns.sample(&row, line)?;
+        let sample = columns.sample(&row)?;
         if let Some(previous_s) = samples.last().map(|s| s.frame.t_s)
             && sample.frame.t_s <= previous_s
         {
@@ -124,10 +106,10 @@ pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, HandErro
         samples.push(sample);
     }
     if recordings.is_empty() {
-        Err(HandError::NoSamples)
-    } else {
-        Ok(recordings)
+        return Err(HandError::NoSamples);
     }
+    recordings.iter_mut().for_each(Recording::without_zeros);
+    Ok(recordings)
 }
 
 /// Writes trials as one CSV: the columns of every quantity that any sample holds.
@@ -200,31 +182,17 @@ struct Columns {
 }
 
 impl Columns {
-    fn from_header(header: &csv::StringRecord) -> Result<Self, HandError> {
-        if header.iter().all(str::is_empty) {
-            return Err(HandError::Empty);
-        }
+    fn from_header(header: &[String]) -> Result<Self, HandError> {
         let mut place: HashMap<&str, usize> = HashMap::new();
         for (i, name) in header.iter().enumerate() {
-            if place.insert(name, i).is_some() {
+            if !name.is_empty() && place.insert(name, i).is_some() {
                 return Err(HandError::DuplicateColumn {
                     column: name.into(),
                 });
             }
         }
-        // Other programs may put another sign between the columns.
-        let separator = match header.iter().collect::<Vec<_>>()[..] {
-            [only] => [';', '\t', '|']
-                .into_iter()
-                .find(|&sign| only.contains(sign)),
-            _ => None,
-        };
-        let missing = |column: &str| {
-            let column = column.into();
-            match separator {
-                Some(separator) => HandError::Separator { column, separator },
-                None => HandError::MissingColumn { column },
-            }
+        let missing = |column: &str| HandError::MissingColumn {
+            column: column.into(),
         };
         let t = place.remove("t").ok_or_else(|| missing("t"))?;
         let [person, trial, contact] =
@@ -257,8 +225,8 @@ impl Columns {
         }
         let ignored = header
             .iter()
-            .filter(|name| place.contains_key(name))
-            .map(str::to_owned)
+            .filter(|name| place.contains_key(name.as_str()))
+            .cloned()
             .collect();
         Ok(Self {
             t,
@@ -270,19 +238,18 @@ impl Columns {
         })
     }
 
-    fn sample(&self, row: &csv::StringRecord, line: u64) -> Result<Sample, HandError> {
+    fn sample(&self, row: &Row) -> Result<Sample, HandError> {
+        let line = row.line();
         let mut sample = Sample::default();
         sample.frame.t_s =
-            number(row, self.t, line, || "t".into())?.ok_or_else(|| HandError::MissingCell {
+            number(row, self.t, || "t".into())?.ok_or_else(|| HandError::MissingCell {
                 line,
                 column: "t".into(),
             })?;
         for &(quantity, places) in &self.vectors {
             let mut cells = [None; 3];
             for (axis, cell) in cells.iter_mut().enumerate() {
-                *cell = number(row, places[axis], line, || {
-                    column_name(quantity, AXES[axis])
-                })?;
+                *cell = number(row, places[axis], || column_name(quantity, AXES[axis]))?;
             }
             let value = match cells {
                 [Some(x), Some(y), Some(z)] => DVec3::new(x, y, z),
@@ -293,15 +260,16 @@ impl Columns {
                     return Err(HandError::MissingCell { line, column });
                 }
             };
-            let value = if quantity == Quantity::Gaze {
-                unit_gaze(value, line)?
-            } else {
-                value
+            let value = match quantity {
+                // Nobody looks nowhere: the eyes are not seen.
+                Quantity::Gaze if value == DVec3::ZERO => continue,
+                Quantity::Gaze => unit_gaze(value, line)?,
+                _ => value,
             };
             sample.set(quantity, Some(value));
         }
         if let Some(place) = self.contact {
-            sample.contact = number(row, place, line, || "contact".into())?.map(|c| c != 0.0);
+            sample.contact = number(row, place, || "contact".into())?.map(|c| c != 0.0);
         }
         Ok(sample)
     }
@@ -321,33 +289,21 @@ fn column_name(quantity: Quantity, axis: &str) -> String {
     format!("{}_{axis}", quantity.name())
 }
 
-/// A cell as a finite number; `None` where it is empty. The name is only made for an error.
-fn number(
-    row: &csv::StringRecord,
-    place: usize,
-    line: u64,
-    column: impl Fn() -> String,
-) -> Result<Option<f64>, HandError> {
-    let text = &row[place];
-    if text.is_empty() {
-        return Ok(None);
-    }
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(Some(value)),
-        Ok(value) => Err(HandError::NonFiniteCell {
+/// A cell as a finite number; `None` where it is missing. The name is only made for an error.
+fn number(row: &Row, place: usize, column: impl Fn() -> String) -> Result<Option<f64>, HandError> {
+    let line = row.line();
+    row.number(place).map_err(|text| match text.parse() {
+        Ok(value) => HandError::NonFiniteCell {
             line,
             column: column(),
             value,
-        }),
-        Err(_) => {
-            let text = text.chars().take(40).collect();
-            Err(HandError::NotANumber {
-                line,
-                column: column(),
-                text,
-            })
-        }
-    }
+        },
+        Err(_) => HandError::NotANumber {
+            line,
+            column: column(),
+            text: text.chars().take(40).collect(),
+        },
+    })
 }
 
 fn unit_gaze(gaze: DVec3, line: u64) -> Result<DVec3, HandError> {
@@ -378,48 +334,5 @@ fn csv_error(error: &csv::Error) -> HandError {
             kind: std::io::ErrorKind::InvalidData,
             message: error.to_string(),
         },
-    }
-}
-
-/// Counts the lines of a text up to its records, which come in order.
-///
-/// The reader's own count stops before blank lines and inside Windows line ends.
-struct Lines<'a> {
-    text: &'a [u8],
-    byte: usize,
-    line: u64,
-}
-
-impl Lines<'_> {
-    /// Line of the record at a position.
-    fn at(&mut self, position: Option<&csv::Position>) -> u64 {
-        let start = position.map_or(self.byte, |p| {
-            (p.byte() as usize).clamp(self.byte, self.text.len())
-        });
-        let ends = |byte: &u8| matches!(byte, b'\r' | b'\n');
-        let blank = self.text[start..].iter().take_while(|b| ends(b)).count();
-        let next = start + blank;
-        let ended = (self.byte..next).filter(|&i| {
-            let halfway = self.text[i] == b'\r' && self.text.get(i + 1) == Some(&b'\n');
-            ends(&self.text[i]) && !halfway
-        });
-        self.line += ended.count() as u64;
-        self.byte = next;
-        self.line
-    }
-
-    fn locate(&mut self, error: &csv::Error) -> HandError {
-        let line = self.at(error.position());
-        match error.kind() {
-            csv::ErrorKind::UnequalLengths {
-                expected_len, len, ..
-            } => HandError::CellCount {
-                line,
-                expected: *expected_len,
-                got: *len,
-            },
-            csv::ErrorKind::Utf8 { .. } => HandError::NotUtf8 { line },
-            _ => csv_error(error),
-        }
     }
 }

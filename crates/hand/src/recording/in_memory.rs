@@ -107,6 +107,8 @@ pub struct Recording {
     pub samples: Vec<Sample>,
     /// Columns of the file that have no meaning here and were left out; shared by all trials of a file.
     pub ignored_columns: Arc<[String]>,
+    /// Rows in which the file had zeros for what was not seen, which is missing here.
+    pub zero_rows: usize,
 }
 
 impl Recording {

@@ -63,7 +63,7 @@ impl Recording {
         })
     }
 
-    fn fill(&self, quantity: Quantity, longest_gap_s: f64, out: &mut [Sample]) {
+    pub(super) fn fill(&self, quantity: Quantity, longest_gap_s: f64, out: &mut [Sample]) {
         let known: Vec<(f64, DVec3)> = self
             .samples
             .iter()

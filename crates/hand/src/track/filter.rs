@@ -275,7 +275,9 @@ impl HandFilter {
         let t_s = frame.t_s;
         let mut position_m = position_m;
         if let Some((before_s, before_m)) = self.measured {
-            let step_s = t_s - before_s;
+            // Where each pose is repeated, a step was on its way since before the repeats.
+            let repeat_s = self.freeze.as_ref().map_or(0.0, FreezeWatch::repeat_s);
+            let step_s = t_s - before_s + repeat_s;
             let moved_m = position_m.distance(before_m);
             if moved_m > self.config.max_speed_m_per_s * step_s + self.config.jump_slack_m {
                 self.lose(

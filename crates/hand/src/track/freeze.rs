@@ -1,5 +1,6 @@
 //! Finds poses that a tracker repeats instead of measuring.
 
+use super::value_steps::ValueSteps;
 use crate::frame::HandFrame;
 use glam::DVec3;
 use hwall_numeric::ArgumentError;
@@ -17,6 +18,10 @@ use hwall_numeric::check::{non_negative, positive};
 ///   yet the distances between palm and tips stay within 2.4e-6 m, where in live hands they
 ///   change by 1.3e-4 m or more in 0.25 s.
 ///
+/// Values on a grid (positions with two decimals, say) rest longer: by the time that a live hand takes to leave a step.
+/// The step is found from the stream. Where each pose is repeated, because the tracker is slower than the stream, its repeats
+/// are no freezing either.
+///
 /// A simulated hand may be still or rigid by construction:
 /// [`HandFilterConfig::simulated`](crate::HandFilterConfig::simulated) watches for neither.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +34,9 @@ pub struct FreezeConfig {
     pub rigid_after_s: f64,
     /// A distance between two points that changes less than this does not change, m. Default 2e-5.
     pub rigid_tolerance_m: f64,
+    /// Step of the values where it is known beforehand, m; see [`Recording::value_step_m`](crate::Recording::value_step_m).
+    /// Default 0: found from the stream.
+    pub value_step_m: f64,
 }
 
 impl Default for FreezeConfig {
@@ -38,6 +46,7 @@ impl Default for FreezeConfig {
             still_tolerance_m: 1e-6,
             rigid_after_s: 0.25,
             rigid_tolerance_m: 2e-5,
+            value_step_m: 0.0,
         }
     }
 }
@@ -48,6 +57,7 @@ impl FreezeConfig {
         non_negative("still_tolerance_m", self.still_tolerance_m)?;
         positive("rigid_after_s", self.rigid_after_s)?;
         non_negative("rigid_tolerance_m", self.rigid_tolerance_m)?;
+        non_negative("value_step_m", self.value_step_m)?;
         Ok(())
     }
 }
@@ -65,6 +75,10 @@ pub enum FreezeKind {
 /// Points needed to judge a shape: with two, the only distance may stay the same by chance.
 const SHAPE_POINTS: usize = 3;
 
+/// The slowest drift of a live hand at rest, and of the distances between its points, m/s: see [`FreezeConfig`].
+const DRIFT_M_PER_S: f64 = 9e-4 / 0.25;
+const SHAPE_DRIFT_M_PER_S: f64 = 1.3e-4 / 0.25;
+
 type Points = [Option<DVec3>; 6];
 
 /// A frozen pose.
@@ -75,12 +89,17 @@ pub(crate) struct Frozen {
     pub(crate) since_s: f64,
 }
 
-/// Watches a stream of samples for a frozen pose. Two reference poses, no allocation.
+/// Watches a stream of samples for a frozen pose. No allocation.
 #[derive(Debug, Clone)]
 pub(crate) struct FreezeWatch {
     config: FreezeConfig,
     still: Option<(f64, Points)>,
     shape: Option<(f64, Points)>,
+    steps: ValueSteps,
+    /// When the pose was as it is for the last time, s.
+    same_s: f64,
+    /// How long the last poses were repeated, s.
+    repeats_s: [f64; 3],
 }
 
 impl FreezeWatch {
@@ -89,7 +108,16 @@ impl FreezeWatch {
             config,
             still: None,
             shape: None,
+            steps: ValueSteps::default(),
+            same_s: 0.0,
+            repeats_s: [0.0; 3],
         }
+    }
+
+    /// How long each pose is repeated at least, s: 0 unless the stream is faster than its tracker.
+    pub(crate) fn repeat_s(&self) -> f64 {
+        let least_s = self.repeats_s.into_iter().fold(f64::INFINITY, f64::min);
+        least_s.min(self.config.still_after_s)
     }
 
     pub(crate) fn reset(&mut self) {
@@ -101,18 +129,27 @@ impl FreezeWatch {
     pub(crate) fn update(&mut self, frame: &HandFrame) -> Option<Frozen> {
         let (t_s, points) = (frame.t_s, frame.points());
         let c = self.config;
+        self.steps.update(&points);
+        let step_m = c.value_step_m.max(self.steps.step_m());
+        let before_s = self.still.map_or(t_s, |(since_s, _)| since_s);
         let rigid_since = hold(&mut self.shape, t_s, &points, |reference| {
             same_shape(reference, &points, c.rigid_tolerance_m)
         });
         let still_since = hold(&mut self.still, t_s, &points, |reference| {
             same_place(reference, &points, c.still_tolerance_m)
         });
-        if t_s - still_since >= c.still_after_s {
+        if still_since > before_s {
+            self.repeats_s.rotate_left(1);
+            self.repeats_s[2] = self.same_s - before_s;
+        }
+        self.same_s = t_s;
+        let repeat_s = self.repeat_s();
+        if t_s - still_since >= c.still_after_s + repeat_s + step_m / DRIFT_M_PER_S {
             Some(Frozen {
                 kind: FreezeKind::Still,
                 since_s: still_since,
             })
-        } else if t_s - rigid_since >= c.rigid_after_s {
+        } else if t_s - rigid_since >= c.rigid_after_s + repeat_s + step_m / SHAPE_DRIFT_M_PER_S {
             Some(Frozen {
                 kind: FreezeKind::Rigid,
                 since_s: rigid_since,

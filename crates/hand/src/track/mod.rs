@@ -5,10 +5,12 @@ mod freeze;
 mod gaze;
 mod gaze_filter;
 mod lost;
+mod value_steps;
 
 pub use filter::{HandFilter, HandFilterConfig, HandState, Tracking};
+pub(crate) use freeze::FreezeWatch;
 pub use freeze::{FreezeConfig, FreezeKind};
-pub(crate) use freeze::{FreezeWatch, Frozen};
 pub use gaze::{Fixation, Gaze};
 pub use gaze_filter::{GazeFilter, GazeFilterConfig};
 pub use lost::LostReason;
+pub(crate) use value_steps::ValueSteps;

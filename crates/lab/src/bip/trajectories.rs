@@ -170,7 +170,6 @@ fn numbers_in_names(files: &[PathBuf]) -> Option<Vec<u64>> {
 
 fn read_file(path: &Path, id: u64) -> anyhow::Result<(Vec<String>, Trajectory)> {
     let name = path.display().to_string();
-    ensure_no_blank_line(path)?;
     let mut reader = NumberReader::open(Some(path))?;
     let header = reader.header().to_vec();
     if let Some(i) = header.iter().position(String::is_empty) {
@@ -189,7 +188,12 @@ fn read_file(path: &Path, id: u64) -> anyhow::Result<(Vec<String>, Trajectory)> 
     let columns = dofs.iter().map(|&i| header[i].clone()).collect();
     let mut times_s: Vec<f64> = Vec::new();
     let mut rows = Vec::new();
+    let mut before = None;
     while let Some(row) = reader.next_row()? {
+        // A line that is left out would lose a sample and its time.
+        let line = row.line();
+        let follows = before.replace(line).is_none_or(|before| before + 1 == line);
+        ensure!(follows, "{name} line {}: blank line", line - 1);
         if let [time] = reader.values(&row, times)?[..] {
             if let Some(&before) = times_s.last().filter(|before| **before >= time) {
                 let place = reader.place(&row);
@@ -208,17 +212,6 @@ fn read_file(path: &Path, id: u64) -> anyhow::Result<(Vec<String>, Trajectory)> 
         rows,
     };
     Ok((columns, trajectory))
-}
-
-/// A CSV reader skips blank lines, and so would lose a sample and its time.
-fn ensure_no_blank_line(path: &Path) -> anyhow::Result<()> {
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    // At the end of a file they are harmless.
-    let blank = text.trim_end().lines().position(|l| l.trim().is_empty());
-    match blank {
-        Some(i) => bail!("{} line {}: blank line", path.display(), i + 1),
-        None => Ok(()),
-    }
 }
 
 impl Trajectory {

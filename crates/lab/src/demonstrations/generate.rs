@@ -288,6 +288,7 @@ fn record(
         trial: trial.clone(),
         samples,
         ignored_columns: [].into(),
+        zero_rows: 0,
     };
     let labelled = LabelledReach {
         person,

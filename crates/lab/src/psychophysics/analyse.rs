@@ -3,6 +3,7 @@
 use crate::psychophysics::figures;
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
+use hwall_files::Table;
 use hwall_psychophysics::{
     Adjustment, AnalysisConfig, Columns, ErrorModel, Normalisation, PsychophysicsError, Study,
     analyse,
@@ -108,7 +109,7 @@ enum Adjust {
 }
 
 impl Args {
-    fn columns(&self, header: &str) -> Columns {
+    fn columns(&self, header: &[String]) -> Columns {
         let within = self.factors.iter().map(|f| f.trim());
         let within = within.filter(|f| self.between.as_deref() != Some(f));
         let value = self.value.as_deref().unwrap_or("answer");
@@ -127,14 +128,12 @@ impl Args {
     }
 
     /// The column `valid`, where the table is long, has one, and nothing else is made of it.
-    fn own_valid(&self, header: &str) -> Option<String> {
+    fn own_valid(&self, header: &[String]) -> Option<String> {
         let named = self.factors.iter().chain(&self.round).chain(&self.between);
         let mut named = named.chain([&self.subject]).chain(&self.value);
         let is_taken = named.any(|name| name.trim().eq_ignore_ascii_case(VALID));
-        let cells = header.split([',', ';', '\t']);
-        let has_one = cells
-            .map(|cell| cell.trim().trim_matches('"'))
-            .any(|cell| cell.eq_ignore_ascii_case(VALID));
+        let mut cells = header.iter();
+        let has_one = cells.any(|cell| cell.eq_ignore_ascii_case(VALID));
         (self.wide.is_none() && has_one && !is_taken).then(|| VALID.to_owned())
     }
 
@@ -194,10 +193,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let name = || name.clone();
     let mut table = Vec::new();
     source.read_to_end(&mut table).with_context(name)?;
-    let columns = args.columns(&String::from_utf8_lossy(first_line(&table)));
+    let header = Table::new(table.as_slice()).map(|table| table.header().to_vec());
+    // What is wrong with the table is said below.
+    let columns = args.columns(&header.unwrap_or_default());
     let study = match &args.wide {
         Some(joint) => {
-            let table = String::from_utf8(table).with_context(name)?;
             let taken = Study::wide_columns(&table, &columns, joint).with_context(name)?;
             note(format_args!("columns of answers: {}", taken.join(", ")));
             Study::from_wide_csv_str(&table, &columns, joint)
@@ -241,9 +241,4 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         );
     }
     writeln!(io::stdout(), "{text}").context("standard output")
-}
-
-fn first_line(table: &[u8]) -> &[u8] {
-    let end = table.iter().position(|b| matches!(b, b'\n' | b'\r'));
-    &table[..end.unwrap_or(table.len())]
 }

@@ -2,7 +2,6 @@
 
 mod complete;
 mod factor;
-mod lines;
 mod missing;
 mod normalise;
 mod table;

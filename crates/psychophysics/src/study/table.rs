@@ -2,9 +2,9 @@
 
 use super::complete::{MOST_SIZE, Study, StudyParts, TrialAnswer};
 use super::factor::{Factor, Groups};
-use super::lines::LineCounter;
 use super::missing::{LeftOut, Missing};
 use crate::error::PsychophysicsError;
+use hwall_files::{Row, Table};
 use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
@@ -24,7 +24,7 @@ pub struct Columns {
     pub rounds: Vec<String>,
     /// The answer.
     pub value: String,
-    /// What is done about missing answers: no row, or an empty cell or `NA` in it.
+    /// What is done about missing answers: no row, or an empty cell, `NaN`, `NA` or `N/A` in it.
     pub missing: Missing,
     /// Says of a row of a long table whether it counts: `true`, `yes` or `1`, or else `false`, `no` or `0`.
     pub valid: Option<String>,
@@ -91,9 +91,7 @@ pub(super) struct Trial {
 impl Study {
     /// Reads a long table from CSV text: a header line, then one row per trial.
     ///
-    /// Cells may be quoted; a byte order mark, CRLF and spaces around cells are ignored. Cells are separated by what
-    /// separates the header: commas, else semicolons or tabs, and then `3,5` is a number as well as `3.5`. Trials
-    /// that differ only in their round are averaged (arithmetic mean).
+    /// The text is read as [`Table`] says. Trials that differ only in their round are averaged (arithmetic mean).
     ///
     /// # Errors
     /// Missing, double or empty cells and cells that are not numbers, with line and column.
@@ -131,52 +129,10 @@ impl Study {
     }
 }
 
-/// What separates the cells of a header: the comma, unless it has none but semicolons or tabs outside of quotes.
-pub(super) fn delimiter_of(text: &[u8]) -> u8 {
-    let line = text.split(|b| matches!(b, b'\n' | b'\r')).next();
-    let (mut quoted, mut found) = (false, [0_usize; 3]);
-    for byte in line.unwrap_or_default() {
-        match byte {
-            b'"' => quoted = !quoted,
-            b',' if !quoted => found[0] += 1,
-            b';' if !quoted => found[1] += 1,
-            b'\t' if !quoted => found[2] += 1,
-            _ => {}
-        }
-    }
-    let [commas, semicolons, tabs] = found;
-    match (commas, semicolons > 0, tabs > 0) {
-        (0, true, _) => b';',
-        (0, false, true) => b'\t',
-        _ => b',',
-    }
-}
-
 /// The rows that count, and the number of the others.
 fn read_trials(bytes: &[u8], columns: &Columns) -> Result<(Vec<Trial>, usize), PsychophysicsError> {
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut lines = LineCounter::of(text);
-    let delimiter = delimiter_of(text);
-    let decimal_commas = delimiter != b',';
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .delimiter(delimiter)
-        .from_reader(text);
-    let header: Vec<String> = reader
-        .headers()
-        .map_err(|error| lines.refused(&error))?
-        .iter()
-        .map(|cell| cell.to_owned())
-        .collect();
-    if header.iter().all(String::is_empty) {
-        return Err(PsychophysicsError::NoHeader);
-    }
-    if let [only] = header.as_slice()
-        && let Some(found) = only.chars().find(|c| matches!(c, '|'))
-    {
-        let header = only.clone();
-        return Err(PsychophysicsError::Delimiter { header, found });
-    }
+    let mut table = Table::new(bytes)?;
+    let header = table.header().to_vec();
     let mut taken = vec![false; header.len()];
     let mut take = |column: &String| {
         let place = find(&header, column)?;
@@ -195,28 +151,27 @@ fn read_trials(bytes: &[u8], columns: &Columns) -> Result<(Vec<Trial>, usize), P
     let value_at = take(&columns.value)?;
     let valid_at = columns.valid.as_ref().map(&mut take).transpose()?;
     let (mut trials, mut invalid_rows) = (Vec::new(), 0);
-    for record in reader.records() {
-        let record = record.map_err(|error| lines.refused(&error))?;
-        let line = lines.at(record.position());
+    let mut row = Row::default();
+    while table.next_row(&mut row)? {
+        let line = row.line();
         if let Some(place) = valid_at
-            && !counts(&record[place], (line, header[place].as_str()))?
+            && !counts(row.cell(place), (line, header[place].as_str()))?
         {
             invalid_rows += 1;
             continue;
         }
         let key = |&place: &usize| {
-            if record[place].is_empty() {
+            if row.cell(place).is_empty() {
                 let column = header[place].clone();
                 return Err(PsychophysicsError::EmptyCell { line, column });
             }
-            Ok(record[place].to_owned())
+            Ok(row.cell(place).to_owned())
         };
         let subject = key(&subject_at)?;
         let levels = within_at.iter().map(key).collect::<Result<_, _>>()?;
         let group = between_at.as_ref().map(key).transpose()?;
         let round = rounds_at.iter().map(key).collect::<Result<_, _>>()?;
-        let place = (line, header[value_at].as_str());
-        let value = answer_of(&record[value_at], place, columns.missing, decimal_commas)?;
+        let value = answer_of(&row, value_at, &header, columns.missing)?;
         trials.push(Trial {
             line,
             subject,
@@ -249,26 +204,25 @@ fn counts(text: &str, (line, column): (u64, &str)) -> Result<bool, Psychophysics
     })
 }
 
-/// The number of a cell of answers; `None` where it is missing and may be. `place`: line and column, for the error.
+/// The number of a cell of answers; `None` where it is missing and may be.
 pub(super) fn answer_of(
-    text: &str,
-    (line, column): (u64, &str),
+    row: &Row,
+    place: usize,
+    header: &[String],
     missing: Missing,
-    decimal_commas: bool,
 ) -> Result<Option<f64>, PsychophysicsError> {
-    if matches!(text, "" | "NA") && missing == Missing::CompleteCases {
-        return Ok(None);
-    }
-    let number = match decimal_commas && !text.contains('.') {
-        true => text.replacen(',', ".", 1).parse(),
-        false => text.parse(),
+    let line = row.line();
+    let value = match row.number(place) {
+        Ok(None) if missing == Missing::CompleteCases => return Ok(None),
+        Ok(Some(value)) => value,
+        _ => {
+            return Err(PsychophysicsError::NotANumber {
+                line,
+                column: header.get(place).cloned().unwrap_or_default(),
+                text: row.cell(place).chars().take(40).collect(),
+            });
+        }
     };
-    let value = number.ok().filter(|v: &f64| v.is_finite());
-    let value = value.ok_or_else(|| PsychophysicsError::NotANumber {
-        line,
-        column: column.to_owned(),
-        text: text.chars().take(40).collect(),
-    })?;
     // Checked here, as the mean over rounds has no line.
     if value.abs() > MOST_SIZE {
         return Err(PsychophysicsError::Scale { line, value });

@@ -1,9 +1,9 @@
 //! Reading a study from a wide table: one row per subject, one column per combination of levels.
 
 use super::complete::Study;
-use super::lines::LineCounter;
-use super::table::{Columns, Trial, answer_of, assemble, delimiter_of, find};
+use super::table::{Columns, Trial, answer_of, assemble, find};
 use crate::error::PsychophysicsError;
+use hwall_files::{Row, Table};
 
 /// A column of answers: where it stands, and the level of every factor.
 struct AnswerColumn {
@@ -22,27 +22,22 @@ impl Study {
     /// As [`Study::from_csv_str`], with the lines and columns of this table; no column of answers; rounds, which a wide table does
     /// not have.
     pub fn from_wide_csv_str(
-        text: &str,
+        text: impl AsRef<[u8]>,
         columns: &Columns,
         joint: &str,
     ) -> Result<Self, PsychophysicsError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut lines = LineCounter::of(text.as_bytes());
-        let delimiter = delimiter_of(text.as_bytes());
-        let mut reader = reader(text, delimiter);
-        let header = reader.headers();
-        let header = header.map_err(|error| lines.refused(&error))?;
-        let header: Vec<String> = header.iter().map(str::to_owned).collect();
+        let mut table = Table::new(text.as_ref())?;
+        let header = table.header().to_vec();
         let answers = answer_columns(&header, columns, joint)?;
         let subject_at = find(&header, &columns.subject)?;
         let between_at = columns.between.as_ref().map(|name| find(&header, name));
         let between_at = between_at.transpose()?;
         let mut trials = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(|error| lines.refused(&error))?;
-            let line = lines.at(record.position());
+        let mut row = Row::default();
+        while table.next_row(&mut row)? {
+            let line = row.line();
             let key = |place: usize| {
-                let text = record.get(place).filter(|text| !text.is_empty());
+                let text = Some(row.cell(place)).filter(|text| !text.is_empty());
                 text.map(str::to_owned)
                     .ok_or_else(|| PsychophysicsError::EmptyCell {
                         line,
@@ -51,9 +46,7 @@ impl Study {
             };
             let (subject, group) = (key(subject_at)?, between_at.map(key).transpose()?);
             for column in &answers {
-                let cell = record.get(column.place).unwrap_or_default();
-                let name = header.get(column.place).map_or("", String::as_str);
-                let value = answer_of(cell, (line, name), columns.missing, delimiter != b',')?;
+                let value = answer_of(&row, column.place, &header, columns.missing)?;
                 trials.push(Trial {
                     line,
                     subject: subject.clone(),
@@ -75,29 +68,17 @@ impl Study {
     /// # Errors
     /// A header that it refuses.
     pub fn wide_columns(
-        text: &str,
+        text: impl AsRef<[u8]>,
         columns: &Columns,
         joint: &str,
     ) -> Result<Vec<String>, PsychophysicsError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut reader = reader(text, delimiter_of(text.as_bytes()));
-        let header = reader.headers();
-        let mut lines = LineCounter::of(text.as_bytes());
-        let header = header.map_err(|error| lines.refused(&error))?;
-        let header: Vec<String> = header.iter().map(str::to_owned).collect();
+        let header = Table::new(text.as_ref())?.header().to_vec();
         let taken = answer_columns(&header, columns, joint)?;
         Ok(taken
             .into_iter()
             .filter_map(|column| header.get(column.place).cloned())
             .collect())
     }
-}
-
-fn reader(text: &str, delimiter: u8) -> csv::Reader<&[u8]> {
-    csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .delimiter(delimiter)
-        .from_reader(text.as_bytes())
 }
 
 fn answer_columns(

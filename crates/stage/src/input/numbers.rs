@@ -2,12 +2,10 @@
 
 use crate::input::file_plan::FilePlan;
 use anyhow::{Context, anyhow, bail, ensure};
-use std::cell::RefCell;
-use std::collections::VecDeque;
+use hwall_files::{Row, Table, TableError};
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 
 pub use crate::input::output::{Output, TableWriter, output, writer};
 
@@ -33,7 +31,7 @@ impl TableInput {
     ///
     /// # Errors
     /// A file that cannot be opened.
-    pub fn open(&self) -> anyhow::Result<(String, Box<dyn Read>)> {
+    pub fn open(&self) -> anyhow::Result<(String, Box<dyn BufRead>)> {
         source(self.path())
     }
 }
@@ -81,17 +79,9 @@ impl TableFiles {
 }
 
 /// Reads rows by column name; errors name line and column.
-pub struct NumberReader {
+pub struct NumberReader<R = Box<dyn BufRead>> {
     name: String,
-    header: Vec<String>,
-    lines: Rc<RefCell<LineStarts>>,
-    records: csv::StringRecordsIntoIter<LineCounter<Box<dyn Read>>>,
-}
-
-/// One row, and where it was read.
-pub struct NumberRow {
-    line: u64,
-    cells: csv::StringRecord,
+    table: Table<R>,
 }
 
 impl NumberReader {
@@ -101,7 +91,8 @@ impl NumberReader {
     /// A file that cannot be opened, or input without a header line.
     pub fn open(path: Option<&Path>) -> anyhow::Result<Self> {
         let (name, source) = source(path)?;
-        Self::from_source(name, source, None)
+        let table = Table::new(source).map_err(|error| refused(&name, error))?;
+        Ok(Self::of(name, table))
     }
 
     /// As [`open`](Self::open), but the header line may be missing: the columns are then `names`. A first line without a
@@ -111,61 +102,27 @@ impl NumberReader {
     /// A file that cannot be opened, or input without any line.
     pub fn open_or(path: Option<&Path>, names: &[&str]) -> anyhow::Result<Self> {
         let (name, source) = source(path)?;
-        Self::from_source(name, source, Some(names))
+        let table = Table::with_names(source, names).map_err(|error| refused(&name, error))?;
+        Ok(Self::of(name, table))
     }
+}
 
-    fn from_source(
-        name: String,
-        source: Box<dyn Read>,
-        names: Option<&[&str]>,
-    ) -> anyhow::Result<Self> {
-        let lines = Rc::new(RefCell::new(LineStarts::default()));
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .has_headers(names.is_none())
-            .from_reader(LineCounter {
-                source,
-                lines: Rc::clone(&lines),
-            });
-        let mut header: Vec<String> = reader
-            .headers()
-            .with_context(|| name.clone())?
-            .iter()
-            .map(|h| h.trim_start_matches('\u{feff}').to_owned())
-            .collect();
-        if header.iter().all(String::is_empty) {
-            match names {
-                None => bail!("{name}: no header line"),
-                Some(_) => bail!("{name}: no rows"),
-            }
-        }
-        let mut records = reader.into_records();
-        if let Some(names) = names {
-            if header.iter().any(|cell| cell.parse::<f64>().is_ok()) {
-                header = names.iter().map(|&name| name.to_owned()).collect();
-            } else {
-                // The reader returns the header line as a row, too.
-                records.next();
-            }
-        }
-        Ok(Self {
-            name,
-            header,
-            lines,
-            records,
-        })
+impl<R: BufRead> NumberReader<R> {
+    /// A table, and what to call it.
+    pub const fn of(name: String, table: Table<R>) -> Self {
+        Self { name, table }
     }
 
     /// Does the header hold this column?
     #[must_use]
     pub fn has(&self, column: &str) -> bool {
-        self.header.iter().any(|h| h == column)
+        self.header().iter().any(|h| h == column)
     }
 
     /// The names of the columns, in their order.
     #[must_use]
     pub fn header(&self) -> &[String] {
-        &self.header
+        self.table.header()
     }
 
     /// Places of the columns.
@@ -176,12 +133,13 @@ impl NumberReader {
         names
             .iter()
             .map(|name| {
-                let mut places = (0..self.header.len()).filter(|&i| self.header[i] == *name);
+                let header = self.header();
+                let mut places = (0..header.len()).filter(|&i| header[i] == *name);
                 let first = places.next().with_context(|| {
                     format!(
                         "{}: no column {name:?} in the header {:?}",
                         self.name,
-                        self.header.join(",")
+                        header.join(",")
                     )
                 })?;
                 if places.next().is_some() {
@@ -195,41 +153,16 @@ impl NumberReader {
     /// The next row, or `None` at the end.
     ///
     /// # Errors
-    /// A row with too few or too many cells, or text that is not UTF-8.
-    pub fn next_row(&mut self) -> anyhow::Result<Option<NumberRow>> {
-        match self.records.next() {
-            None => Ok(None),
-            Some(record) => {
-                let cells = match record {
-                    Ok(cells) => cells,
-                    Err(error) => return Err(self.refused(error)),
-                };
-                let line = self.line(cells.position());
-                let (expected, got) = (self.header.len(), cells.len());
-                if got != expected {
-                    let (name, columns) = (&self.name, self.header.join(","));
-                    bail!("{name} line {line}: {got} cells, expected {expected}: {columns}");
-                }
-                Ok(Some(NumberRow { line, cells }))
+    /// A row with too few or too many cells, or no text.
+    pub fn next_row(&mut self) -> anyhow::Result<Option<Row>> {
+        let mut row = Row::default();
+        match self.table.next_row(&mut row) {
+            Ok(is_row) => Ok(is_row.then_some(row)),
+            Err(error @ TableError::CellCount { .. }) => {
+                let columns = self.header().join(",");
+                Err(anyhow!("{} {error}: {columns}", self.name))
             }
-        }
-    }
-
-    fn line(&self, position: Option<&csv::Position>) -> u64 {
-        position.map_or(0, |at| self.lines.borrow_mut().line_of(at.byte()))
-    }
-
-    fn refused(&self, error: csv::Error) -> anyhow::Error {
-        let line = self.line(error.position());
-        match *error.kind() {
-            csv::ErrorKind::UnequalLengths {
-                expected_len, len, ..
-            } => anyhow!(
-                "{} line {line}: {len} cells, the header has {expected_len}",
-                self.name
-            ),
-            csv::ErrorKind::Utf8 { .. } => anyhow!("{} line {line}: not UTF-8 text", self.name),
-            _ => anyhow::Error::new(error).context(self.name.clone()),
+            Err(error) => Err(refused(&self.name, error)),
         }
     }
 
@@ -237,47 +170,46 @@ impl NumberReader {
     ///
     /// # Errors
     /// A cell that is not a finite number.
-    pub fn values(&self, row: &NumberRow, places: &[usize]) -> anyhow::Result<Vec<f64>> {
+    pub fn values(&self, row: &Row, places: &[usize]) -> anyhow::Result<Vec<f64>> {
+        let value = |&place: &usize| {
+            let value = self.number(row, place)?;
+            value.ok_or_else(|| self.no_number(row, place))
+        };
+        places.iter().map(value).collect()
+    }
+
+    /// As [`values`](Self::values); an empty cell, `NaN`, `NA` or `N/A` is a missing value.
+    ///
+    /// # Errors
+    /// A cell that is neither missing nor a finite number.
+    pub fn values_or_missing(
+        &self,
+        row: &Row,
+        places: &[usize],
+    ) -> anyhow::Result<Vec<Option<f64>>> {
         places.iter().map(|&p| self.number(row, p)).collect()
     }
 
-    /// As [`values`](Self::values); an empty cell is a missing value.
-    ///
-    /// # Errors
-    /// A cell that is neither empty nor a finite number.
-    pub fn values_or_missing(
-        &self,
-        row: &NumberRow,
-        places: &[usize],
-    ) -> anyhow::Result<Vec<Option<f64>>> {
-        let cell = |&place: &usize| match &row.cells[place] {
-            "" => Ok(None),
-            _ => self.number(row, place).map(Some),
-        };
-        places.iter().map(cell).collect()
+    fn number(&self, row: &Row, place: usize) -> anyhow::Result<Option<f64>> {
+        let value = row.number(place);
+        value.map_err(|_| self.no_number(row, place))
     }
 
-    fn number(&self, row: &NumberRow, place: usize) -> anyhow::Result<f64> {
-        let text = &row.cells[place];
-        let value: Option<f64> = text.parse().ok().filter(|v: &f64| v.is_finite());
-        value.with_context(|| {
-            let column = &self.header[place];
-            format!(
-                "{} line {}, column {column}: {text:?} is not a finite number",
-                self.name, row.line
-            )
-        })
+    fn no_number(&self, row: &Row, place: usize) -> anyhow::Error {
+        let (at, text) = (self.place(row), row.cell(place));
+        let column = self.header().get(place).map_or("", String::as_str);
+        anyhow!("{at}, column {column}: {text:?} is not a finite number")
     }
 
     /// Says where a row was read, for errors about its meaning.
     #[must_use]
-    pub fn place(&self, row: &NumberRow) -> String {
-        format!("{} line {}", self.name, row.line)
+    pub fn place(&self, row: &Row) -> String {
+        format!("{} line {}", self.name, row.line())
     }
 }
 
 /// A file or standard input, and what to call it.
-fn source(path: Option<&Path>) -> anyhow::Result<(String, Box<dyn Read>)> {
+fn source(path: Option<&Path>) -> anyhow::Result<(String, Box<dyn BufRead>)> {
     let Some(path) = path else {
         return Ok((
             "standard input".to_owned(),
@@ -289,59 +221,14 @@ fn source(path: Option<&Path>) -> anyhow::Result<(String, Box<dyn Read>)> {
     Ok((name, Box::new(BufReader::new(file))))
 }
 
-/// Where the lines that are not empty begin, from the last record that was asked for.
-///
-/// The reader's own count of lines is wrong after CRLF and empty lines. This one counts as editors do.
-#[derive(Default)]
-struct LineStarts {
-    /// First byte and number of each line, in order.
-    starts: VecDeque<(u64, u64)>,
-    /// Bytes read.
-    bytes: u64,
-    /// Line ends read.
-    ends: u64,
-    within_line: bool,
-    after_cr: bool,
-}
-
-impl LineStarts {
-    fn read(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            let end = matches!(byte, b'\r' | b'\n');
-            if end {
-                // The second half of a line end whose CR was counted already.
-                let rest_of_end = byte == b'\n' && self.after_cr;
-                self.ends += u64::from(!rest_of_end);
-            } else if !self.within_line {
-                self.starts.push_back((self.bytes, self.ends + 1));
-            }
-            self.within_line = !end;
-            self.after_cr = byte == b'\r';
-            self.bytes += 1;
+/// The error of a table, by the name of what was read.
+pub(crate) fn refused(name: &str, error: TableError) -> anyhow::Error {
+    match error {
+        TableError::Io { kind, message } => {
+            anyhow::Error::new(std::io::Error::new(kind, message)).context(name.to_owned())
         }
-    }
-
-    /// The line of the record at a byte; records come in order. A record's position may lie before the line
-    /// ends that precede it.
-    fn line_of(&mut self, byte: u64) -> u64 {
-        while self.starts.front().is_some_and(|start| start.0 < byte) {
-            self.starts.pop_front();
-        }
-        self.starts.front().map_or(self.ends + 1, |start| start.1)
-    }
-}
-
-/// Notes the lines of what is read through it.
-struct LineCounter<R> {
-    source: R,
-    lines: Rc<RefCell<LineStarts>>,
-}
-
-impl<R: Read> Read for LineCounter<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let count = self.source.read(buffer)?;
-        self.lines.borrow_mut().read(&buffer[..count]);
-        Ok(count)
+        TableError::Empty => anyhow!("{name}: {error}"),
+        _ => anyhow!("{name} {error}"),
     }
 }
 
@@ -419,47 +306,17 @@ pub fn counted(count: usize, one: &str, many: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Returns its bytes a few at a time, so that line ends are cut in two.
-    struct Pieces(std::io::Cursor<Vec<u8>>, usize);
-
-    impl Read for Pieces {
-        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-            let most = buffer.len().min(self.1);
-            self.0.read(&mut buffer[..most])
-        }
-    }
-
-    #[test]
-    fn lines_are_counted_as_an_editor_does() {
-        for piece in [1, 2, 5, 1000] {
-            for (text, lines) in [
-                ("a,b\n1,2\n3,4\n", &[2, 3][..]),
-                ("a,b\r\n1,2\r\n3,4\r\n5,6", &[2, 3, 4]),
-                ("\n\na,b\n\n1,2\n\n\n3,4\n\n", &[5, 8]),
-                ("\r\na,b\r\n\r\n1,2\r\n\r\n\r\n3,4\r\n", &[4, 7]),
-                ("a,b\r1,2\r\r3,4\r", &[2, 4]),
-                ("\u{feff}a,b\n1,\"2\"\n3,4\n", &[2, 3]),
-            ] {
-                let bytes = std::io::Cursor::new(text.as_bytes().to_vec());
-                let source = Box::new(Pieces(bytes, piece));
-                let mut reader = NumberReader::from_source("it".to_owned(), source, None).unwrap();
-                let mut found = Vec::new();
-                while let Some(row) = reader.next_row().unwrap() {
-                    found.push(row.line);
-                }
-                assert_eq!(found, lines, "{text:?} in pieces of {piece}");
-            }
-        }
+    fn reader(text: &str) -> NumberReader<&[u8]> {
+        NumberReader::of("it".to_owned(), Table::new(text.as_bytes()).unwrap())
     }
 
     #[test]
     fn a_short_row_is_named_by_its_line() {
         let text = "a,b\r\n\r\n1,2\r\n3\r\n";
-        let source = Box::new(std::io::Cursor::new(text));
-        let mut reader = NumberReader::from_source("it".to_owned(), source, None).unwrap();
+        let mut reader = reader(text);
         reader.next_row().unwrap();
         let error = reader.next_row().map(|_| ()).unwrap_err().to_string();
-        assert!(error.contains("line 4: 1 cells"), "{error}");
+        assert!(error.contains("line 4: 1 cell,"), "{error}");
     }
 
     #[test]
@@ -477,13 +334,12 @@ mod tests {
             ("1,2,3\n", None, 1),
             ("1,2\n3\n", Some([1.0, 2.0]), 1),
         ] {
-            let source = Box::new(std::io::Cursor::new(text));
             let names = ["t", "f"];
-            let mut reader =
-                NumberReader::from_source("it".to_owned(), source, Some(&names)).unwrap();
+            let table = Table::with_names(text.as_bytes(), &names).unwrap();
+            let mut reader = NumberReader::of("it".to_owned(), table);
             let places = reader.columns(&names.map(String::from)).unwrap();
             let row = reader.next_row().map(|row| row.unwrap());
-            let found = row.and_then(|row| Ok((reader.values(&row, &places)?, row.line)));
+            let found = row.and_then(|row| Ok((reader.values(&row, &places)?, row.line())));
             match (first, found) {
                 (Some(first), Ok(found)) => assert_eq!(found, (first.to_vec(), line), "{text:?}"),
                 (None, Err(e)) => assert!(e.to_string().contains(&format!("line {line}")), "{e}"),
@@ -491,9 +347,8 @@ mod tests {
             }
         }
         for text in ["", "\n\n"] {
-            let source = Box::new(std::io::Cursor::new(text));
-            let found = NumberReader::from_source("it".to_owned(), source, Some(&["t"]));
-            assert!(found.is_err_and(|e| e.to_string().contains("no rows")));
+            let found = Table::with_names(text.as_bytes(), &["t"]).map(|_| ());
+            assert_eq!(found, Err(TableError::Empty));
         }
     }
 }

@@ -1,6 +1,8 @@
 //! What stops the arm, said on the console: every change once, and a summary at the end.
 
 use crate::console::note;
+use crate::input::numbers::counted;
+use crate::run::kept::tick::Stop;
 use hwall::SessionState;
 use hwall_bridge::ViewSender;
 use std::collections::BTreeMap;
@@ -88,28 +90,20 @@ impl Holds {
             "{cycles} cycles, the longest gap between two {gap_ms:.1} ms"
         ));
         for (name, (count, lasted_s)) in &self.by_name {
-            note(format_args!(
-                "{name}: {count} times, {lasted_s:.1} s in all"
-            ));
+            let times = counted(*count as usize, "time", "times");
+            note(format_args!("{name}: {times}, {lasted_s:.1} s in all"));
         }
     }
 }
 
 /// A state in which the arm does not go where it is wanted: its name without numbers, and its words.
 fn named(state: SessionState) -> Option<(String, String)> {
-    match state {
-        SessionState::Holding(reason) if reason.name() != "no_target" => {
-            let name = reason.name().replace('_', " ");
-            Some((name.clone(), format!("holding: {name}")))
-        }
-        SessionState::Safe(safe) => {
-            let reason = safe.reason()?;
-            let channel = reason.channel().map_or("", |channel| channel.name());
-            let name = format!("{} {channel}", reason.name());
-            Some((name.trim_end().to_owned(), safe.to_string()))
-        }
-        _ => None,
-    }
+    let name = Stop::of(state)?.to_string();
+    let words = match state {
+        SessionState::Safe(safe) => safe.to_string(),
+        _ => format!("holding: {name}"),
+    };
+    Some((name, words))
 }
 
 /// Enter on the console lets a latched stop go, `s` and Enter stops the arm.

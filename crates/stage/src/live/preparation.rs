@@ -5,6 +5,7 @@ use crate::input::arms::BoardArm;
 use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
 use crate::input::real_room::RealRoom;
+use crate::input::recording_units::RecordingUnits;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, TrainingPeople, fused};
 use crate::person::responses::{self, Scenery};
@@ -218,6 +219,7 @@ impl Place {
                 scene: options.scene,
                 hand: None,
                 trial: None,
+                units: RecordingUnits::SI,
                 y_up: false,
                 auto: false,
                 base: None,

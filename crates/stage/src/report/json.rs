@@ -39,6 +39,8 @@ struct TouchEntry<'a> {
     tilt_deg: f64,
     /// Why it was not in place, by [`Miss::name`].
     reason: Option<&'static str>,
+    /// What stopped the arm before it: `stale head`.
+    stopped_by: Option<String>,
     /// How long before the contact the board was led to the right place without a break, s.
     foreseen_s: Option<f64>,
     /// When the target could be known, in the run of its person, s.
@@ -80,6 +82,8 @@ struct SummaryEntry {
     in_vain_per_touch: Option<f64>,
     /// Counts by [`Miss::name`].
     misses: BTreeMap<&'static str, usize>,
+    /// Counts of missed touches by what stopped the arm.
+    stops: BTreeMap<String, usize>,
 }
 
 impl<'a> TouchEntry<'a> {
@@ -99,6 +103,7 @@ impl<'a> TouchEntry<'a> {
             gap_m: outcome.gap_m,
             tilt_deg: outcome.tilt_rad.to_degrees(),
             reason: regret.miss.map(Miss::name),
+            stopped_by: regret.stopped_by.map(|stop| stop.to_string()),
             foreseen_s: regret.foreseen_s,
             known_s: regret.known_s,
             least_from_waiting_s: regret.from_waiting_s,
@@ -130,6 +135,7 @@ impl From<&Summary> for SummaryEntry {
             reversals_median: summary.reversals_median,
             in_vain_per_touch: summary.in_vain_per_touch,
             misses: counts.collect(),
+            stops: summary.stops.clone(),
         }
     }
 }

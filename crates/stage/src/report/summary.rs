@@ -3,6 +3,7 @@
 use crate::run::judged::regret::Miss;
 use crate::run::people::{JudgedTouch, PersonRun};
 use hwall_testkit::quantile;
+use std::collections::BTreeMap;
 
 /// A first contact with a face that is faster counts as a blow, m/s.
 pub const FAST_M_PER_S: f64 = 0.1;
@@ -36,6 +37,8 @@ pub struct Summary {
     pub in_vain_per_touch: Option<f64>,
     /// Touches at which the board was not in place, by [`Miss::ALL`].
     pub misses: [usize; Miss::ALL.len()],
+    /// Of these touches those before which the arm was stopped, by what stopped it.
+    pub stops: BTreeMap<String, usize>,
     /// Time of a control step that 99 of 100 do not exceed, us.
     pub step_p99_us: Option<f64>,
 }
@@ -62,6 +65,10 @@ impl Summary {
         let fast = met.iter().filter(|m_per_s| **m_per_s > FAST_M_PER_S);
         let reversals = sorted(touches.iter().map(|t| t.regret.detours.reversals as f64));
         let in_vain: usize = touches.iter().map(|t| t.regret.detours.in_vain).sum();
+        let mut stops = BTreeMap::new();
+        for stop in touches.iter().filter_map(|t| t.regret.stopped_by) {
+            *stops.entry(stop.to_string()).or_default() += 1;
+        }
         let step_ns = sorted(
             runs.iter()
                 .flat_map(|run| run.run.costs.iter().map(|cost| f64::from(cost.step_ns))),
@@ -83,6 +90,7 @@ impl Summary {
                 let missed = |t: &&&JudgedTouch| t.regret.miss == Some(miss);
                 touches.iter().filter(missed).count()
             }),
+            stops,
             step_p99_us: at(&step_ns, 0.99).map(|ns| 1e-3 * ns),
         }
     }

@@ -66,6 +66,11 @@ pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> Markdown
         of(summary.possible_in_place, summary.possible),
     );
     row("not in place, by reason", misses(&summary));
+    if !summary.stops.is_empty() {
+        let stops = summary.stops.iter();
+        let stops = stops.map(|(stop, count)| format!("{count} {stop}"));
+        row("of those with the arm stopped, by what", join(stops));
+    }
     row(
         "board turned back on its way before a touch, median; boards sent in vain for each touch",
         match (summary.reversals_median, summary.in_vain_per_touch) {
@@ -271,6 +276,7 @@ pub fn regrets(runs: &[PersonRun]) -> MarkdownTable {
             from_there_s,
             possible,
             miss,
+            stopped_by,
             foreseen_s,
             detours,
             ..
@@ -282,7 +288,11 @@ pub fn regrets(runs: &[PersonRun]) -> MarkdownTable {
             ms(Some(contact_s - known_s)),
             format!("{} / {}", ms(from_waiting_s), ms(from_there_s)),
             yes(possible),
-            miss.map_or_else(|| "yes".to_owned(), |miss| format!("no: {}", miss.name())),
+            match (miss, stopped_by) {
+                (None, _) => "yes".to_owned(),
+                (Some(miss), None) => format!("no: {}", miss.name()),
+                (Some(miss), Some(stop)) => format!("no: {}, arm stopped: {stop}", miss.name()),
+            },
             ms(foreseen_s),
             format!("{} / {}", detours.reversals, detours.in_vain),
         ]);

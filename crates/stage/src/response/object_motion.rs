@@ -1,11 +1,12 @@
 //! The motion of an object with one degree of freedom as a table.
 
-use crate::input::numbers::{NumberReader, NumberRow};
+use crate::input::numbers::NumberReader;
 use anyhow::{Context, anyhow, bail, ensure};
 use clap::ValueEnum;
 use hwall::haptics::{Click, Detent, MovingObject, ObjectConfig, ObjectPath};
 use hwall::object_of;
 use hwall::scene::Scene;
+use hwall_files::Row;
 use std::io::Write;
 use std::path::Path;
 
@@ -76,7 +77,7 @@ impl ForceRows {
         Ok(Self { reader, places })
     }
 
-    fn numbers(&self, row: &NumberRow) -> anyhow::Result<[f64; 2]> {
+    fn numbers(&self, row: &Row) -> anyhow::Result<[f64; 2]> {
         let numbers = self.reader.values(row, &self.places)?;
         numbers
             .try_into()

@@ -1,7 +1,8 @@
 //! Rows of joint torques that hold until the next row.
 
-use crate::input::numbers::{list, numbered};
-use anyhow::{Context, ensure};
+use crate::input::numbers::{NumberReader, numbered, refused};
+use anyhow::Context;
+use hwall_files::{Table, TableError};
 use hwall_kinematics::Chain;
 use hwall_sim::HeldTorques;
 use std::io::BufRead;
@@ -10,7 +11,7 @@ use std::io::BufRead;
 /// joints allow.
 ///
 /// # Errors
-/// Another header, a row that is not as many finite numbers, or a time that does not rise; names the line.
+/// A missing column, a row that is not as many finite numbers, or a time that does not rise; names the line.
 pub fn read(
     source: impl BufRead,
     name: &str,
@@ -21,33 +22,23 @@ pub fn read(
     let mut header = vec!["t".to_owned()];
     header.extend(numbered("tau", n));
     let mut held = HeldTorques::new(n);
-    let mut first = true;
-    for (index, line) in source.lines().enumerate() {
-        let place = || format!("{name} line {}", index + 1);
-        let line = line.with_context(place)?;
-        let text = line.trim_start_matches('\u{feff}').trim();
-        if text.is_empty() {
-            continue;
-        }
-        let cells = text.split(',').map(str::trim);
-        if std::mem::take(&mut first) && text.starts_with(char::is_alphabetic) {
-            let named = cells.eq(header.iter());
-            ensure!(
-                named,
-                "{}: the header must be {}",
-                place(),
-                header.join(",")
-            );
-            continue;
-        }
-        let mut row = list(text, n + 1).with_context(place)?;
+    let names: Vec<&str> = header.iter().map(String::as_str).collect();
+    let table = match Table::with_names(source, &names) {
+        Err(TableError::Empty) => return Ok(held),
+        table => table.map_err(|error| refused(name, error))?,
+    };
+    let mut reader = NumberReader::of(name.to_owned(), table);
+    let places = reader.columns(&header)?;
+    while let Some(row) = reader.next_row()? {
+        let mut values = reader.values(&row, &places)?;
         if saturate {
-            for (torque, joint) in row[1..].iter_mut().zip(chain.joints()) {
+            for (torque, joint) in values[1..].iter_mut().zip(chain.joints()) {
                 let most = joint.max_effort.unwrap_or(f64::INFINITY);
                 *torque = torque.clamp(-most, most);
             }
         }
-        held.push(row[0], &row[1..]).with_context(place)?;
+        let place = || reader.place(&row);
+        held.push(values[0], &values[1..]).with_context(place)?;
     }
     Ok(held)
 }

@@ -10,7 +10,7 @@ use crate::recording::run_of;
 use crate::run::judged::courses::{Sent, SentLog};
 use crate::run::kept::push_log::{ForceSample, Push, PushLog};
 use crate::run::kept::texture_log::{TextureLog, TextureTouch};
-use crate::run::kept::tick::{Led, Tick};
+use crate::run::kept::tick::{Led, Stop, Tick};
 use crate::run::kept::trace::{Trace, TraceLog};
 use crate::run::kept::view_log::ViewLog;
 use crate::run::session_settings::SessionSettings;
@@ -528,6 +528,7 @@ impl Log {
             t_s,
             base_from_board,
             q: arm.q(),
+            stop: Stop::of(session.state()),
             in_contact: matches!(
                 control.state(),
                 SessionState::Touched | SessionState::TouchedInMovingWorld

@@ -195,7 +195,7 @@ pub const OF_FILES: &[Finding] = &[
         &[
             (HAND, "line_numbers_with_every_line_end"),
             (
-                "crates/stage/src/input/numbers.rs",
+                "crates/files/tests/table.rs",
                 "lines_are_counted_as_an_editor_does",
             ),
             (CALIBRATION, "lines_are_counted_as_an_editor_does"),

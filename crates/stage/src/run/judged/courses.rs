@@ -241,6 +241,7 @@ mod tests {
                 q: JointPositions::default(),
                 in_contact: false,
                 pressed_m_per_s: None,
+                stop: None,
             }
         };
         (0..400).map(tick).collect()

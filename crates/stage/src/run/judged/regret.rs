@@ -7,7 +7,7 @@ use crate::person::touches::Touch;
 use crate::run::judged::courses::{self, Detours, Sent, TouchedPlace, WallPlace};
 use crate::run::judged::judge::Outcome;
 use crate::run::judged::least_time::{LeastTime, Quickest};
-use crate::run::kept::tick::{Led, Tick};
+use crate::run::kept::tick::{Led, Stop, Tick};
 use anyhow::Context;
 use hwall_haptics::{Board, PlaceTolerance, board_pose};
 use hwall_kinematics::{ArmKinematics, JointPositions};
@@ -78,6 +78,8 @@ pub struct Regret {
     pub possible: bool,
     /// Why the board was not in place; `None` if it was.
     pub miss: Option<Miss>,
+    /// What stopped the arm last between `known_s` and the contact, at a touch that it missed.
+    pub stopped_by: Option<Stop>,
     /// How long before the contact the board was led to the right place without a break, s; `None`: not at the contact.
     pub foreseen_s: Option<f64>,
     /// Boards that turned back or went in vain.
@@ -193,6 +195,7 @@ impl Regrets<'_> {
             from_there_s: there,
             possible,
             miss,
+            stopped_by: miss.and_then(|_| stop_of(log.ticks, known_s, touch.contact_s)),
             foreseen_s,
             detours,
         })
@@ -245,6 +248,14 @@ impl Regrets<'_> {
         let needed_s = self.least.limits().travel_time_s(&from, &goal) + self.delay_s;
         Ok(needed_s <= touch.contact_s - first.t_s)
     }
+}
+
+/// What stopped the arm last.
+fn stop_of(ticks: &[Tick], from_s: f64, until_s: f64) -> Option<Stop> {
+    let until = ticks.partition_point(|tick| tick.t_s <= until_s);
+    let before = ticks[..until].iter().rev();
+    let mut since = before.take_while(|tick| tick.t_s >= from_s);
+    since.find_map(|tick| tick.stop)
 }
 
 fn place(touch: &Touch) -> WallPlace {

@@ -6,6 +6,9 @@ use crate::input::arms::waiting_iiwa7;
 use crate::person::predictors::SurfacePlace;
 use crate::setting::load_scene;
 use glam::DVec3;
+use hwall::SessionState;
+use hwall::haptics::safety::Channel;
+use hwall::haptics::{SafeReason, SafeState};
 use hwall_kinematics::Unreachable;
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_scene::SurfaceId;
@@ -62,6 +65,7 @@ impl Planted {
                     q,
                     in_contact: false,
                     pressed_m_per_s: None,
+                    stop: (story.stop)(t_s),
                 }
             })
             .collect();
@@ -113,6 +117,7 @@ struct Story {
     q: Box<dyn Fn(f64) -> JointPositions>,
     led: Box<dyn Fn(f64) -> Option<SurfacePlace>>,
     sent: Vec<Sent>,
+    stop: Box<dyn Fn(f64) -> Option<Stop>>,
 }
 
 /// The gaze lands at 1 s, the board is led to the touch from 1.1 s on, and never moves.
@@ -131,6 +136,7 @@ fn story(planted: &Planted) -> Story {
             })
         }),
         sent: Vec::new(),
+        stop: Box::new(|_| None),
     }
 }
 
@@ -273,6 +279,31 @@ fn the_policy_is_blamed_for_what_it_did_not_order_and_the_arm_for_what_it_did_no
     assert_eq!(told(between), Some(Miss::Policy));
     let gone = vec![sent(latest_s - 0.02, Some(goal)), sent(1.99, None)];
     assert_eq!(told(gone), Some(Miss::Policy));
+}
+
+/// A head that was too old was the policy's fault, or the arm's.
+#[test]
+fn what_stopped_the_arm_is_named() {
+    let planted = Planted::new();
+    let reason = SafeReason::Stale {
+        channel: Channel::Head,
+        age_s: 0.7,
+    };
+    let holding = SessionState::Safe(SafeState::Holding { reason });
+    let stopped = |until_s: f64, in_place: bool| {
+        let mut story = story(&planted);
+        story.in_place = in_place;
+        story.stop = Box::new(move |t_s| Stop::of(holding).filter(|_| t_s <= until_s));
+        planted
+            .regret(&story)
+            .stopped_by
+            .map(|stop| stop.to_string())
+    };
+    assert_eq!(stopped(1.3, false).as_deref(), Some("stale head"));
+    // Over before the target could be known.
+    assert_eq!(stopped(1.0, false), None);
+    assert_eq!(stopped(1.3, true), None);
+    assert_eq!(Stop::of(SessionState::Waiting), None);
 }
 
 #[test]

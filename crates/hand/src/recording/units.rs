@@ -1,0 +1,127 @@
+//! What the rows of a recording say of its units and of the rates of its channels.
+
+use super::in_memory::{Quantity, Recording};
+use crate::frame::HandPoint;
+use glam::DVec3;
+
+/// Usual distances, m: from the palm to the furthest tip, and across all that a hand reaches.
+const HAND_M: f64 = 0.12;
+const RANGE_M: f64 = 0.8;
+
+/// Lengths so many times the usual are in centimetres, and from the next on in millimetres: between the ratios of the units, 1, 100 and
+/// 1000.
+const CENTIMETRES: f64 = 10.0;
+const MILLIMETRES: f64 = 316.0;
+
+/// No hand is faster for one twentieth of the time, m/s: twice the peak of fast reaches.
+const FAST_M_PER_S: f64 = 10.0;
+
+/// Trackers of hands give a sample at least this often and at most that often, s.
+const SLOWEST_S: f64 = 0.9;
+const FASTEST_S: f64 = 5e-4;
+
+/// Units that a recording seems to have instead of metres and seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnitHint {
+    /// Metres in a unit of its positions: 0.01 or 0.001; `None`: they may be metres.
+    pub metres: Option<f64>,
+    /// Seconds in a unit of its times: 1e-3, 1e-6 or 1e-9; `None`: they may be seconds.
+    pub seconds: Option<f64>,
+}
+
+impl Recording {
+    /// Units in which it could be a person; `None` if metres and seconds are.
+    #[must_use]
+    pub fn unit_hint(&self) -> Option<UnitHint> {
+        let period = median(self.intervals(|_| true)).unwrap_or(0.0);
+        let seconds = (period >= SLOWEST_S).then(|| {
+            let mut units = [1e-3, 1e-6, 1e-9].into_iter();
+            units.find(|unit| (FASTEST_S..SLOWEST_S).contains(&(period * unit)))
+        });
+        let seconds = seconds.flatten();
+        let times_usual = self.times_usual_length(seconds.unwrap_or(1.0));
+        let metres = match times_usual {
+            x if x >= MILLIMETRES => Some(0.001),
+            x if x >= CENTIMETRES => Some(0.01),
+            _ => None,
+        };
+        let hint = UnitHint { metres, seconds };
+        (metres.is_some() || seconds.is_some()).then_some(hint)
+    }
+
+    /// The same with positions and times in other units: metres and seconds in one of them.
+    pub fn scale(&mut self, metres: f64, seconds: f64) {
+        for sample in &mut self.samples {
+            sample.frame.t_s *= seconds;
+            for quantity in Quantity::ALL {
+                if quantity != Quantity::Gaze {
+                    sample.set(quantity, sample.get(quantity).map(|at| at * metres));
+                }
+            }
+        }
+    }
+
+    /// Interpolates what is logged at a lower rate than the hand: the head between any two rows that have it, the gaze across its own
+    /// interval. Returns in how many rows a head was put.
+    pub fn fill_slow_channels(&mut self) -> usize {
+        let heads = |all: &Self| all.frames().filter(|frame| frame.head_m.is_some()).count();
+        let before = heads(self);
+        let period_s = median(self.intervals(|_| true)).unwrap_or(0.0);
+        let gaze_s = median(self.intervals(|i| self.samples[i].frame.gaze.is_some()));
+        // A gaze at the rate of the hand that is missing now and then is a blink.
+        let slow_s = gaze_s.filter(|&gaze_s| gaze_s > 1.5 * period_s);
+        let mut samples = self.samples.clone();
+        self.fill(Quantity::Head, self.duration_s(), &mut samples);
+        if let Some(gaze_s) = slow_s {
+            self.fill(Quantity::Gaze, 1.5 * gaze_s, &mut samples);
+        }
+        self.samples = samples;
+        heads(self) - before
+    }
+
+    /// Times between neighbours among the samples that count, s.
+    fn intervals(&self, counts: impl Fn(usize) -> bool) -> Vec<f64> {
+        let counted = (0..self.samples.len()).filter(|&i| counts(i));
+        let times: Vec<f64> = counted.map(|i| self.samples[i].frame.t_s).collect();
+        times.windows(2).map(|pair| pair[1] - pair[0]).collect()
+    }
+
+    /// Lengths as multiples of the usual ones: of the hand, else of all that it reaches if it is too fast for a person.
+    fn times_usual_length(&self, seconds: f64) -> f64 {
+        let hands = self.frames().map(|frame| frame.points());
+        let sizes = hands.filter_map(|points| {
+            let seen: Vec<DVec3> = points.into_iter().flatten().collect();
+            let from_first = seen.iter().skip(1).map(|p| p.distance(seen[0]));
+            from_first.max_by(f64::total_cmp)
+        });
+        if let Some(size) = median(sizes.collect()) {
+            return size / HAND_M;
+        }
+        let point = self.steadiest_point();
+        point.map_or(0.0, |point| self.times_usual_range(point, seconds))
+    }
+
+    fn times_usual_range(&self, point: HandPoint, seconds: f64) -> f64 {
+        let seen = self
+            .frames()
+            .filter_map(|frame| Some((frame.t_s, frame.point(point)?)));
+        let seen: Vec<(f64, DVec3)> = seen.collect();
+        let speed = |pair: &[(f64, DVec3)]| {
+            pair[1].1.distance(pair[0].1) / (seconds * (pair[1].0 - pair[0].0))
+        };
+        let mut speeds: Vec<f64> = seen.windows(2).map(speed).collect();
+        speeds.sort_by(f64::total_cmp);
+        let fast = speeds.get(speeds.len() * 19 / 20);
+        if fast.is_none_or(|&fast| fast < FAST_M_PER_S) {
+            return 0.0;
+        }
+        let ends = seen.iter().map(|&(_, at)| (at, at));
+        let ends = ends.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)));
+        ends.map_or(0.0, |(low, high)| low.distance(high) / RANGE_M)
+    }
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}

@@ -1,0 +1,246 @@
+//! Recordings as headsets and engines write them: zeros for what is lost, few digits, slow channels, other units.
+
+use glam::{DQuat, DVec3};
+use hwall_hand::{
+    FreezeConfig, HandFilter, HandFilterConfig, HandFrame, HandPoint, LostReason, ReachEnd,
+    Recording, Sample, SegmentConfig, Tracking, UnitHint, reaches,
+};
+use hwall_testkit::Sampler;
+
+/// Six reaches of 0.4 m and back at 72 Hz, tremor of 0.3 mm, a rest of half a second at each end; a palm and two tips.
+fn live() -> Recording {
+    let mut sampler = Sampler::new(5);
+    let frames = (0..6 * 216).map(|i| {
+        let t_s = f64::from(i) / 72.0;
+        let phase = t_s % 3.0;
+        let tau = ((phase - 0.5) / 0.9).clamp(0.0, 1.0) - ((phase - 2.0) / 0.9).clamp(0.0, 1.0);
+        let way = tau * tau * tau * (10.0 + tau * (6.0 * tau - 15.0));
+        let mut frame = HandFrame::empty(t_s);
+        for (k, point) in [HandPoint::Palm, HandPoint::Index, HandPoint::Thumb]
+            .into_iter()
+            .enumerate()
+        {
+            let tremor = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal()) * 3e-4;
+            let side = DVec3::new(0.03 * k as f64, 0.02 * k as f64, 1.1);
+            frame.set_point(point, Some(side + DVec3::X * 0.4 * way + tremor));
+        }
+        frame
+    });
+    Recording::from_frames(frames).unwrap()
+}
+
+fn changed(recording: &Recording, change: impl Fn(usize, &mut Sample)) -> Recording {
+    let mut changed = recording.clone();
+    let samples = changed.samples.iter_mut().enumerate();
+    samples.for_each(|(i, sample)| change(i, sample));
+    changed
+}
+
+fn set_all(frame: &mut HandFrame, of: impl Fn(DVec3) -> DVec3) {
+    for point in HandPoint::ALL {
+        frame.set_point(point, frame.point(point).map(&of));
+    }
+}
+
+fn reread(recording: &Recording) -> Recording {
+    let mut text = Vec::new();
+    recording.to_csv(&mut text).unwrap();
+    Recording::from_csv(&text[..]).unwrap()
+}
+
+/// Share of the frames in which a filter tracks the hand, and the reasons why it does not. The filter may know the step of the values.
+fn tracked(recording: &Recording, value_step_m: f64) -> (f64, Vec<LostReason>) {
+    let freeze = Some(FreezeConfig {
+        value_step_m,
+        ..FreezeConfig::default()
+    });
+    let config = HandFilterConfig {
+        freeze,
+        ..HandFilterConfig::default()
+    };
+    let mut filter = HandFilter::new(config).unwrap();
+    let mut seen = 0;
+    let mut reasons = Vec::new();
+    for frame in recording.frames() {
+        match filter.step(frame) {
+            Tracking::Tracked(_) => seen += 1,
+            Tracking::Lost { reason, .. } => reasons.push(reason),
+        }
+    }
+    (f64::from(seen) / recording.samples.len() as f64, reasons)
+}
+
+fn complete(recording: &Recording) -> usize {
+    let found = reaches(recording, &SegmentConfig::default()).unwrap();
+    found
+        .iter()
+        .filter(|reach| reach.end != ReachEnd::TrackingLost)
+        .count()
+}
+
+/// One of six reaches was kept, without a word.
+#[test]
+fn zeros_are_lost_tracking() {
+    let plain = live();
+    // In the rests, once for a moment.
+    let lost = |i: usize| (110..125).contains(&(i % 216)) || (20..23).contains(&i);
+    let zeros = reread(&changed(&plain, |i, sample| {
+        if lost(i) {
+            set_all(&mut sample.frame, |_| DVec3::ZERO);
+        }
+    }));
+    assert_eq!(
+        zeros.zero_rows,
+        (0..plain.samples.len()).filter(|&i| lost(i)).count()
+    );
+    for (i, sample) in zeros.samples.iter().enumerate() {
+        assert_eq!(sample.frame.points() == [None; 6], lost(i), "row {i}");
+    }
+    assert_eq!(complete(&zeros), complete(&plain));
+    // Written and read again it is the same hand, of which nothing more is lost.
+    let again = reread(&zeros);
+    assert_eq!((again.zero_rows, again.samples == zeros.samples), (0, true));
+}
+
+#[test]
+fn a_hand_that_passes_the_origin_is_no_lost_hand() {
+    let offset = |at: DVec3| at - DVec3::new(0.2, 0.0, 1.1);
+    for rounded_m in [0.0, 0.01] {
+        let through = changed(&live(), |_, sample| {
+            set_all(&mut sample.frame, |at| match rounded_m > 0.0 {
+                true => (offset(at) / rounded_m).round() * rounded_m,
+                false => offset(at),
+            });
+        });
+        assert_eq!(reread(&through).zero_rows, 0, "{rounded_m}");
+    }
+    let mut still = HandFrame::empty(0.0);
+    still.set_point(HandPoint::Index, Some(DVec3::ZERO));
+    let frames = (0..9).map(|i| HandFrame {
+        t_s: f64::from(i),
+        ..still
+    });
+    let zero = reread(&Recording::from_frames(frames).unwrap());
+    assert_eq!(
+        (zero.zero_rows, zero.samples[3].frame),
+        (0, HandFrame { t_s: 3.0, ..still })
+    );
+}
+
+/// Engines print vectors with two decimals: such a hand was frozen, and nothing was served.
+#[test]
+fn values_on_a_grid_are_not_frozen() {
+    let plain = live();
+    for step_m in [0.01, 0.001] {
+        for turn in [DQuat::IDENTITY, DQuat::from_rotation_z(0.6)] {
+            let grid = changed(&plain, |_, sample| {
+                set_all(&mut sample.frame, |at| {
+                    turn * ((at / step_m).round() * step_m)
+                });
+            });
+            assert!(
+                (grid.value_step_m() / step_m - 1.0).abs() < 0.01,
+                "{}",
+                grid.value_step_m()
+            );
+            let (share, reasons) = tracked(&grid, grid.value_step_m());
+            let frozen = reasons
+                .iter()
+                .any(|why| matches!(why, LostReason::Frozen { .. }));
+            assert!(!frozen && share > 0.98, "{step_m} m: {share} {reasons:?}");
+            assert_eq!(complete(&grid), complete(&plain), "{step_m} m");
+            // A live filter learns the step from the first motion, half a second after the start.
+            let (share, _) = tracked(&grid, 0.0);
+            assert!(share > 0.94, "{step_m} m: {share}");
+        }
+    }
+    assert!(plain.value_step_m() < 1e-6);
+}
+
+/// A tracker that is read faster than it measures repeats its values; one that is lost repeats them for longer.
+#[test]
+fn repeated_values_are_not_frozen_and_a_frozen_pose_is() {
+    let plain = live();
+    for each in [2, 3, 7, 9] {
+        let repeated = changed(&plain, |i, sample| {
+            let t_s = sample.frame.t_s;
+            sample.frame = HandFrame {
+                t_s,
+                ..plain.samples[i - i % each].frame
+            };
+        });
+        let (share, reasons) = tracked(&repeated, 0.0);
+        assert!(share > 0.94, "each {each} times: {share} {reasons:?}");
+        let frozen = changed(&repeated, |i, sample| {
+            if i > 300 {
+                let t_s = sample.frame.t_s;
+                sample.frame = HandFrame {
+                    t_s,
+                    ..repeated.samples[300].frame
+                };
+            }
+        });
+        let (_, reasons) = tracked(&frozen, 0.0);
+        assert!(
+            matches!(reasons.last(), Some(LostReason::Frozen { .. })),
+            "{each}"
+        );
+        let rows = frozen.frozen_samples(FreezeConfig::default());
+        assert!(rows[310..].iter().all(|&is_frozen| is_frozen) && !rows[280]);
+    }
+}
+
+/// A head at a third of the hand's rate, and one that ends early.
+#[test]
+fn each_channel_has_its_own_rate() {
+    let head = |i: usize| DVec3::new(0.01 * i as f64, 0.0, 1.6);
+    let mut slow = changed(&live(), |i, sample| {
+        sample.frame.head_m = (i % 3 == 0 && i < 600).then(|| head(i));
+        sample.frame.gaze = (i % 3 == 0 && !(90..120).contains(&i)).then_some(DVec3::X);
+    });
+    assert_eq!(slow.fill_slow_channels(), 398);
+    for (i, sample) in slow.samples.iter().enumerate() {
+        let off = sample.frame.head_m.map(|at| at.distance(head(i)));
+        assert!(
+            if i <= 597 {
+                off < Some(1e-12) && off.is_some()
+            } else {
+                off.is_none()
+            },
+            "row {i}"
+        );
+    }
+    let gazes = |rows: std::ops::Range<usize>| {
+        slow.samples[rows]
+            .iter()
+            .filter(|s| s.frame.gaze.is_some())
+            .count()
+    };
+    assert_eq!((gazes(0..88), gazes(88..120)), (88, 0));
+}
+
+#[test]
+fn other_units_are_recognised() {
+    let plain = live();
+    assert_eq!(plain.unit_hint(), None);
+    let index_alone = changed(&plain, |_, sample| {
+        sample.frame.set_point(HandPoint::Palm, None);
+        sample.frame.set_point(HandPoint::Thumb, None);
+    });
+    let with_head = changed(&index_alone, |_, sample| {
+        sample.frame.head_m = Some(DVec3::new(-0.2, 0.0, 1.5))
+    });
+    for recording in [&plain, &index_alone, &with_head] {
+        for metres in [None, Some(0.01), Some(0.001)] {
+            for seconds in [None, Some(1e-3), Some(1e-6), Some(1e-9)] {
+                let mut other = recording.clone();
+                other.scale(1.0 / metres.unwrap_or(1.0), 1.0 / seconds.unwrap_or(1.0));
+                let wanted = UnitHint { metres, seconds };
+                let is_other = metres.or(seconds).is_some();
+                assert_eq!(other.unit_hint(), is_other.then_some(wanted));
+                other.scale(metres.unwrap_or(1.0), seconds.unwrap_or(1.0));
+                assert_eq!(other.unit_hint(), None);
+            }
+        }
+    }
+}

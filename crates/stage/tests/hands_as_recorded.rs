@@ -1,0 +1,208 @@
+//! Recordings of hands as headsets and engines write them, followed by the main job.
+
+use hwall_haptics::Board;
+use hwall_stage::input::arms::BoardArm;
+use hwall_stage::input::recording_units::{RecordingUnits, TimeUnit};
+use hwall_stage::person::kinds::PersonKind;
+use hwall_stage::person::predictors::{PredictorKind, Predictors};
+use hwall_stage::run::people::{self, PersonRun, Stage};
+use hwall_stage::run::simulated_arm::ArmLevel;
+use hwall_stage::setting::{Setting, SettingOptions};
+use hwall_testkit::Sampler;
+
+/// Three reaches of 0.45 m and back in 1.1 s each, tremor of 0.3 mm; z up, at 72 Hz. A row is a time, the index tip, the palm and the head.
+fn rows() -> Vec<[f64; 10]> {
+    let mut sampler = Sampler::new(3);
+    let row = |i: i32| {
+        let t_s = f64::from(i) / 72.0;
+        let phase = t_s % 3.5;
+        let tau = ((phase - 0.5) / 1.1).clamp(0.0, 1.0) - ((phase - 2.2) / 1.1).clamp(0.0, 1.0);
+        let x = 0.45 * tau * tau * tau * (10.0 + tau * (6.0 * tau - 15.0));
+        let place = [t_s, 0.3 + x, 0.02, 1.15, 0.2 + x, 0.0, 1.13, 0.0, 0.1, 1.5];
+        let mut tremor = [0.0; 10];
+        tremor[1..]
+            .iter_mut()
+            .for_each(|t| *t = 3e-4 * sampler.normal());
+        std::array::from_fn(|k| place[k] + tremor[k])
+    };
+    (0..3 * 252).map(row).collect()
+}
+
+fn text(rows: &[[f64; 10]], cell: impl Fn(usize, usize, f64) -> String) -> String {
+    let mut text =
+        "t,index_x,index_y,index_z,palm_x,palm_y,palm_z,head_x,head_y,head_z\n".to_owned();
+    for (i, row) in rows.iter().enumerate() {
+        let cells: Vec<String> = row
+            .iter()
+            .enumerate()
+            .map(|(k, v)| cell(i, k, *v))
+            .collect();
+        text += &(cells.join(",") + "\n");
+    }
+    text
+}
+
+fn plain(_: usize, _: usize, value: f64) -> String {
+    value.to_string()
+}
+
+struct Job {
+    arm: BoardArm,
+    board: Board,
+}
+
+impl Job {
+    fn new() -> Self {
+        let board = Board::default();
+        let arm = BoardArm::named("iiwa7", &board).unwrap();
+        Self { arm, board }
+    }
+
+    fn setting(&self, name: &str, text: &str, units: RecordingUnits) -> anyhow::Result<Setting> {
+        let path =
+            std::env::temp_dir().join(format!("hwall-hands-{}-{name}.csv", std::process::id()));
+        std::fs::write(&path, text).unwrap();
+        let options = SettingOptions {
+            scene: None,
+            hand: Some(&path),
+            trial: None,
+            units,
+            y_up: false,
+            auto: true,
+            base: None,
+            base_by_arrival: false,
+            hand_origin: None,
+            rigid_hand: false,
+            person: PersonKind::default(),
+            touches: 0,
+            seed: 1,
+        };
+        let setting = Setting::new(&self.arm, &options);
+        std::fs::remove_file(&path).unwrap();
+        setting
+    }
+
+    fn run(&self, name: &str, text: &str) -> (Vec<String>, PersonRun) {
+        let setting = self.setting(name, text, RecordingUnits::SI).unwrap();
+        let leader = Some(PredictorKind::RayLed);
+        let people = &setting.training_people;
+        let (predictors, _) = Predictors::train(&setting.scene, &self.arm, people, leader).unwrap();
+        let likely = setting.likely_touches.clone();
+        let stage = Stage {
+            arm: &self.arm,
+            board: &self.board,
+            scene: &setting.scene,
+            walls: &self
+                .arm
+                .walls_of(&setting.scene, &self.board, likely, false)
+                .unwrap(),
+            predictors: &predictors,
+            textured: false,
+            level: ArmLevel::Servo,
+            fri: None,
+            period_s: 2e-3,
+        };
+        let mut runs = people::run(&stage, &setting.participants, |_| {}).unwrap();
+        (setting.remarks, runs.pop().unwrap())
+    }
+}
+
+fn in_place(run: &PersonRun) -> usize {
+    run.touches
+        .iter()
+        .filter(|touch| touch.outcome.in_place())
+        .count()
+}
+
+#[test]
+fn zeros_are_lost_tracking_and_said() {
+    let job = Job::new();
+    let zeros = text(&rows(), |i, k, value| match k {
+        1..=6 if (130..142).contains(&i) => "0".to_owned(),
+        _ => value.to_string(),
+    });
+    let setting = job.setting("zeros", &zeros, RecordingUnits::SI).unwrap();
+    let said = setting
+        .remarks
+        .iter()
+        .any(|said| said == "12 rows of zeros were taken as lost tracking");
+    assert!(said, "{:?}", setting.remarks);
+    assert_eq!(setting.participants[0].touches.len(), 3);
+}
+
+#[test]
+fn other_units_are_named_with_their_flags() {
+    let job = Job::new();
+    let other = text(&rows(), |_, k, value| {
+        (if k == 0 { 1e3 * value } else { 1e2 * value }).to_string()
+    });
+    let units = |scale, time_unit| RecordingUnits { scale, time_unit };
+    let refused = |units| {
+        let refused = job.setting("units", &other, units).map(|_| ());
+        format!("{:#}", refused.unwrap_err())
+    };
+    let both = refused(RecordingUnits::SI);
+    assert!(
+        both.contains("looks like centimetres: --scale 0.01"),
+        "{both}"
+    );
+    assert!(
+        both.contains("looks like milliseconds: --time-unit ms"),
+        "{both}"
+    );
+    let one = refused(units(1.0, TimeUnit::Ms));
+    assert!(
+        one.contains("--scale 0.01") && !one.contains("--time-unit"),
+        "{one}"
+    );
+    let setting = job
+        .setting("units", &other, units(0.01, TimeUnit::Ms))
+        .unwrap();
+    assert_eq!(setting.participants[0].touches.len(), 3);
+}
+
+/// Two decimals were a frozen hand; a slow head, or one that ends, was the policy's fault, or the arm's.
+#[test]
+fn few_digits_and_slow_heads_are_served_and_what_stops_the_arm_is_named() {
+    let job = Job::new();
+    let (_, all) = job.run("plain", &text(&rows(), plain));
+    let most = in_place(&all);
+    assert!(
+        all.touches.len() == 3 && most == 3,
+        "{most} of {}",
+        all.touches.len()
+    );
+    let decimals = text(&rows(), |_, k, value| match k {
+        0 => value.to_string(),
+        _ => format!("{value:.2}"),
+    });
+    let (said, run) = job.run("decimals", &decimals);
+    assert!(
+        in_place(&run) + 1 >= most,
+        "{} of {most}: {said:?}",
+        in_place(&run)
+    );
+    let slow = text(&rows(), |i, k, value| match k {
+        7.. if i % 4 > 0 => String::new(),
+        _ => value.to_string(),
+    });
+    let (said, run) = job.run("slow", &slow);
+    assert_eq!(in_place(&run), most, "{said:?}");
+    let ends = text(&rows(), |i, k, value| match k {
+        7.. if i > 600 => "NaN".to_owned(),
+        _ => value.to_string(),
+    });
+    let (said, run) = job.run("ends", &ends);
+    assert!(
+        said.iter()
+            .any(|said| said.contains("the head ends at 8.33 s")),
+        "{said:?}"
+    );
+    let missed = run.touches.iter().filter(|touch| !touch.outcome.in_place());
+    let stops = missed.map(|touch| touch.regret.stopped_by.map(|stop| stop.to_string()));
+    let stops: Vec<Option<String>> = stops.collect();
+    let named = stops
+        .iter()
+        .all(|stop| stop.as_deref() == Some("stale head"));
+    assert!(stops.len() <= 1 && named, "{stops:?}");
+}
