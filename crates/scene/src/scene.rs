@@ -106,11 +106,11 @@ impl Scene {
         limits: &LoadLimits,
     ) -> Result<(Self, LoadReport), SceneError> {
         let obj = obj.as_ref();
-        let text = read::read_text(obj, limits).map_err(|error| error.in_file(obj))?;
+        let text = read::read_text(obj, limits)?;
         let beside = obj.with_extension("toml");
         let sidecar = sidecar.or_else(|| beside.is_file().then_some(beside.as_path()));
         let sidecar_text = sidecar
-            .map(|path| read::read_text(path, limits).map_err(|error| error.in_file(path)))
+            .map(|path| read::read_text(path, limits))
             .transpose()?;
         let directory = obj.parent().unwrap_or(Path::new(""));
         Self::from_text(&text, sidecar_text.as_deref(), Some(directory), limits)

@@ -267,6 +267,32 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
 }
 
 /// A group keeps the first material of its faces; a material outlives its group.
+/// All names of a statement were taken for one.
+#[test]
+fn one_statement_names_several_libraries() {
+    let named = |file: &TempFile| file.0.file_name().unwrap().to_str().unwrap().to_owned();
+    let red = TempFile::new("several red.mtl", b"newmtl red\nKd 1 0 0\n");
+    let blue = TempFile::new("several blue.MTL", b"# \xe9\nnewmtl blue\nKd 0 0 1\n");
+    let green = TempFile::new("several green.mtl", b"newmtl green\nKd 0 1 0\n");
+    let both = TempFile::new("several a.mtl b.mtl", b"newmtl grey\nKd 1 1 1\n");
+    let face = |(x, m): (usize, &str)| {
+        format!("o {m}\nusemtl {m}\nv {x} 0 0\nv {x} 1 0\nv {x} 0 1\nf -3 -2 -1\n")
+    };
+    let faces: String = (["red", "blue", "green", "grey"].into_iter().enumerate())
+        .map(face)
+        .collect();
+    let [red, blue, green, both] = [&red, &blue, &green, &both].map(named);
+    let libraries = format!("mtllib {red} gone.mtl {blue}\nmtllib {green}\nmtllib {both}\n");
+    let obj = libraries + &faces;
+    let file = TempFile::new("several.obj", obj.as_bytes());
+    let (scene, report) = Scene::from_obj_file(&file.0, None).unwrap();
+    assert_eq!(report.missing_material_libraries, ["gone.mtl"]);
+    assert!(report.missing_materials.is_empty(), "{report:?}");
+    let colours: Vec<_> = scene.surfaces().iter().map(|s| s.color_rgb).collect();
+    let [r, g, b] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    assert_eq!(colours, [r, b, g, [1.0; 3]].map(Some));
+}
+
 #[test]
 fn materials_are_kept_by_name_without_a_library() {
     let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nf 1 2 3

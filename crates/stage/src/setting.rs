@@ -16,7 +16,7 @@ use anyhow::{anyhow, bail};
 use hwall::LikelyTouches;
 use hwall::haptics::Board;
 use hwall_hand::{HandFilterConfig, Pose, Recording};
-use hwall_scene::{LoadReport, Scene};
+use hwall_scene::{LoadLimits, LoadReport, Scene, read_text};
 use std::path::Path;
 
 /// The room made for this project, so that the binary runs from anywhere.
@@ -279,7 +279,7 @@ pub(crate) fn scene_texts(path: Option<&Path>) -> anyhow::Result<(String, Option
     let Some(path) = path else {
         return Ok((ROOM.0.to_owned(), Some(ROOM.1.to_owned())));
     };
-    let read = |path: &Path| std::fs::read_to_string(path).map_err(|e| named(path, &e));
+    let read = |path: &Path| read_text(path, &LoadLimits::default()).map_err(|e| named(path, &e));
     let sidecar = path.with_extension("toml");
     let sidecar = sidecar.is_file().then(|| read(&sidecar)).transpose()?;
     Ok((read(path)?, sidecar))

@@ -7,6 +7,6 @@ mod sidecar;
 
 pub(crate) use mesh::repaired;
 pub use mesh::{LoadReport, SurfaceMesh};
-pub use obj::{LoadLimits, UNNAMED};
-pub(crate) use obj::{parse, read_text};
+pub(crate) use obj::parse;
+pub use obj::{LoadLimits, UNNAMED, read_text};
 pub(crate) use sidecar::apply;

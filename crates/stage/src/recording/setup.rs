@@ -17,6 +17,7 @@ use hwall::haptics::Board;
 use hwall::reachability::Target;
 use hwall_hand::{HandFilterConfig, HandPoint};
 use hwall_record::{ArmSource, Run, Setup};
+use hwall_scene::{LoadLimits, read_text};
 use hwall_sim::PersonConfig;
 use std::path::Path;
 
@@ -58,7 +59,7 @@ impl SessionSource<'_> {
         let arm = if self.arm.is_file() {
             ArmSource::Urdf {
                 name: name.clone(),
-                text: std::fs::read_to_string(name).with_context(|| name.clone())?,
+                text: read_text(Path::new(name), &LoadLimits::default())?,
             }
         } else {
             ArmSource::Named(name.clone())
@@ -383,6 +384,44 @@ mod tests {
         let filter = HandFilterConfig::default();
         let run = run_of(3, &filter, false, -0.1).unwrap();
         assert_eq!(run_from(&run).unwrap(), (filter, false, -0.1));
+    }
+
+    /// A scene and an arm in Latin-1 were loaded, and could not be recorded.
+    #[test]
+    fn texts_in_latin_1_are_recorded() {
+        let folder = std::env::temp_dir().join(format!("hwall-latin-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = |name: &str, bytes: &[u8]| {
+            let path = folder.join(name);
+            std::fs::write(&path, bytes).unwrap();
+            path
+        };
+        let obj = file("room.obj", b"# M\xfcller\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        file("room.toml", b"\xef\xbb\xbf# M\xc3\xbcller\n");
+        let urdf = file("arm.urdf", b"<!-- M\xfcller --><robot/>");
+        let board = Board::default();
+        let source = SessionSource {
+            scene: Some(&obj),
+            arm: &urdf.to_str().unwrap().into(),
+            board: &board,
+            room: None,
+            base: FloorPose::ORIGIN,
+            textured: true,
+            level: ArmLevel::Servo,
+            predictor: PredictorKind::RayLed,
+            adapts: true,
+            training_people: &TrainingPeople::default(),
+            likely_touches: &LikelyTouches::default(),
+        };
+        let setup = source.to_setup();
+        std::fs::remove_dir_all(&folder).unwrap();
+        let setup = setup.unwrap();
+        assert!(setup.scene_obj.starts_with("# M\u{fc}ller\n"));
+        assert_eq!(setup.scene_sidecar.as_deref(), Some("# M\u{fc}ller\n"));
+        let ArmSource::Urdf { text, .. } = setup.arm else {
+            panic!("a description");
+        };
+        assert_eq!(text, "<!-- M\u{fc}ller --><robot/>");
     }
 
     #[test]
