@@ -11,6 +11,18 @@ use std::sync::mpsc::{SyncSender, TrySendError};
 /// Samples that wait for the loop at most: more than three seconds of a headset.
 pub(crate) const HAND_QUEUE: usize = 256;
 
+/// On its way to the loop.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Received {
+    /// Of the client that leads.
+    Frame(ReceivedFrame),
+    /// The client that led has gone, or another one leads from now on.
+    Left,
+}
+
+/// The pace of a client's clock is taken over this time, s: a dozen samples of a headset.
+const PACE_S: f64 = 0.15;
+
 /// A frame on its way to the loop, its time and that of its receipt on the server's clock.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ReceivedFrame {
@@ -28,6 +40,10 @@ pub(crate) struct ClientStream {
     /// Newest time on the client's clock, s, for the left and the right hand.
     newest_s: [f64; 2],
     pub(crate) clock: ClockOffset,
+    /// When a sample came in, and its stamp, s: with those that follow, how fast its clock runs.
+    paced_from_s: Option<[f64; 2]>,
+    /// Does its clock run as if its stamps were seconds?
+    pub(crate) in_seconds: bool,
 }
 
 impl ClientStream {
@@ -37,7 +53,21 @@ impl ClientStream {
             newest_seq: None,
             newest_s: [f64::NEG_INFINITY; 2],
             clock: ClockOffset::new(),
+            paced_from_s: None,
+            in_seconds: false,
         }
+    }
+
+    /// Do its stamps count seconds where milliseconds are expected, so that its clock runs a thousand times too slow?
+    fn counts_seconds(&mut self, now_s: f64, client_s: f64) -> bool {
+        let [from_s, stamp_s] = *self.paced_from_s.get_or_insert([now_s, client_s]);
+        if now_s - from_s >= PACE_S {
+            // A clock that stands, or runs otherwise, counts nothing else.
+            let pace = (client_s - stamp_s) / (now_s - from_s);
+            self.in_seconds = (0.5e-3..=2e-3).contains(&pace);
+            self.paced_from_s = Some([now_s, client_s]);
+        }
+        self.in_seconds
     }
 }
 
@@ -60,7 +90,9 @@ pub(crate) struct Intake {
     side: Option<Followed<Side>>,
     /// Time of the newest sample handed on, s.
     newest_s: f64,
-    queue: Option<SyncSender<ReceivedFrame>>,
+    /// Has the client that led left, and the loop was not told?
+    has_left: bool,
+    queue: Option<SyncSender<Received>>,
 }
 
 impl Intake {
@@ -74,13 +106,15 @@ impl Intake {
             leader: None,
             side: None,
             newest_s: f64::NEG_INFINITY,
+            has_left: false,
             queue: None,
         }
     }
 
     /// Where samples go from now on.
-    pub(crate) fn connect(&mut self, queue: SyncSender<ReceivedFrame>) {
+    pub(crate) fn connect(&mut self, queue: SyncSender<Received>) {
         self.queue = Some(queue);
+        self.has_left = false;
     }
 
     /// A client is gone; anybody may lead.
@@ -88,6 +122,17 @@ impl Intake {
         if self.leader.is_some_and(|leader| leader.who == client) {
             self.leader = None;
             self.side = None;
+            self.has_left = true;
+            self.tell_left();
+        }
+    }
+
+    /// Tells the loop before any frame that follows; a queue that is full hears of it later.
+    fn tell_left(&mut self) {
+        if self.has_left
+            && let Some(queue) = &self.queue
+        {
+            self.has_left = matches!(queue.try_send(Received::Left), Err(TrySendError::Full(_)));
         }
     }
 
@@ -107,6 +152,10 @@ impl Intake {
         let Some(frame) = in_order(stream, message, now_s, tally) else {
             return;
         };
+        if stream.counts_seconds(now_s, message.frame.t_s) {
+            tally.in_seconds.add(1);
+            return;
+        }
         if now_s - frame.t_s > self.max_age_s {
             tally.stale.add(1);
             return;
@@ -131,11 +180,16 @@ impl Intake {
             joints_m: self.space.joints_to_base(&message.joints_m, message.axes),
             received_s: now_s,
         };
+        self.tell_left();
         let Some(queue) = &self.queue else {
             // Nobody asks for hands yet.
             return;
         };
-        match queue.try_send(received) {
+        let sent = match self.has_left {
+            true => Err(TrySendError::Full(Received::Left)),
+            false => queue.try_send(Received::Frame(received)),
+        };
+        match sent {
             Ok(()) => {
                 tally.accepted.add(1);
                 tally.unseen.add(u64::from(!is_seen));
@@ -163,6 +217,7 @@ impl Intake {
         }
         if self.leader.is_some() {
             tally.takeovers.add(1);
+            self.has_left = true;
         }
         self.leader = Some(Followed {
             who: client,
@@ -249,7 +304,7 @@ mod tests {
     struct Setup {
         intake: Intake,
         tally: Tally,
-        frames: Receiver<ReceivedFrame>,
+        frames: Receiver<Received>,
     }
 
     fn setup(config: &BridgeConfig) -> Setup {
@@ -284,7 +339,12 @@ mod tests {
         fn right(&mut self, stream: &mut ClientStream, seq: u64, t_s: f64) -> bool {
             self.intake
                 .take(stream, &hand(seq, t_s, Side::Right, true), t_s, &self.tally);
-            self.frames.try_recv().is_ok()
+            self.is_handed_on()
+        }
+
+        fn is_handed_on(&self) -> bool {
+            let mut waiting = self.frames.try_iter();
+            waiting.any(|received| matches!(received, Received::Frame(_)))
         }
     }
 
@@ -316,8 +376,56 @@ mod tests {
         assert!(s.right(&mut stream, 1, 10.0));
         let late = hand(2, 10.01, Side::Right, true);
         s.intake.take(&mut stream, &late, 10.3, &s.tally);
-        assert!(s.frames.try_recv().is_err());
+        assert!(!s.is_handed_on());
         assert_eq!(s.counts().stale, 1);
+    }
+
+    /// Such a client counted as stale, and nobody knew why.
+    #[test]
+    fn stamps_in_seconds_are_told_from_samples_that_are_late() {
+        let mut s = setup(&BridgeConfig::default());
+        let mut stream = ClientStream::new(1);
+        for n in 0..72 {
+            let t_s = f64::from(n) / 72.0;
+            let message = hand(1 + n as u64, 1e-3 * (1.7e9 + t_s), Side::Right, true);
+            s.intake.take(&mut stream, &message, 5.0 + t_s, &s.tally);
+        }
+        let counts = s.counts();
+        assert_eq!(counts.stale, 0);
+        assert!(counts.in_seconds > 50, "{}", counts.in_seconds);
+        assert!(counts.to_string().contains("seconds"), "{counts}");
+        // A clock that stands, and one that is late.
+        let mut standing = ClientStream::new(2);
+        for n in 0..30 {
+            let t_s = 10.0 + 0.014 * f64::from(n);
+            let message = hand(1 + n as u64, 1e-9 * f64::from(n), Side::Right, true);
+            s.intake.take(&mut standing, &message, t_s, &s.tally);
+        }
+        assert!(s.counts().stale > 0);
+        assert_eq!(s.counts().in_seconds, counts.in_seconds);
+    }
+
+    #[test]
+    fn whoever_leaves_or_is_taken_over_from_is_told_before_the_next_frame() {
+        let mut s = setup(&BridgeConfig::default());
+        let (mut one, mut two) = (ClientStream::new(1), ClientStream::new(2));
+        assert!(s.right(&mut one, 1, 0.0));
+        s.intake.forget(2);
+        assert!(s.frames.try_recv().is_err());
+        s.intake.forget(1);
+        assert!(matches!(s.frames.try_recv(), Ok(Received::Left)));
+        assert!(s.right(&mut two, 1, 0.1));
+        // Taken over: first that, then the frame. A queue that is full hears of it later.
+        for n in 0..4 {
+            let t_s = 0.2 + 0.01 * f64::from(n);
+            s.intake.take(&mut two, &hand(2 + n as u64, t_s, Side::Right, true), t_s, &s.tally);
+        }
+        s.intake.take(&mut one, &hand(2, 2.0, Side::Right, true), 2.0, &s.tally);
+        assert_eq!(s.counts().overflow, 1);
+        assert_eq!(s.frames.try_iter().count(), 4);
+        s.intake.take(&mut one, &hand(3, 2.1, Side::Right, true), 2.1, &s.tally);
+        let told: Vec<_> = s.frames.try_iter().collect();
+        assert!(matches!(told[..], [Received::Left, Received::Frame(_)]));
     }
 
     #[test]
@@ -329,7 +437,7 @@ mod tests {
         // What the leader does not see goes to the loop, too, but does not keep it leading.
         let unseen = hand(2, 0.6, Side::Right, false);
         s.intake.take(&mut one, &unseen, 0.6, &s.tally);
-        assert!(s.frames.try_recv().is_ok());
+        assert!(s.is_handed_on());
         let counts = s.counts();
         assert_eq!([counts.looking_on, counts.unseen], [1, 1]);
         assert!(s.right(&mut two, 2, 1.1));
@@ -352,7 +460,7 @@ mod tests {
             seq += 1;
             let message = hand(seq, t_s, side, is_seen);
             s.intake.take(&mut stream, &message, t_s, &s.tally);
-            s.frames.try_recv().is_ok()
+            s.is_handed_on()
         };
         assert!(take(&mut s, 0.0, Side::Right, true));
         // The same instant, the other hand.

@@ -21,6 +21,8 @@ const LAGS_S: f64 = 0.5;
 const WRITE: Duration = Duration::from_secs(2);
 /// A client is told what was wrong with its messages at most once in this time, s.
 const SAY_S: f64 = 1.0;
+/// To a client whose clock runs a thousand times too slow.
+const SECONDS: &str = "stamps look like seconds; client_ms is in milliseconds";
 
 /// A client as the other threads see it.
 pub(crate) struct Client {
@@ -223,7 +225,6 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
     let tally = &shared.tally;
     let mut said_s = f64::NEG_INFINITY;
     let mut complain = |text: &str, now_s: f64| {
-        tally.malformed.add(1);
         if now_s - said_s > SAY_S {
             said_s = now_s;
             client.say(&Reply::Error { text }.to_json(), tally);
@@ -244,13 +245,22 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
                 }
                 Ok(PageMessage::Hand(hand)) => {
                     locked(&shared.intake).take(hands, &hand, now_s, tally);
+                    if hands.in_seconds {
+                        complain(SECONDS, now_s);
+                    }
                 }
                 Ok(PageMessage::Stop) => shared.orders.stop(),
                 Ok(PageMessage::Release) => shared.orders.let_go(),
                 Ok(PageMessage::Enable) => shared.orders.enable(),
-                Err(refused) => complain(&format!("message refused: {refused}"), now_s),
+                Err(refused) => {
+                    tally.malformed.add(1);
+                    complain(&format!("message refused: {refused}"), now_s);
+                }
             },
-            Ok(Message::Binary(_)) => complain("binary messages have no meaning", now_s),
+            Ok(Message::Binary(_)) => {
+                tally.malformed.add(1);
+                complain("binary messages have no meaning", now_s);
+            }
             Ok(Message::Pong(payload)) => {
                 let number = payload.as_ref().try_into().map(u64::from_le_bytes);
                 if let Some(sent_s) = number.ok().and_then(|number| client.answered(number)) {

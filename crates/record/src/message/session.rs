@@ -101,6 +101,7 @@ pub(crate) fn write_request(writer: &mut Writer<'_>, sequence: u64, request: Req
         Request::Reset => (1, None),
         Request::Refused => (3, None),
         Request::Perceived => (5, None),
+        Request::PersonLeft { until_s } => (6, Some(until_s)),
         Request::Planned { step, surfaces } => {
             writer.uint64(4, step);
             writer.uint64(5, surfaces);
@@ -346,6 +347,7 @@ impl<'a> Body<'a> {
             3 => Request::Refused,
             4 => Request::Planned { step, surfaces },
             5 => Request::Perceived,
+            6 => Request::PersonLeft { until_s: value_s },
             2 => Request::ClockOffset {
                 arm_minus_tracker_s: value_s,
             },

@@ -47,7 +47,7 @@ pub(super) const MESSAGES: &[Message] = &[
             one(1, "sequence", Uint64), one(2, "kind", Kind::Enum("hwall.Request.Kind")), one(3, "value_s", Double),
             one(4, "step", Uint64), one(5, "surfaces", Uint64),
         ],
-        enums: &[Enum { name: "Kind", values: &["STOP", "RESET", "CLOCK_OFFSET", "REFUSED", "PLANNED", "PERCEIVED"] }],
+        enums: &[Enum { name: "Kind", values: &["STOP", "RESET", "CLOCK_OFFSET", "REFUSED", "PLANNED", "PERCEIVED", "PERSON_LEFT"] }],
     },
     Message {
         name: "hwall.Cycle",

@@ -136,6 +136,7 @@ pub(crate) fn run_of(
             400 => recorded.request(Request::ClockOffset {
                 arm_minus_tracker_s: 1e-3,
             }),
+            2700 => recorded.person_left(now_s),
             2800 => recorded.request(Request::Stop),
             2850 => recorded.request(Request::Reset),
             _ => {}
