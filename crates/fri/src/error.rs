@@ -1,7 +1,7 @@
 //! The errors of the crate.
 
 use crate::client::Unfit;
-use crate::codec::{ClientCommandMode, ConnectionQuality, SessionState};
+use crate::codec::{ClientCommandMode, ConnectionQuality, FriVersion, SessionState};
 use crate::limits::LimitViolation;
 use hwall_numeric::ArgumentError;
 use hwall_protobuf::ProtobufError;
@@ -77,6 +77,14 @@ pub enum FriError {
     /// A version that is not known.
     #[error("`{0}` is no known version: 1.15, 2.5, 2.7")]
     UnknownVersion(String),
+    /// Datagrams of another version than the client reads.
+    #[error("the controller's datagrams look like FRI {found}, not {expected}")]
+    OtherVersion {
+        /// What they look like.
+        found: FriVersion,
+        /// What the client reads.
+        expected: FriVersion,
+    },
     /// A command mode that is not known.
     #[error("`{0}` is no command mode")]
     UnknownMode(String),

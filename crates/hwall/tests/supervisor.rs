@@ -245,7 +245,10 @@ fn somebody_without_a_head_is_served_after_somebody_with_one() {
     session.person_left(bench.now_s());
     headless(&mut session, &mut bench, 2.0, |session, bench| {
         let safety = session.control().safety();
-        assert!(bench.now_s() < 1.2 || safety == SafeState::Normal, "{safety}");
+        assert!(
+            bench.now_s() < 1.2 || safety == SafeState::Normal,
+            "{safety}"
+        );
     });
 }
 

@@ -418,12 +418,19 @@ mod tests {
         // Taken over: first that, then the frame. A queue that is full hears of it later.
         for n in 0..4 {
             let t_s = 0.2 + 0.01 * f64::from(n);
-            s.intake.take(&mut two, &hand(2 + n as u64, t_s, Side::Right, true), t_s, &s.tally);
+            s.intake.take(
+                &mut two,
+                &hand(2 + n as u64, t_s, Side::Right, true),
+                t_s,
+                &s.tally,
+            );
         }
-        s.intake.take(&mut one, &hand(2, 2.0, Side::Right, true), 2.0, &s.tally);
+        s.intake
+            .take(&mut one, &hand(2, 2.0, Side::Right, true), 2.0, &s.tally);
         assert_eq!(s.counts().overflow, 1);
         assert_eq!(s.frames.try_iter().count(), 4);
-        s.intake.take(&mut one, &hand(3, 2.1, Side::Right, true), 2.1, &s.tally);
+        s.intake
+            .take(&mut one, &hand(3, 2.1, Side::Right, true), 2.1, &s.tally);
         let told: Vec<_> = s.frames.try_iter().collect();
         assert!(matches!(told[..], [Received::Left, Received::Frame(_)]));
     }

@@ -9,7 +9,7 @@ use super::unfit::{Unfit, unfit};
 use super::velocity::VelocityFilter;
 use crate::codec::{
     ClientCommandMode, Codec, CommandData, CommandMessage, ConnectionQuality, DATAGRAM_BYTES,
-    Datagram, Header, MonitorMessage, SessionState,
+    Datagram, FriVersion, Header, MonitorMessage, SessionState,
 };
 use crate::error::FriError;
 use crate::limits::CommandLimits;
@@ -89,6 +89,8 @@ pub struct FriClient<T = UdpTransport> {
     /// After torques: are the positions on their way to those that are commanded?
     pub(super) leads: bool,
     pub(super) statistics: ClientStatistics,
+    /// What the first datagrams of the controller, or the last that made no sense, look like.
+    looks_like: Option<FriVersion>,
 }
 
 /// The newest message of the controller.
@@ -159,6 +161,7 @@ impl<T: Transport> FriClient<T> {
             beginning: None,
             leads: false,
             statistics: ClientStatistics::default(),
+            looks_like: None,
             config,
         })
     }
@@ -166,7 +169,8 @@ impl<T: Transport> FriClient<T> {
     /// Waits for the next message of the controller; returns its time, s. Of several that have come the newest counts.
     ///
     /// # Errors
-    /// No message within `timeout` ([`FriError::Silent`]), a state without positions, or what the network says.
+    /// No message within `timeout` ([`FriError::Silent`]), none so far but datagrams of another version ([`FriError::OtherVersion`]), a
+    /// state without positions, or what the network says.
     pub fn wait_for_message(&mut self, timeout: Duration) -> Result<f64, FriError> {
         if std::mem::take(&mut self.owes) {
             self.statistics.unanswered += 1;
@@ -305,10 +309,12 @@ impl<T: Transport> FriClient<T> {
             self.statistics.foreign += 1;
             return Ok(Some(false));
         }
-        match self
-            .codec
-            .decode_monitor(datagram.get(..length).unwrap_or(&[]))
-        {
+        let bytes = datagram.get(..length).unwrap_or(&[]);
+        let decoded = self.codec.decode_monitor(bytes);
+        if self.newest.is_none() || decoded.is_err() {
+            self.looks_like = FriVersion::of_datagram(bytes);
+        }
+        match decoded {
             Ok(message) => self.take(message, from).map(Some),
             Err(_) => {
                 self.statistics.malformed += 1;
@@ -408,7 +414,18 @@ impl<T: Transport> FriClient<T> {
         self.statistics.sessions += 1;
     }
 
+    /// The datagrams of the controller look like those of another version than the client reads: the error that says so.
+    #[must_use]
+    pub fn other_version(&self) -> Option<FriError> {
+        let expected = self.config.version;
+        let found = self.looks_like.filter(|found| *found != expected)?;
+        Some(FriError::OtherVersion { found, expected })
+    }
+
     fn silent(&self, waited: Duration) -> FriError {
+        if let (None, Some(other)) = (&self.newest, self.other_version()) {
+            return other;
+        }
         let now = self.transport.elapsed();
         let since = |newest: &Newest| now.saturating_sub(newest.arrived);
         let waited = self.newest.as_ref().map_or(waited, since);

@@ -126,6 +126,14 @@ impl Surroundings<FriClient> for Driven {
     }
 }
 
+/// Does the wait for commanding go on after it?
+const fn is_waited_out(error: &FriError) -> bool {
+    matches!(
+        error,
+        FriError::Silent { .. } | FriError::Unfit(_) | FriError::OtherVersion { .. }
+    )
+}
+
 /// Waits for a controller, and then until the server stops or the time is over lets the hands of the clients lead its arm.
 ///
 /// # Errors
@@ -155,16 +163,16 @@ pub fn run_driven(
         note("whoever sends first leads; --fri-controller names the one that may");
     }
     let since = Instant::now();
-    let (mut told, mut told_unfit) = (false, None);
+    let (mut told, mut told_version, mut told_unfit) = (false, false, None);
     let mut speaks_since = None;
     let begun_s = loop {
         match client.wait_for_commanding(LOOK) {
             Ok(begun_s) => break begun_s,
-            Err(FriError::Silent { .. } | FriError::Unfit(_)) if server.is_stopped() => {
+            Err(error) if is_waited_out(&error) && server.is_stopped() => {
                 note(client.statistics());
                 return Ok(());
             }
-            Err(error @ (FriError::Silent { .. } | FriError::Unfit(_))) => {
+            Err(error) if is_waited_out(&error) => {
                 if let FriError::Unfit(unfit) = error
                     && told_unfit.replace(unfit) != Some(unfit)
                 {
@@ -191,7 +199,10 @@ pub fn run_driven(
                         client.statistics().received
                     ));
                 }
-                if !told && client.statistics().malformed > 0 {
+                if let (false, Some(other)) = (told_version, client.other_version()) {
+                    told_version = true;
+                    note(format_args!("{other}: set it by --fri-version"));
+                } else if !told && !told_version && client.statistics().malformed > 0 {
                     told = true;
                     note(format_args!(
                         "datagrams come, but none that FRI {} understands: is the controller of another version?",

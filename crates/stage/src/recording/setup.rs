@@ -396,7 +396,10 @@ mod tests {
             std::fs::write(&path, bytes).unwrap();
             path
         };
-        let obj = file("room.obj", b"# M\xfcller\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        let obj = file(
+            "room.obj",
+            b"# M\xfcller\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        );
         file("room.toml", b"\xef\xbb\xbf# M\xc3\xbcller\n");
         let urdf = file("arm.urdf", b"<!-- M\xfcller --><robot/>");
         let board = Board::default();
