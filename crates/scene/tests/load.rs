@@ -4,7 +4,10 @@
 mod temp_file;
 
 use glam::DVec3;
-use hwall_scene::{LoadLimits, LoadReport, Scene, SceneError, Surface, SurfaceId, SurfaceMesh};
+use hwall_scene::{
+    FileFrame, LoadLimits, LoadReport, Scene, SceneError, Surface, SurfaceId, SurfaceKind,
+    SurfaceMesh, UpAxis,
+};
 use std::io::ErrorKind;
 use temp_file::TempFile;
 
@@ -291,6 +294,43 @@ fn one_statement_names_several_libraries() {
     let colours: Vec<_> = scene.surfaces().iter().map(|s| s.color_rgb).collect();
     let [r, g, b] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     assert_eq!(colours, [r, b, g, [1.0; 3]].map(Some));
+}
+
+#[test]
+fn units_and_axes_of_a_file_become_metres_and_z_up() {
+    let sidecar = "[surface.wall]\nkind = \"revolving_door\"\nhinge_point_m = [1, 2, 3]\nhinge_axis = [0, 1, 0]\nrange_deg = [0, 90]\n";
+    let frame = FileFrame {
+        metres_per_unit: 0.01,
+        up: UpAxis::Y,
+    };
+    let obj = TRIANGLE.replace(" 1", " 100");
+    let obj = obj.replace("f 100", "f 1");
+    let (scene, _) = Scene::from_obj_str_in(&obj, Some(sidecar), &frame).unwrap();
+    let corners: Vec<_> = scene.triangles_m(SurfaceId(0)).unwrap().collect();
+    assert_eq!(corners, [[[0, -1, 0], [0, -1, 1], [-1, -1, 0]].map(point)]);
+    let SurfaceKind::RevolvingDoor {
+        hinge_point_m,
+        hinge_axis,
+        ..
+    } = scene.surfaces()[0].kind
+    else {
+        panic!("a door");
+    };
+    // Metres, along the axes of the file.
+    assert_eq!(hinge_point_m, point([-3, -1, 2]));
+    assert_eq!(hinge_axis, DVec3::Z);
+    for metres_per_unit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let frame = FileFrame {
+            metres_per_unit,
+            ..frame
+        };
+        let refused = Scene::from_obj_str_in(TRIANGLE, None, &frame);
+        assert!(matches!(refused, Err(SceneError::Argument(_))));
+    }
+}
+
+fn point(p: [i32; 3]) -> DVec3 {
+    DVec3::from_array(p.map(f64::from))
 }
 
 #[test]

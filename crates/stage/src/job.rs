@@ -5,6 +5,7 @@ use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
 use crate::input::numbers::whole_within;
+use crate::input::scene_file::SceneFlags;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, Predictors};
 use crate::person::responses::{self, Scenery};
@@ -23,9 +24,9 @@ use std::time::Instant;
 /// What to do, as flags of a command line.
 #[derive(Debug, Clone, clap::Args)]
 pub struct JobOptions {
-    /// OBJ scene, z up, metres; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
-    #[arg(long)]
-    pub scene: Option<PathBuf>,
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneFlags,
     /// CSV recording of a hand: t in seconds, palm_x.. little_z in metres, optionally head_* and gaze_*; cells may be empty [default: a simulated person]
     #[arg(long)]
     pub hand: Option<PathBuf>,
@@ -168,7 +169,7 @@ pub fn run(
         mcap: options.mcap.as_deref(),
     };
     let inputs = FilePlan::default()
-        .read_scene("--scene", options.scene.as_deref())
+        .read_scene("--scene", options.scene.path())
         .read("--hand", options.hand.as_deref())
         .read_arm("--arm", &options.arm.name);
     outputs.prepare(inputs)?;
@@ -177,7 +178,7 @@ pub fn run(
     let setting = Setting::new(
         &arm,
         &SettingOptions {
-            scene: options.scene.as_deref(),
+            scene: options.scene.file(),
             hand: options.hand.as_deref(),
             trial: options.trial.as_deref(),
             y_up: options.axes == Axes::YUp,
@@ -233,10 +234,10 @@ pub fn run(
         }),
         period_s: 1e-3 * options.period_ms,
     };
-    let scene_path = options.scene.as_deref();
+    let scene_file = options.scene.file();
     let recorder = options.mcap.as_deref();
     let recorder =
-        recorder.map(|path| recording::of_stage(path, &stage, &setting, scene_path, &options.arm));
+        recorder.map(|path| recording::of_stage(path, &stage, &setting, scene_file, &options.arm));
     let mut recorder = recorder.transpose()?;
     let runs = people::run_recorded(
         &stage,

@@ -5,6 +5,7 @@ use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
 use crate::input::numbers::counted;
 use crate::input::place::{self, Contacts};
+use crate::input::scene_file::SceneFile;
 use crate::input::trial;
 use crate::person::hand::Hand;
 use crate::person::kinds::PersonKind;
@@ -32,7 +33,7 @@ const LONGEST_RECORDING_S: f64 = 1800.0;
 /// What the command line asks for.
 pub struct SettingOptions<'a> {
     /// OBJ file; `None`: the built-in room.
-    pub scene: Option<&'a Path>,
+    pub scene: Option<SceneFile<'a>>,
     /// Recording; `None`: a simulated person.
     pub hand: Option<&'a Path>,
     /// Which trial of it, where it holds several.
@@ -263,9 +264,11 @@ fn check_times(recording: &Recording) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// A file that is missing or malformed.
-pub fn load_scene(path: Option<&Path>) -> anyhow::Result<(Scene, Vec<String>)> {
-    let (scene, report) = match path {
-        Some(path) => Scene::from_obj_file(path, None).map_err(|e| named(path, &e))?,
+pub fn load_scene(file: Option<SceneFile<'_>>) -> anyhow::Result<(Scene, Vec<String>)> {
+    let (scene, report) = match file {
+        Some(SceneFile { path, frame }) => {
+            Scene::from_obj_file_in(path, None, &frame).map_err(|e| named(path, &e))?
+        }
         None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
     };
     Ok((scene, repairs(&report)))

@@ -1,10 +1,12 @@
 //! From files and triangles to checked surfaces.
 
+mod frame;
 mod materials;
 mod mesh;
 mod obj;
 mod sidecar;
 
+pub use frame::{FileFrame, UpAxis};
 pub(crate) use mesh::repaired;
 pub use mesh::{LoadReport, SurfaceMesh};
 pub(crate) use obj::parse;

@@ -9,4 +9,5 @@ pub mod numbers;
 pub mod output;
 pub mod place;
 pub mod real_room;
+pub mod scene_file;
 pub mod trial;

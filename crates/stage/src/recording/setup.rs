@@ -5,6 +5,7 @@
 use crate::input::arms::NamedArm;
 use crate::input::floor_pose::FloorPose;
 use crate::input::real_room::RealRoom;
+use crate::input::scene_file::{SceneFile, Up};
 use crate::person::predictors::{PredictorKind, TrainingPeople};
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting;
@@ -17,7 +18,7 @@ use hwall::haptics::Board;
 use hwall::reachability::Target;
 use hwall_hand::{HandFilterConfig, HandPoint};
 use hwall_record::{ArmSource, Run, Setup};
-use hwall_scene::{LoadLimits, read_text};
+use hwall_scene::{FileFrame, LoadLimits, UpAxis, read_text};
 use hwall_sim::PersonConfig;
 use std::path::Path;
 
@@ -25,7 +26,7 @@ use std::path::Path;
 #[derive(Debug, Clone)]
 pub struct SessionSource<'a> {
     /// OBJ file; `None`: the built-in room.
-    pub scene: Option<&'a Path>,
+    pub scene: Option<SceneFile<'a>>,
     /// The arm.
     pub arm: &'a NamedArm,
     /// The board.
@@ -54,7 +55,7 @@ impl SessionSource<'_> {
     /// # Errors
     /// A file that cannot be read; likely touches that are neither places nor the usual range.
     pub fn to_setup(&self) -> anyhow::Result<Setup> {
-        let (scene_obj, scene_sidecar) = setting::scene_texts(self.scene)?;
+        let (scene_obj, scene_sidecar) = setting::scene_texts(self.scene.map(|file| file.path))?;
         let NamedArm { name, root, tip } = self.arm;
         let arm = if self.arm.is_file() {
             ArmSource::Urdf {
@@ -97,7 +98,11 @@ impl SessionSource<'_> {
         let ends = ends
             .into_iter()
             .filter_map(|(key, link)| Some((key, link.clone()?)));
+        let usual = FileFrame::default();
+        let frame = self.scene.map(|file| file.frame).filter(|f| *f != usual);
+        let frame = frame.map(|f| ("scene_frame", frame_text(&f)));
         let options = options.into_iter().chain(room).chain(ends).chain(stand);
+        let options = options.chain(frame);
         Ok(Setup {
             program: concat!("hwall ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene_obj,
@@ -158,6 +163,8 @@ pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, bool, f64
 
 /// The options of a setup, read back.
 pub(super) struct Options {
+    /// Unit and axes of the scene's text.
+    pub(super) frame: FileFrame,
     pub(super) base: FloorPose,
     pub(super) textured: bool,
     pub(super) level: ArmLevel,
@@ -204,7 +211,9 @@ impl Options {
                 None => usual,
             },
         };
+        let frame = setup.option("scene_frame").map(frame_of).transpose()?;
         Ok(Self {
+            frame: frame.unwrap_or_default(),
             base,
             textured: flag("textured")?,
             level: named("level", text("level")?)?,
@@ -266,6 +275,25 @@ fn numbers_of<const N: usize>(key: &str, text: &str) -> anyhow::Result<[f64; N]>
     let count = values.len();
     let all = <[f64; N]>::try_from(values);
     all.map_err(|_| anyhow::anyhow!("{key}: {count} numbers instead of {N}"))
+}
+
+/// Metres in a unit and the axis that points up.
+fn frame_text(frame: &FileFrame) -> String {
+    let up = match frame.up {
+        UpAxis::Z => Up::Z,
+        UpAxis::Y => Up::Y,
+    };
+    format!("{:?} {}", frame.metres_per_unit, name_of(up))
+}
+
+fn frame_of(text: &str) -> anyhow::Result<FileFrame> {
+    let (unit, up) = text.split_once(' ').unwrap_or((text, ""));
+    let [metres_per_unit] = numbers_of("scene_frame", unit)?;
+    let up = named::<Up>("scene_frame", up)?.into();
+    Ok(FileFrame {
+        metres_per_unit,
+        up,
+    })
 }
 
 /// Likely touches that no places name.
@@ -403,8 +431,12 @@ mod tests {
         file("room.toml", b"\xef\xbb\xbf# M\xc3\xbcller\n");
         let urdf = file("arm.urdf", b"<!-- M\xfcller --><robot/>");
         let board = Board::default();
+        let frame = FileFrame {
+            metres_per_unit: 0.1 + 0.2,
+            up: UpAxis::Y,
+        };
         let source = SessionSource {
-            scene: Some(&obj),
+            scene: Some(SceneFile { path: &obj, frame }),
             arm: &urdf.to_str().unwrap().into(),
             board: &board,
             room: None,
@@ -419,6 +451,7 @@ mod tests {
         let setup = source.to_setup();
         std::fs::remove_dir_all(&folder).unwrap();
         let setup = setup.unwrap();
+        assert_eq!(Options::of(&setup).unwrap().frame, frame);
         assert!(setup.scene_obj.starts_with("# M\u{fc}ller\n"));
         assert_eq!(setup.scene_sidecar.as_deref(), Some("# M\u{fc}ller\n"));
         let ArmSource::Urdf { text, .. } = setup.arm else {

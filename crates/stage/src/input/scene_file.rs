@@ -1,0 +1,167 @@
+//! A scene's file, the unit and axes of its coordinates, and what they look like.
+
+use super::numbers::positive;
+use clap::ValueEnum;
+use glam::DVec3;
+use hwall_scene::{FileFrame, Scene, SurfaceId, UpAxis, VERTICAL_TOLERANCE_RAD};
+use std::path::{Path, PathBuf};
+
+/// Which scene, as flags.
+#[derive(Debug, Clone, clap::Args)]
+pub struct SceneFlags {
+    /// OBJ scene, z up, metres, in the frame of the arm's base unless that is placed; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// Metres in one unit of the OBJ: 0.01 for centimetres, 0.001 for millimetres
+    #[arg(long, requires = "scene", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
+    pub scale: f64,
+    /// Which axis of the OBJ points up
+    #[arg(long, requires = "scene", value_enum, default_value_t)]
+    pub up: Up,
+}
+
+impl SceneFlags {
+    /// The path alone.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.scene.as_deref()
+    }
+
+    /// `None`: the built-in room.
+    #[must_use]
+    pub fn file(&self) -> Option<SceneFile<'_>> {
+        let frame = FileFrame {
+            metres_per_unit: self.scale,
+            up: self.up.into(),
+        };
+        self.path().map(|path| SceneFile { path, frame })
+    }
+}
+
+/// Which axis points up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum Up {
+    /// z
+    #[default]
+    Z,
+    /// y: the file's -z becomes x, as with the axes of headsets
+    Y,
+}
+
+impl From<Up> for UpAxis {
+    fn from(up: Up) -> Self {
+        match up {
+            Up::Z => Self::Z,
+            Up::Y => Self::Y,
+        }
+    }
+}
+
+/// A scene's file, and how to read it.
+#[derive(Debug, Clone, Copy)]
+pub struct SceneFile<'a> {
+    /// The OBJ.
+    pub path: &'a Path,
+    /// Unit and axes of its coordinates.
+    pub frame: FileFrame,
+}
+
+impl<'a> From<&'a Path> for SceneFile<'a> {
+    fn from(path: &'a Path) -> Self {
+        Self {
+            path,
+            frame: FileFrame::default(),
+        }
+    }
+}
+
+/// Heights of rooms and halls, m. Ten times as wide as it is high, so that no height is one in centimetres and in millimetres.
+const ROOM_M: [f64; 2] = [1.0, 10.0];
+
+/// The extents of a scene in which nobody can touch anything, and what they look like.
+#[must_use]
+pub fn looks_like(scene: &Scene) -> String {
+    let bounds = scene.bounds();
+    let size = bounds.max_m - bounds.min_m;
+    let y_up = is_y_up(scene, size);
+    let height = if y_up { size.y } else { size.z };
+    let units = [(0.01, "centimetres"), (0.001, "millimetres")];
+    let unit = units
+        .iter()
+        .find(|(scale, _)| (ROOM_M[0]..ROOM_M[1]).contains(&(height * scale)));
+    let mut text = format!(
+        "the scene measures {:.2} x {:.2} x {:.2} m along x, y and z",
+        size.x, size.y, size.z
+    );
+    if let Some((scale, name)) = unit {
+        text += &format!("; looks like {name}: --scale {scale}");
+    }
+    if y_up {
+        text += "; looks y-up: --up y";
+    }
+    text
+}
+
+/// Rooms are lower than wide, and floor and ceiling are the largest of what faces along one axis. Or no face is upright, but would be.
+fn is_y_up(scene: &Scene, size: DVec3) -> bool {
+    let areas = areas_facing(scene);
+    let is_lowest = size.y < size.x.min(size.z);
+    let no_wall = areas.x + areas.y == 0.0 && areas.z > 0.0;
+    no_wall || (is_lowest && areas.y > areas.x.max(areas.z) && areas.x.min(areas.z) > 0.0)
+}
+
+/// Areas of the faces whose normals lie along x, y and z.
+fn areas_facing(scene: &Scene) -> DVec3 {
+    let surfaces = (0..scene.surfaces().len()).map(SurfaceId);
+    let triangles = surfaces
+        .filter_map(|id| scene.triangles_m(id).ok())
+        .flatten();
+    triangles.fold(DVec3::ZERO, |sum, [a, b, c]| {
+        let normal = (b - a).cross(c - a);
+        let along = normal.abs() / normal.length();
+        let faces = |along: f64| f64::from(u8::from(along >= VERTICAL_TOLERANCE_RAD.cos()));
+        sum + 0.5 * normal.length() * DVec3::new(faces(along.x), faces(along.y), faces(along.z))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A room of 4 x 5 x 2.5 m, by way of a change of its corners.
+    fn room(corner: impl Fn(DVec3) -> DVec3) -> Scene {
+        let mut obj = String::new();
+        for k in 0..8 {
+            let bit = |n: u32| f64::from(k >> n & 1);
+            let p = corner(DVec3::new(4.0 * bit(0), 5.0 * bit(1), 2.5 * bit(2)));
+            obj += &format!("v {} {} {}\n", p.x, p.y, p.z);
+        }
+        obj += "f 1 2 4 3\nf 5 6 8 7\nf 1 2 6 5\nf 3 4 8 7\nf 1 3 7 5\nf 2 4 8 6\n";
+        Scene::from_obj_str(&obj, None).unwrap().0
+    }
+
+    #[test]
+    fn units_and_axes_show_in_the_extents() {
+        let y_up = |p: DVec3| DVec3::new(p.x, p.z, p.y);
+        for (scene, hints) in [
+            (room(|p| p), [false; 3]),
+            (room(|p| 100.0 * p), [true, false, false]),
+            (room(|p| 1000.0 * p), [false, true, false]),
+            (room(y_up), [false, false, true]),
+            (room(|p| 100.0 * y_up(p)), [true, false, true]),
+        ] {
+            let said = looks_like(&scene);
+            let flags = ["--scale 0.01", "--scale 0.001", "--up y"];
+            assert_eq!(
+                flags.map(|flag| said.split("; ").any(|s| s.ends_with(flag))),
+                hints,
+                "{said}"
+            );
+        }
+        assert!(looks_like(&room(|p| 100.0 * p)).contains("400.00 x 500.00 x 250.00 m"));
+        // One wall is no floor, whatever it faces; one that lies flat is no wall.
+        let wall = |obj: &str| looks_like(&Scene::from_obj_str(obj, None).unwrap().0);
+        assert!(!wall("v 0 1 0\nv 1 1 0\nv 0 1 2\nf 1 2 3\n").contains("--up"));
+        assert!(wall("v 0 0 1\nv 1 0 1\nv 0 2 1\nf 1 2 3\n").contains("--up y"));
+    }
+}
