@@ -14,6 +14,7 @@ use crate::report::outputs::{self, Outputs};
 use crate::run::people::{self, Stage};
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting::{Setting, SettingOptions};
+use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall_fri::controller::FaultConfig;
 use hwall_haptics::Board;
@@ -148,6 +149,47 @@ pub enum BaseFrom {
     Arrival,
 }
 
+impl JobOptions {
+    /// Refuses options that exclude each other before anything is read or trained.
+    fn check(&self) -> anyhow::Result<()> {
+        let period_ms = self.period_ms;
+        ensure!(
+            (0.1..=20.0).contains(&period_ms),
+            "--period-ms must lie in 0.1..=20"
+        );
+        let is_auto = self.place == Some(Place::Auto);
+        ensure!(
+            self.hand.is_some() || !(is_auto || self.hand_origin.is_some()),
+            "--hand-origin and --place auto place a recording: they need --hand"
+        );
+        let Some(faults) = self.fri_faults() else {
+            return Ok(());
+        };
+        ensure!(
+            self.arm_level == ArmLevel::Servo,
+            "--fri-bursts excludes --arm-level torque: the arm behind FRI is commanded by positions"
+        );
+        ensure!(
+            period_ms.fract() == 0.0 && (1.0..=10.0).contains(&period_ms),
+            "--fri-bursts with --period-ms {period_ms}: FRI has periods of 1 to 10 whole milliseconds"
+        );
+        faults
+            .validate()
+            .context("--fri-bursts, --fri-stalls, --fri-stamp-jitter-ms")
+    }
+
+    /// What goes wrong with the connection of an arm behind FRI.
+    fn fri_faults(&self) -> Option<FaultConfig> {
+        Some(FaultConfig {
+            bursts: self.fri_bursts?,
+            stalls: self.fri_stalls,
+            stamp_jitter_ms: self.fri_stamp_jitter_ms,
+            seed: self.seed,
+            ..FaultConfig::default()
+        })
+    }
+}
+
 /// Does the job: the tables go to `out`, what should be known about them to standard error, everything else into files.
 /// `progress` hears how much is done, 0 to 1.
 ///
@@ -158,10 +200,7 @@ pub fn run(
     out: &mut impl Write,
     mut progress: impl FnMut(f64),
 ) -> anyhow::Result<()> {
-    anyhow::ensure!(
-        (0.1..=20.0).contains(&options.period_ms),
-        "--period-ms must lie in 0.1..=20"
-    );
+    options.check()?;
     let outputs = Outputs {
         folder: &options.out,
         json: options.json.as_deref(),
@@ -175,6 +214,8 @@ pub fn run(
     outputs.prepare(inputs)?;
     let board = Board::default();
     let arm = BoardArm::named(options.arm.clone(), &board)?;
+    let dynamics = options.arm_level.object_command(&arm, &board);
+    dynamics.context("--arm-level torque needs the masses of the arm's links")?;
     let setting = Setting::new(
         &arm,
         &SettingOptions {
@@ -225,13 +266,7 @@ pub fn run(
         predictors: &predictors,
         textured: !options.plain,
         level: options.arm_level,
-        fri: options.fri_bursts.map(|bursts| FaultConfig {
-            bursts,
-            stalls: options.fri_stalls,
-            stamp_jitter_ms: options.fri_stamp_jitter_ms,
-            seed: options.seed,
-            ..FaultConfig::default()
-        }),
+        fri: options.fri_faults(),
         period_s: 1e-3 * options.period_ms,
     };
     let scene_file = options.scene.file();
@@ -253,4 +288,38 @@ pub fn run(
     let written = outputs.write(&table, &runs, &stage, setting.participants[0].hand.span_s())?;
     writeln!(out, "{written}")?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Program {
+        #[command(flatten)]
+        job: JobOptions,
+    }
+
+    /// The predictors were trained before these were refused.
+    #[test]
+    fn options_that_exclude_each_other_are_refused_before_the_work() {
+        for (words, why) in [
+            (
+                "--fri-bursts 0.02 --arm-level torque",
+                "commanded by positions",
+            ),
+            ("--fri-bursts 0.02 --period-ms 2.5", "whole milliseconds"),
+            ("--fri-bursts 2", "between 0 and 1"),
+            ("--fri-bursts 0.02 --fri-stalls nan", "between 0 and 1"),
+            ("--hand-origin 0,0,0,0", "need --hand"),
+            ("--place auto", "need --hand"),
+        ] {
+            // No work: the scene is not there.
+            let words = words.split(' ').chain(["--scene", "nowhere.obj"]);
+            let job = Program::parse_from([""].into_iter().chain(words)).job;
+            let refused = run(&job, &mut Vec::new(), |_| {}).unwrap_err();
+            assert!(format!("{refused:#}").contains(why), "{refused:#}");
+        }
+    }
 }
