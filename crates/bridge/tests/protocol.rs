@@ -95,7 +95,13 @@ fn what_a_client_said_ends_with_it() {
     let seen = frame(&mut bridge, |f| f.head_m.is_some());
     assert_eq!(bridge.hands.person_left(), None);
     drop(socket);
-    let left_s = until("the end of the client", || {
+    wait_for("its end", || server.counts().clients == 0);
+    let mut another = Socket::open(&server);
+    let mut seq = 0;
+    let left_s = until("another client", || {
+        seq += 1;
+        another.text(&hand(seq, 20.0 * seq as f64, &joints(25, [0.0; 3]), "base"));
+        std::thread::sleep(Duration::from_millis(20));
         let now_s = bridge.pacing.wait();
         while bridge.hands.next_frame(now_s).is_some() {}
         bridge.hands.person_left()

@@ -105,10 +105,10 @@ impl Scene {
         sidecar: Option<&Path>,
         limits: &LoadLimits,
     ) -> Result<(Self, LoadReport), SceneError> {
-        Self::from_files(obj.as_ref(), sidecar, &FileFrame::default(), limits)
+        Self::from_obj_file_in(obj, sidecar, &FileFrame::default(), limits)
     }
 
-    /// [`from_obj_file`](Self::from_obj_file) with an OBJ in another unit, or with another axis up.
+    /// [`from_obj_file`](Self::from_obj_file) with other limits and an OBJ in another unit, or with another axis up.
     ///
     /// # Errors
     /// As [`from_obj_file`](Self::from_obj_file); a unit that is not positive.
@@ -116,16 +116,9 @@ impl Scene {
         obj: impl AsRef<Path>,
         sidecar: Option<&Path>,
         frame: &FileFrame,
-    ) -> Result<(Self, LoadReport), SceneError> {
-        Self::from_files(obj.as_ref(), sidecar, frame, &LoadLimits::default())
-    }
-
-    fn from_files(
-        obj: &Path,
-        sidecar: Option<&Path>,
-        frame: &FileFrame,
         limits: &LoadLimits,
     ) -> Result<(Self, LoadReport), SceneError> {
+        let obj = obj.as_ref();
         let text = read::read_text(obj, limits)?;
         let beside = obj.with_extension("toml");
         let sidecar = sidecar.or_else(|| beside.is_file().then_some(beside.as_path()));

@@ -6,7 +6,7 @@ mod temp_file;
 use glam::DVec3;
 use hwall_scene::{
     FileFrame, LoadLimits, LoadReport, Scene, SceneError, Surface, SurfaceId, SurfaceKind,
-    SurfaceMesh, UpAxis,
+    SurfaceMesh,
 };
 use std::io::ErrorKind;
 use temp_file::TempFile;
@@ -301,7 +301,7 @@ fn units_and_axes_of_a_file_become_metres_and_z_up() {
     let sidecar = "[surface.wall]\nkind = \"revolving_door\"\nhinge_point_m = [1, 2, 3]\nhinge_axis = [0, 1, 0]\nrange_deg = [0, 90]\n";
     let frame = FileFrame {
         metres_per_unit: 0.01,
-        up: UpAxis::Y,
+        y_up: true,
     };
     let obj = TRIANGLE.replace(" 1", " 100");
     let obj = obj.replace("f 100", "f 1");

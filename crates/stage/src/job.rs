@@ -157,11 +157,6 @@ impl JobOptions {
             (0.1..=20.0).contains(&period_ms),
             "--period-ms must lie in 0.1..=20"
         );
-        let is_auto = self.place == Some(Place::Auto);
-        ensure!(
-            self.hand.is_some() || !(is_auto || self.hand_origin.is_some()),
-            "--hand-origin and --place auto place a recording: they need --hand"
-        );
         let Some(faults) = self.fri_faults() else {
             return Ok(());
         };
@@ -312,8 +307,6 @@ mod tests {
             ("--fri-bursts 0.02 --period-ms 2.5", "whole milliseconds"),
             ("--fri-bursts 2", "between 0 and 1"),
             ("--fri-bursts 0.02 --fri-stalls nan", "between 0 and 1"),
-            ("--hand-origin 0,0,0,0", "need --hand"),
-            ("--place auto", "need --hand"),
         ] {
             // No work: the scene is not there.
             let words = words.split(' ').chain(["--scene", "nowhere.obj"]);

@@ -267,7 +267,8 @@ fn check_times(recording: &Recording) -> anyhow::Result<()> {
 pub fn load_scene(file: Option<SceneFile<'_>>) -> anyhow::Result<(Scene, Vec<String>)> {
     let (scene, report) = match file {
         Some(SceneFile { path, frame }) => {
-            Scene::from_obj_file_in(path, None, &frame).map_err(|e| named(path, &e))?
+            Scene::from_obj_file_in(path, None, &frame, &LoadLimits::default())
+                .map_err(|e| named(path, &e))?
         }
         None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
     };

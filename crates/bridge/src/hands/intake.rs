@@ -11,15 +11,6 @@ use std::sync::mpsc::{SyncSender, TrySendError};
 /// Samples that wait for the loop at most: more than three seconds of a headset.
 pub(crate) const HAND_QUEUE: usize = 256;
 
-/// On its way to the loop.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Received {
-    /// Of the client that leads.
-    Frame(ReceivedFrame),
-    /// The client that led has gone, or another one leads from now on.
-    Left,
-}
-
 /// The pace of a client's clock is taken over this time, s: a dozen samples of a headset.
 const PACE_S: f64 = 0.15;
 
@@ -30,6 +21,8 @@ pub(crate) struct ReceivedFrame {
     /// All joints of the hand, base frame, m.
     pub(crate) joints_m: Joints,
     pub(crate) received_s: f64,
+    /// Is it the first of another client than the frame before?
+    pub(crate) is_of_another: bool,
 }
 
 /// What is remembered of one client's stream.
@@ -90,9 +83,9 @@ pub(crate) struct Intake {
     side: Option<Followed<Side>>,
     /// Time of the newest sample handed on, s.
     newest_s: f64,
-    /// Has the client that led left, and the loop was not told?
-    has_left: bool,
-    queue: Option<SyncSender<Received>>,
+    /// Has another client come to lead since the last frame that was handed on?
+    is_another: bool,
+    queue: Option<SyncSender<ReceivedFrame>>,
 }
 
 impl Intake {
@@ -106,15 +99,15 @@ impl Intake {
             leader: None,
             side: None,
             newest_s: f64::NEG_INFINITY,
-            has_left: false,
+            is_another: false,
             queue: None,
         }
     }
 
     /// Where samples go from now on.
-    pub(crate) fn connect(&mut self, queue: SyncSender<Received>) {
+    pub(crate) fn connect(&mut self, queue: SyncSender<ReceivedFrame>) {
         self.queue = Some(queue);
-        self.has_left = false;
+        self.is_another = false;
     }
 
     /// A client is gone; anybody may lead.
@@ -122,17 +115,7 @@ impl Intake {
         if self.leader.is_some_and(|leader| leader.who == client) {
             self.leader = None;
             self.side = None;
-            self.has_left = true;
-            self.tell_left();
-        }
-    }
-
-    /// Tells the loop before any frame that follows; a queue that is full hears of it later.
-    fn tell_left(&mut self) {
-        if self.has_left
-            && let Some(queue) = &self.queue
-        {
-            self.has_left = matches!(queue.try_send(Received::Left), Err(TrySendError::Full(_)));
+            self.is_another = true;
         }
     }
 
@@ -179,18 +162,15 @@ impl Intake {
             frame: self.space.to_base(&frame, message.axes),
             joints_m: self.space.joints_to_base(&message.joints_m, message.axes),
             received_s: now_s,
+            is_of_another: self.is_another,
         };
-        self.tell_left();
         let Some(queue) = &self.queue else {
             // Nobody asks for hands yet.
             return;
         };
-        let sent = match self.has_left {
-            true => Err(TrySendError::Full(Received::Left)),
-            false => queue.try_send(Received::Frame(received)),
-        };
-        match sent {
+        match queue.try_send(received) {
             Ok(()) => {
+                self.is_another = false;
                 tally.accepted.add(1);
                 tally.unseen.add(u64::from(!is_seen));
             }
@@ -217,7 +197,7 @@ impl Intake {
         }
         if self.leader.is_some() {
             tally.takeovers.add(1);
-            self.has_left = true;
+            self.is_another = true;
         }
         self.leader = Some(Followed {
             who: client,
@@ -304,7 +284,7 @@ mod tests {
     struct Setup {
         intake: Intake,
         tally: Tally,
-        frames: Receiver<Received>,
+        frames: Receiver<ReceivedFrame>,
     }
 
     fn setup(config: &BridgeConfig) -> Setup {
@@ -339,12 +319,7 @@ mod tests {
         fn right(&mut self, stream: &mut ClientStream, seq: u64, t_s: f64) -> bool {
             self.intake
                 .take(stream, &hand(seq, t_s, Side::Right, true), t_s, &self.tally);
-            self.is_handed_on()
-        }
-
-        fn is_handed_on(&self) -> bool {
-            let mut waiting = self.frames.try_iter();
-            waiting.any(|received| matches!(received, Received::Frame(_)))
+            self.frames.try_recv().is_ok()
         }
     }
 
@@ -376,7 +351,7 @@ mod tests {
         assert!(s.right(&mut stream, 1, 10.0));
         let late = hand(2, 10.01, Side::Right, true);
         s.intake.take(&mut stream, &late, 10.3, &s.tally);
-        assert!(!s.is_handed_on());
+        assert!(s.frames.try_recv().is_err());
         assert_eq!(s.counts().stale, 1);
     }
 
@@ -406,33 +381,22 @@ mod tests {
     }
 
     #[test]
-    fn whoever_leaves_or_is_taken_over_from_is_told_before_the_next_frame() {
+    fn the_first_frame_of_another_client_says_so() {
         let mut s = setup(&BridgeConfig::default());
         let (mut one, mut two) = (ClientStream::new(1), ClientStream::new(2));
-        assert!(s.right(&mut one, 1, 0.0));
+        let mut take = |s: &mut Setup, stream: &mut ClientStream, seq: u64, t_s: f64| {
+            let message = hand(seq, t_s, Side::Right, true);
+            s.intake.take(stream, &message, t_s, &s.tally);
+            s.frames.try_recv().map(|frame| frame.is_of_another)
+        };
+        assert_eq!(take(&mut s, &mut one, 1, 0.0), Ok(false));
         s.intake.forget(2);
-        assert!(s.frames.try_recv().is_err());
+        assert_eq!(take(&mut s, &mut one, 2, 0.1), Ok(false));
         s.intake.forget(1);
-        assert!(matches!(s.frames.try_recv(), Ok(Received::Left)));
-        assert!(s.right(&mut two, 1, 0.1));
-        // Taken over: first that, then the frame. A queue that is full hears of it later.
-        for n in 0..4 {
-            let t_s = 0.2 + 0.01 * f64::from(n);
-            s.intake.take(
-                &mut two,
-                &hand(2 + n as u64, t_s, Side::Right, true),
-                t_s,
-                &s.tally,
-            );
-        }
-        s.intake
-            .take(&mut one, &hand(2, 2.0, Side::Right, true), 2.0, &s.tally);
-        assert_eq!(s.counts().overflow, 1);
-        assert_eq!(s.frames.try_iter().count(), 4);
-        s.intake
-            .take(&mut one, &hand(3, 2.1, Side::Right, true), 2.1, &s.tally);
-        let told: Vec<_> = s.frames.try_iter().collect();
-        assert!(matches!(told[..], [Received::Left, Received::Frame(_)]));
+        assert_eq!(take(&mut s, &mut two, 1, 0.2), Ok(true));
+        assert_eq!(take(&mut s, &mut two, 2, 0.3), Ok(false));
+        // Taken over.
+        assert_eq!(take(&mut s, &mut one, 3, 2.0), Ok(true));
     }
 
     #[test]
@@ -444,7 +408,7 @@ mod tests {
         // What the leader does not see goes to the loop, too, but does not keep it leading.
         let unseen = hand(2, 0.6, Side::Right, false);
         s.intake.take(&mut one, &unseen, 0.6, &s.tally);
-        assert!(s.is_handed_on());
+        assert!(s.frames.try_recv().is_ok());
         let counts = s.counts();
         assert_eq!([counts.looking_on, counts.unseen], [1, 1]);
         assert!(s.right(&mut two, 2, 1.1));
@@ -467,7 +431,7 @@ mod tests {
             seq += 1;
             let message = hand(seq, t_s, side, is_seen);
             s.intake.take(&mut stream, &message, t_s, &s.tally);
-            s.is_handed_on()
+            s.frames.try_recv().is_ok()
         };
         assert!(take(&mut s, 0.0, Side::Right, true));
         // The same instant, the other hand.

@@ -1,6 +1,6 @@
 //! The loop's end of the hands.
 
-use super::intake::{Received, ReceivedFrame};
+use super::intake::ReceivedFrame;
 use super::joints::Joints;
 use super::window::WindowMinimum;
 use glam::DVec3;
@@ -23,7 +23,7 @@ const SAY_S: f64 = 0.05;
 /// Takes no lock and allocates nothing: the queue is std's bounded channel, of which only `try_recv` is used. A hand of which nothing
 /// comes for a while is said to be lost by frames without points.
 pub struct HandQueue {
-    frames: Receiver<Received>,
+    frames: Receiver<ReceivedFrame>,
     server_start: Instant,
     lost_after_s: f64,
     /// The server's time less that of a cycle, s.
@@ -35,13 +35,13 @@ pub struct HandQueue {
     /// Newest time given, s on the arm's clock.
     newest_s: f64,
     newest: Option<(HandFrame, Joints)>,
-    /// Time of the last frame of a client that has left, s on the arm's clock, until the loop asks.
+    /// Time of the last frame of a client before this one, s on the arm's clock, until the loop asks.
     left_s: Option<f64>,
 }
 
 impl HandQueue {
     pub(crate) fn new(
-        frames: Receiver<Received>,
+        frames: Receiver<ReceivedFrame>,
         server_start: Instant,
         lost_after_s: f64,
     ) -> Self {
@@ -58,8 +58,7 @@ impl HandQueue {
         }
     }
 
-    /// The client that led has left, or another one leads, since this was asked last: the time of the last frame of the one before, s on
-    /// the arm's clock.
+    /// Frames of another client came since this was asked last: the time of the last frame of the one before, s on the arm's clock.
     pub fn person_left(&mut self) -> Option<f64> {
         self.left_s.take()
     }
@@ -92,15 +91,15 @@ impl HandQueue {
     fn next_frame_at(&mut self, now_s: f64, server_s: f64) -> Option<HandFrame> {
         let offset_s = self.server_minus_arm_s(now_s, server_s);
         while let Ok(received) = self.frames.try_recv() {
-            let Received::Frame(received) = received else {
-                self.left_s = Some(self.newest_s).filter(|s| s.is_finite());
-                continue;
-            };
             let ReceivedFrame {
                 frame,
                 joints_m,
                 received_s,
+                is_of_another,
             } = received;
+            if is_of_another {
+                self.left_s = Some(self.newest_s).filter(|s| s.is_finite());
+            }
             self.heard_s = Some(received_s);
             let t_s = (frame.t_s - offset_s).min(now_s + AHEAD_S);
             // A frame from before its hand was said to be lost.
@@ -129,19 +128,20 @@ mod tests {
     use super::*;
     use std::sync::mpsc::{SyncSender, sync_channel};
 
-    fn queue() -> (SyncSender<Received>, HandQueue) {
+    fn queue() -> (SyncSender<ReceivedFrame>, HandQueue) {
         let (sender, receiver) = sync_channel(8);
         (sender, HandQueue::new(receiver, Instant::now(), 0.15))
     }
 
-    fn seen(t_s: f64) -> Received {
+    fn seen(t_s: f64) -> ReceivedFrame {
         let mut frame = HandFrame::empty(t_s);
         frame.palm_m = Some(DVec3::X);
-        Received::Frame(ReceivedFrame {
+        ReceivedFrame {
             frame,
             joints_m: [None; _],
             received_s: t_s,
-        })
+            is_of_another: false,
+        }
     }
 
     #[test]

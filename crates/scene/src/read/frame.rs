@@ -4,30 +4,20 @@ use super::mesh::SurfaceMesh;
 use hwall_geometry::{ArgumentError, Pose};
 use hwall_numeric::check::positive;
 
-/// Which axis of a file points up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum UpAxis {
-    /// z, as in a scene.
-    #[default]
-    Z,
-    /// y: the scene has the axes of [`Pose::Z_UP_FROM_Y_UP`], in which the file's -z becomes x.
-    Y,
-}
-
 /// Unit and axes of an OBJ. Its sidecar has its axes, but metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FileFrame {
     /// Length of a unit, m; default 1.
     pub metres_per_unit: f64,
-    /// Default z.
-    pub up: UpAxis,
+    /// Does y point up? Then the scene has the axes of [`Pose::Z_UP_FROM_Y_UP`]: the file's -z becomes x. Default: z does.
+    pub y_up: bool,
 }
 
 impl Default for FileFrame {
     fn default() -> Self {
         Self {
             metres_per_unit: 1.0,
-            up: UpAxis::Z,
+            y_up: false,
         }
     }
 }
@@ -36,23 +26,14 @@ impl FileFrame {
     /// Brings what a file says into metres and z up.
     pub(crate) fn apply(&self, meshes: &mut [SurfaceMesh]) -> Result<(), ArgumentError> {
         let metres = positive("metres per unit", self.metres_per_unit)?;
-        let turn = match self.up {
-            UpAxis::Z => Pose::IDENTITY,
-            UpAxis::Y => Pose::Z_UP_FROM_Y_UP,
-        };
-        if *self == Self::default() {
-            return Ok(());
+        for mesh in meshes.iter_mut().filter(|_| self.y_up) {
+            let kind = &mut mesh.surface.kind;
+            *kind = kind.transformed(&Pose::Z_UP_FROM_Y_UP);
+            let corners_m = mesh.triangles_m.iter_mut().flatten();
+            corners_m.for_each(|p| *p = Pose::Z_UP_FROM_Y_UP.transform_point(*p));
         }
-        for SurfaceMesh {
-            surface,
-            triangles_m,
-        } in meshes
-        {
-            surface.kind = surface.kind.transformed(&turn);
-            for corner_m in triangles_m.iter_mut().flatten() {
-                *corner_m = turn.transform_point(*corner_m * metres);
-            }
-        }
+        let corners_m = meshes.iter_mut().flat_map(|mesh| &mut mesh.triangles_m);
+        corners_m.flatten().for_each(|p| *p *= metres);
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ mod mesh;
 mod obj;
 mod sidecar;
 
-pub use frame::{FileFrame, UpAxis};
+pub use frame::FileFrame;
 pub(crate) use mesh::repaired;
 pub use mesh::{LoadReport, SurfaceMesh};
 pub(crate) use obj::parse;

@@ -1,9 +1,8 @@
 //! A scene's file, the unit and axes of its coordinates, and what they look like.
 
 use super::numbers::positive;
-use clap::ValueEnum;
 use glam::DVec3;
-use hwall_scene::{FileFrame, Scene, SurfaceId, UpAxis, VERTICAL_TOLERANCE_RAD};
+use hwall_scene::{FileFrame, Scene, SurfaceId, VERTICAL_TOLERANCE_RAD};
 use std::path::{Path, PathBuf};
 
 /// Which scene, as flags.
@@ -15,9 +14,9 @@ pub struct SceneFlags {
     /// Metres in one unit of the OBJ: 0.01 for centimetres, 0.001 for millimetres
     #[arg(long, requires = "scene", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
     pub scale: f64,
-    /// Which axis of the OBJ points up
-    #[arg(long, requires = "scene", value_enum, default_value_t)]
-    pub up: Up,
+    /// Which axis of the OBJ points up; with y the file's -z becomes x, as with the axes of headsets
+    #[arg(long, requires = "scene", default_value = "z", value_parser = ["y", "z"])]
+    pub up: String,
 }
 
 impl SceneFlags {
@@ -32,28 +31,9 @@ impl SceneFlags {
     pub fn file(&self) -> Option<SceneFile<'_>> {
         let frame = FileFrame {
             metres_per_unit: self.scale,
-            up: self.up.into(),
+            y_up: self.up == "y",
         };
         self.path().map(|path| SceneFile { path, frame })
-    }
-}
-
-/// Which axis points up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub enum Up {
-    /// z
-    #[default]
-    Z,
-    /// y: the file's -z becomes x, as with the axes of headsets
-    Y,
-}
-
-impl From<Up> for UpAxis {
-    fn from(up: Up) -> Self {
-        match up {
-            Up::Z => Self::Z,
-            Up::Y => Self::Y,
-        }
     }
 }
 
@@ -85,16 +65,14 @@ pub fn looks_like(scene: &Scene) -> String {
     let size = bounds.max_m - bounds.min_m;
     let y_up = is_y_up(scene, size);
     let height = if y_up { size.y } else { size.z };
-    let units = [(0.01, "centimetres"), (0.001, "millimetres")];
-    let unit = units
-        .iter()
-        .find(|(scale, _)| (ROOM_M[0]..ROOM_M[1]).contains(&(height * scale)));
     let mut text = format!(
         "the scene measures {:.2} x {:.2} x {:.2} m along x, y and z",
         size.x, size.y, size.z
     );
-    if let Some((scale, name)) = unit {
-        text += &format!("; looks like {name}: --scale {scale}");
+    for (scale, name) in [(0.01, "centimetres"), (0.001, "millimetres")] {
+        if (ROOM_M[0]..ROOM_M[1]).contains(&(height * scale)) {
+            text += &format!("; looks like {name}: --scale {scale}");
+        }
     }
     if y_up {
         text += "; looks y-up: --up y";

@@ -5,7 +5,7 @@
 use crate::input::arms::NamedArm;
 use crate::input::floor_pose::FloorPose;
 use crate::input::real_room::RealRoom;
-use crate::input::scene_file::{SceneFile, Up};
+use crate::input::scene_file::SceneFile;
 use crate::person::predictors::{PredictorKind, TrainingPeople};
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting;
@@ -18,7 +18,7 @@ use hwall::haptics::Board;
 use hwall::reachability::Target;
 use hwall_hand::{HandFilterConfig, HandPoint};
 use hwall_record::{ArmSource, Run, Setup};
-use hwall_scene::{FileFrame, LoadLimits, UpAxis, read_text};
+use hwall_scene::{FileFrame, LoadLimits, read_text};
 use hwall_sim::PersonConfig;
 use std::path::Path;
 
@@ -98,11 +98,13 @@ impl SessionSource<'_> {
         let ends = ends
             .into_iter()
             .filter_map(|(key, link)| Some((key, link.clone()?)));
-        let usual = FileFrame::default();
-        let frame = self.scene.map(|file| file.frame).filter(|f| *f != usual);
-        let frame = frame.map(|f| ("scene_frame", frame_text(&f)));
-        let options = options.into_iter().chain(room).chain(ends).chain(stand);
-        let options = options.chain(frame);
+        let frame = self.scene.map(|file| file.frame).unwrap_or_default();
+        let frame = [
+            ("scene_scale", numbers(&[frame.metres_per_unit])),
+            ("scene_y_up", frame.y_up.to_string()),
+        ];
+        let options = options.into_iter().chain(frame);
+        let options = options.chain(room).chain(ends).chain(stand);
         Ok(Setup {
             program: concat!("hwall ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene_obj,
@@ -211,9 +213,14 @@ impl Options {
                 None => usual,
             },
         };
-        let frame = setup.option("scene_frame").map(frame_of).transpose()?;
+        // Older recordings are all in metres, z up.
+        let scale = setup.option("scene_scale").unwrap_or("1");
+        let [metres_per_unit] = numbers_of("scene_scale", scale)?;
         Ok(Self {
-            frame: frame.unwrap_or_default(),
+            frame: FileFrame {
+                metres_per_unit,
+                y_up: setup.option("scene_y_up").is_some() && flag("scene_y_up")?,
+            },
             base,
             textured: flag("textured")?,
             level: named("level", text("level")?)?,
@@ -275,25 +282,6 @@ fn numbers_of<const N: usize>(key: &str, text: &str) -> anyhow::Result<[f64; N]>
     let count = values.len();
     let all = <[f64; N]>::try_from(values);
     all.map_err(|_| anyhow::anyhow!("{key}: {count} numbers instead of {N}"))
-}
-
-/// Metres in a unit and the axis that points up.
-fn frame_text(frame: &FileFrame) -> String {
-    let up = match frame.up {
-        UpAxis::Z => Up::Z,
-        UpAxis::Y => Up::Y,
-    };
-    format!("{:?} {}", frame.metres_per_unit, name_of(up))
-}
-
-fn frame_of(text: &str) -> anyhow::Result<FileFrame> {
-    let (unit, up) = text.split_once(' ').unwrap_or((text, ""));
-    let [metres_per_unit] = numbers_of("scene_frame", unit)?;
-    let up = named::<Up>("scene_frame", up)?.into();
-    Ok(FileFrame {
-        metres_per_unit,
-        up,
-    })
 }
 
 /// Likely touches that no places name.
@@ -433,7 +421,7 @@ mod tests {
         let board = Board::default();
         let frame = FileFrame {
             metres_per_unit: 0.1 + 0.2,
-            up: UpAxis::Y,
+            y_up: true,
         };
         let source = SessionSource {
             scene: Some(SceneFile { path: &obj, frame }),
