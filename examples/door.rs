@@ -80,7 +80,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         bail!("--render impedance needs torques: --arm-level torque");
     }
     FilePlan::default()
-        .read_scene("--scene", args.scene.path())
+        .read_scene("--scene", args.scene.scene.as_deref())
         .write_into("--out", Some(args.destination.folder(OUT)), &[FIGURE])
         .check()?;
     let rig = Rig::new()?;

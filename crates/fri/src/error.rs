@@ -77,14 +77,6 @@ pub enum FriError {
     /// A version that is not known.
     #[error("`{0}` is no known version: 1.15, 2.5, 2.7")]
     UnknownVersion(String),
-    /// Datagrams of another version than the client reads.
-    #[error("the controller's datagrams look like FRI {found}, not {expected}")]
-    OtherVersion {
-        /// What they look like.
-        found: FriVersion,
-        /// What the client reads.
-        expected: FriVersion,
-    },
     /// A command mode that is not known.
     #[error("`{0}` is no command mode")]
     UnknownMode(String),
@@ -106,10 +98,12 @@ pub enum FriError {
     #[error("no message from the controller yet")]
     NoMessage,
     /// Nothing came from the controller for too long.
-    #[error("no message from the controller for {waited_s} s")]
+    #[error("no message from the controller for {waited_s} s{}", other(*other_version))]
     Silent {
         /// How long, s.
         waited_s: f64,
+        /// The version that its datagrams look like, if it is another than the client reads.
+        other_version: Option<FriVersion>,
     },
     /// A state without joint positions: nothing is known about the arm.
     #[error("the controller sends no joint positions")]
@@ -144,6 +138,10 @@ pub enum FriError {
     /// A command outside the limits of the joints.
     #[error(transparent)]
     Limit(#[from] LimitViolation),
+}
+
+fn other(version: Option<FriVersion>) -> String {
+    version.map_or_else(String::new, |v| format!(", but datagrams of FRI {v}"))
 }
 
 impl FriError {

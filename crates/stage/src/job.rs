@@ -149,42 +149,6 @@ pub enum BaseFrom {
     Arrival,
 }
 
-impl JobOptions {
-    /// Refuses options that exclude each other before anything is read or trained.
-    fn check(&self) -> anyhow::Result<()> {
-        let period_ms = self.period_ms;
-        ensure!(
-            (0.1..=20.0).contains(&period_ms),
-            "--period-ms must lie in 0.1..=20"
-        );
-        let Some(faults) = self.fri_faults() else {
-            return Ok(());
-        };
-        ensure!(
-            self.arm_level == ArmLevel::Servo,
-            "--fri-bursts excludes --arm-level torque: the arm behind FRI is commanded by positions"
-        );
-        ensure!(
-            period_ms.fract() == 0.0 && (1.0..=10.0).contains(&period_ms),
-            "--fri-bursts with --period-ms {period_ms}: FRI has periods of 1 to 10 whole milliseconds"
-        );
-        faults
-            .validate()
-            .context("--fri-bursts, --fri-stalls, --fri-stamp-jitter-ms")
-    }
-
-    /// What goes wrong with the connection of an arm behind FRI.
-    fn fri_faults(&self) -> Option<FaultConfig> {
-        Some(FaultConfig {
-            bursts: self.fri_bursts?,
-            stalls: self.fri_stalls,
-            stamp_jitter_ms: self.fri_stamp_jitter_ms,
-            seed: self.seed,
-            ..FaultConfig::default()
-        })
-    }
-}
-
 /// Does the job: the tables go to `out`, what should be known about them to standard error, everything else into files.
 /// `progress` hears how much is done, 0 to 1.
 ///
@@ -195,7 +159,29 @@ pub fn run(
     out: &mut impl Write,
     mut progress: impl FnMut(f64),
 ) -> anyhow::Result<()> {
-    options.check()?;
+    let period_ms = options.period_ms;
+    ensure!(
+        (0.1..=20.0).contains(&period_ms),
+        "--period-ms must lie in 0.1..=20"
+    );
+    let fri = options.fri_bursts.map(|bursts| FaultConfig {
+        bursts,
+        stalls: options.fri_stalls,
+        stamp_jitter_ms: options.fri_stamp_jitter_ms,
+        seed: options.seed,
+        ..FaultConfig::default()
+    });
+    if let Some(faults) = &fri {
+        ensure!(
+            options.arm_level == ArmLevel::Servo,
+            "--fri-bursts excludes --arm-level torque: the arm behind FRI is commanded by positions"
+        );
+        ensure!(
+            period_ms.fract() == 0.0 && (1.0..=10.0).contains(&period_ms),
+            "--fri-bursts with --period-ms {period_ms}: FRI has periods of 1 to 10 whole milliseconds"
+        );
+        (faults.validate()).context("--fri-bursts, --fri-stalls, --fri-stamp-jitter-ms")?;
+    }
     let outputs = Outputs {
         folder: &options.out,
         json: options.json.as_deref(),
@@ -203,7 +189,7 @@ pub fn run(
         mcap: options.mcap.as_deref(),
     };
     let inputs = FilePlan::default()
-        .read_scene("--scene", options.scene.path())
+        .read_scene("--scene", options.scene.scene.as_deref())
         .read("--hand", options.hand.as_deref())
         .read_arm("--arm", &options.arm.name);
     outputs.prepare(inputs)?;
@@ -261,7 +247,7 @@ pub fn run(
         predictors: &predictors,
         textured: !options.plain,
         level: options.arm_level,
-        fri: options.fri_faults(),
+        fri,
         period_s: 1e-3 * options.period_ms,
     };
     let scene_file = options.scene.file();

@@ -334,49 +334,46 @@ fn repairs(report: &LoadReport) -> Vec<String> {
         missing_material_libraries: libraries,
         missing_materials: materials,
     } = report;
-    let counts: [(&str, &str, usize, &[String]); 8] = [
-        (
+    let told = |n: usize, one: &str, many: &str, names: &[String]| {
+        (n > 0).then(|| format!("{}{}", counted(n, one, many), first_of(names)))
+    };
+    let found = [
+        told(
+            *degenerate_faces,
             "degenerate face",
             "degenerate faces",
-            *degenerate_faces,
             thinned,
         ),
-        (
+        told(
+            *duplicate_faces,
             "duplicate face",
             "duplicate faces",
-            *duplicate_faces,
             thinned,
         ),
-        (
+        told(
+            *concave_polygons,
             "polygon cut as a fan",
             "polygons cut as fans",
-            *concave_polygons,
             &[],
         ),
-        ("point or line", "points and lines", *points_and_lines, &[]),
-        ("unknown line", "unknown lines", *ignored_lines, &[]),
-        ("empty surface", "empty surfaces", empty.len(), empty),
-        (
+        told(*points_and_lines, "point or line", "points and lines", &[]),
+        told(*ignored_lines, "unknown line", "unknown lines", &[]),
+        told(empty.len(), "empty surface", "empty surfaces", empty),
+        told(
+            libraries.len(),
             "missing material library",
             "missing material libraries",
-            libraries.len(),
             libraries,
         ),
-        (
+        told(
+            materials.len(),
             "missing material",
             "missing materials",
-            materials.len(),
             materials,
         ),
     ];
-    let found = counts
-        .into_iter()
-        .filter(|(.., n, _)| *n > 0)
-        .map(|(one, many, n, names)| format!("{}{}", counted(n, one, many), first_of(names)));
-    vec![format!(
-        "scene, left out or mended: {}",
-        found.collect::<Vec<_>>().join(", ")
-    )]
+    let found: Vec<String> = found.into_iter().flatten().collect();
+    vec![format!("scene, left out or mended: {}", found.join(", "))]
 }
 
 #[cfg(test)]

@@ -173,39 +173,33 @@ impl Evaluation {
     /// probability.
     #[must_use]
     pub fn spread(&self, at: &[usize], probability: f64) -> Option<f64> {
-        Some(Spread::of(self.distances(at), probability)?.factor)
+        self.spread_of_another(at, probability, usize::MAX)
     }
 
     /// The same for the times to the end, foreseen before it.
     #[must_use]
     pub fn time_spread(&self, probability: f64) -> Option<f64> {
-        Some(Spread::of(self.time_distances(), probability)?.factor)
+        self.time_spread_of_another(probability, usize::MAX)
     }
 
-    /// Both, for intervals of another motion than these: `motions` of them were predicted.
-    pub(super) fn spreads_of_another(
+    /// As [`spread`](Self::spread), for a motion that is not among the `motions` that were predicted.
+    pub(super) fn spread_of_another(
         &self,
         at: &[usize],
         probability: f64,
         motions: usize,
-    ) -> [Option<f64>; 2] {
-        [self.distances(at), self.time_distances()].map(|distances| {
-            let spread = Spread::of(distances, probability)?;
-            Some(spread.of_another(motions)).filter(|s| *s > 0.0)
-        })
-    }
-
-    /// Distances of the truth from the means, in standard deviations.
-    fn distances(&self, at: &[usize]) -> Vec<f64> {
+    ) -> Option<f64> {
         let predictions = self.predictions.iter();
         let distances = predictions.flat_map(|p| at.iter().map(|&i| p.z(i).abs()));
-        distances.collect()
+        spread_of(distances.collect(), probability, motions)
     }
 
-    fn time_distances(&self) -> Vec<f64> {
+    /// The same for the times to the end.
+    pub(super) fn time_spread_of_another(&self, probability: f64, motions: usize) -> Option<f64> {
         let before = self.predictions.iter().filter(|p| p.fraction < 1.0);
         let distances = before.filter_map(|p| p.time.map(|time| time.z().abs()));
-        distances.filter(|z| z.is_finite()).collect()
+        let distances = distances.filter(|z| z.is_finite()).collect();
+        spread_of(distances, probability, motions)
     }
 
     fn average(&self, at: &[usize], value: impl Fn(&EndPrediction, usize) -> f64) -> f64 {
@@ -222,49 +216,31 @@ impl Evaluation {
 /// Distances closer to each other than this share are equal but for rounding.
 const TIE: f64 = 1e-6;
 
-/// What distances, in standard deviations, say of the width of central intervals.
-struct Spread {
-    /// With this factor, intervals hold exactly the share that they claim.
-    factor: f64,
-    /// Half the width that they claim, standard deviations.
-    half_width: f64,
-    /// Share of the distances within the widened intervals that lie on their edge.
-    tied: f64,
-}
-
-impl Spread {
-    fn of(mut distances: Vec<f64>, probability: f64) -> Option<Self> {
-        if !(probability > 0.0 && probability < 1.0) {
-            return None;
-        }
-        distances.sort_unstable_by(f64::total_cmp);
-        let rank = (probability * distances.len() as f64).ceil() as usize;
-        let below = rank.max(1) - 1;
-        let z = *distances.get(below)?;
-        let inside = distances.partition_point(|d| *d < z * (1.0 - TIE));
-        // The quantile of the normal distribution, by bisection of what `covered` uses.
-        let (mut low, mut high) = (0.0, 40.0);
-        for _ in 0..60 {
-            let middle: f64 = 0.5 * (low + high);
-            if libm::erf(middle / std::f64::consts::SQRT_2) < probability {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        Some(Self {
-            factor: z / high,
-            half_width: high,
-            tied: below.saturating_sub(inside) as f64 / below.max(1) as f64,
-        })
+/// Factor with which central intervals would hold distances, in standard deviations, with exactly this probability.
+///
+/// Distances that differ show how far the next one may lie. Those that are equal show only their size: for their share it counts as a
+/// scale estimated from `motions`, with the quantiles of Student's t.
+fn spread_of(mut distances: Vec<f64>, probability: f64, motions: usize) -> Option<f64> {
+    if !(probability > 0.0 && probability < 1.0) {
+        return None;
     }
-
-    /// The factor for a motion that was not among them. Distances that differ show how far the next one may lie. Those that are equal
-    /// show only their size: for their share it counts as a scale estimated from `motions`, with the quantiles of Student's t.
-    fn of_another(&self, motions: usize) -> f64 {
-        let degrees = motions.saturating_sub(1).max(1) as f64;
-        self.factor * (1.0 + self.tied * (student_ratio(self.half_width, degrees) - 1.0))
+    distances.sort_unstable_by(f64::total_cmp);
+    let below = ((probability * distances.len() as f64).ceil() as usize).max(1) - 1;
+    let z = *distances.get(below)?;
+    let inside = distances.partition_point(|d| *d < z * (1.0 - TIE));
+    let tied = below.saturating_sub(inside) as f64 / below.max(1) as f64;
+    // The quantile of the normal distribution, by bisection of what `covered` uses.
+    let (mut low, mut high) = (0.0, 40.0);
+    for _ in 0..60 {
+        let middle: f64 = 0.5 * (low + high);
+        if libm::erf(middle / std::f64::consts::SQRT_2) < probability {
+            low = middle;
+        } else {
+            high = middle;
+        }
     }
+    let degrees = motions.saturating_sub(1).max(1) as f64;
+    Some(z / high * (1.0 + tied * (student_ratio(high, degrees) - 1.0)))
 }
 
 /// Quantile of Student's t distribution over that of the normal one, `z`. Error: below 1.3 % from two degrees of freedom on, at 90 %.

@@ -141,8 +141,12 @@ pub fn tune(
         }
         let mut evaluation = folds.evaluate(tuning)?;
         let coverage_90 = evaluation.coverage(&scored, 0.9);
-        let spreads = evaluation.spreads_of_another(&scored, 0.9, folds.folds.len());
-        let [spread, time_spread] = spreads.map(|spread| spread.unwrap_or(1.0));
+        let motions = folds.folds.len();
+        let spreads = [
+            evaluation.spread_of_another(&scored, 0.9, motions),
+            evaluation.time_spread_of_another(0.9, motions),
+        ];
+        let [spread, time_spread] = spreads.map(|s| s.filter(|s| *s > 0.0).unwrap_or(1.0));
         for p in &mut evaluation.predictions {
             p.sd.iter_mut().for_each(|sd| *sd *= spread);
         }

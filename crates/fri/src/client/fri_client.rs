@@ -169,8 +169,7 @@ impl<T: Transport> FriClient<T> {
     /// Waits for the next message of the controller; returns its time, s. Of several that have come the newest counts.
     ///
     /// # Errors
-    /// No message within `timeout` ([`FriError::Silent`]), none so far but datagrams of another version ([`FriError::OtherVersion`]), a
-    /// state without positions, or what the network says.
+    /// No message within `timeout` ([`FriError::Silent`]), a state without positions, or what the network says.
     pub fn wait_for_message(&mut self, timeout: Duration) -> Result<f64, FriError> {
         if std::mem::take(&mut self.owes) {
             self.statistics.unanswered += 1;
@@ -414,23 +413,13 @@ impl<T: Transport> FriClient<T> {
         self.statistics.sessions += 1;
     }
 
-    /// The datagrams of the controller look like those of another version than the client reads: the error that says so.
-    #[must_use]
-    pub fn other_version(&self) -> Option<FriError> {
-        let expected = self.config.version;
-        let found = self.looks_like.filter(|found| *found != expected)?;
-        Some(FriError::OtherVersion { found, expected })
-    }
-
     fn silent(&self, waited: Duration) -> FriError {
-        if let (None, Some(other)) = (&self.newest, self.other_version()) {
-            return other;
-        }
         let now = self.transport.elapsed();
         let since = |newest: &Newest| now.saturating_sub(newest.arrived);
         let waited = self.newest.as_ref().map_or(waited, since);
         FriError::Silent {
             waited_s: waited.as_secs_f64(),
+            other_version: self.looks_like.filter(|v| *v != self.config.version),
         }
     }
 

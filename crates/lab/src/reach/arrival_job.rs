@@ -69,7 +69,7 @@ pub struct ArrivalOptions {
 /// Flags that make no sense, a scene without walls within reach, files that cannot be read or written.
 pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()> {
     FilePlan::default()
-        .read_scene("--scene", options.scene.path())
+        .read_scene("--scene", options.scene.scene.as_deref())
         .write_into("--out", Some(&options.out), &["arrival.svg"])
         .write("--save", options.save.as_deref())
         .check()?;

@@ -112,7 +112,7 @@ pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<(
         false => BY_COVERAGE.to_vec(),
     };
     FilePlan::default()
-        .read_scene("--scene", options.scene.path())
+        .read_scene("--scene", options.scene.scene.as_deref())
         .write_into("--out", Some(&options.out), &names)
         .check()?;
     if !by_arrival {

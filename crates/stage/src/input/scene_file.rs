@@ -20,12 +20,6 @@ pub struct SceneFlags {
 }
 
 impl SceneFlags {
-    /// The path alone.
-    #[must_use]
-    pub fn path(&self) -> Option<&Path> {
-        self.scene.as_deref()
-    }
-
     /// `None`: the built-in room.
     #[must_use]
     pub fn file(&self) -> Option<SceneFile<'_>> {
@@ -33,7 +27,8 @@ impl SceneFlags {
             metres_per_unit: self.scale,
             y_up: self.up == "y",
         };
-        self.path().map(|path| SceneFile { path, frame })
+        let path = self.scene.as_deref()?;
+        Some(SceneFile { path, frame })
     }
 }
 

@@ -126,14 +126,6 @@ impl Surroundings<FriClient> for Driven {
     }
 }
 
-/// Does the wait for commanding go on after it?
-const fn is_waited_out(error: &FriError) -> bool {
-    matches!(
-        error,
-        FriError::Silent { .. } | FriError::Unfit(_) | FriError::OtherVersion { .. }
-    )
-}
-
 /// Waits for a controller, and then until the server stops or the time is over lets the hands of the clients lead its arm.
 ///
 /// # Errors
@@ -168,11 +160,11 @@ pub fn run_driven(
     let begun_s = loop {
         match client.wait_for_commanding(LOOK) {
             Ok(begun_s) => break begun_s,
-            Err(error) if is_waited_out(&error) && server.is_stopped() => {
+            Err(FriError::Silent { .. } | FriError::Unfit(_)) if server.is_stopped() => {
                 note(client.statistics());
                 return Ok(());
             }
-            Err(error) if is_waited_out(&error) => {
+            Err(error @ (FriError::Silent { .. } | FriError::Unfit(_))) => {
                 if let FriError::Unfit(unfit) = error
                     && told_unfit.replace(unfit) != Some(unfit)
                 {
@@ -199,9 +191,16 @@ pub fn run_driven(
                         client.statistics().received
                     ));
                 }
-                if let (false, Some(other)) = (told_version, client.other_version()) {
-                    told_version = true;
-                    note(format_args!("{other}: set it by --fri-version"));
+                if let FriError::Silent {
+                    other_version: Some(version),
+                    ..
+                } = error
+                    && !std::mem::replace(&mut told_version, true)
+                {
+                    note(format_args!(
+                        "the controller's datagrams look like FRI {version}, not {}: --fri-version {version}",
+                        config.version
+                    ));
                 } else if !told && !told_version && client.statistics().malformed > 0 {
                     told = true;
                     note(format_args!(
