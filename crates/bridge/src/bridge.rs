@@ -63,10 +63,6 @@ impl<R: Arm> Surroundings<R> for Bridge {
     fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
         self.hands.next_frame(now_s)
     }
-
-    fn person_left(&mut self) -> Option<f64> {
-        self.hands.person_left()
-    }
 }
 
 /// Views and events on their way to the clients.

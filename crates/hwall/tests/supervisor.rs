@@ -210,12 +210,12 @@ fn a_stop_stands_until_it_is_reset() {
 
 /// The head of somebody who had left was missed for good.
 #[test]
-fn whoever_comes_after_somebody_who_left_begins_anew() {
+fn whoever_comes_after_somebody_else_begins_anew() {
     let (mut session, mut bench) = in_place();
     let until_s = bench.now_s() + 0.3;
     headless(&mut session, &mut bench, until_s, |_, _| {});
     assert_eq!(session.control().safety().name(), "retreating");
-    session.person_left(bench.now_s());
+    another(&mut session, &mut bench);
     let until_s = bench.now_s() + 0.5;
     headless(&mut session, &mut bench, until_s, |_, _| {});
     let reason = SafeReason::Unseen(Channel::Head);
@@ -224,6 +224,18 @@ fn whoever_comes_after_somebody_who_left_begins_anew() {
     let until_s = bench.now_s() + 0.15;
     bench.run(&mut session, until_s);
     assert_eq!(session.control().safety(), SafeState::Normal);
+}
+
+/// The next frame is the first of somebody else, whose head is not tracked.
+fn another(session: &mut GazeSession, bench: &mut Bench) {
+    let mut frame = loop {
+        match bench.next_frame() {
+            Some(frame) => break frame,
+            None => step(session, bench),
+        }
+    };
+    (frame.head_m, frame.is_of_another) = (None, true);
+    session.frame(&frame);
 }
 
 /// Where no head is required, somebody without one is served after somebody with one.
@@ -242,7 +254,7 @@ fn somebody_without_a_head_is_served_after_somebody_with_one() {
     let mut session = Session::new(&arm, &board, wall(0.6), maps, predictor, config).unwrap();
     let mut bench = Bench::new(Hand::reaching_in(4.0, TARGET_M));
     bench.run(&mut session, 1.0);
-    session.person_left(bench.now_s());
+    another(&mut session, &mut bench);
     headless(&mut session, &mut bench, 2.0, |session, bench| {
         let safety = session.control().safety();
         assert!(

@@ -45,10 +45,6 @@ impl<P: Predictor> Controller for Recorded<'_, P> {
         Controller::world(&mut self.session, pose);
     }
 
-    fn person_left(&mut self, until_s: f64) {
-        self.request(Request::PersonLeft { until_s });
-    }
-
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         let (planned, perceived) = (self.session.planned(), self.session.perceived());
         let command = self.session.step(now_s, state);

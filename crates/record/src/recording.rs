@@ -28,11 +28,6 @@ pub enum Request {
     /// Asked by nobody: from the coming cycle on, the session knows what the thread of its perception has found
     /// ([`Session::perceived`](hwall::Session::perceived)).
     Perceived,
-    /// [`Session::person_left`](hwall::Session::person_left).
-    PersonLeft {
-        /// Time of the last frame that shows them, s on the arm's clock.
-        until_s: f64,
-    },
     /// [`Session::set_clock_offset_s`](hwall::Session::set_clock_offset_s).
     ClockOffset {
         /// The arm's clock minus the tracker's, s.

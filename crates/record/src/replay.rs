@@ -54,7 +54,6 @@ impl<P: Predictor> Replayable for Session<P> {
             Request::Stop => self.stop(),
             Request::Reset => self.reset(),
             Request::Refused => self.refused(),
-            Request::PersonLeft { until_s } => self.person_left(until_s),
             // Told to the planner instead.
             Request::Planned { .. } => {}
             // What the session refused then it refuses now.

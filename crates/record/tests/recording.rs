@@ -48,8 +48,7 @@ fn two_runs_come_back_and_run_again_bit_by_bit() {
     }
     assert_eq!(seen, commands);
     assert_eq!((frames, worlds), (350, 5));
-    let left = Request::PersonLeft { until_s: 2.7 };
-    assert_eq!(requests[1..4], [left, Request::Stop, Request::Reset]);
+    assert_eq!(requests[1..3], [Request::Stop, Request::Reset]);
     // All that a session does was in it.
     let held = commands[0].iter().filter(|c| **c == ArmCommand::Hold);
     assert!(held.count() > 10);

@@ -21,8 +21,6 @@ pub(crate) struct ReceivedFrame {
     /// All joints of the hand, base frame, m.
     pub(crate) joints_m: Joints,
     pub(crate) received_s: f64,
-    /// Is it the first of another client than the frame before?
-    pub(crate) is_of_another: bool,
 }
 
 /// What is remembered of one client's stream.
@@ -158,11 +156,12 @@ impl Intake {
             return;
         }
         self.newest_s = frame.t_s;
+        let mut frame = self.space.to_base(&frame, message.axes);
+        frame.is_of_another = self.is_another;
         let received = ReceivedFrame {
-            frame: self.space.to_base(&frame, message.axes),
+            frame,
             joints_m: self.space.joints_to_base(&message.joints_m, message.axes),
             received_s: now_s,
-            is_of_another: self.is_another,
         };
         let Some(queue) = &self.queue else {
             // Nobody asks for hands yet.
@@ -387,7 +386,9 @@ mod tests {
         let mut take = |s: &mut Setup, stream: &mut ClientStream, seq: u64, t_s: f64| {
             let message = hand(seq, t_s, Side::Right, true);
             s.intake.take(stream, &message, t_s, &s.tally);
-            s.frames.try_recv().map(|frame| frame.is_of_another)
+            s.frames
+                .try_recv()
+                .map(|received| received.frame.is_of_another)
         };
         assert_eq!(take(&mut s, &mut one, 1, 0.0), Ok(false));
         s.intake.forget(2);

@@ -35,8 +35,6 @@ pub struct HandQueue {
     /// Newest time given, s on the arm's clock.
     newest_s: f64,
     newest: Option<(HandFrame, Joints)>,
-    /// Time of the last frame of a client before this one, s on the arm's clock, until the loop asks.
-    left_s: Option<f64>,
 }
 
 impl HandQueue {
@@ -54,13 +52,7 @@ impl HandQueue {
             heard_s: None,
             newest_s: f64::NEG_INFINITY,
             newest: None,
-            left_s: None,
         }
-    }
-
-    /// Frames of another client came since this was asked last: the time of the last frame of the one before, s on the arm's clock.
-    pub fn person_left(&mut self) -> Option<f64> {
-        self.left_s.take()
     }
 
     /// The frame given last, in the base frame, and all joints of its hand in OpenXR's order, m.
@@ -95,11 +87,7 @@ impl HandQueue {
                 frame,
                 joints_m,
                 received_s,
-                is_of_another,
             } = received;
-            if is_of_another {
-                self.left_s = Some(self.newest_s).filter(|s| s.is_finite());
-            }
             self.heard_s = Some(received_s);
             let t_s = (frame.t_s - offset_s).min(now_s + AHEAD_S);
             // A frame from before its hand was said to be lost.
@@ -140,7 +128,6 @@ mod tests {
             frame,
             joints_m: [None; _],
             received_s: t_s,
-            is_of_another: false,
         }
     }
 

@@ -26,12 +26,6 @@ pub trait Surroundings<R: Arm> {
         None
     }
 
-    /// Whoever was tracked has left, since the last cycle: the time of their last frame on the clock of the arm, s. Asked after the
-    /// frames of the cycle.
-    fn person_left(&mut self) -> Option<f64> {
-        None
-    }
-
     /// The state of the arm, as the controller is to see it; by default unchanged.
     fn state(&mut self, state: ArmState) -> ArmState {
         state
@@ -48,9 +42,6 @@ pub trait Controller {
 
     /// The virtual world moved.
     fn world(&mut self, _pose: &WorldPose) {}
-
-    /// Whoever was tracked up to this time, s on the clock of the arm, has left.
-    fn person_left(&mut self, _until_s: f64) {}
 
     /// The command for the coming cycle; times on the clock of the arm, s.
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand;
@@ -135,9 +126,6 @@ where
     while let Some(frame) = surroundings.next_frame(now_s) {
         controller.frame(&frame);
     }
-    if let Some(until_s) = surroundings.person_left() {
-        controller.person_left(until_s);
-    }
     let state = surroundings.state(arm.state()?);
     let command = controller.step(now_s, &state);
     match arm.command(command) {
@@ -163,10 +151,6 @@ impl<P: Predictor> Controller for Session<P> {
     fn world(&mut self, pose: &WorldPose) {
         // A refused place is an event too.
         let _ = Self::world(self, pose);
-    }
-
-    fn person_left(&mut self, until_s: f64) {
-        Self::person_left(self, until_s);
     }
 
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {

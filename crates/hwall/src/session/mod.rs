@@ -455,11 +455,6 @@ impl<P: Predictor> Session<P> {
         self.control.refused();
     }
 
-    /// Whoever was tracked has left, see [`Control::person_left`].
-    pub fn person_left(&mut self, until_s: f64) {
-        self.control.person_left(until_s);
-    }
-
     /// Ends a latched fault, see [`Control::reset`].
     pub fn reset(&mut self) {
         self.control.reset();

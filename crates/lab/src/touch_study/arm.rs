@@ -261,10 +261,6 @@ impl Surroundings<FriClient> for HandsRoom {
     fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
         self.driven.next_frame(now_s)
     }
-
-    fn person_left(&mut self) -> Option<f64> {
-        self.driven.person_left()
-    }
 }
 
 impl StudyRoom<FriClient> for HandsRoom {

@@ -69,6 +69,8 @@ fn write_vector(writer: &mut Writer<'_>, field: u32, v: DVec3) {
 
 /// Where the points of arm and controller begin among the fields of a frame; older recordings end before them.
 const FIRST_BODY_FIELD: u32 = 11;
+/// Whether a frame shows another person, where it does.
+const ANOTHER_FIELD: u32 = 17;
 
 pub(crate) fn write_frame(writer: &mut Writer<'_>, sequence: u64, frame: &HandFrame) {
     writer.uint64(1, sequence);
@@ -83,6 +85,9 @@ pub(crate) fn write_frame(writer: &mut Writer<'_>, sequence: u64, frame: &HandFr
         if let Some(point) = point {
             write_vector(writer, field, point);
         }
+    }
+    if frame.is_of_another {
+        writer.uint64(ANOTHER_FIELD, 1);
     }
 }
 
@@ -101,7 +106,6 @@ pub(crate) fn write_request(writer: &mut Writer<'_>, sequence: u64, request: Req
         Request::Reset => (1, None),
         Request::Refused => (3, None),
         Request::Perceived => (5, None),
-        Request::PersonLeft { until_s } => (6, Some(until_s)),
         Request::Planned { step, surfaces } => {
             writer.uint64(4, step);
             writer.uint64(5, surfaces);
@@ -289,6 +293,7 @@ impl<'a> Body<'a> {
                 }
                 9 => frame.head_m = Some(vector_of(field)?),
                 10 => frame.gaze = Some(vector_of(field)?),
+                ANOTHER_FIELD => frame.is_of_another = field.to_u64()? != 0,
                 n => {
                     let point = n.checked_sub(FIRST_BODY_FIELD).map(|k| k as usize);
                     if let Some(point) = point.and_then(|k| BodyPoint::ALL.get(k)) {
@@ -347,7 +352,6 @@ impl<'a> Body<'a> {
             3 => Request::Refused,
             4 => Request::Planned { step, surfaces },
             5 => Request::Perceived,
-            6 => Request::PersonLeft { until_s: value_s },
             2 => Request::ClockOffset {
                 arm_minus_tracker_s: value_s,
             },

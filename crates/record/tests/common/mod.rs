@@ -84,6 +84,7 @@ pub(crate) fn hand(t_s: f64) -> HandFrame {
     frame.tips_m[4] = ((t_s / 0.1) as i64 % 7 == 3).then_some(DVec3::NAN);
     frame.head_m = Some(DVec3::new(1.4, 0.0, 1.3));
     frame.gaze = Some((door_m - DVec3::new(1.4, 0.0, 1.3)).normalize());
+    frame.is_of_another = (2.695..2.705).contains(&t_s);
     frame
 }
 
@@ -136,7 +137,6 @@ pub(crate) fn run_of(
             400 => recorded.request(Request::ClockOffset {
                 arm_minus_tracker_s: 1e-3,
             }),
-            2700 => recorded.person_left(now_s),
             2800 => recorded.request(Request::Stop),
             2850 => recorded.request(Request::Reset),
             _ => {}

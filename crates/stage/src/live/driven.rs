@@ -113,10 +113,6 @@ impl Surroundings<FriClient> for Driven {
         self.bridge.hands.next_frame(now_s)
     }
 
-    fn person_left(&mut self) -> Option<f64> {
-        self.bridge.hands.person_left()
-    }
-
     fn refused(&mut self, reason: &FriError) {
         let now = Instant::now();
         let last = self.refused_at.replace(now);

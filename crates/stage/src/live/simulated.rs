@@ -31,10 +31,6 @@ impl<R: Arm> Surroundings<R> for Limited {
         self.bridge.hands.next_frame(now_s)
     }
 
-    fn person_left(&mut self) -> Option<f64> {
-        self.bridge.hands.person_left()
-    }
-
     fn state(&mut self, state: ArmState) -> ArmState {
         ArmState {
             t_s: state.t_s + self.skipped_s,

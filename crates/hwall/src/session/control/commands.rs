@@ -239,12 +239,6 @@ impl Control {
         self.safety.refused();
     }
 
-    /// Whoever was tracked in frames up to `until_s` (the arm's clock, s) has left: what they showed no longer counts, and the arm
-    /// holds until the parts that the supervisor requires are tracked again. Without a supervisor it does nothing.
-    pub fn person_left(&mut self, until_s: f64) {
-        self.safety.person_left(until_s);
-    }
-
     /// Stops the arm with the next step, latched. Without a supervisor it does nothing.
     pub fn stop(&mut self) {
         self.safety.stop();

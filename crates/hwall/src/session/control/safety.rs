@@ -17,8 +17,8 @@ pub(in crate::session) struct Safety {
     last: Option<SupervisorStep>,
     /// The name that the renderer has given to the fault.
     named: Option<HoldReason>,
-    /// Frames up to this time show a person who has left, arm's clock, s.
-    left_s: Option<f64>,
+    /// As the guidance had it last.
+    people_before: u64,
 }
 
 impl Safety {
@@ -27,7 +27,7 @@ impl Safety {
             supervisor: None,
             last: None,
             named: None,
-            left_s: None,
+            people_before: 0,
         }
     }
 
@@ -40,7 +40,7 @@ impl Safety {
             supervisor: Some(Supervisor::new(arm, board, config)?),
             last: None,
             named: None,
-            left_s: None,
+            people_before: 0,
         })
     }
 
@@ -95,13 +95,6 @@ impl Safety {
         }
     }
 
-    pub(super) fn person_left(&mut self, until_s: f64) {
-        if let Some(supervisor) = &mut self.supervisor {
-            supervisor.forget_person();
-            self.left_s = Some(until_s);
-        }
-    }
-
     /// The command to send instead of the renderer's.
     ///
     /// A touch does not heed the tracker: the hand is known by its force, and the board stands under it, or goes along with what it
@@ -117,11 +110,12 @@ impl Safety {
         let Some(supervisor) = &mut self.supervisor else {
             return step.command;
         };
+        if std::mem::replace(&mut self.people_before, guidance.people_before)
+            != guidance.people_before
+        {
+            supervisor.forget_person();
+        }
         let stamp_s = guidance.seen_s;
-        // A clock that began anew counts from its new time.
-        self.left_s
-            .take_if(|left_s| now_s < *left_s - CLOCK_SET_BACK_S);
-        let has_left = self.left_s.is_some_and(|left_s| stamp_s <= left_s);
         let face_m = supervisor.arm().forward(&state.q).position_m();
         let mut out_of_reach = false;
         let seen = [
@@ -139,7 +133,6 @@ impl Safety {
         }; 3];
         let mut points = 0;
         for (part, position_m) in seen {
-            let position_m = position_m.filter(|_| !has_left);
             let fresh = (now_s - stamp_s).abs() <= supervisor.config().head.max_age_s;
             let heeded = !is_touched || (part == PersonPart::Head && fresh);
             if is_touched {
@@ -159,7 +152,7 @@ impl Safety {
             }
         }
         supervisor.set_out_of_reach(out_of_reach);
-        let target = guidance.target.filter(|_| !is_touched && !has_left);
+        let target = guidance.target.filter(|_| !is_touched);
         let mut said = supervisor.step(&SupervisorInput {
             now_s,
             state,
@@ -210,8 +203,6 @@ impl Safety {
 
 /// A board further than this from fingertip, palm and head is touched by none of them, m.
 const OUT_OF_REACH_M: f64 = 0.3;
-/// Frames are ahead of their cycle by less than this, s.
-const CLOCK_SET_BACK_S: f64 = 1.0;
 
 /// Does the supervisor do the same for the same fault? Numbers may differ.
 pub(super) fn same_fault(a: SafeState, b: SafeState) -> bool {

@@ -240,10 +240,6 @@ impl<R: Arm, S: StudyRoom<R>> Surroundings<R> for Stoppable<'_, S> {
         self.room.next_frame(now_s)
     }
 
-    fn person_left(&mut self) -> Option<f64> {
-        self.room.person_left()
-    }
-
     fn next_world(&mut self, now_s: f64) -> Option<WorldPose> {
         self.room.next_world(now_s)
     }
