@@ -169,37 +169,27 @@ impl Evaluation {
     }
 
     /// Factor on the standard deviations with which central intervals of this probability would
-    /// contain exactly that share of the truth; `None` where there is no prediction or no such
-    /// probability.
+    /// contain exactly that share of the truth, and more where much of it is equally far off; `None` where there is no
+    /// prediction or no such probability.
     #[must_use]
     pub fn spread(&self, at: &[usize], probability: f64) -> Option<f64> {
-        self.spread_of_another(at, probability, usize::MAX)
+        let predictions = self.predictions.iter();
+        let distances = predictions.flat_map(|p| at.iter().map(|&i| p.z(i).abs()));
+        spread_of(distances.collect(), probability, self.motions())
     }
 
     /// The same for the times to the end, foreseen before it.
     #[must_use]
     pub fn time_spread(&self, probability: f64) -> Option<f64> {
-        self.time_spread_of_another(probability, usize::MAX)
-    }
-
-    /// As [`spread`](Self::spread), for a motion that is not among the `motions` that were predicted.
-    pub(super) fn spread_of_another(
-        &self,
-        at: &[usize],
-        probability: f64,
-        motions: usize,
-    ) -> Option<f64> {
-        let predictions = self.predictions.iter();
-        let distances = predictions.flat_map(|p| at.iter().map(|&i| p.z(i).abs()));
-        spread_of(distances.collect(), probability, motions)
-    }
-
-    /// The same for the times to the end.
-    pub(super) fn time_spread_of_another(&self, probability: f64, motions: usize) -> Option<f64> {
         let before = self.predictions.iter().filter(|p| p.fraction < 1.0);
         let distances = before.filter_map(|p| p.time.map(|time| time.z().abs()));
         let distances = distances.filter(|z| z.is_finite()).collect();
-        spread_of(distances, probability, motions)
+        spread_of(distances, probability, self.motions())
+    }
+
+    fn motions(&self) -> usize {
+        let same = |a: &EndPrediction, b: &EndPrediction| a.motion == b.motion;
+        self.predictions.chunk_by(same).count()
     }
 
     fn average(&self, at: &[usize], value: impl Fn(&EndPrediction, usize) -> f64) -> f64 {
@@ -218,8 +208,8 @@ const TIE: f64 = 1e-6;
 
 /// Factor with which central intervals would hold distances, in standard deviations, with exactly this probability.
 ///
-/// Distances that differ show how far the next one may lie. Those that are equal show only their size: for their share it counts as a
-/// scale estimated from `motions`, with the quantiles of Student's t.
+/// Distances that differ show how far that of the next motion may lie. Those that are equal show only their size: for their share it
+/// counts as a scale estimated from so many motions, with the quantiles of Student's t.
 fn spread_of(mut distances: Vec<f64>, probability: f64, motions: usize) -> Option<f64> {
     if !(probability > 0.0 && probability < 1.0) {
         return None;

@@ -141,12 +141,10 @@ pub fn tune(
         }
         let mut evaluation = folds.evaluate(tuning)?;
         let coverage_90 = evaluation.coverage(&scored, 0.9);
-        let motions = folds.folds.len();
-        let spreads = [
-            evaluation.spread_of_another(&scored, 0.9, motions),
-            evaluation.time_spread_of_another(0.9, motions),
-        ];
-        let [spread, time_spread] = spreads.map(|s| s.filter(|s| *s > 0.0).unwrap_or(1.0));
+        let spread = evaluation.spread(&scored, 0.9).filter(|s| *s > 0.0);
+        let spread = spread.unwrap_or(1.0);
+        let time_spread = evaluation.time_spread(0.9).filter(|s| *s > 0.0);
+        let time_spread = time_spread.unwrap_or(1.0);
         for p in &mut evaluation.predictions {
             p.sd.iter_mut().for_each(|sd| *sd *= spread);
         }

@@ -2,6 +2,7 @@
 
 pub mod address;
 pub mod arms;
+mod assumed_limits;
 pub mod counted;
 pub mod file_plan;
 pub mod floor_pose;

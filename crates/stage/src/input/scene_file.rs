@@ -77,24 +77,16 @@ pub fn looks_like(scene: &Scene) -> String {
 
 /// Rooms are lower than wide, and floor and ceiling are the largest of what faces along one axis. Or no face is upright, but would be.
 fn is_y_up(scene: &Scene, size: DVec3) -> bool {
-    let areas = areas_facing(scene);
-    let is_lowest = size.y < size.x.min(size.z);
-    let no_wall = areas.x + areas.y == 0.0 && areas.z > 0.0;
-    no_wall || (is_lowest && areas.y > areas.x.max(areas.z) && areas.x.min(areas.z) > 0.0)
-}
-
-/// Areas of the faces whose normals lie along x, y and z.
-fn areas_facing(scene: &Scene) -> DVec3 {
     let surfaces = (0..scene.surfaces().len()).map(SurfaceId);
     let triangles = surfaces
         .filter_map(|id| scene.triangles_m(id).ok())
         .flatten();
-    triangles.fold(DVec3::ZERO, |sum, [a, b, c]| {
-        let normal = (b - a).cross(c - a);
-        let along = normal.abs() / normal.length();
-        let faces = |along: f64| f64::from(u8::from(along >= VERTICAL_TOLERANCE_RAD.cos()));
-        sum + 0.5 * normal.length() * DVec3::new(faces(along.x), faces(along.y), faces(along.z))
-    })
+    // Twice the area that is seen along each axis.
+    let seen = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).abs();
+    let area = triangles.map(seen).sum::<DVec3>();
+    let is_lowest = size.y < size.x.min(size.z);
+    let is_room = is_lowest && area.y > area.x.max(area.z) && area.x.min(area.z) > 0.0;
+    is_room || area.x + area.y < VERTICAL_TOLERANCE_RAD * area.z
 }
 
 #[cfg(test)]

@@ -193,10 +193,7 @@ pub fn run_driven(
                 } = error
                     && !std::mem::replace(&mut told_version, true)
                 {
-                    note(format_args!(
-                        "the controller's datagrams look like FRI {version}, not {}: --fri-version {version}",
-                        config.version
-                    ));
+                    note(format_args!("{error}: --fri-version {version}"));
                 } else if !told && !told_version && client.statistics().malformed > 0 {
                     told = true;
                     note(format_args!(
