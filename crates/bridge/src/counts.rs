@@ -66,10 +66,7 @@ impl fmt::Display for BridgeCounts {
         listed(f, ", of which ", &[(self.unseen, "saw no hand")])?;
         let dropped = [
             (self.stale, "too old"),
-            (
-                self.in_seconds,
-                "with stamps that look like seconds (milliseconds are expected)",
-            ),
+            (self.in_seconds, "with stamps that look like seconds"),
             (self.out_of_order, "out of order"),
             (self.duplicate, "repeated"),
             (self.malformed, "malformed"),

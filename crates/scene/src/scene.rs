@@ -126,14 +126,9 @@ impl Scene {
             .map(|path| read::read_text(path, limits))
             .transpose()?;
         let directory = obj.parent().unwrap_or(Path::new(""));
-        Self::from_text(
-            &text,
-            sidecar_text.as_deref(),
-            Some(directory),
-            frame,
-            limits,
-        )
-        .map_err(|error| error.in_files(obj, sidecar))
+        let beside = sidecar_text.as_deref();
+        Self::from_text(&text, beside, Some(directory), frame, limits)
+            .map_err(|error| error.in_files(obj, sidecar))
     }
 
     /// Reads an OBJ and its sidecar from memory; material libraries are reported as missing.

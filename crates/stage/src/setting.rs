@@ -324,8 +324,8 @@ fn repairs(report: &LoadReport) -> Vec<String> {
     }
     // Faces have no names; the surfaces that they were left out of have.
     let LoadReport {
-        degenerate_faces,
-        duplicate_faces,
+        degenerate_faces: degenerate,
+        duplicate_faces: duplicate,
         concave_polygons,
         points_and_lines,
         ignored_lines,
@@ -338,18 +338,8 @@ fn repairs(report: &LoadReport) -> Vec<String> {
         (n > 0).then(|| format!("{}{}", counted(n, one, many), first_of(names)))
     };
     let found = [
-        told(
-            *degenerate_faces,
-            "degenerate face",
-            "degenerate faces",
-            thinned,
-        ),
-        told(
-            *duplicate_faces,
-            "duplicate face",
-            "duplicate faces",
-            thinned,
-        ),
+        told(*degenerate, "degenerate face", "degenerate faces", thinned),
+        told(*duplicate, "duplicate face", "duplicate faces", thinned),
         told(
             *concave_polygons,
             "polygon cut as a fan",

@@ -105,7 +105,6 @@ impl Intake {
     /// Where samples go from now on.
     pub(crate) fn connect(&mut self, queue: SyncSender<ReceivedFrame>) {
         self.queue = Some(queue);
-        self.is_another = false;
     }
 
     /// A client is gone; anybody may lead.

@@ -156,7 +156,7 @@ impl BoardArm {
         // A description of an arm with a closed form is that arm.
         if let Ok(arm) = SrsArm::from_chain(&chain) {
             note(format_args!(
-                "{name}: acceleration limits are not in the description: those of an iiwa 7, whose build this is"
+                "{name}: built as an iiwa, whose accelerations count"
             ));
             let mut of_srs = Self::from_srs(&arm, board)?;
             of_srs.chain = Some(chain);

@@ -50,9 +50,6 @@ impl<'a> From<&'a Path> for SceneFile<'a> {
     }
 }
 
-/// Heights of rooms and halls, m. Ten times as wide as it is high, so that no height is one in centimetres and in millimetres.
-const ROOM_M: [f64; 2] = [1.0, 10.0];
-
 /// The extents of a scene in which nobody can touch anything, and what they look like.
 #[must_use]
 pub fn looks_like(scene: &Scene) -> String {
@@ -65,7 +62,8 @@ pub fn looks_like(scene: &Scene) -> String {
         size.x, size.y, size.z
     );
     for (scale, name) in [(0.01, "centimetres"), (0.001, "millimetres")] {
-        if (ROOM_M[0]..ROOM_M[1]).contains(&(height * scale)) {
+        // Heights of rooms and halls, m, of which none is one in both units.
+        if (1.0..10.0).contains(&(height * scale)) {
             text += &format!("; looks like {name}: --scale {scale}");
         }
     }

@@ -110,9 +110,8 @@ impl Safety {
         let Some(supervisor) = &mut self.supervisor else {
             return step.command;
         };
-        if std::mem::replace(&mut self.people_before, guidance.people_before)
-            != guidance.people_before
-        {
+        if self.people_before != guidance.people_before {
+            self.people_before = guidance.people_before;
             supervisor.forget_person();
         }
         let stamp_s = guidance.seen_s;
