@@ -62,10 +62,10 @@ impl MotionLimits {
             jerk_rad_per_s3: [1.0; MOST_JOINTS],
         };
         let most = arm.accelerations_or(config.acceleration_rad_per_s2);
-        for joint in 0..arm.joint_count() {
+        for (joint, most) in most.into_iter().enumerate().take(arm.joint_count()) {
             limits.velocity_rad_per_s[joint] = share * arm.max_velocity_rad_per_s()[joint];
-            limits.acceleration_rad_per_s2[joint] = most[joint];
-            limits.jerk_rad_per_s3[joint] = most[joint] / config.jerk_time_s;
+            limits.acceleration_rad_per_s2[joint] = most;
+            limits.jerk_rad_per_s3[joint] = most / config.jerk_time_s;
         }
         limits.validate()?;
         Ok(limits)
