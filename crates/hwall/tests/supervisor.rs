@@ -2,13 +2,13 @@
 
 mod common;
 
-use common::{Bench, GazeSession, Hand, iiwa, maps_of, session, wall};
+use common::{Bench, GazeSession, Hand, iiwa, session, wall};
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::glam::DVec3;
 use hwall::hand::HandFilterConfig;
 use hwall::haptics::safety::{Channel, PersonPart};
 use hwall::haptics::{ArmCommand, ArmState, Board, HoldReason, SafeReason, SafeState};
-use hwall::{EventKind, Session, SessionConfig, SessionState};
+use hwall::{EventKind, Session, SessionConfig, SessionState, maps_of};
 
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
 

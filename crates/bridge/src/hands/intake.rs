@@ -382,7 +382,7 @@ mod tests {
     fn the_first_frame_of_another_client_says_so() {
         let mut s = setup(&BridgeConfig::default());
         let (mut one, mut two) = (ClientStream::new(1), ClientStream::new(2));
-        let mut take = |s: &mut Setup, stream: &mut ClientStream, seq: u64, t_s: f64| {
+        let take = |s: &mut Setup, stream: &mut ClientStream, seq: u64, t_s: f64| {
             let message = hand(seq, t_s, Side::Right, true);
             s.intake.take(stream, &message, t_s, &s.tally);
             s.frames

@@ -196,6 +196,7 @@ mod tests {
             }),
             contact_s: Some(13.0),
             world_moves: 3,
+            people_before: 2,
         };
         let without = |change: &dyn Fn(&mut Guidance)| {
             let mut guidance = full;
