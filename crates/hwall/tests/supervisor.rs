@@ -212,7 +212,7 @@ fn a_stop_stands_until_it_is_reset() {
 #[test]
 fn whoever_comes_after_somebody_else_begins_anew() {
     let (mut session, mut bench) = in_place();
-    let until_s = bench.now_s() + 0.3;
+    let until_s = bench.now_s() + 0.7;
     headless(&mut session, &mut bench, until_s, |_, _| {});
     assert_eq!(session.control().safety().name(), "retreating");
     another(&mut session, &mut bench);
