@@ -12,11 +12,11 @@ use hwall_lab::feel::study::{self, Request};
 use hwall_lab::feel::subject::of_scene;
 use hwall_stage::exit;
 use hwall_stage::input::file_plan::FilePlan;
+use hwall_stage::input::scene_file::SceneFlags;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::load_scene;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// A simulated hand pushes a door (or panel, drawer, button), an arm renders it: how it moves beside the ideal object under the same force,
@@ -25,9 +25,8 @@ use std::process::ExitCode;
 struct Args {
     #[command(flatten)]
     destination: Destination,
-    /// An OBJ file with its sidecar [default: the built-in room]
-    #[arg(long)]
-    scene: Option<PathBuf>,
+    #[command(flatten)]
+    scene: SceneFlags,
     /// The surface that is pushed [default: the first door that the arm can hold the board on]
     #[arg(long)]
     surface: Option<String>,
@@ -81,11 +80,11 @@ fn run(args: &Args) -> anyhow::Result<()> {
         bail!("--render impedance needs torques: --arm-level torque");
     }
     FilePlan::default()
-        .read_scene("--scene", args.scene.as_deref())
+        .read_scene("--scene", args.scene.scene.as_deref())
         .write_into("--out", Some(args.destination.folder(OUT)), &[FIGURE])
         .check()?;
     let rig = Rig::new()?;
-    let (scene, remarks) = load_scene(args.scene.as_deref())?;
+    let (scene, remarks) = load_scene(args.scene.file())?;
     let subject = of_scene(&rig, &scene, args.surface.as_deref())?;
     let documents = args.destination.open(OUT)?;
     let push = SinglePush {

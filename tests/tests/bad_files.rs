@@ -8,6 +8,10 @@ use std::path::{Path, PathBuf};
 
 const WALL: &str = "o wall\nv 1 -1 0\nv 1 1 0\nv 1 1 2\nv 1 -1 2\nf 1 2 3 4\n";
 
+/// The same in centimetres.
+const WALL_CM: &str =
+    "o wall\nv 100 -100 0\nv 100 100 0\nv 100 100 200\nv 100 -100 200\nf 1 2 3 4\n";
+
 /// A file in the folder that cargo gives to integration tests.
 fn file(name: &str, content: &[u8]) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -19,7 +23,7 @@ fn file(name: &str, content: &[u8]) -> PathBuf {
 fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
     let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
     let options = SettingOptions {
-        scene,
+        scene: scene.map(Into::into),
         hand,
         trial: None,
         rigid_hand: false,
@@ -114,6 +118,10 @@ fn placing_without_a_recording_and_a_scene_out_of_reach_are_told() {
     assert!(refusal(None, None, true).contains("--hand"));
     let far = file("far.obj", WALL.replace("v 1 ", "v 9 ").as_bytes());
     assert!(refusal(Some(&far), None, false).contains("reach"));
+    let centimetres = file("centimetres.obj", WALL_CM.as_bytes());
+    assert!(
+        refusal(Some(&centimetres), None, false).contains("looks like centimetres: --scale 0.01")
+    );
     let floor = file("floor.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     assert!(refusal(Some(&floor), None, false).contains("vertical"));
 }

@@ -67,7 +67,7 @@ fn live(
 ) -> anyhow::Result<()> {
     let scene = record.with_extension("obj");
     let options = LiveOptions {
-        scene: Some(&scene),
+        scene: Some(scene.as_path().into()),
         room: None,
         level: ArmLevel::Servo,
         predictor,

@@ -16,7 +16,7 @@ use std::path::Path;
 /// A recording with y up, placed before a wall.
 fn following<'a>(scene: Option<&'a Path>, hand: &'a Path) -> SettingOptions<'a> {
     SettingOptions {
-        scene,
+        scene: scene.map(Into::into),
         hand: Some(hand),
         trial: None,
         rigid_hand: false,

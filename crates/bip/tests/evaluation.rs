@@ -152,6 +152,27 @@ fn held_out_motions_are_predicted_and_intervals_hold() {
     assert!(naive.spread(&[0, 1, 2], 0.9).unwrap() > 1.0);
 }
 
+/// Equal demonstrations show one error and no scatter: the ends lay on the edges of the intervals, and none held any.
+#[test]
+fn intervals_of_equal_demonstrations_hold_another_one() {
+    for count in [3, 12] {
+        let reach = |k: i32| (f64::from(k) / 59.0).powi(9).sin();
+        let values = (0..60).flat_map(|k| [reach(k), 0.3 * reach(k), -0.5 * reach(k)]);
+        let motion = Demonstration::from_samples(0.02, 3, values.collect()).unwrap();
+        let motions = vec![motion.clone(); count];
+        let config = TuningConfig::new(&training());
+        let model = tune(&motions, &training(), &config).unwrap().model;
+        let mut filter = Filter::new(&model, &FilterConfig::default()).unwrap();
+        let config = EvaluationConfig::new(&training());
+        let ends = follow(&mut filter, 0, &motion, &config).unwrap();
+        for end in ends {
+            assert!((0..3).all(|i| end.covered(i, 0.9)), "{count}: {end:?}");
+            // No wider than Student's t with two degrees of freedom, 2.92 in place of 1.64.
+            assert!((0..3).any(|i| !end.covered(i, 0.3)), "{count}: {end:?}");
+        }
+    }
+}
+
 #[test]
 fn cross_validation_is_training_on_the_others() {
     let motions = motions(23, 5, 0.002);

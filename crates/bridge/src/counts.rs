@@ -15,6 +15,8 @@ pub struct BridgeCounts {
     pub unseen: u64,
     /// Older than [`BridgeConfig::max_age_s`](crate::BridgeConfig::max_age_s) when they came in.
     pub stale: u64,
+    /// Whose stamps look like seconds; milliseconds are expected.
+    pub in_seconds: u64,
     /// With a number, or a time, before that of the sample before.
     pub out_of_order: u64,
     /// With the number of the sample before.
@@ -64,6 +66,7 @@ impl fmt::Display for BridgeCounts {
         listed(f, ", of which ", &[(self.unseen, "saw no hand")])?;
         let dropped = [
             (self.stale, "too old"),
+            (self.in_seconds, "with stamps that look like seconds"),
             (self.out_of_order, "out of order"),
             (self.duplicate, "repeated"),
             (self.malformed, "malformed"),
@@ -127,6 +130,7 @@ tally!(
     accepted,
     unseen,
     stale,
+    in_seconds,
     out_of_order,
     duplicate,
     malformed,

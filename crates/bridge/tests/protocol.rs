@@ -9,7 +9,7 @@ use hwall_bridge::{Bridge, BridgeConfig, FollowedHand};
 use hwall_testkit::Sampler;
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tungstenite::Message;
 
 /// Runs the hands' end of a loop at 1 kHz until a frame satisfies `wanted`.
@@ -82,6 +82,46 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
     frame(&mut bridge, |f| f.palm_m.is_some());
     frame(&mut bridge, |f| f.palm_m.is_none());
     wait_for("the count", || server.counts().unseen == 1);
+}
+
+/// The head of a client that had gone was missed for good.
+#[test]
+fn the_first_frame_of_another_client_says_so() {
+    let server = server(BridgeConfig::default());
+    let mut bridge = server.connect(&scene());
+    let mut socket = Socket::open(&server);
+    socket.text(&hand(1, 1.0, &joints(25, [0.0; 3]), "base"));
+    assert!(!frame(&mut bridge, |f| f.palm_m.is_some()).is_of_another);
+    drop(socket);
+    wait_for("its end", || server.counts().clients == 0);
+    let mut another = Socket::open(&server);
+    let mut seq = 0;
+    let seen = until("another client", || {
+        seq += 1;
+        another.text(&hand(seq, 20.0 * seq as f64, &joints(25, [0.0; 3]), "base"));
+        std::thread::sleep(Duration::from_millis(20));
+        let now_s = bridge.pacing.wait();
+        std::iter::from_fn(|| bridge.hands.next_frame(now_s)).find(|f| f.palm_m.is_some())
+    });
+    assert!(seen.is_of_another);
+}
+
+#[test]
+fn a_client_whose_stamps_are_seconds_is_told() {
+    let server = server(BridgeConfig::default());
+    let _bridge = server.connect(&scene());
+    let mut socket = Socket::open(&server);
+    let began = Instant::now();
+    let mut seq = 0;
+    wait_for("the count", || {
+        seq += 1;
+        let stamp = 1.7e9 + began.elapsed().as_secs_f64();
+        socket.text(&hand(seq, stamp, &joints(25, [0.0; 3]), "base"));
+        std::thread::sleep(Duration::from_millis(10));
+        server.counts().in_seconds > 0
+    });
+    let said = socket.wait_for("error");
+    assert!(text_of(&said, "text").contains("seconds"), "{said}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The errors of the crate.
 
 use crate::client::Unfit;
-use crate::codec::{ClientCommandMode, ConnectionQuality, SessionState};
+use crate::codec::{ClientCommandMode, ConnectionQuality, FriVersion, SessionState};
 use crate::limits::LimitViolation;
 use hwall_numeric::ArgumentError;
 use hwall_protobuf::ProtobufError;
@@ -98,10 +98,12 @@ pub enum FriError {
     #[error("no message from the controller yet")]
     NoMessage,
     /// Nothing came from the controller for too long.
-    #[error("no message from the controller for {waited_s} s")]
+    #[error("no message from the controller for {waited_s} s{}", other(*other_version))]
     Silent {
         /// How long, s.
         waited_s: f64,
+        /// The version that its datagrams look like, if it is another than the client reads.
+        other_version: Option<FriVersion>,
     },
     /// A state without joint positions: nothing is known about the arm.
     #[error("the controller sends no joint positions")]
@@ -136,6 +138,10 @@ pub enum FriError {
     /// A command outside the limits of the joints.
     #[error(transparent)]
     Limit(#[from] LimitViolation),
+}
+
+fn other(version: Option<FriVersion>) -> String {
+    version.map_or_else(String::new, |v| format!(", but datagrams of FRI {v}"))
 }
 
 impl FriError {

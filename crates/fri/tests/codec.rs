@@ -77,6 +77,26 @@ fn field_numbers() {
 }
 
 #[test]
+fn datagrams_show_their_version() {
+    let mut buffer: Datagram = [0; DATAGRAM_BYTES];
+    for codec in codecs() {
+        let length = codec
+            .encode_monitor(&full_monitor(), &mut buffer)
+            .expect("it fits");
+        let looks_like = FriVersion::of_datagram(&buffer[..length]);
+        assert_eq!(looks_like, Some(codec.version));
+        assert_eq!(FriVersion::of_datagram(&buffer[..length - 9]), None);
+        let mut monitor = full_monitor();
+        monitor.data = None;
+        let length = codec
+            .encode_monitor(&monitor, &mut buffer)
+            .expect("it fits");
+        let looks_like = FriVersion::of_datagram(&buffer[..length]);
+        assert_eq!(looks_like.is_some(), codec.version.is_framed());
+    }
+}
+
+#[test]
 fn messages_come_back() {
     let mut buffer: Datagram = [0; DATAGRAM_BYTES];
     for codec in codecs() {

@@ -4,7 +4,8 @@
 mod common;
 
 use common::bench::{servo, start, torque_arm};
-use hwall_fri::codec::{ClientCommandMode, Codec, SessionState};
+use common::full_monitor;
+use hwall_fri::codec::{ClientCommandMode, Codec, DATAGRAM_BYTES, SessionState};
 use hwall_fri::controller::{
     Controller, ControllerConfig, ControllerStatistics, EndReason, EventKind, LinkConfig,
     QualityConfig, SimulatedPlant, UdpController,
@@ -398,6 +399,35 @@ fn a_bad_network_is_survived_and_counted() {
         outcome.client
     );
     assert!(outcome.controller.missed > 20, "{:?}", outcome.controller);
+}
+
+/// The client waited in silence.
+#[test]
+fn a_controller_of_another_version_is_named() {
+    let mut client = client(FriVersion::V1_15);
+    let address = client.local_address().expect("an address");
+    let controller = UdpSocket::bind(any_port()).expect("a socket");
+    let mut datagram = [0; DATAGRAM_BYTES];
+    let length = Codec::new(FriVersion::V2_7)
+        .encode_monitor(&full_monitor(), &mut datagram)
+        .expect("it fits");
+    controller
+        .send_to(&datagram[..length], address)
+        .expect("sent");
+    let waited = client.wait_for_commanding(Duration::from_millis(50));
+    let said = waited.unwrap_err().to_string();
+    assert!(said.ends_with("but datagrams of FRI 2.7"), "{said}");
+    // What it understands all the same is taken, and told.
+    let length = Codec::new(FriVersion::V2_5)
+        .encode_monitor(&full_monitor(), &mut datagram)
+        .expect("it fits");
+    controller
+        .send_to(&datagram[..length], address)
+        .expect("sent");
+    client.wait_for_message(TIMEOUT).expect("a message");
+    let silent = client.wait_for_message(Duration::from_millis(20));
+    let said = silent.unwrap_err().to_string();
+    assert!(said.ends_with("but datagrams of FRI 2.5"), "{said}");
 }
 
 #[test]

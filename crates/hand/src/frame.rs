@@ -142,6 +142,8 @@ pub struct HandFrame {
     pub head_m: Option<DVec3>,
     /// Unit direction of gaze.
     pub gaze: Option<DVec3>,
+    /// Does it show another person than the frame before it?
+    pub is_of_another: bool,
 }
 
 impl HandFrame {
@@ -222,12 +224,12 @@ impl HandFrame {
     pub fn transformed(&self, a_from_b: &Pose) -> Self {
         let point = |p: DVec3| a_from_b.transform_point(p);
         Self {
-            t_s: self.t_s,
             palm_m: self.palm_m.map(point),
             tips_m: self.tips_m.map(|tip_m| tip_m.map(point)),
             body_m: self.body_m.map(|at_m| at_m.map(point)),
             head_m: self.head_m.map(point),
             gaze: self.gaze.map(|d| a_from_b.transform_vector(d)),
+            ..*self
         }
     }
 
@@ -237,6 +239,7 @@ impl HandFrame {
         let mut limited = Self {
             head_m: self.head_m,
             gaze: self.gaze.filter(|_| gaze),
+            is_of_another: self.is_of_another,
             ..Self::empty(self.t_s)
         };
         for &point in points {

@@ -14,6 +14,7 @@ fn a_frame_is_mapped_whole() {
         head_m: Some(DVec3::new(0.0, 1.7, 0.0)),
         gaze: Some(DVec3::NEG_Z),
         body_m: [None, Some(DVec3::Y), None, None, Some(DVec3::Z), None],
+        is_of_another: true,
     };
     let mapped = frame.transformed(&map);
     assert_eq!(mapped.t_s, 4.5);

@@ -2,11 +2,13 @@
 
 mod common;
 
-use common::{Bench, GazeSession, Hand, session, wall};
+use common::{Bench, GazeSession, Hand, iiwa, session, wall};
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::glam::DVec3;
-use hwall::haptics::safety::Channel;
-use hwall::haptics::{ArmCommand, ArmState, HoldReason, SafeReason, SafeState};
-use hwall::{EventKind, SessionState};
+use hwall::hand::HandFilterConfig;
+use hwall::haptics::safety::{Channel, PersonPart};
+use hwall::haptics::{ArmCommand, ArmState, Board, HoldReason, SafeReason, SafeState};
+use hwall::{EventKind, Session, SessionConfig, SessionState, maps_of};
 
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
 
@@ -204,6 +206,62 @@ fn a_stop_stands_until_it_is_reset() {
     let until_s = bench.now_s() + 0.2;
     bench.run(&mut session, until_s);
     assert_eq!(session.state(), SessionState::InPlace);
+}
+
+/// The head of somebody who had left was missed for good.
+#[test]
+fn whoever_comes_after_somebody_else_begins_anew() {
+    let (mut session, mut bench) = in_place();
+    let until_s = bench.now_s() + 0.7;
+    headless(&mut session, &mut bench, until_s, |_, _| {});
+    assert_eq!(session.control().safety().name(), "retreating");
+    another(&mut session, &mut bench);
+    let until_s = bench.now_s() + 0.5;
+    headless(&mut session, &mut bench, until_s, |_, _| {});
+    let reason = SafeReason::Unseen(Channel::Head);
+    let said = session.control().safety();
+    assert_eq!(said, SafeState::Holding { reason });
+    let until_s = bench.now_s() + 0.15;
+    bench.run(&mut session, until_s);
+    assert_eq!(session.control().safety(), SafeState::Normal);
+}
+
+/// The next frame is the first of somebody else, whose head is not tracked.
+fn another(session: &mut GazeSession, bench: &mut Bench) {
+    let mut frame = loop {
+        match bench.next_frame() {
+            Some(frame) => break frame,
+            None => step(session, bench),
+        }
+    };
+    (frame.head_m, frame.is_of_another) = (None, true);
+    session.frame(&frame);
+}
+
+/// Where no head is required, somebody without one is served after somebody with one.
+#[test]
+fn somebody_without_a_head_is_served_after_somebody_with_one() {
+    let mut config = SessionConfig {
+        hand: HandFilterConfig::simulated(),
+        ..SessionConfig::default()
+    };
+    if let Some(supervisor) = &mut config.supervisor {
+        supervisor.required = vec![PersonPart::Fingertip];
+    }
+    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
+    let (arm, board) = (iiwa(), Board::default());
+    let maps = maps_of(&wall(0.6), &arm).unwrap();
+    let mut session = Session::new(&arm, &board, wall(0.6), maps, predictor, config).unwrap();
+    let mut bench = Bench::new(Hand::reaching_in(4.0, TARGET_M));
+    bench.run(&mut session, 1.0);
+    another(&mut session, &mut bench);
+    headless(&mut session, &mut bench, 2.0, |session, bench| {
+        let safety = session.control().safety();
+        assert!(
+            bench.now_s() < 1.2 || safety == SafeState::Normal,
+            "{safety}"
+        );
+    });
 }
 
 #[test]

@@ -16,7 +16,8 @@ pub const IIWA7_ACCELERATION_RAD_PER_S2: [f64; MOST_JOINTS] =
 pub struct MotionConfig {
     /// Share of the arm's joint speeds that is used, in (0, 1]; default 1.
     pub speed_share: f64,
-    /// Largest joint accelerations, rad/s²; default those of the iiwa 7, [`IIWA7_ACCELERATION_RAD_PER_S2`].
+    /// Largest joint accelerations of an arm that has none of its own, rad/s²; default those of the iiwa 7,
+    /// [`IIWA7_ACCELERATION_RAD_PER_S2`].
     pub acceleration_rad_per_s2: [f64; MOST_JOINTS],
     /// Time in which a joint at rest may come to its full acceleration, s: jerk is acceleration over it. Default 0.02, an
     /// assumption; no jerk of the iiwa is published.
@@ -60,11 +61,11 @@ impl MotionLimits {
             acceleration_rad_per_s2: [1.0; MOST_JOINTS],
             jerk_rad_per_s3: [1.0; MOST_JOINTS],
         };
-        for joint in 0..arm.joint_count() {
+        let most = arm.accelerations_or(config.acceleration_rad_per_s2);
+        for (joint, most) in most.into_iter().enumerate().take(arm.joint_count()) {
             limits.velocity_rad_per_s[joint] = share * arm.max_velocity_rad_per_s()[joint];
-            let acceleration = config.acceleration_rad_per_s2[joint];
-            limits.acceleration_rad_per_s2[joint] = acceleration;
-            limits.jerk_rad_per_s3[joint] = acceleration / config.jerk_time_s;
+            limits.acceleration_rad_per_s2[joint] = most;
+            limits.jerk_rad_per_s3[joint] = most / config.jerk_time_s;
         }
         limits.validate()?;
         Ok(limits)

@@ -35,8 +35,16 @@ fn main() -> Result<(), SceneError> {
         room.triangle_count(),
         report.is_clean()
     );
-    for surface in room.surfaces() {
-        println!("- {}: {}", surface.name, surface.kind.name());
+    for (id, surface) in room.surfaces().iter().enumerate() {
+        let area_m2: f64 = room
+            .triangles_m(SurfaceId(id))?
+            .map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length())
+            .sum();
+        println!(
+            "- {}: {}, {area_m2:.6} m²",
+            surface.name,
+            surface.kind.name()
+        );
     }
     for facet in room.vertical_facets() {
         let name = &room.surface(facet.surface).name;

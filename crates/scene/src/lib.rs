@@ -22,6 +22,6 @@ pub use queries::{Closest, Hit, Ray};
 // Reading.
 pub use error::SceneError;
 pub use part::triangle::COORDINATE_LIMIT_M;
-pub use read::{LoadLimits, LoadReport, SurfaceMesh, UNNAMED};
+pub use read::{FileFrame, LoadLimits, LoadReport, SurfaceMesh, UNNAMED, read_text};
 
 pub use hwall_geometry::{self as geometry, ArgumentError, Pose, glam};

@@ -3,7 +3,7 @@
 use crate::error::SceneError;
 use crate::facet::{self, Facet};
 use crate::part::{BuildQuality, Face, MAX_TRIANGLES, Part};
-use crate::read::{self, LoadLimits, LoadReport, SurfaceMesh};
+use crate::read::{self, FileFrame, LoadLimits, LoadReport, SurfaceMesh};
 use crate::surface::{OpeningRange, Surface, SurfaceId, SurfaceKind};
 use glam::DVec3;
 use hwall_geometry::Pose;
@@ -105,15 +105,29 @@ impl Scene {
         sidecar: Option<&Path>,
         limits: &LoadLimits,
     ) -> Result<(Self, LoadReport), SceneError> {
+        Self::from_obj_file_in(obj, sidecar, &FileFrame::default(), limits)
+    }
+
+    /// [`from_obj_file`](Self::from_obj_file) with other limits and an OBJ in another unit, or with another axis up.
+    ///
+    /// # Errors
+    /// As [`from_obj_file`](Self::from_obj_file); a unit that is not positive.
+    pub fn from_obj_file_in(
+        obj: impl AsRef<Path>,
+        sidecar: Option<&Path>,
+        frame: &FileFrame,
+        limits: &LoadLimits,
+    ) -> Result<(Self, LoadReport), SceneError> {
         let obj = obj.as_ref();
-        let text = read::read_text(obj, limits).map_err(|error| error.in_file(obj))?;
+        let text = read::read_text(obj, limits)?;
         let beside = obj.with_extension("toml");
         let sidecar = sidecar.or_else(|| beside.is_file().then_some(beside.as_path()));
         let sidecar_text = sidecar
-            .map(|path| read::read_text(path, limits).map_err(|error| error.in_file(path)))
+            .map(|path| read::read_text(path, limits))
             .transpose()?;
         let directory = obj.parent().unwrap_or(Path::new(""));
-        Self::from_text(&text, sidecar_text.as_deref(), Some(directory), limits)
+        let beside = sidecar_text.as_deref();
+        Self::from_text(&text, beside, Some(directory), frame, limits)
             .map_err(|error| error.in_files(obj, sidecar))
     }
 
@@ -125,19 +139,33 @@ impl Scene {
         obj: &str,
         sidecar: Option<&str>,
     ) -> Result<(Self, LoadReport), SceneError> {
-        Self::from_text(obj, sidecar, None, &LoadLimits::default())
+        Self::from_obj_str_in(obj, sidecar, &FileFrame::default())
+    }
+
+    /// [`from_obj_str`](Self::from_obj_str) with an OBJ in another unit, or with another axis up.
+    ///
+    /// # Errors
+    /// As [`from_obj_file_in`](Self::from_obj_file_in).
+    pub fn from_obj_str_in(
+        obj: &str,
+        sidecar: Option<&str>,
+        frame: &FileFrame,
+    ) -> Result<(Self, LoadReport), SceneError> {
+        Self::from_text(obj, sidecar, None, frame, &LoadLimits::default())
     }
 
     fn from_text(
         text: &str,
         sidecar: Option<&str>,
         directory: Option<&Path>,
+        frame: &FileFrame,
         limits: &LoadLimits,
     ) -> Result<(Self, LoadReport), SceneError> {
         let (mut meshes, mut report) = read::parse(text, directory, limits)?;
         if let Some(text) = sidecar {
             read::apply(text, &mut meshes)?;
         }
+        frame.apply(&mut meshes)?;
         let scene = Self::build(meshes, &mut report)?;
         Ok((scene, report))
     }

@@ -4,7 +4,10 @@
 mod temp_file;
 
 use glam::DVec3;
-use hwall_scene::{LoadLimits, LoadReport, Scene, SceneError, Surface, SurfaceId, SurfaceMesh};
+use hwall_scene::{
+    FileFrame, LoadLimits, LoadReport, Scene, SceneError, Surface, SurfaceId, SurfaceKind,
+    SurfaceMesh,
+};
 use std::io::ErrorKind;
 use temp_file::TempFile;
 
@@ -267,6 +270,69 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
 }
 
 /// A group keeps the first material of its faces; a material outlives its group.
+/// All names of a statement were taken for one.
+#[test]
+fn one_statement_names_several_libraries() {
+    let named = |file: &TempFile| file.0.file_name().unwrap().to_str().unwrap().to_owned();
+    let red = TempFile::new("several red.mtl", b"newmtl red\nKd 1 0 0\n");
+    let blue = TempFile::new("several blue.MTL", b"# \xe9\nnewmtl blue\nKd 0 0 1\n");
+    let green = TempFile::new("several green.mtl", b"newmtl green\nKd 0 1 0\n");
+    let both = TempFile::new("several a.mtl b.mtl", b"newmtl grey\nKd 1 1 1\n");
+    let face = |(x, m): (usize, &str)| {
+        format!("o {m}\nusemtl {m}\nv {x} 0 0\nv {x} 1 0\nv {x} 0 1\nf -3 -2 -1\n")
+    };
+    let faces: String = (["red", "blue", "green", "grey"].into_iter().enumerate())
+        .map(face)
+        .collect();
+    let [red, blue, green, both] = [&red, &blue, &green, &both].map(named);
+    let libraries = format!("mtllib {red} gone.mtl {blue}\nmtllib {green}\nmtllib {both}\n");
+    let obj = libraries + &faces;
+    let file = TempFile::new("several.obj", obj.as_bytes());
+    let (scene, report) = Scene::from_obj_file(&file.0, None).unwrap();
+    assert_eq!(report.missing_material_libraries, ["gone.mtl"]);
+    assert!(report.missing_materials.is_empty(), "{report:?}");
+    let colours: Vec<_> = scene.surfaces().iter().map(|s| s.color_rgb).collect();
+    let [r, g, b] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    assert_eq!(colours, [r, b, g, [1.0; 3]].map(Some));
+}
+
+#[test]
+fn units_and_axes_of_a_file_become_metres_and_z_up() {
+    let sidecar = "[surface.wall]\nkind = \"revolving_door\"\nhinge_point_m = [1, 2, 3]\nhinge_axis = [0, 1, 0]\nrange_deg = [0, 90]\n";
+    let frame = FileFrame {
+        metres_per_unit: 0.01,
+        y_up: true,
+    };
+    let obj = TRIANGLE.replace(" 1", " 100");
+    let obj = obj.replace("f 100", "f 1");
+    let (scene, _) = Scene::from_obj_str_in(&obj, Some(sidecar), &frame).unwrap();
+    let corners: Vec<_> = scene.triangles_m(SurfaceId(0)).unwrap().collect();
+    assert_eq!(corners, [[[0, -1, 0], [0, -1, 1], [-1, -1, 0]].map(point)]);
+    let SurfaceKind::RevolvingDoor {
+        hinge_point_m,
+        hinge_axis,
+        ..
+    } = scene.surfaces()[0].kind
+    else {
+        panic!("a door");
+    };
+    // Metres, along the axes of the file.
+    assert_eq!(hinge_point_m, point([-3, -1, 2]));
+    assert_eq!(hinge_axis, DVec3::Z);
+    for metres_per_unit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let frame = FileFrame {
+            metres_per_unit,
+            ..frame
+        };
+        let refused = Scene::from_obj_str_in(TRIANGLE, None, &frame);
+        assert!(matches!(refused, Err(SceneError::Argument(_))));
+    }
+}
+
+fn point(p: [i32; 3]) -> DVec3 {
+    DVec3::from_array(p.map(f64::from))
+}
+
 #[test]
 fn materials_are_kept_by_name_without_a_library() {
     let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nf 1 2 3

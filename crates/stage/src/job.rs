@@ -6,6 +6,7 @@ use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
 use crate::input::numbers::{counted, whole_within};
 use crate::input::recording_units::RecordingUnits;
+use crate::input::scene_file::SceneFlags;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, Predictors};
 use crate::person::responses::{self, Scenery};
@@ -15,6 +16,7 @@ use crate::report::summary::Summary;
 use crate::run::people::{self, Stage};
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting::{Setting, SettingOptions};
+use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall_fri::controller::FaultConfig;
 use hwall_haptics::Board;
@@ -25,10 +27,10 @@ use std::time::Instant;
 /// What to do, as flags of a command line.
 #[derive(Debug, Clone, clap::Args)]
 pub struct JobOptions {
-    /// OBJ scene, z up, metres; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
-    #[arg(long)]
-    pub scene: Option<PathBuf>,
-    /// CSV recording of a hand: t in seconds (or --time-unit), palm_x.. little_z in metres (or --scale), optionally head_* and gaze_*; cells may be empty [default: a simulated person]
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneFlags,
+    /// CSV recording of a hand: t in seconds (or --time-unit), palm_x.. little_z in metres (or --hand-scale), optionally head_* and gaze_*; cells may be empty [default: a simulated person]
     #[arg(long)]
     pub hand: Option<PathBuf>,
     /// Which trial of a recording that holds several: its name in the column trial, or person/trial
@@ -162,10 +164,29 @@ pub fn run(
     out: &mut impl Write,
     mut progress: impl FnMut(f64),
 ) -> anyhow::Result<()> {
-    anyhow::ensure!(
-        (0.1..=20.0).contains(&options.period_ms),
+    let period_ms = options.period_ms;
+    ensure!(
+        (0.1..=20.0).contains(&period_ms),
         "--period-ms must lie in 0.1..=20"
     );
+    let fri = options.fri_bursts.map(|bursts| FaultConfig {
+        bursts,
+        stalls: options.fri_stalls,
+        stamp_jitter_ms: options.fri_stamp_jitter_ms,
+        seed: options.seed,
+        ..FaultConfig::default()
+    });
+    if let Some(faults) = &fri {
+        ensure!(
+            options.arm_level == ArmLevel::Servo,
+            "--fri-bursts excludes --arm-level torque: the arm behind FRI is commanded by positions"
+        );
+        ensure!(
+            period_ms.fract() == 0.0 && (1.0..=10.0).contains(&period_ms),
+            "--fri-bursts with --period-ms {period_ms}: FRI has periods of 1 to 10 whole milliseconds"
+        );
+        (faults.validate()).context("--fri-bursts, --fri-stalls, --fri-stamp-jitter-ms")?;
+    }
     let outputs = Outputs {
         folder: &options.out,
         json: options.json.as_deref(),
@@ -173,16 +194,18 @@ pub fn run(
         mcap: options.mcap.as_deref(),
     };
     let inputs = FilePlan::default()
-        .read_scene("--scene", options.scene.as_deref())
+        .read_scene("--scene", options.scene.scene.as_deref())
         .read("--hand", options.hand.as_deref())
         .read_arm("--arm", &options.arm.name);
     outputs.prepare(inputs)?;
     let board = Board::default();
     let arm = BoardArm::named(options.arm.clone(), &board)?;
+    let dynamics = options.arm_level.object_command(&arm, &board);
+    dynamics.context("--arm-level torque needs the masses of the arm's links")?;
     let setting = Setting::new(
         &arm,
         &SettingOptions {
-            scene: options.scene.as_deref(),
+            scene: options.scene.file(),
             hand: options.hand.as_deref(),
             trial: options.trial.as_deref(),
             units: options.units,
@@ -230,19 +253,13 @@ pub fn run(
         predictors: &predictors,
         textured: !options.plain,
         level: options.arm_level,
-        fri: options.fri_bursts.map(|bursts| FaultConfig {
-            bursts,
-            stalls: options.fri_stalls,
-            stamp_jitter_ms: options.fri_stamp_jitter_ms,
-            seed: options.seed,
-            ..FaultConfig::default()
-        }),
+        fri,
         period_s: 1e-3 * options.period_ms,
     };
-    let scene_path = options.scene.as_deref();
+    let scene_file = options.scene.file();
     let recorder = options.mcap.as_deref();
     let recorder =
-        recorder.map(|path| recording::of_stage(path, &stage, &setting, scene_path, &options.arm));
+        recorder.map(|path| recording::of_stage(path, &stage, &setting, scene_file, &options.arm));
     let mut recorder = recorder.transpose()?;
     let runs = people::run_recorded(
         &stage,
@@ -262,4 +279,36 @@ pub fn run(
     let written = outputs.write(&table, &runs, &stage, setting.participants[0].hand.span_s())?;
     writeln!(out, "{written}")?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Program {
+        #[command(flatten)]
+        job: JobOptions,
+    }
+
+    /// The predictors were trained before these were refused.
+    #[test]
+    fn options_that_exclude_each_other_are_refused_before_the_work() {
+        for (words, why) in [
+            (
+                "--fri-bursts 0.02 --arm-level torque",
+                "commanded by positions",
+            ),
+            ("--fri-bursts 0.02 --period-ms 2.5", "whole milliseconds"),
+            ("--fri-bursts 2", "between 0 and 1"),
+            ("--fri-bursts 0.02 --fri-stalls nan", "between 0 and 1"),
+        ] {
+            // No work: the scene is not there.
+            let words = words.split(' ').chain(["--scene", "nowhere.obj"]);
+            let job = Program::parse_from([""].into_iter().chain(words)).job;
+            let refused = run(&job, &mut Vec::new(), |_| {}).unwrap_err();
+            assert!(format!("{refused:#}").contains(why), "{refused:#}");
+        }
+    }
 }

@@ -6,6 +6,7 @@ use crate::input::floor_pose::FloorPose;
 use crate::input::numbers::counted;
 use crate::input::place::{self, Contacts};
 use crate::input::recording_units::RecordingUnits;
+use crate::input::scene_file::SceneFile;
 use crate::input::trial;
 use crate::person::hand::Hand;
 use crate::person::kinds::PersonKind;
@@ -17,7 +18,7 @@ use anyhow::{anyhow, bail};
 use hwall::LikelyTouches;
 use hwall::haptics::Board;
 use hwall_hand::{FreezeConfig, HandFilterConfig, HandFrame, Pose, Recording};
-use hwall_scene::{LoadReport, Scene};
+use hwall_scene::{LoadLimits, LoadReport, Scene, read_text};
 use std::path::Path;
 
 /// The room made for this project, so that the binary runs from anywhere.
@@ -35,7 +36,7 @@ const LONGEST_WITHOUT_HEAD_S: f64 = 0.5;
 /// What the command line asks for.
 pub struct SettingOptions<'a> {
     /// OBJ file; `None`: the built-in room.
-    pub scene: Option<&'a Path>,
+    pub scene: Option<SceneFile<'a>>,
     /// Recording; `None`: a simulated person.
     pub hand: Option<&'a Path>,
     /// Which trial of it, where it holds several.
@@ -317,9 +318,12 @@ fn check_times(recording: &Recording) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// A file that is missing or malformed.
-pub fn load_scene(path: Option<&Path>) -> anyhow::Result<(Scene, Vec<String>)> {
-    let (scene, report) = match path {
-        Some(path) => Scene::from_obj_file(path, None).map_err(|e| named(path, &e))?,
+pub fn load_scene(file: Option<SceneFile<'_>>) -> anyhow::Result<(Scene, Vec<String>)> {
+    let (scene, report) = match file {
+        Some(SceneFile { path, frame }) => {
+            Scene::from_obj_file_in(path, None, &frame, &LoadLimits::default())
+                .map_err(|e| named(path, &e))?
+        }
         None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
     };
     Ok((scene, repairs(&report)))
@@ -333,7 +337,7 @@ pub(crate) fn scene_texts(path: Option<&Path>) -> anyhow::Result<(String, Option
     let Some(path) = path else {
         return Ok((ROOM.0.to_owned(), Some(ROOM.1.to_owned())));
     };
-    let read = |path: &Path| std::fs::read_to_string(path).map_err(|e| named(path, &e));
+    let read = |path: &Path| read_text(path, &LoadLimits::default()).map_err(|e| named(path, &e));
     let sidecar = path.with_extension("toml");
     let sidecar = sidecar.is_file().then(|| read(&sidecar)).transpose()?;
     Ok((read(path)?, sidecar))
@@ -374,8 +378,8 @@ fn repairs(report: &LoadReport) -> Vec<String> {
     }
     // Faces have no names; the surfaces that they were left out of have.
     let LoadReport {
-        degenerate_faces,
-        duplicate_faces,
+        degenerate_faces: degenerate,
+        duplicate_faces: duplicate,
         concave_polygons,
         points_and_lines,
         ignored_lines,
@@ -384,49 +388,36 @@ fn repairs(report: &LoadReport) -> Vec<String> {
         missing_material_libraries: libraries,
         missing_materials: materials,
     } = report;
-    let counts: [(&str, &str, usize, &[String]); 8] = [
-        (
-            "degenerate face",
-            "degenerate faces",
-            *degenerate_faces,
-            thinned,
-        ),
-        (
-            "duplicate face",
-            "duplicate faces",
-            *duplicate_faces,
-            thinned,
-        ),
-        (
+    let told = |n: usize, one: &str, many: &str, names: &[String]| {
+        (n > 0).then(|| format!("{}{}", counted(n, one, many), first_of(names)))
+    };
+    let found = [
+        told(*degenerate, "degenerate face", "degenerate faces", thinned),
+        told(*duplicate, "duplicate face", "duplicate faces", thinned),
+        told(
+            *concave_polygons,
             "polygon cut as a fan",
             "polygons cut as fans",
-            *concave_polygons,
             &[],
         ),
-        ("point or line", "points and lines", *points_and_lines, &[]),
-        ("unknown line", "unknown lines", *ignored_lines, &[]),
-        ("empty surface", "empty surfaces", empty.len(), empty),
-        (
+        told(*points_and_lines, "point or line", "points and lines", &[]),
+        told(*ignored_lines, "unknown line", "unknown lines", &[]),
+        told(empty.len(), "empty surface", "empty surfaces", empty),
+        told(
+            libraries.len(),
             "missing material library",
             "missing material libraries",
-            libraries.len(),
             libraries,
         ),
-        (
+        told(
+            materials.len(),
             "missing material",
             "missing materials",
-            materials.len(),
             materials,
         ),
     ];
-    let found = counts
-        .into_iter()
-        .filter(|(.., n, _)| *n > 0)
-        .map(|(one, many, n, names)| format!("{}{}", counted(n, one, many), first_of(names)));
-    vec![format!(
-        "scene, left out or mended: {}",
-        found.collect::<Vec<_>>().join(", ")
-    )]
+    let found: Vec<String> = found.into_iter().flatten().collect();
+    vec![format!("scene, left out or mended: {}", found.join(", "))]
 }
 
 #[cfg(test)]

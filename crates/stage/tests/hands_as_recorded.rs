@@ -136,14 +136,17 @@ fn other_units_are_named_with_their_flags() {
     let other = text(&rows(), |_, k, value| {
         (if k == 0 { 1e3 * value } else { 1e2 * value }).to_string()
     });
-    let units = |scale, time_unit| RecordingUnits { scale, time_unit };
+    let units = |hand_scale, time_unit| RecordingUnits {
+        hand_scale,
+        time_unit,
+    };
     let refused = |units| {
         let refused = job.setting("units", &other, units).map(|_| ());
         format!("{:#}", refused.unwrap_err())
     };
     let both = refused(RecordingUnits::SI);
     assert!(
-        both.contains("looks like centimetres: --scale 0.01"),
+        both.contains("looks like centimetres: --hand-scale 0.01"),
         "{both}"
     );
     assert!(
@@ -152,7 +155,7 @@ fn other_units_are_named_with_their_flags() {
     );
     let one = refused(units(1.0, TimeUnit::Ms));
     assert!(
-        one.contains("--scale 0.01") && !one.contains("--time-unit"),
+        one.contains("--hand-scale 0.01") && !one.contains("--time-unit"),
         "{one}"
     );
     let setting = job

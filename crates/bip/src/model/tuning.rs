@@ -10,7 +10,7 @@ pub struct Tuning {
     /// Variance of the random acceleration of the phase, 1/time⁴.
     pub acceleration_variance: f64,
     /// Factor on the standard deviations of predictions: with it, 90 % intervals held 90 % of the
-    /// ends of held-out motions. Used by `predict_at`, not by moments.
+    /// ends of held-out motions, and more where these are all equally far off. Used by `predict_at`, not by moments.
     pub spread: f64,
     /// Factor on the standard deviation of the time to the end: with it, 90 % intervals held 90 % of the ends of held-out
     /// motions. The velocity of the phase varies in longer waves than the random acceleration of the filter.

@@ -11,6 +11,9 @@ use std::sync::mpsc::{SyncSender, TrySendError};
 /// Samples that wait for the loop at most: more than three seconds of a headset.
 pub(crate) const HAND_QUEUE: usize = 256;
 
+/// The pace of a client's clock is taken over this time, s: a dozen samples of a headset.
+const PACE_S: f64 = 0.15;
+
 /// A frame on its way to the loop, its time and that of its receipt on the server's clock.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ReceivedFrame {
@@ -28,6 +31,10 @@ pub(crate) struct ClientStream {
     /// Newest time on the client's clock, s, for the left and the right hand.
     newest_s: [f64; 2],
     pub(crate) clock: ClockOffset,
+    /// When a sample came in, and its stamp, s: with those that follow, how fast its clock runs.
+    paced_from_s: Option<[f64; 2]>,
+    /// Does its clock run as if its stamps were seconds?
+    pub(crate) in_seconds: bool,
 }
 
 impl ClientStream {
@@ -37,7 +44,21 @@ impl ClientStream {
             newest_seq: None,
             newest_s: [f64::NEG_INFINITY; 2],
             clock: ClockOffset::new(),
+            paced_from_s: None,
+            in_seconds: false,
         }
+    }
+
+    /// Do its stamps count seconds where milliseconds are expected, so that its clock runs a thousand times too slow?
+    fn counts_seconds(&mut self, now_s: f64, client_s: f64) -> bool {
+        let [from_s, stamp_s] = *self.paced_from_s.get_or_insert([now_s, client_s]);
+        if now_s - from_s >= PACE_S {
+            // A clock that stands, or runs otherwise, counts nothing else.
+            let pace = (client_s - stamp_s) / (now_s - from_s);
+            self.in_seconds = (0.5e-3..=2e-3).contains(&pace);
+            self.paced_from_s = Some([now_s, client_s]);
+        }
+        self.in_seconds
     }
 }
 
@@ -60,6 +81,8 @@ pub(crate) struct Intake {
     side: Option<Followed<Side>>,
     /// Time of the newest sample handed on, s.
     newest_s: f64,
+    /// Has another client come to lead since the last frame that was handed on?
+    is_another: bool,
     queue: Option<SyncSender<ReceivedFrame>>,
 }
 
@@ -74,6 +97,7 @@ impl Intake {
             leader: None,
             side: None,
             newest_s: f64::NEG_INFINITY,
+            is_another: false,
             queue: None,
         }
     }
@@ -88,6 +112,7 @@ impl Intake {
         if self.leader.is_some_and(|leader| leader.who == client) {
             self.leader = None;
             self.side = None;
+            self.is_another = true;
         }
     }
 
@@ -107,6 +132,10 @@ impl Intake {
         let Some(frame) = in_order(stream, message, now_s, tally) else {
             return;
         };
+        if stream.counts_seconds(now_s, message.frame.t_s) {
+            tally.in_seconds.add(1);
+            return;
+        }
         if now_s - frame.t_s > self.max_age_s {
             tally.stale.add(1);
             return;
@@ -126,8 +155,10 @@ impl Intake {
             return;
         }
         self.newest_s = frame.t_s;
+        let mut frame = self.space.to_base(&frame, message.axes);
+        frame.is_of_another = self.is_another;
         let received = ReceivedFrame {
-            frame: self.space.to_base(&frame, message.axes),
+            frame,
             joints_m: self.space.joints_to_base(&message.joints_m, message.axes),
             received_s: now_s,
         };
@@ -137,6 +168,7 @@ impl Intake {
         };
         match queue.try_send(received) {
             Ok(()) => {
+                self.is_another = false;
                 tally.accepted.add(1);
                 tally.unseen.add(u64::from(!is_seen));
             }
@@ -163,6 +195,7 @@ impl Intake {
         }
         if self.leader.is_some() {
             tally.takeovers.add(1);
+            self.is_another = true;
         }
         self.leader = Some(Followed {
             who: client,
@@ -318,6 +351,52 @@ mod tests {
         s.intake.take(&mut stream, &late, 10.3, &s.tally);
         assert!(s.frames.try_recv().is_err());
         assert_eq!(s.counts().stale, 1);
+    }
+
+    /// Such a client counted as stale, and nobody knew why.
+    #[test]
+    fn stamps_in_seconds_are_told_from_samples_that_are_late() {
+        let mut s = setup(&BridgeConfig::default());
+        let mut stream = ClientStream::new(1);
+        for n in 0..72 {
+            let t_s = f64::from(n) / 72.0;
+            let message = hand(1 + n as u64, 1e-3 * (1.7e9 + t_s), Side::Right, true);
+            s.intake.take(&mut stream, &message, 5.0 + t_s, &s.tally);
+        }
+        let counts = s.counts();
+        assert_eq!(counts.stale, 0);
+        assert!(counts.in_seconds > 50, "{}", counts.in_seconds);
+        assert!(counts.to_string().contains("seconds"), "{counts}");
+        // A clock that stands, and one that is late.
+        let mut standing = ClientStream::new(2);
+        for n in 0..30 {
+            let t_s = 10.0 + 0.014 * f64::from(n);
+            let message = hand(1 + n as u64, 1e-9 * f64::from(n), Side::Right, true);
+            s.intake.take(&mut standing, &message, t_s, &s.tally);
+        }
+        assert!(s.counts().stale > 0);
+        assert_eq!(s.counts().in_seconds, counts.in_seconds);
+    }
+
+    #[test]
+    fn the_first_frame_of_another_client_says_so() {
+        let mut s = setup(&BridgeConfig::default());
+        let (mut one, mut two) = (ClientStream::new(1), ClientStream::new(2));
+        let take = |s: &mut Setup, stream: &mut ClientStream, seq: u64, t_s: f64| {
+            let message = hand(seq, t_s, Side::Right, true);
+            s.intake.take(stream, &message, t_s, &s.tally);
+            s.frames
+                .try_recv()
+                .map(|received| received.frame.is_of_another)
+        };
+        assert_eq!(take(&mut s, &mut one, 1, 0.0), Ok(false));
+        s.intake.forget(2);
+        assert_eq!(take(&mut s, &mut one, 2, 0.1), Ok(false));
+        s.intake.forget(1);
+        assert_eq!(take(&mut s, &mut two, 1, 0.2), Ok(true));
+        assert_eq!(take(&mut s, &mut two, 2, 0.3), Ok(false));
+        // Taken over.
+        assert_eq!(take(&mut s, &mut one, 3, 2.0), Ok(true));
     }
 
     #[test]

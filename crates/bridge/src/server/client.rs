@@ -222,8 +222,8 @@ fn close(socket: &mut WebSocket<Half>, code: CloseCode, reason: &'static str) {
 fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &mut ClientStream) {
     let tally = &shared.tally;
     let mut said_s = f64::NEG_INFINITY;
-    let mut complain = |text: &str, now_s: f64| {
-        tally.malformed.add(1);
+    let mut complain = |malformed: u64, text: &str, now_s: f64| {
+        tally.malformed.add(malformed);
         if now_s - said_s > SAY_S {
             said_s = now_s;
             client.say(&Reply::Error { text }.to_json(), tally);
@@ -244,13 +244,16 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
                 }
                 Ok(PageMessage::Hand(hand)) => {
                     locked(&shared.intake).take(hands, &hand, now_s, tally);
+                    if hands.in_seconds {
+                        complain(0, "stamps look like seconds, not milliseconds", now_s);
+                    }
                 }
                 Ok(PageMessage::Stop) => shared.orders.stop(),
                 Ok(PageMessage::Release) => shared.orders.let_go(),
                 Ok(PageMessage::Enable) => shared.orders.enable(),
-                Err(refused) => complain(&format!("message refused: {refused}"), now_s),
+                Err(refused) => complain(1, &format!("message refused: {refused}"), now_s),
             },
-            Ok(Message::Binary(_)) => complain("binary messages have no meaning", now_s),
+            Ok(Message::Binary(_)) => complain(1, "binary messages have no meaning", now_s),
             Ok(Message::Pong(payload)) => {
                 let number = payload.as_ref().try_into().map(u64::from_le_bytes);
                 if let Some(sent_s) = number.ok().and_then(|number| client.answered(number)) {

@@ -9,7 +9,7 @@ use super::unfit::{Unfit, unfit};
 use super::velocity::VelocityFilter;
 use crate::codec::{
     ClientCommandMode, Codec, CommandData, CommandMessage, ConnectionQuality, DATAGRAM_BYTES,
-    Datagram, Header, MonitorMessage, SessionState,
+    Datagram, FriVersion, Header, MonitorMessage, SessionState,
 };
 use crate::error::FriError;
 use crate::limits::CommandLimits;
@@ -89,6 +89,8 @@ pub struct FriClient<T = UdpTransport> {
     /// After torques: are the positions on their way to those that are commanded?
     pub(super) leads: bool,
     pub(super) statistics: ClientStatistics,
+    /// What the first datagrams of the controller, or the last that made no sense, look like.
+    looks_like: Option<FriVersion>,
 }
 
 /// The newest message of the controller.
@@ -159,6 +161,7 @@ impl<T: Transport> FriClient<T> {
             beginning: None,
             leads: false,
             statistics: ClientStatistics::default(),
+            looks_like: None,
             config,
         })
     }
@@ -305,10 +308,12 @@ impl<T: Transport> FriClient<T> {
             self.statistics.foreign += 1;
             return Ok(Some(false));
         }
-        match self
-            .codec
-            .decode_monitor(datagram.get(..length).unwrap_or(&[]))
-        {
+        let bytes = datagram.get(..length).unwrap_or(&[]);
+        let decoded = self.codec.decode_monitor(bytes);
+        if self.newest.is_none() || decoded.is_err() {
+            self.looks_like = FriVersion::of_datagram(bytes);
+        }
+        match decoded {
             Ok(message) => self.take(message, from).map(Some),
             Err(_) => {
                 self.statistics.malformed += 1;
@@ -414,6 +419,7 @@ impl<T: Transport> FriClient<T> {
         let waited = self.newest.as_ref().map_or(waited, since);
         FriError::Silent {
             waited_s: waited.as_secs_f64(),
+            other_version: self.looks_like.filter(|v| *v != self.config.version),
         }
     }
 

@@ -28,7 +28,11 @@ pub struct FaultConfig {
 }
 
 impl FaultConfig {
-    fn validate(&self) -> Result<(), FriError> {
+    /// Rejects settings outside their ranges.
+    ///
+    /// # Errors
+    /// The first of them; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), FriError> {
         for (what, share) in [
             ("bursts", self.bursts),
             ("stalls", self.stalls),

@@ -145,6 +145,13 @@ impl Supervisor {
         self.inspection.forget(part);
     }
 
+    /// Whoever was tracked is gone: nothing of them is missed, and the arm waits until all
+    /// [required](SupervisorConfig::required) parts of a person are tracked again.
+    pub fn forget_person(&mut self) {
+        self.person = PersonBody::default();
+        self.inspection.forget_person();
+    }
+
     /// Is the board known to be out of everybody's reach? Then what the torque sensors say of a resting arm is their error. Not known
     /// by default.
     pub fn set_out_of_reach(&mut self, out_of_reach: bool) {

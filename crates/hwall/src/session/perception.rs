@@ -67,6 +67,7 @@ pub(super) struct Newest {
     fingertip: Option<Fingertip>,
     palm_m: Option<DVec3>,
     head_m: Option<DVec3>,
+    people_before: u64,
     /// Arm's clock, s.
     stamp_s: f64,
     /// The place that was announced last.
@@ -223,6 +224,7 @@ impl<P: Predictor> Perception<P> {
             fingertip,
             palm_m: tracking.state().and(frame.palm_m),
             head_m: frame.head_m.filter(|m| m.is_finite()),
+            people_before: self.newest.people_before + u64::from(frame.is_of_another),
             stamp_s: arm_s,
             goal: self.newest.goal,
             unfamiliar: self.newest.unfamiliar,
@@ -434,6 +436,7 @@ impl<P: Predictor> Perception<P> {
             fingertip,
             palm_m,
             head_m,
+            people_before,
             stamp_s,
             intent,
             ..
@@ -443,6 +446,7 @@ impl<P: Predictor> Perception<P> {
             palm_m,
             head_m,
             seen_s: stamp_s,
+            people_before,
             world_moves: self.world.moves(),
             ..Guidance::default()
         };

@@ -47,6 +47,7 @@ pub struct ChainArm {
     limits: [JointLimit; MOST_JOINTS],
     max_velocity_rad_per_s: [f64; MOST_JOINTS],
     search: NumericConfig,
+    acceleration_rad_per_s2: Option<[f64; MOST_JOINTS]>,
 }
 
 impl ChainArm {
@@ -86,7 +87,15 @@ impl ChainArm {
                 max_restarts: RESTARTS,
                 ..NumericConfig::default()
             },
+            acceleration_rad_per_s2: None,
         })
+    }
+
+    /// The same arm with largest joint accelerations of its own, rad/s².
+    #[must_use]
+    pub fn with_accelerations(mut self, rad_per_s2: [f64; MOST_JOINTS]) -> Self {
+        self.acceleration_rad_per_s2 = Some(rad_per_s2);
+        self
     }
 
     /// The same arm with another tool, given in the flange.
@@ -152,6 +161,10 @@ impl ArmKinematics for ChainArm {
     fn max_torque_n_m(&self) -> [Option<f64>; MOST_JOINTS] {
         let joints = self.base_to_flange.joints();
         std::array::from_fn(|i| joints.get(i)?.max_effort.filter(|n_m| *n_m > 0.0))
+    }
+
+    fn accelerations_or(&self, otherwise: [f64; MOST_JOINTS]) -> [f64; MOST_JOINTS] {
+        self.acceleration_rad_per_s2.unwrap_or(otherwise)
     }
 
     fn forward(&self, q: &JointPositions) -> Pose {

@@ -50,6 +50,11 @@ pub trait ArmKinematics: Debug + Send + Sync {
         [None; MOST_JOINTS]
     }
 
+    /// Largest joint accelerations, rad/s²: those of the arm where it has any, else `otherwise`, as by default.
+    fn accelerations_or(&self, otherwise: [f64; MOST_JOINTS]) -> [f64; MOST_JOINTS] {
+        otherwise
+    }
+
     /// Pose of the tool, `base_from_tool`. Limits are not applied; NaN in gives NaN out.
     fn forward(&self, q: &JointPositions) -> Pose;
 

@@ -88,7 +88,7 @@ const LEAST_BUDGET_S: f64 = 0.1;
 /// A scene that cannot be read or has no wall to go to; an arm that reaches none of the places.
 pub fn run(request: &Request) -> anyhow::Result<Results> {
     let (scene, remarks) = match &request.scene {
-        Some(path) => load_scene(Some(path))?,
+        Some(path) => load_scene(Some(path.as_path().into()))?,
         None => (gym::of_seed(request.seed)?, Vec::new()),
     };
     let board = Board::default();

@@ -9,6 +9,7 @@ use hwall_kinematics::{JointPositions, Pose};
 use hwall_scene::Scene;
 use hwall_stage::arms;
 use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::input::scene_file;
 use hwall_testkit::{MarkdownTable, Timing, quantile, time_batches};
 
 /// Times for which shares are printed, s.
@@ -248,9 +249,12 @@ pub fn time_look_ups(atlas: &Atlas, slack_m: Option<f64>) -> Timing {
 ///
 /// # Errors
 /// No wall near enough.
-pub fn check_maps(maps: &WallMaps) -> anyhow::Result<()> {
+pub fn check_maps(maps: &WallMaps, scene: &Scene) -> anyhow::Result<()> {
     if maps.map().is_none() {
-        bail!("no wall of the scene is within the length of the arm");
+        bail!(
+            "no wall of the scene is within the length of the arm ({})",
+            scene_file::looks_like(scene)
+        );
     }
     Ok(())
 }

@@ -15,6 +15,7 @@ use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_stage::arms::NamedArm;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::input::scene_file::SceneFlags;
 use hwall_stage::numbers::counted;
 use hwall_stage::{note, setting};
 use std::io::Write;
@@ -24,9 +25,9 @@ use std::time::Instant;
 /// Whose arrivals where, as flags of a command line.
 #[derive(Debug, Clone, clap::Args)]
 pub struct ArrivalOptions {
-    /// OBJ scene [default: the built-in room]
-    #[arg(long)]
-    pub scene: Option<PathBuf>,
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneFlags,
     /// The arm's base in the scene: x,y,z,yaw in metres and degrees
     #[arg(long, allow_hyphen_values = true)]
     pub base: Option<String>,
@@ -68,7 +69,7 @@ pub struct ArrivalOptions {
 /// Flags that make no sense, a scene without walls within reach, files that cannot be read or written.
 pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()> {
     FilePlan::default()
-        .read_scene("--scene", options.scene.as_deref())
+        .read_scene("--scene", options.scene.scene.as_deref())
         .write_into("--out", Some(&options.out), &["arrival.svg"])
         .write("--save", options.save.as_deref())
         .check()?;
@@ -78,7 +79,7 @@ pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()>
         .closed_form()?
         .with_tool(board.flange_from_board_face()?);
     let base = options.base.as_deref().map(FloorPose::parse).transpose()?;
-    let (scene, remarks) = setting::load_scene(options.scene.as_deref())?;
+    let (scene, remarks) = setting::load_scene(options.scene.file())?;
     let scene = in_base(&scene, base.unwrap_or(FloorPose::ORIGIN))?;
     for remark in remarks {
         note(remark);
@@ -95,7 +96,7 @@ pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()>
         ..WaitingConfig::default()
     };
     let maps = WallMaps::build(&arm, &facets(&scene), WallMapsConfig::default())?;
-    check_maps(&maps)?;
+    check_maps(&maps, &scene)?;
     let limits = MotionLimits::of_arm(&arm, &MotionConfig::default())?;
     let targets = targets_of_maps(&maps, &touches.parse()?)?;
     let surfaces = Surfaces::from_maps(&maps, config.clearance.margin_m)?;

@@ -9,6 +9,7 @@ use hwall_reachability::{Interval, place_base};
 use hwall_stage::arms::{self, NamedArm};
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::output::remove_outdated;
+use hwall_stage::input::scene_file::SceneFlags;
 use hwall_stage::numbers::{counted, whole_within};
 use hwall_stage::{note, setting};
 use std::io::Write;
@@ -19,9 +20,9 @@ use std::time::Instant;
 /// What to place where, as flags of a command line.
 #[derive(Debug, Clone, clap::Args)]
 pub struct PlacementOptions {
-    /// OBJ scene [default: the built-in room]
-    #[arg(long)]
-    pub scene: Option<PathBuf>,
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneFlags,
     /// Only this surface; may be repeated [default: all that can be touched]
     #[arg(long)]
     pub surface: Vec<String>,
@@ -111,7 +112,7 @@ pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<(
         false => BY_COVERAGE.to_vec(),
     };
     FilePlan::default()
-        .read_scene("--scene", options.scene.as_deref())
+        .read_scene("--scene", options.scene.scene.as_deref())
         .write_into("--out", Some(&options.out), &names)
         .check()?;
     if !by_arrival {
@@ -129,7 +130,7 @@ pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<(
         .arm
         .closed_form()?
         .with_tool(Board::default().flange_from_board_face()?);
-    let (scene, remarks) = setting::load_scene(options.scene.as_deref())?;
+    let (scene, remarks) = setting::load_scene(options.scene.file())?;
     for remark in remarks {
         note(remark);
     }

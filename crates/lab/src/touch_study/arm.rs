@@ -152,7 +152,7 @@ impl WaitingArm {
         let room = options.room.as_deref().map(RealRoom::read);
         let room = room.transpose().context("--room")?;
         let (scene, remarks) = match &options.scene {
-            Some(path) => load_scene(Some(path))?,
+            Some(path) => load_scene(Some(path.as_path().into()))?,
             None => {
                 let first = Stimulus::of(protocol, 0)?.surface;
                 for condition in 1..protocol.conditions() {

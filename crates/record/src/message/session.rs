@@ -69,6 +69,8 @@ fn write_vector(writer: &mut Writer<'_>, field: u32, v: DVec3) {
 
 /// Where the points of arm and controller begin among the fields of a frame; older recordings end before them.
 const FIRST_BODY_FIELD: u32 = 11;
+/// Whether a frame shows another person, where it does.
+const ANOTHER_FIELD: u32 = 17;
 
 pub(crate) fn write_frame(writer: &mut Writer<'_>, sequence: u64, frame: &HandFrame) {
     writer.uint64(1, sequence);
@@ -83,6 +85,9 @@ pub(crate) fn write_frame(writer: &mut Writer<'_>, sequence: u64, frame: &HandFr
         if let Some(point) = point {
             write_vector(writer, field, point);
         }
+    }
+    if frame.is_of_another {
+        writer.uint64(ANOTHER_FIELD, 1);
     }
 }
 
@@ -288,6 +293,7 @@ impl<'a> Body<'a> {
                 }
                 9 => frame.head_m = Some(vector_of(field)?),
                 10 => frame.gaze = Some(vector_of(field)?),
+                ANOTHER_FIELD => frame.is_of_another = field.to_u64()? != 0,
                 n => {
                     let point = n.checked_sub(FIRST_BODY_FIELD).map(|k| k as usize);
                     if let Some(point) = point.and_then(|k| BodyPoint::ALL.get(k)) {

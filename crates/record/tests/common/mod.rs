@@ -84,6 +84,7 @@ pub(crate) fn hand(t_s: f64) -> HandFrame {
     frame.tips_m[4] = ((t_s / 0.1) as i64 % 7 == 3).then_some(DVec3::NAN);
     frame.head_m = Some(DVec3::new(1.4, 0.0, 1.3));
     frame.gaze = Some((door_m - DVec3::new(1.4, 0.0, 1.3)).normalize());
+    frame.is_of_another = (2.695..2.705).contains(&t_s);
     frame
 }
 

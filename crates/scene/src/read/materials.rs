@@ -2,7 +2,7 @@
 
 use super::obj::{LoadLimits, read_text};
 use std::collections::{HashMap, HashSet};
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 /// The libraries that an OBJ names, each read once.
 ///
@@ -26,8 +26,25 @@ impl<'a> Libraries<'a> {
         }
     }
 
+    /// Reads the libraries that one statement names: the one of this whole name, else each name that ends in `.mtl` or at the end.
+    pub(super) fn read_all(&mut self, names: &str, limits: &LoadLimits) {
+        if self.path(names).is_some() {
+            return self.read(names, limits);
+        }
+        let lower = names.to_ascii_lowercase();
+        let mut begin = 0;
+        for (at, ending) in lower.match_indices(".mtl") {
+            let end = at + ending.len();
+            if lower[end..].starts_with(char::is_whitespace) {
+                self.read(names[begin..end].trim(), limits);
+                begin = end;
+            }
+        }
+        self.read(names[begin..].trim(), limits);
+    }
+
     /// Reads a library, unless it was read already.
-    pub(super) fn read(&mut self, name: &str, limits: &LoadLimits) {
+    fn read(&mut self, name: &str, limits: &LoadLimits) {
         if !self.asked_for.insert(name.to_owned()) {
             return;
         }
@@ -41,17 +58,19 @@ impl<'a> Libraries<'a> {
         }
     }
 
-    fn materials(&self, name: &str, limits: &LoadLimits) -> Option<Vec<tobj::Material>> {
+    /// Where a library is, if it may be read.
+    fn path(&self, name: &str) -> Option<PathBuf> {
         let name = Path::new(name);
         let below = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
         if !name.components().all(below) {
             return None;
         }
         let path = self.directory?.join(name);
-        if !path.metadata().ok()?.is_file() {
-            return None;
-        }
-        let text = read_text(&path, limits).ok()?;
+        path.metadata().ok()?.is_file().then_some(path)
+    }
+
+    fn materials(&self, name: &str, limits: &LoadLimits) -> Option<Vec<tobj::Material>> {
+        let text = read_text(&self.path(name)?, limits).ok()?;
         text.lines().all(has_whole_color).then_some(())?;
         let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).ok()?;
         Some(materials)

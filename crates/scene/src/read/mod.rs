@@ -1,12 +1,14 @@
 //! From files and triangles to checked surfaces.
 
+mod frame;
 mod materials;
 mod mesh;
 mod obj;
 mod sidecar;
 
+pub use frame::FileFrame;
 pub(crate) use mesh::repaired;
 pub use mesh::{LoadReport, SurfaceMesh};
-pub use obj::{LoadLimits, UNNAMED};
-pub(crate) use obj::{parse, read_text};
+pub(crate) use obj::parse;
+pub use obj::{LoadLimits, UNNAMED, read_text};
 pub(crate) use sidecar::apply;

@@ -31,8 +31,11 @@ impl Default for LoadLimits {
     }
 }
 
-/// Reads a text file, at most the limit of bytes. Text that is not UTF-8 is read as Latin-1. A file with control bytes is refused.
-pub(crate) fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, SceneError> {
+/// Reads a text file, as the files of a scene are read. Text that is not UTF-8 is read as Latin-1, and without a byte order mark.
+///
+/// # Errors
+/// A file that cannot be read, has more bytes than the limit, or is neither UTF-8 nor free of control bytes; named.
+pub fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, SceneError> {
     let io = |e: std::io::Error| SceneError::Io {
         path: path.display().to_string(),
         kind: e.kind(),
@@ -49,12 +52,13 @@ pub(crate) fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, Scen
             what: "bytes",
             got,
             limit: limits.max_bytes,
-        });
+        }
+        .in_file(path));
     }
     let latin = |bytes: Vec<u8>| {
         let is_binary = |byte: &u8| *byte < 0x20 && !byte.is_ascii_whitespace();
         match bytes.iter().position(is_binary) {
-            Some(offset) => Err(SceneError::NotText { offset }),
+            Some(offset) => Err(SceneError::NotText { offset }.in_file(path)),
             None => Ok(bytes.into_iter().map(char::from).collect()),
         }
     };
@@ -164,7 +168,7 @@ impl Check<'_> {
             }
             "mtllib" => {
                 if let Some(name) = name_after(line) {
-                    self.libraries.read(name, &self.limits);
+                    self.libraries.read_all(name, &self.limits);
                 }
             }
             "usemtl" => match name_after(line) {

@@ -14,7 +14,7 @@ pub struct ServoConfig {
     /// Largest joint speeds, rad/s, `1e-3..=1e6`. `None`, the default: those of the arm, which the
     /// manufacturer publishes.
     pub max_velocity_rad_per_s: Option<[f64; 7]>,
-    /// Largest joint accelerations, rad/s², `1e-3..=1e6`. Default
+    /// Largest joint accelerations of an arm that has none of its own, rad/s², `1e-3..=1e6`. Default
     /// [`IIWA7_ACCELERATION_RAD_PER_S2`], 5.4 to 13.8 by joint ([Drake models]); the manufacturer publishes none.
     pub max_acceleration_rad_per_s2: [f64; 7],
     /// Time in which a joint comes from rest to its full acceleration, s, `1e-4..=1`: the largest jerk is the
@@ -55,9 +55,10 @@ impl ServoConfig {
         let velocity = self
             .max_velocity_rad_per_s
             .unwrap_or(*arm.max_velocity_rad_per_s());
+        let most = arm.accelerations_or(self.max_acceleration_rad_per_s2);
         let mut bounds = [JointBounds::new(1.0, 1.0, 1.0)?; 7];
         for (joint, bounds) in bounds.iter_mut().enumerate().take(arm.joint_count()) {
-            let (speed, acceleration) = (velocity[joint], self.max_acceleration_rad_per_s2[joint]);
+            let (speed, acceleration) = (velocity[joint], most[joint]);
             for (what, value) in [
                 ("max_velocity_rad_per_s", speed),
                 ("max_acceleration_rad_per_s2", acceleration),

@@ -1,5 +1,6 @@
 //! Arms by name or URDF file, for the command line.
 
+use super::assumed_limits::assumed_accelerations;
 use super::counted::Counted;
 use super::numbers::{counted, list};
 use crate::console::note;
@@ -154,6 +155,9 @@ impl BoardArm {
     fn from_chain(name: &str, chain: Chain, board: &Board) -> anyhow::Result<Self> {
         // A description of an arm with a closed form is that arm.
         if let Ok(arm) = SrsArm::from_chain(&chain) {
+            note(format_args!(
+                "{name}: built as an iiwa, whose accelerations count"
+            ));
             let mut of_srs = Self::from_srs(&arm, board)?;
             of_srs.chain = Some(chain);
             let limits = of_srs.kinematics.limits();
@@ -166,7 +170,10 @@ impl BoardArm {
             }
             return Ok(of_srs);
         }
+        let (accelerations, words) = assumed_accelerations(&chain, board);
+        note(format_args!("{name}: {words}"));
         let chain = ChainArm::new(chain)?.with_tool(board.flange_from_board_face()?);
+        let chain = chain.with_accelerations(accelerations);
         let links = chain.chain().clone();
         let kinematics: Arc<dyn ArmKinematics> = Arc::new(chain);
         let start = start_of(&*kinematics)?.with_context(|| {
@@ -388,6 +395,9 @@ mod tests {
             let arm = BoardArm::named(path.to_str().unwrap(), &Board::default());
             std::fs::remove_file(&path).unwrap();
             let arm = arm.unwrap();
+            // Of its own: not an iiwa's, and none that its weakest joint could not give.
+            let most = arm.kinematics().accelerations_or([0.0; 7]);
+            assert!(most.iter().all(|a| (0.5..40.0).contains(a)), "{most:?}");
             assert!(arm.start().0.iter().all(|q| q.is_finite()));
             assert!((0.8..1.5).contains(&arm.span_m()), "{}", arm.span_m());
         }

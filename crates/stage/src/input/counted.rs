@@ -72,6 +72,10 @@ impl ArmKinematics for Counted {
         self.0.max_torque_n_m()
     }
 
+    fn accelerations_or(&self, otherwise: [f64; MOST_JOINTS]) -> [f64; MOST_JOINTS] {
+        self.0.accelerations_or(otherwise)
+    }
+
     fn body_points(&self, q: &JointPositions) -> BodyPoints {
         count(1, 0);
         self.0.body_points(q)

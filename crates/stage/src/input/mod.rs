@@ -2,6 +2,7 @@
 
 pub mod address;
 pub mod arms;
+mod assumed_limits;
 pub mod counted;
 pub mod file_plan;
 pub mod floor_pose;
@@ -10,4 +11,5 @@ pub mod output;
 pub mod place;
 pub mod real_room;
 pub mod recording_units;
+pub mod scene_file;
 pub mod trial;

@@ -5,6 +5,7 @@
 
 use crate::input::floor_pose::FloorPose;
 use crate::input::numbers::counted;
+use crate::input::scene_file::looks_like;
 use anyhow::bail;
 use glam::{DMat3, DVec3, dvec3};
 use hwall_hand::{HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
@@ -275,8 +276,9 @@ pub fn before_a_wall(
         });
     }
     bail!(
-        "none of {} of the scene is free before the recorded hand: give --hand-origin and --base",
-        counted(count, "wall", "walls")
+        "none of {} of the scene is free before the recorded hand: give --hand-origin and --base ({})",
+        counted(count, "wall", "walls"),
+        looks_like(scene)
     )
 }
 

@@ -4,6 +4,7 @@ use anyhow::{Context, bail};
 use glam::DVec3;
 use hwall::geometry::Pose;
 use hwall::haptics::body::{Obstacle, Room};
+use hwall_scene::{LoadLimits, read_text};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -49,7 +50,7 @@ impl RealRoom {
     /// A file that cannot be read, an entry that is malformed, more than 16 of them, none at all.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let shown = || path.display().to_string();
-        Self::parse(std::fs::read_to_string(path).with_context(shown)?).with_context(shown)
+        Self::parse(read_text(path, &LoadLimits::default())?).with_context(shown)
     }
 
     /// From its text.

@@ -38,7 +38,7 @@ impl TimeUnit {
 pub struct RecordingUnits {
     /// Metres in a unit of the recording's positions: 0.01 for centimetres, 0.001 for millimetres
     #[arg(long, requires = "hand", default_value_t = 1.0, value_parser = positive, value_name = "METRES", allow_negative_numbers = true)]
-    pub scale: f64,
+    pub hand_scale: f64,
     /// Unit of the recording's times
     #[arg(long, requires = "hand", value_enum, default_value_t)]
     pub time_unit: TimeUnit,
@@ -47,7 +47,7 @@ pub struct RecordingUnits {
 impl RecordingUnits {
     /// Metres and seconds.
     pub const SI: Self = Self {
-        scale: 1.0,
+        hand_scale: 1.0,
         time_unit: TimeUnit::S,
     };
 
@@ -56,7 +56,7 @@ impl RecordingUnits {
     /// # Errors
     /// A recording that is then no person's, with the units that it seems to have.
     pub fn apply(self, recording: &mut Recording) -> anyhow::Result<()> {
-        recording.scale(self.scale, self.time_unit.seconds());
+        recording.scale(self.hand_scale, self.time_unit.seconds());
         let Some(hint) = recording.unit_hint() else {
             return Ok(());
         };
@@ -68,8 +68,8 @@ impl RecordingUnits {
                 "centimetres"
             };
             hints.push(format!(
-                "looks like {unit}: --scale {}",
-                self.scale * metres
+                "looks like {unit}: --hand-scale {}",
+                self.hand_scale * metres
             ));
         }
         let wanted = hint

@@ -151,7 +151,7 @@ pub fn run_driven(
         note("whoever sends first leads; --fri-controller names the one that may");
     }
     let since = Instant::now();
-    let (mut told, mut told_unfit) = (false, None);
+    let (mut told, mut told_version, mut told_unfit) = (false, false, None);
     let mut speaks_since = None;
     let begun_s = loop {
         match client.wait_for_commanding(LOOK) {
@@ -187,7 +187,14 @@ pub fn run_driven(
                         client.statistics().received
                     ));
                 }
-                if !told && client.statistics().malformed > 0 {
+                if let FriError::Silent {
+                    other_version: Some(version),
+                    ..
+                } = error
+                    && !std::mem::replace(&mut told_version, true)
+                {
+                    note(format_args!("{error}: --fri-version {version}"));
+                } else if !told && !told_version && client.statistics().malformed > 0 {
                     told = true;
                     note(format_args!(
                         "datagrams come, but none that FRI {} understands: is the controller of another version?",

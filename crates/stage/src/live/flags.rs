@@ -3,6 +3,7 @@
 use super::{HandChoice, LiveArm, LiveOptions};
 use crate::input::address::{host, socket_address};
 use crate::input::floor_pose::FloorPose;
+use crate::input::scene_file::SceneFlags;
 use crate::numbers::positive;
 use crate::person::predictors::PredictorKind;
 use crate::run::simulated_arm::ArmLevel;
@@ -21,9 +22,9 @@ pub struct LiveFlags {
     /// Name of a proxy by which browsers reach the page; may be given more than once
     #[arg(long = "host")]
     pub hosts: Vec<String>,
-    /// OBJ scene, z up, metres, in the frame of the arm's base [default: the built-in room]
-    #[arg(long)]
-    pub scene: Option<PathBuf>,
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneFlags,
     /// TOML file of what really stands around the arm, its planes and boxes in the frame of its base [default: a floor where the scene is lowest, or at the base]
     #[arg(long)]
     pub room: Option<PathBuf>,
@@ -87,7 +88,7 @@ impl LiveFlags {
     #[must_use]
     pub fn options(&self) -> LiveOptions<'_> {
         LiveOptions {
-            scene: self.scene.as_deref(),
+            scene: self.scene.file(),
             room: self.room.as_deref(),
             level: self.arm_level,
             predictor: self.predictor,

@@ -6,6 +6,7 @@ use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
 use crate::input::real_room::RealRoom;
 use crate::input::recording_units::RecordingUnits;
+use crate::input::scene_file::SceneFile;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, TrainingPeople, fused};
 use crate::person::responses::{self, Scenery};
@@ -51,7 +52,7 @@ impl From<HandChoice> for FollowedHand {
 /// What the command line asks for.
 pub struct LiveOptions<'a> {
     /// OBJ file; `None`: the built-in room.
-    pub scene: Option<&'a Path>,
+    pub scene: Option<SceneFile<'a>>,
     /// What really stands around the arm; `None`: a floor.
     pub room: Option<&'a Path>,
     /// How much of the arm is simulated.
@@ -83,7 +84,7 @@ impl LiveOptions<'_> {
     /// The first of these.
     pub fn check(&self, arm: &LiveArm) -> anyhow::Result<()> {
         let plan = FilePlan::default()
-            .read_scene("--scene", self.scene)
+            .read_scene("--scene", self.scene.map(|file| file.path))
             .read("--room", self.room);
         recording::planned(plan, "--record", self.record).check()?;
         load_scene(self.scene)?;

@@ -1,6 +1,7 @@
 //! The touches of a run: planned for a simulated person, or found in a recording.
 
 use crate::input::arms::BoardArm;
+use crate::input::scene_file::looks_like;
 use anyhow::bail;
 use glam::{DAffine3, DVec3};
 use hwall_hand::{HandFrame, Reach, Recording};
@@ -88,7 +89,10 @@ pub fn plan_clear(
     let mut sampler = Sampler::new(seed);
     let patches: Vec<Facet> = scene.vertical_facets();
     if patches.is_empty() {
-        bail!("the scene has no vertical surface that can be touched");
+        bail!(
+            "the scene has no vertical surface that can be touched ({})",
+            looks_like(scene)
+        );
     }
     let mut plans = Vec::new();
     for i in 0..count {
@@ -114,9 +118,10 @@ pub fn plan_clear(
             Some(plan) => plans.push(plan),
             // A scene that is entirely within reach is fine.
             None if !want_reachable => {}
-            None => {
-                bail!("found no free point within the arm's reach on the scene's vertical surfaces")
-            }
+            None => bail!(
+                "found no free point within the arm's reach on the scene's vertical surfaces ({})",
+                looks_like(scene)
+            ),
         }
     }
     Ok(plans)

@@ -39,7 +39,8 @@ impl Rebuilt {
             }
         };
         let texts = (setup.scene_obj.as_str(), setup.scene_sidecar.as_deref());
-        let (scene, _) = Scene::from_obj_str(texts.0, texts.1).context("the recorded scene")?;
+        let (scene, _) = Scene::from_obj_str_in(texts.0, texts.1, &options.frame)
+            .context("the recorded scene")?;
         let scene = options.base.scene_seen(&scene)?;
         let (predictors, _) = Predictors::train(
             &scene,

@@ -5,6 +5,7 @@
 use crate::input::arms::NamedArm;
 use crate::input::floor_pose::FloorPose;
 use crate::input::real_room::RealRoom;
+use crate::input::scene_file::SceneFile;
 use crate::person::predictors::{PredictorKind, TrainingPeople};
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting;
@@ -17,6 +18,7 @@ use hwall::haptics::Board;
 use hwall::reachability::Target;
 use hwall_hand::{HandFilterConfig, HandPoint};
 use hwall_record::{ArmSource, Run, Setup};
+use hwall_scene::{FileFrame, LoadLimits, read_text};
 use hwall_sim::PersonConfig;
 use std::path::Path;
 
@@ -24,7 +26,7 @@ use std::path::Path;
 #[derive(Debug, Clone)]
 pub struct SessionSource<'a> {
     /// OBJ file; `None`: the built-in room.
-    pub scene: Option<&'a Path>,
+    pub scene: Option<SceneFile<'a>>,
     /// The arm.
     pub arm: &'a NamedArm,
     /// The board.
@@ -53,12 +55,12 @@ impl SessionSource<'_> {
     /// # Errors
     /// A file that cannot be read; likely touches that are neither places nor the usual range.
     pub fn to_setup(&self) -> anyhow::Result<Setup> {
-        let (scene_obj, scene_sidecar) = setting::scene_texts(self.scene)?;
+        let (scene_obj, scene_sidecar) = setting::scene_texts(self.scene.map(|file| file.path))?;
         let NamedArm { name, root, tip } = self.arm;
         let arm = if self.arm.is_file() {
             ArmSource::Urdf {
                 name: name.clone(),
-                text: std::fs::read_to_string(name).with_context(|| name.clone())?,
+                text: read_text(Path::new(name), &LoadLimits::default())?,
             }
         } else {
             ArmSource::Named(name.clone())
@@ -96,7 +98,13 @@ impl SessionSource<'_> {
         let ends = ends
             .into_iter()
             .filter_map(|(key, link)| Some((key, link.clone()?)));
-        let options = options.into_iter().chain(room).chain(ends).chain(stand);
+        let frame = self.scene.map(|file| file.frame).unwrap_or_default();
+        let frame = [
+            ("scene_scale", numbers(&[frame.metres_per_unit])),
+            ("scene_y_up", frame.y_up.to_string()),
+        ];
+        let options = options.into_iter().chain(frame);
+        let options = options.chain(room).chain(ends).chain(stand);
         Ok(Setup {
             program: concat!("hwall ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene_obj,
@@ -157,6 +165,8 @@ pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, bool, f64
 
 /// The options of a setup, read back.
 pub(super) struct Options {
+    /// Unit and axes of the scene's text.
+    pub(super) frame: FileFrame,
     pub(super) base: FloorPose,
     pub(super) textured: bool,
     pub(super) level: ArmLevel,
@@ -203,7 +213,14 @@ impl Options {
                 None => usual,
             },
         };
+        // Older recordings are all in metres, z up.
+        let scale = setup.option("scene_scale").unwrap_or("1");
+        let [metres_per_unit] = numbers_of("scene_scale", scale)?;
         Ok(Self {
+            frame: FileFrame {
+                metres_per_unit,
+                y_up: setup.option("scene_y_up").is_some() && flag("scene_y_up")?,
+            },
             base,
             textured: flag("textured")?,
             level: named("level", text("level")?)?,
@@ -383,6 +400,52 @@ mod tests {
         let filter = HandFilterConfig::default();
         let run = run_of(3, &filter, false, -0.1).unwrap();
         assert_eq!(run_from(&run).unwrap(), (filter, false, -0.1));
+    }
+
+    /// A scene and an arm in Latin-1 were loaded, and could not be recorded.
+    #[test]
+    fn texts_in_latin_1_are_recorded() {
+        let folder = std::env::temp_dir().join(format!("hwall-latin-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = |name: &str, bytes: &[u8]| {
+            let path = folder.join(name);
+            std::fs::write(&path, bytes).unwrap();
+            path
+        };
+        let obj = file(
+            "room.obj",
+            b"# M\xfcller\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        );
+        file("room.toml", b"\xef\xbb\xbf# M\xc3\xbcller\n");
+        let urdf = file("arm.urdf", b"<!-- M\xfcller --><robot/>");
+        let board = Board::default();
+        let frame = FileFrame {
+            metres_per_unit: 0.1 + 0.2,
+            y_up: true,
+        };
+        let source = SessionSource {
+            scene: Some(SceneFile { path: &obj, frame }),
+            arm: &urdf.to_str().unwrap().into(),
+            board: &board,
+            room: None,
+            base: FloorPose::ORIGIN,
+            textured: true,
+            level: ArmLevel::Servo,
+            predictor: PredictorKind::RayLed,
+            adapts: true,
+            training_people: &TrainingPeople::default(),
+            likely_touches: &LikelyTouches::default(),
+        };
+        let setup = source.to_setup();
+        std::fs::remove_dir_all(&folder).unwrap();
+        let setup = setup.unwrap();
+        assert_eq!(Options::of(&setup).unwrap().frame, frame);
+        assert!(setup.scene_obj.starts_with("# M\u{fc}ller\n"));
+        assert_eq!(setup.scene_sidecar.as_deref(), Some("# M\u{fc}ller\n"));
+        let ArmSource::Urdf { text, .. } = setup.arm else {
+            panic!("a description");
+        };
+        assert_eq!(text, "<!-- M\u{fc}ller --><robot/>");
     }
 
     #[test]

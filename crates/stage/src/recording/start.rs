@@ -3,6 +3,7 @@
 use super::setup::SessionSource;
 use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::file_plan::FilePlan;
+use crate::input::scene_file::SceneFile;
 use crate::run::people::Stage;
 use crate::setting::Setting;
 use anyhow::{Context, ensure};
@@ -64,7 +65,7 @@ pub fn of_stage(
     path: &Path,
     stage: &Stage<'_>,
     setting: &Setting,
-    scene: Option<&Path>,
+    scene: Option<SceneFile<'_>>,
     arm: &NamedArm,
 ) -> anyhow::Result<Recorder> {
     let source = SessionSource {

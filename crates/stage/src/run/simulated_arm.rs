@@ -23,7 +23,7 @@ pub enum ArmLevel {
 }
 
 /// Mass of the board with its mount, kg: a plate of 200 x 200 x 20 mm of light wood and an adapter.
-const BOARD_KG: f64 = 0.6;
+pub(crate) const BOARD_KG: f64 = 0.6;
 
 impl ArmLevel {
     /// Time from a command to its first effect, s.

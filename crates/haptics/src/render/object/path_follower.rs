@@ -111,6 +111,7 @@ impl PathFollower {
         arm: Arc<dyn ArmKinematics>,
         max_acceleration_rad_per_s2: [f64; 7],
     ) -> Self {
+        let max_acceleration_rad_per_s2 = arm.accelerations_or(max_acceleration_rad_per_s2);
         // Slow joints turn less.
         let weights = arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2));
         Self {

@@ -68,14 +68,15 @@ pub struct GuardLimits {
 const IIWA7_TORQUE_N_M: [f64; MOST_JOINTS] = [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0];
 
 impl GuardLimits {
-    /// The arm's own limits of angle, speed and torque; torques that are not known are those of an iiwa 7, and so are accelerations.
+    /// The arm's own limits of angle, speed, torque and acceleration; what is not known of the last two is an iiwa 7's.
     #[must_use]
     pub fn of_arm(arm: &dyn ArmKinematics) -> Self {
         let torque_n_m = arm.max_torque_n_m();
         Self {
             position: *arm.limits(),
             velocity_rad_per_s: *arm.max_velocity_rad_per_s(),
-            acceleration_rad_per_s2: hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2,
+            acceleration_rad_per_s2: arm
+                .accelerations_or(hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2),
             torque_n_m: std::array::from_fn(|i| torque_n_m[i].unwrap_or(IIWA7_TORQUE_N_M[i])),
             torque_rate_n_m_per_s: 1000.0,
             position_slack_rad: 0.01,

@@ -131,6 +131,12 @@ impl Inspection {
         }
     }
 
+    /// No part is missed, and none was seen.
+    pub(in crate::safety) fn forget_person(&mut self) {
+        self.watches.person.iter_mut().for_each(Watch::forget);
+        self.seen = [false; 3];
+    }
+
     /// A person has looked at the arm: it is where it says it is.
     pub(in crate::safety) fn believe(&mut self) {
         self.whereabouts.believe();

@@ -17,6 +17,8 @@ pub(in crate::session) struct Safety {
     last: Option<SupervisorStep>,
     /// The name that the renderer has given to the fault.
     named: Option<HoldReason>,
+    /// As the guidance had it last.
+    people_before: u64,
 }
 
 impl Safety {
@@ -25,6 +27,7 @@ impl Safety {
             supervisor: None,
             last: None,
             named: None,
+            people_before: 0,
         }
     }
 
@@ -37,6 +40,7 @@ impl Safety {
             supervisor: Some(Supervisor::new(arm, board, config)?),
             last: None,
             named: None,
+            people_before: 0,
         })
     }
 
@@ -106,6 +110,10 @@ impl Safety {
         let Some(supervisor) = &mut self.supervisor else {
             return step.command;
         };
+        if self.people_before != guidance.people_before {
+            self.people_before = guidance.people_before;
+            supervisor.forget_person();
+        }
         let stamp_s = guidance.seen_s;
         let face_m = supervisor.arm().forward(&state.q).position_m();
         let mut out_of_reach = false;

@@ -33,10 +33,12 @@ pub(in crate::session) struct Guidance {
     pub(in crate::session) contact_s: Option<f64>,
     /// How often the virtual world has moved.
     pub(in crate::session) world_moves: u64,
+    /// How many people were tracked before this one.
+    pub(in crate::session) people_before: u64,
 }
 
 /// Length of the encoding.
-pub(super) const WORDS: usize = 65;
+pub(super) const WORDS: usize = 66;
 
 /// One bit for each value that may be absent.
 const TARGET: u64 = 1;
@@ -110,6 +112,7 @@ impl Guidance {
         }
         words[0] = present;
         words[1] = self.world_moves;
+        words[65] = self.people_before;
         words
     }
 
@@ -151,6 +154,7 @@ impl Guidance {
             }),
             contact_s: has(CONTACT).then(|| number(17)),
             world_moves: words[1],
+            people_before: words[65],
         }
     }
 }
@@ -192,6 +196,7 @@ mod tests {
             }),
             contact_s: Some(13.0),
             world_moves: 3,
+            people_before: 2,
         };
         let without = |change: &dyn Fn(&mut Guidance)| {
             let mut guidance = full;

@@ -1,0 +1,52 @@
+//! What a description does not say of an arm: how fast its joints may change their speed.
+
+use crate::run::simulated_arm::{BOARD_KG, board_body};
+use hwall::haptics::Board;
+use hwall_kinematics::{Chain, ChainDynamics, JointLimit, MOST_JOINTS};
+use hwall_testkit::Sampler;
+use std::f64::consts::PI;
+
+/// Postures that are looked at.
+const POSTURES: usize = 256;
+/// Without masses or torque limits all joints reach their full speed in this time, s. An assumption.
+const FULL_SPEED_S: f64 = 0.3;
+
+/// Largest joint accelerations, rad/s², and words for the user.
+pub(super) fn assumed_accelerations(chain: &Chain, board: &Board) -> ([f64; MOST_JOINTS], String) {
+    let joints = chain.joints().iter();
+    let speeds: Vec<f64> = joints
+        .map(|joint| joint.max_velocity.unwrap_or(1.0))
+        .collect();
+    let (source, time_s) = match full_speed_s(chain, board, &speeds) {
+        Some(time_s) => ("estimated from torque limits and inertia", time_s),
+        None => ("assumed, without masses or torque limits", FULL_SPEED_S),
+    };
+    let limits = std::array::from_fn(|i| speeds.get(i).map_or(1.0, |v| v / time_s));
+    let shown = &limits[..speeds.len().min(MOST_JOINTS)];
+    let words = format!(
+        "acceleration limits are not in the description: {source}: {shown:.1?} rad/s², full speed within {time_s:.2} s"
+    );
+    (limits, words)
+}
+
+/// Least time, s, in which all joints together come to full speed within their torques, in the worst posture, with the board.
+fn full_speed_s(chain: &Chain, board: &Board, speeds: &[f64]) -> Option<f64> {
+    let dynamics = ChainDynamics::new(chain).ok()?;
+    let dynamics = dynamics.with_payload(&board_body(board, BOARD_KG)).ok()?;
+    let mut sampler = Sampler::new(1);
+    let mut most_s: f64 = 0.0;
+    for _ in 0..POSTURES {
+        let joints = chain.joints().iter().map(|joint| joint.limit);
+        let half = |l: JointLimit| PI.min(0.5 * (l.max_rad - l.min_rad));
+        let q = joints.map(|l| l.middle_rad() + half(l) * sampler.uniform(-1.0, 1.0));
+        let q: Vec<f64> = q.collect();
+        let gravity = dynamics.gravity_torque(&q).ok()?;
+        let mass = dynamics.mass_matrix(&q).ok()?;
+        for (i, row) in mass.chunks(q.len()).enumerate() {
+            let spare = chain.joints()[i].max_effort? - gravity[i].abs();
+            let needed: f64 = row.iter().zip(speeds).map(|(m, v)| m.abs() * v).sum();
+            most_s = most_s.max(needed / spare.max(0.0));
+        }
+    }
+    Some(most_s).filter(|s| s.is_normal())
+}
