@@ -264,12 +264,14 @@ impl ArmBody {
         let mut near = Near::default();
         for (i, j) in capsules.strangers().filter(|(i, j)| self.can_part[*i][*j]) {
             let distance_m = capsules.all[i].distance_m(&capsules.all[j]);
-            near.parts[i][j] = !(distance_m >= most_m);
+            // NaN is not far.
+            let is_far = distance_m >= most_m;
+            near.parts[i][j] = !is_far;
         }
         for (index, obstacle) in self.room.obstacles().iter().enumerate() {
             for (part, capsule) in capsules.all().iter().enumerate() {
-                let can_clear = self.can_clear[index][part];
-                near.room[index][part] = can_clear && !(obstacle.at_least_m(capsule) >= most_m);
+                let is_far = obstacle.at_least_m(capsule) >= most_m;
+                near.room[index][part] = self.can_clear[index][part] && !is_far;
             }
         }
         near

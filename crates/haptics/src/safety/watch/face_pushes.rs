@@ -64,33 +64,28 @@ impl FacePushes {
                 moment_n_m: corner_m.cross(force_n),
             }))
         });
-        let add = |left: &mut [f64; MOST_JOINTS], edge: usize, by_n: f64| {
-            for (left, of_edge) in left.iter_mut().zip(edges[edge]) {
-                *left -= by_n * of_edge;
+        let dot = |a: &[f64; MOST_JOINTS], b: &[f64; MOST_JOINTS]| -> f64 {
+            a.iter().zip(b).map(|(a, b)| a * b).sum()
+        };
+        let take = |left: &mut [f64; MOST_JOINTS], of_edge: &[f64; MOST_JOINTS], force_n: f64| {
+            for (left, of_edge) in left.iter_mut().zip(of_edge) {
+                *left -= force_n * of_edge;
             }
         };
-        for (edge, force_n) in self.force_n.iter().enumerate() {
-            add(&mut left, edge, *force_n);
+        for (of_edge, force_n) in edges.iter().zip(&self.force_n) {
+            take(&mut left, of_edge, *force_n);
         }
         // Non-negative least squares, one edge after the other.
         for _ in 0..PASSES {
             if is_small(&left) {
                 break;
             }
-            for edge in 0..EDGES {
-                let dot = |other: &[f64]| {
-                    edges[edge]
-                        .iter()
-                        .zip(other)
-                        .map(|(a, b)| a * b)
-                        .sum::<f64>()
-                };
-                let best_n =
-                    self.force_n[edge] + dot(&left) / dot(&edges[edge]).max(f64::MIN_POSITIVE);
-                let by_n = best_n.max(0.0) - self.force_n[edge];
+            for (of_edge, force_n) in edges.iter().zip(&mut self.force_n) {
+                let square = dot(of_edge, of_edge).max(f64::MIN_POSITIVE);
+                let by_n = (*force_n + dot(of_edge, &left) / square).max(0.0) - *force_n;
                 if by_n.is_finite() {
-                    self.force_n[edge] += by_n;
-                    add(&mut left, edge, by_n);
+                    *force_n += by_n;
+                    take(&mut left, of_edge, by_n);
                 }
             }
         }
