@@ -10,6 +10,7 @@ struct Readme;
 
 pub mod architecture;
 pub mod documents;
+pub mod report;
 
 pub mod attack;
 pub mod bip;
