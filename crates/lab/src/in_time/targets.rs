@@ -89,7 +89,6 @@ fn targets(kind: PersonKind) -> Vec<Target> {
 }
 
 /// Every target of the kinds that were run.
-#[must_use]
 pub fn table(rows: &[Row]) -> MarkdownTable {
     let mut table = MarkdownTable::new(["person", "target", "bound", "measured", "met"]);
     for row in rows {
