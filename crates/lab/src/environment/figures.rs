@@ -219,7 +219,7 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
                 let at = chart
                     .plotting_area()
                     .map_coordinate(&pair(encounter.point_m));
-                Mark::of(touch).draw(&root, at)?;
+                Mark::of(touch).draw(root, at)?;
             }
             for (kind, name) in [(2, "walls"), (1, "mirrors"), (0, "doors")] {
                 if seen[kind] {
@@ -254,7 +254,7 @@ pub(super) fn from_the_arm(path: &Path, results: &Results) -> anyhow::Result<()>
             let inside =
                 (touch.point_m.truncate() - extent[0]).min(extent[1] - touch.point_m.truncate());
             if inside.min_element() > 0.0 {
-                Mark::of(touch).draw(&root, at)?;
+                Mark::of(touch).draw(root, at)?;
             }
         }
         let stands = yellow.mix(0.25).filled();
