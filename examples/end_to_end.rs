@@ -52,6 +52,6 @@ fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     bar.finish_and_clear();
     let path = document::write(&request, &results, &documents)?;
-    let text = document::text(&request, &results);
+    let text = document::text(&request, &results)?;
     writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")
 }

@@ -4,7 +4,7 @@ use hwall_hand::{HandPoint, Quantity, Recording, write_recordings};
 use hwall_lab::contact::candidates::Candidate;
 use hwall_lab::contact::recordings::{FoundSources, read};
 use hwall_lab::contact::report::{Choice, recordings};
-use hwall_lab::demonstrations::files::{self, Robot};
+use hwall_lab::demonstrations::files;
 use hwall_lab::demonstrations::generate::{
     DemonstrationConfig, PartSize, SimulatedReach, generate,
 };
@@ -227,7 +227,7 @@ fn empty_cells_are_gaps_and_no_more() {
 fn motions_for_another_tool_are_no_second_study() {
     let dir = empty_folder("generated");
     let made = people();
-    files::write(&dir, &made, Robot::Joints).unwrap();
+    files::write(&dir, &made).unwrap();
     let FoundSources { sources, refused } = read(&dir).unwrap();
     assert_eq!(sources.len(), 1);
     assert_eq!(sources[0].reaches.len(), REACHES);

@@ -5,7 +5,7 @@ use hwall_hand::{HandFrame, HandPoint, LabelledReach, read_recordings};
 use hwall_lab::bip::run;
 use hwall_lab::bip::setup::Setup;
 use hwall_lab::bip::trajectories::{self, TrainTest};
-use hwall_lab::demonstrations::files::{self, HANDS, MOTIONS, MotionSource, Robot};
+use hwall_lab::demonstrations::files::{self, HANDS, MOTIONS, MotionSource};
 use hwall_lab::demonstrations::generate::{
     DemonstrationConfig, Part, PartSize, SimulatedReach, generate,
 };
@@ -40,7 +40,7 @@ fn small() -> DemonstrationConfig {
 fn the_recording_of_all_hands_reads_back_bit_for_bit() {
     let made = generate(&small()).unwrap();
     let folder = folder("hands");
-    files::write(&folder, &made, Robot::Joints).unwrap();
+    files::write(&folder, &made).unwrap();
     let file = std::fs::File::open(folder.join(HANDS)).unwrap();
     let read = read_recordings(file).unwrap();
     assert_eq!(read.len(), 19);
@@ -58,44 +58,40 @@ fn the_recording_of_all_hands_reads_back_bit_for_bit() {
 }
 
 #[test]
-fn a_filter_learns_from_the_files_where_joints_and_board_end() {
+fn a_filter_learns_from_the_files_where_joints_end() {
     let config = small();
     let made = generate(&config).unwrap();
-    for (robot, name, dofs) in [(Robot::Joints, "joints", 25), (Robot::Board, "board", 24)] {
-        let folder = folder(name);
-        files::write(&folder, &made, robot).unwrap();
-        let again = files::write(&folder, &made[..3], robot).unwrap_err();
-        assert!(again.to_string().contains("not empty"), "{again:#}");
-        let motions = folder.join(MOTIONS);
-        let TrainTest { train, test } = trajectories::read_both(&motions, &motions).unwrap();
-        assert_eq!((train.trajectories.len(), test.trajectories.len()), (14, 5));
-        assert_eq!(train.columns.len(), dofs);
-        let setup = Setup {
-            basis: "legendre:5".parse().unwrap(),
-            observed: "0-17".parse().unwrap(),
-            mode: "exact".parse().unwrap(),
-            noise: "fit".parse().unwrap(),
-            phase_variance: 1e-4,
-            process_variance: None,
-            published: false,
-        };
-        let trained = setup.train(&train).unwrap();
-        assert_eq!(trained.inferred, (18..dofs).collect::<Vec<_>>());
-        let runs = run::run(&setup, &trained, &test).unwrap();
-        for (run, made) in runs
-            .tests
-            .iter()
-            .zip(made.iter().filter(|d| d.part == Part::Test))
-        {
-            assert_eq!(run.samples, made.labelled.frames.len());
-            let response = made.response.as_ref().unwrap();
-            let last = response.joints_rad.len() - 1;
-            let truth = match robot {
-                Robot::Joints => response.joints_rad[last][0],
-                Robot::Board => response.base_from_board[last].position_m().x,
-            };
-            assert_eq!(run.truth[18], Some(truth));
-        }
+    let dofs = 25;
+    let folder = folder("joints");
+    files::write(&folder, &made).unwrap();
+    let again = files::write(&folder, &made[..3]).unwrap_err();
+    assert!(again.to_string().contains("not empty"), "{again:#}");
+    let motions = folder.join(MOTIONS);
+    let TrainTest { train, test } = trajectories::read_both(&motions, &motions).unwrap();
+    assert_eq!((train.trajectories.len(), test.trajectories.len()), (14, 5));
+    assert_eq!(train.columns.len(), dofs);
+    let setup = Setup {
+        basis: "legendre:5".parse().unwrap(),
+        observed: "0-17".parse().unwrap(),
+        mode: "exact".parse().unwrap(),
+        noise: "fit".parse().unwrap(),
+        phase_variance: 1e-4,
+        process_variance: None,
+        published: false,
+    };
+    let trained = setup.train(&train).unwrap();
+    assert_eq!(trained.inferred, (18..dofs).collect::<Vec<_>>());
+    let runs = run::run(&setup, &trained, &test).unwrap();
+    for (run, made) in runs
+        .tests
+        .iter()
+        .zip(made.iter().filter(|d| d.part == Part::Test))
+    {
+        assert_eq!(run.samples, made.labelled.frames.len());
+        let response = made.response.as_ref().unwrap();
+        let last = response.joints_rad.len() - 1;
+        let truth = response.joints_rad[last][0];
+        assert_eq!(run.truth[18], Some(truth));
     }
 }
 
@@ -246,7 +242,7 @@ fn a_real_recording_becomes_motions_of_what_it_holds() {
             reach: &reach,
             response: None,
         }];
-        files::motions_of(&reaches, &points, Robot::Joints, part).unwrap()
+        files::motions_of(&reaches, &points, part).unwrap()
     };
     let (train, test) = (motions(Part::Train), motions(Part::Test));
     assert_eq!(train.columns.len(), 6);

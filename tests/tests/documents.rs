@@ -81,7 +81,7 @@ fn findings_are_held_by_tests_that_there_are() {
         }
     }
     let text = document("docs/ATTACKS.md");
-    assert!(text.contains(&findings::section()), "attack --docs");
+    assert!(text.contains(findings::section()), "attack --docs");
 }
 
 /// The summary and the README quote one run, that of the document.

@@ -23,7 +23,6 @@ pub struct Destination {
 
 impl Destination {
     /// The folder that was asked for, not made yet; `default` where none was.
-    #[must_use]
     pub fn folder<'a>(&'a self, default: &'a str) -> &'a Path {
         match &self.out {
             _ if self.docs => Path::new(TRACKED),
@@ -82,13 +81,11 @@ impl Documents {
     }
 
     /// The folder.
-    #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
     /// The README that quotes these documents; `None` unless they are the tracked ones.
-    #[must_use]
     pub fn readme(&self) -> Option<&Path> {
         self.readme.as_deref()
     }
@@ -135,7 +132,6 @@ impl Documents {
 }
 
 /// The sentence of a document about the command that wrote it: the one that is running.
-#[must_use]
 pub fn written_by() -> String {
     let program = std::env::current_exe().unwrap_or_default();
     let name = program.file_stem().unwrap_or_default().to_string_lossy();
@@ -169,7 +165,6 @@ fn without_place(word: &str) -> String {
 }
 
 /// A word for a shell.
-#[must_use]
 pub fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-,:=+".contains(c);
     if !text.is_empty() && text.chars().all(plain) {

@@ -11,6 +11,7 @@ struct Pages;
 
 pub mod architecture;
 pub mod documents;
+pub mod report;
 
 pub mod attack;
 pub mod bip;

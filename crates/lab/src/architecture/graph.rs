@@ -48,7 +48,6 @@ pub struct CrateGraph {
 
 impl CrateGraph {
     /// The same without the arrows for which a longer way says the same: a way without options, unless the arrow is one.
-    #[must_use]
     pub fn reduced(&self) -> Self {
         let says_more = |arrow: &&Use| {
             let others = self.uses.iter().filter(|other| {
@@ -76,7 +75,6 @@ impl CrateGraph {
     }
 
     /// The layer of each crate, from 0 for those that use nothing: one above the highest that it uses. `None` for a circle.
-    #[must_use]
     pub fn layers(&self) -> Option<Vec<usize>> {
         let count = self.nodes.len();
         let mut layers = vec![0; count];

@@ -101,7 +101,6 @@ impl Layout {
     }
 
     /// Arrows that cross.
-    #[must_use]
     pub fn crossings(&self) -> usize {
         let mut crossings = 0;
         for layer in 1..self.layers.len() {

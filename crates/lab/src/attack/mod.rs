@@ -6,10 +6,11 @@ mod session;
 mod study_log;
 mod text;
 
-use crate::documents::{Documents, written_by};
+use crate::documents::Documents;
 use crate::faults::random;
+use crate::report::{Column, Gap, page, table_of};
 use anyhow::bail;
-use hwall_testkit::{AttackReport, Machine, MarkdownTable, Verdict, attack};
+use hwall_testkit::{AttackReport, Verdict, attack};
 use std::path::PathBuf;
 
 /// Reads an input and checks what was read.
@@ -129,27 +130,16 @@ pub fn loop_again(run: u64, seed: u64) -> anyhow::Result<AttackReport> {
 }
 
 /// A row for each attack.
-#[must_use]
 pub fn table(reports: &[AttackReport]) -> String {
-    let mut table = MarkdownTable::new([
-        "attack",
-        "inputs",
-        "refused",
-        "accepted",
-        "findings",
-        "slowest ms",
-    ]);
-    for report in reports {
-        table.row([
-            report.name.clone(),
-            report.inputs.to_string(),
-            report.refused.to_string(),
-            report.accepted.to_string(),
-            report.findings.to_string(),
-            format!("{:.1}", report.slowest_ms),
-        ]);
-    }
-    table.to_string()
+    let columns: [Column<'_, &AttackReport>; 6] = [
+        ("attack", &|r| r.name.clone()),
+        ("inputs", &|r| r.inputs.to_string()),
+        ("refused", &|r| r.refused.to_string()),
+        ("accepted", &|r| r.accepted.to_string()),
+        ("findings", &|r| r.findings.to_string()),
+        ("slowest ms", &|r| format!("{:.1}", r.slowest_ms)),
+    ];
+    table_of(reports, &columns).to_string()
 }
 
 /// Name of the document.
@@ -164,31 +154,12 @@ pub fn write(
     seed: u64,
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
-    let text = format!(
-        "# Attacks\n\nWhat becomes of hostile files, and of the control loop under faults? {}\n\n{}\n\n{}\n{EXPLAINED}\n{}",
-        written_by(),
-        Machine::detect(seed),
-        table(reports),
-        findings::section()
-    );
-    documents.write(NAME, &text)
+    let gaps: [Gap<'_>; 2] = [
+        ("table", &table(reports)),
+        ("findings", &findings::section()),
+    ];
+    documents.write(NAME, &page(include_str!("document.md"), seed, &gaps)?)
 }
-
-/// How inputs are made, and what counts as a finding.
-const EXPLAINED: &str = "\
-Inputs are made from files that are accepted: bits are flipped, ends cut off, pieces of two files joined, numbers made extreme, lines
-repeated, counts made huge; checksums and digests are made right again. A finding is a panic, or something that was accepted and does
-not hold what it promises: a hit that is not finite, a model that cannot read its own file, a probability above 1. The slowest input
-counts its waiting for the processor, too.
-
-The control loop is disturbed again and again while it serves one touch after another, at servo level and at torque level, with a wall,
-a textured wall and a door: one of the faults of [FAULTS.md](FAULTS.md), or one wrong number in the arm's state or the tracker's frame
-(from NaN and 1e300 to 0.001), or both, for 1 to 400 cycles at a moment drawn at random. The hand is in a hurry: it sets off 0.2 to 1.4 s
-after its look, takes 0.2 to 1 s, and touches up to 0.3 m beside the usual place, so it often meets the board on its way. *Refused*
-means that a safe state was named, *accepted* that the session went on. A finding is a command outside the joints' limits or faster
-than they may be, one far from the arm, a step that looks at more instants of possible ways than it may (counted, for times depend on
-the machine), a latch without a fault, one that a reset does not open, a touch afterwards that is not served, or a panic.
-";
 
 /// A promise, and whether it holds.
 fn promise(holds: bool, what: &str) -> Result<(), String> {

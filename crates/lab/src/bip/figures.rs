@@ -2,8 +2,8 @@
 
 use crate::bip::run::TestRun;
 use crate::bip::scores::{Accuracy, DofSet, INTERVALS, kinds};
-use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
-use hwall_stage::report::figure_file::FigureFile;
+use crate::report::figure::{Area, Axes, Draw, Plot, figure, log_ticks, whole};
+use hwall_stage::figures::{COLOURS, TEXT};
 use hwall_testkit::quantile;
 use plotters::prelude::*;
 use std::path::Path;
@@ -23,17 +23,13 @@ const SMALLEST: f64 = 1e-4;
 /// A file that cannot be written.
 pub fn errors(path: &Path, sets: &[DofSet], runs: &[TestRun]) -> anyhow::Result<()> {
     let height = 400;
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (980, height * sets.len() as u32)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    for (panel, set) in root.split_evenly((sets.len(), 1)).iter().zip(sets) {
-        errors_panel(panel, set, runs)?;
-    }
-    root.present().map_err(plot_error)?;
-    file.finish()
+    figure(path, (980, height * sets.len() as u32), |root| {
+        for (panel, set) in root.split_evenly((sets.len(), 1)).iter().zip(sets) {
+            errors_panel(panel, set, runs)?;
+        }
+        Ok(())
+    })
 }
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
 /// Room for the key to the right of a chart, pixels: within it, it would hide curves.
 const KEY_WIDTH: u32 = 235;
@@ -45,28 +41,14 @@ fn key(area: &Area<'_>, entries: &[(String, ShapeStyle)]) -> anyhow::Result<()> 
         let y = 64 + 24 * i as i32;
         if style.filled {
             let band = Rectangle::new([(left, y - 7), (left + 24, y + 7)], *style);
-            area.draw(&band).map_err(plot_error)?;
+            area.put(&band)?;
         } else {
             let line = PathElement::new([(left, y), (left + 24, y)], *style);
-            area.draw(&line).map_err(plot_error)?;
+            area.put(&line)?;
         }
-        area.draw_text(name, &TextStyle::from(TEXT), (left + 32, y - 8))
-            .map_err(plot_error)?;
+        area.write(name, TEXT, (left + 32, y - 8))?;
     }
     Ok(())
-}
-
-/// Ticks of a logarithmic axis that do not crowd: 1, 2, 5 of each decade, or decades alone.
-fn ticks(range: &std::ops::Range<f64>) -> Vec<f64> {
-    let (low, high) = (range.start.log10(), range.end.log10());
-    let digits: &[u8] = if high - low < 2.5 { &[1, 2, 5] } else { &[1] };
-    let decades = low.floor() as i32..=high.ceil() as i32;
-    decades
-        .flat_map(|e| digits.iter().map(move |d| format!("{d}e{e}")))
-        // Through text, because 10^-2 as a power is not quite 0.01.
-        .filter_map(|text| text.parse().ok())
-        .filter(|tick| range.contains(tick))
-        .collect()
 }
 
 fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Result<()> {
@@ -101,24 +83,19 @@ fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Resu
         set.name,
         runs.len()
     );
-    let mut chart = ChartBuilder::on(area)
-        .caption(title, TITLE)
-        .margin(14)
-        .margin_right(KEY_WIDTH)
-        .x_label_area_size(52)
-        .y_label_area_size(84)
-        .build_cartesian_2d(0.0..100.0, y.clone().log_scale().with_key_points(ticks(&y)))
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc("samples seen, %")
-        .y_desc("distance, columns' unit")
-        .x_label_formatter(&|v| format!("{v:.0}"))
-        .y_label_formatter(&|v| v.to_string())
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
+    let axes = Axes {
+        title: &title,
+        names: ["samples seen, %", "distance, columns' unit"],
+        formats: [Some(&whole), Some(&|v| v.to_string())],
+        labels: [84, 52],
+        beside: KEY_WIDTH - 14,
+        ..Axes::default()
+    };
+    let mut chart = axes.on(
+        area,
+        0.0..100.0,
+        y.clone().log_scale().with_key_points(log_ticks(&y, 2.5)),
+    )?;
     let blue = COLOURS[0];
     let mut names = Vec::new();
     for (low, high, shade, name) in [
@@ -128,9 +105,7 @@ fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Resu
         let mut outline = lift(&all[low]);
         outline.extend(lift(&all[high]).into_iter().rev());
         let style = blue.mix(shade).filled();
-        chart
-            .draw_series([Polygon::new(outline, style)])
-            .map_err(plot_error)?;
+        chart.series([Polygon::new(outline, style)])?;
         names.push((name.to_owned(), style));
     }
     let mut lines = vec![("median".to_owned(), all[2].clone(), blue.stroke_width(3))];
@@ -141,9 +116,7 @@ fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Resu
         lines.push((format!("median, {name}"), median, colour.stroke_width(2)));
     }
     for (name, line, style) in lines {
-        chart
-            .draw_series(LineSeries::new(lift(&line), style))
-            .map_err(plot_error)?;
+        chart.line(lift(&line), style)?;
         names.push((name, style));
     }
     key(area, &names)
@@ -154,58 +127,39 @@ fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Resu
 /// # Errors
 /// A file that cannot be written.
 pub fn coverage(path: &Path, sets: &[DofSet], runs: &[TestRun]) -> anyhow::Result<()> {
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (980, 440)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let mut chart = ChartBuilder::on(&root)
-        .caption(
-            format!(
+    figure(path, (980, 440), |root| {
+        let axes = Axes {
+            title: &format!(
                 "True end points in the intervals, dashed: as it should be ({} motions)",
                 runs.len()
             ),
-            TITLE,
-        )
-        .margin(14)
-        .margin_right(KEY_WIDTH)
-        .x_label_area_size(52)
-        .y_label_area_size(64)
-        .build_cartesian_2d(0.0..100.0, 0.0..100.0)
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc("samples seen, %")
-        .y_desc("end points within, %")
-        .x_label_formatter(&|v| format!("{v:.0}"))
-        .y_label_formatter(&|v| format!("{v:.0}"))
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
-    for share in INTERVALS.map(|i| i.share) {
-        let line = [(0.0, 100.0 * share), (100.0, 100.0 * share)];
-        chart
-            .draw_series(DashedLineSeries::new(line, 6, 5, BLACK.mix(0.6).into()))
-            .map_err(plot_error)?;
-    }
-    let mut names = Vec::new();
-    let mut colours = COLOURS.iter();
-    for set in sets {
-        for (i, interval) in INTERVALS.iter().enumerate().rev() {
-            let Some(colour) = colours.next() else { break };
-            let points = percents()
-                .map(|p| (p as f64, 100.0 * Accuracy::at(runs, set, p).covered[i]))
-                .filter(|p| p.1.is_finite());
-            let style = colour.stroke_width(2);
-            chart
-                .draw_series(LineSeries::new(points, style))
-                .map_err(plot_error)?;
-            names.push((
-                format!("{:.0} %, {}", 100.0 * interval.share, set.name),
-                style,
-            ));
+            names: ["samples seen, %", "end points within, %"],
+            formats: [Some(&whole), Some(&whole)],
+            beside: KEY_WIDTH - 14,
+            ..Axes::default()
+        };
+        let mut chart = axes.on(root, 0.0..100.0, 0.0..100.0)?;
+        for share in INTERVALS.map(|i| i.share) {
+            let line = [(0.0, 100.0 * share), (100.0, 100.0 * share)];
+            chart.series(DashedLineSeries::new(line, 6, 5, BLACK.mix(0.6).into()))?;
         }
-    }
-    key(&root, &names)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+        let mut names = Vec::new();
+        let mut colours = COLOURS.iter();
+        for set in sets {
+            for (i, interval) in INTERVALS.iter().enumerate().rev() {
+                let Some(colour) = colours.next() else { break };
+                let points = percents()
+                    .map(|p| (p as f64, 100.0 * Accuracy::at(runs, set, p).covered[i]))
+                    .filter(|p| p.1.is_finite());
+                let style = colour.stroke_width(2);
+                chart.line(points, style)?;
+                names.push((
+                    format!("{:.0} %, {}", 100.0 * interval.share, set.name),
+                    style,
+                ));
+            }
+        }
+        key(root, &names)?;
+        Ok(())
+    })
 }

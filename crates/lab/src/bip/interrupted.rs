@@ -2,6 +2,7 @@
 
 use crate::bip::setup::{Setup, TrainedModel};
 use crate::bip::trajectories::{Trajectory, TrajectorySet};
+use crate::report::named;
 use anyhow::Context;
 use hwall_bip::{Bank, BankConfig, Demonstration, Model, Observation, TrainingConfig};
 use hwall_testkit::{MarkdownTable, Sampler};
@@ -21,27 +22,17 @@ const SHARES_LEFT: [f64; 2] = [0.25, 0.5];
 /// Half the width of a 90 % interval, standard deviations.
 const INTERVAL_90: f64 = 1.644_853_626_951;
 
-/// What happens on the way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Interruption {
-    None,
-    Sudden,
-    Gradual,
-    JoinedLate,
+named! {
+    /// What happens on the way.
+    enum Interruption {
+        None = "none",
+        Sudden = "sudden stop",
+        Gradual = "gradual stop",
+        JoinedLate = "joined there",
+    }
 }
 
 impl Interruption {
-    const ALL: [Self; 4] = [Self::None, Self::Sudden, Self::Gradual, Self::JoinedLate];
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Sudden => "sudden stop",
-            Self::Gradual => "gradual stop",
-            Self::JoinedLate => "joined there",
-        }
-    }
-
     /// The places of a motion of so many samples that are seen, in samples of it, and the first one that counts as after it.
     fn places(self, samples: usize, at: usize) -> (Vec<f64>, usize) {
         let last = (samples - 1) as f64;

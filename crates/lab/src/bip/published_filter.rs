@@ -202,19 +202,16 @@ impl FullFilter {
     }
 
     /// Mean of the phase.
-    #[must_use]
     pub fn phase(&self) -> f64 {
         self.state[0]
     }
 
     /// Mean of the phase velocity, 1/time.
-    #[must_use]
     pub fn phase_velocity(&self) -> f64 {
         self.state[1]
     }
 
     /// Covariance of phase and phase velocity, which need not be symmetric.
-    #[must_use]
     pub fn phase_covariance(&self) -> [[f64; 2]; 2] {
         let n = self.state.len();
         let p = &self.covariance;
@@ -223,7 +220,6 @@ impl FullFilter {
 
     /// Mean trajectory of a degree of freedom at a phase; `None` if there is no such degree of
     /// freedom or a function overflows there.
-    #[must_use]
     pub fn mean_at(&self, phase: f64, dof: usize) -> Option<f64> {
         let &(g, first) = self.layout.get(dof)?;
         let values = self.functions(phase).ok()?.values;
@@ -232,7 +228,6 @@ impl FullFilter {
 
     /// Variance of a degree of freedom at a given phase, without measurement noise; `None` as for
     /// [`mean_at`](Self::mean_at). Negative where rounding has cost the covariance its definiteness.
-    #[must_use]
     pub fn variance_at(&self, phase: f64, dof: usize) -> Option<f64> {
         let &(g, first) = self.layout.get(dof)?;
         let values = self.functions(phase).ok()?.values;

@@ -33,7 +33,6 @@ const TIPS_M: [DVec3; 5] = [
 ];
 
 /// Training and test motions; the same seed gives the same ones.
-#[must_use]
 pub fn sets(seed: u64, train: usize, test: usize) -> TrainTest {
     let mut sampler = Sampler::new(seed);
     let mut set = |part: &str, count: usize| TrajectorySet {

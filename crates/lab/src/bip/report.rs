@@ -13,7 +13,6 @@ use std::io::Write as _;
 use std::path::Path;
 
 /// The tables of errors and coverage, of all motions and of each kind, then sizes and times.
-#[must_use]
 pub fn tables(setup: &Setup, trained: &TrainedModel, runs: &Runs) -> String {
     let sets = dof_sets(setup, trained);
     let all: Vec<&TestRun> = runs.tests.iter().collect();

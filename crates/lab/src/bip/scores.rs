@@ -39,7 +39,6 @@ pub struct DofSet {
 
 impl DofSet {
     /// Some degrees of freedom, judged together.
-    #[must_use]
     pub fn of(setup: &Setup, trained: &TrainedModel, name: &str, dofs: &[usize]) -> Self {
         Self {
             name: name.to_owned(),
@@ -54,7 +53,6 @@ impl DofSet {
 }
 
 /// The observed degrees of freedom and, if there are any, the others.
-#[must_use]
 pub fn dof_sets(setup: &Setup, trained: &TrainedModel) -> Vec<DofSet> {
     let parts = [
         ("observed", &trained.observed),
@@ -92,7 +90,6 @@ fn samples_of(percent: usize, samples: usize) -> usize {
 
 impl Accuracy {
     /// After `percent` (1 to 100) of the samples of each motion.
-    #[must_use]
     pub fn at<'a>(
         runs: impl IntoIterator<Item = &'a TestRun>,
         set: &DofSet,
@@ -132,7 +129,6 @@ impl Accuracy {
 }
 
 /// The kinds of motion, in the order of their first motions; none unless every motion has a kind.
-#[must_use]
 pub fn kinds(runs: &[TestRun]) -> Vec<&str> {
     let mut kinds: Vec<&str> = Vec::new();
     for run in runs {

@@ -294,20 +294,17 @@ impl Setup {
     }
 
     /// Is the model trained as published? The published filter always is.
-    #[must_use]
     pub fn trains_as_published(&self) -> bool {
         self.published || self.mode == Mode::Compat
     }
 
     /// Do predictions include the residual, so that they are of what will be measured? In the published
     /// convention they are of the mean motion alone.
-    #[must_use]
     pub fn predicts_measurements(&self) -> bool {
         self.noise == Noise::HeldOut && self.mode != Mode::Compat
     }
 
     /// The filter that was asked for.
-    #[must_use]
     pub fn filter(&self) -> FilterConfig {
         let (noise, noise_factor) = match self.noise {
             Noise::Fit => (NoiseSource::Fit, None),

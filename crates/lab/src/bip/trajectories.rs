@@ -1,5 +1,6 @@
 //! Folders of trajectories: one CSV file each, one row a sample, one column a degree of freedom.
 
+use crate::report::quantiles;
 use anyhow::{Context, bail, ensure};
 use hwall_bip::Demonstration;
 use hwall_stage::numbers::NumberReader;
@@ -244,18 +245,14 @@ impl Trajectory {
     /// Time step before each sample; before the first one the median of the others.
     ///
     /// `period`: the step of a motion that has one sample only.
-    #[must_use]
     pub fn steps(&self, period: f64) -> Vec<f64> {
         let Some(times_s) = &self.times_s else {
             return vec![1.0; self.rows.len()];
         };
         let steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
-        let mut sorted = steps.clone();
-        sorted.sort_by(f64::total_cmp);
-        let first = if sorted.is_empty() {
-            period
-        } else {
-            hwall_testkit::quantile(&sorted, 0.5)
+        let first = match steps.is_empty() {
+            true => period,
+            false => quantiles(steps.iter().copied(), [0.5])[0],
         };
         [first].into_iter().chain(steps).collect()
     }

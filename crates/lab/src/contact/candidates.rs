@@ -21,8 +21,6 @@ pub enum Role {
     Part,
     /// The learned estimator.
     Learned,
-    /// Learns from the very reach that is judged what no estimator can know: a bound, not a competitor.
-    Bound,
 }
 
 /// One estimator of the end of a reach.
@@ -36,7 +34,6 @@ pub struct Candidate {
 }
 
 /// All candidates, in the order of the tables; `config` is that of the learned estimator and its parts.
-#[must_use]
 pub fn all(config: LearnedConfig) -> Vec<Candidate> {
     let of = |combination, name, role| Candidate {
         role,
@@ -45,12 +42,6 @@ pub fn all(config: LearnedConfig) -> Vec<Candidate> {
     vec![
         Candidate::of("hold", |r| Hold::train(r)),
         Candidate::of("constant velocity", |r| ConstantVelocity::train(r)),
-        Candidate {
-            role: Role::Bound,
-            ..Candidate::of("constant velocity, arrival known", |r| {
-                ConstantVelocity::train(r)
-            })
-        },
         Candidate::of("minimum jerk", |r| MinimumJerk::train(r)),
         Candidate::of("nearest neighbours", |r| NearestNeighbour::train(r)),
         Candidate::of("ridge on five frames", |r| RidgeWindow::train(r)),

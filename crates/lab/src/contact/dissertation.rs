@@ -1,6 +1,6 @@
 //! The dissertation's experiment on simulated people: 47 reaches to learn from, 30 to be judged by.
 
-use crate::contact::candidates::{Candidate, Role};
+use crate::contact::candidates::Candidate;
 use crate::contact::report::{Choice, Comparison, Section, compare};
 use crate::contact::run::run;
 use crate::contact::scores::Scores;
@@ -55,7 +55,6 @@ pub struct Overrides {
 
 impl Overrides {
     /// The experiment with these numbers.
-    #[must_use]
     pub fn apply(self, config: DemonstrationConfig) -> DemonstrationConfig {
         DemonstrationConfig {
             seed: self.seed,
@@ -98,7 +97,8 @@ pub fn report(
     let mut text = format!(
         "## The dissertation's experiment on simulated people, seed {}\n\n\
          One static panel; x is its normal, z up. Learnt from: {} reaches of {}. A board of 0.2 m is \
-         missed where the hand is beside it.\n",
+         missed where the hand is beside it. A constant velocity of which the arrival was known, more than any estimator knows, was off by 97 mm at 70 % and \
+         17 mm at 90 % of the time (medians): not knowing when is not what a constant velocity lacks.\n",
         overrides.seed,
         train.len(),
         people(&train)
@@ -228,7 +228,7 @@ fn side_by_side(scores: &[Scores]) -> MarkdownTable {
         published.extend(["not published", ""].map(str::to_owned));
     }
     table.row(published);
-    for s in scores.iter().filter(|s| s.role != Role::Bound) {
+    for s in scores {
         let mut cells = vec![s.name.clone()];
         for Target { share, mean_cm } in TARGETS {
             let at = s.at_moment(Moment::Share(share));

@@ -2,13 +2,13 @@
 
 use crate::contact::candidates::Role;
 use crate::contact::scores::{REGIONS, Scores};
+use crate::report::figure::{
+    Area, Axes, Chart, Draw, Mesh, Plot, figure, log_ticks, named_line, tenths, whole,
+};
 use hwall_contact::score::{BEFORE_S, Moment};
-use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
-use hwall_stage::report::figure_file::FigureFile;
-use plotters::coord::Shift;
+use hwall_stage::figures::{COLOURS, TEXT, legend};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
-use std::ops::Range;
 use std::path::Path;
 
 /// Errors below this are drawn at it, mm: a logarithmic axis has no zero.
@@ -31,13 +31,12 @@ fn colours() -> impl Iterator<Item = RGBColor> {
     COLOURS.into_iter().chain([BLACK]).cycle()
 }
 
-/// All but bounds, with a colour each.
+/// With a colour each.
 fn competitors(scores: &[Scores]) -> impl Iterator<Item = (&Scores, RGBColor)> {
-    let competing = scores.iter().filter(|s| s.role != Role::Bound);
-    competing.zip(colours())
+    scores.iter().zip(colours())
 }
 
-/// Median error over the time to contact of all but bounds; a full line where covariances are stated.
+/// Median error over the time to contact; a full line where covariances are stated.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -67,113 +66,66 @@ pub fn errors(path: &Path, title: &str, lines: &[ErrorLine]) -> anyhow::Result<(
     let points = || lines.iter().flat_map(|line| &line.points);
     let largest_mm = points().fold(100.0, |m: f64, p| m.max(1e3 * p.1));
     let earliest_ms = points().fold(100.0, |m: f64, p| m.max(1e3 * p.0));
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (980, 540)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let y = 0.9 * SMALLEST_MM..1.2 * largest_mm;
-    let (drawing, beside) = root.split_horizontally(690);
-    // Time runs to the right, towards the contact.
-    let mut chart = ChartBuilder::on(&drawing)
-        .caption(title, TITLE)
-        .margin(14)
-        .x_label_area_size(52)
-        .y_label_area_size(70)
-        .build_cartesian_2d(
+    figure(path, (980, 540), |root| {
+        let y = 0.9 * SMALLEST_MM..1.2 * largest_mm;
+        let (drawing, beside) = root.split_horizontally(690);
+        // Time runs to the right, towards the contact.
+        let axes = Axes {
+            title,
+            names: [
+                "time to contact, ms",
+                &format!("median error of the predicted point, mm (at least {SMALLEST_MM})"),
+            ],
+            formats: [Some(&|x| format!("{:.0}", x.abs())), Some(&whole)],
+            labels: [70, 52],
+            mesh: Mesh::Across,
+            ..Axes::default()
+        };
+        let mut chart = axes.on(
+            &drawing,
             -earliest_ms * 1.02..0.0,
-            y.clone().log_scale().with_key_points(error_ticks(&y)),
-        )
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .disable_x_mesh()
-        .x_desc("time to contact, ms")
-        .y_desc(format!(
-            "median error of the predicted point, mm (at least {SMALLEST_MM})"
-        ))
-        .x_label_formatter(&|x| format!("{:.0}", x.abs()))
-        .y_label_formatter(&|y| format!("{y:.0}"))
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
-    for (line, y) in lines.iter().zip((64..).step_by(24)) {
-        let style = line.style;
-        let points = line
-            .points
-            .iter()
-            .map(|(before_s, error_m)| (-1e3 * before_s, (1e3 * error_m).max(SMALLEST_MM)));
-        let key = |from: i32, to: i32| beside.draw(&PathElement::new([(from, y), (to, y)], style));
-        if line.dashed {
-            chart
-                .draw_series(DashedLineSeries::new(points, 6, 5, style))
-                .map_err(plot_error)?;
-            key(8, 17).and(key(25, 34)).map_err(plot_error)?;
-        } else {
-            chart
-                .draw_series(LineSeries::new(points, style).point_size(3))
-                .map_err(plot_error)?;
-            key(8, 34).map_err(plot_error)?;
+            y.clone().log_scale().with_key_points(log_ticks(&y, 3.0)),
+        )?;
+        for (line, y) in lines.iter().zip((64..).step_by(24)) {
+            let style = line.style;
+            let points = line
+                .points
+                .iter()
+                .map(|(before_s, error_m)| (-1e3 * before_s, (1e3 * error_m).max(SMALLEST_MM)));
+            let key = |from, to| beside.put(&PathElement::new([(from, y), (to, y)], style));
+            if line.dashed {
+                chart.series(DashedLineSeries::new(points, 6, 5, style))?;
+                key(8, 17).and(key(25, 34))?;
+            } else {
+                chart.series(LineSeries::new(points, style).point_size(3))?;
+                key(8, 34)?;
+            }
+            beside.write(&line.name, TEXT, (44, y - 9))?;
         }
-        let text = TextStyle::from(TEXT);
-        beside
-            .draw_text(&line.name, &text, (44, y - 9))
-            .map_err(plot_error)?;
-    }
-    root.present().map_err(plot_error)?;
-    file.finish()
+        Ok(())
+    })
 }
-
-/// Ticks of a logarithmic axis of errors: 1, 2 and 5 of each decade, or decades alone where these are many.
-fn error_ticks(range: &Range<f64>) -> Vec<f64> {
-    let (low, high) = (range.start.log10(), range.end.log10());
-    let digits: &[f64] = if high - low < 3.0 {
-        &[1.0, 2.0, 5.0]
-    } else {
-        &[1.0]
-    };
-    (low.floor() as i32..=high.ceil() as i32)
-        .flat_map(|decade| digits.iter().map(move |digit| digit * 10_f64.powi(decade)))
-        .filter(|tick| range.contains(tick))
-        .collect()
-}
-
-/// A chart from 0 to 1 both ways.
-pub type Square<'a, 'path> =
-    ChartContext<'a, SVGBackend<'path>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// Axes of observed over stated probability, with the diagonal on which the two are the same.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn unit_square<'a, 'path>(
-    root: &'a DrawingArea<SVGBackend<'path>, Shift>,
+pub fn unit_square<'a, 'p>(
+    root: &'a Area<'p>,
     title: &str,
-    [stated, observed]: [&str; 2],
-) -> anyhow::Result<Square<'a, 'path>> {
-    root.fill(&WHITE).map_err(plot_error)?;
+    names: [&str; 2],
+) -> anyhow::Result<Chart<'a, 'p, RangedCoordf64, RangedCoordf64>> {
     // Room for dots at 1.
-    let mut chart = ChartBuilder::on(root)
-        .caption(title, TITLE)
-        .margin(14)
-        .margin_right(26)
-        .x_label_area_size(52)
-        .y_label_area_size(64)
-        .build_cartesian_2d(0.0..1.02, 0.0..1.02)
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc(stated)
-        .y_desc(observed)
-        .x_labels(6)
-        .y_labels(6)
-        .x_label_formatter(&|x| format!("{x:.1}"))
-        .y_label_formatter(&|y| format!("{y:.1}"))
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
-    let honest = LineSeries::new([(0.0, 0.0), (1.0, 1.0)], BLACK.mix(0.4));
-    chart.draw_series(honest).map_err(plot_error)?;
+    let axes = Axes {
+        title,
+        names,
+        formats: [Some(&tenths), Some(&tenths)],
+        numbers: [Some(6), Some(6)],
+        beside: 26 - 14,
+        ..Axes::default()
+    };
+    let mut chart = axes.on(root, 0.0..1.02, 0.0..1.02)?;
+    chart.line([(0.0, 0.0), (1.0, 1.0)], BLACK.mix(0.4))?;
     Ok(chart)
 }
 
@@ -189,27 +141,19 @@ pub fn reliability(path: &Path, title: &str, scores: &[Scores]) -> anyhow::Resul
     if lines.is_empty() {
         return Ok(false);
     }
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (680, 640)).into_drawing_area();
-    let axes = [
+    let names = [
         "stated probability of the region",
         "share of the contacts in it",
     ];
-    let mut chart = unit_square(&root, title, axes)?;
-    for (colour, name, observed) in lines {
-        let style = colour.stroke_width(3);
-        let points = REGIONS
-            .iter()
-            .zip(observed)
-            .map(|(r, o)| (r.probability, o));
-        chart
-            .draw_series(LineSeries::new(points, style).point_size(3))
-            .map_err(plot_error)?
-            .label(name)
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
-    }
-    legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
-    root.present().map_err(plot_error)?;
-    file.finish()?;
+    figure(path, (680, 640), |root| {
+        let mut chart = unit_square(root, title, names)?;
+        for (colour, name, observed) in lines {
+            let style = colour.stroke_width(3);
+            let stated = REGIONS.iter().map(|r| r.probability);
+            let line = LineSeries::new(stated.zip(observed), style).point_size(3);
+            named_line(chart.series(line)?, name, style);
+        }
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)
+    })?;
     Ok(true)
 }

@@ -276,7 +276,6 @@ impl Source {
     }
 
     /// Who is held out when.
-    #[must_use]
     pub fn split(&self) -> Split {
         Split::of(&self.reaches, &self.recordings)
     }

@@ -7,11 +7,11 @@ use crate::contact::rows::EstimateRows;
 use crate::contact::run::run;
 use crate::contact::scores::Scores;
 use crate::contact::tables;
+use crate::report::quantiles;
 use anyhow::Context;
 use hwall_contact::score::Split;
 use hwall_hand::{LabelledReach, NamedPoint};
 use hwall_stage::numbers::counted;
-use hwall_testkit::quantile;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -95,7 +95,6 @@ pub struct Choice {
 impl Choice {
     /// What was asked for and is not there: a line for each point and for the gaze that is seen too seldom for the
     /// learned estimator to look at.
-    #[must_use]
     pub fn absent(&self, reaches: &[LabelledReach]) -> Vec<String> {
         let frames = || reaches.iter().flat_map(|r| &r.frames);
         let count = frames().count();
@@ -190,10 +189,7 @@ pub fn recordings(
 
 fn heading(source: &Source) -> String {
     let reaches = &source.reaches;
-    let median = |mut values: Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        quantile(&values, 0.5)
-    };
+    let median = |values: Vec<f64>| quantiles(values, [0.5])[0];
     let n = reaches.len();
     let mut text = format!("### {}: {}", source.name, counted(n, "reach", "reaches"));
     if n > 0 {

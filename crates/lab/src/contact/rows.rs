@@ -1,7 +1,7 @@
 //! Estimates of where a reach ends as a file, one row each.
 
 use anyhow::Context;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use hwall_contact::ContactEstimate;
 use hwall_contact::score::{Span, written};
 use hwall_hand::LabelledReach;
@@ -17,6 +17,14 @@ pub struct TimedEstimate {
     pub took_us: f64,
 }
 
+/// `xx, xy, xz, yy, yz, zz`; empty where there is none.
+pub fn covariance_cells(c: Option<DMat3>, write: impl Fn(f64) -> String) -> [String; 6] {
+    c.map_or([const { String::new() }; 6], |c| {
+        let [x, y, z] = [c.x_axis, c.y_axis, c.z_axis];
+        [x.x, x.y, x.z, y.y, y.z, z.z].map(write)
+    })
+}
+
 /// A CSV with one row an estimate: those at the moments of the tables, and one every 50 ms.
 pub struct EstimateRows {
     source: String,
@@ -30,31 +38,9 @@ impl EstimateRows {
     /// A file that cannot be written.
     pub fn create(path: &Path, source: &str) -> anyhow::Result<Self> {
         let mut out = numbers::writer(Some(path))?;
-        out.write_record([
-            "source",
-            "method",
-            "fold",
-            "person",
-            "trial",
-            "t",
-            "share",
-            "to_contact",
-            "x",
-            "y",
-            "z",
-            "true_x",
-            "true_y",
-            "true_z",
-            "var_xx",
-            "var_xy",
-            "var_xz",
-            "var_yy",
-            "var_yz",
-            "var_zz",
-            "left",
-            "left_sd",
-            "us",
-        ])?;
+        let names = "source,method,fold,person,trial,t,share,to_contact,x,y,z,true_x,true_y,true_z,\
+                     var_xx,var_xy,var_xz,var_yy,var_yz,var_zz,left,left_sd,us";
+        out.write_record(names.split(','))?;
         Ok(Self {
             source: source.to_owned(),
             out,
@@ -95,15 +81,8 @@ impl EstimateRows {
             };
             metres(&mut cells, estimate.map(|e| e.point_m));
             metres(&mut cells, Some(reach.contact_m));
-            match estimate.and_then(|e| e.covariance_m2) {
-                Some(c) => cells.extend(
-                    [
-                        c.x_axis.x, c.x_axis.y, c.x_axis.z, c.y_axis.y, c.y_axis.z, c.z_axis.z,
-                    ]
-                    .map(|v| format!("{v:.4e}")),
-                ),
-                None => cells.extend([const { String::new() }; 6]),
-            }
+            let covariance_m2 = estimate.and_then(|e| e.covariance_m2);
+            cells.extend(covariance_cells(covariance_m2, |v| format!("{v:.4e}")));
             let left = estimate.and_then(|e| e.time_to_contact_s);
             let seconds = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.5}"));
             cells.push(seconds(left.map(|l| l.mean_s)));

@@ -3,9 +3,7 @@
 use crate::contact::candidates::{BoxedEstimator, Candidate, Role};
 use crate::contact::rows::{EstimateRows, TimedEstimate};
 use crate::contact::scores::{Adapting, EstimateError, Scores, Training};
-use anyhow::Context;
-use hwall_contact::score::Split;
-use hwall_contact::score::{Evaluation, Moment};
+use hwall_contact::score::{Evaluation, Fold, Moment, Split};
 use hwall_hand::LabelledReach;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -27,40 +25,25 @@ pub fn run(
     split: &Split,
     rows: Option<&mut EstimateRows>,
 ) -> anyhow::Result<Scores> {
-    let train = |numbers: &[usize]| -> anyhow::Result<BoxedEstimator> {
-        let learnt: Vec<&LabelledReach> = numbers.iter().map(|&i| &reaches[i]).collect();
-        (candidate.train)(&learnt)
-    };
-    let bound = candidate.role == Role::Bound;
-    let timed = |numbers: &[usize]| -> anyhow::Result<(BoxedEstimator, Training)> {
+    let train = |fold: &Fold| -> anyhow::Result<(BoxedEstimator, Training)> {
+        let learnt: Vec<&LabelledReach> = fold.train.iter().map(|&i| &reaches[i]).collect();
         let start = Instant::now();
-        let estimator = train(numbers)?;
+        let estimator = (candidate.train)(&learnt)?;
         let training = Training {
-            reaches: numbers.len(),
+            reaches: learnt.len(),
             took_s: start.elapsed().as_secs_f64(),
         };
         Ok((estimator, training))
     };
-    let trained: Vec<Option<(BoxedEstimator, Training)>> = split
-        .folds
-        .par_iter()
-        .map(|fold| (!bound).then(|| timed(&fold.train)).transpose())
-        .collect::<anyhow::Result<_>>()?;
-    let training = trained
-        .iter()
-        .flatten()
-        .map(|(_, training)| *training)
-        .max_by(|a, b| a.took_s.total_cmp(&b.took_s));
+    let folds = split.folds.par_iter().map(train);
+    let trained: Vec<(BoxedEstimator, Training)> = folds.collect::<anyhow::Result<_>>()?;
+    let training = trained.iter().map(|(_, training)| *training);
+    let training = training.max_by(|a, b| a.took_s.total_cmp(&b.took_s));
     let mut estimates: Vec<Vec<ReachEstimates>> = Vec::new();
     let mut adapting = Adapting::default();
-    for (fold, trained) in split.folds.iter().zip(trained) {
-        let mut estimator = trained.map(|(estimator, _)| estimator);
+    for (fold, (mut estimator, _)) in split.folds.iter().zip(trained) {
         let mut of_fold = Vec::new();
         for &number in &fold.test {
-            if bound {
-                estimator = Some(train(&[number])?);
-            }
-            let estimator = estimator.as_mut().context("an estimator")?;
             estimator.begin();
             let timed = |frame| {
                 let start = Instant::now();
@@ -75,17 +58,10 @@ pub fn run(
                 frames: reaches[number].frames.iter().map(timed).collect(),
             });
         }
-        if let (Role::Learned, Some(estimator)) = (candidate.role, &mut estimator) {
-            let follow =
-                |e: &mut BoxedEstimator, tell| Evaluation::follow(e, reaches, &fold.test, tell);
-            adapting
-                .alone
-                .reaches
-                .extend(follow(estimator, false).reaches);
-            adapting
-                .told
-                .reaches
-                .extend(follow(estimator, true).reaches);
+        if candidate.role == Role::Learned {
+            let mut follow = |tell| Evaluation::follow(&mut estimator, reaches, &fold.test, tell);
+            adapting.alone.reaches.extend(follow(false).reaches);
+            adapting.told.reaches.extend(follow(true).reaches);
         }
         estimates.push(of_fold);
     }
@@ -122,7 +98,6 @@ pub fn run(
 mod tests {
     use super::*;
     use glam::{DMat3, DVec3};
-    use hwall_contact::score::Fold;
     use hwall_contact::score::SHARES;
     use hwall_contact::{ContactEstimate, ContactEstimator, TimeToContact};
     use hwall_hand::{HandFrame, HandPoint};

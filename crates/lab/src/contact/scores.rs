@@ -45,20 +45,17 @@ pub const TOUCHES: [(usize, usize); 6] =
 
 impl Scores {
     /// Over the reaches at the chosen moments together.
-    #[must_use]
     pub fn at(&self, moments: impl Fn(Moment) -> bool) -> Summary {
         let chosen = Moment::all().zip(&self.errors).filter(|(m, _)| moments(*m));
         Summary::of(chosen.flat_map(|(_, errors)| errors).copied())
     }
 
     /// Over the reaches at one moment.
-    #[must_use]
     pub fn at_moment(&self, moment: Moment) -> Summary {
         self.at(|m| m == moment)
     }
 
     /// Over 30 to 90 % of the time, while an estimate is still of use.
-    #[must_use]
     pub fn under_way(&self) -> Summary {
         self.at(|m| matches!(m, Moment::Share(share) if share < 0.95))
     }

@@ -1,7 +1,8 @@
 //! The study's tables.
 
 use crate::contact::candidates::Role;
-use crate::contact::scores::{Adapting, Evaluation, REGIONS, Scores, Summary, TOUCHES};
+use crate::contact::scores::{Adapting, Evaluation, REGIONS, Scores, Summary, TOUCHES, Training};
+use crate::report::{Column, table_of, titled};
 use hwall_contact::score::{BEFORE_S, Moment, SHARES};
 use hwall_stage::numbers;
 use hwall_testkit::{MarkdownTable, quantile};
@@ -12,18 +13,13 @@ use std::path::Path;
 const HALF_AND_MOST: [usize; 2] = [4, 8];
 
 /// In short: the best baseline and the learned estimator at every moment, and which of them is better.
-#[must_use]
 pub fn in_short(scores: &[Scores]) -> String {
     let Some(learned) = scores.iter().find(|s| s.role == Role::Learned) else {
         return "\nThe learned estimator could not be trained: nothing to compare.\n".to_owned();
     };
-    let mut table = MarkdownTable::new([
-        "moment",
-        "best baseline",
-        "its median error, mm",
-        "learned, mm",
-        "better than every baseline",
-    ]);
+    let mut table = titled(
+        "moment | best baseline | its median error, mm | learned, mm | better than every baseline",
+    );
     for moment in Moment::all() {
         let median_m = |s: &Scores| s.at_moment(moment).median_m;
         let own_m = median_m(learned);
@@ -44,20 +40,7 @@ pub fn in_short(scores: &[Scores]) -> String {
             if own_m < best_m { "yes" } else { "no" }.to_owned(),
         ]);
     }
-    let bounds: Vec<&str> = scores
-        .iter()
-        .filter(|s| s.role == Role::Bound)
-        .map(|s| s.name.as_str())
-        .collect();
-    let bound = if bounds.is_empty() {
-        String::new()
-    } else {
-        format!(
-            "\nNot compared: {}, which learns from the reach that is judged; a bound.\n",
-            bounds.join("; ")
-        )
-    };
-    format!("\n{table}{bound}")
+    format!("\n{table}")
 }
 
 /// Moments of the tables of one page.
@@ -75,7 +58,6 @@ const SHORT: [Moment; 9] = [
 
 /// Median errors in mm of several sets of reaches on one page: the best baseline at each moment, the learned
 /// estimator, and the same once it is told of touches; then how many 90 % regions hold the truth.
-#[must_use]
 pub fn overview(sets: &[(String, Vec<Scores>)]) -> String {
     let titles = ["set", "median error, mm"].map(str::to_owned);
     let moments = || SHORT.iter().map(|m| m.name());
@@ -142,16 +124,10 @@ fn under_way(moment: Moment) -> bool {
 }
 
 /// Error and coverage against touches made, with and without being told of them.
-#[must_use]
 pub fn curve(adapting: &Adapting) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "touches made",
-        "reaches",
-        "mean error, mm",
-        "told of them",
-        "in 90 % regions, %",
-        "told of them",
-    ]);
+    let mut table = titled(
+        "touches made | reaches | mean error, mm | told of them | in 90 % regions, % | told of them",
+    );
     for (from, to) in TOUCHES {
         let of = |e: &Evaluation| e.among(|r| (from..to).contains(&r.touches), under_way);
         let reaches = adapting.told.reaches.iter();
@@ -159,18 +135,13 @@ pub fn curve(adapting: &Adapting) -> MarkdownTable {
         if count == 0 {
             continue;
         }
-        let range = match to {
-            usize::MAX => format!("{from} and more"),
-            _ if to == from + 1 => from.to_string(),
-            _ => format!("{from} to {}", to - 1),
-        };
         let (alone, told) = (of(&adapting.alone), of(&adapting.told));
         let share = |s: &Summary| {
             s.covered()
                 .map_or("none".to_owned(), |c| format!("{:.0}", 100.0 * c))
         };
         table.row([
-            range,
+            range_of(from, to),
             count.to_string(),
             format!("{:.1}", 1e3 * alone.mean_m),
             format!("{:.1}", 1e3 * told.mean_m),
@@ -181,8 +152,16 @@ pub fn curve(adapting: &Adapting) -> MarkdownTable {
     table
 }
 
+/// A range of numbers up to the second, in words.
+pub fn range_of(from: usize, to: usize) -> String {
+    match to {
+        usize::MAX => format!("{from} and more"),
+        _ if to == from + 1 => from.to_string(),
+        _ => format!("{from} to {}", to - 1),
+    }
+}
+
 /// All tables of one source, under fourth-level headings.
-#[must_use]
 pub fn markdown(scores: &[Scores]) -> String {
     let shares = SHARES.map(Moment::Share);
     let before = BEFORE_S.map(Moment::Before);
@@ -278,28 +257,14 @@ fn coverage(scores: &[Scores]) -> MarkdownTable {
 }
 
 fn axes(scores: &[Scores]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "method",
-        "x at 50 %",
-        "y",
-        "z",
-        "missed",
-        "x at 70 %",
-        "y",
-        "z",
-        "missed",
-    ]);
+    let mut table = titled("method | x at 50 % | y | z | missed | x at 70 % | y | z | missed");
     for s in scores {
         let cells = [0.5, 0.7].into_iter().flat_map(|share| {
-            let summary = s.at_moment(Moment::Share(share));
-            let (mean, max) = (100.0 * summary.axis_mean_m, 100.0 * summary.axis_max_m);
-            let axis = |i: usize| format!("{:.2} / {:.2}", mean[i], max[i]);
-            [
-                axis(0),
-                axis(1),
-                axis(2),
-                format!("{} of {}", summary.missed, summary.count),
-            ]
+            let at = s.at_moment(Moment::Share(share));
+            let (mean, max) = (100.0 * at.axis_mean_m, 100.0 * at.axis_max_m);
+            let axes = [0, 1, 2].map(|i| format!("{:.2} / {:.2}", mean[i], max[i]));
+            axes.into_iter()
+                .chain([format!("{} of {}", at.missed, at.count)])
         });
         table.row([s.name.clone()].into_iter().chain(cells));
     }
@@ -328,57 +293,46 @@ fn same_time(scores: &[Scores], number: usize) -> Option<&str> {
 }
 
 fn calibration(scores: &[Scores]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "method",
-        "per axis in 50 %",
-        "in 90 %",
-        "in space in 50 %",
-        "in 90 %",
-        "CRPS, mm",
-        "time, mean error, ms",
-        "in 90 %",
-        "µs per frame, median / p99",
-        "silent",
-        "longest training of a fold, s (reaches)",
-    ]);
-    for (number, s) in scores.iter().enumerate() {
-        let all = s.under_way();
-        let percent = |share: Option<f64>| {
-            share.map_or_else(
-                || "none".to_owned(),
-                |share| format!("{:.0} %", 100.0 * share),
-            )
-        };
-        let [time_mean, time_interval] = match same_time(scores, number) {
-            Some(owner) => [format!("as {owner}"), String::new()],
-            None => [
-                all.time_mean_s
-                    .map_or_else(|| "none".to_owned(), |t| format!("{:.0}", 1e3 * t)),
-                percent(all.time_interval),
-            ],
-        };
-        table.row([
-            s.name.clone(),
-            percent(all.intervals.map(|i| i[0])),
-            percent(all.intervals.map(|i| i[1])),
-            percent(all.regions.map(|r| r[HALF_AND_MOST[0]])),
-            percent(all.regions.map(|r| r[HALF_AND_MOST[1]])),
-            format!("{:.1}", 1e3 * all.crps_m),
-            time_mean,
-            time_interval,
-            format!(
-                "{:.1} / {:.1}",
-                quantile(&s.step_us, 0.5),
-                quantile(&s.step_us, 0.99)
-            ),
-            all.silent.to_string(),
-            s.training.map_or_else(
-                || "none".to_owned(),
-                |t| format!("{:.1} ({})", t.took_s, t.reaches),
-            ),
-        ]);
-    }
-    table
+    let percent = |share: Option<f64>| {
+        share.map_or("none".to_owned(), |share| format!("{:.0} %", 100.0 * share))
+    };
+    let of = |(number, _): &(usize, &Scores)| same_time(scores, *number);
+    let all = |(_, s): &(usize, &Scores)| s.under_way();
+    let time = |row: &(usize, &Scores)| match (of(row), all(row).time_mean_s) {
+        (Some(owner), _) => format!("as {owner}"),
+        (None, Some(mean_s)) => format!("{:.0}", 1e3 * mean_s),
+        (None, None) => "none".to_owned(),
+    };
+    let interval = |row: &(usize, &Scores)| match of(row) {
+        Some(_) => String::new(),
+        None => percent(all(row).time_interval),
+    };
+    let step = |s: &Scores| {
+        let at = |p: f64| quantile(&s.step_us, p);
+        format!("{:.1} / {:.1}", at(0.5), at(0.99))
+    };
+    let training = |t: Training| format!("{:.1} ({})", t.took_s, t.reaches);
+    let region = |row: &(usize, &Scores), place: usize| {
+        percent(all(row).regions.map(|r| r[HALF_AND_MOST[place]]))
+    };
+    let columns: [Column<'_, (usize, &Scores)>; 11] = [
+        ("method", &|(_, s)| s.name.clone()),
+        ("per axis in 50 %", &|row| {
+            percent(all(row).intervals.map(|i| i[0]))
+        }),
+        ("in 90 %", &|row| percent(all(row).intervals.map(|i| i[1]))),
+        ("in space in 50 %", &|row| region(row, 0)),
+        ("in 90 %", &|row| region(row, 1)),
+        ("CRPS, mm", &|row| format!("{:.1}", 1e3 * all(row).crps_m)),
+        ("time, mean error, ms", &time),
+        ("in 90 %", &interval),
+        ("µs per frame, median / p99", &|(_, s)| step(s)),
+        ("silent", &|row| all(row).silent.to_string()),
+        ("longest training of a fold, s (reaches)", &|(_, s)| {
+            s.training.map_or("none".to_owned(), training)
+        }),
+    ];
+    table_of(scores.iter().enumerate(), &columns)
 }
 
 /// Everything at every moment, one row a method and a moment.

@@ -15,50 +15,13 @@ pub const HANDS: &str = "hands.csv";
 /// Folder of the motions, `train-001.csv` and so on and `test-001.csv` and so on.
 pub const MOTIONS: &str = "demonstrations";
 
-/// Which values of the arm stand beside the hand in a motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Robot {
-    /// Its seven joints, rad.
-    #[default]
-    Joints,
-    /// The middle of its board, m, and the normal of it.
-    Board,
-}
-
-impl Robot {
-    fn columns(self) -> Vec<String> {
-        match self {
-            Self::Joints => numbers::numbered("q", 7),
-            Self::Board => {
-                let of = |point: &str| ["x", "y", "z"].map(|axis| format!("{point}_{axis}"));
-                [of("board"), of("normal")].concat()
-            }
-        }
-    }
-
-    fn cells(self, response: &Response, frame: usize) -> Vec<f64> {
-        match self {
-            Self::Joints => response.joints_rad[frame].0.to_vec(),
-            Self::Board => {
-                let pose = &response.base_from_board[frame];
-                let (point_m, normal) = (pose.position_m(), pose.rotation().z_axis);
-                [point_m.to_array(), normal.to_array()].concat()
-            }
-        }
-    }
-}
-
 /// Makes demonstrations and writes them; returns a line that says what was made.
 ///
 /// # Errors
 /// As [`generate`] and [`write()`].
-pub fn generate_into(
-    folder: &Path,
-    config: &DemonstrationConfig,
-    robot: Robot,
-) -> anyhow::Result<String> {
+pub fn generate_into(folder: &Path, config: &DemonstrationConfig) -> anyhow::Result<String> {
     let made = generate(config)?;
-    write(folder, &made, robot)?;
+    write(folder, &made)?;
     let count = |part| made.iter().filter(|d| d.part == part).count();
     Ok(format!(
         "{} of {} to learn from, {} of {} to be judged by: {HANDS} and {MOTIONS}/ in {}",
@@ -75,7 +38,7 @@ pub fn generate_into(
 ///
 /// # Errors
 /// A folder of motions that cannot be written or is not empty; no point of the hand that all reaches have.
-pub fn write(folder: &Path, made: &[SimulatedReach], robot: Robot) -> anyhow::Result<()> {
+pub fn write(folder: &Path, made: &[SimulatedReach]) -> anyhow::Result<()> {
     let motions = folder.join(MOTIONS);
     std::fs::create_dir_all(&motions).with_context(|| motions.display().to_string())?;
     // Otherwise the motions of an earlier run would be learnt from as well.
@@ -95,7 +58,7 @@ pub fn write(folder: &Path, made: &[SimulatedReach], robot: Robot) -> anyhow::Re
                 response: d.response.as_ref(),
             })
             .collect();
-        let set = motions_of(&reaches, &points, robot, part)?;
+        let set = motions_of(&reaches, &points, part)?;
         write_motions(&motions, &set, part)?;
     }
     Ok(())
@@ -125,7 +88,7 @@ pub struct MotionSource<'a> {
 }
 
 /// Reaches as motions: time from the start of the reach, these points of
-/// the hand, and the arm where every reach has one.
+/// the hand, and the joints of the arm, rad, where every reach has them.
 ///
 /// Motions to learn from must be complete: a missing point is put on the straight line between its neighbours
 /// in time, before the first one and after the last one at their place. In test motions it stays missing.
@@ -135,7 +98,6 @@ pub struct MotionSource<'a> {
 pub fn motions_of(
     reaches: &[MotionSource<'_>],
     points: &[HandPoint],
-    robot: Robot,
     part: Part,
 ) -> anyhow::Result<TrajectorySet> {
     ensure!(
@@ -146,21 +108,21 @@ pub fn motions_of(
     let mut columns: Vec<String> = points.iter().flat_map(axes).collect();
     let with_arm = !reaches.is_empty() && reaches.iter().all(|r| r.response.is_some());
     if with_arm {
-        columns.extend(robot.columns());
+        columns.extend(numbers::numbered("q", 7));
     }
     let motion = |(i, &MotionSource { reach, response }): (usize, &MotionSource<'_>)| {
         let name = |part: &Option<String>| part.clone().unwrap_or_else(|| "?".to_owned());
         let name = format!("{}/{}", name(&reach.person), name(&reach.trial));
         let mut rows = hand_rows(reach, points, part);
         if let Some(response) = response.filter(|_| with_arm) {
-            let entries = [response.joints_rad.len(), response.base_from_board.len()];
+            let entries = response.joints_rad.len();
             ensure!(
-                entries == [rows.len(); 2],
-                "{name}: {entries:?} entries of the arm beside {} frames",
+                entries == rows.len(),
+                "{name}: {entries} entries of the arm beside {} frames",
                 rows.len()
             );
-            for (frame, row) in rows.iter_mut().enumerate() {
-                row.extend(robot.cells(response, frame).into_iter().map(Some));
+            for (row, joints) in rows.iter_mut().zip(&response.joints_rad) {
+                row.extend(joints.0.map(Some));
             }
         }
         let from_s = reach.frames.first().map_or(0.0, |f| f.t_s);

@@ -60,7 +60,6 @@ pub struct PartSize {
 impl DemonstrationConfig {
     /// The dissertation's experiment: 47 reaches to learn from, 30 to be judged by, one static
     /// panel in front of the arm; here by people who differ.
-    #[must_use]
     pub fn dissertation() -> Self {
         let panel = Panel {
             centre_m: DVec3::new(0.6, 0.0, 0.55),
@@ -91,7 +90,6 @@ impl DemonstrationConfig {
 
     /// As a study of pointing in VR: 13 people with 125 reaches each of about 0.8 m and 0.87 s; palm, tip of
     /// the index finger and head are tracked; no arm. There is no test part: hold out one person at a time.
-    #[must_use]
     pub fn pointing() -> Self {
         let person = PersonConfig {
             hand_rest_m: DVec3::new(1.15, 0.20, 0.45),
@@ -171,7 +169,6 @@ pub enum Part {
 
 impl Part {
     /// As files and people are named.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Train => "train",

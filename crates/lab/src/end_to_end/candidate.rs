@@ -20,7 +20,6 @@ const LEAST: usize = 8;
 
 /// The middle of the board by forward kinematics of the posterior over the joints, where the arm of the study can present what was
 /// touched.
-#[must_use]
 pub fn candidate() -> Candidate {
     Candidate {
         name: "end-to-end, middle of the board".to_owned(),

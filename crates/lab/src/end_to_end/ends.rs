@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 use hwall_contact::{ContactEstimate, ContactEstimator};
-use hwall_kinematics::{ArmKinematics, JointPositions};
 use hwall_stage::person::responses::Answered;
 
 /// Shares of the time of a reach at which it is judged.
@@ -25,17 +24,6 @@ pub(super) struct EndError {
 const REGION_90: f64 = 6.251;
 
 impl EndError {
-    /// Of joints, by forward kinematics.
-    pub(super) fn of_joints(
-        arm: &dyn ArmKinematics,
-        joints: &JointPositions,
-        answered: &Answered,
-    ) -> Self {
-        let face = arm.forward(joints);
-        let normal = face.rotation().z_axis;
-        Self::of_face(face.position_m(), Some(normal), answered)
-    }
-
     fn of_face(point_m: DVec3, normal: Option<DVec3>, answered: &Answered) -> Self {
         let off = point_m - answered.target.point_m;
         let truth = answered.target.normal.normalize_or_zero();
@@ -57,14 +45,6 @@ pub(super) struct EndErrors {
 }
 
 impl EndErrors {
-    /// The same at all times.
-    pub(super) fn always(name: impl Into<String>, errors: &[EndError]) -> Self {
-        Self {
-            name: name.into(),
-            at: std::array::from_fn(|_| errors.to_vec()),
-        }
-    }
-
     /// Follows every reach. `turned`: does the normal of an estimate belong to the answer?
     pub(super) fn follow<E: ContactEstimator>(
         name: impl Into<String>,

@@ -4,6 +4,5 @@
 pub mod candidate;
 pub mod document;
 mod ends;
-mod perfect_hand;
 pub mod study;
 mod touches;

@@ -1,9 +1,9 @@
 //! The runs of the study.
 
 use super::ends::EndErrors;
-use super::perfect_hand;
 use super::touches;
 pub use super::touches::Led;
+use crate::report::quantiles;
 use hwall::response::{
     ResponseConfig, ResponseDemonstration, ResponseEstimator, ResponseModel, Task,
 };
@@ -106,30 +106,11 @@ fn ends(
     let arm = scenery.arm.kinematics();
     let shown = shown(learnt);
     let mixture = ResponseModel::train(&shown, &ResponseConfig::default())?;
-    let single = ResponseConfig {
-        per_component: usize::MAX,
-        ..ResponseConfig::default()
-    };
-    let single = ResponseModel::train(&shown, &single)?;
     progress(0.2);
-    let follow = |name: &str, model: &ResponseModel| {
-        let mut estimator = ResponseEstimator::new(model, Arc::clone(arm));
-        EndErrors::follow(name, &mut estimator, held_out, true)
-    };
-    let mut all = vec![
-        follow("end-to-end, mixture", &mixture),
-        follow("end-to-end, one Gaussian", &single),
-    ];
+    let mut estimator = ResponseEstimator::new(&mixture, Arc::clone(arm));
+    let name = "end-to-end, mixture";
+    let mut all = vec![EndErrors::follow(name, &mut estimator, held_out, true)];
     progress(0.5);
-    let members = mixture.mixture().members();
-    let everything = [(0..learnt.len()).collect::<Vec<_>>()];
-    for (name, members) in [
-        ("joints by the true point, each part", members),
-        ("joints by the true point, one map", &everything[..]),
-    ] {
-        let errors = perfect_hand::errors(&**arm, learnt, members, held_out)?;
-        all.push(EndErrors::always(name, &errors));
-    }
     let reaches: Vec<LabelledReach> = learnt.iter().map(|one| one.reach.clone()).collect();
     let learned = LearnedModel::train(&reaches, &LearnedConfig::default())?;
     let mut estimator: Box<dyn ContactEstimator> = Box::new(learned.estimator());
@@ -208,16 +189,11 @@ fn told_apart(
             }
             off_m.push(end_m);
         }
-        off_m.sort_by(f64::total_cmp);
-        let quantile = |p: f64| match off_m.len() {
-            0 => f64::NAN,
-            _ => hwall_testkit::quantile(&off_m, p),
-        };
         ToldApart {
             task,
             reaches: reaches.len(),
             right,
-            off_m: [quantile(0.5), quantile(0.9)],
+            off_m: quantiles(off_m, [0.5, 0.9]),
         }
     };
     let told = Task::ALL.map(&mut of_task).to_vec();

@@ -19,7 +19,7 @@ pub struct Led {
     pub leader: PredictorKind,
     /// The touches within the arm's reach.
     pub touches: Vec<JudgedTouch>,
-    /// Time of a prediction of the leader in frames in which it infers something new, us, in rising order.
+    /// Time of a prediction of the leader in frames in which it infers something new, us.
     pub predicted_us: Vec<f64>,
     /// Their share of all frames.
     pub inferring: f64,
@@ -66,11 +66,10 @@ pub(super) fn run(
             let done = all.len() as f64;
             let cast = participants::simulated(scene, arm, *kind, touches, seed)?;
             let made = people::run(&stage, &cast, |share| progress((done + share) / runs))?;
-            let mut predicted_us: Vec<f64> = made
+            let predicted_us: Vec<f64> = made
                 .iter()
                 .flat_map(|run| inferring_us(&run.run.predictions, leader))
                 .collect();
-            predicted_us.sort_by(f64::total_cmp);
             let frames: usize = made.iter().map(|run| run.run.predictions.len()).sum();
             let inferring = predicted_us.len() as f64 / frames.max(1) as f64;
             let touches = made.into_iter().flat_map(|run| run.touches);

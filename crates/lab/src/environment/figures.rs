@@ -4,18 +4,17 @@ use crate::environment::journey::Journey;
 use crate::environment::modes::Mode;
 use crate::environment::outcome::{Outcome, Touch};
 use crate::environment::study::{Results, Row};
+use crate::report::figure::{Area, Axes, Chart, Draw, Mesh, Plot, figure};
+use crate::report::named;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
-use hwall_stage::report::figure_file::FigureFile;
-use hwall_stage::report::figures::{COLOURS, TEXT, TITLE, plot_error};
-use plotters::coord::Shift;
+use hwall_stage::figures::{COLOURS, TEXT, TITLE};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Plan<'a, 'p> = Chart<'a, 'p, RangedCoordf64, RangedCoordf64>;
 
 /// Side of the drawing, its labels and the legend beside it, pixels.
 const SIDE_PX: u32 = 700;
@@ -26,18 +25,17 @@ const ROW_PX: i32 = 26;
 /// Touches in the plan: more hide what stands there.
 const MOST_SHOWN: usize = 100;
 
-/// What a touch is drawn as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mark {
-    InTime,
-    ByShift,
-    Late,
-    OutOfReach,
+named! {
+    /// What a touch is drawn as.
+    enum Mark {
+        InTime = "in time",
+        ByShift = "in time with the hand shifted",
+        Late = "late",
+        OutOfReach = "out of reach",
+    }
 }
 
 impl Mark {
-    const ALL: [Self; 4] = [Self::InTime, Self::ByShift, Self::Late, Self::OutOfReach];
-
     /// Of a touch with shifts allowed.
     fn of(touch: &Touch) -> Self {
         match (touch.outcome, touch.used) {
@@ -48,27 +46,17 @@ impl Mark {
         }
     }
 
-    const fn name(self) -> &'static str {
-        match self {
-            Self::InTime => "in time",
-            Self::ByShift => "in time with the hand shifted",
-            Self::Late => "late",
-            Self::OutOfReach => "out of reach",
-        }
-    }
-
     /// Shapes differ as well as colours.
     fn draw(self, area: &Area<'_>, at: (i32, i32)) -> anyhow::Result<()> {
         let [blue, orange, green, _, _, _, grey] = COLOURS;
         let halo = Circle::new(at, 6, WHITE.filled());
-        area.draw(&halo).map_err(plot_error)?;
+        area.put(&halo)?;
         match self {
-            Self::InTime => area.draw(&Circle::new(at, 4, green.filled())),
-            Self::ByShift => area.draw(&TriangleMarker::new(at, 7, blue.filled())),
-            Self::Late => area.draw(&Cross::new(at, 4, orange.stroke_width(3))),
-            Self::OutOfReach => area.draw(&Circle::new(at, 4, grey.stroke_width(2))),
+            Self::InTime => area.put(&Circle::new(at, 4, green.filled())),
+            Self::ByShift => area.put(&TriangleMarker::new(at, 7, blue.filled())),
+            Self::Late => area.put(&Cross::new(at, 4, orange.stroke_width(3))),
+            Self::OutOfReach => area.put(&Circle::new(at, 4, grey.stroke_width(2))),
         }
-        .map_err(plot_error)
     }
 }
 
@@ -84,18 +72,14 @@ impl Legend<'_> {
         let style = TextStyle::from(TEXT)
             .color(&BLACK)
             .pos(Pos::new(HPos::Left, VPos::Center));
-        self.area
-            .draw_text(text, &style, (self.x + indent, self.y))
-            .map_err(plot_error)?;
+        self.area.write(text, style, (self.x + indent, self.y))?;
         self.y += ROW_PX;
         Ok(())
     }
 
     fn line(&mut self, style: ShapeStyle, name: &str) -> anyhow::Result<()> {
         let ends = vec![(self.x, self.y), (self.x + 28, self.y)];
-        self.area
-            .draw(&PathElement::new(ends, style))
-            .map_err(plot_error)?;
+        self.area.put(&PathElement::new(ends, style))?;
         self.text(name, 40)
     }
 
@@ -109,58 +93,46 @@ impl Legend<'_> {
     }
 }
 
-/// A chart with the same scale on both axes, and its legend.
-fn chart<'a>(
-    path: &'a Path,
+/// Draws axes of the same scale, with a legend beside them.
+fn sheet(
+    path: &Path,
     title: &str,
-    axes: [&str; 2],
+    names: [&str; 2],
     [low, high]: [DVec2; 2],
-) -> anyhow::Result<(Area<'a>, Chart<'a>, Legend<'a>)> {
+    content: impl FnOnce(&Area<'_>, &mut Plan<'_, '_>, &mut Legend<'_>) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
     let size = high - low;
     let scale = f64::from(SIDE_PX) / size.max_element();
     let width = (size.x * scale) as u32 + LABELS_PX + 20;
     let height = (size.y * scale) as u32 + LABELS_PX + TITLE_PX + 10;
-    let all = (width + LEGEND_PX, height.max(400));
-    let root = SVGBackend::new(path, all).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    root.draw_text(
-        title,
-        &TextStyle::from(TITLE).color(&BLACK),
-        (LABELS_PX as i32, 10),
-    )
-    .map_err(plot_error)?;
-    let left = root.clone().shrink((0, 0), (width, height));
-    let mut chart = ChartBuilder::on(&left)
-        .margin(10)
-        .margin_top(TITLE_PX)
-        .x_label_area_size(LABELS_PX - 10)
-        .y_label_area_size(LABELS_PX)
-        .build_cartesian_2d(low.x..high.x, low.y..high.y)
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc(axes[0])
-        .y_desc(axes[1])
-        .label_style(TEXT)
-        .bold_line_style(BLACK.mix(0.08))
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
-    let legend = Legend {
-        area: root.clone(),
-        x: width as i32 + 4,
-        y: TITLE_PX as i32 + 20,
-    };
-    Ok((root, chart, legend))
+    figure(path, (width + LEGEND_PX, height.max(400)), |root| {
+        let style = TextStyle::from(TITLE).color(&BLACK);
+        root.write(title, style, (LABELS_PX as i32, 10))?;
+        let left = root.clone().shrink((0, 0), (width, height));
+        let axes = Axes {
+            names,
+            labels: [LABELS_PX, LABELS_PX - 10],
+            margin: 10,
+            above: TITLE_PX - 10,
+            mesh: Mesh::Faint,
+            ..Axes::default()
+        };
+        let mut chart = axes.on(&left, low.x..high.x, low.y..high.y)?;
+        let mut legend = Legend {
+            area: root.clone(),
+            x: width as i32 + 4,
+            y: TITLE_PX as i32 + 20,
+        };
+        content(root, &mut chart, &mut legend)
+    })
 }
 
 fn draw_line(
-    chart: &mut Chart<'_>,
+    chart: &mut Plan<'_, '_>,
     points: Vec<(f64, f64)>,
     style: ShapeStyle,
 ) -> anyhow::Result<()> {
-    let line = PathElement::new(points, style);
-    chart.draw_series([line]).map_err(plot_error)?;
+    chart.series([PathElement::new(points, style)])?;
     Ok(())
 }
 
@@ -197,66 +169,69 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
         "The environment from above: {} people, exact orientations",
         row.person.name()
     );
-    let file = FigureFile::create(path)?;
-    let (root, mut chart, mut legend) = chart(file.path(), &title, ["x, m", "y, m"], extent)?;
-    let [_, _, _, pink, yellow, sky, grey] = COLOURS;
-    // Walls: what of their triangles stands upright.
-    let styles = [
-        ("door", yellow.stroke_width(4)),
-        ("mirror", pink.stroke_width(4)),
-        ("", grey.stroke_width(2)),
-    ];
-    let mut seen = [false; 3];
-    let facets = results.scene.vertical_facets();
-    for facet in &facets {
-        let name = &results.scene.surface(facet.surface).name;
-        let kind = styles
-            .iter()
-            .position(|(prefix, _)| name.starts_with(prefix))
-            .unwrap_or(2);
-        seen[kind] = true;
-        let along = DVec3::Z.cross(facet.normal);
-        let mut corners = facet.outline_m.clone();
-        corners.sort_by(|a, b| along.dot(*a).total_cmp(&along.dot(*b)));
-        if let [first, .., last] = &corners[..] {
-            draw_line(&mut chart, vec![pair(*first), pair(*last)], styles[kind].1)?;
-        }
-    }
-    let way = sky.mix(0.55).stroke_width(1);
-    for (encounter, _) in journey.encounters.iter().zip(touches) {
-        let points = encounter
-            .instants
-            .iter()
-            .step_by(8)
-            .chain(encounter.instants.last());
-        let points = points.map(|a| (a.position_m.x, a.position_m.y)).collect();
-        draw_line(&mut chart, points, way)?;
-    }
-    let reach = BLACK.mix(0.55).stroke_width(2);
-    for (encounter, touch) in journey.encounters.iter().zip(touches) {
-        let stand = encounter.stand.position_m;
-        draw_line(
-            &mut chart,
-            vec![(stand.x, stand.y), pair(encounter.point_m)],
-            reach,
-        )?;
-        let at = chart
-            .plotting_area()
-            .map_coordinate(&pair(encounter.point_m));
-        Mark::of(touch).draw(&root, at)?;
-    }
-    for (kind, name) in [(2, "walls"), (1, "mirrors"), (0, "doors")] {
-        if seen[kind] {
-            legend.line(styles[kind].1, name)?;
-        }
-    }
-    legend.line(sky.stroke_width(2), "way of the avatar")?;
-    legend.line(reach, "from where it stands to a touch")?;
-    legend.text(&shown_of(touches.len(), row.touches.len()), 0)?;
-    legend.marks(touches)?;
-    drop(chart);
-    root.present().map_err(plot_error)?;
-    file.finish()
+    sheet(
+        path,
+        &title,
+        ["x, m", "y, m"],
+        extent,
+        |root, chart, legend| {
+            let [_, _, _, pink, yellow, sky, grey] = COLOURS;
+            // Walls: what of their triangles stands upright.
+            let styles = [
+                ("door", yellow.stroke_width(4)),
+                ("mirror", pink.stroke_width(4)),
+                ("", grey.stroke_width(2)),
+            ];
+            let mut seen = [false; 3];
+            let facets = results.scene.vertical_facets();
+            for facet in &facets {
+                let name = &results.scene.surface(facet.surface).name;
+                let kind = styles
+                    .iter()
+                    .position(|(prefix, _)| name.starts_with(prefix))
+                    .unwrap_or(2);
+                seen[kind] = true;
+                let along = DVec3::Z.cross(facet.normal);
+                let mut corners = facet.outline_m.clone();
+                corners.sort_by(|a, b| along.dot(*a).total_cmp(&along.dot(*b)));
+                if let [first, .., last] = &corners[..] {
+                    draw_line(chart, vec![pair(*first), pair(*last)], styles[kind].1)?;
+                }
+            }
+            let way = sky.mix(0.55).stroke_width(1);
+            for (encounter, _) in journey.encounters.iter().zip(touches) {
+                let points = encounter
+                    .instants
+                    .iter()
+                    .step_by(8)
+                    .chain(encounter.instants.last());
+                let points = points.map(|a| (a.position_m.x, a.position_m.y)).collect();
+                draw_line(chart, points, way)?;
+            }
+            let reach = BLACK.mix(0.55).stroke_width(2);
+            for (encounter, touch) in journey.encounters.iter().zip(touches) {
+                let stand = encounter.stand.position_m;
+                draw_line(
+                    chart,
+                    vec![(stand.x, stand.y), pair(encounter.point_m)],
+                    reach,
+                )?;
+                let at = chart
+                    .plotting_area()
+                    .map_coordinate(&pair(encounter.point_m));
+                Mark::of(touch).draw(root, at)?;
+            }
+            for (kind, name) in [(2, "walls"), (1, "mirrors"), (0, "doors")] {
+                if seen[kind] {
+                    legend.line(styles[kind].1, name)?;
+                }
+            }
+            legend.line(sky.stroke_width(2), "way of the avatar")?;
+            legend.line(reach, "from where it stands to a touch")?;
+            legend.text(&shown_of(touches.len(), row.touches.len()), 0)?;
+            legend.marks(touches)
+        },
+    )
 }
 
 /// The touches in the base frame of the arm: where the walls of the environment come to stand.
@@ -264,46 +239,38 @@ pub(super) fn from_the_arm(path: &Path, results: &Results) -> anyhow::Result<()>
     let extent = [DVec2::new(-0.2, -0.85), DVec2::new(1.55, 0.85)];
     let title = "The same touches as the arm meets them, from above";
     let axes = ["x, m (arm's base at 0)", "y, m"];
-    let file = FigureFile::create(path)?;
-    let (root, mut chart, mut legend) = chart(file.path(), title, axes, extent)?;
-    let [_, _, _, _, yellow, _, grey] = COLOURS;
-    let (row, journey) = shown(results)?;
-    let touches = &row.touches;
-    let board = grey.mix(0.6).stroke_width(1);
-    for touch in touches {
-        let side = DVec3::Z.cross(touch.normal) * 0.06;
-        let ends = vec![pair(touch.point_m - side), pair(touch.point_m + side)];
-        draw_line(&mut chart, ends, board)?;
-    }
-    for touch in touches {
-        let at = chart.plotting_area().map_coordinate(&pair(touch.point_m));
-        let inside =
-            (touch.point_m.truncate() - extent[0]).min(extent[1] - touch.point_m.truncate());
-        if inside.min_element() > 0.0 {
-            Mark::of(touch).draw(&root, at)?;
+    sheet(path, title, axes, extent, |root, chart, legend| {
+        let [_, _, _, _, yellow, _, grey] = COLOURS;
+        let (row, journey) = shown(results)?;
+        let touches = &row.touches;
+        let board = grey.mix(0.6).stroke_width(1);
+        for touch in touches {
+            let side = DVec3::Z.cross(touch.normal) * 0.06;
+            let ends = vec![pair(touch.point_m - side), pair(touch.point_m + side)];
+            draw_line(chart, ends, board)?;
         }
-    }
-    let stands = yellow.mix(0.25).filled();
-    for encounter in &journey.encounters {
-        let at = journey.person.at(encounter.stop_s).position_m;
-        chart
-            .draw_series([Circle::new((at.x, at.y), 3, stands)])
-            .map_err(plot_error)?;
-    }
-    let base = chart.plotting_area().map_coordinate(&(0.0, 0.0));
-    root.draw(&Cross::new(base, 7, BLACK.stroke_width(3)))
-        .map_err(plot_error)?;
-    let (x, y) = (legend.x + 14, legend.y);
-    root.draw(&Cross::new((x, y), 7, BLACK.stroke_width(3)))
-        .map_err(plot_error)?;
-    legend.text("base of the arm", 40)?;
-    root.draw(&Circle::new((x, legend.y), 4, yellow.filled()))
-        .map_err(plot_error)?;
-    legend.text("where the person stands", 40)?;
-    legend.line(grey.mix(0.8).stroke_width(2), "direction of the wall there")?;
-    legend.text(&shown_of(touches.len(), touches.len()), 0)?;
-    legend.marks(touches)?;
-    drop(chart);
-    root.present().map_err(plot_error)?;
-    file.finish()
+        for touch in touches {
+            let at = chart.plotting_area().map_coordinate(&pair(touch.point_m));
+            let inside =
+                (touch.point_m.truncate() - extent[0]).min(extent[1] - touch.point_m.truncate());
+            if inside.min_element() > 0.0 {
+                Mark::of(touch).draw(root, at)?;
+            }
+        }
+        let stands = yellow.mix(0.25).filled();
+        for encounter in &journey.encounters {
+            let at = journey.person.at(encounter.stop_s).position_m;
+            chart.series([Circle::new((at.x, at.y), 3, stands)])?;
+        }
+        let base = chart.plotting_area().map_coordinate(&(0.0, 0.0));
+        root.put(&Cross::new(base, 7, BLACK.stroke_width(3)))?;
+        let (x, y) = (legend.x + 14, legend.y);
+        root.put(&Cross::new((x, y), 7, BLACK.stroke_width(3)))?;
+        legend.text("base of the arm", 40)?;
+        root.put(&Circle::new((x, legend.y), 4, yellow.filled()))?;
+        legend.text("where the person stands", 40)?;
+        legend.line(grey.mix(0.8).stroke_width(2), "direction of the wall there")?;
+        legend.text(&shown_of(touches.len(), touches.len()), 0)?;
+        legend.marks(touches)
+    })
 }

@@ -2,6 +2,7 @@
 
 use crate::environment::journey::{Encounter, Journey};
 use crate::environment::ways::{Avatar, STEP_S};
+use crate::report::named;
 use glam::{DVec2, DVec3};
 use hwall_redirection::{AvatarTurn, PersonMotion, SampledOrientations, TurnConfig, wrapped_rad};
 use hwall_scene::Scene;
@@ -15,39 +16,21 @@ const AHEAD_M: f64 = 4.0;
 /// Height above the floor at which walls ahead are looked for, m.
 const LOOK_M: f64 = 1.2;
 
-/// How orientations are presented.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mode {
-    /// The nearest sampled orientation; the wall is seen where it is.
-    Snapped,
-    /// The same, and the avatar is turned towards it while the person moves, by joystick or really.
-    Turned,
-    /// The same, but only real movements hide a turn.
-    TurnedUnsteered,
-    /// Any orientation.
-    Exact,
+named! {
+    /// How orientations are presented.
+    pub enum Mode {
+        /// The nearest sampled orientation; the wall is seen where it is.
+        Snapped = "snapped",
+        /// The same, and the avatar is turned towards it while the person moves, by joystick or really.
+        Turned = "snapped, avatar turned",
+        /// The same, but only real movements hide a turn.
+        TurnedUnsteered = "snapped, turned by real steps only",
+        /// Any orientation.
+        Exact = "exact",
+    }
 }
 
 impl Mode {
-    /// In the order of the tables.
-    pub const ALL: [Self; 4] = [
-        Self::Snapped,
-        Self::Turned,
-        Self::TurnedUnsteered,
-        Self::Exact,
-    ];
-
-    /// Name in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Snapped => "snapped",
-            Self::Turned => "snapped, avatar turned",
-            Self::TurnedUnsteered => "snapped, turned by real steps only",
-            Self::Exact => "exact",
-        }
-    }
-
     pub(super) fn turn_config(self) -> Option<TurnConfig> {
         let config = TurnConfig::default();
         match self {

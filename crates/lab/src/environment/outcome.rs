@@ -35,7 +35,6 @@ impl OutOfReach {
     ];
 
     /// A short name for tables and files.
-    #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::NotSampled { .. } => "not_sampled",

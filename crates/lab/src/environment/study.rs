@@ -5,6 +5,7 @@ use crate::environment::modes::{self, BASE_ABOVE_FLOOR_M, Mode};
 use crate::environment::outcome::Touch;
 use crate::environment::presenter::{self, Course, Presenter};
 use crate::environment::{gym, speed};
+use crate::report::quantiles;
 use glam::DVec3;
 use hwall_arrival::{
     BoardExtent, Surfaces, WaitingConfig, WaitingPosture, WeightedTarget, waiting_posture,
@@ -19,7 +20,6 @@ use hwall_stage::numbers::counted;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::run::judged::least_time::LeastTime;
 use hwall_stage::setting::load_scene;
-use hwall_testkit::quantile;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
@@ -178,14 +178,14 @@ fn rehearsed(
     };
     let budgets = journey.encounters.iter().map(presenter::budget_s);
     let config = WaitingConfig {
-        budget_s: share_of(budgets, 0.5).max(LEAST_BUDGET_S),
+        budget_s: quantiles(budgets, [0.5])[0].max(LEAST_BUDGET_S),
         // That wall stands for others: it tells where to wait, not which ways are free.
         blocked_s_per_m: 0.0,
         ..WaitingConfig::default()
     };
     // Nobody knows which wall comes next: the arm waits behind a wall across, as far as most that came.
     let distances = placed.iter().map(|p| p.normal.dot(p.point_m).max(0.0));
-    let near_m = share_of(distances, NEAREST);
+    let near_m = quantiles(distances, [NEAREST])[0];
     let corner = |y_m: f64| DVec3::new(near_m, y_m, 0.0);
     let facet = WallFacet {
         point_m: corner(0.0),
@@ -197,13 +197,6 @@ fn rehearsed(
     Ok(waiting_posture(
         srs, &targets, &surfaces, board, limits, &config,
     )?)
-}
-
-/// NaN where there are none.
-fn share_of(values: impl Iterator<Item = f64>, share: f64) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    quantile(&sorted, share)
 }
 
 fn described(request: &Request, scene: &Scene, way: &Journey) -> String {

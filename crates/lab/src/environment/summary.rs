@@ -1,7 +1,7 @@
 //! Touches in numbers.
 
 use crate::environment::outcome::{OutOfReach, Outcome, Touch};
-use hwall_testkit::quantile;
+use crate::report::quantiles;
 
 /// Touches in numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,13 +92,6 @@ impl Summary {
             saved: quantiles(saved, [0.5])[0],
         }
     }
-}
-
-/// NaN where there are none.
-fn quantiles<const N: usize>(values: impl Iterator<Item = f64>, at: [f64; N]) -> [f64; N] {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    at.map(|p| quantile(&sorted, p))
 }
 
 #[cfg(test)]

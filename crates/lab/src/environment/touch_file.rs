@@ -4,29 +4,13 @@ use crate::environment::outcome::Outcome;
 use crate::environment::study::Results;
 use std::path::Path;
 
-const HEADER: [&str; 16] = [
-    "person",
-    "number",
-    "surface",
-    "orientation",
-    "hand",
-    "outcome",
-    "reason",
-    "x_m",
-    "y_m",
-    "z_m",
-    "normal_deg",
-    "residual_deg",
-    "turned_deg",
-    "budget_s",
-    "travel_s",
-    "shift_mm",
-];
+const HEADER: &str = "person,number,surface,orientation,hand,outcome,reason,x_m,y_m,z_m,normal_deg,residual_deg,\
+                      turned_deg,budget_s,travel_s,shift_mm";
 
 /// Writes touches.csv: places in the arm's base frame; empty where there is no such number.
 pub(super) fn write(path: &Path, results: &Results) -> anyhow::Result<()> {
     let mut file = hwall_stage::numbers::writer(Some(path))?;
-    file.write_record(HEADER)?;
+    file.write_record(HEADER.split(','))?;
     for row in &results.rows {
         for (number, (touch, encounter)) in row
             .touches

@@ -1,74 +1,70 @@
 //! What goes wrong.
 
 use super::phase::Phase;
+use crate::report::named;
 use hwall_fri::controller::FaultConfig;
 
-/// An input of the session.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Input {
-    /// Joint angles.
-    Q,
-    /// Joint velocities.
-    Qd,
-    /// External joint torques.
-    Torque,
-    /// The stamp of the arm's state.
-    ArmClock,
-    /// The clock of the control loop.
-    ControlClock,
-    /// Whole frames of the tracker.
-    Frames,
-    /// The fingertip.
-    Fingertip,
-    /// The palm.
-    Palm,
-    /// The head.
-    Head,
-    /// The direction of the gaze.
-    Gaze,
-    /// Where a contact is predicted: the target of the board.
-    Target,
+named! {
+    /// An input of the session.
+    pub enum Input {
+        /// Joint angles.
+        Q = "q",
+        /// Joint velocities.
+        Qd = "qd",
+        /// External joint torques.
+        Torque = "torque",
+        /// The stamp of the arm's state.
+        ArmClock = "arm clock",
+        /// The clock of the control loop.
+        ControlClock = "control clock",
+        /// Whole frames of the tracker.
+        Frames = "tracker",
+        /// The fingertip.
+        Fingertip = "fingertip",
+        /// The palm.
+        Palm = "palm",
+        /// The head.
+        Head = "head",
+        /// The direction of the gaze.
+        Gaze = "gaze",
+        /// Where a contact is predicted: the target of the board.
+        Target = "target",
+    }
 }
 
-/// What becomes of an input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Spoiled {
-    /// Older than it should be.
-    Stale,
-    /// As it was when the fault began.
-    Frozen,
-    /// To and fro, ten times a second.
-    Jumping,
-    /// NaN.
-    NotANumber,
-    /// Not there.
-    Missing,
+named! {
+    /// What becomes of an input.
+    pub enum Spoiled {
+        /// Older than it should be.
+        Stale = "stale",
+        /// As it was when the fault began.
+        Frozen = "frozen",
+        /// To and fro, ten times a second.
+        Jumping = "jumping",
+        /// NaN.
+        NotANumber = "NaN",
+        /// Not there.
+        Missing = "missing",
+    }
 }
 
-/// What is wrong with the connection to an arm behind FRI.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Link {
-    /// Answers do not reach the controller, and the client has sent them.
-    Losses,
-    /// None arrive for 20 to 200 ms.
-    Stalls,
-    /// They arrive one to three cycles late.
-    Late,
-    /// The controller's time stamps jitter by 3 ms.
-    StampJitter,
-    /// The quality falls to FAIR, or the controller ends commanding for a while.
-    Leaves,
+named! {
+    /// What is wrong with the connection to an arm behind FRI.
+    pub enum Link {
+        /// Answers do not reach the controller, and the client has sent them.
+        Losses = "answers lost on the link",
+        /// None arrive for 20 to 200 ms.
+        Stalls = "link stalls",
+        /// They arrive one to three cycles late.
+        Late = "answers late on the link",
+        /// The controller's time stamps jitter by 3 ms.
+        StampJitter = "stamps of the link jitter",
+        /// The quality falls to FAIR, or the controller ends commanding for a while.
+        Leaves = "link leaves commanding",
+    }
 }
 
 impl Link {
-    const ALL: [Self; 5] = [
-        Self::Losses,
-        Self::Stalls,
-        Self::Late,
-        Self::StampJitter,
-        Self::Leaves,
-    ];
-
     /// Often enough that a second has some.
     pub(super) fn faults(self) -> FaultConfig {
         let mut faults = FaultConfig::default();
@@ -80,16 +76,6 @@ impl Link {
             Self::Leaves => faults.leaves = 0.005,
         }
         faults
-    }
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Losses => "answers lost on the link",
-            Self::Stalls => "link stalls",
-            Self::Late => "answers late on the link",
-            Self::StampJitter => "stamps of the link jitter",
-            Self::Leaves => "link leaves commanding",
-        }
     }
 }
 
@@ -124,7 +110,6 @@ pub enum Fault {
 
 impl Fault {
     /// All, inputs first.
-    #[must_use]
     pub fn all() -> Vec<Self> {
         use Input::{
             ArmClock, ControlClock, Fingertip, Frames, Gaze, Head, Palm, Q, Qd, Target, Torque,
@@ -166,7 +151,6 @@ impl Fault {
     }
 
     /// For tables.
-    #[must_use]
     pub fn name(self) -> String {
         let (input, kind) = match self {
             Self::None => return "none".to_owned(),
@@ -182,31 +166,10 @@ impl Fault {
             Self::Link(link) => return link.name().to_owned(),
             Self::Spoiled(input, kind) => (input, kind),
         };
-        let input = match input {
-            Input::Q => "q",
-            Input::Qd => "qd",
-            Input::Torque => "torque",
-            Input::ArmClock => "arm clock",
-            Input::ControlClock => "control clock",
-            Input::Frames => "tracker",
-            Input::Fingertip => "fingertip",
-            Input::Palm => "palm",
-            Input::Head => "head",
-            Input::Gaze => "gaze",
-            Input::Target => "target",
-        };
-        let kind = match kind {
-            Spoiled::Stale => "stale",
-            Spoiled::Frozen => "frozen",
-            Spoiled::Jumping => "jumping",
-            Spoiled::NotANumber => "NaN",
-            Spoiled::Missing => "missing",
-        };
-        format!("{input} {kind}")
+        format!("{} {}", input.name(), kind.name())
     }
 
     /// Why no safe state is asked for in this phase; `None` if one is.
-    #[must_use]
     pub const fn unheeded(self, phase: Phase) -> Option<&'static str> {
         use Input::{Fingertip, Frames, Gaze, Head, Palm, Q, Qd, Target, Torque};
         use Spoiled::{Frozen, Jumping};

@@ -2,8 +2,7 @@
 
 use super::outcome::{Bounds, Outcome, Reached};
 use super::phase::Phase;
-use hwall_stage::figures::plot_error;
-use hwall_stage::report::figure_file::FigureFile;
+use crate::report::figure::{Draw, figure};
 use hwall_stage::run::simulated_arm::ArmLevel;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -41,65 +40,59 @@ pub fn matrix(
     faults.dedup();
     let width = LEFT + COLUMN * Phase::ALL.len() as i32 + 16;
     let height = TOP + ROW * faults.len() as i32 + 16;
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (width as u32, height as u32)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let write = |text: &str, at: (i32, i32), size: i32, colour: RGBColor, h: HPos| {
-        let style = ("sans-serif", size).into_font().color(&colour);
-        let style = style.pos(Pos::new(h, VPos::Center));
-        root.draw(&Text::new(text.to_owned(), at, style))
-            .map_err(plot_error)
-    };
-    let name = format!("{level:?}").to_lowercase();
-    let title = format!("Safe states, {name} level: ms from the fault to the first of them");
-    write(&title, (16, 18), 16, BLACK, HPos::Left)?;
-    for (index, reached) in Reached::ALL.into_iter().enumerate() {
-        let x = 16 + 108 * index as i32;
-        let filled = colour(reached).filled();
-        root.draw(&Rectangle::new([(x, 36), (x + 14, 50)], filled))
-            .map_err(plot_error)?;
-        write(reached.name(), (x + 20, 43), 13, BLACK, HPos::Left)?;
-    }
-    let x = 16 + 108 * Reached::ALL.len() as i32;
-    let frame = RED.stroke_width(2);
-    root.draw(&Rectangle::new([(x, 36), (x + 14, 50)], frame))
-        .map_err(plot_error)?;
-    write("not as asked for", (x + 20, 43), 13, BLACK, HPos::Left)?;
-    for (column, phase) in Phase::ALL.into_iter().enumerate() {
-        let x = LEFT + COLUMN * column as i32 + COLUMN / 2;
-        let short = phase.name().split(',').next().unwrap_or_default();
-        write(short, (x, TOP - 14), 12, BLACK, HPos::Center)?;
-    }
-    for (row, fault) in faults.iter().enumerate() {
-        let y = TOP + ROW * row as i32;
-        write(fault, (LEFT - 8, y + ROW / 2), 12, BLACK, HPos::Right)?;
-        for outcome in own.iter().filter(|o| o.fault.name() == *fault) {
-            let Some(column) = Phase::ALL.iter().position(|phase| *phase == outcome.phase) else {
-                continue;
-            };
-            let x = LEFT + COLUMN * column as i32;
-            let corners = [(x + 1, y + 1), (x + COLUMN - 1, y + ROW - 1)];
-            let filled = colour(outcome.reached).filled();
-            root.draw(&Rectangle::new(corners, filled))
-                .map_err(plot_error)?;
-            let wrong = outcome.is_unsafe(bounds)
-                || outcome.is_stuck()
-                || outcome.exceeds(bounds).is_some();
-            if wrong {
-                root.draw(&Rectangle::new(corners, frame))
-                    .map_err(plot_error)?;
-            }
-            let ink = if outcome.reached == Reached::Stopped {
-                WHITE
-            } else {
-                BLACK
-            };
-            if let Some(after_s) = outcome.after_s {
-                let text = format!("{:.0}", 1e3 * after_s);
-                write(&text, (x + COLUMN / 2, y + ROW / 2), 11, ink, HPos::Center)?;
+    figure(path, (width as u32, height as u32), |root| {
+        let write = |text: &str, at: (i32, i32), size: i32, colour: RGBColor, h: HPos| {
+            let style = ("sans-serif", size).into_font().color(&colour);
+            let style = style.pos(Pos::new(h, VPos::Center));
+            root.put(&Text::new(text.to_owned(), at, style))
+        };
+        let name = format!("{level:?}").to_lowercase();
+        let title = format!("Safe states, {name} level: ms from the fault to the first of them");
+        write(&title, (16, 18), 16, BLACK, HPos::Left)?;
+        for (index, reached) in Reached::ALL.into_iter().enumerate() {
+            let x = 16 + 108 * index as i32;
+            let filled = colour(reached).filled();
+            root.put(&Rectangle::new([(x, 36), (x + 14, 50)], filled))?;
+            write(reached.name(), (x + 20, 43), 13, BLACK, HPos::Left)?;
+        }
+        let x = 16 + 108 * Reached::ALL.len() as i32;
+        let frame = RED.stroke_width(2);
+        root.put(&Rectangle::new([(x, 36), (x + 14, 50)], frame))?;
+        write("not as asked for", (x + 20, 43), 13, BLACK, HPos::Left)?;
+        for (column, phase) in Phase::ALL.into_iter().enumerate() {
+            let x = LEFT + COLUMN * column as i32 + COLUMN / 2;
+            let short = phase.name().split(',').next().unwrap_or_default();
+            write(short, (x, TOP - 14), 12, BLACK, HPos::Center)?;
+        }
+        for (row, fault) in faults.iter().enumerate() {
+            let y = TOP + ROW * row as i32;
+            write(fault, (LEFT - 8, y + ROW / 2), 12, BLACK, HPos::Right)?;
+            for outcome in own.iter().filter(|o| o.fault.name() == *fault) {
+                let Some(column) = Phase::ALL.iter().position(|phase| *phase == outcome.phase)
+                else {
+                    continue;
+                };
+                let x = LEFT + COLUMN * column as i32;
+                let corners = [(x + 1, y + 1), (x + COLUMN - 1, y + ROW - 1)];
+                let filled = colour(outcome.reached).filled();
+                root.put(&Rectangle::new(corners, filled))?;
+                let wrong = outcome.is_unsafe(bounds)
+                    || outcome.is_stuck()
+                    || outcome.exceeds(bounds).is_some();
+                if wrong {
+                    root.put(&Rectangle::new(corners, frame))?;
+                }
+                let ink = if outcome.reached == Reached::Stopped {
+                    WHITE
+                } else {
+                    BLACK
+                };
+                if let Some(after_s) = outcome.after_s {
+                    let text = format!("{:.0}", 1e3 * after_s);
+                    write(&text, (x + COLUMN / 2, y + ROW / 2), 11, ink, HPos::Center)?;
+                }
             }
         }
-    }
-    root.present().map_err(plot_error)?;
-    file.finish()
+        Ok(())
+    })
 }

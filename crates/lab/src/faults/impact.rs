@@ -37,13 +37,11 @@ pub struct Impact {
 
 impl Impact {
     /// Force above the limit of an impact, N.
-    #[must_use]
     pub fn exceeds_n(&self, bounds: &Bounds) -> f64 {
         (self.peak_n - bounds.impact_n).max(0.0)
     }
 
     /// On a board that does not give way, N: `v √(k m)`, [ISO/TS 15066], annex A.
-    #[must_use]
     pub fn rigid_n(&self) -> f64 {
         SPEED_M_PER_S * (self.stiffness_n_per_m * self.mass_kg).sqrt()
     }

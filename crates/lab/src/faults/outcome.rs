@@ -2,70 +2,36 @@
 
 use super::fault::Fault;
 use super::phase::Phase;
+use crate::report::named;
 use hwall_stage::run::simulated_arm::ArmLevel;
 
-/// The safest state that was reached.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Reached {
-    /// The session went on.
-    WentOn,
-    /// Slower, or with less torque.
-    Slowed,
-    /// The arm stands.
-    Holding,
-    /// The board withdraws.
-    Retreating,
-    /// The arm gives way.
-    Compliant,
-    /// The arm stands until the fault is gone, and perhaps until it is reset.
-    Stopped,
-}
-
-impl Reached {
-    /// All, in the order of the legend.
-    pub const ALL: [Self; 6] = [
-        Self::WentOn,
-        Self::Slowed,
-        Self::Holding,
-        Self::Retreating,
-        Self::Compliant,
-        Self::Stopped,
-    ];
-
-    /// For tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::WentOn => "went on",
-            Self::Slowed => "slowed",
-            Self::Holding => "holding",
-            Self::Retreating => "retreating",
-            Self::Compliant => "compliant",
-            Self::Stopped => "stopped",
-        }
+named! {
+    /// The safest state that was reached.
+    pub enum Reached {
+        /// The session went on.
+        WentOn = "went on",
+        /// Slower, or with less torque.
+        Slowed = "slowed",
+        /// The arm stands.
+        Holding = "holding",
+        /// The board withdraws.
+        Retreating = "retreating",
+        /// The arm gives way.
+        Compliant = "compliant",
+        /// The arm stands until the fault is gone, and perhaps until it is reset.
+        Stopped = "stopped",
     }
 }
 
-/// What followed after the fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum After {
-    /// The session went on by itself.
-    Recovered,
-    /// The fault stayed latched, and the session went on after a reset.
-    Latched,
-    /// It did not go on.
-    Stuck,
-}
-
-impl After {
-    /// For tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Recovered => "recovered",
-            Self::Latched => "latched, reset",
-            Self::Stuck => "stuck",
-        }
+named! {
+    /// What followed after the fault.
+    pub enum After {
+        /// The session went on by itself.
+        Recovered = "recovered",
+        /// The fault stayed latched, and the session went on after a reset.
+        Latched = "latched, reset",
+        /// It did not go on.
+        Stuck = "stuck",
     }
 }
 
@@ -117,13 +83,11 @@ pub struct Bounds {
 
 impl Outcome {
     /// Energy of the hardest meeting of hand and face, J: `μ v² / 2`.
-    #[must_use]
     pub fn energy_j(&self, bounds: &Bounds) -> f64 {
         0.5 * bounds.reduced_mass_kg * self.meets_m_per_s * self.meets_m_per_s
     }
 
     /// What exceeds a limit, and by how much; the time to a safe state first.
-    #[must_use]
     pub fn exceeds(&self, bounds: &Bounds) -> Option<String> {
         let energy_j = self.energy_j(bounds);
         if self.is_unsafe(bounds) {
@@ -144,20 +108,17 @@ impl Outcome {
     }
 
     /// Was a safe state asked for, and not reached in time?
-    #[must_use]
     pub fn is_unsafe(&self, bounds: &Bounds) -> bool {
         let asked = self.fault.unheeded(self.phase).is_none();
         asked && self.after_s.is_none_or(|after_s| after_s > bounds.safe_s)
     }
 
     /// Did the session not go on after the fault, nor after a reset?
-    #[must_use]
     pub fn is_stuck(&self) -> bool {
         self.after == After::Stuck
     }
 
     /// The worse of two runs of the same combination in every number.
-    #[must_use]
     pub fn worse_of(self, other: Self) -> Self {
         let later = match (self.after_s, other.after_s) {
             (Some(a), Some(b)) => Some(a.max(b)),

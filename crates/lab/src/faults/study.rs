@@ -47,7 +47,6 @@ impl Results {
 const CYCLES_S: f64 = 0.06;
 
 /// What the matrix is judged by: the settings of a session.
-#[must_use]
 pub fn bounds() -> Bounds {
     let limits = ContactLimits::default();
     let supervisor = session_supervisor();

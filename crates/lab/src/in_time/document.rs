@@ -1,72 +1,66 @@
 //! The tables of the study, and the whole of docs/IN-TIME.md.
 
-use crate::documents::{Documents, written_by};
+use crate::documents::Documents;
 use crate::in_time::study::{Request, Results, Row};
 use crate::in_time::targets;
+use crate::report::{Column, page, quantiles, table_of};
 use hwall_stage::numbers::counted;
 use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::run::judged::regret::Miss;
-use hwall_testkit::{Machine, MarkdownTable, quantile};
+use hwall_testkit::MarkdownTable;
 use std::path::PathBuf;
 
 /// The name of the document.
 pub const NAME: &str = "IN-TIME.md";
 
 /// One row for each kind of person.
-#[must_use]
 pub fn table(rows: &[Row]) -> MarkdownTable {
-    let mut columns: Vec<String> = [
-        "person",
-        "reachable",
-        "possible",
-        "in place",
-        "of reachable, %",
-        "of possible, %",
-        "gap, median, mm",
-        "gap, p90, mm",
-        "felt after, median, ms",
-        "met at more than 0.1 m/s, %",
-        "turned back, median",
-        "in vain for each touch",
-        "step p99, us",
-    ]
-    .map(str::to_owned)
-    .into();
-    columns.extend(Miss::ALL.iter().skip(1).map(|miss| miss.name().to_owned()));
-    let mut table = MarkdownTable::new(columns);
     let number = |value: Option<f64>, factor: f64, decimals: usize| {
         value.map_or("none".to_owned(), |v| format!("{:.decimals$}", factor * v))
     };
-    for Row {
-        kind, summary: s, ..
-    } in rows
-    {
-        let mut cells = vec![
-            kind.name().to_owned(),
-            s.reachable.to_string(),
-            s.possible.to_string(),
-            s.in_place.to_string(),
-            number(s.in_place_of_reachable(), 1e2, 1),
-            number(s.in_place_of_possible(), 1e2, 1),
-            number(s.gap_median_m, 1e3, 2),
-            number(s.gap_p90_m, 1e3, 1),
-            number(s.felt_median_s, 1e3, 0),
-            number(s.met_fast, 1e2, 1),
-            // A median of whole numbers: halves are not rounded away.
-            s.reversals_median
-                .map_or("none".to_owned(), |median| median.to_string()),
-            number(s.in_vain_per_touch, 1.0, 2),
-            number(s.step_p99_us, 1.0, 1),
-        ];
-        // Touches out of reach are not counted among those that should have been in place.
-        cells.extend(s.misses.iter().skip(1).map(usize::to_string));
-        table.row(cells);
+    // A median of whole numbers: halves are not rounded away.
+    let whole = |median: Option<f64>| median.map_or("none".to_owned(), |m| m.to_string());
+    let columns: [Column<'_, &Row>; 13] = [
+        ("person", &|r| r.kind.name().to_owned()),
+        ("reachable", &|r| r.summary.reachable.to_string()),
+        ("possible", &|r| r.summary.possible.to_string()),
+        ("in place", &|r| r.summary.in_place.to_string()),
+        ("of reachable, %", &|r| {
+            number(r.summary.in_place_of_reachable(), 1e2, 1)
+        }),
+        ("of possible, %", &|r| {
+            number(r.summary.in_place_of_possible(), 1e2, 1)
+        }),
+        ("gap, median, mm", &|r| {
+            number(r.summary.gap_median_m, 1e3, 2)
+        }),
+        ("gap, p90, mm", &|r| number(r.summary.gap_p90_m, 1e3, 1)),
+        ("felt after, median, ms", &|r| {
+            number(r.summary.felt_median_s, 1e3, 0)
+        }),
+        ("met at more than 0.1 m/s, %", &|r| {
+            number(r.summary.met_fast, 1e2, 1)
+        }),
+        ("turned back, median", &|r| {
+            whole(r.summary.reversals_median)
+        }),
+        ("in vain for each touch", &|r| {
+            number(r.summary.in_vain_per_touch, 1.0, 2)
+        }),
+        ("step p99, us", &|r| number(r.summary.step_p99_us, 1.0, 1)),
+    ];
+    let mut columns = columns.to_vec();
+    // Touches out of reach are not counted among those that should have been in place.
+    let missed: Vec<_> = (1..Miss::ALL.len())
+        .map(|i| move |r: &&Row| r.summary.misses[i].to_string())
+        .collect();
+    for (miss, cell) in Miss::ALL.iter().skip(1).zip(&missed) {
+        columns.push((miss.name(), cell));
     }
-    table
+    table_of(rows, &columns)
 }
 
 /// Who was right from how long before the contact on, one row for each kind of person.
-#[must_use]
 pub fn leads(rows: &[Row]) -> MarkdownTable {
     let judged = [
         PredictorKind::Fused,
@@ -85,11 +79,10 @@ pub fn leads(rows: &[Row]) -> MarkdownTable {
             let all = row.leads_s.iter();
             all.map(move |leads| leads[kind as usize].unwrap_or(0.0))
         };
-        let spread = |mut all_s: Vec<f64>, tail: f64| {
-            all_s.sort_by(f64::total_cmp);
+        let spread = |all_s: Vec<f64>, tail: f64| {
             // Zero added: nothing is -0.
             let [low, middle, high] =
-                [tail, 0.5, 1.0 - tail].map(|p| (1e3 * quantile(&all_s, p)).round() + 0.0);
+                quantiles(all_s, [tail, 0.5, 1.0 - tail]).map(|s| (1e3 * s).round() + 0.0);
             format!("{middle} ({low} to {high})")
         };
         let quartiles = |kind: PredictorKind| spread(of(kind).collect(), 0.25);
@@ -118,7 +111,6 @@ pub fn leads(rows: &[Row]) -> MarkdownTable {
 const CLEARLY_S: f64 = 0.05;
 
 /// All tables, as they are printed and written.
-#[must_use]
 pub fn text(request: &Request, results: &Results) -> String {
     let people: usize = results
         .rows
@@ -152,38 +144,14 @@ pub fn write(
     results: &Results,
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
-    let text = format!(
-        "# In time\n\nIs the board there before the hand? {}\n\n{}\n\n{}\n{EXPLAINED}",
-        written_by(),
-        Machine::detect(request.seed),
-        text(request, results)
-    );
-    documents.write(NAME, &text)
+    let text = text(request, results);
+    let page = page(
+        include_str!("document.md"),
+        request.seed,
+        &[("tables", &text)],
+    )?;
+    documents.write(NAME, &page)
 }
-
-/// What the columns mean.
-const EXPLAINED: &str = "\
-- **In place**: from before the contact until then the face was within 5 mm and 2 degrees of the surface, the touched point
-  2 cm inside its edge. Counted are touches that the arm can reach: *reachable* means that it can hold the middle of the board
-  there, at one of the quarter turns. Beside those the edge of a board may serve a few more; they are not counted.
-- **Possible**: the least time from the usual waiting posture fits between the instant at which the target could be known (0.1 s
-  after the gaze has landed on it, or, where it never does, 0.1 s after the hand has started) and the contact, with the arm's
-  delay of 22 ms. Least times come from a search of all branches, arm angles, quarter turns and places of the board that hold
-  the point, with the arm's limits of speed, acceleration and jerk; nothing that steers the board enters. A board can be in
-  place although it was not possible: because it stood nearby, or because the arm had learnt to wait elsewhere for somebody in a hurry.
-- **Turned back**: the board was on its way to a wall and was sent to another one, more than 0.1 m further, or back to where it
-  waits. **In vain**: it set out, by 20 mm or more, for a place that was then left without a touch.
-- **Reasons**, in this order: *impossible*; *prediction_wrong*: at the contact the board was led to another surface, or to a
-  place from which it does not cover the touched point; *prediction_late*: led to the right place only when the least time was
-  no longer left, neither from the waiting posture nor from where the arm stood; *policy*: led there early enough, but not sent,
-  or not early enough; *arm*: sent early enough, but the way took longer than the least time.
-- **Right**: for so long before the contact each predictor had named the right surface and a place within 50 mm, without a break. All
-  three see the same frames, whoever leads the board. A gaze that never misses is the best case for following its ray alone. *Earlier* and
-  *later* count touches that differ by more than 50 ms.
-- **People**: *plain* ones differ in pace, hand and bow alone, their gaze rests ahead between touches and never misses;
-  *varied* ones differ in everything, and in one touch of ten their gaze is elsewhere; *fast* and *slow* ones are plain with
-  reaches of 0.35 to 0.6 s and 1.2 to 2 s; *glancing* ones are plain and look at up to three other places before each touch.
-";
 
 #[cfg(test)]
 mod tests {

@@ -1,19 +1,17 @@
 //! What was promised of each kind of person, beside what was measured.
 
 use crate::in_time::study::Row;
+use crate::report::{titled, yes_or_no};
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::report::summary::Summary;
 use hwall_testkit::MarkdownTable;
 
-/// One number that is promised.
-struct Target {
-    what: &'static str,
-    /// The number, or `None` where nothing was touched.
-    measured: fn(&Summary) -> Option<f64>,
-    bound: Bound,
-    /// How it is printed: a factor and the unit.
-    shown: (f64, &'static str),
-}
+/// What is measured, `None` where nothing was touched, and the factor and unit with which it is printed.
+type Number = (
+    &'static str,
+    fn(&Summary) -> Option<f64>,
+    (f64, &'static str),
+);
 
 #[derive(Clone, Copy)]
 enum Bound {
@@ -24,98 +22,70 @@ enum Bound {
 const PERCENT: (f64, &str) = (1e2, "%");
 const MM: (f64, &str) = (1e3, "mm");
 
-/// In place, of the touches within reach and of the possible ones.
-fn in_place(of_reachable: f64, of_possible: Option<f64>) -> Vec<Target> {
-    let reachable = Target {
-        what: "in place, of those within reach",
-        measured: Summary::in_place_of_reachable,
-        bound: Bound::Least(of_reachable),
-        shown: PERCENT,
-    };
-    let possible = of_possible.map(|share| Target {
-        what: "in place, of the possible ones",
-        measured: Summary::in_place_of_possible,
-        bound: Bound::Least(share),
-        shown: PERCENT,
-    });
-    std::iter::once(reachable).chain(possible).collect()
-}
+const OF_REACHABLE: Number = (
+    "in place, of those within reach",
+    Summary::in_place_of_reachable,
+    PERCENT,
+);
+const OF_POSSIBLE: Number = (
+    "in place, of the possible ones",
+    Summary::in_place_of_possible,
+    PERCENT,
+);
+const GAP: Number = ("gap at contact, median", |s| s.gap_median_m, MM);
+const MOST_GAP: Number = ("gap at contact, nine of ten", |s| s.gap_p90_m, MM);
+const BACK: Number = (
+    "board turned back, median",
+    |s| s.reversals_median,
+    (1.0, "times"),
+);
+const STEP: Number = ("control step, 99 of 100", |s| s.step_p99_us, (1.0, "us"));
+const IN_VAIN: Number = (
+    "boards in vain for each touch",
+    |s| s.in_vain_per_touch,
+    (1.0, ""),
+);
 
-fn targets(kind: PersonKind) -> Vec<Target> {
-    match kind {
-        PersonKind::Plain => {
-            let mut targets = in_place(0.93, Some(0.97));
-            targets.extend([
-                Target {
-                    what: "gap at contact, median",
-                    measured: |s| s.gap_median_m,
-                    bound: Bound::Most(1e-3),
-                    shown: MM,
-                },
-                Target {
-                    what: "gap at contact, nine of ten",
-                    measured: |s| s.gap_p90_m,
-                    bound: Bound::Most(5e-3),
-                    shown: MM,
-                },
-                Target {
-                    what: "board turned back, median",
-                    measured: |s| s.reversals_median,
-                    bound: Bound::Most(0.0),
-                    shown: (1.0, "times"),
-                },
-                Target {
-                    what: "control step, 99 of 100",
-                    measured: |s| s.step_p99_us,
-                    bound: Bound::Most(20.0),
-                    shown: (1.0, "us"),
-                },
-            ]);
-            targets
-        }
-        PersonKind::Varied => in_place(0.85, Some(0.93)),
-        PersonKind::Glancing => {
-            let mut targets = in_place(0.8, None);
-            targets.push(Target {
-                what: "boards in vain for each touch",
-                measured: |s| s.in_vain_per_touch,
-                bound: Bound::Most(1.0),
-                shown: (1.0, ""),
-            });
-            targets
-        }
-        PersonKind::Fast | PersonKind::Slow => Vec::new(),
-    }
-}
+/// What is promised of whom.
+const TARGETS: [(PersonKind, Number, Bound); 10] = [
+    (PersonKind::Plain, OF_REACHABLE, Bound::Least(0.93)),
+    (PersonKind::Plain, OF_POSSIBLE, Bound::Least(0.97)),
+    (PersonKind::Plain, GAP, Bound::Most(1e-3)),
+    (PersonKind::Plain, MOST_GAP, Bound::Most(5e-3)),
+    (PersonKind::Plain, BACK, Bound::Most(0.0)),
+    (PersonKind::Plain, STEP, Bound::Most(20.0)),
+    (PersonKind::Varied, OF_REACHABLE, Bound::Least(0.85)),
+    (PersonKind::Varied, OF_POSSIBLE, Bound::Least(0.93)),
+    (PersonKind::Glancing, OF_REACHABLE, Bound::Least(0.8)),
+    (PersonKind::Glancing, IN_VAIN, Bound::Most(1.0)),
+];
 
 /// Every target of the kinds that were run.
-#[must_use]
 pub fn table(rows: &[Row]) -> MarkdownTable {
-    let mut table = MarkdownTable::new(["person", "target", "bound", "measured", "met"]);
+    let mut table = titled("person | target | bound | measured | met");
     for row in rows {
-        for target in targets(row.kind) {
-            let (factor, unit) = target.shown;
+        for (_, (what, measured, (factor, unit)), bound) in
+            TARGETS.iter().filter(|target| target.0 == row.kind)
+        {
             let text = |value: f64| format!("{} {unit}", (1e4 * factor * value).round() / 1e4);
-            let (bound, meets): (String, fn(f64, f64) -> bool) = match target.bound {
-                Bound::Least(least) => (format!("at least {}", text(least).trim_end()), |a, b| {
-                    a >= b
-                }),
-                Bound::Most(most) => (format!("at most {}", text(most).trim_end()), |a, b| a <= b),
+            let measured = measured(&row.summary);
+            let (bound, met) = match *bound {
+                Bound::Least(least) => (
+                    format!("at least {}", text(least)),
+                    measured.map(|m| m >= least),
+                ),
+                Bound::Most(most) => (
+                    format!("at most {}", text(most)),
+                    measured.map(|m| m <= most),
+                ),
             };
-            let (Bound::Least(limit) | Bound::Most(limit)) = target.bound;
-            let measured = (target.measured)(&row.summary);
-            let met = measured.map_or("-", |value| if meets(value, limit) { "yes" } else { "no" });
-            let value = measured.map_or("none".to_owned(), |value| {
-                format!("{:.1} {unit}", factor * value)
-                    .trim_end()
-                    .to_owned()
-            });
+            let value = measured.map(|value| format!("{:.1} {unit}", factor * value));
             table.row([
-                row.kind.name().to_owned(),
-                target.what.to_owned(),
-                bound,
-                value,
-                met.to_owned(),
+                row.kind.name(),
+                *what,
+                bound.trim_end(),
+                value.as_deref().unwrap_or("none").trim_end(),
+                met.map_or("-", yes_or_no),
             ]);
         }
     }

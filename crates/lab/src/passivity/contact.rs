@@ -76,7 +76,6 @@ fn decades(sampler: &mut Sampler, low: f64, high: f64) -> f64 {
 
 impl Contact {
     /// Contact number `index` of a seed.
-    #[must_use]
     pub fn draw(seed: u64, index: u64) -> Self {
         // Neighbouring numbers give unrelated sequences only if they are far apart.
         let own =
@@ -149,13 +148,11 @@ impl Contact {
     }
 
     /// Largest error of a measured position, m.
-    #[must_use]
     pub fn position_error_m(&self) -> f64 {
         self.position_noise_m + 0.5 * self.position_step_m
     }
 
     /// Largest error of a measured force, N.
-    #[must_use]
     pub fn force_error_n(&self) -> f64 {
         self.force_noise_n + 0.5 * self.force_step_n
     }

@@ -4,7 +4,6 @@
 pub(super) type Square<const N: usize> = [[f64; N]; N];
 
 /// `exp(A h)` by scaling and a Taylor series of order 12: with a norm of at most 1/4 the rest is below 1e-17.
-#[must_use]
 pub(super) fn exponential<const N: usize>(a: &Square<N>, h: f64) -> Square<N> {
     let norm = a
         .iter()
@@ -39,7 +38,6 @@ fn product<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
 }
 
 /// `A x`.
-#[must_use]
 #[inline]
 pub(super) fn apply<const N: usize>(a: &Square<N>, x: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|i| (0..N).map(|k| a[i][k] * x[k]).sum())

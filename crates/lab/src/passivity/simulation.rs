@@ -144,7 +144,6 @@ fn motion(contact: &Contact, touching: bool) -> Square<7> {
 }
 
 /// The settings of the port for a contact: what a user would know of the device.
-#[must_use]
 pub fn port_config(contact: &Contact, method: PassivityMethod) -> PortConfig {
     let base = match contact.causality {
         Causality::Impedance => PortConfig::impedance(contact.sampling, contact.mass_kg),

@@ -64,7 +64,6 @@ pub fn points() -> Result<Vec<Point>, HapticsError> {
 }
 
 /// By bisection of the logarithm, to 1e-4 of itself.
-#[must_use]
 pub fn largest_stable(sampling: &Sampling, mass_kg: f64, damping_n_s_per_m: f64) -> f64 {
     let (mut low, mut high) = (1e-2_f64.ln(), 1e8_f64.ln());
     while high - low > 1e-4 {
@@ -80,7 +79,6 @@ pub fn largest_stable(sampling: &Sampling, mass_kg: f64, damping_n_s_per_m: f64)
 
 /// Does a mass that is pressed into the wall and let go come to rest? Exact between samples; the wall pulls too, so that it
 /// cannot lose contact. Its envelope is compared over many swings.
-#[must_use]
 pub fn dies_out(sampling: &Sampling, mass_kg: f64, damping: f64, stiffness_n_per_m: f64) -> bool {
     let period_s = sampling.period_s;
     let periods = sampling.delay_s / period_s;

@@ -1,15 +1,13 @@
 //! Figures of a study: means with intervals, and boxes of the subjects' values.
 
+use crate::report::figure::{Area, Chart, Draw, Plot, figure};
 use hwall_psychophysics::{CellMean, Groups, Study, cell_means};
-use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
-use hwall_stage::report::figure_file::FigureFile;
+use hwall_stage::figures::{COLOURS, TEXT, plot_error};
 use hwall_testkit::quantile;
-use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::ops::Range;
 use std::path::Path;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Room for the key to the right of a chart, pixels.
 const KEY_WIDTH: u32 = 170;
@@ -35,39 +33,38 @@ pub fn means(path: &Path, study: &Study, confidence: f64) -> anyhow::Result<()> 
         .iter()
         .flat_map(|c| [c.mean - c.ci_half_within, c.mean + c.ci_half_within]);
     let y = widened(ends, 0.08);
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (900, 460 * panels as u32)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    for (panel, area) in root.split_evenly((panels, 1)).iter().enumerate() {
-        let group = between.filter(|_| panels > 1);
-        let group = group.map_or(String::new(), |g| {
-            format!(", {} {}", g.name, g.levels[panel])
-        });
-        let title = format!(
-            "Means of {} with {}% intervals (within subjects){group}",
-            study.value_name(),
-            100.0 * confidence
-        );
-        let area = area.titled(&title, TITLE).map_err(plot_error)?;
-        let (left, right) = area.split_horizontally(area.dim_in_pixel().0 - KEY_WIDTH);
-        let names = [first.name.as_str(), study.value_name()];
-        let mut chart = level_chart(&left, y.clone(), &first.levels, names)?;
-        for line in 0..lines {
-            let place = |level: usize| match shown.len() {
-                1 => line * first.levels.len() + level,
-                _ => (panel * first.levels.len() + level) * lines + line,
-            };
-            let own: Vec<&CellMean> = (0..first.levels.len()).map(|l| &cells[place(l)]).collect();
-            // Side by side, so that intervals do not hide each other.
-            let aside = 0.35 * (line as f64 - 0.5 * (lines - 1) as f64) / lines.max(4) as f64;
-            mean_line(&mut chart, &own, aside, COLOURS[line % COLOURS.len()])?;
+    figure(path, (900, 460 * panels as u32), |root| {
+        for (panel, area) in root.split_evenly((panels, 1)).iter().enumerate() {
+            let group = between.filter(|_| panels > 1);
+            let group = group.map_or(String::new(), |g| {
+                format!(", {} {}", g.name, g.levels[panel])
+            });
+            let title = format!(
+                "Means of {} with {}% intervals (within subjects){group}",
+                study.value_name(),
+                100.0 * confidence
+            );
+            let area = area.below(&title)?;
+            let (left, right) = area.split_horizontally(area.dim_in_pixel().0 - KEY_WIDTH);
+            let names = [first.name.as_str(), study.value_name()];
+            let mut chart = level_chart(&left, y.clone(), &first.levels, names)?;
+            for line in 0..lines {
+                let place = |level: usize| match shown.len() {
+                    1 => line * first.levels.len() + level,
+                    _ => (panel * first.levels.len() + level) * lines + line,
+                };
+                let own: Vec<&CellMean> =
+                    (0..first.levels.len()).map(|l| &cells[place(l)]).collect();
+                // Side by side, so that intervals do not hide each other.
+                let aside = 0.35 * (line as f64 - 0.5 * (lines - 1) as f64) / lines.max(4) as f64;
+                mean_line(&mut chart, &own, aside, COLOURS[line % COLOURS.len()])?;
+            }
+            if let Some(factor) = of_lines {
+                key(&right, &factor.name, &factor.levels)?;
+            }
         }
-        if let Some(factor) = of_lines {
-            key(&right, &factor.name, &factor.levels)?;
-        }
-    }
-    root.present().map_err(plot_error)?;
-    file.finish()
+        Ok(())
+    })
 }
 
 /// Means with their intervals, joined by a line; moved aside by a share of a level.
@@ -84,16 +81,14 @@ fn mean_line(
             .map(|(level, c)| (level as f64 + aside, c))
     };
     let curve = points().map(|(x, c)| (x, c.mean));
-    chart
-        .draw_series(LineSeries::new(curve, colour.stroke_width(1)))
-        .map_err(plot_error)?;
+    chart.line(curve, colour.stroke_width(1))?;
     let intervals = points().map(|(x, c)| {
         let ends = [-1.0, 1.0].map(|side| (x, c.mean + side * c.ci_half_within));
         PathElement::new(ends, colour.stroke_width(2))
     });
-    chart.draw_series(intervals).map_err(plot_error)?;
+    chart.series(intervals)?;
     let dots = points().map(|(x, c)| Circle::new((x, c.mean), 4, colour.filled()));
-    chart.draw_series(dots).map_err(plot_error)?;
+    chart.series(dots)?;
     Ok(())
 }
 
@@ -109,28 +104,26 @@ pub fn boxes(path: &Path, study: &Study) -> anyhow::Result<()> {
     let within = study.within().iter().enumerate();
     let within = within.map(|(place, factor)| (factor, level_samples(study, place)));
     let panels: Vec<_> = between.into_iter().chain(within).collect();
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (900, 420 * panels.len() as u32)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let areas = root.split_evenly((panels.len(), 1));
-    for ((factor, samples), area) in panels.into_iter().zip(&areas) {
-        let y = widened(samples.iter().flatten().copied(), 0.06);
-        let title = format!(
-            "{} of {} subjects by {}",
-            study.value_name(),
-            study.subjects().len(),
-            factor.name
-        );
-        let area = area.titled(&title, TITLE).map_err(plot_error)?;
-        let names = [factor.name.as_str(), study.value_name()];
-        let mut chart = level_chart(&area, y, &factor.levels, names)?;
-        for (level, mut values) in samples.into_iter().enumerate() {
-            values.sort_by(f64::total_cmp);
-            draw_box(&mut chart, level as f64, &values)?;
+    figure(path, (900, 420 * panels.len() as u32), |root| {
+        let areas = root.split_evenly((panels.len(), 1));
+        for ((factor, samples), area) in panels.into_iter().zip(&areas) {
+            let y = widened(samples.iter().flatten().copied(), 0.06);
+            let title = format!(
+                "{} of {} subjects by {}",
+                study.value_name(),
+                study.subjects().len(),
+                factor.name
+            );
+            let area = area.below(&title)?;
+            let names = [factor.name.as_str(), study.value_name()];
+            let mut chart = level_chart(&area, y, &factor.levels, names)?;
+            for (level, mut values) in samples.into_iter().enumerate() {
+                values.sort_by(f64::total_cmp);
+                draw_box(&mut chart, level as f64, &values)?;
+            }
         }
-    }
-    root.present().map_err(plot_error)?;
-    file.finish()
+        Ok(())
+    })
 }
 
 /// The box of sorted values at `x`.
@@ -143,9 +136,7 @@ fn draw_box(chart: &mut LevelChart<'_, '_>, x: f64, sorted: &[f64]) -> anyhow::R
     let colour = COLOURS[0];
     let edges = [(x - 0.22, low), (x + 0.22, high)];
     let faces = [colour.mix(0.25).filled(), colour.stroke_width(1)];
-    chart
-        .draw_series(faces.map(|style| Rectangle::new(edges, style)))
-        .map_err(plot_error)?;
+    chart.series(faces.map(|style| Rectangle::new(edges, style)))?;
     let across = |y: f64, half: f64| [(x - half, y), (x + half, y)];
     let lines = [
         (across(median, 0.22), 3),
@@ -155,10 +146,10 @@ fn draw_box(chart: &mut LevelChart<'_, '_>, x: f64, sorted: &[f64]) -> anyhow::R
         ([(x, high), (x, last)], 1),
     ];
     let lines = lines.map(|(ends, width)| PathElement::new(ends, colour.stroke_width(width)));
-    chart.draw_series(lines).map_err(plot_error)?;
+    chart.series(lines)?;
     let beyond = sorted.iter().filter(|v| !near(v));
     let beyond = beyond.map(|v| Circle::new((x, *v), 3, colour.stroke_width(1)));
-    chart.draw_series(beyond).map_err(plot_error)?;
+    chart.series(beyond)?;
     Ok(())
 }
 
@@ -190,11 +181,7 @@ fn group_samples(study: &Study, groups: &Groups) -> Vec<Vec<f64>> {
     samples
 }
 
-type LevelChart<'a, 'b> = ChartContext<
-    'b,
-    SVGBackend<'a>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
+type LevelChart<'a, 'b> = Chart<'b, 'a, RangedCoordf64, RangedCoordf64>;
 
 /// Axes with a named level at every whole number.
 fn level_chart<'a, 'b>(
@@ -231,23 +218,21 @@ fn level_chart<'a, 'b>(
     for (level, name) in levels.iter().enumerate() {
         let x = f64::from(x_pixels.start) + width * (level as f64 + 0.5) / count as f64;
         let place = (x.round() as i32 - left, y_pixels.end - top + 6);
-        area.draw_text(name, &style, place).map_err(plot_error)?;
+        area.write(name, style.clone(), place)?;
     }
     Ok(chart)
 }
 
 /// Names of the lines beside a chart.
 fn key(area: &Area<'_>, title: &str, names: &[String]) -> anyhow::Result<()> {
-    let text = TextStyle::from(TEXT);
-    area.draw_text(title, &text, (8, 16)).map_err(plot_error)?;
+    area.write(title, TEXT, (8, 16))?;
     for (i, (name, colour)) in names.iter().zip(COLOURS.iter().cycle()).enumerate() {
         let y = 46 + 24 * i as i32;
         let line = PathElement::new([(8, y), (32, y)], colour.stroke_width(2));
-        area.draw(&line).map_err(plot_error)?;
+        area.put(&line)?;
         let dot = Circle::new((20, y), 4, colour.filled());
-        area.draw(&dot).map_err(plot_error)?;
-        area.draw_text(name, &text, (40, y - 8))
-            .map_err(plot_error)?;
+        area.put(&dot)?;
+        area.write(name, TEXT, (40, y - 8))?;
     }
     Ok(())
 }

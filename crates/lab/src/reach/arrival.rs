@@ -1,5 +1,6 @@
 //! How soon the arm is where people touch: the numbers, for the command line.
 
+use crate::report::{Column, quantiles, table_of};
 use anyhow::{Context, bail, ensure};
 use glam::DVec3;
 use hwall_arrival::reachability::{Interval, WallMaps};
@@ -10,13 +11,9 @@ use hwall_scene::Scene;
 use hwall_stage::arms;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::input::scene_file;
-use hwall_testkit::{MarkdownTable, Timing, quantile, time_batches};
-
-/// Times for which shares are printed, s.
-const WITHIN_S: [f64; 3] = [0.5, 0.6, 0.7];
+use hwall_testkit::{MarkdownTable, Timing, time_batches};
 
 /// The face of a board.
-#[must_use]
 pub fn extent(board: &Board) -> BoardExtent {
     BoardExtent {
         half_width_m: board.half_width_m,
@@ -86,81 +83,66 @@ pub fn configuration(text: &str) -> anyhow::Result<JointPositions> {
 }
 
 /// A configuration as seven numbers in degrees.
-#[must_use]
 pub fn degrees(q: &JointPositions) -> String {
     let joints = q.0.map(|q| format!("{:.1}", q.to_degrees()));
     joints.join(",")
 }
 
 /// One row for each posture: how soon it is at the targets.
-#[must_use]
 pub fn posture_table(postures: &[(&str, PostureArrivals)]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "posture",
-        "joints, deg",
-        "within 0.5 s",
-        "0.6 s",
-        "0.7 s",
-        "median",
-        "p90",
-        "late on average",
-        "ways clear",
-        "behind surfaces",
-    ]);
-    for (name, arrivals) in postures {
-        let mut row = vec![(*name).to_owned(), degrees(&arrivals.posture.q)];
-        row.extend(WITHIN_S.map(|time_s| percent(arrivals.share_within(time_s))));
-        row.push(format!("{:.2} s", arrivals.quantile_s(0.5)));
-        row.push(format!("{:.2} s", arrivals.quantile_s(0.9)));
-        row.push(format!(
-            "{:.0} ms",
-            1e3 * arrivals.posture.expected_lateness_s
-        ));
-        row.push(percent(arrivals.posture.clear_share));
-        row.push(format!("{:.0} mm", 1e3 * arrivals.posture.standoff_m));
-        table.row(row);
-    }
-    table
+    let within = |a: &PostureArrivals, time_s: f64| percent(a.share_within(time_s));
+    let late = |a: &PostureArrivals| format!("{:.0} ms", 1e3 * a.posture.expected_lateness_s);
+    let columns: [Column<'_, &(&str, PostureArrivals)>; 10] = [
+        ("posture", &|(name, _)| (*name).to_owned()),
+        ("joints, deg", &|(_, a)| degrees(&a.posture.q)),
+        ("within 0.5 s", &|(_, a)| within(a, 0.5)),
+        ("0.6 s", &|(_, a)| within(a, 0.6)),
+        ("0.7 s", &|(_, a)| within(a, 0.7)),
+        ("median", &|(_, a)| format!("{:.2} s", a.quantile_s(0.5))),
+        ("p90", &|(_, a)| format!("{:.2} s", a.quantile_s(0.9))),
+        ("late on average", &|(_, a)| late(a)),
+        ("ways clear", &|(_, a)| percent(a.posture.clear_share)),
+        ("behind surfaces", &|(_, a)| {
+            format!("{:.0} mm", 1e3 * a.posture.standoff_m)
+        }),
+    ];
+    table_of(postures, &columns)
 }
 
 /// One row for each wall of an atlas that can be touched.
-#[must_use]
 pub fn wall_table(walls: &[(String, &AtlasWall)]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "wall",
-        "nodes",
-        "holes",
-        "ways clear",
-        "seams",
-        "soonest",
-        "median",
-        "p90",
-        "latest",
-    ]);
-    for (name, wall) in walls {
-        let nodes: Vec<_> = wall.places().filter_map(|place| wall.node(place)).collect();
-        let mut times_s: Vec<f64> = nodes.iter().map(|node| node.arrival_s).collect();
-        times_s.sort_by(f64::total_cmp);
+    let nodes = |wall: &AtlasWall| -> Vec<_> {
+        let places = wall.places();
+        places
+            .filter_map(|place| wall.node(place).copied())
+            .collect()
+    };
+    let at = |wall: &AtlasWall, share: f64| {
+        let times_s = nodes(wall).into_iter().map(|node| node.arrival_s);
+        format!("{:.2} s", quantiles(times_s, [share])[0])
+    };
+    let clear = |wall: &AtlasWall| {
+        let nodes = nodes(wall);
         let clear = nodes.iter().filter(|node| node.clear).count();
-        let at = |share: f64| format!("{:.2} s", quantile(&times_s, share));
-        table.row([
-            name.clone(),
-            nodes.len().to_string(),
-            (wall.places().count() - nodes.len()).to_string(),
-            percent(clear as f64 / nodes.len() as f64),
-            wall.seams().count().to_string(),
-            at(0.0),
-            at(0.5),
-            at(0.9),
-            at(1.0),
-        ]);
-    }
-    table
+        percent(clear as f64 / nodes.len() as f64)
+    };
+    let holes = |wall: &AtlasWall| wall.places().count() - nodes(wall).len();
+    let columns: [Column<'_, &(String, &AtlasWall)>; 9] = [
+        ("wall", &|(name, _)| name.clone()),
+        ("nodes", &|(_, wall)| nodes(wall).len().to_string()),
+        ("holes", &|(_, wall)| holes(wall).to_string()),
+        ("ways clear", &|(_, wall)| clear(wall)),
+        ("seams", &|(_, wall)| wall.seams().count().to_string()),
+        ("soonest", &|(_, wall)| at(wall, 0.0)),
+        ("median", &|(_, wall)| at(wall, 0.5)),
+        ("p90", &|(_, wall)| at(wall, 0.9)),
+        ("latest", &|(_, wall)| at(wall, 1.0)),
+    ];
+    table_of(walls, &columns)
 }
 
 /// The walls of an atlas that are the outer side of a surface of the scene, with the surface's name; where a surface has
 /// several, with the heading of the normal behind it, and the distance from the base where that is the same, too.
-#[must_use]
 pub fn named_walls<'a>(scene: &Scene, atlas: &'a Atlas) -> Vec<(String, &'a AtlasWall)> {
     /// Planes and borders that differ by less are the same, m.
     const SAME_M: f64 = 1e-6;
@@ -222,7 +204,6 @@ fn told_apart<T>(named: Vec<(String, T)>, more: impl Fn(&T) -> [String; 2]) -> V
 }
 
 /// How long look-ups take: at the nodes' places moved by a fraction of the spacing, so that four nodes count.
-#[must_use]
 pub fn time_look_ups(atlas: &Atlas, slack_m: Option<f64>) -> Timing {
     /// Calls in a batch, and batches.
     const CALLS: [usize; 2] = [1000, 50];

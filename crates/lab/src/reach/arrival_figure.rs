@@ -1,12 +1,11 @@
 //! The figure of arrival times: a panel for each wall, as the person sees it.
 
 use super::placement::shade;
+use crate::report::figure::{Area, Draw, Plot, figure};
 use anyhow::ensure;
 use hwall_arrival::{AtlasWall, NodePlace};
 use hwall_stage::figures::{TEXT, TITLE, plot_error};
-use hwall_stage::report::figure_file::FigureFile;
 use hwall_testkit::quantile;
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -39,8 +38,6 @@ const KEY: u32 = 190;
 const HOLE: RGBColor = RGBColor(214, 214, 214);
 const HATCH: RGBColor = RGBColor(150, 150, 150);
 const SEAM: RGBColor = RGBColor(213, 94, 0);
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// A wall with the rectangle of its cells.
 struct Panel<'a> {
@@ -98,14 +95,14 @@ impl<'a> Panel<'a> {
 ///
 /// # Errors
 /// No walls, a file that cannot be written.
-pub fn draw(path: &Path, figure: &ArrivalFigure) -> anyhow::Result<()> {
-    ensure!(!figure.walls.is_empty(), "no wall to draw");
-    let panels: Vec<Panel> = figure
+pub fn draw(path: &Path, shown: &ArrivalFigure) -> anyhow::Result<()> {
+    ensure!(!shown.walls.is_empty(), "no wall to draw");
+    let panels: Vec<Panel> = shown
         .walls
         .iter()
         .map(|(name, wall)| Panel::new(name, wall))
         .collect();
-    let times = figure.walls.iter().flat_map(|(_, wall)| {
+    let times = shown.walls.iter().flat_map(|(_, wall)| {
         let nodes = wall.places().filter_map(|place| wall.node(place));
         nodes.map(|node| node.arrival_s)
     });
@@ -130,30 +127,26 @@ pub fn draw(path: &Path, figure: &ArrivalFigure) -> anyhow::Result<()> {
         width.unwrap_or(0) + KEY,
         height.unwrap_or(0).max(HEAD + 330),
     );
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), size).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let text = |text: &str, style: (&'static str, u32), at: (i32, i32)| {
-        root.draw_text(text, &TextStyle::from(style), at)
-            .map_err(plot_error)
-    };
-    text(
-        "How soon the board can be there, from the waiting posture",
-        TITLE,
-        (16, 10),
-    )?;
-    text(figure.waiting, TEXT, (16, 36))?;
-    for (at, panel) in places.into_iter().zip(&panels) {
-        let (w, h) = panel.size();
-        let area = root.clone().shrink((at.0, at.1), (w, h));
-        draw_panel(&area, panel, figure, range)?;
-    }
-    let key = root
-        .clone()
-        .shrink((size.0 - KEY, HEAD), (KEY, size.1 - HEAD));
-    draw_key(&key, range, figure.budget_s)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+    figure(path, size, |root| {
+        let text =
+            |text: &str, style: (&'static str, u32), at: (i32, i32)| root.write(text, style, at);
+        text(
+            "How soon the board can be there, from the waiting posture",
+            TITLE,
+            (16, 10),
+        )?;
+        text(shown.waiting, TEXT, (16, 36))?;
+        for (at, panel) in places.into_iter().zip(&panels) {
+            let (w, h) = panel.size();
+            let area = root.clone().shrink((at.0, at.1), (w, h));
+            draw_panel(&area, panel, shown, range)?;
+        }
+        let key = root
+            .clone()
+            .shrink((size.0 - KEY, HEAD), (KEY, size.1 - HEAD));
+        draw_key(&key, range, shown.budget_s)?;
+        Ok(())
+    })
 }
 
 /// Places of the panels' corners: in rows, as they come.
@@ -180,7 +173,7 @@ fn colour(time_s: f64, range: [f64; 2]) -> RGBColor {
 fn draw_panel(
     area: &Area,
     panel: &Panel,
-    figure: &ArrivalFigure,
+    shown: &ArrivalFigure,
     range: [f64; 2],
 ) -> anyhow::Result<()> {
     let wall = panel.wall;
@@ -215,11 +208,11 @@ fn draw_panel(
             .map_or(HOLE, |node| colour(node.arrival_s, range));
         Rectangle::new(panel.cell(place), fill.filled())
     });
-    chart.draw_series(cells).map_err(plot_error)?;
+    chart.series(cells)?;
     let holes = wall.places().filter(|&place| wall.node(place).is_none());
     let hatches =
         holes.map(|place| PathElement::new(panel.cell(place).to_vec(), HATCH.stroke_width(1)));
-    chart.draw_series(hatches).map_err(plot_error)?;
+    chart.series(hatches)?;
     let blocked = wall
         .places()
         .filter(|&place| wall.node(place).is_some_and(|node| !node.clear));
@@ -230,10 +223,10 @@ fn draw_panel(
             + Circle::new((0, 0), 2, WHITE.filled())
             + Circle::new((0, 0), 2, BLACK.stroke_width(1))
     });
-    chart.draw_series(dots).map_err(plot_error)?;
+    chart.series(dots)?;
     let in_time = |place: NodePlace| {
         wall.node(place)
-            .map(|node| node.arrival_s <= figure.budget_s)
+            .map(|node| node.arrival_s <= shown.budget_s)
     };
     let neighbours = |place: NodePlace| {
         let right = NodePlace {
@@ -251,28 +244,25 @@ fn draw_panel(
         .flat_map(neighbours)
         .filter(|&(a, b)| matches!((in_time(a), in_time(b)), (Some(x), Some(y)) if x != y))
         .map(|(a, b)| PathElement::new(panel.edge(a, b), WHITE.stroke_width(3)));
-    chart.draw_series(ends).map_err(plot_error)?;
+    chart.series(ends)?;
     let seams = wall
         .seams()
         .map(|[a, b]| PathElement::new(panel.edge(a, b), SEAM.stroke_width(2)));
-    chart.draw_series(seams).map_err(plot_error)?;
+    chart.series(seams)?;
     Ok(())
 }
 
 fn draw_key(area: &Area, range: [f64; 2], budget_s: f64) -> anyhow::Result<()> {
     const TOP: i32 = 34;
     const STEPS: i32 = 60;
-    let label = |text: &str, y: i32| {
-        area.draw_text(text, &TextStyle::from(TEXT), (46, y))
-            .map_err(plot_error)
-    };
+    let label = |text: &str, y: i32| area.write(text, TEXT, (46, y));
     let y_of = |share: f64| TOP + (f64::from(3 * STEPS) * share) as i32;
     label("time, s", 8)?;
     for i in 0..STEPS {
         let time_s = range[0] + (range[1] - range[0]) * (f64::from(i) + 0.5) / f64::from(STEPS);
         let y = TOP + 3 * i;
         let bar = Rectangle::new([(14, y), (38, y + 3)], colour(time_s, range).filled());
-        area.draw(&bar).map_err(plot_error)?;
+        area.put(&bar)?;
     }
     let tenths = (10.0 * (range[1] - range[0])).round() as i32;
     let every = (tenths / 6).max(1);
@@ -286,25 +276,20 @@ fn draw_key(area: &Area, range: [f64; 2], budget_s: f64) -> anyhow::Result<()> {
     }
     let y = TOP + 3 * STEPS + 24;
     let line = |y: i32, style: ShapeStyle| PathElement::new(vec![(14, y), (38, y)], style);
-    area.draw(&Rectangle::new(
+    area.put(&Rectangle::new(
         [(14, y - 7), (38, y + 7)],
         colour(range[0], range).filled(),
-    ))
-    .map_err(plot_error)?;
-    area.draw(&line(y, WHITE.stroke_width(3)))
-        .map_err(plot_error)?;
+    ))?;
+    area.put(&line(y, WHITE.stroke_width(3)))?;
     label(&format!("within {budget_s:.2} s"), y - 9)?;
-    area.draw(&line(y + 28, SEAM.stroke_width(2)))
-        .map_err(plot_error)?;
+    area.put(&line(y + 28, SEAM.stroke_width(2)))?;
     label("seam", y + 19)?;
     let hole = [(14, y + 49), (38, y + 63)];
-    area.draw(&Rectangle::new(hole, HOLE.filled()))
-        .map_err(plot_error)?;
+    area.put(&Rectangle::new(hole, HOLE.filled()))?;
     let hatch = PathElement::new(vec![(14, y + 63), (38, y + 49)], HATCH.stroke_width(1));
-    area.draw(&hatch).map_err(plot_error)?;
+    area.put(&hatch)?;
     label("out of reach", y + 47)?;
-    area.draw(&Circle::new((26, y + 84), 2, BLACK.stroke_width(1)))
-        .map_err(plot_error)?;
+    area.put(&Circle::new((26, y + 84), 2, BLACK.stroke_width(1)))?;
     label("straight way", y + 72)?;
     label("not clear", y + 88)
 }

@@ -4,6 +4,7 @@ use super::arrival::{degrees, extent, facets, in_base, named_walls, percent};
 use super::arrival_figure::{self, ArrivalFigure};
 use super::maps::progress;
 use super::placement::metres;
+use crate::report::{Column, table_of};
 use hwall_arrival::reachability::{PlacementConfig, Target, WallMaps, WallMapsConfig};
 use hwall_arrival::{
     ArrivalPlacement, ArrivalPlacementConfig, Atlas, AtlasConfig, WaitingConfig, WeightedTarget,
@@ -104,35 +105,29 @@ pub fn run(wanted: &ByArrival, out: &Path) -> anyhow::Result<String> {
 
 /// The best places by arrival as a table.
 fn table(places: &[ArrivalPlacement]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "",
-        "x, m",
-        "y, m",
-        "heading",
-        "in time",
-        "in reach",
-        "median",
-        "p90",
-        "ways clear",
-        "waiting posture, deg",
-    ]);
-    for (i, place) in places.iter().enumerate() {
-        let base_m = place.room_from_base.position_m();
-        let arrivals = &place.arrivals;
-        table.row([
-            (i + 1).to_string(),
-            metres(base_m.x),
-            metres(base_m.y),
-            format!("{:.0} deg", place.heading_rad.to_degrees()),
-            percent(place.in_time_share),
-            percent(arrivals.posture.reached_share),
-            format!("{:.2} s", arrivals.quantile_s(0.5)),
-            format!("{:.2} s", arrivals.quantile_s(0.9)),
-            percent(arrivals.posture.clear_share),
-            degrees(&arrivals.posture.q),
-        ]);
-    }
-    table
+    let at = |p: &ArrivalPlacement| p.room_from_base.position_m();
+    let seconds = |p: &ArrivalPlacement, share| format!("{:.2} s", p.arrivals.quantile_s(share));
+    let columns: [Column<'_, (usize, &ArrivalPlacement)>; 10] = [
+        ("", &|(i, _)| i.to_string()),
+        ("x, m", &|(_, p)| metres(at(p).x)),
+        ("y, m", &|(_, p)| metres(at(p).y)),
+        ("heading", &|(_, p)| {
+            format!("{:.0} deg", p.heading_rad.to_degrees())
+        }),
+        ("in time", &|(_, p)| percent(p.in_time_share)),
+        ("in reach", &|(_, p)| {
+            percent(p.arrivals.posture.reached_share)
+        }),
+        ("median", &|(_, p)| seconds(p, 0.5)),
+        ("p90", &|(_, p)| seconds(p, 0.9)),
+        ("ways clear", &|(_, p)| {
+            percent(p.arrivals.posture.clear_share)
+        }),
+        ("waiting posture, deg", &|(_, p)| {
+            degrees(&p.arrivals.posture.q)
+        }),
+    ];
+    table_of((1..).zip(places), &columns)
 }
 
 /// `x_m,y_m,z_m,heading_rad,in_time,in_reach,median_s,p90_s,q1_rad..q7_rad`, best first.
@@ -141,18 +136,8 @@ fn table(places: &[ArrivalPlacement]) -> MarkdownTable {
 /// A file that cannot be written.
 fn csv(path: &Path, places: &[ArrivalPlacement]) -> anyhow::Result<()> {
     let mut writer = hwall_stage::numbers::writer(Some(path))?;
-    let mut header: Vec<String> = [
-        "x_m",
-        "y_m",
-        "z_m",
-        "heading_rad",
-        "in_time",
-        "in_reach",
-        "median_s",
-        "p90_s",
-    ]
-    .map(String::from)
-    .to_vec();
+    let names = "x_m,y_m,z_m,heading_rad,in_time,in_reach,median_s,p90_s";
+    let mut header: Vec<String> = names.split(',').map(String::from).collect();
     header.extend((1..=7).map(|joint| format!("q{joint}_rad")));
     writer.write_record(&header)?;
     for place in places {

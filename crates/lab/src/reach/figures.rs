@@ -1,10 +1,10 @@
 //! Figures of reachability maps.
 
 use crate::reach::published::{Bounds, Comparison, Row};
+use crate::report::figure::{Axes, Draw, Mesh, Plot, USUAL, figure, tenths, whole};
 use anyhow::Context;
 use hwall_reachability::{LineIndex, WallGrid};
-use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
-use hwall_stage::report::figure_file::FigureFile;
+use hwall_stage::figures::{COLOURS, legend};
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -38,66 +38,57 @@ pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> 
     let shown = planes.min(MOST_PANELS);
     let panel_rows = shown.div_ceil(COLUMNS);
     let size = (1240, 78 + 176 * panel_rows as u32);
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), size).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let left_out = match planes - shown {
-        0 => String::new(),
-        n => format!(", first {shown} of {planes} planes ({n} left out)"),
-    };
-    let title = format!(
-        "Reachable part of walls at heading {:.1} degrees: along the wall and up, m{left_out}",
-        // Not "-0.0".
-        grid.heading_rad.to_degrees() + 0.0
-    );
-    let root = root.titled(&title, TITLE).map_err(plot_error)?;
-    let reach = intervals
-        .iter()
-        .flat_map(|i| i.s_m.map(f64::abs))
-        .fold(0.5, f64::max);
-    let step = grid.heights.spacing_m();
-    let heights = || grid.heights.iter();
-    let low = heights().fold(f64::INFINITY, f64::min) - step;
-    let high = heights().fold(f64::NEG_INFINITY, f64::max) + step;
-    let blue = COLOURS[0];
-    for (plane, area) in root
-        .split_evenly((panel_rows, COLUMNS))
-        .into_iter()
-        .enumerate()
-        .take(shown)
-    {
-        let caption = format!("n·p = {:.3} m", grid.distances.at(plane));
-        let mut chart = ChartBuilder::on(&area)
-            .caption(caption, SMALL)
-            .margin(4)
-            .x_label_area_size(20)
-            .y_label_area_size(30)
-            .build_cartesian_2d(-1.05 * reach..1.05 * reach, low..high)
-            .map_err(plot_error)?;
-        chart
-            .configure_mesh()
-            .x_labels(3)
-            .y_labels(4)
-            .x_label_formatter(&|x| format!("{x:.1}"))
-            .y_label_formatter(&|y| format!("{y:.1}"))
-            .label_style(SMALL)
-            .light_line_style(WHITE)
-            .bold_line_style(BLACK.mix(0.08))
-            .draw()
-            .map_err(plot_error)?;
-        let bars = intervals.iter().filter(|i| i.plane == plane).map(|i| {
-            let z = grid.heights.at(i.height);
-            // An interval that is next to a point still shows.
-            let (lo, hi) = (i.s_m[0], i.s_m[1].max(i.s_m[0] + 0.004 * reach));
-            Rectangle::new(
-                [(lo, z - 0.42 * step), (hi, z + 0.42 * step)],
-                blue.filled(),
-            )
-        });
-        chart.draw_series(bars).map_err(plot_error)?;
-    }
-    root.present().map_err(plot_error)?;
-    file.finish()
+    figure(path, size, |root| {
+        let left_out = match planes - shown {
+            0 => String::new(),
+            n => format!(", first {shown} of {planes} planes ({n} left out)"),
+        };
+        let title = format!(
+            "Reachable part of walls at heading {:.1} degrees: along the wall and up, m{left_out}",
+            // Not "-0.0".
+            grid.heading_rad.to_degrees() + 0.0
+        );
+        let root = root.below(&title)?;
+        let reach = intervals
+            .iter()
+            .flat_map(|i| i.s_m.map(f64::abs))
+            .fold(0.5, f64::max);
+        let step = grid.heights.spacing_m();
+        let heights = || grid.heights.iter();
+        let low = heights().fold(f64::INFINITY, f64::min) - step;
+        let high = heights().fold(f64::NEG_INFINITY, f64::max) + step;
+        let blue = COLOURS[0];
+        for (plane, area) in root
+            .split_evenly((panel_rows, COLUMNS))
+            .into_iter()
+            .enumerate()
+            .take(shown)
+        {
+            let caption = format!("n·p = {:.3} m", grid.distances.at(plane));
+            let axes = Axes {
+                title: &caption,
+                formats: [Some(&tenths), Some(&tenths)],
+                numbers: [Some(3), Some(4)],
+                labels: [30, 20],
+                margin: 4,
+                mesh: Mesh::Faint,
+                text: [SMALL, SMALL],
+                ..Axes::default()
+            };
+            let mut chart = axes.on(&area, -1.05 * reach..1.05 * reach, low..high)?;
+            let bars = intervals.iter().filter(|i| i.plane == plane).map(|i| {
+                let z = grid.heights.at(i.height);
+                // An interval that is next to a point still shows.
+                let (lo, hi) = (i.s_m[0], i.s_m[1].max(i.s_m[0] + 0.004 * reach));
+                Rectangle::new(
+                    [(lo, z - 0.42 * step), (hi, z + 0.42 * step)],
+                    blue.filled(),
+                )
+            });
+            chart.series(bars)?;
+        }
+        Ok(())
+    })
 }
 
 /// Share of the published bounds that are off by more than the value on the axis, one line a file.
@@ -105,49 +96,38 @@ pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> 
 /// # Errors
 /// A file that cannot be written.
 pub fn comparison(path: &Path, comparisons: &[Comparison]) -> anyhow::Result<()> {
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (860, 520)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let mut chart = ChartBuilder::on(&root)
-        .caption("Published bounds against the exact solver", TITLE)
-        .margin(14)
-        .x_label_area_size(52)
-        .y_label_area_size(70)
-        .build_cartesian_2d((1e-4..2e3f64).log_scale(), 0.0..100.0)
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc("off by more than, mm")
-        .y_desc("share of the bounds, %")
-        .x_label_formatter(&|x| format!("{x}"))
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
-    for (file, (c, colour)) in comparisons.iter().zip(COLOURS).enumerate() {
-        let n = c.off_mm.len();
-        if n == 0 {
-            continue;
+    figure(path, USUAL, |root| {
+        let axes = Axes {
+            title: "Published bounds against the exact solver",
+            names: ["off by more than, mm", "share of the bounds, %"],
+            formats: [Some(&|x| format!("{x}")), None],
+            labels: [70, 52],
+            ..Axes::default()
+        };
+        let mut chart = axes.on(root, (1e-4..2e3f64).log_scale(), 0.0..100.0)?;
+        for (file, (c, colour)) in comparisons.iter().zip(COLOURS).enumerate() {
+            let n = c.off_mm.len();
+            if n == 0 {
+                continue;
+            }
+            let share = |i: usize| 100.0 * (n - i) as f64 / n as f64;
+            let curve = c.off_mm.iter().enumerate();
+            let curve = curve.map(|(i, off)| (off.max(SMALLEST_MM), share(i)));
+            let dash = if file == 1 { 6 } else { 2 };
+            chart
+                .line(curve, colour.stroke_width(dash / 2 + 1))?
+                .label(format!("ori_{}", file + 1))
+                .legend(move |(x, y)| {
+                    PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
+                });
         }
-        let share = |i: usize| 100.0 * (n - i) as f64 / n as f64;
-        let curve = c.off_mm.iter().enumerate();
-        let curve = curve.map(|(i, off)| (off.max(SMALLEST_MM), share(i)));
-        let dash = if file == 1 { 6 } else { 2 };
-        chart
-            .draw_series(LineSeries::new(curve, colour.stroke_width(dash / 2 + 1)))
-            .map_err(plot_error)?
-            .label(format!("ori_{}", file + 1))
-            .legend(move |(x, y)| {
-                PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
-            });
-    }
-    for limit in [1.0, 10.0] {
-        let mark = PathElement::new(vec![(limit, 0.0), (limit, 100.0)], BLACK.mix(0.4));
-        chart.draw_series([mark]).map_err(plot_error)?;
-    }
-    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+        for limit in [1.0, 10.0] {
+            let mark = PathElement::new(vec![(limit, 0.0), (limit, 100.0)], BLACK.mix(0.4));
+            chart.series([mark])?;
+        }
+        legend(&mut chart, SeriesLabelPosition::UpperRight)?;
+        Ok(())
+    })
 }
 
 /// The plane with the largest difference: exact intervals, published bounds on top.
@@ -186,68 +166,56 @@ pub fn worst_plane(
         }
     }
     let (_, wall, plane) = worst;
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (760, 560)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let title = format!(
-        "ori_{}, plane {plane} (n·p = {:.3} m): the largest difference",
-        wall + 1,
-        grids[wall].distances.at(plane)
-    );
-    let mut chart = ChartBuilder::on(&root)
-        .caption(title, TITLE)
-        .margin(14)
-        .x_label_area_size(52)
-        .y_label_area_size(70)
-        .build_cartesian_2d(
+    figure(path, (760, 560), |root| {
+        let title = format!(
+            "ori_{}, plane {plane} (n·p = {:.3} m): the largest difference",
+            wall + 1,
+            grids[wall].distances.at(plane)
+        );
+        let axes = Axes {
+            title: &title,
+            names: ["y in the base frame, mm", "height, m"],
+            formats: [Some(&whole), Some(&tenths)],
+            labels: [70, 52],
+            ..Axes::default()
+        };
+        let mut chart = axes.on(
+            root,
             -1000.0..1000.0,
             heights.at(0) - 0.1..heights.at(heights.count() - 1) + 0.1,
-        )
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc("y in the base frame, mm")
-        .y_desc("height, m")
-        .x_label_formatter(&|x| format!("{x:.0}"))
-        .y_label_formatter(&|y| format!("{y:.1}"))
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
-    let (blue, orange) = (COLOURS[0], COLOURS[1]);
-    let bars = rows
-        .iter()
-        .filter(|r| r.line.wall == wall && r.line.plane == plane)
-        .map(|r| {
-            let z = heights.at(r.line.height);
-            Rectangle::new(
-                [(r.y_mm[0], z - 0.02), (r.y_mm[1], z + 0.02)],
-                blue.mix(0.55).filled(),
-            )
-        });
-    chart
-        .draw_series(bars)
-        .map_err(plot_error)?
-        .label("reachable (exact)")
-        .legend(move |(x, y)| {
-            Rectangle::new([(x, y - 5), (x + 18, y + 5)], blue.mix(0.55).filled())
-        });
-    let count = heights.count();
-    let marks = published[wall][plane * count..(plane + 1) * count]
-        .iter()
-        .enumerate();
-    let marks = marks
-        .filter_map(|(j, b)| b.map(|b| (j, b)))
-        .flat_map(|(j, b)| {
-            let z = heights.at(j);
-            b.map(|y| Circle::new((y, z), 4, orange.filled()))
-        });
-    chart
-        .draw_series(marks)
-        .map_err(plot_error)?
-        .label("published y_min and y_max")
-        .legend(move |(x, y)| Circle::new((x + 9, y), 4, orange.filled()));
-    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+        )?;
+        let (blue, orange) = (COLOURS[0], COLOURS[1]);
+        let bars = rows
+            .iter()
+            .filter(|r| r.line.wall == wall && r.line.plane == plane)
+            .map(|r| {
+                let z = heights.at(r.line.height);
+                Rectangle::new(
+                    [(r.y_mm[0], z - 0.02), (r.y_mm[1], z + 0.02)],
+                    blue.mix(0.55).filled(),
+                )
+            });
+        chart
+            .series(bars)?
+            .label("reachable (exact)")
+            .legend(move |(x, y)| {
+                Rectangle::new([(x, y - 5), (x + 18, y + 5)], blue.mix(0.55).filled())
+            });
+        let count = heights.count();
+        let marks = published[wall][plane * count..(plane + 1) * count]
+            .iter()
+            .enumerate();
+        let marks = marks
+            .filter_map(|(j, b)| b.map(|b| (j, b)))
+            .flat_map(|(j, b)| {
+                let z = heights.at(j);
+                b.map(|y| Circle::new((y, z), 4, orange.filled()))
+            });
+        chart
+            .series(marks)?
+            .label("published y_min and y_max")
+            .legend(move |(x, y)| Circle::new((x + 9, y), 4, orange.filled()));
+        legend(&mut chart, SeriesLabelPosition::UpperRight)?;
+        Ok(())
+    })
 }

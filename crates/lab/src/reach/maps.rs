@@ -279,7 +279,6 @@ impl Solved {
 }
 
 /// What was solved, how fast, and how it compares.
-#[must_use]
 pub fn summary(solved: &Solved, comparisons: Option<&[Comparison]>) -> String {
     let mut text = String::new();
     let ms = 1e3 * solved.took.as_secs_f64();

@@ -1,12 +1,15 @@
 //! Base placement from the command line: targets on the walls of a scene, the heat map, the table.
 
+use crate::report::figure::{Area, Draw, Plot, figure};
+use crate::report::{Column, table_of};
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
-use hwall_reachability::{Interval, PlacementConfig, PlacementScores, Roll, Steps, Target};
+use hwall_reachability::{
+    Interval, Placement, PlacementConfig, PlacementScores, Roll, Steps, Target,
+};
 use hwall_scene::{Facet, Scene, SurfaceId};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
-use hwall_stage::report::figure_file::FigureFile;
 use hwall_testkit::MarkdownTable;
 use plotters::prelude::*;
 use std::f64::consts::TAU;
@@ -75,7 +78,6 @@ pub fn targets(scene: &Scene, wanted: &TargetChoice) -> anyhow::Result<Vec<Targe
 }
 
 /// A line about the surfaces of the scene that have no targets though nobody said so; `None` where there are none of them.
-#[must_use]
 pub fn left_out(scene: &Scene, wanted: &TargetChoice) -> Option<String> {
     if !wanted.surfaces.is_empty() || wanted.near.is_some() {
         return None;
@@ -114,7 +116,6 @@ pub fn left_out(scene: &Scene, wanted: &TargetChoice) -> Option<String> {
 }
 
 /// A line about targets that lie farther apart than one base serves; `None` where most may be in reach of one.
-#[must_use]
 pub fn too_far_apart(arm: &SrsArm, targets: &[Target]) -> Option<String> {
     let corner = |pick: fn(DVec3, DVec3) -> DVec3| targets.iter().map(|t| t.point_m).reduce(pick);
     let size = corner(DVec3::max)? - corner(DVec3::min)?;
@@ -196,37 +197,30 @@ pub(super) fn metres(value_m: f64) -> String {
 }
 
 /// The best placements as a table.
-#[must_use]
 pub fn table(scores: &PlacementScores) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "",
-        "x, m",
-        "y, m",
-        "heading",
-        "targets reached",
-        "worst margin",
-        "mean margin",
-    ]);
     let mm =
         |margin: Option<f64>| margin.map_or("none".to_owned(), |m| format!("{:.1} mm", 1e3 * m));
-    for (i, place) in scores.best().iter().enumerate() {
-        let base_m = place.room_from_base.position_m();
-        table.row([
-            (i + 1).to_string(),
-            metres(base_m.x),
-            metres(base_m.y),
-            format!("{:.0} deg", place.heading_rad.to_degrees()),
-            format!(
-                "{} of {} ({:.1} %)",
-                place.reachable,
-                place.total,
-                100.0 * place.share()
-            ),
-            mm(place.worst_margin_m),
-            mm(place.mean_margin_m),
-        ]);
-    }
-    table
+    let at = |p: &Placement| p.room_from_base.position_m();
+    let reached = |p: &Placement| {
+        format!(
+            "{} of {} ({:.1} %)",
+            p.reachable,
+            p.total,
+            100.0 * p.share()
+        )
+    };
+    let columns: [Column<'_, (usize, &Placement)>; 7] = [
+        ("", &|(i, _)| i.to_string()),
+        ("x, m", &|(_, p)| metres(at(p).x)),
+        ("y, m", &|(_, p)| metres(at(p).y)),
+        ("heading", &|(_, p)| {
+            format!("{:.0} deg", p.heading_rad.to_degrees())
+        }),
+        ("targets reached", &|(_, p)| reached(p)),
+        ("worst margin", &|(_, p)| mm(p.worst_margin_m)),
+        ("mean margin", &|(_, p)| mm(p.mean_margin_m)),
+    ];
+    table_of((1..).zip(scores.best()), &columns)
 }
 
 /// `x,y,z,heading_rad,reachable,total,worst_margin_m,mean_margin_m`, best first; empty where there is none.
@@ -235,16 +229,8 @@ pub fn table(scores: &PlacementScores) -> MarkdownTable {
 /// A file that cannot be written.
 pub fn csv(path: &Path, scores: &PlacementScores) -> anyhow::Result<()> {
     let mut writer = hwall_stage::numbers::writer(Some(path))?;
-    writer.write_record([
-        "x_m",
-        "y_m",
-        "z_m",
-        "heading_rad",
-        "reachable",
-        "total",
-        "worst_margin_m",
-        "mean_margin_m",
-    ])?;
+    let names = "x_m,y_m,z_m,heading_rad,reachable,total,worst_margin_m,mean_margin_m";
+    writer.write_record(names.split(','))?;
     let cell = |margin: Option<f64>| margin.map_or(String::new(), |m| m.to_string());
     for place in scores.best() {
         let base_m = place.room_from_base.position_m();
@@ -302,102 +288,95 @@ pub fn heat_map(
     let scale = 620.0 / (x1 - x0).max(y1 - y0);
     let (w, h) = (((x1 - x0) * scale) as u32, ((y1 - y0) * scale) as u32);
     let size = ((w + 220).max(560), h.max(260) + 120);
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), size).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let (left, key) = root.split_horizontally(size.0 - 130);
-    let mut chart = ChartBuilder::on(&left)
-        .caption("Where to stand: share of the targets in reach", TITLE)
-        .margin(10)
-        .x_label_area_size(46)
-        .y_label_area_size(58)
-        .build_cartesian_2d(x0..x1, y0..y1)
-        .map_err(plot_error)?;
-    let shares = scores.shares();
-    // No place reaches all walls of a room, so the lightest shade stands for the best place.
-    let most = shares.iter().copied().fold(0.0, f64::max);
-    let relative = |share: f64| if most > 0.0 { share / most } else { 0.0 };
-    let (columns, hx, hy) = (config.x.count(), half(&config.x), half(&config.y));
-    let cells = shares.iter().enumerate().map(|(i, share)| {
-        let (x, y) = (config.x.at(i % columns), config.y.at(i / columns));
-        Rectangle::new(
-            [(x - hx, y - hy), (x + hx, y + hy)],
-            shade(relative(*share)).filled(),
-        )
-    });
-    chart.draw_series(cells).map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .x_desc("x in the scene, m")
-        .y_desc("y in the scene, m")
-        .label_style(TEXT)
-        .draw()
-        .map_err(plot_error)?;
-    let inside = |p: DVec3| (x0..=x1).contains(&p.x) && (y0..=y1).contains(&p.y);
-    for id in (0..scene.surfaces().len()).map(SurfaceId) {
-        for [a, b, c] in scene.triangles_m(id)? {
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            let upright = normal.z.abs() < 0.02;
-            for (p, q) in [(a, b), (b, c), (c, a)] {
-                let level = (p.z - q.z).abs() < 1e-6 && upright;
-                if level && (inside(p) || inside(q)) {
-                    let clamp = |p: DVec3| (p.x.clamp(x0, x1), p.y.clamp(y0, y1));
-                    let line =
-                        PathElement::new(vec![clamp(p), clamp(q)], WHITE.mix(0.9).stroke_width(2));
-                    chart.draw_series([line]).map_err(plot_error)?;
+    figure(path, size, |root| {
+        let (left, key) = root.split_horizontally(size.0 - 130);
+        let mut chart = ChartBuilder::on(&left)
+            .caption("Where to stand: share of the targets in reach", TITLE)
+            .margin(10)
+            .x_label_area_size(46)
+            .y_label_area_size(58)
+            .build_cartesian_2d(x0..x1, y0..y1)
+            .map_err(plot_error)?;
+        let shares = scores.shares();
+        // No place reaches all walls of a room, so the lightest shade stands for the best place.
+        let most = shares.iter().copied().fold(0.0, f64::max);
+        let relative = |share: f64| if most > 0.0 { share / most } else { 0.0 };
+        let (columns, hx, hy) = (config.x.count(), half(&config.x), half(&config.y));
+        let cells = shares.iter().enumerate().map(|(i, share)| {
+            let (x, y) = (config.x.at(i % columns), config.y.at(i / columns));
+            Rectangle::new(
+                [(x - hx, y - hy), (x + hx, y + hy)],
+                shade(relative(*share)).filled(),
+            )
+        });
+        chart.series(cells)?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .x_desc("x in the scene, m")
+            .y_desc("y in the scene, m")
+            .label_style(TEXT)
+            .draw()
+            .map_err(plot_error)?;
+        let inside = |p: DVec3| (x0..=x1).contains(&p.x) && (y0..=y1).contains(&p.y);
+        for id in (0..scene.surfaces().len()).map(SurfaceId) {
+            for [a, b, c] in scene.triangles_m(id)? {
+                let normal = (b - a).cross(c - a).normalize_or_zero();
+                let upright = normal.z.abs() < 0.02;
+                for (p, q) in [(a, b), (b, c), (c, a)] {
+                    let level = (p.z - q.z).abs() < 1e-6 && upright;
+                    if level && (inside(p) || inside(q)) {
+                        let clamp = |p: DVec3| (p.x.clamp(x0, x1), p.y.clamp(y0, y1));
+                        let line = PathElement::new(
+                            vec![clamp(p), clamp(q)],
+                            WHITE.mix(0.9).stroke_width(2),
+                        );
+                        chart.series([line])?;
+                    }
                 }
             }
         }
-    }
-    let dots = targets.iter().map(|t| {
-        // Beside the wall, on the person's side.
-        let at = t.point_m + t.normal * 0.03;
-        Circle::new((at.x, at.y), 1, COLOURS[1].filled())
-    });
-    chart.draw_series(dots).map_err(plot_error)?;
-    for (i, place) in scores.best().iter().enumerate().take(3).rev() {
-        let base_m = place.room_from_base.position_m();
-        let at = (base_m.x, base_m.y);
-        // Where the arm looks: joint 1 turns about this direction.
-        let (sin, cos) = place.heading_rad.sin_cos();
-        let ahead = (at.0 + HEADING_M * cos, at.1 + HEADING_M * sin);
-        for (colour, width) in [(WHITE, 5), (BLACK, 2)] {
-            let heading = PathElement::new(vec![at, ahead], colour.stroke_width(width));
-            chart.draw_series([heading]).map_err(plot_error)?;
+        let dots = targets.iter().map(|t| {
+            // Beside the wall, on the person's side.
+            let at = t.point_m + t.normal * 0.03;
+            Circle::new((at.x, at.y), 1, COLOURS[1].filled())
+        });
+        chart.series(dots)?;
+        for (i, place) in scores.best().iter().enumerate().take(3).rev() {
+            let base_m = place.room_from_base.position_m();
+            let at = (base_m.x, base_m.y);
+            // Where the arm looks: joint 1 turns about this direction.
+            let (sin, cos) = place.heading_rad.sin_cos();
+            let ahead = (at.0 + HEADING_M * cos, at.1 + HEADING_M * sin);
+            for (colour, width) in [(WHITE, 5), (BLACK, 2)] {
+                let heading = PathElement::new(vec![at, ahead], colour.stroke_width(width));
+                chart.series([heading])?;
+            }
+            let mark = EmptyElement::at(at)
+                + Circle::new((0, 0), 9, WHITE.filled())
+                + Circle::new((0, 0), 9, BLACK.stroke_width(1))
+                + Text::new((i + 1).to_string(), (-4, -8), TEXT.into_font());
+            chart.series([mark])?;
         }
-        let mark = EmptyElement::at(at)
-            + Circle::new((0, 0), 9, WHITE.filled())
-            + Circle::new((0, 0), 9, BLACK.stroke_width(1))
-            + Text::new((i + 1).to_string(), (-4, -8), TEXT.into_font());
-        chart.draw_series([mark]).map_err(plot_error)?;
-    }
-    draw_key(&key, most)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+        draw_key(&key, most)?;
+        Ok(())
+    })
 }
 
-fn draw_key(
-    area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
-    most: f64,
-) -> anyhow::Result<()> {
-    let label = |text: &str, y: i32| {
-        area.draw_text(text, &TextStyle::from(TEXT), (34, y))
-            .map_err(plot_error)
-    };
+fn draw_key(area: &Area<'_>, most: f64) -> anyhow::Result<()> {
+    let label = |text: &str, y: i32| area.write(text, TEXT, (34, y));
     for i in 0..=40 {
         let y = 60 + 3 * (40 - i);
         let bar = Rectangle::new([(8, y), (28, y + 3)], shade(f64::from(i) / 40.0).filled());
-        area.draw(&bar).map_err(plot_error)?;
+        area.put(&bar)?;
     }
     label(&format!("{:.0} %", 100.0 * most), 56)?;
     label(&format!("{:.0} %", 50.0 * most), 116)?;
     label("0 %", 176)?;
     let dot = Circle::new((18, 204), 3, COLOURS[1].filled());
-    area.draw(&dot).map_err(plot_error)?;
+    area.put(&dot)?;
     label("targets", 197)?;
-    area.draw(&Circle::new((18, 228), 7, BLACK.stroke_width(1)))
-        .map_err(plot_error)?;
+    area.put(&Circle::new((18, 228), 7, BLACK.stroke_width(1)))?;
     label("best three", 221)?;
     label("and headings", 237)
 }

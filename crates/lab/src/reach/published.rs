@@ -4,6 +4,7 @@
 //! with `n = (cos g, -sin g, 0)`. File 2 repeats file 3, file 5 is scaled by cos 75 degrees instead
 //! of cos 15, and files 3 and 6 step 50 mm along x where 1, 4 and 7 step along the normal.
 
+use crate::report::titled;
 use anyhow::{Context, bail, ensure};
 use hwall_reachability::{LineIndex, Steps, WallGrid, WallLine};
 use hwall_testkit::{MarkdownTable, quantile};
@@ -27,7 +28,6 @@ pub struct Row {
 
 impl Row {
     /// The interval between two places (m) of a line.
-    #[must_use]
     pub fn new(index: LineIndex, line: &WallLine, s_m: [f64; 2]) -> Self {
         let [a, b] = s_m.map(|s| 1e3 * line.point_m(s).y);
         Self {
@@ -119,7 +119,6 @@ pub struct Comparison {
 }
 
 /// Compares rows of the published grid with the published files, file by file.
-#[must_use]
 pub fn compare(rows: &[Row], published: &[Bounds]) -> Vec<Comparison> {
     let mut ours: Vec<Vec<Vec<[f64; 2]>>> = published
         .iter()
@@ -159,19 +158,10 @@ pub fn compare(rows: &[Row], published: &[Bounds]) -> Vec<Comparison> {
 }
 
 /// One row a file, and one for all.
-#[must_use]
 pub fn table(comparisons: &[Comparison]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "file",
-        "bounds",
-        "median off",
-        "> 1 mm",
-        "> 10 mm",
-        "largest",
-        "lines only published",
-        "lines only here",
-        "lines with holes",
-    ]);
+    let mut table = titled(
+        "file | bounds | median off | > 1 mm | > 10 mm | largest | lines only published | lines only here | lines with holes",
+    );
     let mut all = Comparison::default();
     for c in comparisons {
         all.off_mm.extend(&c.off_mm);

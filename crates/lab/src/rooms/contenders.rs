@@ -19,8 +19,6 @@ pub const RAY_LED: &str = "ray cast, ray led";
 pub const FUSED: &str = "learned, fused";
 /// The same without a gaze.
 pub const NO_GAZE: &str = "learned, fused without gaze";
-/// The same without the direction of motion.
-pub const NO_BEND: &str = "learned, fused without bend";
 /// The response of an arm that is learnt end to end.
 pub const END_TO_END: &str = "end-to-end, middle of the board";
 
@@ -119,7 +117,6 @@ impl SharedTraining {
     }
 
     /// How many reaches were learnt from.
-    #[must_use]
     pub fn reaches(&self) -> usize {
         self.reaches.len()
     }
@@ -151,7 +148,7 @@ impl SharedTraining {
     }
 
     /// All contenders: the ray casts, each baseline on the closest surface and fused, the rest of the main ones,
-    /// the fusion without `bend`, and the response that leads an arm by joints.
+    /// and the response that leads an arm by joints.
     ///
     /// # Errors
     /// An estimator that cannot be trained.
@@ -170,12 +167,6 @@ impl SharedTraining {
             }
         }
         all.splice(2..2, baselines);
-        let straight = FusedConfig {
-            bend: None,
-            ..self.config.clone()
-        };
-        let estimator = Box::new(self.learned.estimator());
-        all.push(Contender::fused(NO_BEND, estimator, &straight)?);
         let response = end_to_end::candidate::predictor(&self.reaches);
         all.push(Contender::of(END_TO_END, response.context(END_TO_END)?));
         Ok(all)

@@ -1,15 +1,14 @@
 //! The figures of the rooms: stated probabilities, and one touch seen from above and from the person's side.
 
 use crate::contact::figures::unit_square;
+use crate::report::figure::{Area, Axes, Chart, Draw, Mesh, Plot, figure};
 use crate::rooms::room::{Outline, Room};
 use crate::rooms::scores;
 use crate::rooms::tables::PooledResult;
 use glam::{DMat3, DVec3};
 use hwall_contact::ContactPrediction;
 use hwall_hand::GazeRay;
-use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
-use hwall_stage::report::figure_file::FigureFile;
-use plotters::coord::Shift;
+use hwall_stage::figures::{COLOURS, TEXT, legend};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -26,33 +25,29 @@ const ROUND_M: f64 = 0.08;
 /// # Errors
 /// A file that cannot be written.
 pub fn reliability(path: &Path, title: &str, all: &[PooledResult<'_>]) -> anyhow::Result<()> {
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (680, 640)).into_drawing_area();
-    let axes = [
+    let names = [
         "stated probability of the surface",
         "share in which it was right",
     ];
-    let mut chart = unit_square(&root, title, axes)?;
-    for (PooledResult { name, touches }, colour) in all.iter().zip(COLOURS) {
-        let bins = scores::reliability(touches.iter().copied());
-        let total: usize = bins.iter().map(|b| b.count).sum();
-        let style = colour.stroke_width(2);
-        let line = bins.iter().map(|b| (b.stated, b.right));
-        chart
-            .draw_series(LineSeries::new(line, style))
-            .map_err(plot_error)?
-            .label(*name)
-            .legend(move |(x, y)| Circle::new((x + 9, y), 5, colour.filled()));
-        let dots = bins.iter().map(|b| {
-            let share = b.count as f64 / total as f64;
-            let radius = 3 + (14.0 * share.sqrt()) as i32;
-            Circle::new((b.stated, b.right), radius, colour.mix(0.7).filled())
-        });
-        chart.draw_series(dots).map_err(plot_error)?;
-    }
-    legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+    figure(path, (680, 640), |root| {
+        let mut chart = unit_square(root, title, names)?;
+        for (PooledResult { name, touches }, colour) in all.iter().zip(COLOURS) {
+            let bins = scores::reliability(touches.iter().copied());
+            let total: usize = bins.iter().map(|b| b.count).sum();
+            let line = bins.iter().map(|b| (b.stated, b.right));
+            chart
+                .line(line, colour.stroke_width(2))?
+                .label(*name)
+                .legend(move |(x, y)| Circle::new((x + 9, y), 5, colour.filled()));
+            let dots = bins.iter().map(|b| {
+                let share = b.count as f64 / total as f64;
+                let radius = 3 + (14.0 * share.sqrt()) as i32;
+                Circle::new((b.stated, b.right), radius, colour.mix(0.7).filled())
+            });
+            chart.series(dots)?;
+        }
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)
+    })
 }
 
 /// The predictions at one moment of the touch that is drawn.
@@ -79,78 +74,67 @@ pub struct TouchPicture {
     pub title: String,
 }
 
-type Panel<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Panel<'a, 'p> = Chart<'a, 'p, RangedCoordf64, RangedCoordf64>;
 
 /// One touch from above and from the person's side, with a key below both.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub fn scene(path: &Path, room: &Room, picture: &TouchPicture) -> anyhow::Result<()> {
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (1180, 660)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let root = root.titled(&picture.title, TITLE).map_err(plot_error)?;
-    let (drawings, below) = root.split_vertically(540);
-    let (left, right) = drawings.split_horizontally(610);
-    let outlines: Vec<_> = room.outlines().collect();
-    let corners = outlines.iter().flat_map(|o| o.corners_m);
-    let shown = corners.chain(picture.hand_m.iter().copied());
-    let (low, high) = shown.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
-        (low.min(p), high.max(p))
-    });
-    let (low, high) = (low - ROUND_M, high + ROUND_M);
-    // The person looks towards smaller x; their right is on the right of both views.
-    let views: [(&Area<'_>, &str, [&str; 2], View); 2] = [
-        (
-            &left,
-            "from above (wall at the top)",
-            ["y, m", "x, m"],
-            |p| (p.y, p.x),
-        ),
-        (&right, "as the person sees it", ["y, m", "z, m"], |p| {
-            (p.y, p.z)
-        }),
-    ];
-    for (area, title, names, view) in views {
-        let (a, b) = (view(low), view(high));
-        let (x, y) = same_scale(area.dim_in_pixel(), (a.0, b.0), (a.1, b.1));
-        // From above the wall, at small x, is at the top.
-        let y = if names[1].starts_with('x') {
-            y.end..y.start
-        } else {
-            y
-        };
-        let mut chart = ChartBuilder::on(area)
-            .caption(title, TEXT)
-            .margin(10)
-            .x_label_area_size(AXIS_PX.1)
-            .y_label_area_size(AXIS_PX.0)
-            .build_cartesian_2d(x, y)
-            .map_err(plot_error)?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .x_desc(names[0])
-            .y_desc(names[1])
-            .x_labels(7)
-            .y_labels(7)
-            .x_label_formatter(&tenths)
-            .y_label_formatter(&tenths)
-            .label_style(TEXT)
-            .draw()
-            .map_err(plot_error)?;
-        let mut named = Vec::new();
-        for outline in &outlines {
-            surface(&mut chart, outline, view, &mut named)?;
+    figure(path, (1180, 660), |root| {
+        let root = root.below(&picture.title)?;
+        let (drawings, below) = root.split_vertically(540);
+        let (left, right) = drawings.split_horizontally(610);
+        let outlines: Vec<_> = room.outlines().collect();
+        let corners = outlines.iter().flat_map(|o| o.corners_m);
+        let shown = corners.chain(picture.hand_m.iter().copied());
+        let (low, high) = shown.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+        let (low, high) = (low - ROUND_M, high + ROUND_M);
+        // The person looks towards smaller x; their right is on the right of both views.
+        let views: [(&Area<'_>, &str, [&str; 2], View); 2] = [
+            (
+                &left,
+                "from above (wall at the top)",
+                ["y, m", "x, m"],
+                |p| (p.y, p.x),
+            ),
+            (&right, "as the person sees it", ["y, m", "z, m"], |p| {
+                (p.y, p.z)
+            }),
+        ];
+        for (area, title, names, view) in views {
+            let (a, b) = (view(low), view(high));
+            let (x, y) = same_scale(area.dim_in_pixel(), (a.0, b.0), (a.1, b.1));
+            // From above the wall, at small x, is at the top.
+            let y = if names[1].starts_with('x') {
+                y.end..y.start
+            } else {
+                y
+            };
+            let axes = Axes {
+                title,
+                names,
+                formats: [Some(&tenths), Some(&tenths)],
+                numbers: [Some(7), Some(7)],
+                labels: AXIS_PX.into(),
+                margin: 10,
+                mesh: Mesh::None,
+                text: [TEXT, TEXT],
+                ..Axes::default()
+            };
+            let mut chart = axes.on(area, x, y)?;
+            let mut named = Vec::new();
+            for outline in &outlines {
+                surface(&mut chart, outline, view, &mut named)?;
+            }
+            touch(&mut chart, picture, view)?;
         }
-        touch(&mut chart, picture, view)?;
-    }
-    key(&below, picture)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+        key(&below, picture)
+    })
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type View = fn(DVec3) -> (f64, f64);
 
 /// Pixels of the labels beside the vertical and below the horizontal axis.
@@ -185,7 +169,7 @@ fn near(a: (i32, i32), b: (i32, i32)) -> bool {
 }
 
 fn surface(
-    chart: &mut Panel<'_>,
+    chart: &mut Panel<'_, '_>,
     outline: &Outline,
     view: View,
     named: &mut Vec<(i32, i32)>,
@@ -198,9 +182,7 @@ fn surface(
     } else {
         grey.mix(0.35).stroke_width(6)
     };
-    chart
-        .draw_series([PathElement::new(around.clone(), style)])
-        .map_err(plot_error)?;
+    chart.series([PathElement::new(around.clone(), style)])?;
     // Beside the upper left corner.
     let low_x = around.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
     let high_y = around.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
@@ -213,45 +195,33 @@ fn surface(
     named.push(at);
     let offset =
         EmptyElement::at((low_x, high_y)) + Text::new(outline.name, (4, 3 + 15 * below), text);
-    chart.draw_series([offset]).map_err(plot_error)?;
+    chart.series([offset])?;
     Ok(())
 }
 
-fn touch(chart: &mut Panel<'_>, picture: &TouchPicture, view: View) -> anyhow::Result<()> {
+fn touch(chart: &mut Panel<'_, '_>, picture: &TouchPicture, view: View) -> anyhow::Result<()> {
     let hand = picture.hand_m.iter().map(|&p| view(p));
-    chart
-        .draw_series(LineSeries::new(hand, BLACK.stroke_width(2)))
-        .map_err(plot_error)?;
+    chart.line(hand, BLACK.stroke_width(2))?;
     for (shown, colour) in picture.shown.iter().zip(COLOURS) {
         if let Some(gaze) = shown.gaze {
             let end_m = gaze.origin_m + gaze.direction * sight_m(&gaze, &shown.fused);
             let ray = [view(gaze.origin_m), view(end_m)];
-            chart
-                .draw_series(DashedLineSeries::new(
-                    ray,
-                    5,
-                    5,
-                    colour.mix(0.7).stroke_width(1),
-                ))
-                .map_err(plot_error)?;
+            chart.series(DashedLineSeries::new(
+                ray,
+                5,
+                5,
+                colour.mix(0.7).stroke_width(1),
+            ))?;
         }
         if let Some(c) = shown.fused.covariance_m2 {
             let ellipse = ellipse(shown.fused.point_m, c, view);
-            chart
-                .draw_series([PathElement::new(ellipse, colour.stroke_width(2))])
-                .map_err(plot_error)?;
+            chart.series([PathElement::new(ellipse, colour.stroke_width(2))])?;
         }
-        chart
-            .draw_series([Circle::new(view(shown.fused.point_m), 4, colour.filled())])
-            .map_err(plot_error)?;
+        chart.series([Circle::new(view(shown.fused.point_m), 4, colour.filled())])?;
         let cast = shown.cast.map(|c| view(c.point_m));
-        chart
-            .draw_series(cast.map(|p| TriangleMarker::new(p, 7, colour.filled())))
-            .map_err(plot_error)?;
+        chart.series(cast.map(|p| TriangleMarker::new(p, 7, colour.filled())))?;
     }
-    chart
-        .draw_series([Cross::new(view(picture.target_m), 8, BLACK.stroke_width(3))])
-        .map_err(plot_error)?;
+    chart.series([Cross::new(view(picture.target_m), 8, BLACK.stroke_width(3))])?;
     Ok(())
 }
 
@@ -290,49 +260,41 @@ fn ellipse(point_m: DVec3, covariance_m2: DMat3, view: View) -> Vec<(f64, f64)> 
 
 /// The key to colours and marks, in two lines.
 fn key(area: &Area<'_>, picture: &TouchPicture) -> anyhow::Result<()> {
-    let text = TextStyle::from(TEXT);
     let mut x = 60;
     for (shown, colour) in picture.shown.iter().zip(COLOURS) {
         let line = PathElement::new([(x, 22), (x + 26, 22)], colour.stroke_width(4));
-        area.draw(&line).map_err(plot_error)?;
+        area.put(&line)?;
         let name = format!(
             "{:.0} % of the time, probability {:.2}",
             100.0 * shown.share,
             shown.fused.probability
         );
-        area.draw_text(&name, &text, (x + 34, 14))
-            .map_err(plot_error)?;
+        area.write(&name, TEXT, (x + 34, 14))?;
         x += 270;
     }
     let grey = COLOURS[6];
     let (y, place) = (58, |i: i32| 60 + 180 * i);
-    area.draw(&Circle::new((place(0) + 13, y), 5, grey.filled()))
-        .map_err(plot_error)?;
+    area.put(&Circle::new((place(0) + 13, y), 5, grey.filled()))?;
     let ring: Vec<(i32, i32)> = (0..=40)
         .map(|i| {
             let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 40.0).sin_cos();
             (place(0) + 13 + (13.0 * cos) as i32, y + (8.0 * sin) as i32)
         })
         .collect();
-    area.draw(&PathElement::new(ring, grey.stroke_width(2)))
-        .map_err(plot_error)?;
-    area.draw(&TriangleMarker::new((place(2) + 13, y), 7, grey.filled()))
-        .map_err(plot_error)?;
+    area.put(&PathElement::new(ring, grey.stroke_width(2)))?;
+    area.put(&TriangleMarker::new((place(2) + 13, y), 7, grey.filled()))?;
     for dash in 0..3 {
         let from = place(3) + 10 * dash;
-        area.draw(&PathElement::new(
+        area.put(&PathElement::new(
             [(from, y), (from + 5, y)],
             grey.stroke_width(1),
-        ))
-        .map_err(plot_error)?;
+        ))?;
     }
-    area.draw(&PathElement::new(
+    area.put(&PathElement::new(
         [(place(4), y), (place(4) + 26, y)],
         BLACK.stroke_width(2),
-    ))
-    .map_err(plot_error)?;
-    area.draw(&Cross::new((place(5) + 13, y), 8, BLACK.stroke_width(3)))
-        .map_err(plot_error)?;
+    ))?;
+    area.put(&Cross::new((place(5) + 13, y), 8, BLACK.stroke_width(3)))?;
     for (i, name) in [
         (0, "learned, fused: point and 90 % region"),
         (2, "ray cast: point"),
@@ -340,8 +302,7 @@ fn key(area: &Area<'_>, picture: &TouchPicture) -> anyhow::Result<()> {
         (4, "path of the hand"),
         (5, "where it touches"),
     ] {
-        area.draw_text(name, &text, (place(i) + 36, y - 8))
-            .map_err(plot_error)?;
+        area.write(name, TEXT, (place(i) + 36, y - 8))?;
     }
     Ok(())
 }

@@ -31,7 +31,6 @@ pub struct Condition {
 
 impl Condition {
     /// Nothing made worse.
-    #[must_use]
     pub fn usual() -> Self {
         Self {
             name: "usual".to_owned(),
@@ -43,7 +42,6 @@ impl Condition {
     }
 
     /// The usual condition, then others that make one thing worse each.
-    #[must_use]
     pub fn all() -> Vec<Self> {
         let usual = Self::usual();
         let with = |name: String, change: &dyn Fn(&mut Self)| {

@@ -1,5 +1,7 @@
 //! A tracker that stands elsewhere than is believed, and what touches tell of that.
 
+use crate::contact::tables::range_of;
+use crate::report::titled;
 use crate::rooms::contenders::SharedTraining;
 use crate::rooms::people::{Telling, predictions_told};
 use crate::rooms::room::Room;
@@ -9,7 +11,7 @@ use hwall_contact::score::Moment;
 use hwall_contact::{FusedConfig, MeasuredTouch, RegistrationConfig, RegistrationEstimator};
 use hwall_hand::Pose;
 use hwall_stage::training::Stream;
-use hwall_testkit::{MarkdownTable, Sampler};
+use hwall_testkit::Sampler;
 
 /// The heading of the part.
 pub const HEADING: &str = "### What touches tell of the registration";
@@ -30,7 +32,6 @@ pub struct Displaced {
 
 impl Displaced {
     /// Every participant under `draws` errors as large as the settings say.
-    #[must_use]
     pub fn draw(
         participants: &[Stream],
         config: &RegistrationConfig,
@@ -145,28 +146,18 @@ pub fn section(
         streams.iter().flat_map(|s| 0..s.touches.len()).collect()
     };
     let (made_exact, made_off) = (made(participants), made(&displaced.streams));
-    let mut table = MarkdownTable::new([
-        "touches made",
-        "touches judged",
-        "registration off, across / along the surface, mm (in 90 %, %)",
-        "tracker exact",
-        "the same, learnt",
-        "tracker off",
-        "tracker off, learnt",
-    ]);
+    let mut table = titled(
+        "touches made | touches judged | registration off, across / along the surface, mm (in 90 %, %) | tracker exact | the \
+         same, learnt | tracker off | tracker off, learnt",
+    );
     for ((from, to), left) in TOUCHES.into_iter().zip(left(&displaced, &learning)?) {
         let cell = |touches: &[TouchPredictions], made: &[usize]| {
             let chosen = |index: usize| (from..to).contains(&made[index]);
             described(&summary_among(touches, MOMENT, chosen))
         };
-        let range = match to {
-            usize::MAX => format!("{from} and more"),
-            _ if to == from + 1 => from.to_string(),
-            _ => format!("{from} to {}", to - 1),
-        };
         let judged = made_off.iter().filter(|made| (from..to).contains(*made));
         table.row([
-            range,
+            range_of(from, to),
             judged.count().to_string(),
             format!(
                 "{:.1} / {:.1} ({:.0})",

@@ -41,7 +41,6 @@ pub struct TouchPredictions {
 
 impl TimedPrediction {
     /// Of the predictions of a sample, the most probable one first.
-    #[must_use]
     pub fn of_ranked(t_s: f64, ranked: &[ContactPrediction], took_us: f64) -> Self {
         let first = ranked.first();
         let there = |p: &&ContactPrediction| first.is_some_and(|f| f.surface == p.surface);
@@ -56,7 +55,6 @@ impl TimedPrediction {
 
 impl TouchPredictions {
     /// From the start of the hand to the contact.
-    #[must_use]
     pub fn span(&self) -> Span {
         Span {
             start_s: self.touch.start_s,
@@ -97,7 +95,6 @@ impl TouchPredictions {
     }
 
     /// Time before contact from which the predictions stay right, s.
-    #[must_use]
     pub fn lead_s(&self) -> f64 {
         let right = |sample: &&TimedPrediction| {
             let near = |p: &ContactPrediction| self.off_m(p).length() <= RIGHT_M;
@@ -121,7 +118,6 @@ pub struct GoalLatency {
 
 impl TouchPredictions {
     /// Time from the landing of the eyes on the target to the first prediction that is right to stay.
-    #[must_use]
     pub fn goal_latency(&self) -> GoalLatency {
         let from_s = self.touch.landed_s.unwrap_or(self.touch.start_s);
         let stays = |right: &dyn Fn(&ContactPrediction) -> bool| {
@@ -168,20 +164,17 @@ pub struct Summary {
 
 impl Summary {
     /// Share of the 90 % regions in the plane of the right surface that hold the target.
-    #[must_use]
     pub fn in_90(&self) -> Option<f64> {
         self.within.map(|within| within[2])
     }
 }
 
 /// Over all touches at a moment.
-#[must_use]
 pub fn summary(touches: &[TouchPredictions], moment: Moment) -> Summary {
     summary_of(touches, &[moment])
 }
 
 /// Over those touches that are chosen by their place among all, at a moment.
-#[must_use]
 pub fn summary_among(
     touches: &[TouchPredictions],
     moment: Moment,
@@ -197,7 +190,6 @@ pub fn summary_among(
 }
 
 /// Over all touches from 30 to 90 % of their time.
-#[must_use]
 pub fn under_way(touches: &[TouchPredictions]) -> Summary {
     let moments: Vec<Moment> = under_way_moments().collect();
     summary_of(touches, &moments)
@@ -277,7 +269,6 @@ pub fn leads_s(touches: &[TouchPredictions]) -> Vec<f64> {
 }
 
 /// How much longer these leads are than those of a reference over the same touches, s.
-#[must_use]
 pub fn gained_s(touches: &[TouchPredictions], reference: &[TouchPredictions]) -> Vec<f64> {
     touches
         .iter()
@@ -287,7 +278,6 @@ pub fn gained_s(touches: &[TouchPredictions], reference: &[TouchPredictions]) ->
 }
 
 /// Times for a prediction, µs, sorted.
-#[must_use]
 pub fn took_us(touches: &[TouchPredictions]) -> Vec<f64> {
     let samples = touches.iter().flat_map(|t| &t.samples);
     let mut took: Vec<f64> = samples.map(|s| s.took_us).collect();
@@ -308,7 +298,6 @@ pub struct Bin {
 
 /// Stated probabilities of the first predictions from 30 to 90 % of the time, by tenths; empty tenths are left
 /// out.
-#[must_use]
 pub fn reliability<'a>(touches: impl IntoIterator<Item = &'a TouchPredictions>) -> Vec<Bin> {
     let mut bins = [(0.0, 0, 0); 10];
     for t in touches {

@@ -1,6 +1,7 @@
 //! Predictions with a scene, in rooms of more and more surfaces and under worse and worse conditions.
 
 use crate::contact::figures::{ErrorLine, errors};
+use crate::report::{quantiles, titled};
 use crate::rooms::contenders::{Contender, FUSED, NO_GAZE, RAY_CAST, RAY_LED, SharedTraining};
 use crate::rooms::figures::{self, ShownMoment, TouchPicture};
 use crate::rooms::people::{self, Condition, StudyPeople, StudySize, Telling};
@@ -13,7 +14,6 @@ use hwall_contact::score::Moment;
 use hwall_stage::figures::COLOURS;
 use hwall_stage::numbers::counted;
 use hwall_stage::training::Stream;
-use hwall_testkit::MarkdownTable;
 use plotters::style::Color;
 use rayon::prelude::*;
 use std::fmt::Write;
@@ -255,15 +255,9 @@ fn pooled(settings: &[Setting]) -> Vec<PooledResult<'_>> {
 /// The target beside the result.
 fn target(settings: &[Setting]) -> anyhow::Result<String> {
     let moment = Moment::Share(TARGET_SHARE);
-    let mut table = MarkdownTable::new([
-        "surfaces",
-        "touches",
-        "target",
-        "learned, fused",
-        "met",
-        "ray cast",
-        "lead gained over the ray cast, ms, median",
-    ]);
+    let mut table = titled(
+        "surfaces | touches | target | learned, fused | met | ray cast | lead gained over the ray cast, ms, median",
+    );
     for s in settings
         .iter()
         .filter(|s| s.condition == Condition::usual())
@@ -271,8 +265,7 @@ fn target(settings: &[Setting]) -> anyhow::Result<String> {
         let [fused, cast] = [FUSED, RAY_CAST].map(|name| s.touches(name));
         let right = summary(fused, moment).right;
         let of = |right: f64| format!("{:.1} %", 100.0 * right);
-        let mut gained = gained_s(fused, cast);
-        gained.sort_by(f64::total_cmp);
+        let [gained_s] = quantiles(gained_s(fused, cast), [0.5]);
         let main = s.surfaces == MAIN_ROOM;
         table.row([
             s.surfaces.to_string(),
@@ -290,7 +283,7 @@ fn target(settings: &[Setting]) -> anyhow::Result<String> {
             }
             .to_owned(),
             of(summary(cast, moment).right),
-            format!("{:.0}", 1e3 * hwall_testkit::quantile(&gained, 0.5)),
+            format!("{:.0}", 1e3 * gained_s),
         ]);
     }
     let mut text = format!(

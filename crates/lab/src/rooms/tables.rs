@@ -1,5 +1,7 @@
 //! The tables of the rooms, and their rows as CSV.
 
+use crate::contact::rows::covariance_cells;
+use crate::report::{Column, quantiles, table_of, titled};
 use crate::rooms::room::Room;
 use crate::rooms::scores::{
     GoalLatency, Summary, TouchPredictions, gained_s, leads_s, reliability, summary, took_us,
@@ -40,10 +42,9 @@ pub struct SettingResults<'a> {
 }
 
 /// `median (quartiles)`, ms.
-fn quartiles_ms(mut values_s: Vec<f64>) -> String {
-    values_s.sort_by(f64::total_cmp);
-    let q = |p| 1e3 * quantile(&values_s, p);
-    format!("{:.0} ({:.0} to {:.0})", q(0.5), q(0.25), q(0.75))
+fn quartiles_ms(values_s: Vec<f64>) -> String {
+    let [low, middle, high] = quantiles(values_s, [0.25, 0.5, 0.75]).map(|s| 1e3 * s);
+    format!("{middle:.0} ({low:.0} to {high:.0})")
 }
 
 fn percent(share: Option<f64>) -> String {
@@ -65,13 +66,11 @@ fn by_moment(all: &[PredictorResult], cell: impl Fn(&Summary) -> String) -> Mark
 }
 
 /// Right surface, %.
-#[must_use]
 pub fn right(all: &[PredictorResult]) -> MarkdownTable {
     by_moment(all, |s| format!("{:.1}", 100.0 * s.right))
 }
 
 /// Median / mean distance, mm.
-#[must_use]
 pub fn distances(all: &[PredictorResult]) -> MarkdownTable {
     by_moment(all, |s| {
         if s.count == s.silent {
@@ -82,13 +81,11 @@ pub fn distances(all: &[PredictorResult]) -> MarkdownTable {
 }
 
 /// Boards missed, %.
-#[must_use]
 pub fn missed(all: &[PredictorResult]) -> MarkdownTable {
     by_moment(all, |s| format!("{:.1}", 100.0 * s.missed))
 }
 
 /// Regions of 50 / 70 / 90 % that hold the point, %; "none" where none is stated.
-#[must_use]
 pub fn coverage(all: &[PredictorResult]) -> MarkdownTable {
     by_moment(all, |s| match s.within {
         Some(within) => within.map(|share| percent(Some(share))).join(" / "),
@@ -97,7 +94,6 @@ pub fn coverage(all: &[PredictorResult]) -> MarkdownTable {
 }
 
 /// Errors of each axis at half and at 70 % of the time, cm.
-#[must_use]
 pub fn axes(all: &[PredictorResult]) -> MarkdownTable {
     let mut table = MarkdownTable::new(["predictor", "x at 50 %", "y", "z", "x at 70 %", "y", "z"]);
     for PredictorResult { name, touches } in all {
@@ -112,37 +108,35 @@ pub fn axes(all: &[PredictorResult]) -> MarkdownTable {
 }
 
 /// How sure, how early and how fast; leads are gained over the first of the predictors.
-#[must_use]
 pub fn sureness(all: &[PredictorResult]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "predictor",
-        "time to contact, mean error, ms",
-        "its 90 % intervals hold, %",
-        "right for good before contact, ms (quartiles)",
-        "gained over the ray cast, ms (quartiles)",
-        "µs, median / p99",
-        "silent",
-    ]);
-    for PredictorResult { name, touches } in all {
-        let under_way = under_way(touches);
-        let took = took_us(touches);
-        table.row([
-            name.clone(),
-            under_way
-                .time_mean_s
-                .map_or_else(|| "none".to_owned(), |s| format!("{:.0}", 1e3 * s)),
-            percent(under_way.time_in_90),
-            quartiles_ms(leads_s(touches)),
-            quartiles_ms(gained_s(touches, &all[0].touches)),
-            format!("{:.1} / {:.1}", quantile(&took, 0.5), quantile(&took, 0.99)),
-            format!("{} of {}", under_way.silent, under_way.count),
-        ]);
-    }
-    table
+    let under_way = |r: &PredictorResult| under_way(&r.touches);
+    let mean = |r: &PredictorResult| {
+        let mean_s = under_way(r).time_mean_s;
+        mean_s.map_or("none".to_owned(), |s| format!("{:.0}", 1e3 * s))
+    };
+    let took = |r: &PredictorResult| {
+        let took = took_us(&r.touches);
+        format!("{:.1} / {:.1}", quantile(&took, 0.5), quantile(&took, 0.99))
+    };
+    let gained = |r: &PredictorResult| quartiles_ms(gained_s(&r.touches, &all[0].touches));
+    let silent = |s: Summary| format!("{} of {}", s.silent, s.count);
+    let columns: [Column<'_, &PredictorResult>; 7] = [
+        ("predictor", &|r| r.name.clone()),
+        ("time to contact, mean error, ms", &|r| mean(r)),
+        ("its 90 % intervals hold, %", &|r| {
+            percent(under_way(r).time_in_90)
+        }),
+        ("right for good before contact, ms (quartiles)", &|r| {
+            quartiles_ms(leads_s(&r.touches))
+        }),
+        ("gained over the ray cast, ms (quartiles)", &|r| gained(r)),
+        ("µs, median / p99", &|r| took(r)),
+        ("silent", &|r| silent(under_way(r))),
+    ];
+    table_of(all, &columns)
 }
 
 /// Stated and observed probability of the surface, by tenths: `observed % (count)`.
-#[must_use]
 pub fn reliabilities(all: &[PooledResult<'_>]) -> MarkdownTable {
     let tenths = (0..10).map(|i| format!("{} to {} %", 10 * i, 10 * (i + 1)));
     let mut table = MarkdownTable::new(["stated".to_owned()].into_iter().chain(tenths));
@@ -158,34 +152,20 @@ pub fn reliabilities(all: &[PooledResult<'_>]) -> MarkdownTable {
 }
 
 /// The table of conditions without its rows: one a condition and main contender.
-#[must_use]
 pub fn conditions() -> MarkdownTable {
-    MarkdownTable::new([
-        "condition",
-        "predictor",
-        "touches",
-        "right surface, %, at 30 / 50 / 70 / 90 %",
-        "median error, mm",
-        "board missed, %",
-        "90 % regions hold, %",
-        "right for good before contact, ms (quartiles)",
-        "gained over the ray cast, ms (quartiles)",
-    ])
+    titled(
+        "condition | predictor | touches | right surface, %, at 30 / 50 / 70 / 90 % | median error, mm | board missed, % | 90 % \
+         regions hold, % | right for good before contact, ms (quartiles) | gained over the ray cast, ms (quartiles)",
+    )
 }
 
 /// The table of latencies without its rows: one a condition and predictor.
-#[must_use]
 pub fn latencies() -> MarkdownTable {
-    MarkdownTable::new([
-        "condition",
-        "predictor",
-        "touches looked at",
-        "surface, ms from landing, median / p90 / never",
-        "surface and point, ms from landing, median / p90 / never",
-        "touches never looked at",
-        "surface, ms from the hand's start, median / p90 / never",
-        "surface and point, ms from the hand's start, median / p90 / never",
-    ])
+    titled(
+        "condition | predictor | touches looked at | surface, ms from landing, median / p90 / never | surface and point, ms \
+         from landing, median / p90 / never | touches never looked at | surface, ms from the hand's start, median / p90 / never \
+         | surface and point, ms from the hand's start, median / p90 / never",
+    )
 }
 
 /// Rows of the table of latencies.
@@ -316,11 +296,8 @@ impl PredictionRows {
                 cells.push(or_empty(first.map(|_| format!("{:.4}", sample.of_surface))));
                 cells.extend(first.map_or([const { String::new() }; 3], |a| metres(a.point_m)));
                 cells.extend(metres(t.touch.target_m));
-                let six = first.and_then(|a| a.covariance_m2).map(|c| {
-                    let [x, y, z] = [c.x_axis, c.y_axis, c.z_axis];
-                    [x.x, x.y, x.z, y.y, y.z, z.z].map(|v| format!("{v:.3e}"))
-                });
-                cells.extend(six.unwrap_or([const { String::new() }; 6]));
+                let covariance_m2 = first.and_then(|a| a.covariance_m2);
+                cells.extend(covariance_cells(covariance_m2, |v| format!("{v:.3e}")));
                 let left = first.and_then(|a| a.time_to_contact_s);
                 let seconds = |v: Option<f64>| or_empty(v.map(|v| format!("{v:.4}")));
                 cells.push(seconds(left.map(|l| l.mean_s)));
@@ -342,7 +319,6 @@ impl PredictionRows {
 }
 
 /// Median errors over the time to contact, for the figure: s and m.
-#[must_use]
 pub fn medians_before(touches: &[TouchPredictions]) -> Vec<(f64, f64)> {
     let at = |before_s: f64| {
         let s = summary(touches, Moment::Before(before_s));

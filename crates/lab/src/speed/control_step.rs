@@ -1,5 +1,6 @@
 //! The control step of a whole session, and the planning after it, with people of every kind.
 
+use crate::report::titled;
 use crate::speed::page::section::{Section, SummaryRow};
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
@@ -22,23 +23,14 @@ const KINDS: [PersonKind; 5] = [
     PersonKind::Glancing,
 ];
 
-type Count<'a> = &'a dyn Fn(&StepCost) -> f64;
+type Count<'a> = &'a dyn Fn(&StepCost) -> u32;
 
 /// Times and counts of this many steps in either room, or some more: people are not cut short.
 ///
 /// # Errors
 /// As for the main job.
 pub fn control_step(seed: u64, steps: usize) -> anyhow::Result<Section> {
-    let mut times = MarkdownTable::new([
-        "upright pieces",
-        "what",
-        "calls",
-        "median",
-        "p99",
-        "p99.9",
-        "p99.99",
-        "most",
-    ]);
+    let mut times = titled("upright pieces | what | calls | median | p99 | p99.9 | p99.99 | most");
     let mut counts = MarkdownTable::new(["upright pieces", "count", "p99", "p99.99", "most"]);
     let mut summary = Vec::new();
     for (room, steps) in [
@@ -72,21 +64,17 @@ pub fn control_step(seed: u64, steps: usize) -> anyhow::Result<Section> {
         let most = format!("at most {}", format_ns(step.max_ns));
         summary.push(SummaryRow::new("hwall", &what, &step, &most));
         let parts: [(&str, Count<'_>); 4] = [
-            ("poses and Jacobians in a control step", &|cost| {
-                f64::from(cost.asked.forward)
+            ("poses and Jacobians in a control step", &|c| {
+                c.asked.forward
             }),
-            ("configurations of poses in a control step", &|cost| {
-                f64::from(cost.asked.inverse)
+            ("configurations of poses in a control step", &|c| {
+                c.asked.inverse
             }),
-            ("looks at ways in a call of the planner", &|cost| {
-                f64::from(cost.looks)
-            }),
-            ("boxes and rectangles tested in it", &|cost| {
-                f64::from(cost.tests)
-            }),
+            ("looks at ways in a call of the planner", &|c| c.looks),
+            ("boxes and rectangles tested in it", &|c| c.tests),
         ];
         for (what, part) in parts {
-            let counted = of(part);
+            let counted = of(&|cost| f64::from(part(cost)));
             let at = |p: f64| format!("{:.0}", quantile(&counted, p));
             counts.row([
                 pieces.clone(),
@@ -103,11 +91,7 @@ pub fn control_step(seed: u64, steps: usize) -> anyhow::Result<Section> {
          goes on along a motion that is known to its end; goals and ways are looked for after it, by `Session::plan` or on a thread \
          of their own.\n\n{times}\n\nCounts are the same on every machine:\n\n{counts}\n"
     );
-    Ok(Section {
-        summary,
-        text,
-        figure: None,
-    })
+    Ok(Section::of(text, summary))
 }
 
 /// Of every step, with the lesser of the times of two runs that are the same otherwise.

@@ -2,7 +2,7 @@
 
 use crate::documents::{Documents, renew_block, renew_words, written_by};
 use crate::speed::connect::measured as connect;
-use crate::speed::contact::{estimators, fusion, knobs};
+use crate::speed::contact::{estimators, fusion};
 use crate::speed::page::section::{Section, summary_table};
 use crate::speed::{bip, control_step, feel, kinematics, reach, roughness, scene, texture};
 use anyhow::Context;
@@ -63,7 +63,6 @@ pub fn write(
         timed(bip::filters(seed)?),
         timed(scene::build_quality(seed, n, scene)?),
         timed(estimators::estimators(seed)?),
-        timed(knobs::learned(seed)?),
         timed(fusion::fusion(seed)?),
         timed(texture::tessellation()?),
         timed(roughness::calibrations(seed, n)?),

@@ -105,14 +105,10 @@ pub fn calibrations(seed: u64, n: usize) -> anyhow::Result<Section> {
         lookup.median_ns,
         lookup.p99_ns
     );
-    Ok(Section {
-        summary: quoted,
-        text,
-        figure: Some(Figure::speed_error(
-            "roughness.svg",
-            "Calibration tables of roughness",
-            UNIT,
-            table.rows().to_vec(),
-        )),
-    })
+    Ok(Section::of(text, quoted).drawn(Figure::speed_error(
+        "roughness.svg",
+        "Calibration tables of roughness",
+        UNIT,
+        table.rows().to_vec(),
+    )))
 }

@@ -1,12 +1,11 @@
 //! Ray casts and closest points: speed against error, by the quality of the hierarchy.
 
+use crate::report::titled;
 use crate::speed::page::section::{Figure, Section, SummaryRow, batches};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_scene::{BuildQuality, Scene, Surface, SurfaceId, SurfaceMesh};
-use hwall_testkit::{
-    ErrorStats, MarkdownTable, Sampler, format_error, format_ns, time_batches, time_each,
-};
+use hwall_testkit::{ErrorStats, Sampler, format_error, format_ns, time_batches, time_each};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
@@ -39,21 +38,10 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
             .map(|rings| room_of_balls(seed, rings))
             .collect::<anyhow::Result<_>>()?,
     };
-    let mut table = MarkdownTable::new([
-        "triangles",
-        "quality",
-        "build",
-        "memory",
-        "coherent rays",
-        "incoherent rays",
-        "median, p99",
-        "closest point",
-        "on one surface",
-        "rays elsewhere",
-        "largest error",
-        "coherent together",
-        "incoherent together",
-    ]);
+    let mut table = titled(
+        "triangles | quality | build | memory | coherent rays | incoherent rays | median, p99 | closest point | on one surface \
+         | rays elsewhere | largest error | coherent together | incoherent together",
+    );
     let mut quoted = Vec::new();
     let names = [
         "coherent ray",
@@ -129,18 +117,20 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
     }
     let title = "Scene queries at balanced quality: median time against size";
     Ok(Section {
-        summary: quoted,
-        text: format!(
-            "### Ray casts and closest points, by the quality of the hierarchy\n\n\
+        figure: (scenes.len() > 1)
+            .then(|| Figure::scaling("rays.svg", title, "triangles", lines.to_vec())),
+        ..Section::of(
+            format!(
+                "### Ray casts and closest points, by the quality of the hierarchy\n\n\
              The built-in room with {BALLS} bumpy balls (or the scene given), {n} rays. Coherent: a camera that \
              sweeps the scene; incoherent: between random points of its box, which are the points of the closest-point \
              queries too; together: all in one call of `ray_casts`, whose hits are the same. Elsewhere: other than brute force over all triangles in f64 in hit, miss or, by more than \
              {ELSEWHERE_M:.0e} m, in distance. Largest error: of the distances of the other rays and of \
              closest points. A query asks for one \
              surface after the other in \"on one surface\".\n\n{table}"
-        ),
-        figure: (scenes.len() > 1)
-            .then(|| Figure::scaling("rays.svg", title, "triangles", lines.to_vec())),
+            ),
+            quoted,
+        )
     })
 }
 

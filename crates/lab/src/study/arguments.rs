@@ -3,7 +3,7 @@
 use crate::contact::candidates::{self, Candidate};
 use crate::contact::dissertation::{self, Overrides};
 use crate::contact::report::{self, Choice};
-use crate::demonstrations::files::{Robot, generate_into};
+use crate::demonstrations::files::generate_into;
 use crate::demonstrations::generate::DemonstrationConfig;
 use crate::documents::Documents;
 use crate::rooms::study;
@@ -144,7 +144,7 @@ impl Arguments {
                 Protocol::Pointing => DemonstrationConfig::pointing(),
                 _ => DemonstrationConfig::dissertation(),
             });
-            let made = generate_into(folder, &config, Robot::default())?;
+            let made = generate_into(folder, &config)?;
             return Ok(made + "\n");
         }
         let candidates = candidates::all(self.config());

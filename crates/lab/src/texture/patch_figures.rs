@@ -1,7 +1,7 @@
 //! Figures of patches: from above and from the side, and spacing and width over orientation.
 
-use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
-use hwall_stage::report::figure_file::FigureFile;
+use crate::report::figure::{Axes, Draw, Mesh, Plot, USUAL, figure};
+use hwall_stage::figures::{COLOURS, TEXT, legend};
 use hwall_texton::{Patch, ScanAngle, Texture};
 use plotters::prelude::*;
 use std::path::Path;
@@ -31,103 +31,90 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
     let wide = (part[0] * scale) as u32 + LEFT + 2 * MARGIN;
     let above = (part[1] * scale) as u32 + BELOW + 2 * MARGIN;
     let below = ((1.6 * height + plate) * scale).max(60.0) as u32 + BELOW + 34 + 2 * MARGIN;
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (wide, above + below + 34)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let whole = if part == size {
-        ""
-    } else {
-        ", lower left corner"
-    };
-    let title = format!(
-        "Patch of {} x {} mm, {} bumps{whole}",
-        size[0],
-        size[1],
-        patch.counts().placed
-    );
-    let root = root.titled(&title, TITLE).map_err(plot_error)?;
-    let (top, bottom) = root.split_vertically(above);
-    let mut chart = ChartBuilder::on(&top)
-        .margin(MARGIN)
-        .x_label_area_size(BELOW)
-        .y_label_area_size(LEFT)
-        .build_cartesian_2d(0.0..part[0], 0.0..part[1])
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc("x along the long axis, mm")
-        .y_desc("y, mm")
-        .label_style(TEXT)
-        .disable_mesh()
-        .draw()
-        .map_err(plot_error)?;
-    let seen: Vec<[f64; 2]> = patch
-        .centres_mm()
-        .map(|c| c.to_array())
-        .filter(|c| c[0] - a < part[0] && c[1] - b < part[1])
-        .collect();
-    let outlines = seen.iter().map(|[x, y]| {
-        let point = |i: usize| {
-            let (sin, cos) = (std::f64::consts::TAU * i as f64 / AROUND as f64).sin_cos();
-            let inside = |v: f64, most: f64| v.min(most);
-            (inside(x + a * cos, part[0]), inside(y + b * sin, part[1]))
+    figure(path, (wide, above + below + 34), |root| {
+        let whole = if part == size {
+            ""
+        } else {
+            ", lower left corner"
         };
-        Polygon::new(
-            (0..AROUND).map(point).collect::<Vec<_>>(),
-            COLOURS[0].mix(0.75),
-        )
-    });
-    chart.draw_series(outlines).map_err(plot_error)?;
-    let holes = patch.spec().holes.iter();
-    let holes = holes.filter(|h| h.centre_mm[0] < part[0] && h.centre_mm[1] < part[1]);
-    let rings = holes.map(|h| {
-        let radius = (0.5 * h.diameter_mm * scale) as i32;
-        Circle::new(
-            (h.centre_mm.x, h.centre_mm.y),
-            radius,
-            COLOURS[1].stroke_width(2),
-        )
-    });
-    chart.draw_series(rings).map_err(plot_error)?;
-    let tile = patch.spec().tile_mm.unwrap_or(size);
-    let borders = |axis: usize| {
-        let at = (1..).map(move |k| f64::from(k) * tile[axis]);
-        at.take_while(move |x| *x < part[axis])
-    };
-    let across = borders(0).map(|x| vec![(x, 0.0), (x, part[1])]);
-    let along = borders(1).map(|y| vec![(0.0, y), (part[0], y)]);
-    let lines = across
-        .chain(along)
-        .map(|l| PathElement::new(l, BLACK.mix(0.5)));
-    chart.draw_series(lines).map_err(plot_error)?;
+        let title = format!(
+            "Patch of {} x {} mm, {} bumps{whole}",
+            size[0],
+            size[1],
+            patch.counts().placed
+        );
+        let root = root.below(&title)?;
+        let (top, bottom) = root.split_vertically(above);
+        let axes = Axes {
+            names: ["x along the long axis, mm", "y, mm"],
+            labels: [LEFT, BELOW],
+            margin: MARGIN,
+            mesh: Mesh::None,
+            ..Axes::default()
+        };
+        let mut chart = axes.on(&top, 0.0..part[0], 0.0..part[1])?;
+        let seen: Vec<[f64; 2]> = patch
+            .centres_mm()
+            .map(|c| c.to_array())
+            .filter(|c| c[0] - a < part[0] && c[1] - b < part[1])
+            .collect();
+        let outlines = seen.iter().map(|[x, y]| {
+            let point = |i: usize| {
+                let (sin, cos) = (std::f64::consts::TAU * i as f64 / AROUND as f64).sin_cos();
+                let inside = |v: f64, most: f64| v.min(most);
+                (inside(x + a * cos, part[0]), inside(y + b * sin, part[1]))
+            };
+            Polygon::new(
+                (0..AROUND).map(point).collect::<Vec<_>>(),
+                COLOURS[0].mix(0.75),
+            )
+        });
+        chart.series(outlines)?;
+        let holes = patch.spec().holes.iter();
+        let holes = holes.filter(|h| h.centre_mm[0] < part[0] && h.centre_mm[1] < part[1]);
+        let rings = holes.map(|h| {
+            let radius = (0.5 * h.diameter_mm * scale) as i32;
+            Circle::new(
+                (h.centre_mm.x, h.centre_mm.y),
+                radius,
+                COLOURS[1].stroke_width(2),
+            )
+        });
+        chart.series(rings)?;
+        let tile = patch.spec().tile_mm.unwrap_or(size);
+        let borders = |axis: usize| {
+            let at = (1..).map(move |k| f64::from(k) * tile[axis]);
+            at.take_while(move |x| *x < part[axis])
+        };
+        let across = borders(0).map(|x| vec![(x, 0.0), (x, part[1])]);
+        let along = borders(1).map(|y| vec![(0.0, y), (part[0], y)]);
+        let lines = across
+            .chain(along)
+            .map(|l| PathElement::new(l, BLACK.mix(0.5)));
+        chart.series(lines)?;
 
-    let row = seen.iter().map(|c| c[1]).fold(f64::INFINITY, f64::min);
-    let mut side = ChartBuilder::on(&bottom)
-        .caption(format!("Cut along y = {row:.2} mm, to scale"), TEXT)
-        .margin(MARGIN)
-        .x_label_area_size(BELOW)
-        .y_label_area_size(LEFT)
-        .build_cartesian_2d(0.0..part[0], -plate..1.6 * height)
-        .map_err(plot_error)?;
-    side.configure_mesh()
-        .x_desc("x, mm")
-        .y_desc("z, mm")
-        .y_labels(4)
-        .label_style(TEXT)
-        .disable_mesh()
-        .draw()
-        .map_err(plot_error)?;
-    let steps = (part[0] / 0.02) as usize;
-    let mut cut: Vec<(f64, f64)> = (0..=steps)
-        .map(|i| part[0] * i as f64 / steps as f64)
-        .map(|x| (x, patch.height_at_mm([x, row].into()).unwrap_or(-plate)))
-        .collect();
-    cut.push((part[0], -plate));
-    cut.push((0.0, -plate));
-    side.draw_series([Polygon::new(cut, COLOURS[0].mix(0.75))])
-        .map_err(plot_error)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+        let row = seen.iter().map(|c| c[1]).fold(f64::INFINITY, f64::min);
+        let axes = Axes {
+            title: &format!("Cut along y = {row:.2} mm, to scale"),
+            names: ["x, mm", "z, mm"],
+            numbers: [None, Some(4)],
+            labels: [LEFT, BELOW],
+            margin: MARGIN,
+            mesh: Mesh::None,
+            text: [TEXT, TEXT],
+            ..Axes::default()
+        };
+        let mut side = axes.on(&bottom, 0.0..part[0], -plate..1.6 * height)?;
+        let steps = (part[0] / 0.02) as usize;
+        let mut cut: Vec<(f64, f64)> = (0..=steps)
+            .map(|i| part[0] * i as f64 / steps as f64)
+            .map(|x| (x, patch.height_at_mm([x, row].into()).unwrap_or(-plate)))
+            .collect();
+        cut.push((part[0], -plate));
+        cut.push((0.0, -plate));
+        side.series([Polygon::new(cut, COLOURS[0].mix(0.75))])?;
+        Ok(())
+    })
 }
 
 /// Spacing, mean encounter and width over orientation.
@@ -166,44 +153,30 @@ pub fn spacing(path: &Path, texture: &Texture) -> anyhow::Result<()> {
         .flat_map(points)
         .map(|p| p.1)
         .fold(0.0, f64::max);
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (860, 520)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let mut chart = ChartBuilder::on(&root)
-        .caption("What a straight scan meets", TITLE)
-        .margin(14)
-        .x_label_area_size(52)
-        .y_label_area_size(64)
-        .build_cartesian_2d(0.0..90.0, 0.0..1.25 * high)
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc("angle of the scan from the long axis, degrees")
-        .y_desc("mm")
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
-    for (curve, colour) in curves.iter().zip(COLOURS) {
-        let all = points(curve);
-        // A line only where neighbouring angles both have a value.
-        for run in all.chunk_by(|p, q| q.0 - p.0 < 0.15) {
+    figure(path, USUAL, |root| {
+        let axes = Axes {
+            title: "What a straight scan meets",
+            names: ["angle of the scan from the long axis, degrees", "mm"],
+            ..Axes::default()
+        };
+        let mut chart = axes.on(root, 0.0..90.0, 0.0..1.25 * high)?;
+        for (curve, colour) in curves.iter().zip(COLOURS) {
+            let all = points(curve);
+            // A line only where neighbouring angles both have a value.
+            for run in all.chunk_by(|p, q| q.0 - p.0 < 0.15) {
+                chart.line(run.iter().copied(), colour.stroke_width(2))?;
+            }
+            let lone = all
+                .chunk_by(|p, q| q.0 - p.0 < 0.15)
+                .filter(|r| r.len() == 1);
             chart
-                .draw_series(LineSeries::new(run.iter().copied(), colour.stroke_width(2)))
-                .map_err(plot_error)?;
+                .series(lone.map(|r| Circle::new(r[0], 4, colour.filled())))?
+                .label(curve.0)
+                .legend(move |(x, y)| {
+                    PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
+                });
         }
-        let lone = all
-            .chunk_by(|p, q| q.0 - p.0 < 0.15)
-            .filter(|r| r.len() == 1);
-        chart
-            .draw_series(lone.map(|r| Circle::new(r[0], 4, colour.filled())))
-            .map_err(plot_error)?
-            .label(curve.0)
-            .legend(move |(x, y)| {
-                PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
-            });
-    }
-    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-    root.present().map_err(plot_error)?;
-    file.finish()
+        legend(&mut chart, SeriesLabelPosition::UpperRight)?;
+        Ok(())
+    })
 }

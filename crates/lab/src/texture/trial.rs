@@ -1,5 +1,6 @@
 //! Trials of a textured board on the simulated arm: how soon after a touch it has its speed.
 
+use crate::report::titled;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall::{Controller, Surroundings, TargetControl, drive};
@@ -43,7 +44,6 @@ pub struct Trial {
 
 impl Trial {
     /// A random trial: on walls, ramps and tables in front of the arm.
-    #[must_use]
     pub fn random(sampler: &mut Sampler, finger_m_per_s: f64, speed_mm_per_s: f64) -> Self {
         let [x, y, z, slope, side, scan_rad, deg] = sampler.array_within([
             (0.4, 0.6),
@@ -95,14 +95,12 @@ impl Outcome {
     /// Do the joints allow the wanted speed within 25 ms? With the arm's delay of 22 ms and what smooths the motion that leaves some room
     /// within 60 ms. Below 1 m/s² the place is beside a singular pose, and a millimetre further on less may be
     /// allowed.
-    #[must_use]
     pub fn is_able(&self) -> bool {
         self.able_m_per_s2 >= f64::max(1.0, self.wanted_m_per_s / 0.025)
     }
 
     /// Largest relative error of the speed from 60 ms after the touch was felt; `None` if the trial is shorter
     /// than that, or if an error is NaN because no speed was wanted.
-    #[must_use]
     pub fn late(&self) -> Option<f64> {
         let late = self.error.get(60..).filter(|late| !late.is_empty())?;
         let numbers = late.iter().all(|error| error.is_finite());
@@ -110,7 +108,6 @@ impl Outcome {
     }
 
     /// Is the board within [`SOON`] of its speed from 60 ms after the touch was felt?
-    #[must_use]
     pub fn is_soon(&self) -> bool {
         self.late().is_some_and(|late| late <= SOON)
     }
@@ -315,21 +312,10 @@ impl Surroundings<ServoArm> for PressingFinger {
 /// # Errors
 /// As [`run`].
 pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
-    let mut table = MarkdownTable::new([
-        "wanted speed",
-        "finger",
-        "touches",
-        "from press to felt, median, largest",
-        "median error at 20 ms",
-        "30 ms",
-        "40 ms",
-        "50 ms",
-        "100 ms",
-        "within 5 % from 60 ms on, joints able",
-        "joints not able",
-        "largest from 60 ms on",
-        "drift along the normal",
-    ]);
+    let mut table = titled(
+        "wanted speed | finger | touches | from press to felt, median, largest | median error at 20 ms | 30 ms | 40 ms | 50 ms \
+         | 100 ms | within 5 % from 60 ms on, joints able | joints not able | largest from 60 ms on | drift along the normal",
+    );
     for (speed_mm_per_s, finger_m_per_s, unexpected_deg) in [
         (10.0, 0.0, 0.0),
         (20.0, 0.0, 0.0),

@@ -1,13 +1,13 @@
 //! A texture for wanted roughnesses: the table of candidates, and the one that is taken.
 
+use crate::report::{Column, table_of};
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall_scene::Scene;
-use hwall_testkit::MarkdownTable;
 use hwall_texton::{
-    Calibration, Compression, DesignCandidate, DesignRequest, GivenUp, LevelPath, MagnitudeScale,
-    PrintProcess, RoughnessModel, RoughnessSource, TemporalFrequency, Texture, Vibration, Wanted,
-    design,
+    Calibration, Compression, DesignCandidate, DesignLevel, DesignRequest, GivenUp, LevelPath,
+    MagnitudeScale, PrintProcess, RoughnessModel, RoughnessSource, TemporalFrequency, Texture,
+    Vibration, Wanted, design,
 };
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,6 @@ pub enum PrinterKind {
 
 impl PrinterKind {
     /// The process of which it is one.
-    #[must_use]
     pub const fn process(self) -> PrintProcess {
         match self {
             Self::Fdm => PrintProcess::Fdm,
@@ -35,7 +34,6 @@ impl PrinterKind {
     }
 
     /// As on the command line.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Fdm => "fdm",
@@ -45,7 +43,6 @@ impl PrinterKind {
     }
 
     /// What of a texture it cannot make, in a line each.
-    #[must_use]
     pub fn lacks(self, texture: &Texture) -> Vec<String> {
         let limits = self.process().limits();
         let [_, short_mm] = texture.texton().radii().to_array();
@@ -124,7 +121,6 @@ pub struct WantedArgs {
 
 impl WantedArgs {
     /// Is a design asked for?
-    #[must_use]
     pub fn is_given(&self) -> bool {
         !self.levels.is_empty() || self.for_scene.is_some()
     }
@@ -208,61 +204,47 @@ fn describe(
         "by {} ({}; {})\n",
         info.name, info.quantity, info.misfit
     )?;
-    let mut table = MarkdownTable::new([
-        "candidate",
-        "radii, mm",
-        "height, mm",
-        "pitch, mm",
-        "varies",
-        "levels in range",
-        "least step, jnd",
-        "largest error, jnd",
-    ]);
-    for (i, c) in candidates.iter().enumerate() {
-        let [a, b] = c.texture.texton().radii().to_array();
-        let [x, y] = c.texture.layout().pitch_mm();
-        table.row([
-            (i + 1).to_string(),
-            format!("{a:.3} x {b:.3}"),
-            format!("{}", c.texture.texton().height_mm()),
-            format!("{x:.3} x {y:.3}"),
+    let or_none = |v: Option<f64>| v.map_or("none".to_owned(), |v| format!("{v:.2}"));
+    let in_range = |c: &DesignCandidate| {
+        let all = c.levels.len();
+        format!("{} of {all}", all - beyond(c))
+    };
+    let radii = |c: &DesignCandidate| c.texture.texton().radii().to_array();
+    let sizes = |[a, b]: [f64; 2]| format!("{a:.3} x {b:.3}");
+    let columns: [Column<'_, (usize, &DesignCandidate)>; 8] = [
+        ("candidate", &|(i, _)| i.to_string()),
+        ("radii, mm", &|(_, c)| sizes(radii(c))),
+        ("height, mm", &|(_, c)| {
+            c.texture.texton().height_mm().to_string()
+        }),
+        ("pitch, mm", &|(_, c)| sizes(c.texture.layout().pitch_mm())),
+        ("varies", &|(_, c)| {
             match c.path {
                 LevelPath::Speed => "speed",
                 LevelPath::Angle => "angle",
                 LevelPath::Both => "both",
             }
-            .to_owned(),
-            format!("{} of {}", c.levels.len() - beyond(c), c.levels.len()),
-            c.least_step_jnd
-                .map_or("none".to_owned(), |s| format!("{s:.2}")),
-            format!("{:.2}", c.worst_error_jnd),
-        ]);
-    }
-    writeln!(out, "{table}")?;
+            .to_owned()
+        }),
+        ("levels in range", &|(_, c)| in_range(c)),
+        ("least step, jnd", &|(_, c)| or_none(c.least_step_jnd)),
+        ("largest error, jnd", &|(_, c)| {
+            format!("{:.2}", c.worst_error_jnd)
+        }),
+    ];
+    writeln!(out, "{}", table_of((1..).zip(candidates), &columns))?;
     for (i, c) in candidates.iter().enumerate() {
-        let mut levels = MarkdownTable::new([
-            "wanted",
-            "angle, deg",
-            "speed, mm/s",
-            "magnitude",
-            "jnd",
-            "jnd, deg",
-            "jnd, mm/s",
-            "error, jnd",
-        ]);
-        let or_none = |v: Option<f64>| v.map_or("none".to_owned(), |v| format!("{v:.2}"));
-        for l in &c.levels {
-            levels.row([
-                format!("{}", l.wanted),
-                format!("{:.2}", l.scan.deg()),
-                format!("{:.2}", l.speed_mm_per_s),
-                significant(l.magnitude, 5),
-                significant(l.jnd, 3),
-                or_none(l.jnd_deg),
-                or_none(l.jnd_mm_per_s),
-                format!("{:.2}", l.error_jnd),
-            ]);
-        }
+        let columns: [Column<'_, &DesignLevel>; 8] = [
+            ("wanted", &|l| l.wanted.to_string()),
+            ("angle, deg", &|l| format!("{:.2}", l.scan.deg())),
+            ("speed, mm/s", &|l| format!("{:.2}", l.speed_mm_per_s)),
+            ("magnitude", &|l| significant(l.magnitude, 5)),
+            ("jnd", &|l| significant(l.jnd, 3)),
+            ("jnd, deg", &|l| or_none(l.jnd_deg)),
+            ("jnd, mm/s", &|l| or_none(l.jnd_mm_per_s)),
+            ("error, jnd", &|l| format!("{:.2}", l.error_jnd)),
+        ];
+        let levels = table_of(&c.levels, &columns);
         writeln!(out, "candidate {}\n\n{levels}\ngiven up:", i + 1)?;
         for given_up in &c.given_up {
             writeln!(out, "- {given_up}")?;

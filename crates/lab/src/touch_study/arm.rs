@@ -136,7 +136,6 @@ pub struct LedArm {
 
 impl LedArm {
     /// The page that brings hands.
-    #[must_use]
     pub const fn server(&self) -> &BridgeServer {
         &self.server
     }
@@ -198,7 +197,6 @@ impl WaitingArm {
     }
 
     /// The page that brings hands.
-    #[must_use]
     pub const fn server(&self) -> &BridgeServer {
         &self.server
     }

@@ -6,6 +6,7 @@ use crate::bip::run::{self, Runs, TestRun};
 use crate::bip::scores::{Accuracy, DofSet, dof_sets};
 use crate::bip::setup::{Mode, Noise, Setup, TrainedModel};
 use crate::bip::trajectories::{self, TrainTest, TrajectorySet};
+use crate::report::titled;
 use anyhow::Context;
 use hwall_testkit::{MarkdownTable, format_ns};
 use serde_json::Value;
@@ -206,15 +207,9 @@ fn agreement(
     test: &TrajectorySet,
 ) -> anyhow::Result<Agreement> {
     let mut agreement = Agreement {
-        table: MarkdownTable::new([
-            "model",
-            "against",
-            "samples",
-            "phase",
-            "palm at the end, m",
-            "joints at the end, rad",
-            "their standard deviation, rad",
-        ]),
+        table: titled(
+            "model | against | samples | phase | palm at the end, m | joints at the end, rad | their standard deviation, rad",
+        ),
         exact_phase: 0.0,
         published_phase: 0.0,
     };

@@ -1,11 +1,11 @@
 //! The section of hwall-psychophysics: agreement with R, pingouin and statsmodels, and where the degrees of
 //! freedom of the dissertation's table come from.
 
+use crate::report::titled;
 use anyhow::Context;
 use hwall_psychophysics::{
     Columns, Effect, ErrorModel, Study, aligned_rank_transform, anova, f_tail, pairwise,
 };
-use hwall_testkit::MarkdownTable;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -26,13 +26,7 @@ pub fn section(folder: &Path) -> anyhow::Result<String> {
     let mut out = "## Psychophysics\n\n### Agreement\n\nA simulated study of 25 subjects, 5 x 5 cells and 6 rounds, analysed by R (car, ARTool 0.11.2), pingouin and \
          statsmodels, which agree with each other. Largest relative deviation from them of each kind of number:\n\n"
         .to_owned();
-    let mut table = MarkdownTable::new([
-        "data",
-        "numbers",
-        "F, sums, eta², ε",
-        "p",
-        "p, smallest compared",
-    ]);
+    let mut table = titled("data | numbers | F, sums, eta², ε | p | p, smallest compared");
     for name in TABLES {
         let columns = Columns::new("subject", FACTORS, "y");
         let csv = folder.join(format!("{name}.csv"));
@@ -140,13 +134,9 @@ fn degrees_of_freedom(truth: &Value) -> anyhow::Result<String> {
         let value = published[key].as_f64();
         value.with_context(|| format!("stats_truth.json has no external.dissertation.{key}"))
     };
-    let mut table = MarkdownTable::new([
-        "effect",
-        "published",
-        "error degrees of freedom that it implies",
-        "strata: S:A, S:B, S:A:B",
-        "one pooled residual",
-    ]);
+    let mut table = titled(
+        "effect | published | error degrees of freedom that it implies | strata: S:A, S:B, S:A:B | one pooled residual",
+    );
     for (name, f, eta2) in [
         ("orientation", "F_orientation", "eta_p2_orientation"),
         ("velocity", "F_velocity", "eta_p2_velocity"),

@@ -1,6 +1,7 @@
 //! The section of textures: geometry against independent numbers, which model predicts the study's order, and
 //! how soon a moved texture has its speed.
 
+use crate::report::titled;
 use crate::texture::trial;
 use anyhow::Context;
 use hwall_testkit::MarkdownTable;
@@ -40,15 +41,10 @@ pub fn section(folder: &Path, seed: u64) -> anyhow::Result<String> {
         ("released patch (6.2 x 2.2 mm)", Texture::released()),
         ("patch of the text (7 x 3 mm)", Texture::spaced_3_mm()),
     ] {
-        let mut table = MarkdownTable::new([
-            "model",
-            "orientation",
-            "spread",
-            "speed",
-            "within its range",
-            "order reproduced",
-            "at 0 / 45 / 63 / 72 / 90 degrees, share of the largest",
-        ]);
+        let mut table = titled(
+            "model | orientation | spread | speed | within its range | order reproduced | at 0 / 45 / 63 / 72 / 90 degrees, \
+             share of the largest",
+        );
         for model in roughness_models() {
             let study = StudyOrder::dissertation(FINGER_MM_PER_S);
             let score = score_order(&*model, &texture, &study)?;
@@ -163,14 +159,7 @@ fn geometry(truth: &Value) -> anyhow::Result<Geometry> {
 fn afferents(sweep: &Value) -> String {
     let rows: Vec<&Value> = sweep.as_array().into_iter().flatten().collect();
     let angles = [0.0, 45.0, 63.43, 71.57, 90.0];
-    let mut table = MarkdownTable::new([
-        "TouchSim, mean over speeds",
-        "0",
-        "45",
-        "63.43",
-        "71.57",
-        "90 deg",
-    ]);
+    let mut table = titled("TouchSim, mean over speeds | 0 | 45 | 63.43 | 71.57 | 90 deg");
     for (name, key) in [
         ("PC rate, Hz", "PC_mean_rate"),
         ("RA rate, Hz", "RA_mean_rate"),

@@ -75,11 +75,7 @@ pub fn connect(seed: u64, n: usize) -> anyhow::Result<Section> {
         hand.expected,
         hand.missed,
     );
-    Ok(Section {
-        summary,
-        text,
-        figure: None,
-    })
+    Ok(Section::of(text, summary))
 }
 
 /// Every version's messages, written and read.

@@ -1,5 +1,4 @@
-//! Where a hand will touch: estimators, their knobs, and what the scene adds.
+//! Where a hand will touch: estimators, and what the scene adds.
 
 pub mod estimators;
 pub mod fusion;
-pub mod knobs;

@@ -1,7 +1,7 @@
 //! Small multiples of time and error: one panel a knob or a room.
 
-use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
-use hwall_stage::report::figure_file::FigureFile;
+use crate::report::figure::{Area, Draw, Plot, USUAL, figure};
+use hwall_stage::figures::{COLOURS, TEXT, legend, plot_error};
 use hwall_testkit::format_ns;
 use plotters::prelude::*;
 use std::path::Path;
@@ -93,27 +93,22 @@ pub fn draw(path: &Path, title: &str, columns: usize, panels: &[Panel]) -> anyho
     let (width, height) = (PANEL.0 * columns as u32, PANEL.1 * rows as u32 + 40);
     // A single panel has the size of the other figures.
     let size = if panels.len() == 1 {
-        (860, 520)
+        USUAL
     } else {
         (width, height)
     };
-    let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), size).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let area = root.titled(title, TITLE).map_err(plot_error)?;
-    let areas = area.split_evenly((rows, columns));
-    for (area, panel) in areas.iter().zip(panels) {
-        panel.draw(area)?;
-    }
-    root.present().map_err(plot_error)?;
-    file.finish()
+    figure(path, size, |root| {
+        let area = root.below(title)?;
+        let areas = area.split_evenly((rows, columns));
+        for (area, panel) in areas.iter().zip(panels) {
+            panel.draw(area)?;
+        }
+        Ok(())
+    })
 }
 
 impl Panel {
-    fn draw(
-        &self,
-        area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
-    ) -> anyhow::Result<()> {
+    fn draw(&self, area: &Area<'_>) -> anyhow::Result<()> {
         let points = || self.lines.iter().flat_map(|l| &l.points);
         let bad =
             points().find(|p| p.at.0.is_nan() || p.at.1.is_nan() || p.at.0.min(p.at.1) <= 0.0);
@@ -169,20 +164,18 @@ impl Panel {
             .collect();
         let colours = COLOURS.into_iter().chain([BROWN]).cycle();
         for (line, colour) in self.lines.iter().zip(colours) {
-            let joined = LineSeries::new(line.points.iter().map(|p| p.at), colour.stroke_width(2));
-            chart.draw_series(joined).map_err(plot_error)?;
+            chart.line(line.points.iter().map(|p| p.at), colour.stroke_width(2))?;
             let bars = line.points.iter().filter_map(|p| {
                 let bar = vec![p.at, (p.at.0, p.up_to?)];
                 Some(PathElement::new(bar, colour.stroke_width(3)))
             });
-            chart.draw_series(bars).map_err(plot_error)?;
+            chart.series(bars)?;
             let dots = line
                 .points
                 .iter()
                 .map(|p| Circle::new(p.at, 4, colour.filled()));
             chart
-                .draw_series(dots)
-                .map_err(plot_error)?
+                .series(dots)?
                 .label(&line.name)
                 .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
             // Words stand above the upper lines and below the lower ones, so that they do not meet.
@@ -195,7 +188,7 @@ impl Panel {
                 .points
                 .iter()
                 .map(|p| EmptyElement::at(p.at) + Text::new(p.label.clone(), beside, SMALL));
-            chart.draw_series(words).map_err(plot_error)?;
+            chart.series(words)?;
         }
         legend(&mut chart, SeriesLabelPosition::UpperRight)
     }

@@ -15,6 +15,23 @@ pub struct Section {
     pub figure: Option<Figure>,
 }
 
+impl Section {
+    pub(in crate::speed) fn of(text: impl Into<String>, summary: Vec<SummaryRow>) -> Self {
+        Self {
+            summary,
+            text: text.into(),
+            figure: None,
+        }
+    }
+
+    pub(in crate::speed) fn drawn(self, figure: Figure) -> Self {
+        Self {
+            figure: Some(figure),
+            ..self
+        }
+    }
+}
+
 /// One row of the summary of speed and error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SummaryRow {
@@ -63,7 +80,6 @@ impl SummaryRow {
 }
 
 /// The rows of all sections as docs/CRATES.md shows them.
-#[must_use]
 pub fn summary_table(sections: &[Section]) -> MarkdownTable {
     let mut table = MarkdownTable::new(["crate", "what", "median", "p99", "largest error"]);
     for row in sections.iter().flat_map(|s| &s.summary) {
@@ -147,7 +163,6 @@ impl Figure {
     }
 
     /// The Markdown that shows it.
-    #[must_use]
     pub fn markdown(&self) -> String {
         format!("\n![{}](figures/{})\n", self.title, self.name)
     }

@@ -1,0 +1,11 @@
+//! What all studies report with: tables whose columns are pairs of a title and a cell, claims with their bounds, pages of
+//! Markdown with gaps, figures.
+
+pub mod figure;
+mod named;
+mod page;
+mod table;
+
+pub(crate) use named::named;
+pub use page::{Gap, fill, page};
+pub use table::{Claim, Column, claims, percent_of, quantiles, table_of, titled, yes_or_no};

@@ -1,0 +1,74 @@
+//! Tables and the numbers in them.
+
+use hwall_testkit::{MarkdownTable, quantile};
+
+/// A table without rows: `titles` as they stand in its header, with ` | ` between them.
+pub fn titled(titles: &str) -> MarkdownTable {
+    MarkdownTable::new(titles.split(" | "))
+}
+
+/// A column: its title, and the cell of a row in it.
+pub type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
+
+/// A table of one row for each of `rows`.
+pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> MarkdownTable {
+    let mut table = MarkdownTable::new(columns.iter().map(|(title, _)| *title));
+    for row in rows {
+        table.row(columns.iter().map(|(_, cell)| cell(&row)));
+    }
+    table
+}
+
+/// What is to be shown, what was measured, and whether that is within the bound.
+pub struct Claim {
+    /// Named with its bound.
+    pub what: String,
+    /// With its unit.
+    pub measured: String,
+    /// Is the bound kept?
+    pub holds: bool,
+}
+
+impl Claim {
+    /// A claim.
+    pub fn new(what: impl Into<String>, measured: impl Into<String>, holds: bool) -> Self {
+        Self {
+            what: what.into(),
+            measured: measured.into(),
+            holds,
+        }
+    }
+}
+
+/// The table of claims, under these three titles.
+pub fn claims(titles: &str, claims: impl IntoIterator<Item = Claim>) -> MarkdownTable {
+    let mut table = titled(titles);
+    for claim in claims {
+        let holds = yes_or_no(claim.holds);
+        table.row([claim.what, claim.measured, holds.to_owned()]);
+    }
+    table
+}
+
+/// `yes`, or `no`.
+pub const fn yes_or_no(yes: bool) -> &'static str {
+    match yes {
+        true => "yes",
+        false => "no",
+    }
+}
+
+/// Per cent with so many decimals; `none` of nothing.
+pub fn percent_of(part: usize, all: usize, decimals: usize, none: &str) -> String {
+    match all {
+        0 => none.to_owned(),
+        _ => format!("{:.decimals$}", 100.0 * part as f64 / all as f64),
+    }
+}
+
+/// Quantiles of values in any order; NaN where there are none.
+pub fn quantiles<const N: usize>(values: impl IntoIterator<Item = f64>, at: [f64; N]) -> [f64; N] {
+    let mut sorted: Vec<f64> = values.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    at.map(|p| quantile(&sorted, p))
+}
