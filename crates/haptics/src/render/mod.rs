@@ -67,7 +67,7 @@
 //!   lighter than configured oscillate); overlay torques act within 10 ms. On an iiwa: FRI with torque overlay and joint stiffness 0. The measured
 //!   wrench is counteracted along the path alone.
 //! - **No more energy comes out than went in.** Force at the board and motion along the path are an account of energy (`ObjectPortConfig`). A motion
-//!   against the hand is paid from it: from what the object held at first, what hands put in, and a reserve of 0.1 J. The pushes of
+//!   against the hand is paid from it: from what the object held at first, what hands put in, and a reserve of 0.05 J. The pushes of
 //!   docs/FEEL.md never reach that limit (with a reserve of 0.02 J it would cut in on light damping at servo level, because a command that
 //!   is 22 ms under way has to be paid in advance); a loop that swings by itself stops. `RenderStep::object_port` is the account.
 //! - **A texture on a panel.** The path of a sliding panel lies in its face, where a texture slides, too. Across the path the board slides as

@@ -330,7 +330,7 @@ fn explained() -> String {
 - **Identified** from the true force and the true motion of the face: `m a + b v + k x + c = f` by least squares, both sides
   seen through the same filter `(λ / (s + λ))³`, λ of 5 Hz, whose states give velocity and acceleration without differentiating. Units of a
   door are N m/rad, kg m², N m s/rad, otherwise N/m, kg, N s/m. *Unexplained*: root mean square of what the three leave of the force.
-- **Limited by the port**: periods in which the account of energy between hand and board (a tank with a reserve of 0.1 J) cut a motion
+- **Limited by the port**: periods in which the account of energy between hand and board (a tank with a reserve of 0.05 J) cut a motion
   against the hand; of all periods of the pushes and held pushes. None is meant to be.
 - **Held push**: {HELD_N} N for 4 s; distance of the face from where the ideal object stands, over the last half second.
 
@@ -341,7 +341,9 @@ A delay `t` alone makes an object feel as if its damping were `b + k t` and its 
 with a force that goes on changing as it does. What the hand does within the delay cannot be known: that is the
 error that is left, of the order of `(ω t)⁴ / 24` of the mass, and it is why light objects swing under stiff hands. All bounds that were
 found lie below `(k + 1000 N/m) t²`. The renderer raises lighter objects to that for a hand of 3000 N/m and says so in every step: 3.7 kg at
-servo level, 1.4 to 1.9 kg at torque level. A button of 50 g is not to be had from these arms.
+servo level, 1.4 to 1.9 kg at torque level. A button of 50 g is not to be had from these arms. Under a hand that is
+felt to be stiffer than 3000 N/m the object becomes heavier still, within one delay: `k t²` for the stiffness `k` that changes of its force over
+changes of the position show. And no motion against the hand is faster than what the energy pays for that it would cost to brake.
 
 ## What remains, and why
 
