@@ -100,7 +100,7 @@ fn a_malformed_recording_names_the_line_and_what_is_wrong() {
             b"t,palm_x,palm_y,palm_z\n1,1,2,3\n0,1,2,3\n",
             "line 3",
         ),
-        ("image.csv", b"\x89PNG\r\n\x1a\n\xff\xfe", "UTF-8"),
+        ("image.csv", b"\x89PNG\r\n\x1a\n\xff\xfe", "column \"t\""),
         (
             "still.csv",
             b"t,palm_x,palm_y,palm_z\n0,1,2,3\n1,1,2,3\n",

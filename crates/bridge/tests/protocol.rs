@@ -90,7 +90,7 @@ fn the_first_frame_of_another_client_says_so() {
     let server = server(BridgeConfig::default());
     let mut bridge = server.connect(&scene());
     let mut socket = Socket::open(&server);
-    socket.text(&hand(1, 1.0, &joints(25, [0.0; 3]), "base"));
+    socket.text(&hand(1, 1.0, &joints(25, [0.5, 0.0, 0.4]), "base"));
     assert!(!frame(&mut bridge, |f| f.palm_m.is_some()).is_of_another);
     drop(socket);
     wait_for("its end", || server.counts().clients == 0);
@@ -98,7 +98,12 @@ fn the_first_frame_of_another_client_says_so() {
     let mut seq = 0;
     let seen = until("another client", || {
         seq += 1;
-        another.text(&hand(seq, 20.0 * seq as f64, &joints(25, [0.0; 3]), "base"));
+        another.text(&hand(
+            seq,
+            20.0 * seq as f64,
+            &joints(25, [0.5, 0.0, 0.4]),
+            "base",
+        ));
         std::thread::sleep(Duration::from_millis(20));
         let now_s = bridge.pacing.wait();
         std::iter::from_fn(|| bridge.hands.next_frame(now_s)).find(|f| f.palm_m.is_some())
@@ -116,7 +121,7 @@ fn a_client_whose_stamps_are_seconds_is_told() {
     wait_for("the count", || {
         seq += 1;
         let stamp = 1.7e9 + began.elapsed().as_secs_f64();
-        socket.text(&hand(seq, stamp, &joints(25, [0.0; 3]), "base"));
+        socket.text(&hand(seq, stamp, &joints(25, [0.5, 0.0, 0.4]), "base"));
         std::thread::sleep(Duration::from_millis(10));
         server.counts().in_seconds > 0
     });

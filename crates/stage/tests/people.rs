@@ -115,6 +115,7 @@ fn check_json(value: &Value, summary: &Summary) {
         "reversals",
         "in_vain",
         "start_s",
+        "stopped_by",
         "felt_after_s",
         "person",
         "known_s",

@@ -6,7 +6,8 @@ const SAMPLES: usize = 64;
 /// The stiffness that a hand shows in the loop: changes of its force against changes of the position, by least squares.
 ///
 /// Only changes about their mean over one delay of the loop count. So a push that a person makes stronger, or a steady motion, says
-/// nothing; a loop that begins to swing shows its stiffness within one delay.
+/// nothing; a loop that begins to swing shows its stiffness within one delay. What was felt is kept for the touch: a hand that has lost
+/// the board for a moment is as stiff when it meets it again.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FeltStiffness {
     loop_s: f64,
@@ -19,6 +20,8 @@ pub(super) struct FeltStiffness {
     mean: [f64; 2],
     product: f64,
     square: f64,
+    /// The stiffest so far, N/m.
+    stiffest_n_per_m: f64,
 }
 
 impl FeltStiffness {
@@ -31,6 +34,7 @@ impl FeltStiffness {
             mean: [0.0; 2],
             product: 0.0,
             square: 0.0,
+            stiffest_n_per_m: 0.0,
         }
     }
 
@@ -59,10 +63,12 @@ impl FeltStiffness {
         let [force_n, way_m] = change;
         self.product += share * (-force_n * way_m - self.product);
         self.square += share * (way_m * way_m - self.square);
+        let now_n_per_m = self.product / (self.square + self.least_m * self.least_m);
+        self.stiffest_n_per_m += share * (now_n_per_m - self.stiffest_n_per_m).max(0.0);
     }
 
-    /// N/m; zero for a hand that pushes as it likes.
-    pub(super) fn n_per_m(&self) -> f64 {
-        (self.product / (self.square + self.least_m * self.least_m)).max(0.0)
+    /// N/m; about zero for a hand that pushes as it likes.
+    pub(super) const fn n_per_m(&self) -> f64 {
+        self.stiffest_n_per_m
     }
 }

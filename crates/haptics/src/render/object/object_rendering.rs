@@ -265,16 +265,15 @@ impl ObjectRendering {
         positive("dt_s", dt_s)?;
         state.validate()?;
         all_finite("wrench", &wrench.to_array())?;
-        let least = self.least_inertia(rendered);
+        // A hand that proves to be stiffer than expected makes the loop swing, until the object is heavy enough for it.
+        let felt = self.port.felt_stiffness() * self.delay_s().powi(2);
+        let least = match self.hand_stiffness_n_per_m > 0.0 {
+            true => self.least_inertia(rendered).max(felt),
+            false => 0.0,
+        };
         let object = &mut rendered.object;
         if least > object.inertia() {
             object.raise_inertia(least)?;
-        }
-        // A hand that proves to be stiffer makes the loop swing: the object becomes heavy enough for it, within one delay.
-        let delay_s = self.delay_s();
-        let missing = self.port.felt_stiffness() * delay_s * delay_s - object.inertia();
-        if missing > 0.0 && self.hand_stiffness_n_per_m > 0.0 {
-            object.raise_inertia(object.inertia() + missing * (dt_s / delay_s).min(1.0))?;
         }
         let face = self.follower.face_at(self.follower.reached());
         let pushed = rendered.path.generalized_force(face.position_m(), wrench);
