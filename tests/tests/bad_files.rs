@@ -103,7 +103,7 @@ fn a_malformed_recording_names_the_line_and_what_is_wrong() {
         ("image.csv", b"\x89PNG\r\n\x1a\n\xff\xfe", "column \"t\""),
         (
             "still.csv",
-            b"t,palm_x,palm_y,palm_z\n0,1,2,3\n1,1,2,3\n",
+            b"t,palm_x,palm_y,palm_z\n0,1,2,3\n0.01,1,2,3\n",
             "reach",
         ),
     ] {

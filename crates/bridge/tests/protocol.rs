@@ -173,6 +173,7 @@ fn too_large_a_message_ends_the_connection_and_no_other() {
     let server = server(BridgeConfig::default());
     let _bridge = server.connect(&scene());
     let (mut large, mut other) = (Socket::open(&server), Socket::open(&server));
+    wait_for("both", || server.counts().clients == 2);
     large.text(&format!("\"{}\"", "x".repeat(70_000)));
     wait_for("its end", || server.counts().clients == 1);
     assert_eq!(server.counts().too_large, 1);
