@@ -71,7 +71,7 @@ fn a_malformed_file_is_named_with_line_and_column() {
         ("x,y\n", vec!["no samples"]),
         ("", vec!["header"]),
         ("x,x\n0,0\n", vec!["\"x\"", "twice"]),
-        ("x,\n0,0\n", vec!["line 1", "column 2", "no name"]),
+        ("x,\n0,0\n", vec!["line 2", "2 cells"]),
         ("x,t\n0,0\n", vec!["line 1", "t is column 2"]),
         ("t\n0\n1\n", vec!["line 1", "no column"]),
         (
