@@ -188,10 +188,10 @@ impl PortAccount {
     }
 
     /// What commands under way may cost, and a further one towards `wanted`. Costs count against what is sure.
-    pub(super) fn cost(&self, sign: f64) -> Cost {
+    pub(super) fn cost(&self, wanted: f64) -> Cost {
         match self.config.causality {
-            Causality::Impedance => self.cost_of_force(sign),
-            Causality::Admittance => self.cost_of_velocity(sign),
+            Causality::Impedance => self.cost_of_force(wanted),
+            Causality::Admittance => self.cost_of_velocity(wanted),
         }
     }
 
@@ -274,7 +274,7 @@ impl PortAccount {
         best
     }
 
-    fn cost_of_velocity(&self, sign: f64) -> Cost {
+    fn cost_of_velocity(&self, wanted: f64) -> Cost {
         let hand = self.config.hand;
         let period_s = self.config.sampling.period_s;
         let now_n = self.forces[0].max(0.0) + self.config.force_error_n;
@@ -292,7 +292,7 @@ impl PortAccount {
         }
         time_s += period_s;
         // Away from a hand that only pushes it costs nothing.
-        if sign > 0.0 {
+        if wanted > 0.0 {
             return Cost {
                 a: 0.0,
                 b: 0.0,
@@ -300,7 +300,7 @@ impl PortAccount {
             };
         }
         // The device brakes no faster than it can: it goes on by v²/2a, against a force that rises on the way.
-        let speed = sign.abs();
+        let speed = wanted.abs();
         let braking_s = speed / self.config.braking_m_per_s2;
         let mean_n = 0.5 * (force_n(speed, time_s) + force_n(speed, time_s + 0.5 * braking_s));
         Cost {

@@ -281,7 +281,10 @@ impl Supervisor {
             )
         });
         let contact = contact.flatten();
-        self.lasts = is_any && contact.is_some();
+        // A bad state says nothing about the contact.
+        if arm_is_sound {
+            self.lasts = is_any && contact.is_some();
+        }
         bias.step(input.state, is_out_of_reach && contact.is_none(), dt_s);
         if let Some((joint, torque_n_m)) = contact {
             return Some(Fault {

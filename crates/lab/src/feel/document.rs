@@ -342,8 +342,8 @@ with a force that goes on changing as it does. What the hand does within the del
 error that is left, of the order of `(ω t)⁴ / 24` of the mass, and it is why light objects swing under stiff hands. All bounds that were
 found lie below `(k + 1000 N/m) t²`. The renderer raises lighter objects to that for a hand of 3000 N/m and says so in every step: 3.7 kg at
 servo level, 1.4 to 1.9 kg at torque level. A button of 50 g is not to be had from these arms. Under a hand that is
-felt to be stiffer than 3000 N/m the object becomes heavier still, within one delay: `k t²` for the stiffness `k` that changes of its force over
-changes of the position show. And no motion against the hand is faster than what the energy pays for that it would cost to brake.
+felt to be stiffer than 3000 N/m the object becomes heavier still, within one delay: its inertia is raised to `k t²`, where `k` is the ratio of the
+changes of force to the changes of position. The speed against the hand is limited so that the account of energy covers the braking way.
 
 ## What remains, and why
 

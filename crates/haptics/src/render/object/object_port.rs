@@ -11,6 +11,8 @@ use hwall_numeric::check::{non_negative, positive};
 const POSITIONS: usize = 64;
 /// Longest delay that the account knows, periods; a longer one counts as this.
 const MOST_PERIODS: f64 = 60.0;
+/// Even of perfect sensors, m: smaller motions say nothing about the hand.
+const LEAST_ERROR_M: f64 = 1e-6;
 /// Lever of an object that turns about the middle of the face, m.
 const LEAST_LEVER_M: f64 = 0.1;
 /// Cosine between path and normal from which on it is known which way a bare hand can push.
@@ -32,8 +34,8 @@ pub struct ObjectPortConfig {
     pub position_error_m: f64,
     /// Fastest motion against the push of a hand, m/s at the face; default 1.
     pub most_m_per_s: f64,
-    /// What the hand may do while a command is on its way: by default it waits with 1000 N/m and 20 N s/m. What a stiffer one
-    /// takes beyond that is a debt, which is paid before anything else comes out.
+    /// What the hand may do while a command is on its way: by default it waits with 1000 N/m and 20 N s/m, or with the
+    /// stiffness that it has shown in this touch. What it takes beyond that is a debt, which is paid before anything else comes out.
     pub hand: HandBounds,
     /// Time in which the tank lets go what neither the object nor the reserve holds, s; default 0.05.
     pub spill_s: f64,
@@ -143,7 +145,7 @@ impl ObjectPort {
             },
             face: Pose::IDENTITY,
             positions: [0.0; POSITIONS],
-            stiffness: FeltStiffness::new(loop_s, 4.0 * config.position_error_m),
+            stiffness: FeltStiffness::new(loop_s, 4.0 * config.position_error_m.max(LEAST_ERROR_M)),
             ledger: PortLedger::default(),
         })
     }
