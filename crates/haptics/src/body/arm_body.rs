@@ -325,6 +325,17 @@ impl ArmBody {
         qd: &JointVelocities,
         braking_rad_per_s2: &[f64; MOST_JOINTS],
     ) -> Option<Nearest> {
+        self.meets_from(&self.at(q), q, qd, braking_rad_per_s2)
+    }
+
+    /// `here`: the capsules at `q`.
+    pub(crate) fn meets_from(
+        &self,
+        here: &ArmCapsules,
+        q: &JointPositions,
+        qd: &JointVelocities,
+        braking_rad_per_s2: &[f64; MOST_JOINTS],
+    ) -> Option<Nearest> {
         let rates = qd.0.iter().zip(braking_rad_per_s2);
         let stop_s = rates.map(|(qd, most)| qd.abs() / most).fold(0.0, f64::max);
         // Two parts that come nearer to each other both move.
@@ -332,8 +343,7 @@ impl ArmBody {
         if most_way_m == 0.0 {
             return None;
         }
-        let here = self.at(q);
-        let near = self.near(&here, self.config.clearance_m + most_way_m);
+        let near = self.near(here, self.config.clearance_m + most_way_m);
         if near.is_empty() {
             return None;
         }
@@ -346,7 +356,7 @@ impl ArmBody {
         let pieces = (1..=BRAKING_PIECES).map(|piece| piece as f64 / BRAKING_PIECES as f64);
         pieces
             .map(|share| at(share * stop_s))
-            .find_map(|then| self.too_near_of(&here, &then, &near))
+            .find_map(|then| self.too_near_of(here, &then, &near))
     }
 
     /// The distance that parts keep from each other and from the room, m.

@@ -1,6 +1,6 @@
 //! Speed and separation: does the arm stand before a person can reach it?
 
-use super::arm_body::{ArmBody, MOST as MOST_PARTS, least_or_nan};
+use super::arm_body::{ArmBody, ArmCapsules, MOST as MOST_PARTS, least_or_nan};
 use super::person_body::{BodyRegion, MOST as MOST_SEEN, PersonBody, PersonBodyConfig, Seen};
 use crate::error::HapticsError;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
@@ -169,6 +169,18 @@ impl Separation {
         now_s: f64,
         leaves: bool,
     ) -> Option<Gap> {
+        self.gap_from(&self.body.at(q), (q, qd), person, now_s, leaves)
+    }
+
+    /// `here`: the capsules at `q`.
+    pub(crate) fn gap_from(
+        &self,
+        here: &ArmCapsules,
+        (q, qd): (&JointPositions, &JointVelocities),
+        person: &PersonBody,
+        now_s: f64,
+        leaves: bool,
+    ) -> Option<Gap> {
         let most_m_per_s = self.body.most_m_per_s(qd);
         if most_m_per_s <= self.config.stands_m_per_s {
             return None;
@@ -192,7 +204,7 @@ impl Separation {
             let at = JointPositions(std::array::from_fn(|i| q[i] + qd[i] * moving_s));
             self.body.at(&at)
         };
-        let mut before = along(0.0);
+        let mut before = *here;
         let mut worst: Option<Gap> = None;
         let gap = |least_m: f64, seen: &Seen, until_s: f64| {
             // A stamp ahead of time shows by how much the clocks differ.
@@ -207,10 +219,6 @@ impl Separation {
             }
         };
         let most_way_m = most_m_per_s * (latency_s + 0.5 * stop_s);
-        let far = |seen: Seen| {
-            let least_m = before.distance_m(&seen.capsule) - most_way_m;
-            gap(least_m, &seen, latency_s + stop_s)
-        };
         // A lever may grow while the joints brake, but no part becomes twice as fast.
         let reacted = along(latency_s);
         let ways_m = before.all().iter().zip(reacted.all());
@@ -225,30 +233,33 @@ impl Separation {
             let is_slow = 2.0 * fastest_m_per_s <= self.harmless_m_per_s(seen);
             !is_slow
         };
-        let at_first = person.seen().filter(counts).map(far).reduce(Gap::worse)?;
-        if at_first.left_m >= 0.0 {
-            return Some(at_first);
-        }
         // Parts that are far from somebody now stay so.
         let mut distances_m = [[None; MOST_SEEN]; MOST_PARTS];
+        let mut is_any_near = false;
         for (part, distances_m) in before.all().iter().zip(&mut distances_m) {
             for (seen, distance_m) in person.seen().filter(counts).zip(distances_m) {
                 let now_m = part.distance_m(&seen.capsule);
                 let here = gap(now_m - most_way_m, &seen, latency_s + stop_s);
                 match here.left_m >= 0.0 {
                     true => worst = Some(worst.map_or(here, |worst| worst.worse(here))),
-                    false => *distance_m = Some(now_m),
+                    false => (*distance_m, is_any_near) = (Some(now_m), true),
                 }
             }
+        }
+        if !is_any_near {
+            return worst;
         }
         let mut last_s = 0.0;
         for piece in 0..=BRAKING_PIECES {
             let until_s = latency_s + stop_s * piece as f64 / BRAKING_PIECES as f64;
-            let after = along(until_s);
-            for (index, part) in after.all().iter().enumerate() {
-                let moved_m = before.all()[index].moved_m(part);
-                for (seen, distance_m) in person.seen().filter(counts).zip(&mut distances_m[index])
-                {
+            let after = match piece {
+                0 => reacted,
+                _ => along(until_s),
+            };
+            let parts = before.all().iter().zip(after.all());
+            for ((was, part), distances_m) in parts.zip(&mut distances_m) {
+                let moved_m = was.moved_m(part);
+                for (seen, distance_m) in person.seen().filter(counts).zip(distances_m) {
                     let Some(from_m) = *distance_m else {
                         continue;
                     };

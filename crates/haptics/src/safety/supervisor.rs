@@ -21,9 +21,6 @@ use glam::DVec2;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
 
-/// Shares of a motion that are tried when it comes too near to a person, itself or the room; the last is braking.
-const SLOWER: [f64; 3] = [0.7, 0.35, 0.0];
-
 /// A held arm whose joints are slower than this has come to rest, rad/s: above what the noise of sensors makes of a resting arm.
 const RESTS_RAD_PER_S: f64 = 0.05;
 
@@ -386,13 +383,11 @@ impl Supervisor {
         // A way back begins at rest, wherever the arm was going.
         let is_cut = share < 1.0 || retreat.is_some();
         let mut next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
-        for less in SLOWER {
-            let (at, qd) = (next.sent(), next.rates());
-            let Some(reason) = self.too_near(input.now_s, at, qd, retreat.is_some()) else {
-                break;
-            };
-            slowed = Some((less * share, reason));
-            next = last.next(&wanted, &rates, Some(less * share), &most, dt_s);
+        // What the last cycle sent can still brake in time, so braking now needs no look of its own.
+        let (at, qd) = (next.sent(), next.rates());
+        if let Some(reason) = self.too_near(input.now_s, at, qd, retreat.is_some()) {
+            slowed = Some((0.0, reason));
+            next = last.next(&wanted, &rates, Some(0.0), &most, dt_s);
         }
         // While it makes up for a cut it is slowed for the same reason, and asks for nothing more.
         self.cut_for = match slowed {
@@ -415,10 +410,12 @@ impl Supervisor {
         leaves: bool,
     ) -> Option<SafeReason> {
         let braking = &self.guard.acceleration_rad_per_s2;
-        if let Some(nearest) = self.separation.body().meets(q, qd, braking) {
+        let body = self.separation.body();
+        let here = body.at(q);
+        if let Some(nearest) = body.meets_from(&here, q, qd, braking) {
             return Some(SafeReason::met(&nearest));
         }
-        let gap = self.separation.gap(q, qd, &self.person, now_s, leaves)?;
+        let gap = (self.separation).gap_from(&here, (q, qd), &self.person, now_s, leaves)?;
         (gap.left_m < 0.0 || gap.left_m.is_nan()).then_some(SafeReason::PersonNear {
             part: match gap.region {
                 BodyRegion::Head | BodyRegion::Torso => Channel::Head,
