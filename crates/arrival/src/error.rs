@@ -90,6 +90,9 @@ pub enum ArrivalError {
         /// The part that makes no sense.
         what: &'static str,
     },
+    /// An atlas of an arm without a closed form.
+    #[error("an atlas of an arm without a closed form is not kept in a file: make it again")]
+    NotStored,
     /// Limits of motion that make no sense.
     #[error(transparent)]
     Motion(#[from] hwall_motion::MotionError),

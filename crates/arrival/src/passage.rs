@@ -4,7 +4,7 @@ use crate::board::BoardExtent;
 use crate::error::ArrivalError;
 use crate::surfaces::Surfaces;
 use glam::DVec3;
-use hwall_kinematics::{JointPositions, MOST_JOINTS, SrsArm};
+use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS, SrsArm};
 use hwall_numeric::check::non_negative;
 
 /// Distances that the board and the arm keep.
@@ -62,7 +62,7 @@ pub(crate) const MEDIUM: &[f64] = &[0.87, 0.7, 0.58, 0.93, 0.97, 0.45, 0.8, 0.3,
 /// What is needed to look at ways.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Passage<'a> {
-    pub(crate) arm: &'a SrsArm,
+    pub(crate) arm: &'a dyn ArmKinematics,
     pub(crate) board: BoardExtent,
     pub(crate) surfaces: &'a Surfaces,
     pub(crate) clearance: ClearanceConfig,
@@ -81,12 +81,47 @@ pub(crate) struct Standing {
 
 impl Passage<'_> {
     pub(crate) fn standing(&self, q: &JointPositions) -> Standing {
-        let g = self.arm.geometry();
-        let pose = self.arm.forward(q);
+        match self.arm.closed_form() {
+            Some(arm) => self.standing_of_srs(arm, q),
+            None => self.standing_of_any(q),
+        }
+    }
+
+    /// Of the links all bends count beyond the second; of the arm's own body what is before the forearm, its last long link.
+    fn standing_of_any(&self, q: &JointPositions) -> Standing {
+        let body = self.arm.body_points(q);
+        let points_m = body.points_m();
+        let links: Vec<_> = points_m.windows(2).collect();
+        let is_long =
+            |link: &&[DVec3]| link[0].distance(link[1]) > 2.0 * self.clearance.link_radius_m;
+        let before_tool = &links[..links.len() - 1];
+        let forearm = before_tool.iter().rposition(is_long).unwrap_or(0);
+        let mut standing = Standing {
+            face_m: f64::NEG_INFINITY,
+            links_m: f64::NEG_INFINITY,
+            own_body_m: f64::INFINITY,
+        };
+        for point in self.board.points_m(body.base_from_tool()) {
+            standing.face_m = standing.face_m.max(self.surfaces.intrusion_m(point));
+            for link in &links[..forearm] {
+                let distance_m = segment_distance_m(point, link[0], link[1]);
+                standing.own_body_m = standing.own_body_m.min(distance_m);
+            }
+        }
+        for bend in points_m[..points_m.len() - 1].iter().skip(2) {
+            let off_m = self.surfaces.intrusion_m(*bend) + self.clearance.link_radius_m;
+            standing.links_m = standing.links_m.max(off_m);
+        }
+        standing
+    }
+
+    fn standing_of_srs(&self, arm: &SrsArm, q: &JointPositions) -> Standing {
+        let g = arm.geometry();
+        let pose = arm.forward(q);
         let shoulder = DVec3::Z * g.d_bs_m;
         let ((s1, c1), (s2, c2)) = (q[0].sin_cos(), q[1].sin_cos());
         let elbow = shoulder + DVec3::new(c1 * s2, s1 * s2, c2) * g.d_se_m;
-        let wrist = shoulder + self.arm.wrist_from_shoulder_m(&pose);
+        let wrist = shoulder + arm.wrist_from_shoulder_m(&pose);
         let mut face_m = f64::NEG_INFINITY;
         let mut own_body_m = f64::INFINITY;
         for point in self.board.points_m(&pose) {

@@ -2,7 +2,10 @@
 
 use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_kinematics::{Branch, JointLimit, JointPositions, MOST_JOINTS, SrsArm};
+use hwall_kinematics::{
+    ArmKinematics, Branch, BranchPolicy, JointLimit, JointPositions, MOST_JOINTS, NearestConfig,
+    SrsArm,
+};
 use hwall_reachability::WallPlane;
 use std::f64::consts::{PI, TAU};
 
@@ -12,10 +15,116 @@ use crate::error::ArrivalError;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Presentation {
     pub(crate) q: JointPositions,
+    /// Of an arm with a closed form, and so is the arm angle.
     pub(crate) branch: Branch,
     pub(crate) arm_angle_rad: f64,
     /// Index of the roll.
     pub(crate) roll: u8,
+}
+
+/// Ways to hold the board, whatever the arm.
+#[derive(Debug, Clone)]
+pub(crate) enum Holding<'a> {
+    /// All of them.
+    Exact(Box<Presenter>),
+    /// Those that a search finds.
+    Searched {
+        arm: &'a dyn ArmKinematics,
+        rolls_rad: Vec<f64>,
+        /// Where the searches begin, besides where they are asked to.
+        from: Vec<JointPositions>,
+    },
+}
+
+impl<'a> Holding<'a> {
+    /// Searches of each pose begin from so many places, and one more.
+    const SEARCHES: u32 = 5;
+
+    /// Arm angles of a closed form are `spacing_rad` apart, or less.
+    pub(crate) fn new(
+        arm: &'a dyn ArmKinematics,
+        rolls_rad: &[f64],
+        spacing_rad: f64,
+    ) -> Result<Self, ArrivalError> {
+        if let Some(arm) = arm.closed_form() {
+            return Ok(Self::Exact(Box::new(Presenter::new(
+                arm,
+                rolls_rad,
+                spacing_rad,
+            )?)));
+        }
+        let from = (1..=Self::SEARCHES).map(|i| {
+            let mut q = JointPositions::default();
+            // Evenly spread: the fractional parts of multiples of the square roots of primes.
+            let primes = [2.0_f64, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0];
+            for ((q, limit), prime) in q.0.iter_mut().zip(arm.limits()).zip(primes) {
+                let (low, high) = (limit.min_rad.max(-PI), limit.max_rad.min(PI));
+                *q = low + (high - low) * (f64::from(i) * prime.sqrt()).fract();
+            }
+            q
+        });
+        Ok(Self::Searched {
+            arm,
+            rolls_rad: rolls_rad.to_vec(),
+            from: from.collect(),
+        })
+    }
+
+    /// Of an arm with a closed form.
+    pub(crate) fn exact(&self) -> Option<&Presenter> {
+        match self {
+            Self::Exact(presenter) => Some(presenter),
+            Self::Searched { .. } => None,
+        }
+    }
+
+    pub(crate) fn rolls_rad(&self) -> &[f64] {
+        match self {
+            Self::Exact(presenter) => &presenter.rolls_rad,
+            Self::Searched { rolls_rad, .. } => rolls_rad,
+        }
+    }
+
+    /// Appends the configurations that hold the board at a point of a plane; see [`Presenter::present`].
+    pub(crate) fn present(
+        &self,
+        plane: &WallPlane,
+        point_m: DVec3,
+        near: &JointPositions,
+        out: &mut Vec<Presentation>,
+    ) {
+        match self {
+            Self::Exact(presenter) => presenter.present(plane, point_m, near, out),
+            Self::Searched {
+                arm,
+                rolls_rad,
+                from,
+            } => {
+                let config = NearestConfig {
+                    policy: BranchPolicy::Any,
+                    ..NearestConfig::default()
+                };
+                let mut scratch = arm.scratch();
+                for (roll, roll_rad) in rolls_rad.iter().enumerate() {
+                    let Ok(pose) = Pose::new(plane.board_rotation(*roll_rad), point_m) else {
+                        return;
+                    };
+                    for from in std::iter::once(near).chain(from) {
+                        let Ok(found) = arm.nearest(&pose, from, &config, &mut scratch) else {
+                            // A pose that one search does not find is left: others would take as long.
+                            break;
+                        };
+                        out.push(Presentation {
+                            q: found.q,
+                            branch: Branch::ALL[0],
+                            arm_angle_rad: 0.0,
+                            roll: roll as u8,
+                        });
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// The arm as a presenter of boards.
@@ -54,10 +163,6 @@ impl Presenter {
             rolls_rad: rolls_rad.to_vec(),
             arm_angles_rad: arm_angles_rad.collect(),
         })
-    }
-
-    pub(crate) fn rolls_rad(&self) -> &[f64] {
-        &self.rolls_rad
     }
 
     fn pose(&self, plane: &WallPlane, point_m: DVec3, roll: usize) -> Option<Pose> {

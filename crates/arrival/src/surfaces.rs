@@ -7,7 +7,7 @@
 use crate::error::ArrivalError;
 use crate::length::longest_m;
 use glam::DVec3;
-use hwall_kinematics::SrsArm;
+use hwall_kinematics::ArmKinematics;
 use hwall_numeric::check::{finite, non_negative};
 use hwall_reachability::{WallFacet, WallMaps, WallPlane};
 
@@ -95,7 +95,7 @@ impl Surfaces {
 
     /// Only those that come near enough to the base for the arm or its board to meet them.
     #[must_use]
-    pub fn within_reach_of(mut self, arm: &SrsArm) -> Self {
+    pub fn within_reach_of(mut self, arm: &dyn ArmKinematics) -> Self {
         // The diagonal of a board is far below half a metre.
         let longest_m = longest_m(arm) + 0.5;
         self.rectangles.retain(|r| {

@@ -16,10 +16,10 @@ fn small() -> Atlas {
 #[test]
 fn files_hold_all() {
     let atlas = atlas_with(&coarse());
-    let bytes = atlas.to_bytes();
+    let bytes = atlas.to_bytes().unwrap();
     let again = Atlas::from_bytes(&bytes).expect("read");
     assert_eq!(again, atlas);
-    assert_eq!(again.to_bytes(), bytes);
+    assert_eq!(again.to_bytes().unwrap(), bytes);
     let path = std::env::temp_dir().join(format!("hwall-atlas-{}.bin", std::process::id()));
     atlas.save(&path).expect("written");
     assert_eq!(Atlas::load(&path).expect("read"), atlas);
@@ -35,7 +35,7 @@ fn files_hold_all() {
 
 #[test]
 fn bad_files_are_named() {
-    let bytes = small().to_bytes();
+    let bytes = small().to_bytes().unwrap();
     for length in 0..bytes.len() {
         let error = Atlas::from_bytes(&bytes[..length]).expect_err("truncated");
         let expected = if length < 8 {
@@ -74,7 +74,7 @@ fn bad_files_are_named() {
 /// Changes in the body with a checksum that is right again: what comes through is an atlas, whatever was changed.
 #[test]
 fn forged_files_do_no_harm() {
-    let bytes = small().to_bytes();
+    let bytes = small().to_bytes().unwrap();
     let body = 18..bytes.len() - 4;
     let mut sampler = Sampler::new(11);
     let (mut read, mut refused) = (0, 0);
@@ -100,7 +100,7 @@ fn forged_files_do_no_harm() {
             Ok(atlas) => {
                 read += 1;
                 for node in atlas.nodes() {
-                    let in_limits = atlas.arm().limits().iter().zip(node.q.0);
+                    let in_limits = atlas.arm().unwrap().limits().iter().zip(node.q.0);
                     assert!(in_limits.into_iter().all(|(limit, q)| limit.contains(q)));
                     assert!(node.arrival_s.is_finite() && node.overhang_m.is_finite());
                 }

@@ -4,7 +4,7 @@ mod common;
 
 use common::{BOARD, arm, limits, maps_of, room, wall};
 use glam::DVec3;
-use hwall_arrival::kinematics::JointPositions;
+use hwall_arrival::kinematics::{Chain, ChainArm, JointPositions};
 use hwall_arrival::reachability::{Interval, Target, WallFacet, WallMaps};
 use hwall_arrival::{
     ArrivalError, Surfaces, TouchRange, WaitingConfig, WallShare, WeightedTarget, judge_posture,
@@ -380,4 +380,26 @@ fn without_surfaces_nothing_is_in_the_way() {
     let found = waiting_posture(&arm, &targets, &none, BOARD, &limits(), &config).expect("found");
     assert_eq!(found.clear_share, 1.0);
     assert_eq!(found.standoff_m, f64::INFINITY);
+}
+
+/// The same arm as a chain: a search finds some of its configurations.
+#[test]
+fn an_arm_without_a_closed_form_waits_nearly_as_well() {
+    let arm = arm();
+    let chain = ChainArm::new(Chain::iiwa7()).expect("seven joints");
+    let chain = chain.with_tool(*arm.flange_from_tool());
+    let (limits, config) = (limits(), quick());
+    let targets = targets_of_maps(&maps_of(&arm, &room()), &range()).expect("targets");
+    let margin_m = config.clearance.margin_m;
+    let surfaces = Surfaces::from_facets(&room(), margin_m).expect("upright");
+    let exact = waiting_posture(&arm, &targets, &surfaces, BOARD, &limits, &config);
+    let found = waiting_posture(&chain, &targets, &surfaces, BOARD, &limits, &config);
+    let (exact, found) = (exact.expect("found"), found.expect("found"));
+    let judged = judge_posture(&found.q, &arm, &targets, &surfaces, BOARD, &limits, &config);
+    let judged = judged.expect("within the limits").posture;
+    assert!(found.standoff_m >= config.standoff_m - 0.005, "{found:?}");
+    let [best, in_time] = [exact.in_time_share, judged.in_time_share];
+    assert!(in_time > best - 0.1, "{in_time} {best}");
+    // What was not found counts as late.
+    assert!(found.in_time_share < in_time + 0.02, "{found:?} {judged:?}");
 }

@@ -7,7 +7,8 @@ use crate::texture::TextureLevels;
 use glam::DVec3;
 use hwall_arrival::{
     ArrivalError, Atlas, AtlasConfig, BoardExtent, Surfaces, TouchRange, WaitingConfig,
-    WaitingPosture, WeightedTarget, targets_of_maps, waiting_posture, waiting_posture_from,
+    WaitingPosture, WeightedTarget, targets_of_facets, targets_of_maps, waiting_posture,
+    waiting_posture_from,
 };
 use hwall_haptics::{Barrier, Board, MotionConfig, MotionLimits, surface_axes};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
@@ -132,13 +133,14 @@ impl Default for Walls {
 
 impl Walls {
     /// Maps, waiting posture and atlas of the vertical surfaces of a scene in the arm's base frame. The tool of the arm is the
-    /// face of the board. A scene without a wall within reach has neither posture nor atlas. Takes about a second for a room.
+    /// face of the board. A scene without a wall within reach has neither posture nor atlas; an arm without a closed form has no
+    /// maps. Takes about a second for a room, ten for an arm without a closed form.
     ///
     /// # Errors
     /// As for [`maps_of`]; a setting outside its range; [`SessionError::TooManyUprightPieces`], as a session would say.
     pub fn of(
         scene: &Scene,
-        arm: &SrsArm,
+        arm: &dyn ArmKinematics,
         board: &Board,
         config: &WallsConfig,
     ) -> Result<Self, SessionError> {
@@ -146,14 +148,26 @@ impl Walls {
             positive("budget_s", budget_s)?;
         }
         check_pieces(scene)?;
-        let maps = maps_of(scene, arm)?;
+        let facets = facets_of(scene);
+        let maps = match arm.closed_form() {
+            Some(arm) => WallMaps::build(arm, &facets, WallMapsConfig::default())?,
+            None => WallMaps::default(),
+        };
         let extent = BoardExtent {
             half_width_m: board.half_width_m,
             half_height_m: board.half_height_m,
         };
         let limits = MotionLimits::of_arm(arm, &config.motion)?;
-        let targets = targets_of(scene, board, &maps, config)?;
-        let surfaces = Surfaces::from_maps(&maps, config.waiting.clearance.margin_m)?;
+        let places = |range: &TouchRange| match arm.closed_form() {
+            Some(_) => targets_of_maps(&maps, range),
+            None => targets_of_facets(&facets, range),
+        };
+        let targets = targets_of(scene, board, places, config)?;
+        let margin_m = config.waiting.clearance.margin_m;
+        let surfaces = match arm.closed_form() {
+            Some(_) => Surfaces::from_maps(&maps, margin_m)?,
+            None => Surfaces::from_facets(&facets, margin_m)?.within_reach_of(arm),
+        };
         let usual = waiting_posture(arm, &targets, &surfaces, extent, &limits, &config.waiting);
         let usual = match usual {
             Ok(posture) => posture,
@@ -190,7 +204,11 @@ impl Walls {
                     other.q
                 }
             };
-            Atlas::build(arm, &maps, extent, &limits, &q, &config.atlas).map(Some)
+            let built = match arm.closed_form() {
+                Some(arm) => Atlas::build(arm, &maps, extent, &limits, &q, &config.atlas),
+                None => Atlas::search(arm, &facets, extent, &limits, &q, &config.atlas),
+            };
+            built.map(Some)
         });
         let atlases = atlases
             .into_iter()
@@ -239,11 +257,11 @@ const SPARE_M: f64 = 0.005;
 fn targets_of(
     scene: &Scene,
     board: &Board,
-    maps: &WallMaps,
+    places: impl Fn(&TouchRange) -> Result<Vec<WeightedTarget>, ArrivalError>,
     config: &WallsConfig,
 ) -> Result<Vec<WeightedTarget>, SessionError> {
     let targets = match &config.touches {
-        LikelyTouches::InRange(range) => match targets_of_maps(maps, range) {
+        LikelyTouches::InRange(range) => match places(range) {
             Err(ArrivalError::NoWalls | ArrivalError::OutOfReach { .. }) => Vec::new(),
             found => found?,
         },

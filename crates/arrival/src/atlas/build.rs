@@ -7,15 +7,17 @@ use super::sweep::{Grid, PairPrice};
 use super::wall::{AtlasNode, AtlasWall};
 use crate::board::BoardExtent;
 use crate::error::ArrivalError;
+use crate::length::longest_m;
 use crate::passage::Passage;
-use crate::presentation::{Presentation, Presenter};
+use crate::presentation::{Holding, Presentation};
 use crate::surfaces::Surfaces;
 use glam::DVec3;
-use hwall_kinematics::{JointPositions, SrsArm};
+use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
 use hwall_motion::MotionLimits;
 use hwall_numeric::check::all_finite;
 use hwall_reachability::{
-    Interval, LineIndex, ReachabilityMap, Steps, WallGrid, WallMaps, WallPlane, WallPoint,
+    Interval, LineIndex, ReachabilityMap, Steps, WallFacet, WallGrid, WallMaps, WallPlane,
+    WallPoint,
 };
 
 /// More nodes than this are refused before memory is taken: a room has thousands.
@@ -51,7 +53,8 @@ pub(super) const MOST_NODES: u128 = 1 << 21;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Atlas {
-    pub(super) arm: SrsArm,
+    /// `None`: an arm without a closed form.
+    pub(super) arm: Option<SrsArm>,
     pub(super) limits: MotionLimits,
     pub(super) board: BoardExtent,
     pub(super) waiting: JointPositions,
@@ -83,23 +86,8 @@ impl Atlas {
         config: &AtlasConfig,
     ) -> Result<Self, ArrivalError> {
         config.validate()?;
-        board.validate()?;
-        limits.validate()?;
-        check_waiting(arm, waiting)?;
         let map = maps.map().ok_or(ArrivalError::NoWalls)?;
         let surfaces = Surfaces::from_maps(maps, config.clearance.margin_m)?;
-        let pricing = Pricing {
-            passage: Passage {
-                arm,
-                board,
-                surfaces: &surfaces,
-                clearance: config.clearance,
-            },
-            limits,
-            waiting,
-            config,
-        };
-        let presenter = Presenter::new(arm, &config.rolls_rad, config.arm_angle_step_rad)?;
         let mut frames = Vec::new();
         let mut seen = 0;
         for (wall, grid) in map.walls().enumerate() {
@@ -113,6 +101,65 @@ impl Atlas {
         if seen == 0 {
             return Err(ArrivalError::NoWalls);
         }
+        let passage = Passage {
+            arm,
+            board,
+            surfaces: &surfaces,
+            clearance: config.clearance,
+        };
+        Self::of_frames(&frames, passage, limits, waiting, config)
+    }
+
+    /// The same for any arm and the outer sides of facets, base frame: nodes that a search finds no configuration for are holes.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build).
+    pub fn search(
+        arm: &dyn ArmKinematics,
+        facets: &[WallFacet],
+        board: BoardExtent,
+        limits: &MotionLimits,
+        waiting: &JointPositions,
+        config: &AtlasConfig,
+    ) -> Result<Self, ArrivalError> {
+        config.validate()?;
+        let surfaces = Surfaces::from_facets(facets, config.clearance.margin_m)?;
+        let surfaces = surfaces.within_reach_of(arm);
+        let longest_m = longest_m(arm);
+        let mut frames = Vec::new();
+        for facet in facets {
+            frames.extend(Frame::of_facet(facet, longest_m, config.spacing_m)?);
+        }
+        if frames.is_empty() {
+            return Err(ArrivalError::NoWalls);
+        }
+        let passage = Passage {
+            arm,
+            board,
+            surfaces: &surfaces,
+            clearance: config.clearance,
+        };
+        Self::of_frames(&frames, passage, limits, waiting, config)
+    }
+
+    fn of_frames(
+        frames: &[Frame<'_>],
+        passage: Passage<'_>,
+        limits: &MotionLimits,
+        waiting: &JointPositions,
+        config: &AtlasConfig,
+    ) -> Result<Self, ArrivalError> {
+        let (arm, board) = (passage.arm, passage.board);
+        board.validate()?;
+        limits.validate()?;
+        check_waiting(arm, waiting)?;
+        let pricing = Pricing {
+            passage,
+            limits,
+            waiting,
+            config,
+        };
+        let holding = Holding::new(arm, &config.rolls_rad, config.arm_angle_step_rad)?;
         let places: u128 = frames.iter().map(|f| f.count() as u128).sum();
         if places > MOST_NODES {
             return Err(ArrivalError::TooMany {
@@ -123,7 +170,7 @@ impl Atlas {
         }
         let walls: Vec<AtlasWall> = frames
             .iter()
-            .map(|frame| frame.solve(&presenter, &pricing))
+            .map(|frame| frame.solve(&holding, &pricing))
             .filter(|wall| wall.nodes.iter().any(Option::is_some))
             .collect();
         if walls.is_empty() {
@@ -132,7 +179,7 @@ impl Atlas {
             });
         }
         Ok(Self {
-            arm: arm.clone(),
+            arm: arm.closed_form().cloned(),
             limits: *limits,
             board,
             waiting: *waiting,
@@ -151,10 +198,10 @@ impl Atlas {
         &self.waiting
     }
 
-    /// The arm it was made for, with its tool.
+    /// The arm it was made for, with its tool; `None` if that has no closed form.
     #[must_use]
-    pub const fn arm(&self) -> &SrsArm {
-        &self.arm
+    pub const fn arm(&self) -> Option<&SrsArm> {
+        self.arm.as_ref()
     }
 
     /// The limits that its times keep.
@@ -184,7 +231,10 @@ impl Atlas {
 }
 
 /// Rejects a posture that the arm cannot take.
-pub(crate) fn check_waiting(arm: &SrsArm, waiting: &JointPositions) -> Result<(), ArrivalError> {
+pub(crate) fn check_waiting(
+    arm: &dyn ArmKinematics,
+    waiting: &JointPositions,
+) -> Result<(), ArrivalError> {
     all_finite("waiting", &waiting.0)?;
     for (joint, (limit, &value_rad)) in arm.limits().iter().zip(&waiting.0).enumerate() {
         if !limit.contains(value_rad) {
@@ -204,14 +254,31 @@ const END_M: f64 = 1e-9;
 
 /// Where the nodes of one plane lie: the part of it that holds reachable stretches.
 struct Frame<'a> {
-    map: &'a ReachabilityMap,
-    wall: usize,
-    plane_index: usize,
     plane: WallPlane,
     along: Steps,
     heights: Steps,
-    /// Map line of each row.
-    lines: Vec<usize>,
+    /// Where a map says that a node is out of reach; `None`: not known before it is tried.
+    known: Option<Known<'a>>,
+}
+
+/// The lines of a map that the rows of a frame are.
+struct Known<'a> {
+    map: &'a ReachabilityMap,
+    wall: usize,
+    plane: usize,
+    heights: Vec<usize>,
+}
+
+impl Known<'_> {
+    fn is_out_of_reach(&self, row: usize, s_m: f64) -> bool {
+        let index = LineIndex {
+            wall: self.wall,
+            plane: self.plane,
+            height: self.heights[row],
+        };
+        let mut reached = self.map.intervals(index).iter();
+        !reached.any(|i| i.span.distance_m(s_m) <= END_M)
+    }
 }
 
 impl<'a> Frame<'a> {
@@ -248,13 +315,50 @@ impl<'a> Frame<'a> {
             hi = hi.max(interval.span.hi_m);
         }
         Ok(Some(Self {
-            map,
-            wall,
-            plane_index,
             plane: grid.plane(plane_index)?,
             along: evenly(Interval::new(lo, hi), spacing_m)?,
             heights,
-            lines,
+            known: Some(Known {
+                map,
+                wall,
+                plane: plane_index,
+                heights: lines,
+            }),
+        }))
+    }
+
+    /// The part of a facet within a distance of the base, whose outer side looks away from it; `None` if there is none.
+    fn of_facet(
+        facet: &WallFacet,
+        longest_m: f64,
+        spacing_m: f64,
+    ) -> Result<Option<Self>, ArrivalError> {
+        let plane = WallPlane::through(facet.point_m, facet.normal)?;
+        let off_m = plane.distance_m();
+        if off_m < 0.0 || off_m >= longest_m {
+            return Ok(None);
+        }
+        let half_m = (longest_m * longest_m - off_m * off_m).sqrt();
+        let within = |low: f64, high: f64| Interval::new(low.max(-half_m), high.min(half_m));
+        let corners_m = || {
+            facet
+                .outline_m
+                .iter()
+                .map(|corner| plane.along().dot(*corner))
+        };
+        let along = within(
+            corners_m().fold(f64::INFINITY, f64::min),
+            corners_m().fold(f64::NEG_INFINITY, f64::max),
+        );
+        let heights = within(facet.heights.lo_m, facet.heights.hi_m);
+        if along.length_m() < 0.0 || heights.length_m() < 0.0 {
+            return Ok(None);
+        }
+        Ok(Some(Self {
+            plane,
+            along: evenly(along, spacing_m)?,
+            heights: evenly(heights, spacing_m)?,
+            known: None,
         }))
     }
 
@@ -262,26 +366,22 @@ impl<'a> Frame<'a> {
         self.along.count() * self.heights.count()
     }
 
-    fn solve(&self, presenter: &Presenter, pricing: &Pricing) -> AtlasWall {
+    fn solve(&self, holding: &Holding<'_>, pricing: &Pricing) -> AtlasWall {
         let (columns, rows) = (self.along.count(), self.heights.count());
         let mut scratch = Scratch::default();
         let mut ways: Vec<Vec<Presentation>> = Vec::with_capacity(self.count());
         let mut choices = Vec::with_capacity(self.count());
         let mut points_m: Vec<DVec3> = Vec::with_capacity(self.count());
-        for (row, &height) in self.lines.iter().enumerate() {
-            let index = LineIndex {
-                wall: self.wall,
-                plane: self.plane_index,
-                height,
-            };
+        for row in 0..rows {
             for s_m in self.along.iter() {
                 let at = WallPoint::new(s_m, self.heights.at(row));
                 let point_m = self.plane.point_m(at);
-                let reached = self.map.intervals(index).iter();
-                let found = if reached.into_iter().any(|i| i.span.distance_m(s_m) <= END_M) {
-                    candidates::of_node(presenter, pricing, &self.plane, point_m, &mut scratch)
-                } else {
-                    Candidates::default()
+                let known = self.known.as_ref();
+                let found = match known.is_some_and(|known| known.is_out_of_reach(row, s_m)) {
+                    true => Candidates::default(),
+                    false => {
+                        candidates::of_node(holding, pricing, &self.plane, point_m, &mut scratch)
+                    }
                 };
                 points_m.push(point_m);
                 ways.push(found.ways);
@@ -298,17 +398,19 @@ impl<'a> Frame<'a> {
             },
         };
         let mut chosen = refine::chosen(&ways, &grid, &grid.choose());
-        refine::arm_angles(
-            presenter,
-            pricing,
-            &grid,
-            &self.plane,
-            &points_m,
-            &mut chosen,
-        );
+        if let Some(presenter) = holding.exact() {
+            refine::arm_angles(
+                presenter,
+                pricing,
+                &grid,
+                &self.plane,
+                &points_m,
+                &mut chosen,
+            );
+        }
         let nodes = chosen
             .iter()
-            .map(|found| found.map(|(way, _)| finished(&way, presenter, pricing)));
+            .map(|found| found.map(|(way, _)| finished(&way, holding, pricing)));
         AtlasWall {
             plane: self.plane,
             along: self.along,
@@ -320,14 +422,14 @@ impl<'a> Frame<'a> {
 }
 
 /// The node of a way, looked at closely.
-fn finished(way: &Presentation, presenter: &Presenter, pricing: &Pricing) -> AtlasNode {
+fn finished(way: &Presentation, holding: &Holding<'_>, pricing: &Pricing) -> AtlasNode {
     /// How often the way is looked at.
     const LOOKS: u32 = 40;
     let shares = (1..LOOKS).map(|i| f64::from(i) / f64::from(LOOKS));
     let excess_m = pricing.passage.excess_m(pricing.waiting, &way.q, shares);
     AtlasNode {
         q: way.q,
-        roll_rad: presenter.rolls_rad()[usize::from(way.roll)],
+        roll_rad: holding.rolls_rad()[usize::from(way.roll)],
         arrival_s: pricing.limits.travel_time_s(pricing.waiting, &way.q),
         clear: excess_m == 0.0,
         excess_m,

@@ -3,7 +3,7 @@
 use super::config::AtlasConfig;
 use super::sweep::Choice;
 use crate::passage::{MEDIUM, Passage};
-use crate::presentation::{Presentation, Presenter};
+use crate::presentation::{Holding, Presentation};
 use glam::DVec3;
 use hwall_kinematics::JointPositions;
 use hwall_motion::MotionLimits;
@@ -55,7 +55,7 @@ pub(super) struct Scratch {
 
 /// The candidates for a place; none where the arm cannot hold the board.
 pub(super) fn of_node(
-    presenter: &Presenter,
+    holding: &Holding<'_>,
     pricing: &Pricing,
     plane: &WallPlane,
     point_m: DVec3,
@@ -63,7 +63,7 @@ pub(super) fn of_node(
 ) -> Candidates {
     let config = pricing.config;
     scratch.ways.clear();
-    presenter.present(plane, point_m, pricing.waiting, &mut scratch.ways);
+    holding.present(plane, point_m, pricing.waiting, &mut scratch.ways);
     scratch.order.clear();
     let alone = scratch.ways.iter().map(|way| pricing.alone_s(&way.q));
     scratch.order.extend(alone.enumerate().map(|(i, s)| (s, i)));
@@ -71,7 +71,7 @@ pub(super) fn of_node(
         .order
         .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut found = Candidates::default();
-    let mut kinds = vec![0_usize; 8 * presenter.rolls_rad().len()];
+    let mut kinds = vec![0_usize; 8 * holding.rolls_rad().len()];
     let most_of_a_kind = config.candidates.div_ceil(OF_A_KIND);
     for &(alone_s, i) in &scratch.order {
         let way = scratch.ways[i];

@@ -47,8 +47,11 @@ struct StoredWall {
 
 impl Atlas {
     /// The atlas as bytes.
-    #[must_use]
-    pub fn to_bytes(&self) -> Vec<u8> {
+    ///
+    /// # Errors
+    /// [`ArrivalError::NotStored`] for an arm without a closed form.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, ArrivalError> {
+        let arm = self.arm.as_ref().ok_or(ArrivalError::NotStored)?;
         let stored_node = |node: &AtlasNode| {
             let is_roll = |roll: &f64| roll.to_bits() == node.roll_rad.to_bits();
             StoredNode {
@@ -70,7 +73,7 @@ impl Atlas {
                 .collect(),
         };
         let body = Body {
-            arm: *self.arm.parameters(),
+            arm: *arm.parameters(),
             velocity_rad_per_s: self.limits.velocity_rad_per_s,
             acceleration_rad_per_s2: self.limits.acceleration_rad_per_s2,
             jerk_rad_per_s3: self.limits.jerk_rad_per_s3,
@@ -82,7 +85,7 @@ impl Atlas {
             seam_rad: self.seam_rad,
             walls: self.walls.iter().map(stored_wall).collect(),
         };
-        FORMAT.to_bytes(&body)
+        Ok(FORMAT.to_bytes(&body))
     }
 
     /// An atlas from bytes that [`to_bytes`](Self::to_bytes) made.
@@ -96,10 +99,10 @@ impl Atlas {
     /// Writes the atlas to a file.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// A file that cannot be written, and as [`to_bytes`](Self::to_bytes).
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ArrivalError> {
         let path = path.as_ref();
-        hwall_files::write(path, self.to_bytes()).map_err(|error| ArrivalError::file(path, &error))
+        hwall_files::write(path, self.to_bytes()?).map_err(|error| ArrivalError::file(path, &error))
     }
 
     /// Reads an atlas from a file.
@@ -143,7 +146,7 @@ impl Body {
             });
         }
         let mut atlas = Atlas {
-            arm,
+            arm: Some(arm.clone()),
             limits,
             board: self.board,
             waiting,
@@ -155,7 +158,7 @@ impl Body {
             seam_rad: self.seam_rad,
         };
         for wall in self.walls {
-            let wall = wall.checked(&atlas)?;
+            let wall = wall.checked(&arm, &atlas)?;
             atlas.walls.push(wall);
         }
         if atlas.walls.is_empty() {
@@ -167,7 +170,7 @@ impl Body {
 
 impl StoredWall {
     /// The wall, if every node is held where it says.
-    fn checked(self, atlas: &Atlas) -> Result<AtlasWall, ArrivalError> {
+    fn checked(self, arm: &SrsArm, atlas: &Atlas) -> Result<AtlasWall, ArrivalError> {
         let malformed = |what| ArrivalError::MalformedFile { what };
         let places = self.along.count() as u128 * self.heights.count() as u128;
         if places != self.nodes.len() as u128 {
@@ -187,9 +190,9 @@ impl StoredWall {
             let roll = atlas.rolls_rad.get(usize::from(stored.roll));
             let roll_rad = *roll.ok_or(malformed("roll of a node"))?;
             let q = JointPositions(stored.q);
-            check_waiting(&atlas.arm, &q).map_err(|_| malformed("configuration of a node"))?;
+            check_waiting(arm, &q).map_err(|_| malformed("configuration of a node"))?;
             let point_m = wall.point_m(place);
-            let pose = atlas.arm.forward(&q);
+            let pose = arm.forward(&q);
             let turned = wall.plane.board_rotation(roll_rad) - pose.rotation();
             let off = pose.position_m().distance(point_m);
             // NaN, which huge places give, is not within either.

@@ -6,10 +6,10 @@ use super::search::{self, StepRange};
 use crate::board::BoardExtent;
 use crate::error::ArrivalError;
 use crate::passage::{COARSE, MEDIUM, Passage};
-use crate::presentation::Presenter;
+use crate::presentation::Holding;
 use crate::surfaces::Surfaces;
 use crate::target::{TouchRange, WeightedTarget, targets_of_maps};
-use hwall_kinematics::{JointPositions, SrsArm};
+use hwall_kinematics::{ArmKinematics, JointPositions};
 use hwall_motion::MotionLimits;
 use hwall_reachability::WallMaps;
 
@@ -83,7 +83,8 @@ impl PostureArrivals {
 
 /// The posture from which the fewest touches of a distribution are expected to be late.
 ///
-/// `targets` and `surfaces` in the arm's base frame, the tool of `arm` is the face of the board. The loss of a posture
+/// `targets` and `surfaces` in the arm's base frame, the tool of `arm` is the face of the board. An arm with a closed form is asked for all
+/// its ways to hold the board; of others some are searched, and a target may then count as out of reach that is not. The loss of a posture
 /// is the share of the targets that the fastest clear way reaches late, budgets being spread about their mean; the
 /// board must stand behind the surfaces by a standoff. Starts are made from the targets and followed by a descent; the
 /// same input gives the same posture.
@@ -91,7 +92,7 @@ impl PostureArrivals {
 /// # Errors
 /// A setting, limit or target that makes no sense, no targets, none within reach.
 pub fn waiting_posture(
-    arm: &SrsArm,
+    arm: &dyn ArmKinematics,
     targets: &[WeightedTarget],
     surfaces: &Surfaces,
     board: BoardExtent,
@@ -108,7 +109,7 @@ pub fn waiting_posture(
 /// As [`waiting_posture`], and a posture outside the limits.
 pub fn waiting_posture_from(
     from: &JointPositions,
-    arm: &SrsArm,
+    arm: &dyn ArmKinematics,
     targets: &[WeightedTarget],
     surfaces: &Surfaces,
     board: BoardExtent,
@@ -134,7 +135,7 @@ pub fn waiting_posture_from(
 /// # Errors
 /// As [`waiting_posture`] and [`targets_of_maps`].
 pub fn waiting_posture_of_maps(
-    arm: &SrsArm,
+    arm: &dyn ArmKinematics,
     maps: &WallMaps,
     range: &TouchRange,
     board: BoardExtent,
@@ -153,7 +154,7 @@ pub fn waiting_posture_of_maps(
 /// As [`waiting_posture`], and a posture outside the limits.
 pub fn judge_posture(
     q: &JointPositions,
-    arm: &SrsArm,
+    arm: &dyn ArmKinematics,
     targets: &[WeightedTarget],
     surfaces: &Surfaces,
     board: BoardExtent,
@@ -229,7 +230,7 @@ fn check(
 }
 
 fn found(
-    arm: &SrsArm,
+    arm: &dyn ArmKinematics,
     targets: &[WeightedTarget],
     surfaces: &Surfaces,
     board: BoardExtent,
@@ -279,7 +280,7 @@ fn refined(
 /// A search over few targets and arm angles.
 pub(crate) struct Quick<'a> {
     problem: Problem<'a>,
-    presenter: Presenter,
+    holding: Holding<'a>,
     targets: usize,
 }
 
@@ -295,10 +296,10 @@ impl<'a> Quick<'a> {
         let most = config.most_targets;
         let problem = Problem::new(passage, limits, config, targets, most, step_rad, COARSE)?;
         let start_step_rad = search::start_angle_step_rad();
-        let presenter = Presenter::new(passage.arm, &config.rolls_rad, start_step_rad)?;
+        let holding = Holding::new(passage.arm, &config.rolls_rad, start_step_rad)?;
         Ok(Self {
             problem,
-            presenter,
+            holding,
             targets: targets.len(),
         })
     }
@@ -337,7 +338,7 @@ impl<'a> Quick<'a> {
         starts: usize,
     ) -> Result<Vec<(JointPositions, f64)>, ArrivalError> {
         self.check()?;
-        let starts = search::starts(&self.problem, &self.presenter, starts);
+        let starts = search::starts(&self.problem, &self.holding, starts);
         let mut ends: Vec<(JointPositions, f64)> = starts.into_iter().map(|q| (q, 0.0)).collect();
         // Large steps for all, small ones for those that were then best.
         for steps in Self::STEPS {

@@ -4,7 +4,7 @@ use super::config::WaitingConfig;
 use crate::error::ArrivalError;
 use crate::length::longest_m;
 use crate::passage::Passage;
-use crate::presentation::{Presentation, Presenter};
+use crate::presentation::{Holding, Presentation};
 use crate::target::WeightedTarget;
 use glam::DVec3;
 use hwall_kinematics::{JointPositions, MOST_JOINTS};
@@ -104,9 +104,9 @@ impl<'a> Problem<'a> {
         arm_angle_step_rad: f64,
         shares: &'static [f64],
     ) -> Result<Self, ArrivalError> {
-        let presenter = Presenter::new(passage.arm, &config.rolls_rad, arm_angle_step_rad)?;
+        let holding = Holding::new(passage.arm, &config.rolls_rad, arm_angle_step_rad)?;
         // Those of the targets that need a roll of their own.
-        let mut rolled: Vec<(f64, Presenter)> = Vec::new();
+        let mut rolled: Vec<(f64, Holding<'_>)> = Vec::new();
         let longest_m = longest_m(passage.arm) + config.slack_m;
         let mut possible: Vec<usize> = (0..targets.len())
             .filter(|&i| targets[i].target.point_m.length() <= longest_m && targets[i].weight > 0.0)
@@ -136,15 +136,15 @@ impl<'a> Problem<'a> {
                 weight,
                 roll_rad,
             } = targets[index];
-            let presenter = match roll_rad {
-                None => &presenter,
+            let holding = match roll_rad {
+                None => &holding,
                 Some(roll_rad) => {
                     let known = rolled.iter().position(|(roll, _)| *roll == roll_rad);
                     let at = match known {
                         Some(at) => at,
                         None => {
                             let rolls_rad = [roll_rad, roll_rad + PI];
-                            let new = Presenter::new(passage.arm, &rolls_rad, arm_angle_step_rad)?;
+                            let new = Holding::new(passage.arm, &rolls_rad, arm_angle_step_rad)?;
                             rolled.push((roll_rad, new));
                             rolled.len() - 1
                         }
@@ -156,10 +156,10 @@ impl<'a> Problem<'a> {
             let plane = WallPlane::through(target.point_m, target.normal)?;
             found.clear();
             let (across, up) = (plane.along() * config.slack_m, DVec3::Z * config.slack_m);
-            presenter.present(&plane, target.point_m, &near, &mut found);
-            if config.slack_m > 0.0 {
+            holding.present(&plane, target.point_m, &near, &mut found);
+            if config.slack_m > 0.0 && (found.is_empty() || holding.exact().is_some()) {
                 for shift in [across, -across, up, -up] {
-                    presenter.present(&plane, target.point_m + shift, &near, &mut found);
+                    holding.present(&plane, target.point_m + shift, &near, &mut found);
                 }
             }
             if found.is_empty() {

@@ -1,10 +1,10 @@
 //! The search for the posture: starts made from the targets, followed by steps of single joints and pairs.
 
 use super::problem::Problem;
-use crate::presentation::Presenter;
+use crate::presentation::Holding;
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
-use hwall_kinematics::{JointPositions, MOST_JOINTS, NearestConfig, SrsArm};
+use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions, MOST_JOINTS, NearestConfig};
 use std::f64::consts::FRAC_PI_4;
 
 /// How far starts are drawn back from a target, m.
@@ -25,7 +25,7 @@ const PAIRS: [[usize; 2]; 4] = [[0, 2], [2, 4], [4, 6], [1, 3]];
 /// The most promising starts, best first: configurations that hold the board behind a target.
 pub(super) fn starts(
     problem: &Problem,
-    presenter: &Presenter,
+    holding: &Holding<'_>,
     count: usize,
 ) -> Vec<JointPositions> {
     let places = problem.places();
@@ -37,12 +37,12 @@ pub(super) fn starts(
         let place = &places[(2 * i + 1) * places.len() / (2 * tried)];
         for back_m in DRAWN_BACK_M {
             let point_m = place.point_m - place.plane.normal() * back_m;
-            presenter.present(&place.plane, point_m, &near, &mut ways);
+            holding.present(&place.plane, point_m, &near, &mut ways);
         }
     }
     if ways.is_empty() {
         for place in places.iter().take(START_PLACES) {
-            presenter.present(&place.plane, place.point_m, &near, &mut ways);
+            holding.present(&place.plane, place.point_m, &near, &mut ways);
         }
     }
     found.extend(ways.iter().map(|way| way.q));
@@ -93,6 +93,8 @@ pub(super) fn descend(
     let mut best = from;
     let mut least = f64::INFINITY;
     let mut step_rad = steps.first_rad;
+    let arm = problem.passage.arm;
+    let mut scratch = arm.scratch();
     while step_rad >= steps.last_rad {
         // Only ways that can matter within a few steps from here.
         let near = problem.near(&best, 0.15 + 1.5 * step_rad);
@@ -117,8 +119,8 @@ pub(super) fn descend(
             for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
                 for length in [step_rad, -step_rad] {
                     for moved in [
-                        shifted(problem.passage.arm, &best, axis * (0.5 * length)),
-                        turned(problem.passage.arm, &best, axis * length),
+                        shifted(arm, &best, axis * (0.5 * length), &mut scratch),
+                        turned(arm, &best, axis * length, &mut scratch),
                     ]
                     .into_iter()
                     .flatten()
@@ -141,20 +143,35 @@ pub(super) fn descend(
 
 /// The nearest configuration with the board elsewhere: single joints cannot move it along a surface that it must not
 /// come nearer to.
-fn shifted(arm: &SrsArm, q: &JointPositions, by_m: DVec3) -> Option<JointPositions> {
+fn shifted(
+    arm: &dyn ArmKinematics,
+    q: &JointPositions,
+    by_m: DVec3,
+    scratch: &mut ArmScratch,
+) -> Option<JointPositions> {
     let pose = arm.forward(q);
-    moved_to(arm, q, &pose.at(pose.position_m() + by_m))
+    moved_to(arm, q, &pose.at(pose.position_m() + by_m), scratch)
 }
 
-fn turned(arm: &SrsArm, q: &JointPositions, by_rad: DVec3) -> Option<JointPositions> {
+fn turned(
+    arm: &dyn ArmKinematics,
+    q: &JointPositions,
+    by_rad: DVec3,
+    scratch: &mut ArmScratch,
+) -> Option<JointPositions> {
     let pose = arm.forward(q);
     let turn = DMat3::from_axis_angle(by_rad.normalize_or_zero(), by_rad.length());
     let pose = Pose::new(turn * pose.rotation(), pose.position_m()).ok()?;
-    moved_to(arm, q, &pose)
+    moved_to(arm, q, &pose, scratch)
 }
 
-fn moved_to(arm: &SrsArm, q: &JointPositions, pose: &Pose) -> Option<JointPositions> {
-    let found = arm.nearest_solution(pose, q, &NearestConfig::default());
+fn moved_to(
+    arm: &dyn ArmKinematics,
+    q: &JointPositions,
+    pose: &Pose,
+    scratch: &mut ArmScratch,
+) -> Option<JointPositions> {
+    let found = arm.nearest(pose, q, &NearestConfig::default(), scratch);
     found.ok().map(|solution| solution.q)
 }
 

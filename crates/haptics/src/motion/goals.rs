@@ -404,7 +404,7 @@ impl Goals {
         [slack_u, slack_v]: [f64; 2],
         reference: &ReferenceMotion,
     ) -> Result<Goal, HapticsError> {
-        if slack_u.min(slack_v) <= 0.0 || self.solver.arm().searches() {
+        if slack_u.min(slack_v) <= 0.0 {
             return Ok(goal);
         }
         let [x, y] = surface_axes(normal)?;

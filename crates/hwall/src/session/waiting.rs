@@ -63,17 +63,17 @@ impl Waiting {
     }
 
     /// How soon the board is at a place from the waiting posture, s: by the atlas, else at whichever quarter turn. `None` where no atlas
-    /// was made; infinite for a place that cannot be held.
+    /// was made, and beside the atlas of an arm without a closed form; infinite for a place that cannot be held.
     pub(super) fn arrival_s(&self, point_m: DVec3, normal: DVec3) -> Option<f64> {
         let atlas = self.atlas()?;
         if let Some(entry) = atlas.look_up(point_m, normal) {
             return Some(entry.arrival_s);
         }
-        let waiting = atlas.waiting();
+        let (arm, waiting) = (atlas.arm()?, atlas.waiting());
         let config = NearestConfig::default();
         let time_s = |roll_rad: f64| {
             let pose = board_pose(point_m, normal, roll_rad).ok()?;
-            let solution = atlas.arm().nearest_solution(&pose, waiting, &config).ok()?;
+            let solution = arm.nearest_solution(&pose, waiting, &config).ok()?;
             Some(atlas.limits().travel_time_s(waiting, &solution.q))
         };
         let times_s = QUARTER_TURNS_RAD.into_iter().filter_map(time_s);

@@ -5,7 +5,7 @@ use crate::chain::NumericScratch;
 use crate::error::KinematicsError;
 use crate::jacobian::Jacobian;
 use crate::joints::{JointLimit, JointPositions, JointTorques, MOST_JOINTS};
-use crate::srs::NearestConfig;
+use crate::srs::{NearestConfig, SrsArm};
 use crate::wrench::{WrenchConfig, WrenchEstimate};
 use hwall_geometry::{Pose, Wrench};
 use hwall_numeric::check::all_finite;
@@ -93,6 +93,11 @@ pub trait ArmKinematics: Debug + Send + Sync {
     /// that can? A control loop then asks for fewer poses in a step. `false` by default: a closed form.
     fn searches(&self) -> bool {
         false
+    }
+
+    /// The S-R-S arm that this is, for those who need all configurations of a pose; `None` by default.
+    fn closed_form(&self) -> Option<&SrsArm> {
+        None
     }
 
     /// The same arm with another tool in its flange.

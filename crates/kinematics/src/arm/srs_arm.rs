@@ -14,6 +14,10 @@ impl ArmKinematics for SrsArm {
         MOST_JOINTS
     }
 
+    fn closed_form(&self) -> Option<&SrsArm> {
+        Some(self)
+    }
+
     fn limits(&self) -> &[JointLimit; MOST_JOINTS] {
         self.limits()
     }

@@ -142,7 +142,7 @@ fn small_atlas() -> anyhow::Result<Vec<u8>> {
         spacing_m: 0.2,
         ..AtlasConfig::default()
     };
-    Ok(Atlas::build(&arm, &maps, board, &limits, &waiting, &config)?.to_bytes())
+    Ok(Atlas::build(&arm, &maps, board, &limits, &waiting, &config)?.to_bytes()?)
 }
 
 fn read_atlas(bytes: &[u8]) -> Verdict {
@@ -154,7 +154,7 @@ fn read_atlas(bytes: &[u8]) -> Verdict {
                 promise(possible, "a time that is none")?;
             }
         }
-        let again = Atlas::from_bytes(&atlas.to_bytes());
+        let again = atlas.to_bytes().and_then(|bytes| Atlas::from_bytes(&bytes));
         promise(again.is_ok(), "an atlas that cannot read its own file")
     })
 }

@@ -146,7 +146,7 @@ pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()>
         options.budget_s,
         posture_table(&postures),
         atlas.nodes().count(),
-        atlas.to_bytes().len(),
+        atlas.to_bytes()?.len(),
         wall_table(&walls),
         options.out.display()
     )?;

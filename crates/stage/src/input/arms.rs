@@ -251,8 +251,7 @@ impl BoardArm {
         points_m
     }
 
-    /// What is known of the walls of a scene; for an arm without a closed form, whose solver decides alone, only where it waits:
-    /// where it starts. `person`: middle and radius, m, of the places that people reach.
+    /// What is known of the walls of a scene; for an arm without a closed form, whose solver decides alone, only where it waits.
     ///
     /// # Errors
     /// As for [`Walls::of`].
@@ -263,18 +262,14 @@ impl BoardArm {
         touches: LikelyTouches,
         texture: bool,
     ) -> anyhow::Result<Walls> {
-        let Some(arm) = &self.closed_form else {
-            return Ok(Walls {
-                waiting: Some(self.start),
-                ..Walls::default()
-            });
-        };
         let config = WallsConfig {
             touches,
             texture,
             ..WallsConfig::default()
         };
-        Ok(Walls::of(scene, arm, board, &config)?)
+        let mut walls = Walls::of(scene, &*self.kinematics, board, &config)?;
+        walls.waiting.get_or_insert(self.start);
+        Ok(walls)
     }
 
     /// Why no quarter turn of the board can present a point of a surface; `None` if one can. Proven for an arm with a

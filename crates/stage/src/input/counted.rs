@@ -3,7 +3,7 @@
 use hwall_geometry::Pose;
 use hwall_kinematics::{
     ArmKinematics, ArmScratch, ArmSolution, BodyPoints, Jacobian, JointLimit, JointPositions,
-    KinematicsError, MOST_JOINTS, NearestConfig,
+    KinematicsError, MOST_JOINTS, NearestConfig, SrsArm,
 };
 use std::cell::Cell;
 use std::sync::Arc;
@@ -94,6 +94,10 @@ impl ArmKinematics for Counted {
 
     fn searches(&self) -> bool {
         self.0.searches()
+    }
+
+    fn closed_form(&self) -> Option<&SrsArm> {
+        self.0.closed_form()
     }
 
     fn carrying(&self, flange_from_tool: Pose) -> Arc<dyn ArmKinematics> {

@@ -370,7 +370,7 @@ impl Control {
     fn sooner_within_m(&self, now_s: f64, target: &BoardTarget) -> Option<[f64; 2]> {
         let left_s = self.step?.left_s?;
         let due_s = self.guidance.contact_s?;
-        let is_free = target.slack_m.iter().all(|m| *m > 0.0) && !self.arm().searches();
+        let is_free = target.slack_m.iter().all(|m| *m > 0.0);
         let is_first = self.contact.is_none() && hand_is_first(now_s, due_s, left_s);
         (is_free && is_first).then_some(target.slack_m)
     }
