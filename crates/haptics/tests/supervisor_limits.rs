@@ -10,7 +10,7 @@ use hwall_haptics::safety::{
 };
 use hwall_haptics::{ArmCommand, Board};
 use hwall_kinematics::{
-    ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, Wrench,
+    ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, SrsParameters, Wrench,
 };
 use hwall_testkit::Sampler;
 use supervised::{Bench, DT_S, home};
@@ -564,4 +564,17 @@ fn a_bias_is_found_whatever_else_is_wrong() {
     }
     let (joint, bias_n_m) = named.expect("it is named");
     assert!(joint == 1 && (bias_n_m - 20.0).abs() < 1e-9, "{bias_n_m}");
+}
+
+#[test]
+fn an_unknown_torque_limit_is_a_hand_pressed_at_the_length_of_the_arm() {
+    let known = SrsArm::iiwa7();
+    let of = |p: &SrsParameters| SrsParameters::new(p.geometry, p.limits, p.max_velocity_rad_per_s);
+    let unknown = SrsArm::new(of(known.parameters())).unwrap();
+    let g = known.geometry();
+    let length_m = g.d_bs_m + g.d_se_m + g.d_ew_m + g.d_wf_m;
+    for torque_n_m in GuardLimits::of_arm(&unknown).torque_n_m {
+        assert!((torque_n_m - 140.0 * length_m).abs() < 1e-9, "{torque_n_m}");
+    }
+    assert_eq!(GuardLimits::of_arm(&known).torque_n_m[0], 176.0);
 }

@@ -64,20 +64,26 @@ pub struct GuardLimits {
     pub workspace: Option<WorkspaceBox>,
 }
 
-/// Joint torques of the iiwa 7, N m.
-const IIWA7_TORQUE_N_M: [f64; MOST_JOINTS] = [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0];
+/// The force that an arm of unknown joint torques is taken to withstand at its full length, N: what a hand may be pressed with
+/// (ISO/TS 15066, table A.2). Beyond it, nothing that happens near a person is sound.
+const UNKNOWN_TORQUE_FORCE_N: f64 = 140.0;
 
 impl GuardLimits {
-    /// The arm's own limits of angle, speed, torque and acceleration; what is not known of the last two is an iiwa 7's.
+    /// The arm's own limits of angle, speed, torque and acceleration. A torque limit that is not known is 140 N times the length of the arm;
+    /// accelerations that are not known are an iiwa 7's ([`ArmKinematics::accelerations_or`]).
     #[must_use]
     pub fn of_arm(arm: &dyn ArmKinematics) -> Self {
         let torque_n_m = arm.max_torque_n_m();
+        let body = arm.body_points(&JointPositions::default());
+        let links_m = body.points_m().windows(2);
+        let length_m: f64 = links_m.map(|link| link[0].distance(link[1])).sum();
+        let unknown_n_m = UNKNOWN_TORQUE_FORCE_N * length_m.max(f64::MIN_POSITIVE);
         Self {
             position: *arm.limits(),
             velocity_rad_per_s: *arm.max_velocity_rad_per_s(),
             acceleration_rad_per_s2: arm
                 .accelerations_or(hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2),
-            torque_n_m: std::array::from_fn(|i| torque_n_m[i].unwrap_or(IIWA7_TORQUE_N_M[i])),
+            torque_n_m: std::array::from_fn(|i| torque_n_m[i].unwrap_or(unknown_n_m)),
             torque_rate_n_m_per_s: 1000.0,
             position_slack_rad: 0.01,
             velocity_slack: 0.2,
