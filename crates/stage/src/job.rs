@@ -31,7 +31,7 @@ pub struct JobOptions {
     #[command(flatten)]
     pub scene: SceneFlags,
     /// CSV recording of a hand: t in seconds (or --time-unit), palm_x.. little_z in metres (or --hand-scale), optionally head_* and gaze_*; cells may be empty [default: a simulated person]
-    #[arg(long)]
+    #[arg(long, group = "recorded")]
     pub hand: Option<PathBuf>,
     /// Which trial of a recording that holds several: its name in the column trial, or person/trial
     #[arg(long, requires = "hand", value_name = "NAME")]

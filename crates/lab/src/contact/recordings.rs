@@ -6,6 +6,7 @@ use hwall_hand::{
     HandError, HandPoint, LabelConfig, LabelledReach, Quantity, ReachCut, Recording,
     labelled_reaches, read_recordings,
 };
+use hwall_stage::input::recording_units::RecordingUnits;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,6 +44,15 @@ pub struct FoundSources {
     pub refused: Vec<String>,
 }
 
+/// Where recordings are, and in which units.
+#[derive(Debug, Clone, Copy)]
+pub struct Recorded<'a> {
+    /// A file or a folder.
+    pub path: &'a Path,
+    /// Of all its files.
+    pub units: RecordingUnits,
+}
+
 /// One file, and what is in it.
 struct File {
     path: PathBuf,
@@ -61,7 +71,7 @@ struct File {
 ///
 /// # Errors
 /// Nothing there, or no recording of a hand in it.
-pub fn read(path: &Path) -> anyhow::Result<FoundSources> {
+pub fn read(Recorded { path, units }: Recorded<'_>) -> anyhow::Result<FoundSources> {
     ensure!(path.exists(), "{}: no such file or folder", path.display());
     let (mut groups, mut refused) = (BTreeMap::<_, Vec<File>>::new(), Vec::new());
     let mut files = Vec::new();
@@ -81,10 +91,7 @@ pub fn read(path: &Path) -> anyhow::Result<FoundSources> {
     };
     for path in files {
         let name = path.strip_prefix(dir).unwrap_or(&path).to_owned();
-        match std::fs::File::open(&path)
-            .map_err(anyhow::Error::new)
-            .and_then(|f| read_recordings(f).map_err(anyhow::Error::new))
-        {
+        match in_units(&path, units) {
             Ok(recordings) => {
                 let folder = name.parent().map(Path::to_owned).unwrap_or_default();
                 let key = (folder, quantities(&recordings));
@@ -120,6 +127,15 @@ pub fn read(path: &Path) -> anyhow::Result<FoundSources> {
         sources.push(source);
     }
     Ok(FoundSources { sources, refused })
+}
+
+/// The recordings of a file, in metres and seconds.
+fn in_units(path: &Path, units: RecordingUnits) -> anyhow::Result<Vec<Recording>> {
+    let mut recordings = read_recordings(std::fs::File::open(path)?)?;
+    for recording in &mut recordings {
+        units.apply(recording)?;
+    }
+    Ok(recordings)
 }
 
 /// A name for files that no other study has, upper and lower case being the same: the path with dashes, and a
@@ -253,9 +269,12 @@ impl Source {
             let entry = reasons.entry(left_out.why).or_insert((0, &left_out.what));
             entry.0 += 1;
         }
+        let zero_rows: usize = recordings.iter().map(|recording| recording.zero_rows).sum();
+        let zeros = format!("{zero_rows} × rows of zeros, taken as lost tracking");
         let left_out = reasons
             .iter()
             .map(|(why, (count, first))| format!("{count} × {why} (first: {first})"))
+            .chain((zero_rows > 0).then_some(zeros))
             .collect();
         let touching = labelled.reaches.first().map(|r| r.point);
         Ok(Self {
@@ -284,14 +303,20 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hwall_stage::input::recording_units::TimeUnit;
     use hwall_testkit::shared;
+
+    fn in_si(path: &Path) -> Recorded<'_> {
+        let units = RecordingUnits::SI;
+        Recorded { path, units }
+    }
 
     #[test]
     fn a_missing_folder_and_one_without_recordings_give_one_clear_line() {
-        let error = read(Path::new("nowhere")).unwrap_err();
+        let error = read(in_si(Path::new("nowhere"))).unwrap_err();
         assert_eq!(error.to_string(), "nowhere: no such file or folder");
         let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-        let error = read(&here).unwrap_err().to_string();
+        let error = read(in_si(&here)).unwrap_err().to_string();
         let expected = format!("no readable recording in {}: no CSV file", here.display());
         assert_eq!(error, expected);
         let many: Vec<String> = (1..=6).map(|i| format!("{i}.csv: bad")).collect();
@@ -310,12 +335,50 @@ mod tests {
     }
 
     #[test]
+    fn centimetres_and_milliseconds_are_the_same_reaches() {
+        let folder = std::env::temp_dir().join(format!("hwall_units_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let ends = |scale: f64, per_s: f64, units: RecordingUnits| {
+            let mut text = String::from("t,palm_x,palm_y,palm_z,trial\n0,0,0,0,1\n");
+            for (trial, row) in (1..=2).flat_map(|trial| (1..=130).map(move |row| (trial, row))) {
+                let share = (f64::from(row) / 100.0).min(1.0);
+                let way_m = 0.4 * share.powi(3) * (10.0 + share * (6.0 * share - 15.0));
+                let t_s = f64::from(row) * 0.01;
+                let [t, x, y, z] = [t_s * per_s, way_m * scale, 0.1 * scale, 1.1 * scale];
+                text += &format!("{t},{x},{y},{z},{trial}\n");
+            }
+            let path = folder.join(format!("reaches-{scale}.csv"));
+            std::fs::write(&path, text).unwrap();
+            let found = read(Recorded { path: &path, units });
+            found.map(|found| {
+                let source = &found.sources[0];
+                assert!(source.left_out.iter().any(|why| why.contains("zeros")));
+                let ends = source.reaches.iter().map(|reach| reach.contact_m);
+                ends.collect::<Vec<_>>()
+            })
+        };
+        let metres = ends(1.0, 1.0, RecordingUnits::SI).unwrap();
+        assert_eq!(metres.len(), 2);
+        let units = RecordingUnits {
+            hand_scale: 0.01,
+            time_unit: TimeUnit::Ms,
+        };
+        for (a, b) in metres.iter().zip(ends(100.0, 1e3, units).unwrap()) {
+            // Rounded times may end a reach a sample earlier.
+            assert!(a.distance(b) < 1e-3, "{a} {b}");
+        }
+        let error = ends(100.0, 1e3, RecordingUnits::SI).unwrap_err();
+        assert!(error.to_string().contains("--"), "{error}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
     fn recordings_beside_the_project_give_all_their_reaches() {
         if shared("data/kinesis_rtg").is_none() {
             return;
         }
         let dir = shared("data").unwrap();
-        let FoundSources { sources, refused } = read(&dir).unwrap();
+        let FoundSources { sources, refused } = read(in_si(&dir)).unwrap();
         // Memory-guided pointing with tables of its own.
         let is_known = |name: &str| !name.starts_with("jov");
         assert!(refused.iter().all(|why| !is_known(why)), "{refused:?}");

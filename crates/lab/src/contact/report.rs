@@ -2,7 +2,7 @@
 
 use crate::contact::candidates::Candidate;
 use crate::contact::figures;
-use crate::contact::recordings::{FoundSources, Source, read};
+use crate::contact::recordings::{FoundSources, Recorded, Source, read};
 use crate::contact::rows::EstimateRows;
 use crate::contact::run::run;
 use crate::contact::scores::Scores;
@@ -137,7 +137,7 @@ impl Choice {
 /// # Errors
 /// No recordings there, or a file that cannot be written.
 pub fn recordings(
-    path: &Path,
+    recorded: Recorded<'_>,
     candidates: &[Candidate],
     choice: &Choice,
     out: Option<&Path>,
@@ -145,7 +145,7 @@ pub fn recordings(
     let FoundSources {
         mut sources,
         refused,
-    } = read(path)?;
+    } = read(recorded)?;
     sources
         .iter_mut()
         .for_each(|s| choice.apply(&mut s.reaches));

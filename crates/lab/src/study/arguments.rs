@@ -2,6 +2,7 @@
 
 use crate::contact::candidates::{self, Candidate};
 use crate::contact::dissertation::{self, Overrides};
+use crate::contact::recordings::Recorded;
 use crate::contact::report::{self, Choice};
 use crate::demonstrations::files::generate_into;
 use crate::demonstrations::generate::DemonstrationConfig;
@@ -13,6 +14,7 @@ use clap::{Parser, ValueEnum};
 use hwall_contact::{Frame, LearnedConfig};
 use hwall_hand::NamedPoint;
 use hwall_stage::input::file_plan::FilePlan;
+use hwall_stage::input::recording_units::RecordingUnits;
 use hwall_stage::numbers::count_within;
 use std::path::{Path, PathBuf};
 
@@ -29,8 +31,11 @@ const FIGURES: &str = "contact";
 #[derive(Parser)]
 pub struct Arguments {
     /// A recording, or a folder: every CSV file under it
-    #[arg(long)]
+    #[arg(long, group = "recorded")]
     recordings: Option<PathBuf>,
+    /// Units of the recordings.
+    #[command(flatten)]
+    units: RecordingUnits,
     /// Simulated people instead of recordings [default: dissertation]
     #[arg(long, value_enum)]
     protocol: Option<Protocol>,
@@ -160,8 +165,10 @@ impl Arguments {
             if let Some(file) = &self.report {
                 return self.write_report(file.as_deref(), overrides, &candidates);
             }
-            match (&self.recordings, protocol) {
-                (Some(path), _) => Ok(report::recordings(path, &candidates, &choice, out)?.text),
+            match (self.recorded(), protocol) {
+                (Some(recorded), _) => {
+                    Ok(report::recordings(recorded, &candidates, &choice, out)?.text)
+                }
                 (None, Protocol::Dissertation) => {
                     Ok(dissertation::report(overrides, &candidates, &choice, out)?.text)
                 }
@@ -200,9 +207,15 @@ impl Arguments {
             Some(file) => file.to_owned(),
             None => Documents::in_folder(OUT)?.folder().join(document::NAME),
         };
-        let (recordings, out) = (self.recordings.as_deref(), self.out.as_deref());
-        document::write(&file, overrides, candidates, recordings, out)?;
+        let recorded = self.recorded();
+        document::write(&file, overrides, candidates, recorded, self.out.as_deref())?;
         Ok(format!("wrote {}\n", file.display()))
+    }
+
+    fn recorded(&self) -> Option<Recorded<'_>> {
+        let path = self.recordings.as_deref()?;
+        let units = self.units;
+        Some(Recorded { path, units })
     }
 
     /// Writes the tracked document and its figures; the tables of numbers are not tracked.
@@ -213,8 +226,8 @@ impl Arguments {
     ) -> anyhow::Result<String> {
         let (tracked, rest) = (Documents::tracked()?, Documents::in_folder(OUT)?);
         let file = tracked.folder().join(document::NAME);
-        let (recordings, out) = (self.recordings.as_deref(), rest.folder());
-        document::write(&file, overrides, candidates, recordings, Some(out))?;
+        let out = rest.folder();
+        document::write(&file, overrides, candidates, self.recorded(), Some(out))?;
         let figures = tracked.figures(FIGURES)?;
         rest.copy_figures(&figures)?;
         Ok(format!(

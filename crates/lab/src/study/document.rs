@@ -2,6 +2,7 @@
 
 use crate::contact::candidates::Candidate;
 use crate::contact::dissertation::{self, Overrides};
+use crate::contact::recordings::Recorded;
 use crate::contact::report::{self, Choice};
 use crate::contact::tables;
 use crate::documents::written_by;
@@ -26,7 +27,7 @@ pub fn write(
     file: &Path,
     overrides: Overrides,
     candidates: &[Candidate],
-    recordings: Option<&Path>,
+    recorded: Option<Recorded<'_>>,
     out: Option<&Path>,
 ) -> anyhow::Result<()> {
     // Said before minutes of work, not after them.
@@ -51,8 +52,8 @@ pub fn write(
         dissertation::report(overrides, candidates, &all, out)?,
         dissertation::pointing(pointing, candidates, &all, out)?,
     ];
-    if let Some(dir) = recordings {
-        sections.push(report::recordings(dir, candidates, &all, out)?);
+    if let Some(recorded) = recorded {
+        sections.push(report::recordings(recorded, candidates, &all, out)?);
     }
     let rooms = study::report(overrides.seed, out)?;
     let mut tables = format!("# Where, when and which surface: all tables\n\n{machine}\n\n");

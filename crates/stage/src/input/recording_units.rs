@@ -37,10 +37,10 @@ impl TimeUnit {
 #[derive(Debug, Clone, Copy, PartialEq, clap::Args)]
 pub struct RecordingUnits {
     /// Metres in a unit of the recording's positions: 0.01 for centimetres, 0.001 for millimetres
-    #[arg(long, requires = "hand", default_value_t = 1.0, value_parser = positive, value_name = "METRES", allow_negative_numbers = true)]
+    #[arg(long, requires = "recorded", default_value_t = 1.0, value_parser = positive, value_name = "METRES", allow_negative_numbers = true)]
     pub hand_scale: f64,
     /// Unit of the recording's times
-    #[arg(long, requires = "hand", value_enum, default_value_t)]
+    #[arg(long, requires = "recorded", value_enum, default_value_t)]
     pub time_unit: TimeUnit,
 }
 
