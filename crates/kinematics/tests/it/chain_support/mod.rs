@@ -1,5 +1,4 @@
 //! Shared by the tests of general chains: reference configurations and further robots.
-#![allow(dead_code, reason = "each test binary uses a part")]
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{Chain, ChainJoint, JointLimit, Pose};

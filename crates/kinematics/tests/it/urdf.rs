@@ -1,9 +1,6 @@
 //! URDF: the iiwa, fixed joints, branches, and everything that can be wrong with a description.
-#![cfg(feature = "urdf")]
 
-mod chain_support;
-
-use chain_support::random_q;
+use crate::chain_support::random_q;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
     ArgumentError, Chain, GeometryError, JointKind, JointLimit, KinematicsError,
@@ -12,7 +9,7 @@ use hwall_testkit::{Sampler, Tol, assert_close};
 use std::fmt::Write;
 use std::path::Path;
 
-const IIWA7: &str = include_str!("data/iiwa7.urdf");
+const IIWA7: &str = include_str!("../data/iiwa7.urdf");
 
 fn load(body: &str) -> Result<Chain, KinematicsError> {
     Chain::from_urdf_str(&format!("<robot name=\"r\">{body}</robot>"), None, None)

@@ -1,5 +1,4 @@
 //! Generalized momentum and the gradient of the kinetic energy against the mass matrix and central differences.
-#![cfg(feature = "dynamics")]
 
 use hwall_kinematics::glam::{DMat3, DVec3};
 use hwall_kinematics::{

@@ -1,9 +1,6 @@
 //! Dynamics of general chains: reference data, identities, energy, bad bodies.
-#![cfg(feature = "dynamics")]
 
-mod chain_support;
-
-use chain_support::{Reference, franka, random_chain, random_q, references, shift};
+use crate::chain_support::{Reference, franka, random_chain, random_q, references, shift};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
     ArgumentError, Chain, ChainDynamics, ChainJoint, GRAVITY_M_PER_S2, Inertial, JointLimit,

@@ -1,8 +1,6 @@
 //! General chains: reference data, identities, hard cases.
 
-mod chain_support;
-
-use chain_support::{franka, random_chain, random_q, references, shift, ur5e};
+use crate::chain_support::{franka, random_chain, random_q, references, shift, ur5e};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
     ArgumentError, Chain, ChainJoint, JointKind, JointLimit, KinematicsError, Pose, Wrench,

@@ -1,8 +1,6 @@
 //! Numeric inverse of general chains: planted targets, limits, singular targets, honest failure.
 
-mod chain_support;
-
-use chain_support::{franka, random_chain, random_q, shift, ur5e};
+use crate::chain_support::{franka, random_chain, random_q, shift, ur5e};
 use glam::{DMat3, DQuat, DVec3};
 use hwall_kinematics::{
     ArgumentError, Chain, ChainJoint, JointLimit, KinematicsError, NumericConfig, NumericScratch,
@@ -441,7 +439,7 @@ fn same_seed_same_answer_and_scratch_does_not_matter() {
 #[test]
 fn agrees_with_the_exact_verdicts() {
     // Poses down to 1e-7 rad and m from the edge of reach, with verdicts of a closed-form reference.
-    let text = include_str!("data/reach_poses.json");
+    let text = include_str!("../data/reach_poses.json");
     let data: serde_json::Value = serde_json::from_str(text).unwrap();
     let (chain, config) = (Chain::iiwa7(), NumericConfig::default());
     let (mut reachable, mut unreachable, mut missed) = (0, 0, 0);

@@ -1,11 +1,10 @@
 //! URDF as text: what is skipped, what is refused and in which words, and that nothing hangs or panics.
-#![cfg(feature = "urdf")]
 
 use glam::{DMat3, DQuat};
 use hwall_kinematics::{Chain, JointLimit, KinematicsError};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
-const IIWA7: &str = include_str!("data/iiwa7.urdf");
+const IIWA7: &str = include_str!("../data/iiwa7.urdf");
 
 const ARM: &str = r#"<robot name="r">
 <link name="a"/>

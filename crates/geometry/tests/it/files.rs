@@ -1,5 +1,4 @@
 //! A file cannot bring in a pose that is none.
-#![cfg(feature = "serde")]
 
 use glam::DVec3;
 use hwall_geometry::Pose;

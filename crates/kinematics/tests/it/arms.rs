@@ -313,7 +313,7 @@ mod from_urdf {
     }
 
     fn ur5() -> ChainArm {
-        arm(include_str!("data/ur5.urdf"))
+        arm(include_str!("../data/ur5.urdf"))
     }
 
     #[test]
@@ -376,7 +376,7 @@ mod from_urdf {
 
     #[test]
     fn seven_joints_of_a_panda() {
-        let arm = arm(include_str!("data/panda.urdf"));
+        let arm = arm(include_str!("../data/panda.urdf"));
         assert_eq!(arm.joint_count(), 7);
         let home = JointPositions([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]);
         // The published ready pose: 0.307 m ahead, flange 0.59 m up, pointing down.
