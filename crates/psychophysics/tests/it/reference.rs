@@ -1,12 +1,7 @@
 //! Agreement with R (car, ARTool), pingouin and statsmodels on 25 subjects × 5 × 5 cells × 6 rounds.
 
-#[path = "common/deviation.rs"]
-mod deviation;
-#[path = "common/files.rs"]
-mod files;
-
-use deviation::Deviation;
-use files::{reference, shared_csv};
+use crate::common::deviation::Deviation;
+use crate::common::files::{reference, shared_csv};
 use hwall_psychophysics::{
     Columns, Comparison, Effect, ErrorModel, Factor, Normalisation, Study, aligned_rank_transform,
     anova, f_tail, pairwise,
@@ -73,13 +68,13 @@ fn compare_pairs(deviation: &mut Deviation, pairs: &[Comparison], expected: &Val
 
 #[test]
 fn the_excerpt_agrees() {
-    let rows = include_str!("data/averages_times_60.csv");
+    let rows = include_str!("../data/averages_times_60.csv");
     let numbers = rows.split([',', '\n']).filter(|cell| !cell.is_empty());
     let values = numbers.map(|n| n.parse::<f64>().expect("a number") / 60.0);
     let levels = ["1", "2", "3", "4", "5"];
     let within = FACTORS.map(|name| Factor::new(name, levels)).to_vec();
     let study = Study::from_values(within, None, values.collect()).expect("a study");
-    let truth = include_str!("data/averages_truth.json");
+    let truth = include_str!("../data/averages_truth.json");
     let truth = serde_json::from_str(truth).expect("JSON");
     compare_all("excerpt", &study, &truth);
 }
@@ -166,7 +161,7 @@ fn normalisation_agrees() {
 /// ranks (Python fractions) gives the rest.
 #[test]
 fn split_plot_of_higgins_agrees_with_artool() {
-    let text = include_str!("data/Higgins1990Table5.csv");
+    let text = include_str!("../data/Higgins1990Table5.csv");
     let columns = Columns::new("Tray", ["Fertilizer"], "DryMatter").with_between("Moisture");
     let study = Study::from_csv_str(text, &columns).expect("a study");
     // With one factor within subjects there is nothing to pool.

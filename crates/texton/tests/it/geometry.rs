@@ -1,9 +1,6 @@
 //! Which textures there can be.
 
-#[path = "common/bumps.rs"]
-mod bumps;
-
-use bumps::{hemiellipsoids, radii};
+use crate::common::bumps::{hemiellipsoids, radii};
 use hwall_texton::{Layout, ScanAngle, Texton, TextonError, Texture};
 use std::f64::consts::FRAC_PI_2;
 

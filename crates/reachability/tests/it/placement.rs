@@ -1,8 +1,6 @@
 //! Base placement against brute force, in turned scenes, and at hard places.
 
-mod common;
-
-use common::{SEED, place, scattered_targets, small_config, steps};
+use crate::common::{SEED, place, scattered_targets, small_config, steps};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{JointLimit, Pose, SrsArm};
 use hwall_reachability::{

@@ -1,17 +1,12 @@
 //! Meshes of patches: solids, accurate, of the right volume, also when read back from files.
 
-#[path = "common/bumps.rs"]
-mod bumps;
-#[path = "common/refusals.rs"]
-mod refusals;
-
-use bumps::{hemiellipsoids, radii};
+use crate::common::bumps::{hemiellipsoids, radii};
+use crate::common::refusals::refused;
 use glam::dvec2;
 use hwall_texton::{
     ChordSide, Layout, MountingHole, Patch, PatchSpec, StlFormat, Tessellation, Texton,
     TextonError, Texture, TriangleMesh,
 };
-use refusals::refused;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 

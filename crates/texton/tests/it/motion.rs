@@ -1,15 +1,12 @@
 //! The texture under a finger: turned to the scan, moved against it, within the limits, in hard cases.
 
-#[path = "common/refusals.rs"]
-mod refusals;
-
+use crate::common::refusals::refused;
 use glam::DVec2;
 use hwall_testkit::Sampler;
 use hwall_texton::{
     FingerState, Level, Limit, MotionLimits, MotionStep, ScanAngle, ScanConfig, ScanEstimator,
     Stroke, TextureMotion,
 };
-use refusals::refused;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const DT_S: f64 = 1e-3;

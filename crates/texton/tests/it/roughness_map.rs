@@ -1,10 +1,7 @@
 //! Roughness maps from OpenEXR pictures.
 
-#[path = "common/refusals.rs"]
-mod refusals;
-
+use crate::common::refusals::refused;
 use hwall_texton::{RoughnessMap, TextonError};
-use refusals::refused;
 
 #[test]
 fn a_roughness_map_from_openexr() {

@@ -1,8 +1,6 @@
 //! The base's place by arrival.
 
-mod common;
-
-use common::{BOARD, arm, limits, wall};
+use crate::common::{BOARD, arm, limits, wall};
 use glam::DVec3;
 use hwall_arrival::reachability::{Interval, Monitor, Progress, ReachabilityError, WallFacet};
 use hwall_arrival::{

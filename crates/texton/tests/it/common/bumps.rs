@@ -8,7 +8,6 @@ pub(crate) const fn radii(long_mm: f64, short_mm: f64) -> Radii {
 }
 
 /// Hemiellipsoids on a rectangular grid of long and short pitch, mm.
-#[allow(dead_code, reason = "not every test file uses both functions")]
 pub(crate) fn hemiellipsoids(
     radii: Radii,
     height_mm: f64,

@@ -1,8 +1,6 @@
 //! Atlases as files: all comes back, and nothing else is taken for an atlas.
 
-mod common;
-
-use common::{atlas_with, coarse};
+use crate::common::{atlas_with, coarse};
 use hwall_arrival::{ArrivalError, Atlas, AtlasConfig};
 use hwall_testkit::Sampler;
 

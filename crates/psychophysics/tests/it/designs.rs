@@ -1,9 +1,6 @@
 //! Balanced squares and schedules.
 
-#[path = "common/files.rs"]
-mod files;
-
-use files::reference;
+use crate::common::files::reference;
 use hwall_psychophysics::{
     Columns, Factor, PsychophysicsError, Schedule, Study, TrialOrder, balanced_latin_square,
 };

@@ -1,8 +1,6 @@
 //! Where to wait, and what stands in front of what.
 
-mod common;
-
-use common::{BOARD, arm, limits, maps_of, room, wall};
+use crate::common::{self, BOARD, arm, limits, maps_of, room, wall};
 use glam::DVec3;
 use hwall_arrival::kinematics::{Chain, ChainArm, JointPositions};
 use hwall_arrival::reachability::{Interval, Target, WallFacet, WallMaps};

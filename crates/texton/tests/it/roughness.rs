@@ -1,11 +1,7 @@
 //! Models of roughness: their ranges, their hard cases, and the order of the published study.
 
-#[path = "common/bumps.rs"]
-mod bumps;
-#[path = "common/refusals.rs"]
-mod refusals;
-
-use bumps::{hemiellipsoids, radii};
+use crate::common::bumps::{hemiellipsoids, radii};
+use crate::common::refusals::refused;
 use glam::{DVec2, dvec2};
 use hwall_testkit::Sampler;
 use hwall_texton::{
@@ -13,7 +9,6 @@ use hwall_texton::{
     Quantity, RoughnessModel, ScanAngle, SpatialVariation, StudyOrder, Tally, TemporalFrequency,
     Texton, Texture, Vibration, roughness_models, score_order,
 };
-use refusals::refused;
 use std::f64::consts::{PI, TAU};
 
 const ORIENTATIONS_DEG: [f64; 5] = [0.0, 45.0, 63.43, 71.57, 90.0];

@@ -1,9 +1,6 @@
 //! What holds without any reference: t² = F, sums of squares that add up, ranks that do not move.
 
-#[path = "common/deviation.rs"]
-mod deviation;
-
-use deviation::Deviation;
+use crate::common::deviation::Deviation;
 use hwall_psychophysics::{
     ErrorModel, Factor, Groups, Normalisation, PairTest, Study, aligned_rank_transform, anova,
     art_contrasts, cell_means, pairwise, t_quantile_two_sided,

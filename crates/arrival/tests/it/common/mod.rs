@@ -1,5 +1,5 @@
 //! A small room, for all tests.
-#![allow(dead_code, unreachable_pub)]
+#![allow(unreachable_pub)]
 
 use glam::DVec3;
 use hwall_arrival::kinematics::{JointPositions, Pose, SrsArm};

@@ -1,8 +1,6 @@
 //! What may be asked of base placement: requests, their refusal, progress, and the shape of the answer.
 
-mod common;
-
-use common::{place, scattered_targets, small_config, steps};
+use crate::common::{place, scattered_targets, small_config, steps};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{

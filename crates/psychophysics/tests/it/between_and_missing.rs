@@ -477,7 +477,7 @@ fn noncentral_distributions_agree_with_scipy() {
 /// with NumPy 2.4.6.
 #[test]
 fn a_mixed_design_with_unequal_groups_agrees_with_others() {
-    let table = include_str!("data/mixed_unequal.csv");
+    let table = include_str!("../data/mixed_unequal.csv");
     let columns = Columns::new("who", ["dose"], "y").with_between("group");
     let study = Study::from_csv_str(table, &columns).unwrap();
     let effects = anova(&study, ErrorModel::Strata).unwrap();

@@ -4,7 +4,7 @@ use glam::DVec2;
 use hwall_texton::{Patch, ScanAngle, Texture};
 use serde_json::Value;
 
-const TRUTH: &str = include_str!("data/texture_truth.json");
+const TRUTH: &str = include_str!("../data/texture_truth.json");
 
 fn textures() -> [(&'static str, Texture); 6] {
     [

@@ -1,9 +1,6 @@
 //! What a printer cannot make is found before it tries.
 
-#[path = "common/bumps.rs"]
-mod bumps;
-
-use bumps::{hemiellipsoids, radii};
+use crate::common::bumps::{hemiellipsoids, radii};
 use glam::dvec2;
 use hwall_texton::{Finding, Patch, PatchSpec, Printer, Texton, Texture};
 

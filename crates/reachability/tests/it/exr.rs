@@ -1,5 +1,4 @@
 //! Maps as pictures, read back by the exr crate itself.
-#![cfg(feature = "exr")]
 
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use hwall_kinematics::SrsArm;

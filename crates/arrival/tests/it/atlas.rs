@@ -1,8 +1,6 @@
 //! Atlases: what they hold is exact, nearly as fast as can be, smooth, and found without a search.
 
-mod common;
-
-use common::{BOARD, arm, atlas_with, coarse, limits, maps_of, room, waiting, wall};
+use crate::common::{self, BOARD, arm, atlas_with, coarse, limits, maps_of, room, waiting, wall};
 use glam::{DMat3, DVec3};
 use hwall_arrival::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, Pose, SrsArm};
 use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig, WallPlane};
