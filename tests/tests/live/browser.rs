@@ -1,5 +1,6 @@
 //! The pages in a browser, where there is one: Chromium and node. Elsewhere these tests say that they were skipped.
 
+use crate::alone;
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use hwall::haptics::Board;
@@ -110,6 +111,7 @@ fn folder(name: &str) -> anyhow::Result<PathBuf> {
 
 #[test]
 fn a_replay_opens_without_a_network() -> anyhow::Result<()> {
+    let _alone = alone();
     let page = folder("replay_in_a_browser")?.join("replay.html");
     std::fs::write(&page, replay()?)?;
     report("replay.mjs", run("replay.mjs", &[&page])?);
@@ -118,6 +120,7 @@ fn a_replay_opens_without_a_network() -> anyhow::Result<()> {
 
 #[test]
 fn the_live_page_touches_and_reconnects() -> anyhow::Result<()> {
+    let _alone = alone();
     let folder = folder("live_in_a_browser")?;
     let (live, played) = (folder.join("live.html"), folder.join("replay.html"));
     std::fs::write(&live, live_page())?;

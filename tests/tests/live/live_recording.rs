@@ -1,5 +1,6 @@
 //! A live session whose hand comes by WebSocket: recorded, run again, and killed in the middle.
 
+use crate::alone;
 use anyhow::{Context, ensure};
 use hwall_bridge::{BridgeConfig, BridgeServer};
 use hwall_kinematics::JointPositions;
@@ -164,6 +165,7 @@ fn replayed(path: &Path) -> anyhow::Result<String> {
 
 #[test]
 fn a_live_session_is_made_again_bit_by_bit() -> anyhow::Result<()> {
+    let _alone = alone();
     let files = Files::new("whole")?;
     let server = server()?;
     let (address, stop) = (server.address().to_string(), server.stop_handle());
@@ -195,6 +197,7 @@ fn a_live_session_is_made_again_bit_by_bit() -> anyhow::Result<()> {
 /// Until 2 s nobody holds the switch, from then on somebody does and lets the arm go, after 5 s nobody does.
 #[test]
 fn the_arm_moves_only_while_the_switch_is_held() -> anyhow::Result<()> {
+    let _alone = alone();
     let files = Files::new("switch")?;
     let server = server()?;
     let (address, stop) = (server.address().to_string(), server.stop_handle());
@@ -272,9 +275,13 @@ fn a_child_that_records_until_it_is_killed() -> anyhow::Result<()> {
 
 #[test]
 fn a_session_that_is_killed_leaves_a_recording() -> anyhow::Result<()> {
+    let _alone = alone();
     let files = Files::new("killed")?;
     let mut child = Command::new(std::env::current_exe()?)
-        .args(["a_child_that_records_until_it_is_killed", "--exact"])
+        .args([
+            "live_recording::a_child_that_records_until_it_is_killed",
+            "--exact",
+        ])
         .args(["--ignored", "--nocapture"])
         .env(CHILD, files.mcap())
         .stdout(Stdio::piped())

@@ -1,7 +1,6 @@
 //! Documents that programs write say what the programs of today would say: the same columns, the same rows, one commit for
 //! what is quoted. A table that was left behind when its program changed fails here.
 
-#[path = "documents/readme_lines.rs"]
 #[allow(dead_code, unused_must_use)]
 mod readme_lines;
 

@@ -1,5 +1,6 @@
 //! A study on an arm behind FRI, in real time on loopback: a simulated controller, and a hand that comes over a WebSocket.
 
+use crate::alone;
 use anyhow::{Context, ensure};
 use hwall::glam::DVec3;
 use hwall::haptics::Board;
@@ -162,6 +163,7 @@ impl Respondent for Answers {
 
 #[test]
 fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> anyhow::Result<()> {
+    let _alone = alone();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("study-over-fri");
     let _ = std::fs::remove_dir_all(&folder);
     let flags = ProtocolArgs {

@@ -3,9 +3,7 @@
 //!
 //! Every run checks every command: no NaN, joint limits and speeds kept (`common::check`).
 
-mod common;
-
-use common::{DT_S, Faults, Rig, TRACKER_S, Tick, in_place, slow_person, wall};
+use crate::common::{DT_S, Faults, Rig, TRACKER_S, Tick, in_place, slow_person, wall};
 use glam::DVec3;
 use hwall_hand::{FreezeKind, HandFilterConfig, HandFrame, LostReason, Tracking};
 use hwall_haptics::{ArmCommand, HoldReason, Phase};

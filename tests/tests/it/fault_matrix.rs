@@ -10,9 +10,7 @@
 //!
 //! and the first touch is felt, the second too unless the fault made the board late for it, each once.
 
-mod common;
-
-use common::{DT_S, Faults, Rig, Tick, person, wall};
+use crate::common::{self, DT_S, Faults, Rig, Tick, person, wall};
 use glam::DVec3;
 use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::ArmState;

@@ -1,6 +1,7 @@
 //! The bridge as people use it: a mouse on the page, hands in a headset. Needs Chromium, node and the emulated headset iwer
 //! (`npm install --prefix target/browser iwer@2.5.0`); elsewhere it says that it was skipped.
 
+use crate::alone;
 use anyhow::{Context, ensure};
 use hwall::geometry::Pose;
 use hwall::glam::DVec3;
@@ -48,6 +49,7 @@ fn missing(script: &Path) -> Option<&'static str> {
 
 #[test]
 fn a_mouse_and_a_hand_in_a_headset_touch_a_board_in_place() -> anyhow::Result<()> {
+    let _alone = alone();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("browser/reach.mjs");
     if let Some(missing) = missing(&script) {
         // Past the capture of `eprintln!`, as for data that are absent.

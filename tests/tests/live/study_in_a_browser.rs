@@ -1,5 +1,6 @@
 //! A study with a person who answers on the page of questions. Needs Chromium and node; elsewhere it says that it was skipped.
 
+use crate::alone;
 use anyhow::{Context, ensure};
 use hwall_bridge::QuestionServer;
 use hwall_lab::touch_study::people;
@@ -12,6 +13,7 @@ use std::time::Duration;
 
 #[test]
 fn a_person_judges_three_conditions() -> anyhow::Result<()> {
+    let _alone = alone();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("browser/study.mjs");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("study-in-a-browser");
     let _ = std::fs::remove_dir_all(&folder);

@@ -1,10 +1,10 @@
 //! The program that a stranger starts from, as it stands in the documentation.
 
 #[allow(unreachable_pub)] // the main function of a program
-#[path = "../../crates/hwall/examples/own_arm.rs"]
-mod own_arm;
+#[path = "../../../crates/hwall/examples/own_arm.rs"]
+mod program;
 
 #[test]
 fn the_first_program_brings_the_board_in_place() {
-    own_arm::main().expect("the board ends in place");
+    program::main().expect("the board ends in place");
 }

@@ -1,7 +1,5 @@
 //! A session on the simulated arm whose inputs a test may spoil.
 
-#![allow(dead_code)] // every test file uses its own part
-
 use glam::DVec3;
 use hwall::contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,

@@ -1,8 +1,6 @@
 //! One simulated touch through all crates, and the same one again.
 
-mod common;
-
-use common::{Rig, Tick, in_place, slow_person, wall};
+use crate::common::{self, Rig, Tick, in_place, slow_person, wall};
 use glam::DVec3;
 use hwall_haptics::Phase;
 
