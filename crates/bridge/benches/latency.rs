@@ -4,7 +4,7 @@
 //! the time from before the frame is written to the socket until the command of the cycle that took it is given to the arm. Up to a
 //! period of the loop is the wait for the next cycle; the rest is the network's and the scheduler's, which this measures, too.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/it/common/mod.rs"]
 mod common;
 
 use common::{Socket, hand_at, scene, server, wall};

@@ -2,7 +2,7 @@
 //!
 //! The estimator states an error of 8, 5 and 2 cm that it really has, and costs nothing.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/it/common/mod.rs"]
 mod common;
 
 use common::{

@@ -1,6 +1,6 @@
 //! What a message costs, and what comes back: `cargo bench -p hwall-fri --bench codec`.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/it/common/mod.rs"]
 mod common;
 
 use common::{full_command, full_monitor};

@@ -3,7 +3,7 @@
 //! `cargo bench -p hwall-kinematics --features dynamics --bench dynamics`
 //!
 //! Errors are against identities (columns of M by inverse dynamics, forward after inverse);
-//! those against reference data are in `tests/dynamics.rs`.
+//! those against reference data are in `tests/it/dynamics.rs`.
 
 use hwall_kinematics::{Chain, ChainDynamics, KinematicsError};
 use hwall_testkit::{ErrorStats, Machine, Sampler, SpeedErrorTable, time_batches};

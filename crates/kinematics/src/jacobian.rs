@@ -9,7 +9,7 @@ use hwall_numeric::dense::symmetric_eigen;
 /// Geometric Jacobian of the tool point, expressed in base axes.
 ///
 /// Column `i` is the twist of the tool for 1 rad/s at joint `i`. Error: below 1e-9 against
-/// central differences, below 1e-14 against the reference data (tests/srs_reference.rs).
+/// central differences, below 1e-14 against the reference data (tests/it/srs_reference.rs).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jacobian {
     /// Linear velocity of the tool origin, m/s per rad/s.

@@ -55,7 +55,7 @@ enum Course {
 ///
 /// Nothing is allocated after construction, but for the message of a failure of the solver. Planning:
 /// [Berscheid and Kröger 2021], by the crate `rsruckig`. Error: at its end a plan is up to 1e-8 rad off the
-/// goal, which is then set exactly; durations are the least of the slowest joint to 1e-9 s (tests/reference.rs).
+/// goal, which is then set exactly; durations are the least of the slowest joint to 1e-9 s (tests/it/reference.rs).
 /// From speeds above the limit, after a smaller share was set, they are up to 20 ms longer: it slows down first.
 #[derive(Clone)]
 pub struct ReferenceMotion {

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};
 
 /// `P(F > f)` with `df1`, `df2` degrees of freedom, which need not be whole numbers.
 ///
-/// Error: below 1e-11 relative down to 1e-300 (tests/tails.rs). NaN for degrees of freedom that are not above zero.
+/// Error: below 1e-11 relative down to 1e-300 (tests/it/tails.rs). NaN for degrees of freedom that are not above zero.
 /// Source: `I_x(df2/2, df1/2)`, `x = df2 / (df2 + df1 f)`, Abramowitz and Stegun 26.6.2.
 #[must_use]
 pub fn f_tail(f: f64, df1: f64, df2: f64) -> f64 {

@@ -2,7 +2,7 @@
 //!
 //! A minute of cycles at 1 kHz, frames at 90 Hz and views at 100 Hz, as fast as they come.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/it/common/mod.rs"]
 mod common;
 
 use common::{file, hand, recorder, session_of};

@@ -34,7 +34,7 @@ const ASTRAY: f64 = 3.0;
 /// which is what is wanted.
 ///
 /// Error, for planted errors and touches of the default standard deviations on three walls at right angles in turn
-/// (tests/registration.rs): a place 0.3 to 0.6 m from the centre is off by 15.0 mm (root mean square) before the first touch, by 9.3 mm
+/// (tests/it/registration.rs): a place 0.3 to 0.6 m from the centre is off by 15.0 mm (root mean square) before the first touch, by 9.3 mm
 /// after 3, 5.9 mm after 10 and 3.1 mm after 40; 90 % regions hold 88 to 93 %. A tracker moved by 35 mm is noticed after 3 to 7
 /// touches in 99 of 100 cases, and none was called moved in 3,000 touches without a move. Most probable error by iteratively reweighted
 /// least squares over up to 64 touches; nothing is allocated.

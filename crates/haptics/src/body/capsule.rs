@@ -38,7 +38,7 @@ impl Capsule {
     /// Distance between the surfaces of two capsules, m; below zero where they overlap (by the depth of the segments' nearest
     /// points). NaN in gives NaN.
     ///
-    /// Error: below 1e-12 of the sizes against a search of the two parameters (tests/safety_geometry.rs).
+    /// Error: below 1e-12 of the sizes against a search of the two parameters (tests/it/safety_geometry.rs).
     /// Source: [Ericson 2005], section 5.1.9.
     #[must_use]
     pub fn distance_m(&self, other: &Self) -> f64 {

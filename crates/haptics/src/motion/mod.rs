@@ -18,7 +18,7 @@
 //! Limits: only middle and corners of the face are kept behind surfaces, not the arm, and ways are checked every 12 ms. With
 //! targets that change at random the face comes at most 5 mm in front of two walls. With a box on the wall that holds in 99 of 100
 //! steps, and it comes up to 0.1 m in front of the wall in the others, because a goal may change while the board is in the box
-//! (bounds of tests/approach.rs).
+//! (bounds of tests/it/approach.rs).
 //!
 //! Without `BoardTarget::near` a goal is chosen near the last one, not far from limits and singular poses. Where a drifting target
 //! runs into a limit (a vertical wall at shoulder height makes shoulder and wrist singular together), the board goes to another roll

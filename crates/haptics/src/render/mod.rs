@@ -73,7 +73,7 @@
 //! - **A texture on a panel.** The path of a sliding panel lies in its face, where a texture slides, too. Across the path the board slides as
 //!   commanded. Along the path the hand feels the panel itself, and the slide is left out; but a panel that has been held for 0.1 s, by a stop that it
 //!   is pushed against or by friction (with 1 N to spare), lets the board slide along its path until it gives way. The panel moves as without the slide (within
-//!   0.2 mm of its closed form, speeds within 2 %: `tests/object_slide.rs`), and the slide does not count in its account of energy.
+//!   0.2 mm of its closed form, speeds within 2 %: `tests/it/object_slide.rs`), and the slide does not count in its account of energy.
 //! - **Limits of the joints.** The face brakes before a joint meets its limit on the path. Under torques a push can turn joints in ways
 //!   that were not planned; `JointGuard` keeps them off their limits of angle and speed.
 //! - **Textures.** A board on an object slides within its face (`RenderInput::slide`) while it goes along; where the joints have no

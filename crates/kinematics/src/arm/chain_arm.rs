@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Solutions from restarts among which the nearest is taken.
 const CANDIDATES: usize = 4;
 
-/// Restarts by default: enough that `tests/arms.rs` misses none of 500 poses of each arm.
+/// Restarts by default: enough that `tests/it/arms.rs` misses none of 500 poses of each arm.
 const RESTARTS: usize = 40;
 
 /// Restarts of [`BranchPolicy::Prefer`] at most: a control step has time for no more.

@@ -51,7 +51,7 @@ impl ChainDynamics {
     /// With the momentum `h` of all that joint `i` carries, its axis `s` and the velocity `v` of what it sits on:
     /// `p = s · h`, and turning the joint turns everything beyond it, only the velocity that comes from below keeps its
     /// direction, so `∂T/∂q = h · (v × s)` with the motion cross product of Featherstone (2008), ch. 2. In N m s and N m.
-    /// Does not allocate. Error: below 1e-12 relative against `M q̇` and central differences (tests/momentum.rs).
+    /// Does not allocate. Error: below 1e-12 relative against `M q̇` and central differences (tests/it/momentum.rs).
     ///
     /// # Errors
     /// A wrong number of values, NaN or infinity.

@@ -88,7 +88,7 @@ impl Chain {
     /// Pose of the tip in the base frame. Does not allocate.
     ///
     /// `q`: joint positions, rad or m. Limits are not enforced here, see [`Chain::check_limits`].
-    /// Error: below 1e-14 m and 1e-14 rad per metre of arm (tests/chain.rs).
+    /// Error: below 1e-14 m and 1e-14 rad per metre of arm (tests/it/chain.rs).
     ///
     /// # Errors
     /// A wrong number of values, NaN or infinity, also in the result (endless slides).

@@ -61,7 +61,7 @@ impl SrsArm {
     /// Pose of the tool, `base_from_tool`.
     ///
     /// Limits are not applied: a configuration outside them has a pose too. NaN or infinity in
-    /// gives NaN out. Error: below 1e-15 m and rad per metre of arm (tests/srs_reference.rs).
+    /// gives NaN out. Error: below 1e-15 m and rad per metre of arm (tests/it/srs_reference.rs).
     #[must_use]
     pub fn forward(&self, q: &JointPositions) -> Pose {
         let frames = Frames::new(q);

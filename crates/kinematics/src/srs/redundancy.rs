@@ -41,7 +41,7 @@ impl SrsArm {
     ///
     /// Where the arm is singular there are several such motions; one of them is returned. NaN in
     /// gives NaN out.
-    /// Error: it moves the tool by less than 1e-13 m/s and rad/s per rad/s (tests/srs_properties.rs).
+    /// Error: it moves the tool by less than 1e-13 m/s and rad/s per rad/s (tests/it/srs_properties.rs).
     #[must_use]
     pub fn self_motion(&self, q: &JointPositions) -> JointVelocities {
         let mut motion = JointVelocities(null_vector(self.jacobian(q).to_rows()));

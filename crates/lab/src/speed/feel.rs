@@ -142,7 +142,7 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
     );
     let text = format!(
         "### Feel\n\n{table}\nA second of the torque-level arm takes {second_ms:.1} ms. The rigid body alone agrees with the \
-         reference within 1e-8 rad (tests/chain_motion.rs of `hwall-sim`).\n"
+         reference within 1e-8 rad (tests/it/chain_motion.rs of `hwall-sim`).\n"
     );
     Ok(Section::of(text, summary))
 }

@@ -375,7 +375,7 @@ pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
     row("forward dynamics", t);
     let text = format!(
         "### Dynamics of the iiwa 7\n\n{table}\nForward dynamics of inverse dynamics returns the acceleration \
-         within {:.1e} rad/s² (largest of {}, accelerations up to 2 rad/s²). Against Pinocchio: tests/dynamics.rs of the crate, 1e-9 \
+         within {:.1e} rad/s² (largest of {}, accelerations up to 2 rad/s²). Against Pinocchio: tests/it/dynamics.rs of the crate, 1e-9 \
          relative.\n",
         errors.max, errors.count
     );

@@ -78,7 +78,7 @@ pub struct Effect {
 /// Sums of squares are of type III; with equal groups all types agree. `ss_error` of effects between
 /// subjects is the variation of the subjects' means within groups.
 ///
-/// Error: below 1e-9 relative against R, pingouin and statsmodels (tests/reference.rs). Sums of
+/// Error: below 1e-9 relative against R, pingouin and statsmodels (tests/it/reference.rs). Sums of
 /// squares no larger than rounding of the data count as zero.
 /// Source: Winer, Brown and Michels 1991, ch. 4 and 7; computed by orthonormal contrasts.
 ///

@@ -26,7 +26,7 @@ pub struct ArtEffect {
 /// Its rate of type I errors is right only for roughly symmetric and continuous values:
 /// [`Assumptions`](super::Assumptions) warns of others.
 ///
-/// Error: below 1e-9 relative against R's ARTool 0.11.2 (tests/reference.rs).
+/// Error: below 1e-9 relative against R's ARTool 0.11.2 (tests/it/reference.rs).
 /// Source: Higgins, Blair and Tashtoush 1990; Wobbrock et al. 2011.
 ///
 /// # Errors

@@ -90,7 +90,7 @@ impl Comparison {
 /// paired t tests, those between groups of subjects by Welch's. `confidence` is that of the
 /// intervals, for instance 0.95.
 ///
-/// Error: below 1e-9 relative against pingouin (tests/reference.rs).
+/// Error: below 1e-9 relative against pingouin (tests/it/reference.rs).
 ///
 /// # Errors
 /// A factor that the study does not have; a confidence outside (0, 1); as [`anova`](super::anova()).

@@ -86,7 +86,7 @@ pub struct Staircase {
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct StaircaseEstimate {
     /// Mean of the fine reversals; an even number of them. With steps of a tenth of the observer's standard deviation it
-    /// lies within a tenth of that of the stimulus of [`StaircaseConfig::target_share`] (tests/procedures.rs).
+    /// lies within a tenth of that of the stimulus of [`StaircaseConfig::target_share`] (tests/it/procedures.rs).
     pub threshold: f64,
     /// Interval from their scatter, by t; reversals in a row depend on each other, so it is approximate.
     pub ci: [f64; 2],

@@ -24,7 +24,7 @@ pub struct Threshold {
 ///
 /// Intervals by the normal approximation of the maximum likelihood estimates: of the point of subjective equality itself, of the
 /// just noticeable difference on the logarithm, where its distribution is nearer to a normal one. They hold 95 % to within 3 % from
-/// seven stimuli of 20 trials on (tests/procedures.rs).
+/// seven stimuli of 20 trials on (tests/it/procedures.rs).
 ///
 /// # Errors
 /// As [`fit_psychometric`]; a reference that is not above zero; a confidence outside (0, 1).

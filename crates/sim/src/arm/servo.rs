@@ -34,7 +34,7 @@ const COMMANDS_PER_S: f64 = 10_000.0;
 /// the true ones, without sensor noise; only the external torque carries noise, drawn anew by every
 /// [`advance`](Self::advance).
 ///
-/// Error on feasible streams planned with half the servo's jerk (tests/following.rs): below 1e-9 rad with commands
+/// Error on feasible streams planned with half the servo's jerk (tests/it/following.rs): below 1e-9 rad with commands
 /// every 1 ms, 1e-4 rad every 4 ms, 5e-4 rad every 8 ms or at irregular times. Between commands more than 1 ms apart the
 /// motion is interpolated; there a joint may exceed its acceleration by 0.6 % for each further millisecond. A stream
 /// that stops while it moves is overshot, since no joint can stop at once, and come back to. With a delay

@@ -63,7 +63,7 @@ impl SrsArm {
     /// exactly) confine to a single arm angle, with the elbow, shoulder or wrist within about
     /// 1e-3 rad of straight, where the rounding of the pose alone moves the joints past their
     /// limits. Of random limit sets full of locked joints 2 in 10,000 are lost that way
-    /// (tests/srs_hard_cases.rs); limits with any room are not affected.
+    /// (tests/it/srs_hard_cases.rs); limits with any room are not affected.
     ///
     /// Method: [Shimizu 2008], [Faria 2018]; notes in docs/NOTATION.md.
     #[must_use]

@@ -65,7 +65,7 @@ pub fn connect(seed: u64, n: usize) -> anyhow::Result<Section> {
     }
     let text = format!(
         "### Connect and look\n\nMessages of FRI in mode torque, as the simulated controller sends them and as the client \
-         answers; nothing is allocated (tests/codec.rs of `hwall-fri`).\n\n{codec}\nA hand comes in by WebSocket {:.0} times a \
+         answers; nothing is allocated (tests/it/codec.rs of `hwall-fri`).\n\n{codec}\nA hand comes in by WebSocket {:.0} times a \
          second, over loopback, and a session leads the simulated controller at 1 kHz; timed from before the frame is written \
          until the command of the cycle that took it has been sent. On average half a millisecond of it is the wait for that cycle. {} of \
          {frames} frames were answered; of {} messages of the controller {} were not in time. The recorder's calls are those \

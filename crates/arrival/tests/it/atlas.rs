@@ -1,0 +1,478 @@
+//! Atlases: what they hold is exact, nearly as fast as can be, smooth, and found without a search.
+
+use crate::common::{self, BOARD, arm, atlas_with, coarse, limits, maps_of, room, waiting, wall};
+use glam::{DMat3, DVec3};
+use hwall_arrival::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, Pose, SrsArm};
+use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig, WallPlane};
+use hwall_arrival::{
+    ArrivalError, Atlas, AtlasConfig, AtlasWall, ClearanceConfig, NodePlace, StrainConfig,
+};
+use hwall_testkit::Sampler;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+fn places(atlas: &Atlas) -> Vec<(&AtlasWall, NodePlace)> {
+    let of_wall = |wall| {
+        let wall: &AtlasWall = wall;
+        wall.places()
+            .filter(|&place| wall.node(place).is_some())
+            .map(move |place| (wall, place))
+    };
+    atlas.walls().iter().flat_map(of_wall).collect()
+}
+
+fn check_nodes(atlas: &Atlas) {
+    let arm = atlas.arm().unwrap();
+    for (wall, place) in places(atlas) {
+        let node = wall.node(place).expect("held");
+        let pose = arm.forward(&node.q);
+        let off_m = pose.position_m().distance(wall.point_m(place));
+        assert!(off_m < 1e-9, "{place:?}: {off_m}");
+        let wanted = wall.plane().board_rotation(node.roll_rad);
+        for (a, b) in pose
+            .rotation()
+            .to_cols_array()
+            .iter()
+            .zip(wanted.to_cols_array())
+        {
+            assert!((a - b).abs() < 1e-9, "{place:?}");
+        }
+        for (limit, q) in arm.limits().iter().zip(node.q.0) {
+            assert!(limit.contains(q), "{place:?}");
+        }
+        let least_s = atlas.limits().travel_time_s(atlas.waiting(), &node.q);
+        assert_eq!(node.arrival_s.to_bits(), least_s.to_bits());
+        assert_eq!(node.clear, node.excess_m == 0.0);
+        assert!(node.excess_m >= 0.0 && node.overhang_m >= 0.0);
+    }
+}
+
+/// Least time to a place of all branches, of arm angles two degrees apart and of quarter turns.
+fn least_time_s(arm: &SrsArm, plane: &WallPlane, point_m: DVec3) -> f64 {
+    let mut least = f64::INFINITY;
+    for roll in [0.0, FRAC_PI_2, PI, -FRAC_PI_2] {
+        let pose = Pose::new(plane.board_rotation(roll), point_m).expect("finite");
+        for i in 0..180 {
+            let found = arm.solutions(&pose, TAU * f64::from(i) / 180.0);
+            for q in found.iter().flatten() {
+                least = least.min(limits().travel_time_s(&waiting(), q));
+            }
+        }
+    }
+    least
+}
+
+#[test]
+fn nodes_hold_the_board_and_know_their_time() {
+    let atlas = atlas_with(&coarse());
+    assert_eq!(atlas.walls().len(), 2);
+    assert!(atlas.nodes().count() > 100);
+    check_nodes(&atlas);
+}
+
+#[test]
+fn a_tool_beside_the_axis_is_held_as_exactly() {
+    let tool =
+        Pose::new(DMat3::from_rotation_x(0.2), DVec3::new(0.03, -0.02, 0.05)).expect("finite");
+    let arm = SrsArm::iiwa7().with_tool(tool);
+    let maps = maps_of(&arm, &room()[..1]);
+    let config = AtlasConfig {
+        spacing_m: 0.2,
+        ..AtlasConfig::default()
+    };
+    let atlas = Atlas::build(&arm, &maps, BOARD, &limits(), &waiting(), &config).expect("built");
+    assert!(atlas.nodes().count() > 10);
+    check_nodes(&atlas);
+}
+
+#[test]
+fn times_are_near_the_least() {
+    let arm = arm();
+    // Nothing but time counts: the least itself, but for the steps of arm angles.
+    let greedy = atlas_with(&AtlasConfig {
+        seam_price_s: 0.0,
+        blocked_s_per_m: 0.0,
+        strain: StrainConfig {
+            price_s: 0.0,
+            ..StrainConfig::default()
+        },
+        ..coarse()
+    });
+    let atlas = atlas_with(&coarse());
+    let mut sampler = Sampler::new(3);
+    let nodes = places(&greedy);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for _ in 0..40 {
+        let (wall, place) = nodes[sampler.index(nodes.len())];
+        let least_s = least_time_s(&arm, wall.plane(), wall.point_m(place));
+        let greedy_s = wall.node(place).expect("held").arrival_s;
+        assert!(
+            greedy_s > least_s - 0.02 && greedy_s < 1.03 * least_s,
+            "{greedy_s} {least_s}"
+        );
+        let same = atlas.walls().iter().find(|w| w.plane() == wall.plane());
+        let node = same.and_then(|w| w.node(place)).expect("the same grid");
+        assert!(node.arrival_s > least_s - 0.02);
+        assert!(
+            node.arrival_s < 2.0 * least_s,
+            "{} {least_s}",
+            node.arrival_s
+        );
+        sum += node.arrival_s / least_s;
+        count += 1.0;
+    }
+    assert!(sum / count < 1.15, "{}", sum / count);
+}
+
+#[test]
+fn neighbours_agree_but_for_few_seams() {
+    let config = AtlasConfig::default();
+    let joint = atlas_with(&config);
+    let alone = atlas_with(&AtlasConfig {
+        seam_price_s: 0.0,
+        ..config
+    });
+    let seams = |atlas: &Atlas| {
+        atlas
+            .walls()
+            .iter()
+            .map(|w| w.seams().count())
+            .sum::<usize>()
+    };
+    let nodes = joint.nodes().count();
+    // Of about two pairs for each node.
+    assert!(seams(&joint) < nodes / 4, "{} of {nodes}", seams(&joint));
+    assert!(
+        4 * seams(&joint) < 3 * seams(&alone),
+        "{} {}",
+        seams(&joint),
+        seams(&alone)
+    );
+}
+
+#[test]
+fn look_ups_lead_to_the_place() {
+    let atlas = atlas_with(&AtlasConfig::default());
+    let arm = atlas.arm().unwrap();
+    let mut sampler = Sampler::new(4);
+    let mut smooth = 0;
+    for _ in 0..500 {
+        let point_m = DVec3::new(0.62, sampler.uniform(-0.2, 0.15), sampler.uniform(0.4, 0.8));
+        let off_m = DVec3::new(sampler.uniform(-0.05, 0.05), 0.0, 0.0);
+        let entry = atlas
+            .look_up(point_m + off_m, DVec3::X * 3.0)
+            .expect("within reach");
+        let pose = arm.forward(&entry.q);
+        let distance_m = pose.position_m().distance(entry.point_m);
+        let facing = pose.rotation().z_axis.dot(entry.normal);
+        if entry.smooth {
+            smooth += 1;
+            assert!(entry.point_m.distance(point_m) < 1e-9);
+            assert!(distance_m < 0.01 && facing > 0.999, "{distance_m} {facing}");
+        } else {
+            assert!(entry.point_m.distance(point_m) < 0.04);
+            assert!(distance_m < 1e-9);
+        }
+        let least_s = atlas.limits().travel_time_s(atlas.waiting(), &entry.q);
+        assert_eq!(entry.arrival_s, least_s);
+        assert_eq!(atlas.walls()[entry.wall].plane().normal(), entry.normal);
+    }
+    assert!(smooth > 400, "{smooth}");
+    // A node is found as it is.
+    let (wall, place) = places(&atlas)[0];
+    let entry = atlas
+        .look_up(wall.point_m(place), wall.plane().normal())
+        .expect("a node");
+    let node = wall.node(place).expect("held");
+    assert!(entry.q.max_abs_difference(&node.q) < 1e-9);
+}
+
+#[test]
+fn there_is_nothing_where_there_is_no_wall() {
+    let atlas = atlas_with(&coarse());
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    let here = at(0.62, 0.0, 0.5);
+    assert!(atlas.look_up(here, DVec3::X).is_some());
+    for (point_m, normal) in [
+        (here, DVec3::NEG_X),
+        (here, DVec3::Z),
+        (here, DVec3::Y),
+        (here, DVec3::ZERO),
+        (here, DVec3::NAN),
+        (here, DVec3::X * f64::INFINITY),
+        (DVec3::NAN, DVec3::X),
+        (at(0.62, f64::NAN, 0.5), DVec3::X),
+        (at(f64::INFINITY, 0.0, 0.5), DVec3::X),
+        (at(0.8, 0.0, 0.5), DVec3::X),
+        (at(0.62, 5.0, 0.5), DVec3::X),
+        (at(0.62, 0.0, -3.0), DVec3::X),
+        // On the wall, but out of reach.
+        (at(0.62, -0.58, 1.08), DVec3::X),
+    ] {
+        assert_eq!(atlas.look_up(point_m, normal), None, "{point_m} {normal}");
+        assert_eq!(
+            atlas.look_up_within(point_m, normal, 0.05),
+            None,
+            "{point_m} {normal}"
+        );
+    }
+}
+
+#[test]
+fn slack_lets_the_board_come_sooner() {
+    let atlas = atlas_with(&AtlasConfig::default());
+    let mut sampler = Sampler::new(5);
+    let (mut sooner, mut count) = (0, 0);
+    for _ in 0..300 {
+        let point_m = DVec3::new(0.62, sampler.uniform(-0.5, 0.2), sampler.uniform(0.2, 0.9));
+        let plain = atlas.look_up(point_m, DVec3::X);
+        let slack = atlas.look_up_within(point_m, DVec3::X, 0.055);
+        assert_eq!(atlas.look_up_within(point_m, DVec3::X, 0.0), plain);
+        assert_eq!(atlas.look_up_within(point_m, DVec3::X, f64::NAN), plain);
+        assert_eq!(atlas.look_up_within(point_m, DVec3::X, -1.0), plain);
+        let Some(plain) = plain else { continue };
+        let slack = slack.expect("at least the place itself");
+        assert!(slack.point_m.distance(plain.point_m) < 0.055 + 0.04);
+        assert!(slack.clear || !plain.clear);
+        if slack.clear == plain.clear {
+            assert!(slack.arrival_s <= plain.arrival_s);
+            sooner += usize::from(slack.arrival_s < plain.arrival_s - 0.01);
+            count += 1;
+        }
+    }
+    assert!(2 * sooner > count, "{sooner} of {count}");
+}
+
+#[test]
+fn look_ups_allocate_nothing() {
+    let atlas = atlas_with(&coarse());
+    let mut found = 0;
+    let info = allocation_counter::measure(|| {
+        for i in 0..200 {
+            let point_m = DVec3::new(0.62, 0.007 * f64::from(i) - 0.7, 0.5);
+            found += usize::from(atlas.look_up(point_m, DVec3::X).is_some());
+            found += usize::from(atlas.look_up_within(point_m, DVec3::X, 0.05).is_some());
+        }
+    });
+    assert!(found > 100);
+    assert_eq!(info.count_total, 0);
+}
+
+#[test]
+fn the_same_input_gives_the_same_atlas() {
+    let atlas = atlas_with(&coarse());
+    assert_eq!(atlas, atlas_with(&coarse()));
+    assert_eq!(
+        atlas.to_bytes().unwrap(),
+        atlas_with(&coarse()).to_bytes().unwrap()
+    );
+}
+
+#[test]
+fn a_turned_base_sees_the_same_times() {
+    const TURN_RAD: f64 = 0.4;
+    let turn = DMat3::from_rotation_z(TURN_RAD);
+    let turned = |facet: &WallFacet| WallFacet {
+        point_m: turn * facet.point_m,
+        normal: turn * facet.normal,
+        outline_m: facet.outline_m.iter().map(|p| turn * *p).collect(),
+        ..facet.clone()
+    };
+    let facets: Vec<WallFacet> = room().iter().map(turned).collect();
+    let mut there = waiting();
+    there[0] += TURN_RAD;
+    let arm = arm();
+    let maps = maps_of(&arm, &facets);
+    let moved = Atlas::build(&arm, &maps, BOARD, &limits(), &there, &coarse()).expect("built");
+    check_nodes(&moved);
+    let here = atlas_with(&coarse());
+    let mut differ = 0;
+    let mut count = 0;
+    for (wall, place) in places(&here) {
+        let point_m = wall.point_m(place);
+        let normal = wall.plane().normal();
+        let a = here.look_up(point_m, normal).expect("a node");
+        let b = moved.look_up(turn * point_m, turn * normal);
+        count += 1;
+        // The limits of joint 1 are others: where they matter, so may the choice be.
+        differ += usize::from(b.is_none_or(|b| (a.arrival_s - b.arrival_s).abs() > 0.01));
+    }
+    assert!(10 * differ < count, "{differ} of {count}");
+}
+
+#[test]
+fn clearance_is_what_is_asked_for() {
+    // The face may go anywhere: what is left is elbow and wrist. All is too near to the arm itself: nothing is clear.
+    let lenient = ClearanceConfig {
+        tolerance_m: 10.0,
+        link_radius_m: 0.0,
+        own_body_m: 0.0,
+        ..ClearanceConfig::default()
+    };
+    let strict = ClearanceConfig {
+        own_body_m: 10.0,
+        ..ClearanceConfig::default()
+    };
+    let share = |clearance| {
+        let atlas = atlas_with(&AtlasConfig {
+            clearance,
+            ..coarse()
+        });
+        let clear = atlas.nodes().filter(|node| node.clear).count();
+        clear as f64 / atlas.nodes().count() as f64
+    };
+    let usual = share(ClearanceConfig::default());
+    assert!(share(lenient) > 0.9 && share(strict) == 0.0);
+    assert!(usual > 0.3 && usual < share(lenient), "{usual}");
+    // The middle of the wall in front is clear by default, from a posture drawn back.
+    let atlas = atlas_with(&coarse());
+    let entry = atlas
+        .look_up(DVec3::new(0.62, 0.0, 0.6), DVec3::X)
+        .expect("within reach");
+    assert!(entry.clear && entry.overhang_m < 1e-6, "{entry:?}");
+    // Beside the corner the board stands out of the other wall's plane.
+    let entry = atlas
+        .look_up(DVec3::new(0.62, 0.2, 0.6), DVec3::X)
+        .expect("within reach");
+    assert!(
+        entry.overhang_m > 0.03 && entry.overhang_m < 0.1,
+        "{entry:?}"
+    );
+}
+
+#[test]
+fn both_sides_are_there_if_asked_for() {
+    let atlas = atlas_with(&AtlasConfig {
+        both_sides: true,
+        ..coarse()
+    });
+    check_nodes(&atlas);
+    let here = DVec3::new(0.62, 0.0, 0.5);
+    assert!(atlas.walls().len() >= 2);
+    assert!(
+        atlas
+            .walls()
+            .iter()
+            .all(|w| w.plane().distance_m() >= 0.0 || w.plane().normal().x < 0.0)
+    );
+    assert!(atlas.look_up(here, DVec3::X).is_some());
+}
+
+#[test]
+fn bad_input_is_named() {
+    let arm = arm();
+    let maps = maps_of(&arm, &room());
+    let build = |maps: &WallMaps, waiting: &JointPositions, config: &AtlasConfig| {
+        Atlas::build(&arm, maps, BOARD, &limits(), waiting, config).expect_err("bad")
+    };
+    let config = coarse();
+    assert_eq!(
+        build(&WallMaps::default(), &waiting(), &config),
+        ArrivalError::NoWalls
+    );
+    let far = wall(
+        DVec3::new(9.0, -1.0, 0.0),
+        DVec3::new(9.0, 1.0, 0.0),
+        Interval::new(0.0, 1.0),
+    );
+    let none = WallMaps::build(&arm, &[far], WallMapsConfig::default()).expect("valid");
+    assert_eq!(build(&none, &waiting(), &config), ArrivalError::NoWalls);
+    // Near enough in plan, but nowhere within reach.
+    let above = wall(
+        DVec3::new(1.2, -0.1, 0.0),
+        DVec3::new(1.2, 0.1, 0.0),
+        Interval::new(0.9, 1.2),
+    );
+    let above = WallMaps::build(&arm, &[above], WallMapsConfig::default()).expect("valid");
+    assert!(matches!(
+        build(&above, &waiting(), &config),
+        ArrivalError::OutOfReach { .. } | ArrivalError::NoWalls
+    ));
+    let mut outside = waiting();
+    outside[3] = 2.5;
+    assert!(matches!(
+        build(&maps, &outside, &config),
+        ArrivalError::WaitingOutsideLimits { joint: 3, .. }
+    ));
+    for bad in [f64::NAN, f64::INFINITY] {
+        let mut q = waiting();
+        q[5] = bad;
+        assert!(matches!(
+            build(&maps, &q, &config),
+            ArrivalError::Argument(_)
+        ));
+    }
+    type Change = fn(&mut AtlasConfig);
+    let changes: [Change; 17] = [
+        |c| c.spacing_m = 0.0,
+        |c| c.spacing_m = f64::NAN,
+        |c| c.rolls_rad.clear(),
+        |c| c.rolls_rad = vec![0.0; 1000],
+        |c| c.rolls_rad = vec![f64::NAN],
+        |c| c.arm_angle_step_rad = 0.0,
+        |c| c.arm_angle_step_rad = f64::NAN,
+        |c| c.candidates = 0,
+        |c| c.candidates = usize::MAX,
+        |c| c.seam_rad = 0.0,
+        |c| c.seam_price_s = -1.0,
+        |c| c.blocked_s_per_m = f64::INFINITY,
+        |c| c.strain.room_rad = 0.0,
+        |c| c.clearance.margin_m = -1.0,
+        |c| c.off_m = f64::NAN,
+        |c| c.tilt_rad = 2.0,
+        |c| c.spacing_m = 1e-7,
+    ];
+    for (i, change) in changes.iter().enumerate() {
+        let mut config = coarse();
+        change(&mut config);
+        let error = build(&maps, &waiting(), &config);
+        assert!(!error.to_string().is_empty(), "{i}");
+    }
+    let mut limits = limits();
+    limits.velocity_rad_per_s[2] = f64::NAN;
+    let error = Atlas::build(&arm, &maps, BOARD, &limits, &waiting(), &config);
+    assert!(matches!(error, Err(ArrivalError::Motion(_))));
+    let flat = hwall_arrival::BoardExtent {
+        half_width_m: 0.0,
+        ..BOARD
+    };
+    let error = Atlas::build(&arm, &maps, flat, &common::limits(), &waiting(), &config);
+    assert!(matches!(error, Err(ArrivalError::Argument(_))));
+}
+
+/// The same arm as a chain: a search finds some of its configurations.
+#[test]
+fn an_arm_without_a_closed_form_has_an_atlas_by_search() {
+    let chain = ChainArm::new(Chain::iiwa7()).expect("seven joints");
+    let chain = chain.with_tool(*arm().flange_from_tool());
+    let exact = atlas_with(&coarse());
+    let (limits, waiting) = (limits(), waiting());
+    let searched = Atlas::search(&chain, &room(), BOARD, &limits, &waiting, &coarse());
+    let searched = searched.expect("within reach");
+    for (wall, place) in places(&searched) {
+        let node = wall.node(place).expect("held");
+        let pose = chain.forward(&node.q);
+        let wanted = Pose::new(
+            wall.plane().board_rotation(node.roll_rad),
+            wall.point_m(place),
+        );
+        let error = pose.distance(&wanted.expect("finite"));
+        assert!(
+            error.position_m < 1e-6 && error.angle_rad < 1e-6,
+            "{place:?}"
+        );
+    }
+    let mut later_s: Vec<f64> = Vec::new();
+    for (wall, place) in places(&exact) {
+        let node = wall.node(place).expect("held");
+        let found = searched.look_up(wall.point_m(place), wall.plane().normal());
+        later_s.push(found.map_or(f64::INFINITY, |found| found.arrival_s - node.arrival_s));
+    }
+    later_s.sort_by(f64::total_cmp);
+    let (median_s, p95_s) = (
+        later_s[later_s.len() / 2],
+        later_s[later_s.len() * 95 / 100],
+    );
+    assert!(median_s < 0.05 && p95_s < 0.5, "{median_s} {p95_s}");
+    assert_eq!(searched.arm(), None);
+    assert_eq!(searched.to_bytes(), Err(ArrivalError::NotStored));
+}

@@ -1,0 +1,7 @@
+//! Integration tests of the crate, one program.
+
+mod atlas;
+mod common;
+mod files;
+mod placement;
+mod waiting;

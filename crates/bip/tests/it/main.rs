@@ -1,0 +1,19 @@
+//! Integration tests of the crate, one program.
+
+mod allocation;
+mod bank;
+mod common;
+mod ensemble;
+mod evaluation;
+mod excerpt;
+#[cfg(feature = "serde")]
+mod file;
+mod hard_cases;
+mod identities;
+mod lasting;
+mod onset;
+mod reference;
+mod robustness;
+mod selection;
+mod shrinkage;
+mod trainer;

@@ -1,0 +1,112 @@
+//! The loop's end of a bridge: what it costs, what gets through.
+
+use crate::common::{Socket, hand_at, scene, server, until, wait_for, wall};
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::glam::DVec3;
+use hwall::hand::HandFilterConfig;
+use hwall::haptics::{Arm, Board};
+use hwall::kinematics::{JointPositions, SrsArm};
+use hwall::{Session, SessionConfig, Surroundings, Walls};
+use hwall_bridge::BridgeConfig;
+use hwall_bridge::view::{ViewFrame, ViewState};
+use hwall_sim::{ServoArm, ServoConfig};
+use std::sync::Arc;
+use std::time::Duration;
+use tungstenite::Message;
+
+fn session() -> (Session<DeterministicPredictor>, ServoArm) {
+    let board = Board::default();
+    let tool = board.flange_from_board_face().expect("a board");
+    let arm = SrsArm::iiwa7().with_tool(tool);
+    let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
+    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led());
+    let walls = Walls {
+        waiting: Some(start),
+        ..Walls::default()
+    };
+    let config = SessionConfig {
+        hand: HandFilterConfig::simulated(),
+        ..SessionConfig::default()
+    };
+    let predictor = predictor.expect("a predictor");
+    let session = Session::new(&arm, &board, wall(), walls, predictor, config).expect("a session");
+    let model = Arc::clone(session.control().arm());
+    let servo = ServoArm::new(model, start, ServoConfig::default()).expect("an arm");
+    (session, servo)
+}
+
+#[test]
+fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
+    let server = server(BridgeConfig::default());
+    let (mut session, mut arm) = session();
+    let mut bridge = server.connect(&scene());
+    let mut socket = Socket::open(&server);
+    wait_for("the client", || server.counts().clients == 1);
+    let sender = std::thread::spawn(move || {
+        for n in 0..72 {
+            let t_s = f64::from(n) / 72.0;
+            let place = DVec3::new(1.1 - 0.2 * t_s, 0.0, 0.5);
+            socket.text(&hand_at(n as u64 + 1, 1e3 * t_s, place));
+            std::thread::sleep(Duration::from_millis(13));
+        }
+        socket
+    });
+    let mut allocated = 0;
+    for _ in 0..1500 {
+        let counted = allocation_counter::measure(|| {
+            let now_s = bridge.next_cycle(&mut arm).expect("a cycle");
+            let now_s = now_s.expect("no end");
+            while let Some(frame) = Surroundings::<ServoArm>::next_frame(&mut bridge, now_s) {
+                session.frame(&frame);
+            }
+            let state = arm.state().expect("a state");
+            let command = session.step(now_s, &state);
+            arm.command(command).expect("taken");
+            bridge.show(&mut session, &state);
+        });
+        allocated += counted.count_total;
+        // Planning may allocate: it comes after the command, or on another thread.
+        session.plan();
+        arm.advance(1e-3).expect("a period");
+    }
+    assert_eq!(allocated, 0, "allocations in 1500 cycles");
+    let mut socket = sender.join().expect("the sender ends");
+    let (mut views, mut found) = (0, false);
+    until("views and the event", || {
+        match socket.0.read().expect("a message") {
+            Message::Binary(bytes) => {
+                let (frame, _) = ViewFrame::decode(&bytes).expect("a view");
+                views += usize::from(!frame.hand.is_lost() && frame.state != ViewState::Holding);
+            }
+            Message::Text(text) => found |= text.contains(r#""kind":"found""#),
+            _ => {}
+        }
+        (views > 5 && found).then_some(())
+    });
+    let counts = server.counts();
+    // At 1 kHz a view is due in every 17th cycle at most.
+    assert!(counts.views_sent <= 1500 / 16 + 2, "{counts:?}");
+    assert_eq!(counts.cycles, 1500);
+}
+
+#[test]
+fn a_client_that_reads_nothing_slows_nobody_down() {
+    let server = server(BridgeConfig {
+        view_period_s: 1e-3,
+        ..BridgeConfig::default()
+    });
+    let (session, mut arm) = session();
+    let mut bridge = server.connect(&scene());
+    let _deaf = Socket::open(&server);
+    wait_for("the client", || server.counts().clients == 1);
+    let state = arm.state().expect("a state");
+    let view = bridge.view_of(&session, &state);
+    // It answers no ping, so it is sent nothing more after half a second.
+    let mut dropped = 0;
+    while dropped <= 50 {
+        let t_s = bridge.pacing.wait();
+        assert!(t_s < 60.0, "views are dropped, sooner or later");
+        bridge.view.send(&ViewFrame { t_s, ..view });
+        dropped = server.counts().views_dropped;
+    }
+}

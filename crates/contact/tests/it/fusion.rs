@@ -1,0 +1,425 @@
+//! The fused predictor in the hard cases: the failures of a single ray.
+
+use crate::common::{
+    EYE, Fused, WALL, ball, following_the_motion, front, fused, gaze_at, room, scene, side,
+};
+use glam::{DMat3, DVec3};
+use hwall_contact::{FusedConfig, PredictionSource};
+use hwall_hand::GazeRay;
+use hwall_scene::Scene;
+use hwall_testkit::{Tol, assert_close};
+
+/// Without a say of the direction of motion, registered without error.
+fn by_estimate() -> Fused {
+    Fused::new(FusedConfig {
+        bend: None,
+        registration_sd_m: 0.0,
+        ..following_the_motion()
+    })
+}
+
+/// The names and probabilities of the answers.
+fn named(scene: &Scene, answers: &[hwall_contact::ContactPrediction]) -> Vec<(String, f64)> {
+    answers
+        .iter()
+        .map(|a| (scene.surface(a.surface).name.clone(), a.probability))
+        .collect()
+}
+
+#[test]
+fn an_estimate_off_the_wall_is_brought_to_it_by_its_covariance() {
+    let sidecar = "[surface.wall]\nroughness = 0.4\n";
+    let scene = scene(&[("wall", WALL)], Some(sidecar));
+    let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
+    // Depth and height err together: 5 cm too deep is 2.5 cm too high.
+    let c = DMat3::from_cols_array(&[0.0025, 0.0, 0.00125, 0.0, 0.0004, 0.0, 0.00125, 0.0, 0.0012]);
+    let mut fused = by_estimate();
+    let answers = fused.see(&scene, state, Some((DVec3::new(0.75, 0.1, 1.3), c)), None);
+    let p = answers[0];
+    assert_eq!((answers.len(), p.probability), (1, 1.0));
+    assert_close!(p.point_m, DVec3::new(0.7, 0.1, 1.275), Tol::abs(1e-4));
+    assert_close!(p.normal, DVec3::NEG_X, Tol::abs(1e-12));
+    assert_close!(p.distance_m, 0.5, Tol::abs(1e-12));
+    let c = p.covariance_m2.unwrap();
+    // Registered without error, the wall is where it is to a millimetre.
+    assert_close!(c.x_axis, DVec3::X * 1e-6, Tol::abs(1e-12));
+    assert_close!(c.y_axis.y, 0.0004, Tol::abs(2e-6));
+    assert_close!(c.z_axis.z, 0.0012 - 0.00125 * 0.5, Tol::abs(2e-6));
+    assert_eq!(
+        (p.source, p.roughness),
+        (PredictionSource::Motion, Some(0.4))
+    );
+    assert_eq!(p.time_to_contact_s.unwrap().mean_s, 0.3);
+}
+
+#[test]
+fn failure_gaze_misses_the_object() {
+    // A post as wide as a hand; the gaze passes it by 5 degrees and meets the wall behind.
+    let scene = scene(
+        &[
+            ("wall", front(1.2, [-1.0, 1.0], [0.0, 2.0])),
+            ("post", front(0.6, [-0.06, 0.06], [0.8, 1.6])),
+        ],
+        None,
+    );
+    let past = gaze_at(EYE, DVec3::new(0.6, 0.09, 1.2));
+    let hit = scene
+        .ray_cast(past.origin_m, past.direction)
+        .unwrap()
+        .unwrap();
+    assert_eq!(Some(hit.surface), scene.find("wall"));
+    let mut fused = fused();
+    let state = (DVec3::new(0.25, 0.0, 1.2), DVec3::X);
+    let estimate = (DVec3::new(0.57, -0.01, 1.2), ball(0.04));
+    let answers = fused.see(&scene, state, Some(estimate), Some(past));
+    assert_eq!(Some(answers[0].surface), scene.find("post"));
+    assert!(
+        answers[0].probability > 0.95,
+        "{:?}",
+        named(&scene, answers)
+    );
+    assert!(answers[0].point_m.distance(DVec3::new(0.6, 0.0, 1.2)) < 0.04);
+}
+
+#[test]
+fn failure_the_object_is_occluded() {
+    // The eye sees a panel before the wall that the hand, beside the panel, is going to touch.
+    let scene = scene(
+        &[
+            ("wall", WALL),
+            ("panel", front(0.3, [0.0, 0.3], [1.25, 1.6])),
+        ],
+        None,
+    );
+    let meant = DVec3::new(0.7, 0.1, 1.1);
+    let gaze = gaze_at(EYE, meant);
+    let hit = scene
+        .ray_cast(gaze.origin_m, gaze.direction)
+        .unwrap()
+        .unwrap();
+    assert_eq!(
+        Some(hit.surface),
+        scene.find("panel"),
+        "the gaze alone is wrong"
+    );
+    let mut fused = fused();
+    let state = (
+        DVec3::new(0.2, -0.1, 1.1),
+        meant - DVec3::new(0.2, -0.1, 1.1),
+    );
+    let estimate = (DVec3::new(0.62, 0.07, 1.12), ball(0.06));
+    let answers = fused.see(&scene, state, Some(estimate), Some(gaze));
+    assert_eq!(Some(answers[0].surface), scene.find("wall"));
+    assert!(answers[0].probability > 0.9, "{:?}", named(&scene, answers));
+    assert!(answers[0].point_m.distance(meant) < 0.035);
+}
+
+#[test]
+fn failure_the_hand_is_already_behind_the_surface() {
+    let scene = scene(
+        &[
+            ("wall", WALL),
+            ("next room", front(1.2, [-1.0, 1.0], [0.0, 2.0])),
+        ],
+        None,
+    );
+    let gaze = Some(gaze_at(EYE, DVec3::new(0.7, 0.0, 1.2)));
+    for gaze in [gaze, None] {
+        let mut fused = fused();
+        for x in [0.6, 0.66, 0.72, 0.76] {
+            let state = (DVec3::new(x, 0.0, 1.2), DVec3::X);
+            let estimate = Some((DVec3::new(x + 0.02, 0.0, 1.2), ball(0.01)));
+            let p = fused.see(&scene, state, estimate, gaze)[0];
+            assert_eq!(Some(p.surface), scene.find("wall"), "{x}");
+            assert_close!(p.normal, DVec3::NEG_X, Tol::abs(1e-12));
+            assert_close!(p.distance_m, 0.7 - x, Tol::abs(1e-9));
+            let due_s = p.time_to_contact_s.unwrap().mean_s;
+            assert_eq!(due_s == 0.0, x > 0.7);
+        }
+    }
+    // PredictorInput there for the first time, the gaze tells where the person stands.
+    let state = (DVec3::new(0.75, 0.0, 1.2), DVec3::X * 0.5);
+    let p = fused().see(
+        &scene,
+        state,
+        Some((DVec3::new(0.8, 0.0, 1.2), ball(0.02))),
+        gaze,
+    )[0];
+    assert_eq!(Some(p.surface), scene.find("wall"));
+    assert_close!(p.normal, DVec3::NEG_X, Tol::abs(1e-12));
+}
+
+#[test]
+fn failure_two_surfaces_meet_in_a_corner() {
+    let scene = scene(
+        &[
+            ("front", front(0.7, [-1.0, 0.5], [0.0, 2.0])),
+            ("side", side(0.5, [-0.5, 0.7], [0.0, 2.0])),
+        ],
+        None,
+    );
+    let corner = DVec3::new(0.7, 0.5, 1.2);
+    let start = DVec3::new(0.2, 0.0, 1.2);
+    let aimed = |aside_m: f64| {
+        // From 6 cm on one wall round the corner to 6 cm on the other; the gaze goes along.
+        let target_m = corner
+            - if aside_m < 0.0 {
+                DVec3::Y * -aside_m
+            } else {
+                DVec3::X * aside_m
+            };
+        let answers = fused()
+            .see(
+                &scene,
+                (start, (target_m - start).normalize()),
+                Some((target_m, ball(0.03))),
+                Some(gaze_at(EYE, target_m)),
+            )
+            .to_vec();
+        let p = |name| {
+            answers
+                .iter()
+                .find(|a| Some(a.surface) == scene.find(name))
+                .map_or(0.0, |a| a.probability)
+        };
+        (p("front"), p("side"), answers)
+    };
+    // Sure away from the corner, undecided in it, and no leap between.
+    assert!(aimed(-0.1).0 > 0.97 && aimed(0.1).1 > 0.97);
+    let (front, side, answers) = aimed(0.0);
+    assert!(
+        (front - 0.5).abs() < 0.15 && (side - 0.5).abs() < 0.15,
+        "{front} {side}"
+    );
+    // Both answers lie in the corner: whichever is right, the board is not far.
+    assert!(answers.iter().all(|a| a.point_m.distance(corner) < 0.05));
+    let mut before = aimed(-0.1).0;
+    for i in -19..=20 {
+        let now = aimed(0.005 * f64::from(i)).0;
+        assert!((now - before).abs() < 0.2, "{before} -> {now} at {i}");
+        before = now;
+    }
+}
+
+#[test]
+fn what_cannot_be_touched_bars_the_way() {
+    let sidecar = "[surface.glass]\nkind = \"untouchable\"\n";
+    let quads = [
+        ("wall", WALL),
+        ("glass", front(0.5, [-0.15, 1.0], [0.5, 1.8])),
+        ("post", front(0.45, [-0.3, -0.1], [0.5, 1.8])),
+    ];
+    let scene = scene(&quads, Some(sidecar));
+    let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
+    let estimate = Some((DVec3::new(0.6, -0.05, 1.2), ball(0.08)));
+    let mut fused = by_estimate();
+    let answers = fused.see(&scene, state, estimate, None);
+    assert_eq!(Some(answers[0].surface), scene.find("post"));
+    assert!(
+        answers
+            .iter()
+            .all(|a| Some(a.surface) != scene.find("glass"))
+    );
+    // Looked at, the wall is thought of as well: the hand may go round.
+    let answers = fused.see(
+        &scene,
+        state,
+        estimate,
+        Some(gaze_at(
+            DVec3::new(0.3, 0.0, 2.6),
+            DVec3::new(0.7, 0.05, 1.3),
+        )),
+    );
+    let wall = answers
+        .iter()
+        .find(|a| Some(a.surface) == scene.find("wall"));
+    assert!(
+        wall.is_some_and(|w| w.probability > 0.05),
+        "{:?}",
+        named(&scene, answers)
+    );
+}
+
+#[test]
+fn a_barred_place_that_was_looked_at_before_is_thought_of_as_well() {
+    let sidecar = "[surface.glass]\nkind = \"untouchable\"\n";
+    let quads = [
+        ("wall", WALL),
+        ("glass", front(0.5, [-0.15, 1.0], [0.5, 1.8])),
+        ("post", front(0.45, [-0.3, -0.1], [0.5, 1.8])),
+    ];
+    let scene = scene(&quads, Some(sidecar));
+    let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
+    let estimate = Some((DVec3::new(0.6, -0.05, 1.2), ball(0.08)));
+    let eye_m = DVec3::new(0.3, 0.0, 2.6);
+    let mut fused = by_estimate();
+    let mut wall = |gaze: GazeRay| {
+        let answers = fused.see(&scene, state, estimate, Some(gaze));
+        let of_wall = |a: &&hwall_contact::ContactPrediction| Some(a.surface) == scene.find("wall");
+        answers.iter().find(of_wall).map_or(0.0, |a| a.probability)
+    };
+    for _ in 0..20 {
+        wall(gaze_at(eye_m, DVec3::new(0.7, 0.05, 1.3)));
+    }
+    // Now the eyes see nothing that could be touched.
+    let left = wall(gaze_at(eye_m, DVec3::new(0.3, 2.0, 2.8)));
+    assert!(left > 0.05, "{left}");
+}
+
+#[test]
+fn a_gaze_that_has_left_still_counts() {
+    let scene = scene(
+        &[
+            ("left", front(0.7, [0.0, 0.6], [0.6, 1.8])),
+            ("right", front(0.7, [-0.6, 0.0], [0.6, 1.8])),
+        ],
+        None,
+    );
+    let meant = DVec3::new(0.7, 0.07, 1.2);
+    let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X);
+    let estimate = Some((DVec3::new(0.7, -0.01, 1.2), ball(0.06)));
+    let chance = fused().see(&scene, state, estimate, None)[0].probability;
+    assert!(chance < 0.7, "{chance}");
+    let probability = |away: Option<GazeRay>| {
+        let mut fused = fused();
+        for _ in 0..30 {
+            fused.see(&scene, state, estimate, Some(gaze_at(EYE, meant)));
+        }
+        let mut answers = Vec::new();
+        for _ in 0..10 {
+            answers = fused.see(&scene, state, estimate, away).to_vec();
+        }
+        let left = answers
+            .iter()
+            .find(|a| Some(a.surface) == scene.find("left"))
+            .unwrap();
+        (left.probability, left.point_m.distance(meant))
+    };
+    let stayed = probability(Some(gaze_at(EYE, meant)));
+    let left = probability(Some(gaze_at(EYE, DVec3::new(0.7, 1.4, 1.9))));
+    let blinked = probability(None);
+    assert!(
+        stayed.0 > 0.9 && left.0 > 0.85 && blinked.0 > 0.85,
+        "{stayed:?} {left:?} {blinked:?}"
+    );
+    assert!(stayed.1 < 0.04 && left.1 < 0.04 && blinked.1 < 0.04);
+}
+
+#[test]
+fn a_hand_at_rest_is_told_by_the_gaze_or_by_what_is_near() {
+    let quads = room(6);
+    let scene = scene(&quads, None);
+    let rest = (DVec3::new(0.0, 0.0, 1.2), DVec3::ZERO);
+    let meant = DVec3::new(0.65, 0.1, 1.5);
+    let mut with_gaze = fused();
+    let p = with_gaze.see(&scene, rest, None, Some(gaze_at(EYE, meant)))[0];
+    assert_eq!(
+        (Some(p.surface), p.source),
+        (scene.find("picture"), PredictionSource::Gaze)
+    );
+    assert!(p.point_m.distance(meant) < 0.08 && p.time_to_contact_s.is_none());
+    assert!(
+        p.probability > 0.7 && p.probability < 0.99,
+        "{}",
+        p.probability
+    );
+    // Without a gaze there is only what is near.
+    let p = fused().see(&scene, (DVec3::new(0.4, 0.2, 1.5), DVec3::ZERO), None, None)[0];
+    assert_eq!(
+        (Some(p.surface), p.source),
+        (scene.find("picture"), PredictionSource::Nearest)
+    );
+    assert!(fused().see(&scene, rest, None, None).is_empty());
+}
+
+#[test]
+fn a_change_of_mind_is_followed_within_the_sample_in_which_it_shows() {
+    let scene = scene(
+        &[
+            ("left", front(0.7, [0.1, 0.6], [0.6, 1.8])),
+            ("right", front(0.7, [-0.6, -0.1], [0.6, 1.8])),
+        ],
+        None,
+    );
+    let mut fused = fused();
+    let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X);
+    for (y, name) in [(0.3, "left"), (-0.3, "right"), (0.3, "left")] {
+        let meant = DVec3::new(0.7, y, 1.2);
+        for _ in 0..40 {
+            let p = fused.see(
+                &scene,
+                state,
+                Some((meant, ball(0.08))),
+                Some(gaze_at(EYE, meant)),
+            )[0];
+            assert_eq!(Some(p.surface), scene.find(name));
+        }
+    }
+}
+
+#[test]
+fn a_hand_near_the_surface_is_believed_more_than_the_estimate() {
+    // 2 cm before the wall, straight at it, the estimate 2 cm aside.
+    let scene = scene(&[("wall", WALL)], None);
+    let state = (DVec3::new(0.68, 0.0, 1.2), DVec3::X);
+    let estimate = Some((DVec3::new(0.7, 0.02, 1.2), ball(0.015)));
+    let off_m = |fused: &mut Fused| fused.see(&scene, state, estimate, None)[0].point_m.y;
+    assert!(off_m(&mut by_estimate()) > 0.019);
+    assert!(off_m(&mut fused()) < 0.008);
+    // From afar the estimate knows better.
+    let afar = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
+    assert!(fused().see(&scene, afar, estimate, None)[0].point_m.y > 0.019);
+}
+
+#[test]
+fn an_estimate_beyond_every_edge_goes_to_the_closest_surface() {
+    let scene = scene(&[("tile", front(0.7, [-0.05, 0.05], [1.1, 1.2]))], None);
+    let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X);
+    let p = by_estimate().see(
+        &scene,
+        state,
+        Some((DVec3::new(0.7, 0.2, 1.15), ball(0.05))),
+        None,
+    )[0];
+    assert_close!(p.point_m, DVec3::new(0.7, 0.05, 1.15), Tol::abs(1e-9));
+}
+
+#[test]
+fn an_estimate_far_behind_the_wall_does_not_lead_past_the_hand() {
+    // 6 cm before the wall, at a slant, the estimate half a metre on and turned downwards.
+    let scene = scene(&[("wall", WALL)], None);
+    let ahead = DVec3::new(0.8, 0.0, -0.6);
+    let state = (DVec3::new(0.64, 0.0, 1.2), ahead);
+    let estimate = Some((
+        DVec3::new(0.64, 0.0, 1.2) + DVec3::new(0.4, 0.05, -0.5),
+        ball(0.08),
+    ));
+    let p = Fused::new(following_the_motion()).see(&scene, state, estimate, None)[0];
+    let straight = DVec3::new(0.7, 0.0, 1.2 - 0.045);
+    // The direction counts twelve times as much as the estimate, which is half a metre off.
+    assert!(p.point_m.distance(straight) < 0.06, "{}", p.point_m);
+    // One that leads to the wall itself is believed as before.
+    let meant = DVec3::new(0.7, 0.01, 1.15);
+    let p =
+        Fused::new(following_the_motion()).see(&scene, state, Some((meant, ball(0.005))), None)[0];
+    assert!(p.point_m.distance(meant) < 0.006, "{}", p.point_m);
+}
+
+#[test]
+fn an_estimate_wrong_by_many_deviations_in_depth_is_not_sure_of_the_rest() {
+    let scene = scene(&[("wall", WALL)], None);
+    let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
+    let sd_m = |depth_m: f64| {
+        let at = DVec3::new(0.7 - depth_m, 0.0, 1.2);
+        let p = by_estimate().see(&scene, state, Some((at, ball(0.02))), None)[0];
+        p.covariance_m2.unwrap().y_axis.y.sqrt()
+    };
+    // Up to three deviations are what an estimate states; ten make 1 + (100 - 9) / 5 times the variance.
+    assert_close!(sd_m(0.02), 0.02, Tol::abs(1e-4));
+    assert_close!(sd_m(0.05), 0.02, Tol::abs(1e-4));
+    assert_close!(
+        sd_m(0.2),
+        0.02 * (1.0 + 91.0_f64 / 5.0).sqrt(),
+        Tol::rel(0.02)
+    );
+}

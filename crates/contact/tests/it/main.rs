@@ -1,0 +1,24 @@
+//! Integration tests of the crate, one program.
+
+mod allocation;
+mod baselines;
+mod common;
+mod coverage_of_fusion;
+mod cuts_and_points;
+mod fusion;
+mod fusion_answers;
+mod hard_recordings;
+mod learned;
+mod look;
+#[cfg(feature = "serde")]
+mod model_file;
+mod predict;
+#[path = "../../benches/reaches/mod.rs"]
+mod reaches;
+#[cfg(feature = "serde")]
+mod region_file;
+mod regions;
+mod registration;
+mod repeats;
+mod resting;
+mod stream;

@@ -1,0 +1,343 @@
+//! Files of learned models: the same answers bit by bit, and every damage an error.
+
+use crate::reaches::reaches;
+use hwall_contact::hwall_bip::model_file::ModelFileError;
+use hwall_contact::{
+    Combination, ContactError, ContactEstimate, ContactEstimator, LearnedConfig, LearnedModel,
+};
+use hwall_hand::{HandFrame, HandPoint, LabelledReach};
+use hwall_testkit::Sampler;
+use serde_json::Value;
+use std::sync::LazyLock;
+
+fn trained(change: impl Fn(&mut LearnedConfig, &mut Vec<LabelledReach>)) -> LearnedModel {
+    let (mut config, mut known) = (LearnedConfig::default(), reaches(1, 3, 12));
+    change(&mut config, &mut known);
+    LearnedModel::train(&known, &config).expect("good reaches")
+}
+
+/// Few numbers: what is broken in many ways should be short.
+static SMALL: LazyLock<String> = LazyLock::new(|| {
+    trained(|config, known| {
+        config.regions = Some(2);
+        config.samples_per_reach = 5;
+        config.lags = 1;
+        config.rank = 3;
+        for reach in known {
+            reach.normal = None;
+            reach.frames.iter_mut().for_each(|f| {
+                f.head_m = None;
+                f.tips_m = [None, f.tips_m[1], None, None, None];
+                f.palm_m = None;
+            });
+        }
+    })
+    .to_json()
+});
+
+/// To hands of which everything is seen, and to those of which the touching point alone is.
+fn answers(model: &LearnedModel) -> Vec<ContactEstimate> {
+    let mut estimator = model.estimator();
+    let mut all = Vec::new();
+    for reach in reaches(2, 2, 4) {
+        estimator.begin();
+        all.extend(reach.frames.iter().filter_map(|f| estimator.step(f)));
+        estimator.begin();
+        for frame in &reach.frames {
+            let mut only = HandFrame::empty(frame.t_s);
+            only.set_point(HandPoint::Index, frame.point(HandPoint::Index));
+            all.extend(estimator.step(&only));
+        }
+    }
+    assert!(!all.is_empty());
+    all
+}
+
+/// Of everything in an answer, which `==` of ±0 would not tell.
+fn bits(answers: &[ContactEstimate]) -> Vec<u64> {
+    let numbers = |e: &ContactEstimate| {
+        let time = e.time_to_contact_s.expect("learnt");
+        let mut all = vec![e.t_s, time.mean_s, time.sd_s.expect("learnt")];
+        all.extend(e.point_m.to_array());
+        all.extend(e.covariance_m2.expect("learnt").to_cols_array());
+        all.extend(e.normal.map(|n| n.to_array()).into_iter().flatten());
+        all
+    };
+    answers.iter().flat_map(numbers).map(f64::to_bits).collect()
+}
+
+#[test]
+fn a_model_read_foresees_the_same_to_the_last_bit() {
+    let of = |combination| move |c: &mut LearnedConfig, _: &mut Vec<_>| c.combination = combination;
+    let models = [
+        trained(of(Combination::Regression)),
+        trained(of(Combination::Primitive)),
+        trained(of(Combination::Both)),
+        trained(|config, known| {
+            (config.lags, config.rank, config.regions) = (0, 5, Some(1));
+            known.iter_mut().for_each(|r| r.normal = None);
+        }),
+        LearnedModel::from_json(&SMALL).expect("as written"),
+    ];
+    for model in models {
+        let text = model.to_json();
+        let read = LearnedModel::from_json(&text).expect("as written");
+        assert_eq!(read.to_json(), text);
+        assert_eq!(bits(&answers(&read)), bits(&answers(&model)));
+        let mut file = Vec::new();
+        model.write_json(&mut file).expect("memory");
+        let read = LearnedModel::read_json(&file[..]).expect("as written");
+        assert_eq!(read.to_json(), text);
+        let about = |m: &LearnedModel| {
+            (
+                (m.reaches(), m.people(), m.combination()),
+                (m.touching_point(), m.has_normals()),
+                m.median_duration_s().to_bits(),
+            )
+        };
+        assert_eq!(about(&read), about(&model));
+    }
+}
+
+#[test]
+fn a_model_says_what_it_was_learnt_from() {
+    let model = trained(|_, _| ());
+    assert_eq!((model.reaches(), model.people()), (12, 3));
+    assert_eq!(model.touching_point(), HandPoint::Index);
+    assert_eq!(model.combination(), Combination::Both);
+    assert!(model.has_normals());
+    let mut durations: Vec<f64> = reaches(1, 3, 12).iter().map(|r| r.duration_s()).collect();
+    durations.sort_by(f64::total_cmp);
+    assert!((durations[5]..=durations[6]).contains(&model.median_duration_s()));
+    let nobody = trained(|_, known| known.iter_mut().for_each(|r| r.person = None));
+    assert_eq!(nobody.people(), 0);
+}
+
+#[test]
+fn spaces_and_pretty_printing_do_not_matter() {
+    let value: Value = serde_json::from_str(&SMALL).expect("JSON");
+    let pretty = serde_json::to_string_pretty(&value).expect("JSON");
+    let read = LearnedModel::from_json(&pretty).expect("the same");
+    assert_eq!(read.to_json(), *SMALL);
+}
+
+/// The file with one field replaced.
+fn with(path: &[&str], value: Value) -> String {
+    let mut file: Value = serde_json::from_str(&SMALL).expect("JSON");
+    let mut at = &mut file;
+    for key in path {
+        at = match key.parse::<usize>() {
+            Ok(index) => &mut at[index],
+            Err(_) => &mut at[*key],
+        };
+    }
+    *at = value;
+    file.to_string()
+}
+
+fn error(text: &str) -> ContactError {
+    LearnedModel::from_json(text).expect_err("damaged")
+}
+
+#[test]
+fn each_damage_has_its_error() {
+    use ContactError as E;
+    use ModelFileError as F;
+    assert!(matches!(error(""), E::File(F::Truncated { .. })));
+    assert!(matches!(error("model"), E::File(F::Syntax { .. })));
+    assert!(matches!(error("{}"), E::File(F::Contents { .. })));
+    let twice = format!("{0}{0}", *SMALL);
+    assert!(matches!(error(&twice), E::File(F::Syntax { .. })));
+    let expected = "hwall-contact learned model";
+    assert_eq!(
+        error(r#"{"format": "hwall-bip model", "version": 1}"#),
+        E::File(F::Format {
+            expected,
+            found: "hwall-bip model".to_owned()
+        })
+    );
+    // A newer version may look different in every other way.
+    assert_eq!(
+        error(&format!(
+            r#"{{"format": "{expected}", "version": 9, "x": 1}}"#
+        )),
+        E::File(F::Version {
+            newest: 7,
+            found: 9
+        })
+    );
+    for (path, value) in [
+        (&["blend", "regions"][..], Value::Array(Vec::new())),
+        (&["ridges", "0", "scale"], vec![1.0; 3].into()),
+        (&["ridges", "0", "coefficients"], vec![1.0; 7].into()),
+        (&["inputs", "offsets_m"], Vec::<f64>::new().into()),
+        (&["primitive"], Value::Null),
+        (&["combination"], "regression".into()),
+        (&["blend", "own"], Value::Null),
+        (&["blend", "own", "habits"], Value::Null),
+    ] {
+        let error = error(&with(path, value));
+        assert!(matches!(error, E::FileLength { .. }), "{path:?}: {error}");
+    }
+    for (path, value) in [
+        (&["inputs", "point"][..], 6.into()),
+        (&["inputs", "others"], vec![2].into()),
+        (&["inputs", "others"], vec![0, 0].into()),
+        (&["inputs", "lags"], 9.into()),
+        (&["inputs", "lags"], 3.into()),
+        (&["inputs", "head"], true.into()),
+        (&["gates", "centres"], Value::Array(Vec::new())),
+        (&["gates", "width"], 0.0.into()),
+        (&["ridges", "0", "outputs"], 0.into()),
+        (&["ridges", "0", "outputs"], usize::MAX.into()),
+        (&["blend", "own", "sources", "0", "0"], 1.0.into()),
+        (&["blend", "own", "time", "5"], (-0.1).into()),
+        (&["blend", "own", "habits", "2", "slope"], (-0.1).into()),
+        (&["blend", "own", "habits", "3", "offset"], (-0.1).into()),
+        (&["blend", "own", "habits", "0", "scatter_m"], 0.0.into()),
+    ] {
+        let error = error(&with(path, value));
+        assert!(matches!(error, E::Argument(_)), "{path:?}: {error}");
+    }
+    for (path, value) in [
+        (&["reaches"][..], 13.into()),
+        (&["median_duration_s"], 0.5.into()),
+        (&["combination"], "primitive".into()),
+        (&["gates", "centres", "0", "1"], 0.25.into()),
+        (&["ridges", "0", "coefficients", "2"], 0.25.into()),
+        (&["blend", "axes"], "nowhere".into()),
+        (&["blend", "regions", "1", "share"], 0.25.into()),
+        (&["primitive", "label_offset_m", "0"], 0.25.into()),
+        (&["primitive", "model", "mean", "0"], 0.25.into()),
+        (&["primitive", "model"], Value::Null),
+        (&["digest"], "0".into()),
+    ] {
+        let error = error(&with(path, value));
+        let named = matches!(
+            error,
+            E::File(F::Digest { .. }) | E::File(F::Contents { .. })
+        );
+        assert!(named, "{path:?}: {error}");
+    }
+    for (path, value) in [
+        (&["ridges", "0", "coefficients", "2"][..], Value::Null),
+        (&["gates", "scale"], vec![1.0; 3].into()),
+        (&["people"], (-1).into()),
+        (&["more"], 1.into()),
+    ] {
+        let error = error(&with(path, value));
+        assert!(
+            matches!(error, E::File(F::Contents { .. })),
+            "{path:?}: {error}"
+        );
+    }
+}
+
+/// The model of the touching point alone is a part of the file, and as well guarded.
+#[test]
+fn the_model_for_hands_of_which_little_is_seen_is_guarded_too() {
+    let model = trained(|config, _| {
+        config.regions = Some(2);
+        config.samples_per_reach = 5;
+    });
+    let file: Value = serde_json::from_str(&model.to_json()).expect("JSON");
+    assert!(file["alone"].is_object());
+    for (path, value) in [
+        (&["ridges", "0", "coefficients", "2"][..], 0.25.into()),
+        (&["ridges", "0", "scale", "0"], (-1.0).into()),
+        (&["blend", "regions", "0", "size_m2"], (-1e-3).into()),
+        (&["gates", "centres"], Value::Array(Vec::new())),
+        (&["inputs", "lags"], 9.into()),
+        (&["primitive"], Value::Null),
+        (&["more"], 1.into()),
+        (&[], 1.into()),
+    ] {
+        let mut damaged = file.clone();
+        let mut at = &mut damaged["alone"];
+        for key in path {
+            at = match key.parse::<usize>() {
+                Ok(index) => &mut at[index],
+                Err(_) => &mut at[*key],
+            };
+        }
+        assert_ne!(*at, value);
+        *at = value;
+        let refused = LearnedModel::from_json(&damaged.to_string());
+        assert!(refused.is_err(), "{path:?}");
+    }
+    // The digest of the whole covers it.
+    let mut without = file.clone();
+    without.as_object_mut().expect("an object").remove("alone");
+    assert!(matches!(
+        LearnedModel::from_json(&without.to_string()),
+        Err(ContactError::File(ModelFileError::Digest { .. }))
+    ));
+}
+
+/// A digest is against accidents: durations and variances are looked at before it is compared.
+#[test]
+fn forged_files_with_negative_durations_or_variances_are_refused() {
+    for path in [
+        &["median_duration_s"][..],
+        &["blend", "regions", "0", "moments", "0", "0"],
+        &["blend", "regions", "1", "shape", "8"],
+        &["blend", "regions", "0", "time_s2"],
+        &["blend", "regions", "0", "spread"],
+        &["blend", "regions", "1", "size_m2"],
+        &["ridges", "0", "scale", "0"],
+        &["ridges", "1", "scale", "0"],
+        &["gates", "scale", "0"],
+    ] {
+        let error = error(&with(path, (-1e-3).into()));
+        assert!(
+            matches!(error, ContactError::Argument(_)),
+            "{path:?}: {error}"
+        );
+    }
+}
+
+#[test]
+fn readers_and_writers_that_fail_are_reported() {
+    struct Broken;
+    impl std::io::Read for Broken {
+        fn read(&mut self, _: &mut [u8]) -> std::io::Result<usize> {
+            Err(std::io::ErrorKind::ConnectionReset.into())
+        }
+    }
+    let io = |e| matches!(e, ContactError::File(ModelFileError::Io { .. }));
+    assert!(io(LearnedModel::read_json(Broken).expect_err("broken")));
+    assert!(io(
+        LearnedModel::read_json(&[0xff, 0xfe][..]).expect_err("no UTF-8")
+    ));
+    let model = LearnedModel::from_json(&SMALL).expect("as written");
+    let mut full = [0_u8; 10];
+    assert!(io(model.write_json(&mut full[..]).expect_err("full")));
+}
+
+/// Whatever happens to the bytes, a file gives the model that was written or an error.
+#[test]
+fn no_damage_passes_unnoticed() {
+    let text = SMALL.as_bytes();
+    for end in (0..text.len()).step_by(7) {
+        assert!(
+            LearnedModel::read_json(&text[..end]).is_err(),
+            "cut off at {end}"
+        );
+    }
+    let mut sampler = Sampler::new(2);
+    let signs = b"0123456789.-+eE\"{}[],: ntrux";
+    for _ in 0..2_000 {
+        let mut bytes = text.to_vec();
+        let at = sampler.index(bytes.len());
+        match sampler.index(4) {
+            0 => bytes[at] ^= 1 << sampler.index(8),
+            1 => bytes[at] = signs[sampler.index(signs.len())],
+            2 => bytes.insert(at, signs[sampler.index(signs.len())]),
+            _ => drop(bytes.drain(at..(at + 1 + sampler.index(40)).min(text.len()))),
+        }
+        match LearnedModel::read_json(&bytes[..]) {
+            Ok(read) => assert_eq!(read.to_json(), *SMALL),
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Files of region models: the same regions bit by bit, and every damage an error.
+
+use hwall_contact::hwall_bip::model_file::ModelFileError;
+use hwall_contact::{ContactError, RegionModel};
+use hwall_testkit::Sampler;
+use serde_json::{Value, json};
+
+/// As one that was learnt writes it, but for the digest.
+fn unsigned() -> Value {
+    let logarithms: Vec<[f64; 3]> = (0..7)
+        .map(|knot| [0.1, 0.7, 1.5].map(|l| l + 0.1 * f64::from(knot)))
+        .collect();
+    json!({
+        "format": "hwall-contact regions",
+        "version": 1,
+        "digest": "?",
+        "touches": 144,
+        "logarithms": logarithms,
+    })
+}
+
+/// With the digest that a forger would write.
+fn signed(mut file: Value) -> String {
+    file["digest"] = "?".into();
+    match RegionModel::from_json(&file.to_string()) {
+        Err(ContactError::File(ModelFileError::Digest { computed, .. })) => {
+            file["digest"] = computed.into();
+        }
+        other => assert!(other.is_err()),
+    }
+    file.to_string()
+}
+
+#[test]
+fn a_model_read_says_the_same_to_the_last_bit() {
+    let model = RegionModel::from_json(&signed(unsigned())).expect("good");
+    assert_eq!(model.touches(), 144);
+    let mut file = Vec::new();
+    model.write_json(&mut file).expect("memory");
+    let read = RegionModel::read_json(&file[..]).expect("as written");
+    assert_eq!(read, model);
+    for way_m in [0.0, 0.013, 0.2, 3.0] {
+        assert_eq!(read.at(way_m), model.at(way_m));
+    }
+    let pretty: Value = serde_json::from_slice(&file).expect("JSON");
+    let pretty = serde_json::to_string_pretty(&pretty).expect("JSON");
+    assert_eq!(RegionModel::from_json(&pretty).expect("the same"), model);
+}
+
+#[test]
+fn each_damage_has_its_error() {
+    use ModelFileError as F;
+    let error = |text: &str| RegionModel::from_json(text).expect_err("damaged");
+    assert!(matches!(error(""), ContactError::File(F::Truncated { .. })));
+    assert!(matches!(
+        error("{}"),
+        ContactError::File(F::Contents { .. })
+    ));
+    assert!(matches!(
+        error(r#"{"format": "hwall-contact learned model", "version": 1}"#),
+        ContactError::File(F::Format { .. })
+    ));
+    assert!(matches!(
+        error(r#"{"format": "hwall-contact regions", "version": 2, "new": 0}"#),
+        ContactError::File(F::Version {
+            newest: 1,
+            found: 2
+        })
+    ));
+    for (field, value) in [
+        ("logarithms", json!([[0.0, 1.0, 2.0]])),
+        ("logarithms", Value::Null),
+        ("touches", json!(-1)),
+        ("more", json!(1)),
+    ] {
+        let mut file = unsigned();
+        file[field] = value;
+        let error = error(&signed(file));
+        assert!(
+            matches!(error, ContactError::File(F::Contents { .. })),
+            "{field}: {error}"
+        );
+    }
+    let good = signed(unsigned());
+    let changed = good.replacen("144", "145", 1);
+    assert!(matches!(
+        error(&changed),
+        ContactError::File(F::Digest { .. })
+    ));
+}
+
+/// A digest is against accidents.
+#[test]
+fn forged_numbers_are_refused() {
+    for (touches, logarithm) in [(3, 0.1), (0, 0.1), (144, 20.5), (144, -1e300), (144, 1e300)] {
+        let mut file = unsigned();
+        file["touches"] = touches.into();
+        file["logarithms"][3][1] = logarithm.into();
+        let error = RegionModel::from_json(&signed(file)).expect_err("forged");
+        assert!(matches!(error, ContactError::Argument(_)), "{error}");
+    }
+    // Within bounds nothing comes of it but other sizes, which rise all the same.
+    let mut file = unsigned();
+    file["logarithms"][3] = json!([19.0, -19.0, 0.0]);
+    let model = RegionModel::from_json(&signed(file)).expect("within bounds");
+    let [a, b, c] = model.at(0.06).squared();
+    assert!(a > 0.0 && a <= b && b <= c && c.is_finite());
+}
+
+/// Whatever happens to the bytes, a file gives the model that was written or an error.
+#[test]
+fn no_damage_passes_unnoticed() {
+    let text = signed(unsigned());
+    let model = RegionModel::from_json(&text).expect("good");
+    let signs = b"0123456789.-+eE\"{}[],: ntrux";
+    let mut sampler = Sampler::new(5);
+    for _ in 0..5_000 {
+        let mut bytes = text.clone().into_bytes();
+        let at = sampler.index(bytes.len());
+        match sampler.index(4) {
+            0 => bytes[at] ^= 1 << sampler.index(8),
+            1 => bytes[at] = signs[sampler.index(signs.len())],
+            2 => bytes.insert(at, signs[sampler.index(signs.len())]),
+            _ => bytes.truncate(at),
+        }
+        match RegionModel::read_json(&bytes[..]) {
+            Ok(read) => assert_eq!(read, model),
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+    }
+}

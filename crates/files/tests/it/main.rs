@@ -1,0 +1,4 @@
+//! Integration tests of the crate, one program.
+
+mod files;
+mod table;

@@ -1,0 +1,141 @@
+//! The client against the controller in simulated time: no sockets.
+
+use crate::common::bench::{servo, torque_arm};
+use hwall_fri::codec::ClientCommandMode;
+use hwall_fri::controller::{Controller, ControllerConfig, EndReason, InProcess, SimulatedPlant};
+use hwall_fri::{FriClient, FriClientConfig, FriError, LimitViolation};
+use hwall_haptics::{Arm, ArmCommand, ArmState};
+use hwall_kinematics::{JointPositions, JointTorques};
+use hwall_sim::TorqueArm;
+use std::sync::Arc;
+use std::time::Duration;
+
+const TIMEOUT: Duration = Duration::from_secs(10);
+
+/// A client that is commanding.
+fn commanding<P: SimulatedPlant>(plant: P, mode: ClientCommandMode) -> FriClient<InProcess<P>> {
+    let model = Arc::clone(plant.model());
+    let config = ControllerConfig {
+        mode,
+        ready_s: Some(0.1),
+        ..ControllerConfig::default()
+    };
+    let controller = Controller::new(plant, config).expect("a controller");
+    let way = InProcess::new(controller);
+    let mut client = FriClient::over(&model, FriClientConfig::default(), way).expect("a client");
+    client.wait_for_commanding(TIMEOUT).expect("commanding");
+    client
+}
+
+fn cycle<P: SimulatedPlant>(
+    client: &mut FriClient<InProcess<P>>,
+    command: ArmCommand,
+) -> Result<ArmState, FriError> {
+    client.command(command)?;
+    client.wait_for_message(TIMEOUT)?;
+    client.state()
+}
+
+/// Joint 1 moves on at 0.5 rad/s for half a second, and 28 N m s/rad of damping keep it 0.07 rad behind on 200 N m/rad.
+fn hanging_behind(client: &mut FriClient<InProcess<TorqueArm>>) -> (JointPositions, ArmState) {
+    let mut state = client.state().expect("a state");
+    let mut q = state.q;
+    for _ in 0..500 {
+        q[0] += 0.5e-3;
+        state = cycle(client, ArmCommand::Position(q)).expect("within the limits");
+    }
+    assert!(q[0] - state.q[0] > 0.03, "{} {}", q[0], state.q[0]);
+    (q, state)
+}
+
+#[test]
+fn from_positions_to_torques_and_back_there_is_no_leap() {
+    let mut client = commanding(torque_arm(), ClientCommandMode::Torque);
+    let (q, _) = hanging_behind(&mut client);
+    let mut last = client.state().expect("a state").q;
+    let check = |last: &mut JointPositions, state: &ArmState| {
+        assert!(state.q.max_abs_difference(last) < 2e-3, "{state:?}");
+        *last = state.q;
+    };
+    for _ in 0..300 {
+        let none = ArmCommand::Torque(JointTorques([0.0; 7]));
+        check(&mut last, &cycle(&mut client, none).expect("taken"));
+    }
+    // Without torques and springs, damping brings it to rest where it is.
+    assert!((last[0] - q[0]).abs() > 0.02, "{} {}", last[0], q[0]);
+    for _ in 0..2000 {
+        check(
+            &mut last,
+            &cycle(&mut client, ArmCommand::Position(q)).expect("taken"),
+        );
+    }
+    // 1 N m of dry friction on 200 N m/rad, and a quarter more.
+    assert!((last[0] - q[0]).abs() < 0.01, "{} {}", last[0], q[0]);
+    assert_eq!(client.transport().controller().ended(), None);
+    assert_eq!(client.statistics().refused, 0);
+}
+
+#[test]
+fn a_leap_after_torques_is_refused() {
+    let mut client = commanding(torque_arm(), ClientCommandMode::Torque);
+    let none = ArmCommand::Torque(JointTorques([0.0; 7]));
+    let state = cycle(&mut client, none).expect("taken");
+    let mut far = state.q;
+    far[0] += 0.5;
+    let refused = cycle(&mut client, ArmCommand::Position(far));
+    let joint_0 = |error: &FriError| {
+        matches!(
+            error,
+            FriError::Limit(LimitViolation::Speed { joint: 0, .. })
+        )
+    };
+    assert!(refused.as_ref().is_err_and(joint_0), "{refused:?}");
+    // Outside the range it is refused however near.
+    let mut outside = state.q;
+    outside[3] = -3.0;
+    assert!(cycle(&mut client, ArmCommand::Position(outside)).is_err());
+    client.wait_for_message(TIMEOUT).expect("a message");
+    assert!(cycle(&mut client, ArmCommand::Position(state.q)).is_ok());
+    assert_eq!(client.transport().controller().ended(), None);
+}
+
+#[test]
+fn the_same_commands_give_the_same_states_to_the_last_bit() {
+    let run = || {
+        let mut client = commanding(torque_arm(), ClientCommandMode::Torque);
+        let (_, state) = hanging_behind(&mut client);
+        (state, *client.transport().controller().statistics())
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn a_controller_that_ends_commanding_is_heard() {
+    let mut client = commanding(servo(), ClientCommandMode::Position);
+    let q = client.state().expect("a state").q;
+    let controller = client.transport_mut().controller_mut();
+    controller.close().expect("an arm that holds");
+    let ended = (0..10).find_map(|_| cycle(&mut client, ArmCommand::Position(q)).err());
+    assert!(
+        matches!(ended, Some(FriError::CommandingEnded { .. })),
+        "{ended:?}"
+    );
+    let reason = client.transport().controller().ended();
+    assert_eq!(reason, Some(EndReason::Closed));
+}
+
+#[test]
+fn a_cycle_allocates_nothing() {
+    let mut client = commanding(torque_arm(), ClientCommandMode::Torque);
+    let q = client.state().expect("a state").q;
+    for command in [
+        ArmCommand::Torque(JointTorques([0.5; 7])),
+        ArmCommand::Position(q),
+        ArmCommand::Hold,
+    ] {
+        let counted = allocation_counter::measure(|| {
+            assert!(cycle(&mut client, command).is_ok());
+        });
+        assert_eq!(counted.count_total, 0, "{command:?}");
+    }
+}

@@ -1,0 +1,590 @@
+//! The controller in a time of its own: states, modes, quality, guards.
+
+use crate::common::bench::{Bench, servo, start, torque_arm};
+use hwall_fri::codec::{
+    ClientCommandMode, Codec, ConnectionQuality, DATAGRAM_BYTES, Datagram, SessionState,
+};
+use hwall_fri::controller::{
+    Controller, ControllerConfig, EndReason, EventKind, LinkConfig, SimulatedPlant,
+};
+use hwall_fri::{ControllerError, FriError, FriVersion, LimitViolation};
+use hwall_kinematics::Wrench;
+use hwall_kinematics::glam::DVec3;
+use hwall_testkit::Sampler;
+use std::f64::consts::TAU;
+
+const READY: [SessionState; 4] = [
+    SessionState::MonitoringWait,
+    SessionState::MonitoringReady,
+    SessionState::CommandingWait,
+    SessionState::CommandingActive,
+];
+
+fn config(mode: ClientCommandMode) -> ControllerConfig {
+    ControllerConfig {
+        mode,
+        ready_s: Some(0.1),
+        ..ControllerConfig::default()
+    }
+}
+
+fn sine(t_s: f64, amplitude: f64) -> f64 {
+    amplitude * (TAU * 0.5 * t_s).sin()
+}
+
+#[test]
+fn a_joint_follows_a_sine_in_every_version() {
+    for version in FriVersion::ALL {
+        for (send_period_ms, receive_multiplier) in [(1, 1), (1, 5), (5, 1), (2, 3), (10, 2)] {
+            let config = ControllerConfig {
+                version,
+                send_period_ms,
+                receive_multiplier,
+                ..config(ClientCommandMode::Position)
+            };
+            let mut bench = Bench::new(servo(), config, LinkConfig::default());
+            let mut worst_rad: f64 = 0.0;
+            bench.run(8.0, |t_s, message, data| {
+                let q = data.position_rad.as_mut().expect("positions");
+                q[3] += sine(t_s, 0.2);
+                let measured = message
+                    .data
+                    .and_then(|d| d.position_rad)
+                    .expect("positions");
+                if t_s > 0.5 {
+                    // 0.63 rad/s at most, late by the servo's 5 ms and some periods.
+                    worst_rad = worst_rad.max((q[3] - measured[3]).abs());
+                }
+            });
+            let name = format!("{version}, {send_period_ms} ms, every {receive_multiplier}");
+            assert_eq!(bench.states(), READY, "{name}");
+            let period_s = 1e-3 * f64::from(send_period_ms * receive_multiplier);
+            assert!(
+                worst_rad < 0.7 * (0.007 + 3.0 * period_s),
+                "{name}: {worst_rad} rad"
+            );
+            let statistics = bench.controller.statistics();
+            assert_eq!(statistics.missed, 0, "{name}: {statistics:?}");
+            assert_eq!(
+                statistics.late + statistics.repeated + statistics.malformed,
+                0
+            );
+            assert!(
+                statistics.accepted * 2 > statistics.in_time,
+                "{name}: {statistics:?}"
+            );
+            assert_eq!(bench.controller.quality(), ConnectionQuality::Excellent);
+        }
+    }
+}
+
+#[test]
+fn torques_lie_over_the_springs_of_the_joints() {
+    let mut config = config(ClientCommandMode::Torque);
+    config.impedance.joint_stiffness_n_m_per_rad = [150.0; 7];
+    let mut bench = Bench::new(torque_arm(), config, LinkConfig::default());
+    bench.run(1.0, |_, _, _| {});
+    assert_eq!(bench.states(), READY);
+    let held = bench.controller.plant().q();
+    assert!(held.max_abs_difference(&start()) < 0.01, "{held:?}");
+    bench.run(3.0, |_, _, data| {
+        data.torque_n_m = Some([0.0, 0.0, 15.0, 0.0, 0.0, 0.0, 0.0])
+    });
+    // 15 N m on 150 N m/rad, less the dry friction of the joint.
+    let moved_rad = bench.controller.plant().q()[2] - held[2];
+    assert!((moved_rad - 0.1).abs() < 0.02, "{moved_rad} rad");
+    assert!(bench.controller.plant().qd()[2].abs() < 1e-3, "at rest");
+    assert_eq!(bench.controller.ended(), None);
+}
+
+#[test]
+fn a_wrench_lies_over_the_springs_of_the_tool() {
+    let mut bench = Bench::new(
+        torque_arm(),
+        config(ClientCommandMode::Wrench),
+        LinkConfig::default(),
+    );
+    bench.run(1.0, |_, _, _| {});
+    assert_eq!(bench.states(), READY);
+    let before = bench.controller.plant().pose();
+    bench.run(3.0, |_, _, data| {
+        data.wrench = Some([0.0, 0.0, 60.0, 0.0, 0.0, 0.0])
+    });
+    let moved_m = bench.controller.plant().pose().position_m() - before.position_m();
+    // Along the z of the tool, 60 N on 2000 N/m, less friction and what the posture's springs take.
+    let along_m = before.inverse_transform_vector(moved_m);
+    assert!((along_m.z - 0.03).abs() < 0.01, "{along_m} m");
+    assert!(along_m.truncate().length() < 0.01, "{along_m} m");
+    // The moment about the tool's z comes first of the three.
+    bench.run(2.0, |_, _, data| {
+        data.wrench = Some([0.0, 0.0, 0.0, 8.0, 0.0, 0.0])
+    });
+    let after = bench.controller.plant().pose();
+    let turned = hwall_geometry::rotation_vector(before.rotation().transpose() * after.rotation());
+    assert!(
+        turned.z > 0.01 && turned.truncate().length() < 0.02,
+        "{turned}"
+    );
+}
+
+#[test]
+fn modes_that_an_arm_cannot_do_are_refused() {
+    for mode in [ClientCommandMode::Torque, ClientCommandMode::Wrench] {
+        let refused = Controller::new(servo(), config(mode)).err();
+        assert_eq!(
+            refused,
+            Some(ControllerError::Fri(FriError::NeedsTorques(mode)))
+        );
+    }
+    for mode in [ClientCommandMode::None, ClientCommandMode::CartesianPose] {
+        let refused = Controller::new(torque_arm(), config(mode)).err();
+        assert_eq!(
+            refused,
+            Some(ControllerError::Fri(FriError::UnsupportedMode(mode)))
+        );
+    }
+    for wrong in [
+        ControllerConfig {
+            send_period_ms: 0,
+            ..ControllerConfig::default()
+        },
+        ControllerConfig {
+            send_period_ms: 11,
+            ..ControllerConfig::default()
+        },
+        ControllerConfig {
+            receive_multiplier: 0,
+            ..ControllerConfig::default()
+        },
+        ControllerConfig {
+            command_expiry_s: f64::NAN,
+            ..ControllerConfig::default()
+        },
+        ControllerConfig {
+            wait_s: -1.0,
+            ..ControllerConfig::default()
+        },
+    ] {
+        let refused = Controller::new(servo(), wrong).err();
+        assert!(matches!(
+            refused,
+            Some(ControllerError::Fri(FriError::Argument(_)))
+        ));
+    }
+}
+
+/// Loss and delay lower the quality; commanding ends, and says why.
+#[test]
+fn quality_falls_with_loss_and_delay() {
+    let run = |link: LinkConfig| {
+        let mut bench = Bench::new(
+            servo(),
+            config(ClientCommandMode::Position),
+            LinkConfig::default(),
+        );
+        bench.run(1.0, |_, _, _| {});
+        assert_eq!(bench.controller.state(), SessionState::CommandingActive);
+        bench.out = hwall_fri::controller::Link::new(link).expect("a link");
+        bench.run(1.0, |_, _, _| {});
+        bench
+    };
+    let light = run(LinkConfig {
+        loss: 0.08,
+        seed: 3,
+        ..LinkConfig::default()
+    });
+    assert_eq!(light.controller.state(), SessionState::CommandingActive);
+    assert_eq!(light.controller.quality(), ConnectionQuality::Good);
+    let statistics = light.controller.statistics();
+    assert!(
+        statistics.missed > 40 && statistics.missed < 140,
+        "{statistics:?}"
+    );
+    for link in [
+        LinkConfig {
+            loss: 0.4,
+            seed: 4,
+            ..LinkConfig::default()
+        },
+        LinkConfig {
+            delay_s: 0.0015,
+            ..LinkConfig::default()
+        },
+        LinkConfig {
+            delay_s: 0.0002,
+            jitter_s: 0.003,
+            seed: 5,
+            ..LinkConfig::default()
+        },
+    ] {
+        let heavy = run(link);
+        assert!(
+            heavy.controller.state() <= SessionState::MonitoringReady,
+            "{link:?}"
+        );
+        let fell = EndReason::Quality(ConnectionQuality::Fair);
+        let said = heavy
+            .events
+            .iter()
+            .any(|e| e.kind == EventKind::Ended(fell));
+        assert!(said, "{link:?}: {:?}", heavy.events);
+    }
+    // With longer periods the same delay does no harm.
+    let slow = ControllerConfig {
+        send_period_ms: 5,
+        ..config(ClientCommandMode::Position)
+    };
+    let mut bench = Bench::new(
+        servo(),
+        slow,
+        LinkConfig {
+            delay_s: 0.0015,
+            ..LinkConfig::default()
+        },
+    );
+    bench.run(3.0, |_, _, _| {});
+    assert_eq!(bench.controller.state(), SessionState::CommandingActive);
+}
+
+/// The client falls silent: the arm holds when the command has expired, quality falls, and all begins anew with the client.
+#[test]
+fn a_silent_client_leaves_a_standing_arm() {
+    let mut bench = Bench::new(
+        servo(),
+        config(ClientCommandMode::Position),
+        LinkConfig::default(),
+    );
+    bench.run(2.0, |t_s, _, data| {
+        data.position_rad.as_mut().expect("positions")[0] += sine(t_s, 0.3)
+    });
+    assert_eq!(bench.controller.state(), SessionState::CommandingActive);
+    let silence = LinkConfig {
+        loss: 1.0,
+        ..LinkConfig::default()
+    };
+    bench.out = hwall_fri::controller::Link::new(silence).expect("a link");
+    bench.run(0.6, |_, _, _| {});
+    let at = |kind: fn(&EventKind) -> bool| {
+        bench
+            .events
+            .iter()
+            .filter(|e| kind(&e.kind))
+            .map(|e| e.t_s)
+            .next_back()
+    };
+    let expired_s = at(|k| *k == EventKind::Expired);
+    let ended_s = at(|k| matches!(k, EventKind::Ended(_)));
+    assert_eq!(bench.controller.state(), SessionState::MonitoringWait);
+    // After 50 ms of silence the command expires, and a fifth of the last 250 answers is missing.
+    assert!(
+        expired_s.is_none_or(|t_s| (t_s - 2.05).abs() < 0.005),
+        "{expired_s:?}"
+    );
+    assert!(
+        (ended_s.expect("it ended") - 2.05).abs() < 0.005,
+        "{ended_s:?}"
+    );
+    assert!(
+        bench
+            .controller
+            .plant()
+            .qd()
+            .0
+            .iter()
+            .all(|v| v.abs() < 1e-9),
+        "at rest"
+    );
+    bench.out = hwall_fri::controller::Link::new(LinkConfig::default()).expect("a link");
+    bench.run(1.0, |_, _, _| {});
+    assert_eq!(bench.controller.state(), SessionState::CommandingActive);
+    assert_eq!(bench.controller.statistics().activations, 2);
+}
+
+#[test]
+fn a_command_expires() {
+    let mut config = config(ClientCommandMode::Position);
+    // Quality is patient here, so that expiry shows.
+    config.quality.window = 1000;
+    config.quality.good = 0.5;
+    config.quality.fair = 0.2;
+    let mut bench = Bench::new(servo(), config, LinkConfig::default());
+    bench.run(2.0, |t_s, _, data| {
+        data.position_rad.as_mut().expect("positions")[0] += 0.2 * t_s
+    });
+    let silence = LinkConfig {
+        loss: 1.0,
+        ..LinkConfig::default()
+    };
+    bench.out = hwall_fri::controller::Link::new(silence).expect("a link");
+    let began_s = bench.controller.t_s();
+    bench.run(0.2, |_, _, _| {});
+    let expired = bench.events.iter().find(|e| e.kind == EventKind::Expired);
+    let after_s = expired.expect("it expired").t_s - began_s;
+    assert!((after_s - 0.05).abs() < 0.003, "{after_s} s");
+    assert_eq!(bench.controller.state(), SessionState::CommandingActive);
+    assert_eq!(bench.controller.plant().qd().0[0], 0.0);
+    // Who goes on as if nothing had been is stopped; who begins where the arm is goes on.
+    bench.out = hwall_fri::controller::Link::new(LinkConfig::default()).expect("a link");
+    bench.run(0.1, |_, message, data| {
+        data.position_rad = message.data.expect("data").position_rad
+    });
+    assert_eq!(bench.controller.state(), SessionState::CommandingActive);
+}
+
+/// Commands outside the limits end commanding, NaN is refused and does not.
+#[test]
+fn guards() {
+    let after = |overlay: &mut dyn FnMut(&mut [f64; 7])| {
+        let mut bench = Bench::new(
+            servo(),
+            config(ClientCommandMode::Position),
+            LinkConfig::default(),
+        );
+        bench.run(1.0, |_, _, _| {});
+        bench.run(0.04, |_, _, data| {
+            overlay(data.position_rad.as_mut().expect("positions"))
+        });
+        bench
+    };
+    let leap = after(&mut |q| q[2] += 0.1);
+    let speed = |e: Option<EndReason>| {
+        matches!(
+            e,
+            Some(EndReason::Limit(LimitViolation::Speed { joint: 2, .. }))
+        )
+    };
+    assert!(
+        speed(leap.controller.ended()),
+        "{:?}",
+        leap.controller.ended()
+    );
+    assert_eq!(leap.controller.state(), SessionState::MonitoringReady);
+    assert!(
+        leap.controller.plant().q().max_abs_difference(&start()) < 1e-9,
+        "did not move"
+    );
+
+    let beyond = after(&mut |q| q[3] = -2.2);
+    let position = |e: Option<EndReason>| {
+        matches!(
+            e,
+            Some(EndReason::Limit(LimitViolation::Position { joint: 3, .. }))
+        )
+    };
+    assert!(
+        position(beyond.controller.ended()),
+        "{:?}",
+        beyond.controller.ended()
+    );
+
+    let mut nan = after(&mut |q| q[1] = f64::NAN);
+    assert_eq!(nan.controller.ended(), None);
+    let counted = nan.controller.statistics().non_finite;
+    assert!(counted >= 38, "{counted}");
+    assert!(nan.controller.refusal().is_some());
+    nan.run(0.02, |_, _, data| {
+        data.position_rad = Some([f64::INFINITY; 7])
+    });
+    assert!(
+        nan.events.iter().any(|e| e.kind == EventKind::Expired),
+        "refused commands expire"
+    );
+    assert_eq!(nan.controller.plant().q(), start());
+
+    // After a limit the application asks again only when it is told to.
+    let mut leap = leap;
+    leap.run(1.0, |_, _, _| {});
+    assert_eq!(leap.controller.state(), SessionState::MonitoringReady);
+    leap.controller.acknowledge();
+    leap.run(1.0, |_, _, _| {});
+    assert_eq!(leap.controller.state(), SessionState::CommandingActive);
+    assert_eq!(leap.controller.ended(), None);
+}
+
+#[test]
+fn a_hard_push_ends_commanding() {
+    let mut bench = Bench::new(
+        torque_arm(),
+        config(ClientCommandMode::Position),
+        LinkConfig::default(),
+    );
+    bench.run(1.0, |_, _, _| {});
+    let push = Wrench {
+        force_n: DVec3::new(0.0, 0.0, -150.0),
+        ..Wrench::default()
+    };
+    bench
+        .controller
+        .plant_mut()
+        .apply_wrench(push)
+        .expect("finite");
+    bench.run(0.3, |_, _, _| {});
+    let ended = bench.controller.ended();
+    assert!(
+        matches!(ended, Some(EndReason::ExternalTorque { .. })),
+        "{ended:?}"
+    );
+    assert!(bench.controller.state() <= SessionState::MonitoringReady);
+}
+
+#[test]
+fn too_much_torque_ends_commanding() {
+    let mut bench = Bench::new(
+        torque_arm(),
+        config(ClientCommandMode::Torque),
+        LinkConfig::default(),
+    );
+    bench.run(1.0, |_, _, _| {});
+    bench.run(0.02, |_, _, data| {
+        data.torque_n_m = Some([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 41.0])
+    });
+    let ended = bench.controller.ended();
+    let torque = LimitViolation::Torque {
+        joint: 6,
+        value_n_m: 41.0,
+        max_n_m: 40.0,
+    };
+    assert_eq!(ended, Some(EndReason::Limit(torque)));
+}
+
+/// Nothing has an effect in the first quarter of a second, and nothing without what the mode needs.
+#[test]
+fn commanding_begins_late_and_only_with_a_mirror() {
+    let mut bench = Bench::new(
+        torque_arm(),
+        config(ClientCommandMode::Torque),
+        LinkConfig::default(),
+    );
+    bench.run(2.0, |_, _, _| {});
+    let when = |state| {
+        let entered = |e: &&hwall_fri::controller::ControllerEvent| matches!(e.kind, EventKind::State { to, .. } if to == state);
+        bench.events.iter().find(entered).map(|e| e.t_s)
+    };
+    let (wait_s, active_s) = (
+        when(SessionState::CommandingWait),
+        when(SessionState::CommandingActive),
+    );
+    let apart_s = active_s.expect("active") - wait_s.expect("waited");
+    assert!((0.25..0.26).contains(&apart_s), "{apart_s} s");
+
+    // Positions without torques are no commands in this mode.
+    let mut incomplete = Bench::new(
+        torque_arm(),
+        config(ClientCommandMode::Torque),
+        LinkConfig::default(),
+    );
+    let codec = Codec::new(FriVersion::V1_15);
+    incomplete.client.codec = codec;
+    let mut buffer: Datagram = [0; DATAGRAM_BYTES];
+    for _ in 0..1500 {
+        let length = incomplete.controller.cycle(&mut buffer).expect("a cycle");
+        if let Some(answer) = incomplete
+            .client
+            .answer(&buffer[..length], &mut |_, _, _| {})
+        {
+            let mut command = codec.decode_command(&answer).expect("a command");
+            command.data.as_mut().expect("data").torque_n_m = None;
+            let length = codec
+                .encode_command(&command, &mut buffer)
+                .expect("it fits");
+            incomplete.controller.receive(&buffer[..length]);
+        }
+    }
+    assert_eq!(incomplete.controller.state(), SessionState::CommandingWait);
+    assert!(incomplete.controller.statistics().incomplete > 500);
+}
+
+/// Random and repeated datagrams are counted and change nothing.
+#[test]
+fn malformed_and_repeated_datagrams_are_counted() {
+    let mut sampler = Sampler::new(5);
+    let mut bench = Bench::new(
+        servo(),
+        config(ClientCommandMode::Position),
+        LinkConfig::default(),
+    );
+    bench.run(1.0, |_, _, _| {});
+    let mut buffer: Datagram = [0; DATAGRAM_BYTES];
+    for _ in 0..200 {
+        let length = bench.controller.cycle(&mut buffer).expect("a cycle");
+        let answer = bench
+            .client
+            .answer(&buffer[..length], &mut |_, _, _| {})
+            .expect("an answer");
+        bench.controller.receive(&answer);
+        bench.controller.receive(&answer);
+        let noise: Vec<u8> = (0..sampler.index(60))
+            .map(|_| sampler.index(256) as u8)
+            .collect();
+        bench.controller.receive(&noise);
+        bench.controller.receive(&buffer[..length]);
+    }
+    let statistics = bench.controller.statistics();
+    assert_eq!(statistics.repeated, 200);
+    assert!(statistics.malformed >= 390, "{statistics:?}");
+    assert_eq!(bench.controller.state(), SessionState::CommandingActive);
+    assert_eq!(bench.controller.plant().q(), start());
+}
+
+#[test]
+fn the_same_datagrams_give_the_same_answers() {
+    let link = LinkConfig {
+        loss: 0.1,
+        jitter_s: 0.0004,
+        seed: 9,
+        ..LinkConfig::default()
+    };
+    let run = || {
+        let mut bench = Bench::new(servo(), config(ClientCommandMode::Position), link);
+        bench.run(3.0, |t_s, _, data| {
+            data.position_rad.as_mut().expect("positions")[5] += sine(t_s, 0.1)
+        });
+        let mut buffer: Datagram = [0; DATAGRAM_BYTES];
+        let length = bench.controller.cycle(&mut buffer).expect("a cycle");
+        (buffer[..length].to_vec(), *bench.controller.statistics())
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn a_closed_session_is_idle() {
+    let mut bench = Bench::new(
+        servo(),
+        config(ClientCommandMode::Position),
+        LinkConfig::default(),
+    );
+    bench.run(1.0, |_, _, _| {});
+    bench.controller.close().expect("closed");
+    let answered = bench.client.answered;
+    bench.run(0.5, |_, _, _| {});
+    assert_eq!(bench.controller.state(), SessionState::Idle);
+    assert_eq!(bench.controller.ended(), Some(EndReason::Closed));
+    assert_eq!(bench.client.answered, answered, "nothing is answered");
+}
+
+fn allocations<P: SimulatedPlant>(plant: P, mode: ClientCommandMode) -> u64 {
+    let mut bench = Bench::new(plant, config(mode), LinkConfig::default());
+    bench.run(1.0, |_, _, _| {});
+    assert_eq!(bench.controller.state(), SessionState::CommandingActive);
+    let mut buffer: Datagram = [0; DATAGRAM_BYTES];
+    let mut allocated = 0;
+    for _ in 0..50 {
+        let mut length = 0;
+        let counted = allocation_counter::measure(|| {
+            length = bench.controller.cycle(&mut buffer).expect("a cycle");
+        });
+        let answer = bench.client.answer(&buffer[..length], &mut |_, _, _| {});
+        let answer = answer.expect("an answer");
+        let received = allocation_counter::measure(|| bench.controller.receive(&answer));
+        allocated += counted.count_total + received.count_total;
+    }
+    assert!(bench.controller.plant_mut().state().is_ok());
+    allocated
+}
+
+#[test]
+fn a_cycle_does_not_allocate() {
+    assert_eq!(allocations(servo(), ClientCommandMode::Position), 0);
+    assert_eq!(allocations(torque_arm(), ClientCommandMode::Torque), 0);
+    assert_eq!(allocations(torque_arm(), ClientCommandMode::Wrench), 0);
+}

@@ -1,0 +1,6 @@
+//! Integration tests of the crate, one program.
+
+mod faults;
+#[cfg(feature = "serde")]
+mod files;
+mod identities;

@@ -1,0 +1,149 @@
+//! After a hold, at whatever moment of a motion it began, the command goes on from where the arm is, within its limits.
+
+use glam::DVec3;
+use hwall_haptics::safety::SafeRequest;
+use hwall_haptics::{
+    ArmCommand, ArmState, Board, BoardTarget, RenderInput, Renderer, RendererConfig,
+};
+use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm};
+use hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2;
+use hwall_testkit::Sampler;
+
+/// An arm that does what it is told, and that brakes as hard as it may when it is told to hold.
+struct Arm {
+    state: ArmState,
+}
+
+impl Arm {
+    fn moves(&mut self, command: ArmCommand, dt_s: f64) {
+        let before = self.state.q;
+        for joint in 0..7 {
+            match command {
+                ArmCommand::Position(q) => {
+                    self.state.q[joint] = q[joint];
+                    self.state.qd[joint] = (q[joint] - before[joint]) / dt_s;
+                }
+                _ => {
+                    let (most, qd) = (IIWA7_ACCELERATION_RAD_PER_S2[joint], self.state.qd[joint]);
+                    let next = qd.signum() * (qd.abs() - most * dt_s).max(0.0);
+                    self.state.q[joint] += next * dt_s;
+                    self.state.qd[joint] = next;
+                }
+            }
+        }
+        self.state.t_s += dt_s;
+    }
+}
+
+/// What makes the arm hold.
+#[derive(Debug, Clone, Copy)]
+enum Fault {
+    None,
+    NoTarget,
+    NonFinite,
+    Stale,
+    ClockBack,
+    Request,
+}
+
+#[test]
+fn goes_on_from_where_the_arm_is_within_its_limits() {
+    hold_on_two_threads(6_000);
+}
+
+/// Takes minutes: `cargo test -p hwall-haptics --release --test it holds:: -- --ignored`.
+#[test]
+#[ignore = "takes minutes"]
+fn goes_on_within_its_limits_after_each_of_very_many_holds() {
+    hold_on_two_threads(100_000);
+}
+
+fn hold_on_two_threads(holds: usize) {
+    let threads: Vec<_> = [(1e-3, holds / 6), (5e-3, holds - holds / 6)]
+        .map(|(dt_s, holds)| std::thread::spawn(move || hold_often(dt_s, holds)))
+        .into();
+    for thread in threads {
+        thread.join().unwrap();
+    }
+}
+
+fn hold_often(dt_s: f64, holds: usize) {
+    let mut sampler = Sampler::new(holds as u64);
+    let iiwa = SrsArm::iiwa7();
+    let mut renderer = Renderer::new(&iiwa, &Board::default(), RendererConfig::default()).unwrap();
+    let fastest: [f64; 7] = renderer.follower().limits().velocity_rad_per_s;
+    let q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
+    let mut arm = Arm {
+        state: ArmState {
+            t_s: 0.0,
+            q,
+            qd: JointVelocities::default(),
+            external_torque: Some(JointTorques::default()),
+        },
+    };
+    let (mut held, mut moved) = (0, 0);
+    let (mut fault, mut left) = (Fault::None, 0);
+    let mut target = BoardTarget::new(DVec3::new(0.55, 0.1, 0.6), DVec3::X, 0.0);
+    while held < holds {
+        if left == 0 {
+            let lasts_s = sampler.uniform(0.0, 1.0).powi(4) * 0.8;
+            left = 1 + (lasts_s / dt_s) as usize;
+            fault = match fault {
+                Fault::None => {
+                    held += 1;
+                    let faults = [
+                        Fault::NoTarget,
+                        Fault::NonFinite,
+                        Fault::Stale,
+                        Fault::ClockBack,
+                        Fault::Request,
+                    ];
+                    faults[sampler.index(faults.len())]
+                }
+                _ => Fault::None,
+            };
+            if sampler.bool() {
+                let low = DVec3::new(0.45, -0.35, 0.35);
+                target.point_m = sampler.point_in_box(low, DVec3::new(0.65, 0.35, 0.85));
+            }
+        }
+        left -= 1;
+        target.stamp_s = arm.state.t_s;
+        let (mut now_s, mut state) = (arm.state.t_s, arm.state);
+        let mut input = RenderInput {
+            target: Some(&target),
+            ..RenderInput::default()
+        };
+        match fault {
+            Fault::None => {}
+            Fault::NoTarget => input.target = None,
+            Fault::NonFinite => state.q[sampler.index(7)] = f64::NAN,
+            Fault::Stale => state.t_s -= 1.0,
+            Fault::ClockBack => now_s -= 1.0,
+            Fault::Request => input.request = Some(SafeRequest::Hold),
+        }
+        let step = renderer.step_with(now_s, &state, &input);
+        renderer.plan();
+        let before = arm.state;
+        arm.moves(step.command, dt_s);
+        moved += usize::from(arm.state.q != before.q);
+        for joint in 0..7 {
+            let named = || format!("{now_s} s, joint {joint}, {fault:?}");
+            let limit = iiwa.limits()[joint];
+            assert!(limit.contains(arm.state.q[joint]), "{}", named());
+            let speed = arm.state.qd[joint].abs() / fastest[joint];
+            assert!(speed <= 1.0 + 1e-6, "{}: {speed} of its speed", named());
+            let change = (arm.state.qd[joint] - before.qd[joint]).abs() / dt_s;
+            let share = change / IIWA7_ACCELERATION_RAD_PER_S2[joint];
+            // Where a motion would leave the range of a joint, the command stays on its end.
+            let on_end = [before.q, arm.state.q].map(|q| limit.distance_rad(q[joint]) < 1e-9);
+            let most = if on_end.contains(&true) {
+                2.0
+            } else {
+                1.0 + 1e-6
+            };
+            assert!(share <= most, "{}: {share} of its acceleration", named());
+        }
+    }
+    assert!(moved > 10 * holds, "{moved}");
+}

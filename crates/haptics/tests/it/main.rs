@@ -1,0 +1,30 @@
+//! Integration tests of the crate, one program.
+
+mod approach;
+mod board;
+mod clamped;
+mod contact;
+mod follower;
+mod force;
+mod holds;
+mod obedience;
+mod object_brute_force;
+mod object_closed_form;
+mod object_energy;
+mod object_input;
+mod object_on_the_way;
+mod object_path;
+mod object_rendering;
+mod object_slide;
+mod passivity;
+mod passivity_design;
+mod person_in_the_way;
+mod renderer;
+mod room;
+mod safety_geometry;
+mod separation;
+mod slide;
+mod supervised;
+mod supervisor;
+mod supervisor_braking;
+mod supervisor_limits;

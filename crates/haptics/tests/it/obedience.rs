@@ -1,0 +1,151 @@
+//! An arm that does not do what it is told is noticed, and one that does is left alone.
+
+use crate::supervised::{Bench, DT_S, home};
+use hwall_haptics::ArmCommand;
+use hwall_haptics::safety::{ObedienceConfig, SafeReason, SafeState, SupervisorConfig};
+use hwall_kinematics::{JointPositions, JointTorques};
+
+fn turned(by_rad: f64) -> JointPositions {
+    let mut q = home();
+    q[0] += by_rad;
+    q
+}
+
+/// Where the arm is, with the noise of an encoder: it is not frozen.
+fn measured(bench: &mut Bench, q: JointPositions) {
+    let last = bench.state.q[0];
+    bench.state.q = q;
+    bench.state.q[6] += 1e-9 * f64::from(bench.ticks % 7);
+    bench.state.qd[0] = (bench.state.q[0] - last) / DT_S;
+}
+
+fn reason(state: SafeState) -> Option<SafeReason> {
+    state.reason()
+}
+
+#[test]
+fn positions_that_are_not_followed() {
+    let mut bench = Bench::new();
+    for step in 0..2000 {
+        let t_s = f64::from(step) * DT_S;
+        bench.command = ArmCommand::Position(turned(0.5 * t_s));
+        measured(&mut bench, home());
+        let said = bench.step();
+        // 0.2 s to be 0.1 rad off, and 0.15 s of delay in which it stood.
+        if t_s < 0.35 {
+            assert_eq!(said.state, SafeState::Normal, "{t_s}");
+        } else if reason(said.state) == Some(SafeReason::NotObeyed) {
+            assert!(said.latched && said.command == ArmCommand::Hold);
+            assert!(t_s < 0.4, "{t_s} s");
+            return;
+        }
+    }
+    panic!("never noticed");
+}
+
+#[test]
+fn positions_that_are_followed_at_half_the_speed() {
+    let mut bench = Bench::new();
+    for step in 0..4000 {
+        let t_s = f64::from(step) * DT_S;
+        bench.command = ArmCommand::Position(turned(0.5 * t_s));
+        measured(&mut bench, turned(0.25 * t_s));
+        if reason(bench.step().state) == Some(SafeReason::NotObeyed) {
+            // 0.3 rad off 0.15 s ago, 0.1 s to be sure.
+            assert!((1.5..1.7).contains(&t_s), "{t_s} s");
+            return;
+        }
+    }
+    panic!("never noticed");
+}
+
+#[test]
+fn positions_that_are_followed_late_or_bent_by_a_push() {
+    let mut bench = Bench::new();
+    let way = |t_s: f64| turned(0.7 * (1.0 - (2.0 * t_s).cos()) + 0.06 * (5.0 * t_s).sin());
+    for step in 0..4000 {
+        let t_s = f64::from(step) * DT_S;
+        bench.command = ArmCommand::Position(way(t_s));
+        let mut q = way((t_s - 0.06).max(0.0));
+        q[3] += 0.08 * (t_s / 0.5).min(1.0);
+        measured(&mut bench, q);
+        let state = bench.step().state;
+        assert_eq!(state, SafeState::Normal, "{t_s} s");
+    }
+}
+
+#[test]
+fn a_hold_that_drifts() {
+    for (rate_rad_per_s, noticed) in [(0.3, true), (-0.3, true), (0.02, false)] {
+        let mut bench = Bench::new();
+        bench.run(50);
+        bench.supervisor.stop();
+        let mut first_s = None;
+        for step in 0..1500 {
+            let t_s = f64::from(step) * DT_S;
+            measured(&mut bench, turned(rate_rad_per_s * t_s));
+            let said = bench.step();
+            assert_eq!(said.command, ArmCommand::Hold);
+            if reason(said.state) == Some(SafeReason::NotObeyed) {
+                first_s = first_s.or(Some(t_s));
+            }
+        }
+        assert_eq!(first_s.is_some(), noticed, "{rate_rad_per_s}");
+        assert!(
+            first_s.is_none_or(|at_s| (0.4..0.65).contains(&at_s)),
+            "{first_s:?}"
+        );
+        // It obeys again: nothing is left after a reset.
+        bench.command = ArmCommand::Position(bench.state.q);
+        bench.supervisor.reset();
+        for _ in 0..600 {
+            let q = bench.state.q;
+            measured(&mut bench, q);
+            bench.step();
+        }
+        assert_eq!(bench.step().state, SafeState::Normal);
+    }
+}
+
+#[test]
+fn under_torques_an_arm_goes_where_it_is_pushed() {
+    let mut bench = Bench::new();
+    bench.command = ArmCommand::Torque(JointTorques::default());
+    bench.run_with(50, |_, _| {});
+    for step in 0..2000 {
+        let t_s = f64::from(step) * DT_S;
+        measured(&mut bench, turned(0.3 * t_s));
+        assert_eq!(bench.step().state, SafeState::Normal, "{t_s} s");
+    }
+}
+
+#[test]
+fn it_can_be_left_out_and_settings_are_checked() {
+    let mut bench = Bench::with(SupervisorConfig {
+        obedience: None,
+        ..SupervisorConfig::default()
+    });
+    for step in 0..1000 {
+        bench.command = ArmCommand::Position(turned(0.5 * f64::from(step) * DT_S));
+        measured(&mut bench, home());
+        assert_eq!(bench.step().state, SafeState::Normal);
+    }
+    for bad in [f64::NAN, -1.0, f64::INFINITY] {
+        for config in [
+            ObedienceConfig {
+                delay_s: bad,
+                ..ObedienceConfig::default()
+            },
+            ObedienceConfig {
+                tolerance_rad: bad,
+                ..ObedienceConfig::default()
+            },
+            ObedienceConfig {
+                drift_rad: bad,
+                ..ObedienceConfig::default()
+            },
+        ] {
+            assert!(config.validate().is_err());
+        }
+    }
+}

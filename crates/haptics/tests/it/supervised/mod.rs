@@ -1,0 +1,138 @@
+//! A control loop around the supervisor, for its tests.
+
+use glam::DVec3;
+use hwall_haptics::safety::{
+    PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput, SupervisorStep,
+};
+use hwall_haptics::{ArmCommand, ArmState, Board};
+use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
+
+pub(crate) const DT_S: f64 = 1e-3;
+
+/// A loop with an arm that does at once what it is told.
+pub(crate) struct Bench {
+    pub(crate) supervisor: Supervisor,
+    pub(crate) now_s: f64,
+    pub(crate) state: ArmState,
+    pub(crate) person: Vec<PersonPoint>,
+    pub(crate) target: Option<DVec3>,
+    pub(crate) force: Option<Wrench>,
+    pub(crate) command: ArmCommand,
+    pub(crate) ticks: u32,
+    /// Things that tremble, as measured ones do.
+    trembles: bool,
+}
+
+pub(crate) fn home() -> JointPositions {
+    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
+}
+
+impl Bench {
+    pub(crate) fn new() -> Self {
+        Self::with(SupervisorConfig::default())
+    }
+
+    /// Its first state counts.
+    pub(crate) fn with(config: SupervisorConfig) -> Self {
+        Self::as_configured(SupervisorConfig {
+            agreeing_states: 1,
+            ..config
+        })
+    }
+
+    pub(crate) fn as_configured(config: SupervisorConfig) -> Self {
+        let far = |part, y: f64| PersonPoint {
+            part,
+            position_m: DVec3::new(2.0, y, 1.0),
+            stamp_s: 0.0,
+        };
+        let person = vec![
+            far(PersonPart::Fingertip, 0.0),
+            far(PersonPart::Palm, 0.1),
+            far(PersonPart::Head, 0.3),
+        ];
+        Self {
+            supervisor: Supervisor::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap(),
+            now_s: 10.0,
+            state: ArmState {
+                t_s: 10.0,
+                q: home(),
+                qd: JointVelocities::default(),
+                external_torque: Some(JointTorques::default()),
+            },
+            person,
+            target: Some(DVec3::new(0.6, 0.0, 0.6)),
+            force: Some(Wrench::default()),
+            command: ArmCommand::Position(home()),
+            ticks: 0,
+            trembles: true,
+        }
+    }
+
+    /// One cycle; `spoil` changes what the supervisor is handed.
+    pub(crate) fn step_with(&mut self, spoil: impl Fn(&mut Self, &mut f64)) -> SupervisorStep {
+        self.now_s += DT_S;
+        self.ticks += 1;
+        self.state.t_s = self.now_s;
+        for point in &mut self.person {
+            point.stamp_s = self.now_s;
+            if self.trembles {
+                point.position_m.z += if self.ticks.is_multiple_of(2) {
+                    1e-5
+                } else {
+                    -1e-5
+                };
+            }
+        }
+        let mut now_s = self.now_s;
+        let sound = (
+            self.state,
+            self.person.clone(),
+            self.target,
+            self.force,
+            self.command,
+        );
+        spoil(self, &mut now_s);
+        let input = SupervisorInput {
+            now_s,
+            state: &self.state,
+            person: &self.person,
+            target: self.target.map(|target| (target, self.now_s)),
+            force: self.force,
+            command: self.command,
+        };
+        let step = self.supervisor.step(&input);
+        (
+            self.state,
+            self.person,
+            self.target,
+            self.force,
+            self.command,
+        ) = sound;
+        step
+    }
+
+    pub(crate) fn step(&mut self) -> SupervisorStep {
+        self.step_with(|_, _| {})
+    }
+
+    pub(crate) fn run(&mut self, steps: usize) -> SupervisorStep {
+        let mut last = self.step();
+        for _ in 1..steps {
+            last = self.step();
+        }
+        last
+    }
+
+    pub(crate) fn run_with(
+        &mut self,
+        steps: usize,
+        spoil: impl Fn(&mut Self, &mut f64),
+    ) -> SupervisorStep {
+        let mut last = self.step_with(&spoil);
+        for _ in 1..steps {
+            last = self.step_with(&spoil);
+        }
+        last
+    }
+}

@@ -1,0 +1,245 @@
+//! Every watchdog of the supervisor, one by one.
+
+use crate::supervised::{Bench, DT_S, home};
+use glam::DVec3;
+use hwall_haptics::ArmCommand;
+use hwall_haptics::safety::{Channel, PersonPart, SafeRequest, SafeState};
+use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, Wrench};
+
+/// A fault stands at once, ends in its last state in the time that is stated, and is forgotten after the recovery time.
+fn faulty(channel: Channel, kind: &str, retreats: bool, spoil: impl Fn(&mut Bench, &mut f64)) {
+    let mut bench = Bench::new();
+    assert_eq!(bench.run(50).state, SafeState::Normal, "{channel:?} {kind}");
+    let first = bench.step_with(&spoil);
+    let SafeState::Holding { reason } = first.state else {
+        panic!("{channel:?} {kind}: {first:?}");
+    };
+    assert_eq!(
+        (reason.channel(), reason.name()),
+        (Some(channel), kind),
+        "{reason:?}"
+    );
+    assert_eq!(first.command, ArmCommand::Hold);
+    assert_eq!(first.request, SafeRequest::Hold);
+    // One bad sample: back after the recovery time.
+    let mut once = Bench::new();
+    once.run(50);
+    once.step_with(&spoil);
+    assert_eq!(once.step().state.name(), "holding");
+    assert_eq!(once.run(270).state, SafeState::Normal, "{channel:?} {kind}");
+    // Bad for ever.
+    let longest_s = bench.supervisor.config().longest_to_last_state_s();
+    let after_hold = bench.run_with(310, &spoil);
+    let wanted = if retreats { "retreating" } else { "stopped" };
+    assert_eq!(
+        after_hold.state.name(),
+        wanted,
+        "{channel:?} {kind}: {after_hold:?}"
+    );
+    let last = bench.run_with((longest_s / DT_S) as usize, &spoil);
+    assert_eq!(last.state.name(), "stopped", "{channel:?} {kind}");
+    assert_eq!(last.command, ArmCommand::Hold);
+    assert!(!last.latched);
+    let back = bench.run(600);
+    assert_eq!(back.state, SafeState::Normal, "{channel:?} {kind}");
+}
+
+#[test]
+fn nan_on_every_channel() {
+    faulty(Channel::Time, "non_finite", false, |_, now| *now = f64::NAN);
+    faulty(Channel::Position, "non_finite", false, |b, _| {
+        b.state.t_s = f64::INFINITY
+    });
+    faulty(Channel::Position, "non_finite", false, |b, _| {
+        b.state.q[3] = f64::NAN
+    });
+    faulty(Channel::Velocity, "non_finite", false, |b, _| {
+        b.state.qd[0] = f64::INFINITY
+    });
+    faulty(Channel::Torque, "non_finite", true, |b, _| {
+        b.state.external_torque = Some(JointTorques([f64::NAN; 7]));
+    });
+    faulty(Channel::Fingertip, "non_finite", true, |b, _| {
+        b.person[0].position_m.x = f64::NAN
+    });
+    faulty(Channel::Palm, "non_finite", true, |b, _| {
+        b.person[1].position_m.y = f64::INFINITY
+    });
+    faulty(Channel::Head, "non_finite", true, |b, _| {
+        b.person[2].stamp_s = f64::NAN
+    });
+    faulty(Channel::Target, "non_finite", true, |b, _| {
+        b.target = Some(DVec3::NAN)
+    });
+    faulty(Channel::Force, "non_finite", true, |b, _| {
+        b.force = Some(Wrench {
+            force_n: DVec3::NAN,
+            ..Wrench::default()
+        });
+    });
+    faulty(Channel::Command, "non_finite", false, |b, _| {
+        b.command = ArmCommand::Position(JointPositions([f64::NAN; 7]));
+    });
+    faulty(Channel::Command, "non_finite", false, |b, _| {
+        b.command = ArmCommand::Torque(JointTorques([f64::INFINITY; 7]));
+    });
+}
+
+#[test]
+fn stale_inputs() {
+    faulty(Channel::Position, "stale", false, |b, _| b.state.t_s -= 0.2);
+    faulty(Channel::Position, "stale", false, |b, _| b.state.t_s += 0.2);
+    faulty(Channel::Fingertip, "stale", true, |b, _| {
+        b.person[0].stamp_s -= 0.3
+    });
+    faulty(Channel::Palm, "stale", true, |b, _| {
+        b.person[1].stamp_s -= 0.3
+    });
+    faulty(Channel::Head, "stale", true, |b, _| {
+        b.person[2].stamp_s -= 0.3
+    });
+}
+
+/// What was there once and does not come any more ages.
+#[test]
+fn missing_inputs() {
+    let missing = |channel: Channel, steps: usize, spoil: fn(&mut Bench)| {
+        let mut bench = Bench::new();
+        bench.run(10);
+        let before = bench.run_with(steps - 20, |b, _| spoil(b));
+        assert_eq!(before.state, SafeState::Normal);
+        let after = bench.run_with(40, |b, _| spoil(b));
+        let reason = after.state.reason().unwrap();
+        assert_eq!((reason.channel(), reason.name()), (Some(channel), "stale"));
+        assert_eq!(after.state.name(), "holding");
+    };
+    missing(Channel::Fingertip, 60, |b| {
+        b.person.remove(0);
+    });
+    missing(Channel::Palm, 60, |b| {
+        b.person.remove(1);
+    });
+    missing(Channel::Head, 60, |b| {
+        b.person.remove(2);
+    });
+    missing(Channel::Torque, 100, |b| b.state.external_torque = None);
+    missing(Channel::Force, 100, |b| b.force = None);
+    // Not when it was said before.
+    let mut bench = Bench::new();
+    bench.run(10);
+    for part in PersonPart::ALL {
+        bench.supervisor.forget(part);
+    }
+    assert_eq!(
+        bench.run_with(2000, |b, _| b.person.clear()).state,
+        SafeState::Normal
+    );
+}
+
+/// Leaps alternate, so that they last.
+#[test]
+fn jumping_inputs() {
+    let odd = |b: &Bench| b.ticks % 2 == 1;
+    let by = move |b: &Bench, size: f64| if odd(b) { size } else { 0.0 };
+    faulty(Channel::Time, "jump", false, move |b, now| {
+        *now += if odd(b) { 5.0 } else { -5.0 }
+    });
+    faulty(Channel::Position, "jump", false, move |b, _| {
+        b.state.q[1] += by(b, 0.1)
+    });
+    faulty(Channel::Velocity, "jump", false, move |b, _| {
+        b.state.qd[6] += by(b, 1.6)
+    });
+    faulty(Channel::Fingertip, "jump", true, move |b, _| {
+        b.person[0].position_m.x += by(b, 0.5)
+    });
+    faulty(Channel::Palm, "jump", true, move |b, _| {
+        b.person[1].position_m.z += by(b, 0.5)
+    });
+    faulty(Channel::Head, "jump", true, move |b, _| {
+        b.person[2].position_m.y += by(b, 0.5)
+    });
+    faulty(Channel::Command, "jump", false, |b, _| {
+        let mut far = home();
+        far[0] += 0.8;
+        b.command = ArmCommand::Position(far);
+    });
+}
+
+#[test]
+fn a_clock_that_stands_or_runs_backwards() {
+    let mut bench = Bench::new();
+    bench.run(10);
+    let stands = bench.run_with(30, |_, now| *now = 10.02);
+    assert_eq!(stands.state.name(), "holding");
+    assert_eq!(
+        stands.state.reason().unwrap().channel(),
+        Some(Channel::Time)
+    );
+    let last = bench.run_with(2500, |_, now| *now = 10.02);
+    assert_eq!(last.state.name(), "stopped");
+    let mut bench = Bench::new();
+    bench.run(10);
+    let back = bench.step_with(|_, now| *now -= 0.1);
+    assert_eq!(back.state.reason().unwrap().name(), "jump");
+}
+
+#[test]
+fn frozen_inputs() {
+    let frozen = |channel: Channel, within: usize, spoil: &dyn Fn(&mut Bench)| {
+        let mut bench = Bench::new();
+        bench.run(20);
+        let mut seen = None;
+        for i in 0..within {
+            // The command moves slowly, and the arm with it.
+            let mut q = home();
+            q[0] += 2e-4 * i as f64;
+            bench.command = ArmCommand::Position(q);
+            bench.state.q = q;
+            bench.state.qd[0] = 0.2;
+            bench.state.external_torque = Some(JointTorques([0.1 + 1e-6 * i as f64; 7]));
+            let step = bench.step_with(|b, _| spoil(b));
+            if let SafeState::Holding { reason } = step.state {
+                seen = Some((reason, i));
+                break;
+            }
+            assert_eq!(step.state, SafeState::Normal, "{channel:?} {i}");
+        }
+        let (reason, _) = seen.unwrap_or_else(|| panic!("{channel:?}: not seen"));
+        assert_eq!((reason.channel(), reason.name()), (Some(channel), "frozen"));
+    };
+    frozen(Channel::Position, 120, &|b| b.state.q = home());
+    frozen(Channel::Velocity, 230, &|b| {
+        b.state.qd = JointVelocities([0.02; 7])
+    });
+    frozen(Channel::Torque, 230, &|b| {
+        b.state.external_torque = Some(JointTorques([0.3; 7]))
+    });
+    frozen(Channel::Fingertip, 1050, &|b| {
+        b.person[0].position_m = DVec3::new(2.0, 0.0, 1.0)
+    });
+    frozen(Channel::Palm, 1050, &|b| {
+        b.person[1].position_m = DVec3::new(2.0, 0.1, 1.0)
+    });
+    frozen(Channel::Head, 1050, &|b| {
+        b.person[2].position_m = DVec3::new(2.0, 0.3, 1.0)
+    });
+    // An arm that stands is not frozen, and neither is a noiseless sensor that feels nothing.
+    let mut bench = Bench::new();
+    assert_eq!(bench.run(3000).state, SafeState::Normal);
+}
+
+#[test]
+fn an_arm_whose_person_was_never_whole_does_not_even_withdraw() {
+    let mut bench = Bench::new();
+    // The fingertip is seen once and lost; the head never comes.
+    bench.person.truncate(1);
+    for k in 0..3000 {
+        let step = bench.step_with(|bench, _| {
+            if k > 0 {
+                bench.person.clear();
+            }
+        });
+        assert_eq!(step.command, ArmCommand::Hold, "{k}: {}", step.state);
+    }
+}

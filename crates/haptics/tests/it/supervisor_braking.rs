@@ -1,0 +1,164 @@
+//! Cuts of the supervisor brake no harder than the joints may.
+
+use crate::supervised::{Bench, DT_S, home};
+use glam::DVec3;
+use hwall_haptics::safety::{GuardLimits, PersonPart};
+use hwall_haptics::{ArmCommand, Board};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm, Wrench};
+
+/// A person who comes near makes a moving arm slow down; neither that nor going on is a leap of its speed.
+#[test]
+fn a_cut_of_speed_is_no_leap_of_speed() {
+    let arm = SrsArm::iiwa7().carrying(Board::default().flange_from_board_face().unwrap());
+    let normal = arm.forward(&home()).rotation().z_axis;
+    let hardest = GuardLimits::of_arm(&SrsArm::iiwa7()).acceleration_rad_per_s2;
+    let mut bench = Bench::new();
+    bench.run(5);
+    bench.supervisor.forget(PersonPart::Fingertip);
+    let place = |q: &JointPositions| arm.forward(q).position_m();
+    // Joints 2 and 4 bring the face outwards.
+    let outwards = [1, 3].map(|joint| {
+        let mut ahead = home();
+        ahead[joint] += 1e-6;
+        let way = (place(&ahead) - place(&home())).dot(normal).signum();
+        (joint, way)
+    });
+    let (mut to, mut from, mut before) = (home(), home(), [0.0; 7]);
+    let (mut rate, mut slowest, mut slowed) = (0.0_f64, f64::INFINITY, 0);
+    for k in 0..1500 {
+        // Soon fast, for a while, and to rest.
+        rate = match k {
+            0..400 => (rate + 0.005).min(1.0),
+            _ => (rate - 0.005).max(0.0),
+        };
+        for (joint, way) in outwards {
+            to[joint] += way * rate * DT_S;
+        }
+        bench.command = ArmCommand::Position(to);
+        let near = (200..300).contains(&k);
+        let step = bench.step_with(|bench, _| {
+            let away_m = if near { 0.03 } else { 2.0 };
+            // The point itself is as sound as the others: only its distance counts here.
+            bench.person[0].position_m = place(&from) + normal * away_m;
+            if k == 200 || k == 300 {
+                bench.supervisor.forget(PersonPart::Fingertip);
+            }
+        });
+        let ArmCommand::Position(q) = step.command else {
+            panic!("{k}: {step:?}");
+        };
+        let rates: [f64; 7] = std::array::from_fn(|i| (q[i] - from[i]) / DT_S);
+        for joint in 0..7 {
+            let change = (rates[joint] - before[joint]).abs() / DT_S;
+            assert!(change <= hardest[joint] * 1.001, "{k}, {joint}: {change}");
+        }
+        if near {
+            slowed += usize::from(step.state.name() == "slowed");
+            let closing = (place(&q) - place(&from)).dot(normal) / DT_S;
+            slowest = slowest.min(closing);
+        }
+        (from, bench.state.q, before) = (q, q, rates);
+        bench.state.qd = JointVelocities(rates);
+    }
+    println!("{slowed} of 100 slowed, {slowest} m/s");
+    assert!(slowed > 90 && slowest < 0.32, "{slowed}, {slowest} m/s");
+    assert!(from.max_abs_difference(&to) < 1e-9);
+}
+
+/// A hand that is pressed too hard: the way back begins at rest, but the arm comes to rest no harder than it may.
+#[test]
+fn a_retreat_from_a_motion_is_no_leap_of_speed() {
+    let hardest = GuardLimits::of_arm(&SrsArm::iiwa7()).acceleration_rad_per_s2;
+    let mut bench = Bench::new();
+    bench.run(5);
+    let (mut to, mut from, mut before) = (home(), home(), [0.0; 7]);
+    let (mut rate, mut retreats) = (0.0_f64, 0);
+    for k in 0..1000 {
+        if k < 300 {
+            rate = (rate + 0.005).min(0.8);
+            to[0] += rate * DT_S;
+            to[3] -= rate * DT_S;
+        }
+        bench.command = ArmCommand::Position(to);
+        let step = bench.step_with(|bench, _| {
+            // Until the way back would be over.
+            if (300..310).contains(&k) {
+                bench.force = Some(Wrench {
+                    force_n: DVec3::X * -400.0,
+                    ..Wrench::default()
+                });
+            }
+        });
+        let ArmCommand::Position(q) = step.command else {
+            panic!("{k}: {step:?}");
+        };
+        let rates: [f64; 7] = std::array::from_fn(|i| (q[i] - from[i]) / DT_S);
+        for joint in 0..7 {
+            let change = (rates[joint] - before[joint]).abs() / DT_S;
+            assert!(change <= hardest[joint] * 1.001, "{k}, {joint}: {change}");
+        }
+        retreats += usize::from(step.state.name() == "retreating");
+        (from, bench.state.q, before) = (q, q, rates);
+        bench.state.qd = JointVelocities(rates);
+    }
+    assert!(retreats > 600, "{retreats}");
+    assert!(before.iter().all(|rate| rate.abs() < 1e-3), "{before:?}");
+}
+
+/// A command that is cut and behind what is wanted is no place to leap from, either: a loop that comes late goes on by four usual steps.
+#[test]
+fn after_a_stall_a_command_that_is_cut_does_not_leap() {
+    let most = GuardLimits::of_arm(&SrsArm::iiwa7()).velocity_rad_per_s;
+    for stall_s in [0.02, 0.15, 0.19] {
+        let mut bench = Bench::new();
+        bench.run(5);
+        let (mut to, mut from) = (home(), home());
+        let (mut rate, mut slowed, mut largest) = (0.0_f64, 0, 0.0_f64);
+        for k in 0..400 {
+            // Soon faster than joint 1 may be.
+            rate = (rate + 0.01).min(2.5);
+            to[0] += rate * DT_S;
+            bench.command = ArmCommand::Position(to);
+            if k == 380 {
+                bench.now_s += stall_s;
+            }
+            let step = bench.step();
+            let ArmCommand::Position(q) = step.command else {
+                panic!("{k}: {step:?}");
+            };
+            slowed += usize::from(step.state.name() == "slowed");
+            let turned = (q[0] - from[0]).abs();
+            let steps = if k == 380 { 4.0 } else { 1.0 };
+            assert!(
+                turned <= steps * most[0] * DT_S * (1.0 + 1e-6),
+                "stall of {stall_s} s, step {k}: {turned} rad"
+            );
+            largest = largest.max(turned);
+            let qd = JointVelocities(std::array::from_fn(|i| (q[i] - from[i]) / DT_S));
+            (from, bench.state.q) = (q, q);
+            bench.state.qd[0] = qd[0].min(most[0]);
+        }
+        println!("stall of {stall_s} s: largest step {largest:.4} rad, {slowed} cycles slowed");
+        assert!(slowed > 100, "{slowed}");
+    }
+}
+
+/// An arm may be measured to be a little faster than a command may be.
+#[test]
+fn the_first_command_of_an_arm_that_is_too_fast_is_not() {
+    let most = GuardLimits::of_arm(&SrsArm::iiwa7()).velocity_rad_per_s;
+    let mut bench = Bench::new();
+    bench.state.qd[0] = 1.15 * most[0];
+    let (mut from, mut to) = (bench.state.q, home());
+    for k in 0..50 {
+        to[0] += 3.0 * most[0] * DT_S;
+        bench.command = ArmCommand::Position(to);
+        let step = bench.step();
+        let ArmCommand::Position(q) = step.command else {
+            panic!("{k}: {step:?}");
+        };
+        let turned = (q[0] - from[0]).abs();
+        assert!(turned <= most[0] * DT_S * (1.0 + 1e-6), "{k}: {turned} rad");
+        (from, bench.state.q) = (q, q);
+    }
+}

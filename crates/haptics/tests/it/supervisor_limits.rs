@@ -1,0 +1,578 @@
+//! Every limit of the supervisor, one by one.
+
+use crate::supervised::{Bench, DT_S, home};
+use glam::DVec3;
+use hwall_haptics::body::{ArmBody, BodyConfig, Room};
+use hwall_haptics::safety::{
+    Channel, GuardLimits, Latch, PersonPart, SafeReason, SafeRequest, SafeState, Supervisor,
+    SupervisorConfig, SupervisorInput, WorkspaceBox,
+};
+use hwall_haptics::{ArmCommand, Board};
+use hwall_kinematics::{
+    ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, SrsParameters, Wrench,
+};
+use hwall_testkit::Sampler;
+
+#[test]
+fn too_much_force_withdraws_at_once_and_is_latched() {
+    let push = |force_n: f64| Wrench {
+        force_n: DVec3::new(-force_n, 0.0, 0.0),
+        ..Wrench::default()
+    };
+    let mut bench = Bench::new();
+    bench.run(10);
+    // An impact within the limit is allowed for half a second.
+    let normal = bench.run_with(450, |b, _| b.force = Some(push(200.0)));
+    assert_eq!(normal.state, SafeState::Normal);
+    let lasting = bench.run_with(60, |b, _| b.force = Some(push(200.0)));
+    assert_eq!(lasting.state.name(), "retreating");
+    assert!(lasting.latched && matches!(lasting.request, SafeRequest::Yield { .. }));
+    let SafeReason::Force { limit_n, .. } = lasting.state.reason().unwrap() else {
+        panic!("{lasting:?}");
+    };
+    assert_eq!(limit_n, 140.0);
+    // Gone, but latched: it ends in stopped, until it is reset.
+    let last = bench.run(3000);
+    assert_eq!((last.state.name(), last.latched), ("stopped", true));
+    bench.supervisor.reset();
+    assert_eq!(bench.run(300).state, SafeState::Normal);
+
+    let mut bench = Bench::new();
+    bench.run(10);
+    let hit = bench.step_with(|b, _| b.force = Some(push(300.0)));
+    assert_eq!(hit.state.name(), "retreating");
+    let mut bench = Bench::new();
+    bench.run(10);
+    let broken = bench.step_with(|b, _| b.force = Some(push(5000.0)));
+    assert_eq!((broken.state.name(), broken.latched), ("holding", true));
+    assert_eq!(broken.state.reason().unwrap().name(), "implausible_force");
+    assert_eq!(bench.run(400).state.name(), "holding");
+    assert_eq!(
+        bench
+            .run_with(400, |b, _| b.force = Some(push(5000.0)))
+            .state
+            .name(),
+        "stopped"
+    );
+}
+
+/// A torque-controlled arm gives way instead, as fast as torques may change.
+#[test]
+fn too_much_force_on_a_torque_arm_makes_it_float() {
+    let mut bench = Bench::new();
+    bench.command = ArmCommand::Torque(JointTorques([10.0; 7]));
+    bench.run(30);
+    let push = Wrench {
+        force_n: DVec3::new(-300.0, 0.0, 0.0),
+        ..Wrench::default()
+    };
+    let mut step = bench.step_with(|b, _| b.force = Some(push));
+    let mut last = 10.0;
+    for _ in 0..12 {
+        assert_eq!(step.state.name(), "compliant");
+        let ArmCommand::Torque(torque) = step.command else {
+            panic!("{step:?}");
+        };
+        assert!(
+            (last - torque[2] - 1.0).abs() < 1e-9 || torque[2] == 0.0,
+            "{torque:?}"
+        );
+        last = torque[2];
+        step = bench.step();
+    }
+    assert_eq!(last, 0.0);
+}
+
+#[test]
+fn torques_are_cut_in_size_and_rate() {
+    let mut bench = Bench::new();
+    bench.command = ArmCommand::Torque(JointTorques([1000.0, -1000.0, 0.5, 0.0, 0.0, 1000.0, 0.0]));
+    // The first step has no time behind it.
+    bench.step();
+    let mut last = JointTorques::default();
+    for i in 1..400 {
+        let step = bench.step();
+        let ArmCommand::Torque(torque) = step.command else {
+            panic!("{step:?}");
+        };
+        for joint in 0..7 {
+            assert!((torque[joint] - last[joint]).abs() <= 1.0 + 1e-9);
+        }
+        assert_eq!(step.state.name(), "slowed", "{i}");
+        last = torque;
+    }
+    assert_eq!(
+        (last[0], last[1], last[2], last[5]),
+        (176.0, -176.0, 0.5, 40.0)
+    );
+}
+
+#[test]
+fn commands_are_cut_to_the_limits_of_joints() {
+    let mut bench = Bench::new();
+    bench.run(5);
+    let mut beyond = home();
+    beyond[0] += 0.4;
+    bench.command = ArmCommand::Position(beyond);
+    let most = SrsArm::iiwa7().max_velocity_rad_per_s()[0];
+    let hardest = GuardLimits::of_arm(&SrsArm::iiwa7()).acceleration_rad_per_s2[0];
+    let (mut from, mut speed) = (home(), 0.0);
+    for k in 0..5000 {
+        let step = bench.step();
+        let ArmCommand::Position(q) = step.command else {
+            panic!("{step:?}");
+        };
+        let now = (q[0] - from[0]) / DT_S;
+        assert!(now.abs() <= most * 1.001);
+        assert!((now - speed).abs() <= hardest * DT_S * (1.0 + 1e-6), "{k}");
+        let SafeRequest::Go { speed_share } = step.request else {
+            panic!("{step:?}");
+        };
+        // Told once; while the arm makes up for it, it stays slowed.
+        assert_eq!(speed_share < 1.0, k == 0);
+        assert!(k > 50 || step.state.name() == "slowed");
+        (from, bench.state.q, speed) = (q, q, now);
+    }
+    assert!((from[0] - beyond[0]).abs() < 1e-9, "{from:?}");
+    // Beyond the limit of an angle.
+    let mut bench = Bench::new();
+    let limit = SrsArm::iiwa7().limits()[6].max_rad;
+    bench.state.q[6] = limit - 1e-4;
+    let mut over = bench.state.q;
+    over[6] = limit + 0.05;
+    bench.command = ArmCommand::Position(over);
+    let step = bench.run(3);
+    let ArmCommand::Position(q) = step.command else {
+        panic!("{step:?}");
+    };
+    assert!(q[6] <= limit);
+    assert_eq!(step.state.reason().unwrap().name(), "command_limit");
+}
+
+#[test]
+fn an_arm_beyond_its_limits_is_stopped_and_latched() {
+    type Spoil = fn(&mut Bench);
+    let spoils: [(Channel, Spoil); 3] = [
+        (Channel::Position, |b| b.state.q[5] = 2.2),
+        (Channel::Velocity, |b| b.state.qd[2] = 5.0),
+        (Channel::Torque, |b| {
+            b.state.external_torque = Some(JointTorques([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 41.0]))
+        }),
+    ];
+    for (channel, spoil) in spoils {
+        let mut bench = Bench::new();
+        bench.run(2);
+        // The leap into the fault is one by itself; after it the limit speaks.
+        let step = bench.run_with(300, |b, _| spoil(b));
+        let reason = step.state.reason().unwrap();
+        assert_eq!(
+            (reason.name(), reason.channel()),
+            ("joint_limit", Some(channel))
+        );
+        assert!(step.latched);
+        assert_eq!(
+            bench.run_with(1000, |b, _| spoil(b)).state.name(),
+            "stopped"
+        );
+        bench.run(100);
+        bench.supervisor.reset();
+        assert_eq!(bench.run(600).state, SafeState::Normal, "{channel:?}");
+    }
+}
+
+#[test]
+fn the_board_stays_in_its_box() {
+    let arm = SrsArm::iiwa7();
+    let at = arm.forward(&home()).position_m();
+    let config = SupervisorConfig {
+        guard: Some(GuardLimits {
+            workspace: Some(WorkspaceBox {
+                min_m: at - DVec3::splat(0.05),
+                max_m: at + DVec3::splat(0.05),
+            }),
+            ..GuardLimits::of_arm(&arm)
+        }),
+        ..SupervisorConfig::default()
+    };
+    let mut bench = Bench::with(config);
+    bench.run(5);
+    let mut seen = None;
+    for i in 0..300 {
+        let mut q = home();
+        q[0] += 1e-3 * f64::from(i);
+        bench.command = ArmCommand::Position(q);
+        let step = bench.step();
+        if let SafeState::Holding { reason } = step.state {
+            seen = Some(reason);
+            break;
+        }
+        bench.state.q = q;
+    }
+    assert_eq!(seen, Some(SafeReason::Workspace));
+}
+
+/// A board that comes nearer to a finger, a head, or a hand that it would hit too hard is slowed down.
+#[test]
+fn near_a_person_the_board_is_slow() {
+    let arm = SrsArm::iiwa7().carrying(Board::default().flange_from_board_face().unwrap());
+    let face = arm.forward(&home());
+    let normal = face.rotation().z_axis;
+    let mut q = home();
+    // Some joint motion that moves the face outwards at 1 m/s or so.
+    let outward = |q: &JointPositions| arm.forward(q).position_m().dot(normal);
+    let joint = 3;
+    let mut ahead = q;
+    ahead[joint] += 1e-6;
+    let sign = (outward(&ahead) - outward(&q)).signum();
+    let run = |part: PersonPart, distance_m: f64, q: &mut JointPositions| {
+        let mut bench = Bench::new();
+        bench.run(2);
+        for point in &mut bench.person {
+            if point.part == part {
+                point.position_m = face.position_m() + normal * distance_m;
+            }
+        }
+        // The leap of the point is a fault of its own.
+        bench.run(300);
+        q[joint] += sign * 2e-3;
+        bench.command = ArmCommand::Position(*q);
+        let step = bench.step();
+        let ArmCommand::Position(out) = step.command else {
+            panic!("{step:?}");
+        };
+        let speed = (outward(&out) - outward(&home())) / DT_S;
+        *q = home();
+        (step, speed)
+    };
+    let (step, free) = run(PersonPart::Fingertip, 2.0, &mut q);
+    assert!(free > 0.35, "{free}");
+    assert_eq!(step.state, SafeState::Normal);
+    let (step, near) = run(PersonPart::Fingertip, 0.02, &mut q);
+    assert!(near < 0.26, "{near}");
+    assert_eq!(
+        step.state.reason().unwrap().channel(),
+        Some(Channel::Fingertip)
+    );
+    let (step, head) = run(PersonPart::Head, 0.4, &mut q);
+    assert!(head < 0.26, "{head}");
+    assert_eq!(step.state.reason().unwrap().name(), "person_near");
+}
+
+#[test]
+fn a_retreat_goes_back_and_slowly() {
+    let arm = SrsArm::iiwa7().carrying(Board::default().flange_from_board_face().unwrap());
+    let normal = arm.forward(&home()).rotation().z_axis;
+    for (sign, moves) in [(1.0, false), (-1.0, true)] {
+        let mut bench = Bench::new();
+        bench.run(5);
+        let lost = |b: &mut Bench, _: &mut f64| b.person[0].stamp_s -= 1.0;
+        let step = bench.run_with(350, lost);
+        assert_eq!(step.state.name(), "retreating");
+        let place = |q: &JointPositions| arm.forward(q).position_m();
+        let mut ahead = home();
+        ahead[3] += 1e-6;
+        let outwards = (place(&ahead) - place(&home())).dot(normal).signum();
+        let (mut q, mut to) = (home(), home());
+        for k in 0..60 {
+            to[3] += sign * outwards * 1e-3;
+            bench.command = ArmCommand::Position(to);
+            let step = bench.step_with(lost);
+            let ArmCommand::Position(out) = step.command else {
+                panic!("{step:?}");
+            };
+            let speed = place(&out).distance(place(&q)) / DT_S;
+            assert!(speed <= 0.101, "{speed}");
+            // It takes its time to be that fast.
+            assert!(k < 30 || (speed > 0.05) == moves, "{sign}: {speed}");
+            (q, bench.state.q) = (out, out);
+        }
+    }
+}
+
+#[test]
+fn a_stop_on_demand_lasts_until_it_is_reset() {
+    let mut bench = Bench::new();
+    bench.run(5);
+    bench.supervisor.stop();
+    let step = bench.run(5000);
+    assert_eq!(
+        step.state,
+        SafeState::Stopped {
+            reason: SafeReason::Requested
+        }
+    );
+    assert!(step.latched && step.command == ArmCommand::Hold);
+    bench.supervisor.reset();
+    assert_eq!(bench.run(300).state, SafeState::Normal);
+}
+
+/// It once ended the release but left the reason that a stop was asked for, so the stop was latched again.
+#[test]
+fn a_slight_fault_after_a_reset_does_not_latch_the_stop_again() {
+    for steps in [1, 100, 2000] {
+        let mut bench = Bench::new();
+        bench.run(5);
+        bench.supervisor.stop();
+        bench.run(20);
+        bench.supervisor.reset();
+        let slight = bench.run_with(steps, |b, _| b.person[2].stamp_s -= 0.3);
+        let reason = slight.state.reason().unwrap();
+        assert_eq!((reason.name(), slight.latched), ("stale", false), "{steps}");
+        assert_eq!(slight.command, ArmCommand::Hold);
+        assert_eq!(bench.run(300).state, SafeState::Normal, "{steps}");
+    }
+}
+
+#[test]
+fn a_slight_fault_after_a_reset_holds_before_it_withdraws() {
+    let mut bench = Bench::new();
+    bench.run(5);
+    let most_n = bench.supervisor.config().contact.implausible_n;
+    let held = bench.run_with(290, |b, _| {
+        b.force = Some(Wrench {
+            force_n: DVec3::NEG_X * 2.0 * most_n,
+            moment_n_m: DVec3::ZERO,
+        });
+    });
+    assert_eq!((held.state.name(), held.latched), ("holding", true));
+    bench.run(100);
+    bench.supervisor.reset();
+    let stale = |b: &mut Bench, _: &mut f64| b.person[2].stamp_s -= 0.3;
+    let hold_ms = (bench.supervisor.config().timing.hold_s * 1e3) as usize;
+    let slight = bench.run_with(hold_ms - 5, stale);
+    assert_eq!(slight.state.name(), "holding", "{slight:?}");
+    assert_eq!(bench.run_with(20, stale).state.name(), "retreating");
+}
+
+/// Whatever else breaks meanwhile, a stop that was asked for takes a person to end it.
+#[test]
+fn a_stop_on_demand_outlasts_other_faults() {
+    let mut bench = Bench::with(SupervisorConfig {
+        latch: Latch::Nothing,
+        ..SupervisorConfig::default()
+    });
+    bench.run(5);
+    bench.supervisor.stop();
+    let broken = bench.run_with(20, |b, _| b.state.q.0[3] += 1.0);
+    assert!(broken.latched, "{broken:?}");
+    let after = bench.run(1000);
+    assert_eq!((after.state.name(), after.latched), ("stopped", true));
+    bench.supervisor.reset();
+    assert_eq!(bench.run(600).state, SafeState::Normal);
+}
+
+#[test]
+fn an_edge_push_holds() {
+    let mut bench = Bench::new();
+    bench.run(5);
+    let arm = SrsArm::iiwa7().carrying(Board::default().flange_from_board_face().unwrap());
+    let face = arm.forward(&home());
+    let force_n = face.transform_vector(DVec3::new(0.0, 0.0, -20.0));
+    let lever = face.transform_vector(DVec3::new(0.11, 0.0, 0.0));
+    let wrench = Wrench {
+        force_n,
+        moment_n_m: lever.cross(force_n),
+    };
+    // Located after the filter: 20 N pass 10 N within 35 ms.
+    bench.force = Some(wrench);
+    let step = bench.run(36);
+    assert_eq!(step.state.reason().unwrap().name(), "board_edge");
+}
+
+#[test]
+fn settings_out_of_range_are_named() {
+    type Change = fn(&mut SupervisorConfig);
+    let bad: [(&str, Change); 7] = [
+        ("quasi_static_n", |c| c.contact.quasi_static_n = 0.0),
+        ("person_m_per_s", |c| c.separation.person_m_per_s = f64::NAN),
+        ("edge_m", |c| c.load.edge_m = -1.0),
+        ("radius_m", |c| c.body.radius_m = 0.0),
+        ("effective_mass_kg", |c| c.effective_mass_kg = -1.0),
+        ("hold_s", |c| c.timing.hold_s = f64::INFINITY),
+        ("max_age_s", |c| c.hand.max_age_s = 0.0),
+    ];
+    for (name, change) in bad {
+        let mut config = SupervisorConfig::default();
+        change(&mut config);
+        let error = Supervisor::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap_err();
+        assert!(error.to_string().starts_with(name), "{name}: {error}");
+    }
+    let mut bench = Bench::new();
+    assert!(bench.supervisor.set_effective_mass_kg(0.0).is_err());
+    assert!(
+        bench
+            .supervisor
+            .set_effective_mass_kg(f64::INFINITY)
+            .is_ok()
+    );
+}
+
+#[test]
+fn no_cycle_allocates() {
+    let mut bench = Bench::new();
+    bench.run(5);
+    let (state, person) = (bench.state, bench.person.clone());
+    let supervisor = &mut bench.supervisor;
+    let info = allocation_counter::measure(|| {
+        for i in 0..500 {
+            let bad = i % 50 == 7;
+            let command = match i % 3 {
+                0 => ArmCommand::Hold,
+                1 => ArmCommand::Torque(JointTorques([1.0; 7])),
+                _ => ArmCommand::Position(home()),
+            };
+            let input = SupervisorInput {
+                now_s: if bad {
+                    f64::NAN
+                } else {
+                    11.0 + 1e-3 * f64::from(i)
+                },
+                state: &state,
+                person: &person,
+                target: None,
+                force: Some(Wrench::default()),
+                command,
+            };
+            std::hint::black_box(supervisor.step(&input));
+        }
+    });
+    assert_eq!(info.count_total, 0);
+}
+
+#[test]
+fn the_first_command_waits_for_states_that_agree() {
+    for count in [1, 3, 5] {
+        let mut bench = Bench::as_configured(SupervisorConfig {
+            agreeing_states: count,
+            ..SupervisorConfig::default()
+        });
+        for k in 1..10 {
+            let step = bench.step();
+            let reason = SafeReason::Unproven;
+            let waits = step.state == SafeState::Holding { reason };
+            assert_eq!(waits, k < count, "{k} of {count}");
+            assert_eq!(waits, step.command == ArmCommand::Hold);
+        }
+    }
+    // One that does not agree begins anew.
+    let mut bench = Bench::as_configured(SupervisorConfig::default());
+    bench.run_with(1, |bench, _| bench.state.q[1] += 1.0);
+    assert_eq!(bench.step().command, ArmCommand::Hold);
+}
+
+#[test]
+fn a_target_that_flips_every_step_is_noticed_and_one_that_changes_now_and_then_is_not() {
+    let mut bench = Bench::new();
+    let mut noticed = None;
+    for k in 0..200 {
+        bench.target = Some(DVec3::new(0.6, if k % 2 == 0 { -0.2 } else { 0.2 }, 0.6));
+        if let SafeState::Holding { reason } = bench.step().state {
+            let SafeReason::Jump { channel, by } = reason else {
+                panic!("{reason:?}");
+            };
+            assert!(channel == Channel::Target && by > 0.39);
+            noticed = noticed.or(Some(k));
+        }
+    }
+    assert!(noticed.is_some_and(|k| k < 40), "{noticed:?}");
+    // It ends once the target stands.
+    bench.target = Some(DVec3::new(0.6, 0.0, 0.6));
+    assert_eq!(bench.run(4000).state, SafeState::Normal);
+    for k in 0..5000 {
+        // Somebody who looks from one thing to the next five times a second.
+        bench.target = Some(DVec3::new(0.6, 0.2 * f64::from(k / 200 % 2), 0.6));
+        assert_eq!(bench.step().state, SafeState::Normal, "{k}");
+    }
+}
+
+#[test]
+fn targets_below_the_table_or_inside_the_base_get_no_command() {
+    let arm = SrsArm::iiwa7();
+    let table = WorkspaceBox {
+        min_m: DVec3::new(-1.0, -1.0, 0.15),
+        max_m: DVec3::new(1.0, 1.0, 1.5),
+    };
+    // Straight down from home towards below the table, and folded into its own base.
+    let below = JointPositions::from_deg([0.0, 95.0, 0.0, -60.0, 0.0, 60.0, 0.0]);
+    let board = Board::default();
+    let carrying = ArmKinematics::carrying(&arm, board.flange_from_board_face().unwrap());
+    let body = ArmBody::new(carrying, board, BodyConfig::default()).unwrap();
+    let mut sampler = Sampler::new(3);
+    let inside = std::iter::repeat_with(|| {
+        JointPositions(arm.limits().map(|l| sampler.uniform(l.min_rad, l.max_rad)))
+    })
+    .find(|q| body.nearest(q).distance_m < -0.05);
+    // Only what it is told counts here; nobody is near.
+    for (to, is_reason) in [
+        (
+            below,
+            (|r| r == SafeReason::Workspace) as fn(SafeReason) -> bool,
+        ),
+        (inside.unwrap(), |r| {
+            matches!(r, SafeReason::SelfCollision { .. })
+        }),
+    ] {
+        let mut bench = Bench::with(SupervisorConfig {
+            guard: Some(GuardLimits {
+                workspace: (to == below).then_some(table),
+                ..GuardLimits::of_arm(&arm)
+            }),
+            // No floor is to come first.
+            room: Some(Room::new(&[]).unwrap()),
+            ..SupervisorConfig::default()
+        });
+        let from = home();
+        let mut named = None;
+        for k in 0..4000 {
+            let share = f64::from(k) / 4000.0;
+            let wanted =
+                JointPositions(std::array::from_fn(|i| from[i] + share * (to[i] - from[i])));
+            bench.command = ArmCommand::Position(wanted);
+            let said = bench.step();
+            if let ArmCommand::Position(q) = said.command {
+                bench.state.qd =
+                    JointVelocities(std::array::from_fn(|i| (q[i] - bench.state.q[i]) / 1e-3));
+                bench.state.q = q;
+            } else {
+                named = named.or(said.state.reason());
+                break;
+            }
+        }
+        assert!(named.is_some_and(is_reason), "{named:?}");
+    }
+}
+
+/// A bias is found although the hand was lost before, and takes over.
+#[test]
+fn a_bias_is_found_whatever_else_is_wrong() {
+    let mut bench = Bench::new();
+    bench.supervisor.set_out_of_reach(true);
+    bench.run(20);
+    let mut named = None;
+    for _ in 0..2000 {
+        let step = bench.step_with(|bench, _| {
+            bench.person.clear();
+            let mut torque = JointTorques::default();
+            torque[1] = 20.0;
+            bench.state.external_torque = Some(torque);
+        });
+        if let Some(SafeReason::TorqueBias { joint, bias_n_m }) = step.state.reason() {
+            named = Some((joint, bias_n_m));
+        }
+    }
+    let (joint, bias_n_m) = named.expect("it is named");
+    assert!(joint == 1 && (bias_n_m - 20.0).abs() < 1e-9, "{bias_n_m}");
+}
+
+#[test]
+fn an_unknown_torque_limit_is_a_hand_pressed_at_the_length_of_the_arm() {
+    let known = SrsArm::iiwa7();
+    let of = |p: &SrsParameters| SrsParameters::new(p.geometry, p.limits, p.max_velocity_rad_per_s);
+    let unknown = SrsArm::new(of(known.parameters())).unwrap();
+    let g = known.geometry();
+    let length_m = g.d_bs_m + g.d_se_m + g.d_ew_m + g.d_wf_m;
+    for torque_n_m in GuardLimits::of_arm(&unknown).torque_n_m {
+        assert!((torque_n_m - 140.0 * length_m).abs() < 1e-9, "{torque_n_m}");
+    }
+    assert_eq!(GuardLimits::of_arm(&known).torque_n_m[0], 176.0);
+}

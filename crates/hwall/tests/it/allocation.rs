@@ -1,0 +1,74 @@
+//! Nothing is allocated in the loops.
+
+use crate::common::{Bench, Hand, rough_wall, session};
+use hwall::glam::DVec3;
+use hwall::haptics::{ArmCommand, HoldReason};
+use hwall::kinematics::JointPositions;
+use hwall::{EventKind, SessionState};
+
+/// A reach for a rough wall, a touch that slides, and the way back.
+#[test]
+fn steps_and_frames_do_not_allocate() {
+    let hand = Hand {
+        slide_m_per_s: DVec3::Y * 0.08,
+        ..Hand::reaching_in(1.5, DVec3::new(0.6, 0.0, 0.6))
+    };
+    let (mut perception, mut planner, mut control) = session(rough_wall(0.6, Some(0.5))).split();
+    let mut bench = Bench::new(hand);
+    let (mut approaching, mut in_place, mut sliding, mut held, mut goals) = (0, 0, 0, 0, 0);
+    let mut warm = false;
+    while bench.now_s() < hand.end_s + 0.5 {
+        while let Some(frame) = bench.next_frame() {
+            let info = allocation_counter::measure(|| perception.frame(&frame));
+            // The first prediction may.
+            assert!(
+                !warm || info.count_total == 0,
+                "{info:?} at {} s",
+                frame.t_s
+            );
+            warm |= perception.contact().is_some();
+            while let Some(event) = perception.next_event() {
+                goals += usize::from(matches!(event.kind, EventKind::GoalSet(_)));
+            }
+        }
+        let (now_s, mut state) = (bench.now_s(), bench.state());
+        // Every now and then a bad state, before the touch and in it; in between the session recovers.
+        if (now_s / 0.01).round() as i64 % 70 == 0 {
+            state.q = JointPositions([f64::NAN; 7]);
+        }
+        let mut command = ArmCommand::Hold;
+        let info = allocation_counter::measure(|| command = control.step(now_s, &state));
+        planner.plan();
+        assert_eq!(info.count_total, 0, "at {now_s} s, {:?}", control.state());
+        match control.state() {
+            SessionState::Approaching | SessionState::Late => approaching += 1,
+            SessionState::InPlace => in_place += 1,
+            SessionState::Holding(HoldReason::NonFiniteState { .. }) => held += 1,
+            _ => {}
+        }
+        sliding += usize::from(control.last_step().is_some_and(|step| step.sliding));
+        bench.obey(command);
+    }
+    let counts = [approaching, in_place, held];
+    assert!(counts.iter().all(|n| *n > 100), "{counts:?}");
+    assert!(sliding > 100 || !cfg!(feature = "texture"), "{sliding}");
+    assert!(goals > 0);
+}
+
+/// No tracker, no target: the session holds without allocating, too.
+#[test]
+fn holding_does_not_allocate() {
+    let hand = Hand::reaching_in(1.5, DVec3::new(0.6, 0.0, 0.6));
+    let (_, mut planner, mut control) = session(rough_wall(0.6, None)).split();
+    let mut bench = Bench::new(hand);
+    for _ in 0..200 {
+        let (now_s, state) = (bench.now_s(), bench.state());
+        let mut command = ArmCommand::Hold;
+        let info = allocation_counter::measure(|| command = control.step(now_s, &state));
+        planner.plan();
+        assert_eq!(info.count_total, 0);
+        let held = SessionState::Holding(HoldReason::NoTarget);
+        assert_eq!(control.state(), held);
+        bench.obey(command);
+    }
+}

@@ -1,0 +1,125 @@
+//! Arms that are no iiwa: from their URDF, solved numerically.
+
+use crate::common::{Bench, Hand, session_of, wall};
+use hwall::SessionState;
+use hwall::glam::DVec3;
+use hwall::haptics::{Board, BoardTarget, Follower, FollowerConfig, PlaceTolerance, board_pose};
+use hwall::kinematics::{
+    ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, NearestConfig,
+};
+use hwall::reachability::WallMaps;
+use hwall_testkit::{Timing, format_ns};
+use std::sync::Arc;
+use std::time::Instant;
+
+const WALL_M: f64 = 0.5;
+
+fn arm(urdf: &str, base: &str, flange: &str) -> Arc<dyn ArmKinematics> {
+    let chain = Chain::from_urdf_str(urdf, Some(base), Some(flange)).expect("a chain");
+    let face = Board::default().flange_from_board_face().expect("a board");
+    ChainArm::new(chain).expect("an arm").carrying(face)
+}
+
+/// Some configuration that holds the board upright beside the place that will be touched.
+fn start(arm: &dyn ArmKinematics) -> JointPositions {
+    let middle = arm.limits().map(|l| l.middle_rad());
+    let config = NearestConfig {
+        policy: BranchPolicy::Any,
+        ..NearestConfig::default()
+    };
+    let pose = board_pose(DVec3::new(WALL_M - 0.1, -0.2, 0.4), DVec3::X, 0.0).expect("a pose");
+    arm.nearest(&pose, &JointPositions(middle), &config, &mut arm.scratch())
+        .expect("a place before the arm")
+        .q
+}
+
+/// The board is in place before a slow hand, and stands still while it is touched.
+fn serves(name: &str, arm: &Arc<dyn ArmKinematics>) {
+    let hand = Hand::reaching_in(2.0, DVec3::new(WALL_M, 0.1, 0.5));
+    let mut session = session_of(&**arm, wall(WALL_M), WallMaps::default());
+    let mut bench = Bench::with_arm(Arc::clone(arm), start(&**arm), hand);
+    let mut times_ns = Vec::new();
+    let (mut arrived_s, mut touched) = (None, Vec::new());
+    while bench.now_s() < hand.end_s + 0.5 {
+        while let Some(frame) = bench.next_frame() {
+            session.frame(&frame);
+        }
+        let (now_s, state) = (bench.now_s(), bench.state());
+        let began = Instant::now();
+        let command = session.step(now_s, &state);
+        session.plan();
+        times_ns.push(began.elapsed().as_nanos() as f64);
+        bench.obey(command);
+        match session.state() {
+            SessionState::InPlace if arrived_s.is_none() => arrived_s = Some(now_s),
+            SessionState::Touched => touched.push(bench.servo.q()),
+            _ => {}
+        }
+        if (hand.press_s - 0.4..hand.press_s - 0.3).contains(&now_s) {
+            let board = bench.servo.pose();
+            let tolerance = PlaceTolerance::default();
+            let placed = tolerance.holds(&Board::default(), &board, hand.target_m, DVec3::X);
+            assert!(placed, "{name}: {board:?} at {now_s} s");
+        }
+    }
+    let Timing {
+        median_ns,
+        p99_ns,
+        max_ns,
+        ..
+    } = Timing::from_samples_ns(times_ns);
+    println!(
+        "{name}: in place {:.2} s before the hand; a step takes {}, p99 {}, at most {}",
+        hand.press_s - arrived_s.expect("in place"),
+        format_ns(median_ns),
+        format_ns(p99_ns),
+        format_ns(max_ns),
+    );
+    assert!(touched.len() > 900, "{name}: {}", touched.len());
+    // The last of the way is still in the servo when the touch begins.
+    let still = &touched[100..touched.len() - 100];
+    assert!(still.iter().all(|q| *q == still[0]), "{name}");
+    assert!(median_ns < 1e6, "{name}: a cycle is a millisecond");
+}
+
+/// A control step stays short while a target that drifts along the edge of the workspace and beyond cannot be held.
+fn gives_up_in_time(name: &str, arm: &Arc<dyn ArmKinematics>) {
+    let mut follower = Follower::new(Arc::clone(arm), FollowerConfig::default(), &start(&**arm))
+        .expect("a follower");
+    let mut times_ns = Vec::new();
+    let mut unreachable = 0;
+    for step in 0..4000 {
+        let turn = f64::from(step) * 1e-3;
+        let way = DVec3::new(turn.cos(), turn.sin(), 0.3 * (3.0 * turn).sin());
+        let target = BoardTarget::new(DVec3::Z * 0.3 + way * (0.25 + 0.2 * turn), DVec3::X, 0.0);
+        let began = Instant::now();
+        let reason = follower.set_target(&target).expect("a target");
+        follower.step(1e-3).expect("a step");
+        follower.plan();
+        times_ns.push(began.elapsed().as_nanos() as f64);
+        unreachable += usize::from(reason.is_some());
+    }
+    let Timing { p99_ns, max_ns, .. } = Timing::from_samples_ns(times_ns);
+    println!(
+        "{name}: {unreachable} of 4000 out of reach; p99 {}, at most {}",
+        format_ns(p99_ns),
+        format_ns(max_ns),
+    );
+    assert!(unreachable > 1000, "{name}: {unreachable}");
+}
+
+#[test]
+fn a_ur5_of_six_joints() {
+    let urdf = include_str!("../../../kinematics/tests/data/ur5.urdf");
+    let arm = arm(urdf, "base", "flange");
+    serves("UR5", &arm);
+    gives_up_in_time("UR5", &arm);
+}
+
+#[test]
+fn a_panda_of_seven_joints() {
+    let urdf = include_str!("../../../kinematics/tests/data/panda.urdf");
+    let arm = arm(urdf, "base", "flange");
+    serves("Panda", &arm);
+    gives_up_in_time("Panda", &arm);
+}

@@ -1,0 +1,209 @@
+//! A session before a wall, a simulated arm, and a hand that touches the wall once.
+
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::glam::DVec3;
+use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
+use hwall::kinematics::{ArmKinematics, JointPositions, SrsArm};
+use hwall::reachability::WallMaps;
+use hwall::scene::Scene;
+use hwall::{Session, SessionConfig, maps_of};
+use hwall_sim::{HandContact, ServoArm, ServoConfig, minimum_jerk};
+use std::sync::Arc;
+
+/// Control period, s.
+pub(crate) const DT_S: f64 = 1e-3;
+/// Period of the tracker, s.
+pub(crate) const TRACKER_S: f64 = 1.0 / 90.0;
+/// How far the finger wants to go beyond the face, m: 500 N/m make that 7.5 N.
+const DEPTH_M: f64 = 0.015;
+
+/// An upright wall facing +x, 2 m wide and high.
+pub(crate) fn wall(x_m: f64) -> Scene {
+    rough_wall(x_m, None)
+}
+
+/// The same with a roughness.
+pub(crate) fn rough_wall(x_m: f64, roughness: Option<f64>) -> Scene {
+    let obj = format!("o wall\nv {x_m} -1 0\nv {x_m} 1 0\nv {x_m} 1 2\nv {x_m} -1 2\nf 1 2 3 4\n");
+    let sidecar = roughness.map(|roughness| format!("[surface.wall]\nroughness = {roughness}\n"));
+    Scene::from_obj_str(&obj, sidecar.as_deref())
+        .expect("a wall")
+        .0
+}
+
+/// The iiwa with the face of the board as its tool.
+pub(crate) fn iiwa() -> SrsArm {
+    SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().expect("a board"))
+}
+
+/// Where the iiwa starts, rad.
+pub(crate) fn home() -> JointPositions {
+    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
+}
+
+/// Contacts are foreseen by the gaze ray.
+pub(crate) type GazeSession = Session<DeterministicPredictor>;
+
+/// A session of the iiwa for a scene in its base frame.
+pub(crate) fn session(scene: Scene) -> GazeSession {
+    let arm = iiwa();
+    let maps = maps_of(&scene, &arm).expect("maps");
+    session_of(&arm, scene, maps)
+}
+
+/// A session led by the gaze, for a hand without tremor.
+pub(crate) fn session_of(arm: &dyn ArmKinematics, scene: Scene, maps: WallMaps) -> GazeSession {
+    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
+    let config = SessionConfig {
+        hand: HandFilterConfig::simulated(),
+        ..SessionConfig::default()
+    };
+    Session::new(arm, &Board::default(), scene, maps, predictor, config).expect("a session")
+}
+
+/// A hand that rests, reaches straight for a wall facing +x, presses, slides while it does, and goes back. It has
+/// neither tremor nor noise; the person looks at the target.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hand {
+    pub(crate) rest_m: DVec3,
+    pub(crate) target_m: DVec3,
+    /// When it leaves its rest, presses, lets go, and is back, s.
+    pub(crate) start_s: f64,
+    pub(crate) press_s: f64,
+    pub(crate) leave_s: f64,
+    pub(crate) end_s: f64,
+    /// Velocity along the wall while it presses.
+    pub(crate) slide_m_per_s: DVec3,
+}
+
+impl Hand {
+    /// Rests for half a second, reaches for so long, s, and presses for one second.
+    pub(crate) fn reaching_in(reach_s: f64, target_m: DVec3) -> Self {
+        Self {
+            rest_m: target_m + DVec3::new(0.4, 0.1, 0.1),
+            target_m,
+            start_s: 0.5,
+            press_s: 0.5 + reach_s,
+            leave_s: 1.5 + reach_s,
+            end_s: 2.0 + reach_s,
+            slide_m_per_s: DVec3::ZERO,
+        }
+    }
+
+    /// Where the tip of the index finger would be if nothing stopped it, m.
+    pub(crate) fn tip_m(&self, t_s: f64) -> DVec3 {
+        let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
+        let out = share(self.start_s, self.press_s) - share(self.leave_s, self.end_s);
+        let slid_s = t_s.clamp(self.press_s, self.leave_s) - self.press_s;
+        let inside_m = self.target_m - DVec3::X * DEPTH_M + self.slide_m_per_s * slid_s;
+        self.rest_m.lerp(inside_m, out)
+    }
+
+    fn velocity_m_per_s(&self, t_s: f64) -> DVec3 {
+        (self.tip_m(t_s + 1e-5) - self.tip_m(t_s - 1e-5)) / 2e-5
+    }
+
+    /// What the tracker sees.
+    pub(crate) fn frame(&self, t_s: f64) -> HandFrame {
+        let tip_m = self.tip_m(t_s);
+        let head_m = self.rest_m + DVec3::new(0.3, -0.2, 0.3);
+        HandFrame {
+            palm_m: Some(tip_m + DVec3::X * 0.15),
+            tips_m: [None, Some(tip_m), None, None, None],
+            head_m: Some(head_m),
+            gaze: Some((self.target_m - head_m).normalize()),
+            ..HandFrame::empty(t_s)
+        }
+    }
+}
+
+/// The arm, the hand that presses its board, and the time.
+pub(crate) struct Bench {
+    pub(crate) servo: ServoArm,
+    pub(crate) hand: Hand,
+    finger: HandContact,
+    cycles: usize,
+    frames: usize,
+}
+
+impl Bench {
+    /// The iiwa at home.
+    pub(crate) fn new(hand: Hand) -> Self {
+        Self::with_arm(Arc::new(iiwa()), home(), hand)
+    }
+
+    /// Any arm whose tool is the face of the board.
+    pub(crate) fn with_arm(arm: Arc<dyn ArmKinematics>, start: JointPositions, hand: Hand) -> Self {
+        Self {
+            servo: ServoArm::new(arm, start, ServoConfig::default()).expect("an arm"),
+            hand,
+            finger: HandContact::default(),
+            cycles: 0,
+            frames: 0,
+        }
+    }
+
+    /// Time of the coming cycle, s.
+    pub(crate) fn now_s(&self) -> f64 {
+        self.cycles as f64 * DT_S
+    }
+
+    /// The next frame that the tracker has sent by now.
+    pub(crate) fn next_frame(&mut self) -> Option<HandFrame> {
+        let t_s = self.frames as f64 * TRACKER_S;
+        (t_s <= self.now_s()).then(|| {
+            self.frames += 1;
+            self.hand.frame(t_s)
+        })
+    }
+
+    pub(crate) fn state(&mut self) -> ArmState {
+        self.servo.state().expect("a simulated arm has a state")
+    }
+
+    /// Lets a cycle pass with a command that must be within the limits of the arm.
+    pub(crate) fn obey(&mut self, command: ArmCommand) {
+        if let ArmCommand::Position(q) = command {
+            let limits = self.servo.model().limits();
+            let good = (0..7).all(|j| q[j].is_finite() && limits[j].contains(q[j]));
+            assert!(good, "{q:?} at {}", self.now_s());
+        }
+        self.servo.command(command).expect("within the limits");
+        self.servo.advance(DT_S).expect("a step");
+        self.cycles += 1;
+        let t_s = self.now_s();
+        let relative = self.hand.velocity_m_per_s(t_s) - self.servo.twist().linear_m_per_s;
+        let wrench = self
+            .finger
+            .wrench(&self.servo.pose(), self.hand.tip_m(t_s), relative)
+            .expect("finite");
+        self.servo
+            .apply_wrench(wrench.unwrap_or_default())
+            .expect("finite");
+    }
+
+    /// A cycle passes in which the arm heard nothing and was moved on by the caller.
+    pub(crate) fn skip(&mut self) {
+        self.cycles += 1;
+    }
+
+    /// One cycle of a whole session.
+    pub(crate) fn cycle(&mut self, session: &mut GazeSession) -> ArmCommand {
+        while let Some(frame) = self.next_frame() {
+            session.frame(&frame);
+        }
+        let state = self.state();
+        let command = session.step(self.now_s(), &state);
+        session.plan();
+        self.obey(command);
+        command
+    }
+
+    /// Cycles up to a time, s.
+    pub(crate) fn run(&mut self, session: &mut GazeSession, until_s: f64) {
+        while self.now_s() < until_s {
+            self.cycle(session);
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! What the board feels is told to the predictor: where and when, once a reach, and never during a fault.
+
+use crate::common::{Bench, Hand, home, iiwa, wall};
+use hwall::contact::{
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
+};
+use hwall::glam::DVec3;
+use hwall::hand::{HandFilterConfig, Pose};
+use hwall::haptics::{ArmCommand, Board};
+use hwall::kinematics::JointPositions;
+use hwall::scene::Scene;
+use hwall::{EventKind, Session, SessionConfig, maps_of};
+use std::sync::Arc;
+
+/// Foresees by the gaze ray, and notes what it is told.
+struct Listening {
+    inner: DeterministicPredictor,
+    told: Vec<(DVec3, f64)>,
+}
+
+impl Predictor for Listening {
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        self.inner.predict(scene, input)
+    }
+
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        self.told.push((contact_m, contact_s));
+    }
+}
+
+fn listening(adapts: bool) -> Session<Listening> {
+    let (arm, scene) = (iiwa(), wall(0.6));
+    let maps = maps_of(&scene, &arm).expect("maps");
+    let inner = DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
+    let told = Vec::with_capacity(8);
+    let config = SessionConfig {
+        hand: HandFilterConfig::simulated(),
+        adapts,
+        ..SessionConfig::default()
+    };
+    let predictor = Listening { inner, told };
+    Session::new(&arm, &Board::default(), scene, maps, predictor, config).expect("a session")
+}
+
+/// Runs one reach for the wall; in cycles of `bad` seconds the state of the arm is NaN. Returns what the predictor was
+/// told, and when the board felt touches, s.
+fn run(adapts: bool, bad: std::ops::Range<f64>) -> (Vec<(DVec3, f64)>, Vec<f64>) {
+    run_seen(adapts, bad, DVec3::ZERO)
+}
+
+/// The same with a tracker that sees the hand elsewhere.
+fn run_seen(
+    adapts: bool,
+    bad: std::ops::Range<f64>,
+    off_m: DVec3,
+) -> (Vec<(DVec3, f64)>, Vec<f64>) {
+    let hand = Hand::reaching_in(1.5, DVec3::new(0.6, 0.1, 0.6));
+    let mut bench = Bench::with_arm(Arc::new(iiwa()), home(), hand);
+    let (mut perception, mut planner, mut control) = listening(adapts).split();
+    let mut felt = Vec::new();
+    let mut warm = false;
+    while bench.now_s() < hand.end_s + 0.3 {
+        while let Some(frame) = bench.next_frame() {
+            let frame = frame.transformed(&Pose::from_translation(off_m).expect("finite"));
+            let info = allocation_counter::measure(|| perception.frame(&frame));
+            assert!(!warm || info.count_total == 0, "{info:?}");
+            warm |= perception.contact().is_some();
+        }
+        let (now_s, mut state) = (bench.now_s(), bench.state());
+        if bad.contains(&now_s) {
+            state.q = JointPositions([f64::NAN; 7]);
+        }
+        let mut command = ArmCommand::Hold;
+        let info = allocation_counter::measure(|| command = control.step(now_s, &state));
+        planner.plan();
+        assert_eq!(info.count_total, 0, "at {now_s} s");
+        while let Some(event) = control.next_event() {
+            if matches!(event.kind, EventKind::Touched { .. }) {
+                felt.push(event.t_s);
+            }
+        }
+        bench.obey(command);
+    }
+    (perception.predictor().told.clone(), felt)
+}
+
+#[test]
+fn the_predictor_is_told_of_a_touch_once_where_and_when_it_was() {
+    let (told, felt) = run(true, 0.0..0.0);
+    assert_eq!((told.len(), felt.len()), (1, 1), "{told:?} {felt:?}");
+    let (at_m, t_s) = told[0];
+    assert_eq!(t_s, felt[0]);
+    let hand = Hand::reaching_in(1.5, DVec3::new(0.6, 0.1, 0.6));
+    // Between two frames the hand moves on a straight line, nearly.
+    assert!(at_m.distance(hand.tip_m(t_s)) < 1e-3, "{at_m}");
+    assert!(at_m.distance(DVec3::new(0.6, 0.1, 0.6)) < 0.02, "{at_m}");
+}
+
+#[test]
+fn a_session_that_does_not_adapt_tells_nothing() {
+    let (told, felt) = run(false, 0.0..0.0);
+    assert_eq!((told.len(), felt.len()), (0, 1));
+}
+
+/// Something presses the board while the hand that is seen is far from the wall.
+#[test]
+fn touches_by_somebody_else_are_not_told() {
+    let (told, _) = run_seen(true, 0.0..0.0, DVec3::X * 0.2);
+    assert_eq!(told, []);
+}
+
+#[test]
+fn touches_during_a_fault_are_not_told() {
+    let (_, felt) = run(true, 0.0..0.0);
+    let (told, _) = run(true, felt[0] - 0.2..felt[0] + 0.5);
+    assert_eq!(told, []);
+}

@@ -1,0 +1,251 @@
+//! What a session does depends on neither clock, nor place, nor handedness of the world, nor on how a file lists its triangles; and
+//! hardly on the rates of tracker and control.
+
+use crate::common::{DT_S, GazeSession, Hand, home, iiwa, session_of};
+use hwall::glam::{DMat3, DVec3};
+use hwall::hand::HandFrame;
+use hwall::haptics::{Arm, ArmCommand};
+use hwall::kinematics::{JointPositions, Pose};
+use hwall::maps_of;
+use hwall::scene::Scene;
+use hwall_sim::{HandContact, ServoArm, ServoConfig};
+use std::sync::Arc;
+
+const TARGET_M: DVec3 = DVec3::new(0.6, 0.1, 0.6);
+const SECONDS: f64 = 4.0;
+
+/// A house of a wall and a low table before it.
+const OBJ: &str = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 2\nv 0.6 -1 2\nf 1 2 3\nf 1 3 4\n\
+                   o table\nv 0.6 0.6 0.3\nv 1.2 0.6 0.3\nv 1.2 1 0.3\nv 0.6 1 0.3\nf 5 6 7\nf 5 7 8\n";
+
+fn scene() -> Scene {
+    Scene::from_obj_str(OBJ, None).unwrap().0
+}
+
+/// How a run is set up; what is not said is as usual.
+struct Run {
+    scene: Scene,
+    start: JointPositions,
+    /// Of every frame, after it was seen.
+    seen: fn(HandFrame) -> HandFrame,
+    clock_s: f64,
+    tracker_hz: f64,
+    period_s: f64,
+}
+
+impl Default for Run {
+    fn default() -> Self {
+        Self {
+            scene: scene(),
+            start: home(),
+            seen: |frame| frame,
+            clock_s: 0.0,
+            tracker_hz: 90.0,
+            period_s: DT_S,
+        }
+    }
+}
+
+/// A touch that was answered: commands, and the face when the hand meets the wall.
+struct Answer {
+    commands: Vec<Option<JointPositions>>,
+    face_at_contact: Pose,
+}
+
+impl Run {
+    fn answered(self) -> Answer {
+        let arm = iiwa();
+        let maps = maps_of(&self.scene, &arm).unwrap();
+        let mut session: GazeSession = session_of(&arm, self.scene, maps);
+        let config = ServoConfig::default();
+        let mut servo = ServoArm::new(Arc::new(iiwa()), self.start, config).unwrap();
+        let hand = Hand::reaching_in(1.0, TARGET_M);
+        let (finger, mut frames) = (HandContact::default(), 0_u32);
+        let (mut commands, mut face_at_contact) = (Vec::new(), servo.pose());
+        for cycle in 0..(SECONDS / self.period_s).round() as usize {
+            let t_s = cycle as f64 * self.period_s;
+            // Frames fall between the cycles: what happens at the same instant is a matter of rounding.
+            let next_s = |frames: u32| f64::from(frames) / self.tracker_hz + 0.37e-3;
+            while next_s(frames) <= t_s {
+                let seen_s = next_s(frames);
+                let mut frame = (self.seen)(hand.frame(seen_s));
+                frame.t_s = self.clock_s + seen_s;
+                session.frame(&frame);
+                frames += 1;
+            }
+            let mut state = servo.state().unwrap();
+            state.t_s += self.clock_s;
+            let command = session.step(self.clock_s + t_s, &state);
+            session.plan();
+            commands.push(match command {
+                ArmCommand::Position(q) => Some(q),
+                _ => None,
+            });
+            servo.command(command).unwrap();
+            servo.advance(self.period_s).unwrap();
+            if t_s < hand.press_s {
+                face_at_contact = servo.pose();
+            }
+            let tip = (self.seen)(hand.frame(t_s)).tips_m[1].unwrap();
+            let ahead = (self.seen)(hand.frame(t_s + 1e-4)).tips_m[1].unwrap();
+            let relative = (ahead - tip) / 1e-4 - servo.twist().linear_m_per_s;
+            let wrench = finger.wrench(&servo.pose(), tip, relative).unwrap();
+            servo.apply_wrench(wrench.unwrap_or_default()).unwrap();
+        }
+        Answer {
+            commands,
+            face_at_contact,
+        }
+    }
+}
+
+impl Answer {
+    /// Largest difference of the commands after a change of the other's joints, rad.
+    fn worst(&self, other: &Self, joints: impl Fn(JointPositions) -> JointPositions) -> f64 {
+        let difference = |(a, b): (&Option<JointPositions>, &Option<JointPositions>)| match (a, b) {
+            (Some(a), Some(b)) => a.max_abs_difference(&joints(*b)),
+            (None, None) => 0.0,
+            _ => f64::INFINITY,
+        };
+        let pairs = self.commands.iter().zip(&other.commands);
+        pairs.map(difference).fold(0.0, f64::max)
+    }
+
+    /// How far the place of the touch is from the middle of the face, along it and across it, m.
+    fn missed_m(&self) -> [f64; 2] {
+        let there = self.face_at_contact.inverse_transform_point(TARGET_M);
+        [there.x.hypot(there.y), there.z.abs()]
+    }
+}
+
+#[test]
+fn the_board_is_in_place() {
+    let [along_m, across_m] = Run::default().answered().missed_m();
+    assert!(along_m < 0.03 && across_m < 0.005, "{along_m} {across_m}");
+}
+
+#[test]
+fn the_clock_may_start_at_any_time() {
+    let usual = Run::default().answered();
+    for clock_s in [1.0, 1000.0, 1.7e9] {
+        let run = Run {
+            clock_s,
+            ..Run::default()
+        };
+        let worst = usual.worst(&run.answered(), |q| q);
+        println!("{clock_s} s: {worst:.1e} rad");
+        // What is due exactly in a cycle may come one cycle later by rounding.
+        assert!(worst < 5e-4, "{clock_s}: {worst}");
+    }
+}
+
+#[test]
+fn triangles_and_surfaces_may_come_in_any_order() {
+    let usual = Run::default().answered();
+    let other = "o table\nv 0.6 0.6 0.3\nv 1.2 0.6 0.3\nv 1.2 1 0.3\nv 0.6 1 0.3\nf 3 4 1\nf 2 3 1\n\
+                 o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 2\nv 0.6 -1 2\nf 7 8 5\nf 5 6 7\n";
+    let scene = Scene::from_obj_str(other, None).unwrap().0;
+    let worst = usual.worst(
+        &Run {
+            scene,
+            ..Run::default()
+        }
+        .answered(),
+        |q| q,
+    );
+    println!("{worst:.1e} rad");
+    assert!(worst < 1e-9, "{worst}");
+}
+
+/// Left and right exchanged.
+fn mirrored(frame: HandFrame) -> HandFrame {
+    let flip = |p: DVec3| DVec3::new(p.x, -p.y, p.z);
+    HandFrame {
+        palm_m: frame.palm_m.map(flip),
+        tips_m: frame.tips_m.map(|tip| tip.map(flip)),
+        head_m: frame.head_m.map(flip),
+        gaze: frame.gaze.map(flip),
+        ..frame
+    }
+}
+
+/// The iiwa's joints after the same exchange: those about upright axes turn the other way.
+fn mirrored_q(q: JointPositions) -> JointPositions {
+    let signs = [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
+    JointPositions(std::array::from_fn(|i| signs[i] * q[i]))
+}
+
+#[test]
+fn a_mirrored_world_is_answered_by_a_mirrored_motion() {
+    // The board hangs straight, so that a turned one is its own image.
+    let usual = Run::default().answered();
+    let obj: String = OBJ
+        .lines()
+        .map(
+            |line| match line.split_whitespace().collect::<Vec<_>>()[..] {
+                ["v", x, y, z] => format!("v {x} {} {z}\n", -y.parse::<f64>().unwrap()),
+                ["f", a, b, c] => format!("f {a} {c} {b}\n"),
+                _ => format!("{line}\n"),
+            },
+        )
+        .collect();
+    let scene = Scene::from_obj_str(&obj, None).unwrap().0;
+    let start = mirrored_q(home());
+    let image = Run {
+        scene,
+        start,
+        seen: mirrored,
+        ..Run::default()
+    }
+    .answered();
+    let worst = usual.worst(&image, mirrored_q);
+    println!("{worst:.1e} rad");
+    // Which of two equal ways the board turns about its normal is a matter of order: its place is not.
+    let arm = iiwa();
+    let flip = DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0));
+    let places = usual
+        .commands
+        .iter()
+        .zip(&image.commands)
+        .filter_map(|pair| match pair {
+            (Some(a), Some(b)) => {
+                let [a, b] = [a, b].map(|q| arm.forward(q).position_m());
+                Some(a.distance(flip * b))
+            }
+            _ => None,
+        });
+    let most_m = places.fold(0.0, f64::max);
+    println!("{most_m:.1e} m");
+    assert!(most_m < 1e-6, "{most_m} m, {worst} rad");
+}
+
+/// Where the board stands when the hand comes depends on what was seen by then: within a bound.
+#[test]
+fn trackers_and_control_loops_of_any_rate_bring_the_board() {
+    for tracker_hz in [60.0, 72.0, 90.0, 120.0] {
+        let missed_m = Run {
+            tracker_hz,
+            ..Run::default()
+        }
+        .answered()
+        .missed_m();
+        println!("tracker at {tracker_hz} Hz: {missed_m:.4?} m");
+        assert!(
+            missed_m[0] < 0.03 && missed_m[1] < 0.005,
+            "{tracker_hz}: {missed_m:?}"
+        );
+    }
+    for period_s in [0.005, 0.002, 0.001] {
+        let missed_m = Run {
+            period_s,
+            ..Run::default()
+        }
+        .answered()
+        .missed_m();
+        println!("control every {period_s} s: {missed_m:.4?} m");
+        assert!(
+            missed_m[0] < 0.03 && missed_m[1] < 0.005,
+            "{period_s}: {missed_m:?}"
+        );
+    }
+}

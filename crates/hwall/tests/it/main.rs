@@ -1,0 +1,27 @@
+//! Integration tests of the crate, one program.
+
+mod allocation;
+mod bad_input;
+mod chains;
+mod common;
+mod events;
+mod felt_touches;
+mod invariances;
+mod led_by_joints;
+mod loop_attacks;
+mod moving_barriers;
+mod moving_world;
+mod not_obeyed;
+mod objects;
+mod paces;
+mod pushed_door;
+mod response;
+mod supervisor;
+#[cfg(feature = "texture")]
+mod textured_door;
+#[cfg(feature = "texture")]
+mod textured_panel;
+#[cfg(feature = "texture")]
+mod textured_touch;
+mod threads;
+mod world;

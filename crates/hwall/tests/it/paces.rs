@@ -1,0 +1,151 @@
+//! The arm waits as suits the time that a person leaves it, and turns to another posture only between touches.
+
+use crate::common::{Bench, Hand, iiwa, wall};
+use hwall::arrival::WaitingConfig;
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::glam::DVec3;
+use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::haptics::Board;
+use hwall::kinematics::JointPositions;
+use hwall::{
+    Control, Perception, Planner, Session, SessionConfig, SessionState, Walls, WallsConfig,
+    WorldPose,
+};
+use std::sync::Arc;
+
+fn walls() -> Walls {
+    let config = WallsConfig {
+        waiting: WaitingConfig {
+            starts: 1,
+            most_targets: 8,
+            ..WaitingConfig::default()
+        },
+        other_budgets_s: vec![0.4],
+        ..WallsConfig::default()
+    };
+    Walls::of(&wall(0.6), &iiwa(), &Board::default(), &config).expect("within reach")
+}
+
+/// Both halves, the arm, and a person who looks at the wall only while they reach for it.
+struct Person {
+    perception: Perception<DeterministicPredictor>,
+    planner: Planner,
+    control: Control,
+    bench: Bench,
+    frames: u32,
+}
+
+impl Person {
+    fn meets(walls: &Walls) -> Self {
+        let predictor =
+            DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
+        let config = SessionConfig {
+            hand: HandFilterConfig::simulated(),
+            ..SessionConfig::default()
+        };
+        let (board, scene) = (Board::default(), wall(0.6));
+        let session = Session::new(&iiwa(), &board, scene, walls.clone(), predictor, config);
+        let (perception, planner, control) = session.expect("a session").split();
+        let start = walls.waiting.expect("a posture");
+        let hand = Hand::reaching_in(0.3, DVec3::new(0.6, 0.0, 0.6));
+        Self {
+            perception,
+            planner,
+            control,
+            bench: Bench::with_arm(Arc::new(iiwa()), start, hand),
+            frames: 0,
+        }
+    }
+
+    /// Touches the wall once, reaching for so long, s, and rests.
+    fn touches(&mut self, reach_s: f64) {
+        let began_s = self.bench.now_s();
+        let hand = Hand::reaching_in(reach_s, DVec3::new(0.6, 0.0, 0.6));
+        self.bench.hand = Hand {
+            start_s: began_s + hand.start_s,
+            press_s: began_s + hand.press_s,
+            leave_s: began_s + hand.leave_s,
+            end_s: began_s + hand.end_s,
+            ..hand
+        };
+        let until_s = self.bench.hand.end_s + 1.5;
+        self.goes_on(until_s, |frame| frame);
+    }
+
+    fn goes_on(&mut self, until_s: f64, seen: impl Fn(HandFrame) -> HandFrame) {
+        while self.bench.now_s() < until_s {
+            while let Some(frame) = self.bench.next_frame() {
+                let hand = self.bench.hand;
+                let looks = frame.t_s >= hand.start_s && frame.t_s < hand.leave_s;
+                let frame = seen(HandFrame {
+                    gaze: frame.gaze.filter(|_| looks),
+                    ..frame
+                });
+                let waits_at = self.perception.waits_at();
+                let info = allocation_counter::measure(|| self.perception.frame(&frame));
+                self.frames += 1;
+                // The first predictions may.
+                let is_warm = self.frames > 200;
+                assert!(!is_warm || info.count_total == 0, "{info:?}");
+                if self.control.state() == SessionState::InPlace {
+                    assert_eq!(self.perception.waits_at(), waits_at);
+                }
+            }
+            let (now_s, state) = (self.bench.now_s(), self.bench.state());
+            let mut command = hwall::haptics::ArmCommand::Hold;
+            let info = allocation_counter::measure(|| command = self.control.step(now_s, &state));
+            self.planner.plan();
+            assert_eq!(info.count_total, 0, "at {now_s} s");
+            self.bench.obey(command);
+        }
+    }
+
+    fn rests_at(&self, posture: &JointPositions) -> bool {
+        let off_rad = self.bench.servo.q().max_abs_difference(posture);
+        self.control.state() == SessionState::Waiting && off_rad < 0.02
+    }
+}
+
+#[test]
+fn somebody_in_a_hurry_is_waited_for_elsewhere_and_somebody_slow_is_not() {
+    let walls = walls();
+    let usual = walls.waiting.expect("a posture");
+    let other = *walls.others[0].atlas.waiting();
+    assert!(
+        usual.max_abs_difference(&other) > 0.02,
+        "{usual:?} {other:?}"
+    );
+    let mut person = Person::meets(&walls);
+    assert_eq!(person.perception.waits_at(), Some(usual));
+    for _ in 0..4 {
+        person.touches(0.3);
+    }
+    let budget_s = person.perception.budget_s();
+    assert!(budget_s < 0.55, "{budget_s}");
+    assert_eq!(person.perception.waits_at(), Some(other));
+    assert!(person.rests_at(&other));
+
+    // What says nothing about the person changes nothing: a lost hand, a world that leaps, a clock set back.
+    let until_s = person.bench.now_s() + 0.5;
+    person.goes_on(until_s, |frame| HandFrame::empty(frame.t_s));
+    let leap = WorldPose {
+        t_s: until_s,
+        base_from_world: hwall::hand::Pose::from_translation(DVec3::Y * 0.5).expect("finite"),
+    };
+    person.perception.world(&leap).expect("a world");
+    let back = WorldPose {
+        t_s: until_s + 0.1,
+        base_from_world: hwall::hand::Pose::IDENTITY,
+    };
+    person.perception.world(&back).expect("a world");
+    person.perception.frame(&HandFrame::empty(0.0));
+    assert_eq!(person.perception.budget_s(), budget_s);
+    assert_eq!(person.perception.waits_at(), Some(other));
+
+    let mut slow = Person::meets(&walls);
+    for _ in 0..3 {
+        slow.touches(1.2);
+    }
+    assert!(slow.perception.budget_s() > 0.7);
+    assert!(slow.rests_at(&usual));
+}

@@ -1,0 +1,280 @@
+//! The safe states of a session: what they are called, what the board does in them, and how they end.
+
+use crate::common::{Bench, GazeSession, Hand, iiwa, session, wall};
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::glam::DVec3;
+use hwall::hand::HandFilterConfig;
+use hwall::haptics::safety::{Channel, PersonPart};
+use hwall::haptics::{ArmCommand, ArmState, Board, HoldReason, SafeReason, SafeState};
+use hwall::{EventKind, Session, SessionConfig, SessionState, maps_of};
+
+const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
+
+/// In place before a slow hand.
+fn in_place() -> (GazeSession, Bench) {
+    let hand = Hand::reaching_in(4.0, TARGET_M);
+    let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
+    bench.run(&mut session, 1.6);
+    assert_eq!(session.state(), SessionState::InPlace);
+    while session.next_event().is_some() {}
+    (session, bench)
+}
+
+/// Pressed for 0.3 s.
+fn touched() -> (GazeSession, Bench) {
+    let hand = Hand::reaching_in(1.5, TARGET_M);
+    let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
+    bench.run(&mut session, hand.press_s + 0.3);
+    assert_eq!(session.state(), SessionState::Touched);
+    while session.next_event().is_some() {}
+    (session, bench)
+}
+
+/// Cycles for a time, s, with the state spoiled; the states of the session, each once, in order.
+fn spoiled(
+    session: &mut GazeSession,
+    bench: &mut Bench,
+    for_s: f64,
+    spoil: impl Fn(ArmState) -> ArmState,
+) -> Vec<&'static str> {
+    let until_s = bench.now_s() + for_s;
+    let mut names = Vec::new();
+    while bench.now_s() < until_s {
+        while let Some(frame) = bench.next_frame() {
+            session.frame(&frame);
+        }
+        let state = spoil(bench.state());
+        let command = session.step(bench.now_s(), &state);
+        session.plan();
+        bench.obey(command);
+        let name = match session.state() {
+            SessionState::Safe(safe) => safe.name(),
+            SessionState::Holding(reason) => reason.name(),
+            SessionState::Touched => "touched",
+            _ => "free",
+        };
+        if names.last() != Some(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// Cycles until a time, s, with no head in the frames; `after` sees every cycle.
+fn headless(
+    session: &mut GazeSession,
+    bench: &mut Bench,
+    until_s: f64,
+    mut after: impl FnMut(&mut GazeSession, &Bench),
+) {
+    while bench.now_s() < until_s {
+        while let Some(mut frame) = bench.next_frame() {
+            frame.head_m = None;
+            session.frame(&frame);
+        }
+        step(session, bench);
+        after(session, bench);
+    }
+}
+
+/// One step of the arm, without a frame.
+fn step(session: &mut GazeSession, bench: &mut Bench) {
+    let state = bench.state();
+    let command = session.step(bench.now_s(), &state);
+    session.plan();
+    bench.obey(command);
+}
+
+#[test]
+fn a_head_that_is_no_longer_seen_makes_the_board_stand_then_withdraw_then_come_back() {
+    let (mut session, mut bench) = in_place();
+    let from_m = bench.servo.pose().position_m();
+    let mut told = Vec::new();
+    headless(&mut session, &mut bench, 2.3, |session, _| {
+        while let Some(event) = session.next_event() {
+            if let EventKind::Safe(safe) = event.kind {
+                told.push((safe.name(), safe.reason().and_then(|r| r.channel())));
+            }
+        }
+    });
+    let head = Some(Channel::Head);
+    assert_eq!(told, [("holding", head), ("retreating", head)]);
+    let way_m = bench.servo.pose().position_m() - from_m;
+    assert!((-0.03..-0.005).contains(&way_m.x), "{way_m}");
+    assert!(way_m.with_x(0.0).length() < 2e-3, "{way_m}");
+    let until_s = bench.now_s() + 0.15;
+    bench.run(&mut session, until_s);
+    assert_eq!(session.control().safety(), SafeState::Normal);
+    let resumed = std::iter::from_fn(|| session.next_event());
+    assert_eq!(resumed.filter(|e| e.kind == EventKind::Resumed).count(), 1);
+}
+
+#[test]
+fn a_retreat_is_no_faster_than_asked_for_and_ends_behind_the_surface() {
+    let (mut session, mut bench) = in_place();
+    let from_m = bench.servo.pose().position_m();
+    let mut fastest: f64 = 0.0;
+    headless(&mut session, &mut bench, 3.4, |_, bench| {
+        fastest = fastest.max(bench.servo.twist().linear_m_per_s.length());
+    });
+    assert!(fastest < 0.11, "{fastest} m/s");
+    let way_m = bench.servo.pose().position_m() - from_m;
+    assert!((-0.105..-0.08).contains(&way_m.x), "{way_m}");
+    assert_eq!(session.control().safety().name(), "retreating");
+}
+
+#[test]
+fn a_fault_that_the_renderer_has_named_keeps_that_name() {
+    let (mut session, mut bench) = in_place();
+    let names = spoiled(&mut session, &mut bench, 0.6, |mut state| {
+        state.q[1] = f64::NAN;
+        state
+    });
+    assert_eq!(names, ["non_finite_state"]);
+    assert_eq!(session.control().safety().name(), "stopped");
+    let events: Vec<_> = std::iter::from_fn(|| session.next_event()).collect();
+    let held = |kind: &EventKind| matches!(kind, EventKind::Held(_) | EventKind::Safe(_));
+    assert_eq!(events.iter().filter(|e| held(&e.kind)).count(), 1);
+    assert_eq!(
+        spoiled(&mut session, &mut bench, 0.2, |state| state),
+        ["non_finite_state", "free"]
+    );
+}
+
+#[test]
+fn a_touched_board_stands_whatever_the_tracker_does() {
+    let (mut session, mut bench) = touched();
+    let q = bench.servo.q();
+    let until_s = bench.now_s() + 0.6;
+    while bench.now_s() < until_s {
+        // No frame at all.
+        while bench.next_frame().is_some() {}
+        step(&mut session, &mut bench);
+        assert_eq!(session.state(), SessionState::Touched);
+    }
+    assert_eq!(bench.servo.q(), q);
+}
+
+#[test]
+fn a_hand_that_presses_too_hard_is_let_go_and_that_is_latched() {
+    let (mut session, mut bench) = touched();
+    let from_m = bench.servo.pose().position_m();
+    // 300 N against the face.
+    let push = hwall::geometry::Wrench {
+        force_n: bench.servo.pose().rotation().z_axis * -300.0,
+        moment_n_m: DVec3::ZERO,
+    };
+    let torque = session
+        .control()
+        .arm()
+        .jacobian(&bench.servo.q())
+        .torques(&push);
+    let names = spoiled(&mut session, &mut bench, 0.3, |mut state| {
+        state.external_torque = Some(torque);
+        state
+    });
+    assert_eq!(names.last(), Some(&"retreating"), "{names:?}");
+    let SafeState::Retreating { reason } = session.control().safety() else {
+        panic!("{:?}", session.control().safety())
+    };
+    assert!(matches!(reason, SafeReason::Force { limit_n, .. } if limit_n == 280.0));
+    assert!(bench.servo.pose().position_m().x < from_m.x - 0.01);
+    // Gone, but latched.
+    spoiled(&mut session, &mut bench, 0.5, |state| state);
+    assert!(session.control().is_latched());
+    session.reset();
+    spoiled(&mut session, &mut bench, 0.3, |state| state);
+    assert!(!session.control().is_latched());
+    assert_eq!(session.control().safety().name(), "normal");
+}
+
+#[test]
+fn a_stop_stands_until_it_is_reset() {
+    let (mut session, mut bench) = in_place();
+    session.stop();
+    let state = bench.state();
+    assert_eq!(session.step(bench.now_s(), &state), ArmCommand::Hold);
+    let reason = SafeReason::Requested;
+    assert_eq!(
+        session.state(),
+        SessionState::Safe(SafeState::Stopped { reason })
+    );
+    bench.obey(ArmCommand::Hold);
+    session.reset();
+    let until_s = bench.now_s() + 0.2;
+    bench.run(&mut session, until_s);
+    assert_eq!(session.state(), SessionState::InPlace);
+}
+
+/// The head of somebody who had left was missed for good.
+#[test]
+fn whoever_comes_after_somebody_else_begins_anew() {
+    let (mut session, mut bench) = in_place();
+    let until_s = bench.now_s() + 0.7;
+    headless(&mut session, &mut bench, until_s, |_, _| {});
+    assert_eq!(session.control().safety().name(), "retreating");
+    another(&mut session, &mut bench);
+    let until_s = bench.now_s() + 0.5;
+    headless(&mut session, &mut bench, until_s, |_, _| {});
+    let reason = SafeReason::Unseen(Channel::Head);
+    let said = session.control().safety();
+    assert_eq!(said, SafeState::Holding { reason });
+    let until_s = bench.now_s() + 0.15;
+    bench.run(&mut session, until_s);
+    assert_eq!(session.control().safety(), SafeState::Normal);
+}
+
+/// The next frame is the first of somebody else, whose head is not tracked.
+fn another(session: &mut GazeSession, bench: &mut Bench) {
+    let mut frame = loop {
+        match bench.next_frame() {
+            Some(frame) => break frame,
+            None => step(session, bench),
+        }
+    };
+    (frame.head_m, frame.is_of_another) = (None, true);
+    session.frame(&frame);
+}
+
+/// Where no head is required, somebody without one is served after somebody with one.
+#[test]
+fn somebody_without_a_head_is_served_after_somebody_with_one() {
+    let mut config = SessionConfig {
+        hand: HandFilterConfig::simulated(),
+        ..SessionConfig::default()
+    };
+    if let Some(supervisor) = &mut config.supervisor {
+        supervisor.required = vec![PersonPart::Fingertip];
+    }
+    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
+    let (arm, board) = (iiwa(), Board::default());
+    let maps = maps_of(&wall(0.6), &arm).unwrap();
+    let mut session = Session::new(&arm, &board, wall(0.6), maps, predictor, config).unwrap();
+    let mut bench = Bench::new(Hand::reaching_in(4.0, TARGET_M));
+    bench.run(&mut session, 1.0);
+    another(&mut session, &mut bench);
+    headless(&mut session, &mut bench, 2.0, |session, bench| {
+        let safety = session.control().safety();
+        assert!(
+            bench.now_s() < 1.2 || safety == SafeState::Normal,
+            "{safety}"
+        );
+    });
+}
+
+#[test]
+fn waiting_for_a_first_frame_is_no_fault() {
+    let hand = Hand::reaching_in(1.5, TARGET_M);
+    let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
+    for k in 0..500 {
+        step(&mut session, &mut bench);
+        assert_eq!(session.state(), SessionState::Holding(HoldReason::NoTarget));
+        // The first two states could be wrong; then nobody is there.
+        let reason = match k {
+            0..2 => SafeReason::Unproven,
+            _ => SafeReason::Unseen(Channel::Head),
+        };
+        let said = session.control().safety();
+        assert_eq!(said, SafeState::Holding { reason });
+    }
+}

@@ -1,0 +1,221 @@
+//! Faults while the touched board slides to feel rough: it stays in its plane, and the touch stays one.
+
+use crate::common::{Bench, GazeSession, Hand, rough_wall, session};
+use hwall::glam::DVec3;
+use hwall::hand::HandFrame;
+use hwall::haptics::ArmState;
+use hwall::{EventKind, SessionState};
+
+/// The fault lasts from so long after the press begins until so long after it, s.
+const FAULT_S: [f64; 2] = [0.2, 0.5];
+/// How far the board may leave its plane, m: the joints of an arm that brakes by itself each come to rest for themselves.
+const OUT_OF_PLANE_M: f64 = 1e-3;
+
+type SpoilFrame = fn(HandFrame) -> Option<HandFrame>;
+type SpoilState = fn(usize, ArmState) -> ArmState;
+
+struct Outcome {
+    /// How far the board slid in its plane, and left it, m.
+    slid_m: f64,
+    out_m: f64,
+    started: usize,
+    touched: usize,
+    released: usize,
+}
+
+fn hand() -> Hand {
+    Hand {
+        slide_m_per_s: DVec3::Y * 0.06,
+        ..Hand::reaching_in(1.5, DVec3::new(0.6, 0.0, 0.6))
+    }
+}
+
+/// One touch whose frames and states are spoiled during the fault.
+fn run(
+    frame: impl Fn(HandFrame) -> Option<HandFrame>,
+    state: impl Fn(usize, ArmState) -> ArmState,
+) -> Outcome {
+    let mut session: GazeSession = session(rough_wall(0.6, Some(0.5)));
+    let (mut bench, hand) = (Bench::new(hand()), hand());
+    let mut outcome = Outcome {
+        slid_m: 0.0,
+        out_m: 0.0,
+        started: 0,
+        touched: 0,
+        released: 0,
+    };
+    let (mut cycle, mut from_m) = (0, None);
+    while bench.now_s() < hand.end_s + 0.3 {
+        let now_s = bench.now_s();
+        let faulty = (FAULT_S[0]..FAULT_S[1]).contains(&(now_s - hand.press_s));
+        while let Some(seen) = bench.next_frame() {
+            let given = if faulty { frame(seen) } else { Some(seen) };
+            given.iter().for_each(|given| session.frame(given));
+        }
+        let mut measured = bench.state();
+        if faulty {
+            measured = state(cycle, measured);
+        }
+        cycle += 1;
+        let command = session.step(now_s, &measured);
+        session.plan();
+        bench.obey(command);
+        while let Some(event) = session.next_event() {
+            match event.kind {
+                EventKind::TextureStarted(_) => outcome.started += 1,
+                EventKind::Touched { .. } => outcome.touched += 1,
+                EventKind::Released => outcome.released += 1,
+                _ => {}
+            }
+        }
+        if (hand.press_s..hand.leave_s).contains(&now_s) {
+            let at_m = bench.servo.pose().position_m();
+            let off_m = at_m - *from_m.get_or_insert(at_m);
+            outcome.slid_m = outcome.slid_m.max(off_m.with_x(0.0).length());
+            outcome.out_m = outcome.out_m.max(off_m.x.abs());
+        }
+    }
+    outcome
+}
+
+fn stays_one_touch(name: &str, outcome: &Outcome) {
+    let Outcome {
+        slid_m,
+        out_m,
+        started,
+        touched,
+        released,
+    } = *outcome;
+    println!("{name}: slid {slid_m:.4} m, {out_m:.1e} m out of its plane");
+    assert!(out_m < OUT_OF_PLANE_M, "{name}: {out_m} m");
+    assert_eq!((touched, released), (1, 1), "{name}");
+    // A hand that is not heard of for long ends the slide; when it is back, the touch goes on with another one.
+    assert!((1..=2).contains(&started), "{name}: {started} slides");
+    assert!(slid_m > 0.005, "{name}: {slid_m} m");
+}
+
+#[test]
+fn without_a_fault() {
+    stays_one_touch("no fault", &run(Some, |_, state| state));
+}
+
+#[test]
+fn faults_of_the_tracker() {
+    let away_m = DVec3::new(0.0, 0.3, 0.2);
+    let spoils: [(&str, SpoilFrame); 4] = [
+        ("silent", |_| None),
+        ("no points", |frame| Some(HandFrame::empty(frame.t_s))),
+        ("NaN points", |frame| {
+            let mut spoiled = frame;
+            spoiled.palm_m = Some(DVec3::NAN);
+            spoiled.tips_m = [Some(DVec3::NAN); 5];
+            Some(spoiled)
+        }),
+        ("frames from the future", |frame| {
+            Some(HandFrame {
+                t_s: frame.t_s + 10.0,
+                ..frame
+            })
+        }),
+    ];
+    for (name, spoil) in spoils {
+        stays_one_touch(name, &run(spoil, |_, state| state));
+    }
+    let jump = |frame: HandFrame| {
+        let mut spoiled = frame;
+        let there = (frame.t_s / 0.1).floor() as i64 % 2 == 0;
+        let off_m = if there { away_m } else { DVec3::ZERO };
+        spoiled.palm_m = frame.palm_m.map(|p| p + off_m);
+        spoiled.tips_m = frame.tips_m.map(|tip| tip.map(|p| p + off_m));
+        Some(spoiled)
+    };
+    stays_one_touch("jumps", &run(jump, |_, state| state));
+}
+
+#[test]
+fn faults_of_the_arm() {
+    let spoils: [(&str, SpoilState); 4] = [
+        ("NaN q", |_, mut state| {
+            state.q[3] = f64::NAN;
+            state
+        }),
+        ("NaN q in every third state", |cycle, mut state| {
+            if cycle % 3 == 0 {
+                state.q[3] = f64::NAN;
+            }
+            state
+        }),
+        ("stale", |_, mut state| {
+            state.t_s -= 0.2;
+            state
+        }),
+        ("a torque too large to square", |_, mut state| {
+            if let Some(torque) = &mut state.external_torque {
+                torque[1] = 1e300;
+            }
+            state
+        }),
+    ];
+    for (name, spoil) in spoils {
+        stays_one_touch(name, &run(Some, spoil));
+    }
+}
+
+/// The board stops where it is when the world moves, however fast it slid.
+#[test]
+fn a_world_that_moves_ends_the_slide() {
+    let mut session = session(rough_wall(0.6, Some(0.5)));
+    let (mut bench, hand) = (Bench::new(hand()), hand());
+    bench.run(&mut session, hand.press_s + 0.4);
+    assert_eq!(session.state(), SessionState::Touched);
+    let moved = hwall::WorldPose {
+        t_s: bench.now_s(),
+        base_from_world: hwall::geometry::Pose::from_translation(DVec3::Y * 0.1).expect("finite"),
+    };
+    session.world(&moved).expect("a first stamp");
+    // It ends as gently as it began, and the servo follows.
+    bench.run(&mut session, hand.press_s + 0.5);
+    let nearly = bench.servo.q();
+    bench.run(&mut session, hand.press_s + 0.55);
+    let q = bench.servo.q();
+    assert!(q.max_abs_difference(&nearly) < 1e-4);
+    bench.run(&mut session, hand.leave_s);
+    assert_eq!(session.state(), SessionState::TouchedInMovingWorld);
+    assert_eq!(bench.servo.q(), q);
+}
+
+/// A study's condition is presented whatever the scene says, from the next touch on.
+#[test]
+fn levels_of_a_study_replace_those_of_the_scene() {
+    use hwall::haptics::Board;
+    use hwall::texton::{Level, ScanAngle};
+    use hwall::texture::TextureLevels;
+    for speed_mm_per_s in [0.0, 35.0] {
+        let mut session = session(rough_wall(0.6, Some(0.5)));
+        let level = Level {
+            scan: ScanAngle::from_deg(30.0).expect("an angle"),
+            speed_mm_per_s,
+            magnitude: 2.0,
+        };
+        let levels = TextureLevels::of_level(level, &Board::default()).expect("a level");
+        assert_eq!(levels.levels(), [level]);
+        session.set_texture_levels(levels);
+        let (mut bench, hand) = (Bench::new(hand()), hand());
+        let mut started = None;
+        while bench.now_s() < hand.end_s {
+            bench.cycle(&mut session);
+            while let Some(event) = session.next_event() {
+                if let EventKind::TextureStarted(touch) = event.kind {
+                    started = Some(touch.level);
+                }
+            }
+        }
+        assert_eq!(started, Some(level));
+    }
+    let wrong = Level {
+        scan: ScanAngle::ALONG,
+        speed_mm_per_s: f64::NAN,
+        magnitude: 1.0,
+    };
+    assert!(TextureLevels::of_level(wrong, &Board::default()).is_err());
+}

@@ -1,0 +1,168 @@
+//! Shared by the tests of general chains: reference configurations and further robots.
+
+use glam::{DMat3, DVec3};
+use hwall_kinematics::{Chain, ChainJoint, JointLimit, Pose};
+use hwall_testkit::Sampler;
+use serde_json::Value;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::path::Path;
+
+/// One reference configuration; see `tests/data/README.md`.
+pub(crate) struct Reference(Value);
+
+impl Reference {
+    pub(crate) fn tag(&self) -> &str {
+        self.0["tag"].as_str().expect("tag")
+    }
+
+    pub(crate) fn numbers(&self, key: &str) -> Vec<f64> {
+        self.0[key]
+            .as_array()
+            .expect(key)
+            .iter()
+            .map(|v| v.as_f64().expect(key))
+            .collect()
+    }
+}
+
+/// The excerpt in this crate, and the complete set when it lies beside the workspace.
+pub(crate) fn references() -> Vec<Reference> {
+    let crate_dir = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let excerpt = read(&crate_dir.join("tests/data/kinematics_dynamics.json"), 20);
+    match hwall_testkit::shared("reference/kinematics/kinematics_dynamics.json") {
+        Some(complete) => read(&complete, 200),
+        None => excerpt,
+    }
+}
+
+fn read(path: &Path, random: usize) -> Vec<Reference> {
+    let text = std::fs::read_to_string(path).expect("reference file");
+    let mut all: Value = serde_json::from_str(&text).expect("reference JSON");
+    let mut take = |key: &str| match all[key].take() {
+        Value::Array(list) => list,
+        _ => panic!("{key} is missing"),
+    };
+    let (hard, mut configurations) = (take("hard"), take("random"));
+    assert_eq!(hard.len(), 111, "hard configurations in {}", path.display());
+    assert_eq!(
+        configurations.len(),
+        random,
+        "random configurations in {}",
+        path.display()
+    );
+    configurations.extend(hard);
+    configurations.into_iter().map(Reference).collect()
+}
+
+/// Franka Emika Panda to the flange: modified DH table and limits of the published FCI documentation.
+pub(crate) fn franka() -> Chain {
+    let rows = [
+        (0.0, 0.333, 0.0, -2.8973, 2.8973),
+        (0.0, 0.0, -FRAC_PI_2, -1.7628, 1.7628),
+        (0.0, 0.316, FRAC_PI_2, -2.8973, 2.8973),
+        (0.0825, 0.0, FRAC_PI_2, -3.0718, -0.0698),
+        (-0.0825, 0.384, -FRAC_PI_2, -2.8973, 2.8973),
+        (0.0, 0.0, FRAC_PI_2, -0.0175, 3.7525),
+        (0.088, 0.0, FRAC_PI_2, -2.8973, 2.8973),
+    ];
+    let joints = rows
+        .iter()
+        .enumerate()
+        .map(|(i, &(a, d, alpha, min_rad, max_rad))| {
+            let origin = about_x(alpha, DVec3::new(a, 0.0, 0.0)) * shift(0.0, 0.0, d);
+            ChainJoint::revolute(
+                format!("panda_{}", i + 1),
+                origin,
+                DVec3::Z,
+                JointLimit { min_rad, max_rad },
+            )
+        });
+    Chain::new(joints.collect(), shift(0.0, 0.0, 0.107)).expect("panda")
+}
+
+/// Universal Robots UR5e: the maker's DH table, every joint ±360°.
+pub(crate) fn ur5e() -> Chain {
+    let rows = [
+        (0.1625, 0.0, FRAC_PI_2),
+        (0.0, -0.425, 0.0),
+        (0.0, -0.3922, 0.0),
+        (0.1333, 0.0, FRAC_PI_2),
+        (0.0997, 0.0, -FRAC_PI_2),
+        (0.0996, 0.0, 0.0),
+    ];
+    let limit = JointLimit {
+        min_rad: -2.0 * PI,
+        max_rad: 2.0 * PI,
+    };
+    let mut origin = Pose::IDENTITY;
+    let mut joints = Vec::new();
+    for (i, &(d, a, alpha)) in rows.iter().enumerate() {
+        joints.push(ChainJoint::revolute(
+            format!("ur_{}", i + 1),
+            origin,
+            DVec3::Z,
+            limit,
+        ));
+        origin = shift(0.0, 0.0, d) * about_x(alpha, DVec3::new(a, 0.0, 0.0));
+    }
+    Chain::new(joints, origin).expect("ur5e")
+}
+
+/// Revolute and prismatic joints with arbitrary axes and origins.
+pub(crate) fn random_chain(sampler: &mut Sampler, n: usize, prismatic_share: f64) -> Chain {
+    let joints = (0..n).map(|i| {
+        let origin = Pose::new(
+            sampler.rotation(),
+            sampler.unit_vector() * sampler.uniform(0.0, 0.4),
+        )
+        .expect("pose");
+        let axis = sampler.unit_vector() * sampler.uniform(0.1, 3.0);
+        let name = format!("joint {i}");
+        if sampler.uniform(0.0, 1.0) < prismatic_share {
+            ChainJoint::prismatic(
+                name,
+                origin,
+                axis,
+                JointLimit {
+                    min_rad: -0.3,
+                    max_rad: 0.5,
+                },
+            )
+        } else {
+            ChainJoint::revolute(
+                name,
+                origin,
+                axis,
+                JointLimit {
+                    min_rad: -2.0,
+                    max_rad: 2.5,
+                },
+            )
+        }
+    });
+    let joints = joints.collect();
+    Chain::new(
+        joints,
+        Pose::new(sampler.rotation(), sampler.unit_vector() * 0.2).expect("pose"),
+    )
+    .expect("chain")
+}
+
+/// Uniform inside the limits, endless ones cut at half a turn.
+pub(crate) fn random_q(chain: &Chain, sampler: &mut Sampler) -> Vec<f64> {
+    let range = |l: &JointLimit| (l.min_rad.max(-PI), l.max_rad.min(PI));
+    chain
+        .joints()
+        .iter()
+        .map(|j| range(&j.limit))
+        .map(|(lo, hi)| sampler.uniform(lo, hi))
+        .collect()
+}
+
+pub(crate) fn shift(x: f64, y: f64, z: f64) -> Pose {
+    Pose::from_translation(DVec3::new(x, y, z)).expect("finite")
+}
+
+fn about_x(angle: f64, position_m: DVec3) -> Pose {
+    Pose::new(DMat3::from_rotation_x(angle), position_m).expect("rotation")
+}

@@ -1,0 +1,535 @@
+//! Dynamics of general chains: reference data, identities, energy, bad bodies.
+
+use crate::chain_support::{Reference, franka, random_chain, random_q, references, shift};
+use glam::{DMat3, DVec3};
+use hwall_kinematics::{
+    ArgumentError, Chain, ChainDynamics, ChainJoint, GRAVITY_M_PER_S2, Inertial, JointLimit,
+    KinematicsError, Pose,
+};
+use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
+
+/// A random chain with a physical body on every link: a few point masses each.
+fn random_dynamics(sampler: &mut Sampler, n: usize, prismatic_share: f64) -> ChainDynamics {
+    let chain = random_chain(sampler, n, prismatic_share);
+    let joints = chain.joints().iter().map(|joint| {
+        let mut mass = || {
+            Inertial::point(
+                "mass",
+                sampler.uniform(0.1, 2.0),
+                sampler.unit_vector() * 0.2,
+            )
+        };
+        ChainJoint {
+            inertials: (0..4).map(|_| mass()).collect(),
+            ..joint.clone()
+        }
+    });
+    let chain = Chain::new(joints.collect(), chain.link_from_tip()).unwrap();
+    ChainDynamics::new(&chain).unwrap()
+}
+
+fn uniform(sampler: &mut Sampler, n: usize, size: f64) -> Vec<f64> {
+    (0..n).map(|_| sampler.uniform(-size, size)).collect()
+}
+
+/// Largest error of a quantity relative to its largest entry in that configuration.
+fn relative(mine: &[f64], expected: &[f64]) -> f64 {
+    assert_eq!(mine.len(), expected.len());
+    let scale = expected.iter().fold(1e-3, |m: f64, x| m.max(x.abs()));
+    mine.iter()
+        .zip(expected)
+        .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+        / scale
+}
+
+#[test]
+fn iiwa7_agrees_with_pinocchio() {
+    let arm = ChainDynamics::new(&Chain::iiwa7()).unwrap();
+    let cases = references();
+    let check = |key: &str, f: &dyn Fn(&Reference) -> Vec<f64>| {
+        let errors = ErrorStats::from_errors(
+            cases
+                .iter()
+                .map(|case| relative(&f(case), &case.numbers(key))),
+        );
+        println!("{key}: relative error {errors}");
+        assert!(errors.max < 1e-12, "{key}: {errors}");
+    };
+    check("g", &|case| arm.gravity_torque(&case.numbers("q")).unwrap());
+    check("M", &|case| arm.mass_matrix(&case.numbers("q")).unwrap());
+    check("nle", &|case| {
+        arm.nonlinear(&case.numbers("q"), &case.numbers("qd"))
+            .unwrap()
+    });
+    let motion = |case: &Reference| ["q", "qd", "qdd"].map(|key| case.numbers(key));
+    check("tau", &|case| {
+        let [q, qd, qdd] = motion(case);
+        arm.inverse(&q, &qd, &qdd).unwrap()
+    });
+    // Forward dynamics divide by the smallest eigenvalue of M, so the wrist's 3e-4 kg m² costs digits.
+    let errors = ErrorStats::from_errors(cases.iter().map(|case| {
+        let [q, qd, qdd] = motion(case);
+        relative(&arm.forward(&q, &qd, &case.numbers("tau")).unwrap(), &qdd)
+    }));
+    println!("qdd: relative error {errors}");
+    assert!(errors.max < 1e-9, "{errors}");
+}
+
+#[test]
+fn mass_matrix_columns_are_inverse_dynamics() {
+    let mut sampler = Sampler::new(31);
+    for n in 1..=12 {
+        let arm = random_dynamics(&mut sampler, n, 0.4)
+            .with_gravity(DVec3::ZERO)
+            .unwrap();
+        let q = random_q(arm.chain(), &mut sampler);
+        let m = arm.mass_matrix(&q).unwrap();
+        let scale = m.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        for j in 0..n {
+            let mut unit = vec![0.0; n];
+            unit[j] = 1.0;
+            let column = arm.inverse(&q, &vec![0.0; n], &unit).unwrap();
+            for i in 0..n {
+                assert_close!(m[i * n + j], column[i], Tol::abs(1e-14 * scale));
+                assert_eq!(m[i * n + j], m[j * n + i]);
+            }
+        }
+    }
+}
+
+#[test]
+fn mass_matrix_is_positive_definite_and_gives_the_kinetic_energy() {
+    let mut sampler = Sampler::new(32);
+    for n in 1..=10 {
+        let arm = random_dynamics(&mut sampler, n, 0.3);
+        for _ in 0..20 {
+            let q = random_q(arm.chain(), &mut sampler);
+            let qd = uniform(&mut sampler, n, 2.0);
+            let m = arm.mass_matrix(&q).unwrap();
+            let energy: f64 = (0..n)
+                .map(|i| {
+                    (0..n)
+                        .map(|j| 0.5 * qd[i] * m[i * n + j] * qd[j])
+                        .sum::<f64>()
+                })
+                .sum();
+            assert!(energy > 0.0);
+            assert_close!(
+                arm.kinetic_energy_j(&q, &qd).unwrap(),
+                energy,
+                Tol::rel(1e-11)
+            );
+        }
+    }
+}
+
+#[test]
+fn forward_undoes_inverse() {
+    let mut sampler = Sampler::new(33);
+    for n in 1..=10 {
+        let arm = random_dynamics(&mut sampler, n, 0.3);
+        for _ in 0..20 {
+            let (q, qd) = (
+                random_q(arm.chain(), &mut sampler),
+                uniform(&mut sampler, n, 2.0),
+            );
+            let qdd = uniform(&mut sampler, n, 5.0);
+            let torques = arm.inverse(&q, &qd, &qdd).unwrap();
+            assert_close!(arm.forward(&q, &qd, &torques).unwrap(), qdd, Tol::abs(1e-8));
+        }
+    }
+}
+
+#[test]
+fn gravity_torque_is_the_gradient_of_the_potential() {
+    let mut sampler = Sampler::new(34);
+    for n in 1..=8 {
+        let gravity = sampler.unit_vector() * 9.81;
+        let arm = random_dynamics(&mut sampler, n, 0.4)
+            .with_gravity(gravity)
+            .unwrap();
+        let q = random_q(arm.chain(), &mut sampler);
+        let gradient: Vec<f64> =
+            hwall_testkit::central_jacobian(|q| arm.potential_energy_j(q).unwrap(), &q, 1e-5)
+                .into_iter()
+                .flatten()
+                .collect();
+        let torque = arm.gravity_torque(&q).unwrap();
+        assert_close!(torque, gradient, Tol::abs(1e-7));
+        assert_close!(
+            torque,
+            arm.inverse(&q, &vec![0.0; n], &vec![0.0; n]).unwrap(),
+            Tol::abs(1e-12)
+        );
+        assert_close!(
+            torque,
+            arm.nonlinear(&q, &vec![0.0; n]).unwrap(),
+            Tol::abs(1e-12)
+        );
+    }
+}
+
+/// One step of the classical Runge-Kutta method under constant torques.
+fn step(arm: &ChainDynamics, q: &mut [f64], qd: &mut [f64], torques: &[f64], h: f64) {
+    let (q0, qd0) = (q.to_vec(), qd.to_vec());
+    let (mut slope_q, mut slope_qd) = (vec![0.0; q.len()], vec![0.0; q.len()]);
+    for (reach, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+        let along = |from: &[f64], slope: &[f64]| -> Vec<f64> {
+            from.iter()
+                .zip(slope)
+                .map(|(x, s)| x + reach * h * s)
+                .collect()
+        };
+        let (at_q, at_qd) = (along(&q0, &slope_q), along(&qd0, &slope_qd));
+        slope_qd = arm.forward(&at_q, &at_qd, torques).unwrap();
+        slope_q = at_qd;
+        for i in 0..q.len() {
+            q[i] += h * weight / 6.0 * slope_q[i];
+            qd[i] += h * weight / 6.0 * slope_qd[i];
+        }
+    }
+}
+
+#[test]
+fn free_swing_keeps_its_energy() {
+    let arm = ChainDynamics::new(&Chain::iiwa7()).unwrap();
+    let (mut q, mut qd) = (
+        vec![0.3, 0.9, -0.4, 1.2, 0.2, -0.7, 0.5],
+        vec![0.5, -0.3, 0.4, 0.2, -0.6, 0.3, 1.0],
+    );
+    let energy = |q: &[f64], qd: &[f64]| {
+        (
+            arm.kinetic_energy_j(q, qd).unwrap(),
+            arm.potential_energy_j(q).unwrap(),
+        )
+    };
+    let (kinetic, potential) = energy(&q, &qd);
+    let mut largest = kinetic;
+    for _ in 0..2000 {
+        step(&arm, &mut q, &mut qd, &[0.0; 7], 5e-4);
+        largest = largest.max(energy(&q, &qd).0);
+    }
+    let (kinetic_end, potential_end) = energy(&q, &qd);
+    let drift = (kinetic_end + potential_end - kinetic - potential).abs();
+    println!("energy drift {drift:e} J of {largest:.1} J turned over in 1 s");
+    assert!(
+        largest > 10.0,
+        "the arm must swing for the test to mean anything"
+    );
+    assert!(drift < 1e-6 * largest, "{drift:e}");
+}
+
+#[test]
+fn power_of_the_torques_is_the_change_of_energy() {
+    // Slides among the joints: only they feel the Coriolis term of a moving link.
+    let mut sampler = Sampler::new(35);
+    let mut arms = vec![ChainDynamics::new(&Chain::iiwa14()).unwrap()];
+    arms.extend((2..=8).map(|n| random_dynamics(&mut sampler, n, 0.5)));
+    for arm in &arms {
+        let n = arm.chain().joint_count();
+        let q = random_q(arm.chain(), &mut sampler);
+        let (qd, torques) = (
+            uniform(&mut sampler, n, 1.0),
+            uniform(&mut sampler, n, 40.0),
+        );
+        let power: f64 = torques.iter().zip(&qd).map(|(a, b)| a * b).sum();
+        let total = |h: f64| {
+            let (mut q, mut qd) = (q.clone(), qd.clone());
+            step(arm, &mut q, &mut qd, &torques, h);
+            arm.kinetic_energy_j(&q, &qd).unwrap() + arm.potential_energy_j(&q).unwrap()
+        };
+        assert_close!(
+            (total(1e-5) - total(-1e-5)) / 2e-5,
+            power,
+            Tol::new(1e-4, 1e-5)
+        );
+    }
+}
+
+#[test]
+fn payload_adds_its_weight() {
+    let chain = Chain::iiwa7();
+    let board = Inertial::solid_box(
+        "board",
+        1.5,
+        DVec3::new(0.0, 0.02, 0.05),
+        DVec3::new(0.3, 0.4, 0.02),
+    );
+    let bare = ChainDynamics::new(&chain).unwrap();
+    let loaded = bare.clone().with_payload(&board).unwrap();
+    let q = [0.3, -0.5, 0.7, 1.1, -0.2, 0.4, 0.9];
+    let with_board = chain.with_tip(chain.link_from_tip() * shift(0.0, 0.02, 0.05));
+    let jacobian = with_board.jacobian(&q).unwrap();
+    let weight = hwall_kinematics::Wrench {
+        force_n: -1.5 * GRAVITY_M_PER_S2,
+        moment_n_m: DVec3::ZERO,
+    };
+    let added = jacobian.torques(&weight);
+    let expected: Vec<f64> = bare
+        .gravity_torque(&q)
+        .unwrap()
+        .iter()
+        .zip(&added)
+        .map(|(a, b)| a + b)
+        .collect();
+    assert_close!(
+        loaded.gravity_torque(&q).unwrap(),
+        expected,
+        Tol::abs(1e-12)
+    );
+
+    // The mass matrix grows by Jᵀ diag(m, I) J at the board's centre.
+    let rotation = with_board.forward(&q).unwrap().rotation();
+    let inertia = rotation * board.inertia_kg_m2 * rotation.transpose();
+    let (before, after) = (
+        bare.mass_matrix(&q).unwrap(),
+        loaded.mass_matrix(&q).unwrap(),
+    );
+    for i in 0..7 {
+        for j in 0..7 {
+            let [a, b] = [i, j].map(|k| jacobian.columns[k]);
+            let part = |c: [f64; 6]| (DVec3::from_slice(&c[..3]), DVec3::from_slice(&c[3..]));
+            let ((va, wa), (vb, wb)) = (part(a), part(b));
+            let grown = board.mass_kg * va.dot(vb) + wa.dot(inertia * wb);
+            assert_close!(after[i * 7 + j] - before[i * 7 + j], grown, Tol::abs(1e-13));
+        }
+    }
+}
+
+#[test]
+fn one_joint_is_the_pendulum_of_the_textbook() {
+    // A rod of length l and mass m on a horizontal axis: I = m l²/3, g = m g l/2 sin.
+    let (m, l) = (2.0, 0.6);
+    let i = m * l * l / 12.0;
+    let rod = Inertial::from_six(
+        "rod",
+        m,
+        DVec3::new(0.0, 0.0, -0.5 * l),
+        [i, 0.0, 0.0, i, 0.0, 0.0],
+    );
+    let joint = ChainJoint {
+        inertials: vec![rod],
+        ..ChainJoint::revolute("pivot", Pose::IDENTITY, DVec3::X, JointLimit::FREE)
+    };
+    let arm = ChainDynamics::new(&Chain::new(vec![joint], Pose::IDENTITY).unwrap()).unwrap();
+    assert_close!(
+        arm.mass_matrix(&[0.4]).unwrap(),
+        [m * l * l / 3.0],
+        Tol::abs(1e-15)
+    );
+    let hold = m * 9.81 * 0.5 * l * 0.4_f64.sin();
+    assert_close!(arm.gravity_torque(&[0.4]).unwrap(), [hold], Tol::abs(1e-14));
+    assert_close!(
+        arm.forward(&[0.4], &[3.0], &[0.0]).unwrap(),
+        [-hold / (m * l * l / 3.0)],
+        Tol::abs(1e-13)
+    );
+}
+
+#[test]
+fn one_slide_lifts_its_mass() {
+    let joint = ChainJoint {
+        inertials: vec![Inertial::point("load", 3.0, DVec3::new(0.1, 0.2, 0.3))],
+        ..ChainJoint::prismatic(
+            "lift",
+            Pose::IDENTITY,
+            DVec3::Z,
+            JointLimit {
+                min_rad: 0.0,
+                max_rad: 1.0,
+            },
+        )
+    };
+    let arm = ChainDynamics::new(&Chain::new(vec![joint], Pose::IDENTITY).unwrap()).unwrap();
+    assert_close!(
+        arm.inverse(&[0.5], &[1.0], &[2.0]).unwrap(),
+        [3.0 * (9.81 + 2.0)],
+        Tol::abs(1e-13)
+    );
+    assert_close!(
+        arm.potential_energy_j(&[0.5]).unwrap(),
+        3.0 * 9.81 * 0.8,
+        Tol::abs(1e-13)
+    );
+}
+
+#[test]
+fn parts_of_a_link_add_up() {
+    // Two halves give the whole, whatever the axes they are given in.
+    let whole = Inertial::solid_box(
+        "box",
+        4.0,
+        DVec3::new(0.1, 0.0, 0.2),
+        DVec3::new(0.2, 0.1, 0.3),
+    );
+    let half = |sign: f64| {
+        Inertial::solid_box(
+            "half",
+            2.0,
+            DVec3::new(0.1 + sign * 0.05, 0.0, 0.2),
+            DVec3::new(0.1, 0.1, 0.3),
+        )
+    };
+    let turn = Pose::new(
+        DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(-1.1),
+        DVec3::new(0.3, -0.2, 0.1),
+    )
+    .unwrap();
+    let chain = |inertials: Vec<Inertial>| {
+        let joints = [DVec3::X, DVec3::Y, DVec3::Z]
+            .iter()
+            .enumerate()
+            .map(|(i, axis)| {
+                let inertials = if i == 2 {
+                    inertials.clone()
+                } else {
+                    Vec::new()
+                };
+                let joint = ChainJoint::revolute(
+                    format!("{i}"),
+                    shift(0.0, 0.1, 0.3),
+                    *axis,
+                    JointLimit::FREE,
+                );
+                ChainJoint { inertials, ..joint }
+            });
+        ChainDynamics::new(&Chain::new(joints.collect(), Pose::IDENTITY).unwrap()).unwrap()
+    };
+    let one = chain(vec![whole.transformed(&turn)]);
+    let two = chain(vec![
+        half(1.0).transformed(&turn),
+        half(-1.0).transformed(&turn),
+    ]);
+    let q = [0.4, -0.8, 1.3];
+    assert_close!(
+        one.mass_matrix(&q).unwrap(),
+        two.mass_matrix(&q).unwrap(),
+        Tol::abs(1e-14)
+    );
+}
+
+#[test]
+fn into_forms_agree_and_scratch_of_another_chain_is_replaced() {
+    let arm = ChainDynamics::new(&Chain::iiwa7()).unwrap();
+    let mut sampler = Sampler::new(36);
+    let mut scratch = random_dynamics(&mut sampler, 3, 0.0).scratch();
+    let q = random_q(arm.chain(), &mut sampler);
+    let (qd, third) = (uniform(&mut sampler, 7, 1.0), uniform(&mut sampler, 7, 3.0));
+    let (mut out, mut matrix) = ([0.0; 7], [0.0; 49]);
+    for _ in 0..2 {
+        arm.forward_into(&q, &qd, &third, &mut scratch, &mut out)
+            .unwrap();
+        assert_eq!(out.to_vec(), arm.forward(&q, &qd, &third).unwrap());
+        arm.inverse_into(&q, &qd, &third, &mut scratch, &mut out)
+            .unwrap();
+        assert_eq!(out.to_vec(), arm.inverse(&q, &qd, &third).unwrap());
+        arm.nonlinear_into(&q, &qd, &mut scratch, &mut out).unwrap();
+        assert_eq!(out.to_vec(), arm.nonlinear(&q, &qd).unwrap());
+        arm.gravity_torque_into(&q, &mut scratch, &mut out).unwrap();
+        assert_eq!(out.to_vec(), arm.gravity_torque(&q).unwrap());
+        arm.mass_matrix_into(&q, &mut scratch, &mut matrix).unwrap();
+        assert_eq!(matrix.to_vec(), arm.mass_matrix(&q).unwrap());
+    }
+    assert!(
+        arm.gravity_torque_into(&q, &mut scratch, &mut [0.0; 6])
+            .is_err()
+    );
+    assert!(
+        arm.mass_matrix_into(&q, &mut scratch, &mut [0.0; 7])
+            .is_err()
+    );
+}
+
+#[test]
+fn bad_bodies_and_numbers_are_errors() {
+    let with = |inertial: Inertial| {
+        let joint = ChainJoint::revolute("a", Pose::IDENTITY, DVec3::Z, JointLimit::FREE);
+        let chain = Chain::new(
+            vec![ChainJoint {
+                inertials: vec![inertial],
+                ..joint
+            }],
+            Pose::IDENTITY,
+        );
+        ChainDynamics::new(&chain.unwrap())
+    };
+    let body = |mass, six| Inertial::from_six("link", mass, DVec3::X, six);
+    let bad = |mass_kg| {
+        Err(KinematicsError::Inertia {
+            link: "link".into(),
+            mass_kg,
+        })
+    };
+    assert!(with(body(1.0, [0.1, 0.0, 0.0, 0.1, 0.0, 0.1])).is_ok());
+    assert!(with(body(1.0, [0.0; 6])).is_ok(), "a point mass");
+    assert!(
+        with(body(1.0, [0.1, 0.0, 0.0, 0.1, 0.0, 0.2])).is_ok(),
+        "a flat plate is the limit"
+    );
+    assert_eq!(with(body(-1.0, [0.1, 0.0, 0.0, 0.1, 0.0, 0.1])), bad(-1.0));
+    assert_eq!(with(body(0.0, [0.1, 0.0, 0.0, 0.1, 0.0, 0.1])), bad(0.0));
+    assert_eq!(with(body(1.0, [-0.1, 0.0, 0.0, 0.1, 0.0, 0.1])), bad(1.0));
+    assert_eq!(
+        with(body(1.0, [0.1, 0.0, 0.0, 0.1, 0.0, 0.3])),
+        bad(1.0),
+        "triangle inequality"
+    );
+    assert_eq!(
+        with(body(1.0, [0.1, 0.2, 0.0, 0.1, 0.0, 0.1])),
+        bad(1.0),
+        "negative moment"
+    );
+    let mut lopsided = body(1.0, [0.1, 0.0, 0.0, 0.1, 0.0, 0.1]);
+    lopsided.inertia_kg_m2.x_axis.y = 0.05;
+    assert_eq!(with(lopsided), bad(1.0), "asymmetric");
+    assert!(matches!(
+        with(body(f64::NAN, [0.0; 6])),
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
+    ));
+    assert!(matches!(
+        with(body(1.0, [f64::NAN; 6])),
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
+    ));
+    assert_eq!(with(body(0.0, [0.0; 6])), Err(KinematicsError::NoInertials));
+    assert_eq!(
+        ChainDynamics::new(&franka()),
+        Err(KinematicsError::NoInertials)
+    );
+
+    let arm = ChainDynamics::new(&Chain::iiwa7()).unwrap();
+    let (zero, nan) = ([0.0; 7], [f64::NAN; 7]);
+    assert!(arm.gravity_torque(&nan).is_err());
+    assert!(arm.inverse(&zero, &nan, &zero).is_err());
+    assert!(arm.inverse(&zero, &zero, &nan).is_err());
+    assert!(arm.inverse(&zero, &zero, &[0.0; 6]).is_err());
+    assert!(arm.forward(&zero, &zero, &nan).is_err());
+    assert!(arm.nonlinear(&nan, &zero).is_err());
+    assert!(arm.mass_matrix(&[]).is_err());
+    assert!(arm.kinetic_energy_j(&zero, &nan).is_err());
+    assert!(arm.potential_energy_j(&nan).is_err());
+    let fast = [1e200; 7];
+    assert!(matches!(
+        arm.nonlinear(&[0.5; 7], &fast),
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
+    ));
+    assert!(arm.inverse(&[0.5; 7], &fast, &zero).is_err());
+    assert!(arm.kinetic_energy_j(&[0.5; 7], &fast).is_err());
+    assert!(arm.clone().with_gravity(DVec3::NAN).is_err());
+    assert!(arm.with_payload(&body(-1.0, [0.0; 6])).is_err());
+}
+
+#[test]
+fn a_joint_without_mass_has_no_forward_dynamics() {
+    let joint = |name: &str, inertials| ChainJoint {
+        inertials,
+        ..ChainJoint::revolute(name, shift(0.0, 0.0, 0.5), DVec3::Y, JointLimit::FREE)
+    };
+    let joints = vec![
+        joint("arm", vec![Inertial::point("ball", 1.0, DVec3::X)]),
+        joint("pen", vec![]),
+    ];
+    let arm = ChainDynamics::new(&Chain::new(joints, Pose::IDENTITY).unwrap()).unwrap();
+    assert!(arm.inverse(&[0.1, 0.2], &[0.0; 2], &[1.0; 2]).is_ok());
+    let error = arm.forward(&[0.1, 0.2], &[0.0; 2], &[0.0; 2]);
+    assert_eq!(error, Err(KinematicsError::SingularMass { joint: 1 }));
+}

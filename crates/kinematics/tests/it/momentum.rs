@@ -1,0 +1,121 @@
+//! Generalized momentum and the gradient of the kinetic energy against the mass matrix and central differences.
+
+use hwall_kinematics::glam::{DMat3, DVec3};
+use hwall_kinematics::{
+    Chain, ChainDynamics, ChainJoint, Inertial, JointLimit, KinematicsError, Pose,
+};
+use hwall_testkit::{Sampler, Tol, assert_close};
+
+/// Turns and slides in turn, along oblique axes.
+fn mixed(sampler: &mut Sampler) -> ChainDynamics {
+    let joints = (0..6).map(|i| {
+        let place = sampler.point_in_box(DVec3::splat(-0.3), DVec3::splat(0.3));
+        let pose = Pose::new(sampler.rotation(), place).unwrap();
+        let (name, axis) = (format!("joint {i}"), sampler.unit_vector());
+        let joint = match i % 2 {
+            0 => ChainJoint::revolute(name, pose, axis, JointLimit::FREE),
+            _ => ChainJoint::prismatic(name, pose, axis, JointLimit::FREE),
+        };
+        let body = Inertial {
+            inertia_kg_m2: DMat3::from_diagonal(DVec3::new(0.02, 0.03, 0.04)),
+            ..Inertial::point("body", 1.5, sampler.unit_vector() * 0.2)
+        };
+        ChainJoint {
+            inertials: vec![body],
+            ..joint
+        }
+    });
+    let chain = Chain::new(joints.collect(), Pose::IDENTITY).unwrap();
+    ChainDynamics::new(&chain).unwrap()
+}
+
+#[test]
+fn momentum_is_the_mass_matrix_times_velocity_and_its_gradient_that_of_the_energy() {
+    let mut sampler = Sampler::new(11);
+    let mut arms = vec![ChainDynamics::new(&Chain::iiwa7()).unwrap()];
+    arms.extend((0..5).map(|_| mixed(&mut sampler)));
+    for arm in &arms {
+        let n = arm.chain().joint_count();
+        let mut scratch = arm.scratch();
+        let (mut momentum, mut gradient) = (vec![0.0; n], vec![0.0; n]);
+        for _ in 0..100 {
+            let ranges = vec![(-2.0, 2.0); n];
+            let (q, qd) = (sampler.within(&ranges), sampler.within(&ranges));
+            arm.momentum_into(&q, &qd, &mut scratch, &mut momentum, &mut gradient)
+                .unwrap();
+            let matrix = arm.mass_matrix(&q).unwrap();
+            let energy = |q: &[f64]| arm.kinetic_energy_j(q, &qd).unwrap();
+            for i in 0..n {
+                let product: f64 = (0..n).map(|j| matrix[i * n + j] * qd[j]).sum();
+                assert_close!(momentum[i], product, Tol::new(1e-12, 1e-12));
+                // Fourth-order central difference.
+                let moved = |by: f64| {
+                    let mut q = q.clone();
+                    q[i] += by;
+                    energy(&q)
+                };
+                let h = 1e-3;
+                let near = moved(h) - moved(-h);
+                let far = moved(2.0 * h) - moved(-2.0 * h);
+                let difference = (8.0 * near - far) / (12.0 * h);
+                assert_close!(gradient[i], difference, Tol::new(1e-8, 1e-8));
+            }
+        }
+    }
+}
+
+#[test]
+fn momentum_changes_as_the_equations_of_motion_say() {
+    // M q̈ + C q̇ = ṗ − ∂T/∂q: a Coriolis torque without any difference quotient, Ṁ q̇ = C q̇ + ∂T/∂q.
+    let arm = ChainDynamics::new(&Chain::iiwa7())
+        .unwrap()
+        .with_gravity(DVec3::ZERO)
+        .unwrap();
+    let mut sampler = Sampler::new(12);
+    let mut scratch = arm.scratch();
+    let (mut p, mut gradient) = ([[0.0; 7]; 2], [0.0; 7]);
+    for _ in 0..100 {
+        let q = sampler.array_within([(-2.0, 2.0); 7]);
+        let qd = sampler.array_within([(-2.0, 2.0); 7]);
+        let coriolis = arm.nonlinear(&q, &qd).unwrap();
+        let h = 1e-6;
+        for (p, sign) in p.iter_mut().zip([1.0, -1.0]) {
+            let q: [f64; 7] = std::array::from_fn(|i| q[i] + sign * h * qd[i]);
+            arm.momentum_into(&q, &qd, &mut scratch, p, &mut gradient)
+                .unwrap();
+        }
+        let mut unused = [0.0; 7];
+        arm.momentum_into(&q, &qd, &mut scratch, &mut unused, &mut gradient)
+            .unwrap();
+        for i in 0..7 {
+            let rate = (p[0][i] - p[1][i]) / (2.0 * h);
+            assert_close!(rate, coriolis[i] + gradient[i], Tol::abs(1e-7));
+        }
+    }
+}
+
+#[test]
+fn bad_input_is_an_error() {
+    let arm = ChainDynamics::new(&Chain::iiwa7()).unwrap();
+    let (mut scratch, zeros) = (arm.scratch(), [0.0; 7]);
+    let (mut a, mut b) = ([0.0; 7], [0.0; 7]);
+    let nan = [f64::NAN; 7];
+    assert!(
+        arm.momentum_into(&nan, &zeros, &mut scratch, &mut a, &mut b)
+            .is_err()
+    );
+    assert!(
+        arm.momentum_into(&zeros, &nan, &mut scratch, &mut a, &mut b)
+            .is_err()
+    );
+    let short = arm.momentum_into(&zeros, &zeros[..6], &mut scratch, &mut a, &mut b);
+    assert!(matches!(
+        short,
+        Err(KinematicsError::WrongJointCount { .. })
+    ));
+    let short = arm.momentum_into(&zeros, &zeros, &mut scratch, &mut a[..6], &mut b);
+    assert!(matches!(
+        short,
+        Err(KinematicsError::WrongJointCount { .. })
+    ));
+}

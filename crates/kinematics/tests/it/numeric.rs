@@ -1,0 +1,474 @@
+//! Numeric inverse of general chains: planted targets, limits, singular targets, honest failure.
+
+use crate::chain_support::{franka, random_chain, random_q, shift, ur5e};
+use glam::{DMat3, DQuat, DVec3};
+use hwall_kinematics::{
+    ArgumentError, Chain, ChainJoint, JointLimit, KinematicsError, NumericConfig, NumericScratch,
+    NumericSolution, Pose,
+};
+use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
+use std::f64::consts::PI;
+
+/// The answer keeps its promises: inside the limits to the last bit, residuals as reported.
+fn check(chain: &Chain, target: &Pose, config: &NumericConfig, solution: &NumericSolution) {
+    chain
+        .check_limits(&solution.q_rad)
+        .expect("inside the limits");
+    let error = chain.forward(&solution.q_rad).unwrap().distance(target);
+    let (residual_m, residual_rad) = (error.position_m, error.angle_rad);
+    assert!(
+        residual_m <= config.tolerance_m * 1.01 + 1e-15,
+        "{residual_m:e}"
+    );
+    assert!(
+        residual_rad <= config.tolerance_rad * 1.01 + 1e-15,
+        "{residual_rad:e}"
+    );
+    assert_close!(residual_m, solution.report.residual_m, Tol::abs(2e-15));
+    assert_close!(residual_rad, solution.report.residual_rad, Tol::abs(4e-15));
+}
+
+/// Solves planted targets from unrelated starts; returns how many were found.
+fn solve_planted(chain: &Chain, config: &NumericConfig, seed: u64, count: usize) -> usize {
+    let mut sampler = Sampler::new(seed);
+    let mut solved = 0;
+    let mut errors = Vec::new();
+    for _ in 0..count {
+        let target = chain.forward(&random_q(chain, &mut sampler)).unwrap();
+        let start = random_q(chain, &mut sampler);
+        match chain.inverse_numeric(&target, &start, config) {
+            Ok(solution) => {
+                check(chain, &target, config, &solution);
+                errors.push(solution.report.residual_m);
+                solved += 1;
+            }
+            Err(KinematicsError::NotConverged { .. }) => {}
+            Err(other) => panic!("{other}"),
+        }
+    }
+    println!(
+        "{solved} of {count}, position error m: {}",
+        ErrorStats::from_errors(errors)
+    );
+    solved
+}
+
+#[test]
+fn finds_all_planted_targets_of_the_iiwa() {
+    assert!(solve_planted(&Chain::iiwa7(), &NumericConfig::default(), 21, 10_000) >= 9_990);
+}
+
+#[test]
+fn finds_planted_targets_of_franka_and_ur() {
+    assert!(solve_planted(&franka(), &NumericConfig::default(), 22, 2_000) >= 1_998);
+    assert!(solve_planted(&ur5e(), &NumericConfig::default(), 23, 2_000) >= 1_998);
+}
+
+#[test]
+fn finds_planted_targets_of_odd_chains() {
+    let mut sampler = Sampler::new(24);
+    for n in 1..=12 {
+        let chain = random_chain(&mut sampler, n, 0.3);
+        let solved = solve_planted(&chain, &NumericConfig::default(), n as u64, 60);
+        assert!(solved >= 59, "{n} joints: {solved} of 60");
+    }
+    // Long chains need no more memory and no other code.
+    assert!(
+        solve_planted(
+            &random_chain(&mut sampler, 200, 0.1),
+            &NumericConfig::default(),
+            25,
+            5
+        ) == 5
+    );
+}
+
+#[test]
+fn start_that_is_already_exact_returns_at_once_without_nan() {
+    for chain in [Chain::iiwa7(), franka(), ur5e()] {
+        let mut sampler = Sampler::new(26);
+        let q = random_q(&chain, &mut sampler);
+        let target = chain.forward(&q).unwrap();
+        let solution = chain
+            .inverse_numeric(&target, &q, &NumericConfig::default())
+            .unwrap();
+        assert_eq!(solution.q_rad, q);
+        assert_eq!(
+            (solution.report.iterations, solution.report.restarts),
+            (0, 0)
+        );
+        assert!(solution.report.residual_rad.is_finite());
+    }
+    let stretched = Chain::iiwa7();
+    let target = stretched.forward(&[0.0; 7]).unwrap();
+    let solution = stretched
+        .inverse_numeric(&target, &[0.0; 7], &NumericConfig::default())
+        .unwrap();
+    assert_eq!(
+        (solution.report.residual_m, solution.report.residual_rad),
+        (0.0, 0.0)
+    );
+}
+
+#[test]
+fn start_outside_the_limits_is_an_error_not_a_panic() {
+    let chain = Chain::iiwa7();
+    let target = chain.forward(&[0.1; 7]).unwrap();
+    let mut start = [0.0; 7];
+    start[3] = chain.joints()[3].limit.max_rad + 1e-9;
+    let answer = chain.inverse_numeric(&target, &start, &NumericConfig::default());
+    assert!(matches!(
+        answer,
+        Err(KinematicsError::JointLimit { index: 3, .. })
+    ));
+    let solve =
+        |start: &[f64], config: &NumericConfig| chain.inverse_numeric(&target, start, config);
+    assert!(matches!(
+        solve(&[f64::NAN; 7], &NumericConfig::default()),
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
+    ));
+    assert!(matches!(
+        solve(&[0.0; 6], &NumericConfig::default()),
+        Err(KinematicsError::WrongJointCount { .. })
+    ));
+    for tolerance_m in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let config = NumericConfig {
+            tolerance_m,
+            ..NumericConfig::default()
+        };
+        assert!(matches!(
+            solve(&[0.0; 7], &config),
+            Err(KinematicsError::Argument(ArgumentError::OutOfRange { .. }))
+        ));
+    }
+    let none = NumericConfig {
+        max_iterations: 0,
+        max_restarts: 0,
+        ..NumericConfig::default()
+    };
+    assert!(matches!(
+        solve(&[0.0; 7], &none),
+        Err(KinematicsError::NotConverged { iterations: 0, .. })
+    ));
+}
+
+#[test]
+fn targets_with_every_joint_on_a_limit() {
+    for (chain, seed) in [(Chain::iiwa7(), 1), (franka(), 2)] {
+        let mut sampler = Sampler::new(seed);
+        let config = NumericConfig::default();
+        for corner in 0..128_u32 {
+            let q: Vec<f64> = chain
+                .joints()
+                .iter()
+                .enumerate()
+                .map(|(i, j)| {
+                    if corner >> i & 1 == 0 {
+                        j.limit.min_rad
+                    } else {
+                        j.limit.max_rad
+                    }
+                })
+                .collect();
+            let target = chain.forward(&q).unwrap();
+            let solution = chain.inverse_numeric(&target, &random_q(&chain, &mut sampler), &config);
+            check(
+                &chain,
+                &target,
+                &config,
+                &solution.unwrap_or_else(|e| panic!("corner {corner}: {e}")),
+            );
+        }
+    }
+}
+
+#[test]
+fn singular_targets() {
+    let chain = Chain::iiwa7();
+    let config = NumericConfig::default();
+    let mut sampler = Sampler::new(27);
+    for case in 0..100 {
+        let mut q = random_q(&chain, &mut sampler);
+        // Straight elbow, wrist and shoulder singular, alone and together.
+        for (bit, joint) in [(1, 3), (2, 5), (4, 1)] {
+            if case & bit != 0 {
+                q[joint] = 0.0;
+            }
+        }
+        let target = chain.forward(&q).unwrap();
+        let solution = chain.inverse_numeric(&target, &random_q(&chain, &mut sampler), &config);
+        check(
+            &chain,
+            &target,
+            &config,
+            &solution.unwrap_or_else(|e| panic!("case {case}: {e}")),
+        );
+    }
+}
+
+#[test]
+fn at_the_rim_of_the_workspace() {
+    let chain = Chain::iiwa7();
+    let shoulder = DVec3::new(0.0, 0.0, 0.34);
+    let stretched = |reach_m: f64| {
+        let u = DVec3::new(0.48, 0.6, 0.64);
+        Pose::from_quat(
+            DQuat::from_rotation_arc(DVec3::Z, u),
+            shoulder + u * reach_m,
+        )
+        .unwrap()
+    };
+    let start = [0.2, 0.5, 0.1, 0.8, 0.3, -0.4, 0.2];
+    let config = NumericConfig::default();
+    for inside_m in [0.0, 1e-12, 1e-9, 1e-6, 1e-3] {
+        let target = stretched(0.926 - inside_m);
+        let solution = chain.inverse_numeric(&target, &start, &config);
+        check(
+            &chain,
+            &target,
+            &config,
+            &solution.unwrap_or_else(|e| panic!("{inside_m}: {e}")),
+        );
+    }
+    // Beyond the tolerance outside: refused before the first step.
+    for outside_m in [1e-6, 1e-4, 1.0, 1e6] {
+        let answer = chain.inverse_numeric(&stretched(0.926 + outside_m), &start, &config);
+        assert!(
+            matches!(answer, Err(KinematicsError::NotConverged { iterations: 0, residual_m, .. }) if residual_m > 0.0),
+            "{answer:?}"
+        );
+    }
+}
+
+#[test]
+fn quick_refusal_knows_the_length_of_every_link() {
+    // Three parallel hinges and a slide, all links in one line when stretched: 0.7 + 0.5 + 0.2 + 0.3 m.
+    let limit = JointLimit {
+        min_rad: -1.5,
+        max_rad: 1.5,
+    };
+    let link = |name: &str, x: f64| ChainJoint::revolute(name, shift(x, 0.0, 0.0), DVec3::Z, limit);
+    let slide_limit = JointLimit {
+        min_rad: 0.1,
+        max_rad: 0.3,
+    };
+    let slide = ChainJoint::prismatic("slide", shift(0.2, 0.0, 0.0), DVec3::X, slide_limit);
+    let joints = vec![link("a", 0.0), link("b", 0.7), link("c", 0.5), slide];
+    let chain = Chain::new(joints, Pose::IDENTITY).unwrap();
+    let start = [0.3, -0.4, 0.2, 0.2];
+    let config = NumericConfig::default();
+    let solution = chain
+        .inverse_numeric(&shift(1.7, 0.0, 0.0), &start, &config)
+        .unwrap();
+    check(&chain, &shift(1.7, 0.0, 0.0), &config, &solution);
+    let beyond = chain.inverse_numeric(&shift(1.7001, 0.0, 0.0), &start, &config);
+    assert!(
+        matches!(
+            beyond,
+            Err(KinematicsError::NotConverged { iterations: 0, .. })
+        ),
+        "{beyond:?}"
+    );
+}
+
+#[test]
+fn ranges_away_from_zero() {
+    // Restarts must draw inside ranges that hold neither zero nor half a turn.
+    let mut joints = ur5e().joints().to_vec();
+    for (i, joint) in joints.iter_mut().enumerate() {
+        let low = if i % 2 == 0 { 4.0 } else { -9.0 };
+        joint.limit = JointLimit {
+            min_rad: low,
+            max_rad: low + 2.0,
+        };
+    }
+    let chain = Chain::new(joints, ur5e().link_from_tip()).unwrap();
+    let mut sampler = Sampler::new(30);
+    let mut draw = || {
+        chain
+            .joints()
+            .iter()
+            .map(|j| sampler.uniform(j.limit.min_rad, j.limit.max_rad))
+            .collect()
+    };
+    let config = NumericConfig::default();
+    for _ in 0..200 {
+        let (planted, start): (Vec<f64>, Vec<f64>) = (draw(), draw());
+        let target = chain.forward(&planted).unwrap();
+        check(
+            &chain,
+            &target,
+            &config,
+            &chain.inverse_numeric(&target, &start, &config).unwrap(),
+        );
+    }
+}
+
+#[test]
+fn unreachable_targets_are_not_found_in_a_bounded_number_of_steps() {
+    let chain = Chain::iiwa7();
+    let config = NumericConfig::default();
+    let mut sampler = Sampler::new(28);
+    for _ in 0..20 {
+        // At 0.85 m from the shoulder pointing back at it: the wrist would have to lie 0.976 m away.
+        let u = sampler.unit_vector();
+        let position = DVec3::new(0.0, 0.0, 0.34) + u * 0.85;
+        let target = Pose::from_quat(DQuat::from_rotation_arc(DVec3::Z, -u), position).unwrap();
+        let start = random_q(&chain, &mut sampler);
+        match chain.inverse_numeric(&target, &start, &config) {
+            Err(KinematicsError::NotConverged {
+                iterations,
+                residual_m,
+                residual_rad,
+            }) => {
+                assert!(iterations <= config.max_iterations * (config.max_restarts + 1));
+                assert!(residual_m.is_finite() && residual_rad.is_finite());
+                assert!(residual_m > 1e-3 || residual_rad > 1e-3);
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn one_joint_and_one_slide() {
+    let limit = JointLimit {
+        min_rad: -1.0,
+        max_rad: 2.0,
+    };
+    let config = NumericConfig::default();
+    let hinge = ChainJoint::revolute("hinge", shift(0.0, 0.0, 0.3), DVec3::Y, limit);
+    let hinge = Chain::new(vec![hinge], shift(0.5, 0.0, 0.0)).unwrap();
+    let slide = ChainJoint::prismatic("slide", shift(0.0, 0.0, 0.3), DVec3::Y, limit);
+    let slide = Chain::new(vec![slide], Pose::IDENTITY).unwrap();
+    for chain in [hinge, slide] {
+        for q in [-1.0, 0.0, 0.7, 2.0] {
+            let target = chain.forward(&[q]).unwrap();
+            let solution = chain.inverse_numeric(&target, &[0.2], &config).unwrap();
+            assert_close!(solution.q_rad, [q], Tol::abs(1e-8));
+            check(&chain, &target, &config, &solution);
+        }
+        let off = chain.forward(&[0.4]).unwrap() * shift(0.0, 0.0, 0.01);
+        assert!(matches!(
+            chain.inverse_numeric(&off, &[0.2], &config),
+            Err(KinematicsError::NotConverged { .. })
+        ));
+    }
+}
+
+#[test]
+fn locked_and_endless_joints() {
+    // A joint without play, one without limits and a slide without limits.
+    let mut joints = Chain::iiwa7().joints().to_vec();
+    joints[2].limit = JointLimit {
+        min_rad: 0.3,
+        max_rad: 0.3,
+    };
+    joints[0].limit = JointLimit::FREE;
+    joints.insert(
+        0,
+        ChainJoint::prismatic("rail", Pose::IDENTITY, DVec3::X, JointLimit::FREE),
+    );
+    let chain = Chain::new(joints, Chain::iiwa7().link_from_tip()).unwrap();
+    let target = Pose::new(DMat3::from_rotation_y(1.3), DVec3::new(25.0, 0.2, 0.5)).unwrap();
+    let start = [0.0, 0.1, 0.2, 0.3, 0.9, 0.1, 0.2, 0.1];
+    let config = NumericConfig::default();
+    let solution = chain.inverse_numeric(&target, &start, &config).unwrap();
+    check(&chain, &target, &config, &solution);
+    assert_eq!(solution.q_rad[3], 0.3);
+}
+
+#[test]
+fn servo_follows_without_jumps() {
+    let chain = Chain::iiwa7();
+    let config = NumericConfig::servo();
+    let mut q = vec![0.2, 0.5, 0.1, 1.2, 0.3, -0.8, 0.2];
+    let start = chain.forward(&q).unwrap();
+    for k in 1..=1000 {
+        let angle = 2.0 * PI * f64::from(k) / 1000.0;
+        let offset = shift(0.1 * angle.sin(), 0.1 * (1.0 - angle.cos()), 0.0);
+        let target = offset * start;
+        let solution = chain.inverse_numeric(&target, &q, &config).unwrap();
+        let jump = q
+            .iter()
+            .zip(&solution.q_rad)
+            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        assert!(jump < 0.01, "step {k}: {jump} rad");
+        assert!(solution.report.iterations <= 3);
+        q = solution.q_rad;
+    }
+    assert_close!(
+        chain.forward(&q).unwrap().position_m(),
+        start.position_m(),
+        Tol::abs(1e-8)
+    );
+}
+
+#[test]
+fn same_seed_same_answer_and_scratch_does_not_matter() {
+    let chain = franka();
+    let mut sampler = Sampler::new(29);
+    let mut scratch = NumericScratch::default();
+    // A scratch that has served another chain.
+    let other = ur5e();
+    let q = random_q(&other, &mut sampler);
+    other
+        .inverse_numeric_into(
+            &other.forward(&q).unwrap(),
+            &[0.1; 6],
+            &NumericConfig::default(),
+            &mut scratch,
+        )
+        .unwrap();
+    for seed in 0..20 {
+        let config = NumericConfig {
+            seed,
+            ..NumericConfig::thorough()
+        };
+        let target = chain.forward(&random_q(&chain, &mut sampler)).unwrap();
+        let start = random_q(&chain, &mut sampler);
+        let first = chain.inverse_numeric(&target, &start, &config).unwrap();
+        let report = chain
+            .inverse_numeric_into(&target, &start, &config, &mut scratch)
+            .unwrap();
+        assert_eq!(first.report, report);
+        assert_eq!(first.q_rad, scratch.q_rad());
+    }
+}
+
+#[test]
+fn agrees_with_the_exact_verdicts() {
+    // Poses down to 1e-7 rad and m from the edge of reach, with verdicts of a closed-form reference.
+    let text = include_str!("../data/reach_poses.json");
+    let data: serde_json::Value = serde_json::from_str(text).unwrap();
+    let (chain, config) = (Chain::iiwa7(), NumericConfig::default());
+    let (mut reachable, mut unreachable, mut missed) = (0, 0, 0);
+    for case in data["poses"].as_array().unwrap() {
+        let numbers = |key: &str| -> Vec<f64> {
+            case[key]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|v| v.as_f64().unwrap())
+                .collect()
+        };
+        let rotation = DMat3::from_cols_slice(&numbers("R")).transpose();
+        let target = Pose::new(rotation, DVec3::from_slice(&numbers("p"))).unwrap();
+        let found = chain
+            .inverse_numeric(&target, &[0.0, 0.3, 0.0, 0.9, 0.0, 0.5, 0.0], &config)
+            .is_ok();
+        if case["reachable"].as_bool().unwrap() {
+            reachable += 1;
+            missed += usize::from(!found);
+        } else {
+            unreachable += 1;
+            assert!(
+                !found,
+                "{} is out of reach by {}",
+                case["cls"], case["margin"]
+            );
+        }
+    }
+    assert!(reachable > 400 && unreachable > 100);
+    assert!(missed <= reachable / 1000, "{missed} of {reachable} missed");
+}

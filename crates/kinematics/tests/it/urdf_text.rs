@@ -1,0 +1,451 @@
+//! URDF as text: what is skipped, what is refused and in which words, and that nothing hangs or panics.
+
+use glam::{DMat3, DQuat};
+use hwall_kinematics::{Chain, JointLimit, KinematicsError};
+use hwall_testkit::{Sampler, Tol, assert_close};
+
+const IIWA7: &str = include_str!("../data/iiwa7.urdf");
+
+const ARM: &str = r#"<robot name="r">
+<link name="a"/>
+<link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="j" type="revolute">
+<parent link="a"/>
+<child link="b"/>
+<origin xyz="0 0 1" rpy="0 0.5 0"/>
+<axis xyz="0 0 1"/>
+<limit lower="-1" upper="2" effort="3" velocity="4"/>
+</joint>
+</robot>"#;
+
+fn load(text: &str) -> Result<Chain, KinematicsError> {
+    Chain::from_urdf_str(text, None, None)
+}
+
+fn message(text: &str) -> String {
+    match load(text) {
+        Err(KinematicsError::UrdfMalformed { message }) => {
+            assert!(!message.contains(char::is_control), "{message:?}");
+            message
+        }
+        other => panic!("not refused as malformed: {other:?}"),
+    }
+}
+
+/// [`ARM`] with one piece, which it must hold, replaced.
+fn with(piece: &str, other: &str) -> String {
+    assert!(ARM.contains(piece), "{piece}");
+    ARM.replacen(piece, other, 1)
+}
+
+#[test]
+fn everything_a_chain_does_not_need_is_skipped() {
+    let extras = r#"<material name="grey"><color rgba="a b c"/></material>
+        <gazebo reference="b"><link/><joint/><selfCollide>1</selfCollide></gazebo>
+        <transmission name="t"><type>x</type><joint name="j"><hardwareInterface/></joint></transmission>
+        <s:joint xmlns:s="http://example.org/sensor"/>
+        text &amp; <![CDATA[<joint>]]> <?target instruction?>
+        <link name="a">"#;
+    let text = with(
+        "<link name=\"a\"/>",
+        &format!(
+            "{extras}<visual><geometry><mesh/></geometry></visual><collision/><visual/></link>"
+        ),
+    )
+    .replace(
+        "</joint>",
+        "<calibration/><dynamics damping=\"x\"/><safety_controller/></joint>",
+    );
+    assert_eq!(load(&text).unwrap(), load(ARM).unwrap());
+}
+
+#[test]
+fn comments_white_space_and_line_ends_do_not_matter() {
+    let arm = load(ARM).unwrap();
+    let spread = ARM
+        .replace("><", ">\r\n\t <!-- a <joint> & more = --> <")
+        .replace('\n', "\r\n")
+        .replace("=\"", " = \"")
+        .replace("0 0 1", "\n 0\t0   1 ")
+        .replace("\"-1\"", "' -1\n'");
+    assert_eq!(load(&spread).unwrap(), arm);
+    let head = "\u{feff}<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<!-- === generated === -->\n";
+    assert_eq!(
+        load(&format!("{head}{ARM}\n\n<!-- end -->\n")).unwrap(),
+        arm
+    );
+    let namespace = with(
+        "<robot",
+        "<robot xmlns=\"http://www.ros.org\" xmlns:xacro=\"x\"",
+    );
+    assert_eq!(load(&namespace).unwrap(), arm);
+}
+
+#[test]
+fn what_is_missing_is_named_with_its_line() {
+    for (piece, other, said) in [
+        (
+            "link name=\"a\"",
+            "link",
+            "line 2, <link>: attribute name is missing",
+        ),
+        (
+            "<mass value=\"1\"/>",
+            "",
+            "line 3, <inertial>: <mass> is missing",
+        ),
+        (
+            "mass value=\"1\"",
+            "mass",
+            "line 3, <mass>: attribute value is missing",
+        ),
+        (
+            " iyz=\"0\"",
+            "",
+            "line 3, <inertia>: attribute iyz is missing",
+        ),
+        (
+            " name=\"j\"",
+            "",
+            "line 4, <joint>: attribute name is missing",
+        ),
+        (
+            " type=\"revolute\"",
+            "",
+            "line 4, <joint>: attribute type is missing",
+        ),
+        (
+            "<parent link=\"a\"/>",
+            "",
+            "line 4, <joint>: <parent> is missing",
+        ),
+        (
+            "parent link=\"a\"",
+            "parent",
+            "line 5, <parent>: attribute link is missing",
+        ),
+        (
+            "<child link=\"b\"/>",
+            "",
+            "line 4, <joint>: <child> is missing",
+        ),
+        (
+            " velocity=\"4\"",
+            "",
+            "line 9, <limit>: attribute velocity is missing",
+        ),
+    ] {
+        assert_eq!(message(&with(piece, other)), said);
+    }
+}
+
+#[test]
+fn bad_values_are_named_with_their_line() {
+    for (piece, other, said) in [
+        (
+            "revolute",
+            "screw",
+            "line 4, <joint>: unknown joint type \"screw\"",
+        ),
+        (
+            "\"0 0 1\" rpy",
+            "\"0 0\" rpy",
+            "line 7, <origin>: xyz is \"0 0\", not 3 numbers",
+        ),
+        (
+            "\"0 0 1\" rpy",
+            "\"\" rpy",
+            "line 7, <origin>: xyz is \"\", not 3 numbers",
+        ),
+        (
+            "0 0.5 0",
+            "0 0.5 0 0",
+            "line 7, <origin>: rpy is \"0 0.5 0 0\", not 3 numbers",
+        ),
+        (
+            "0 0.5 0",
+            "0 x 0.5 0",
+            "line 7, <origin>: rpy is \"0 x 0.5 0\", not 3 numbers",
+        ),
+        (
+            "0 0.5 0",
+            "0,0.5,0",
+            "line 7, <origin>: rpy is \"0,0.5,0\", not 3 numbers",
+        ),
+        (
+            "upper=\"2\"",
+            "upper=\"2 rad\"",
+            "line 9, <limit>: upper is \"2 rad\", not 1 number",
+        ),
+        (
+            "upper=\"2\"",
+            "upper=\"&#10;\"",
+            "line 9, <limit>: upper is \"\\n\", not 1 number",
+        ),
+        (
+            "ixx=\"1\"",
+            "ixx=\"1.0.0\"",
+            "line 3, <inertia>: ixx is \"1.0.0\", not 1 number",
+        ),
+        (
+            "<axis",
+            "<axis xyz=\"1 0 0\"/>\n<axis",
+            "line 9, <axis>: second of its kind in <joint>",
+        ),
+    ] {
+        assert_eq!(message(&with(piece, other)), said);
+    }
+    let long = "9 ".repeat(100_000);
+    assert!(message(&with("0 0.5 0", &long)).len() < 200);
+}
+
+#[test]
+fn only_a_robot_is_read() {
+    let other = ARM.replace("robot", "sdf");
+    assert_eq!(
+        message(&other),
+        "line 1, <sdf>: the outermost element must be <robot>"
+    );
+    for text in ["", "\n", "<!-- -->", "{\"robot\": []}", "<robot/><robot/>"] {
+        message(text);
+    }
+    for end in 1..ARM.len() {
+        message(&ARM[..end]);
+    }
+}
+
+#[test]
+fn later_versions_change_origins_and_limits() {
+    let version = |text: &str| format!("<robot name=\"r\" version=\"{text}\">");
+    let quaternion = with("rpy=\"0 0.5 0\"", "quat_xyzw=\"1 -2 3 4\"");
+    let rotation = |head: &str| {
+        let text = quaternion.replace("<robot name=\"r\">", head);
+        load(&text).unwrap().joints()[0]
+            .previous_from_link
+            .rotation()
+    };
+    let turned = DMat3::from_quat(DQuat::from_xyzw(1.0, -2.0, 3.0, 4.0).normalize());
+    for later in ["1.1", " 1.2 ", "1.10", "2.0"] {
+        assert_close!(rotation(&version(later)), turned, Tol::abs(1e-15));
+    }
+    for earlier in ["1.0", "", "1", "x.y"] {
+        assert_eq!(rotation(&version(earlier)), DMat3::IDENTITY);
+    }
+    let since_1_1 = |text: String| text.replace("<robot name=\"r\">", &version("1.1"));
+    assert_eq!(
+        message(&since_1_1(with("rpy", "quat_xyzw=\"0 0 0 1\" rpy"))),
+        "line 7, <origin>: both rpy and quat_xyzw are given"
+    );
+    for bad in ["NaN 0 0 1", "0 0 0 inf"] {
+        let text = since_1_1(with("rpy=\"0 0.5 0\"", &format!("quat_xyzw=\"{bad}\"")));
+        assert!(matches!(load(&text), Err(KinematicsError::Argument(_))));
+    }
+
+    let short =
+        with(" effort=\"3\" velocity=\"4\"", "").replace("<robot name=\"r\">", &version("1.2"));
+    let chain = load(&short).unwrap();
+    let joint = &chain.joints()[0];
+    let limit = JointLimit {
+        min_rad: -1.0,
+        max_rad: 2.0,
+    };
+    assert_eq!(
+        (joint.limit, joint.max_velocity, joint.max_effort),
+        (limit, None, None)
+    );
+}
+
+#[test]
+fn hostile_text_is_refused_quickly() {
+    let laughs = "<!DOCTYPE r [<!ENTITY a \"ha\"><!ENTITY b \"&a;&a;&a;&a;\">]>";
+    // Entities that nobody uses do no harm; a name that grows to a billion letters is refused.
+    assert_eq!(load(&format!("{laughs}{ARM}")), load(ARM));
+    let mut bomb = "<!DOCTYPE r [<!ENTITY e0 \"ha\">".to_owned();
+    for level in 1..10 {
+        let ten = format!("&e{};", level - 1).repeat(10);
+        bomb += &format!("<!ENTITY e{level} \"{ten}\">");
+    }
+    message(&format!("{bomb}]>{}", with("name=\"j\"", "name=\"&e9;\"")));
+    message(&with("name=\"j\"", "name=\"&unknown;\""));
+
+    // As deep as simulator extensions may be: skipped as one unknown element.
+    let nested = |depth: usize| "<g>".repeat(depth) + &"</g>".repeat(depth);
+    let inside = |extra: &str| with("<link name=\"a\"/>", &format!("<link name=\"a\"/>{extra}"));
+    assert_eq!(load(&inside(&nested(150))).unwrap(), load(ARM).unwrap());
+    for deep in [nested(150_000), "<g>".repeat(150_000)] {
+        assert_eq!(message(&inside(&deep)), "elements are nested too deeply");
+    }
+    assert_eq!(
+        message(&inside(&"<g/>".repeat(300_000))),
+        "nodes limit reached"
+    );
+
+    let attributes: String = (0..100_000).map(|i| format!(" x{i}=\"\"")).collect();
+    assert_eq!(
+        message(&inside(&format!("<g{attributes}/>"))),
+        "an element has too many attributes"
+    );
+    let namespaces: String = (0..5_000)
+        .map(|i| format!("<g xmlns:x{i}=\"{i}\">"))
+        .collect();
+    assert_eq!(message(&inside(&namespaces)), "too many namespaces");
+}
+
+/// Deletes, repeats, moves or overwrites a few stretches of the text, often whole tags or attributes.
+fn mutated(text: &[u8], sampler: &mut Sampler) -> Vec<u8> {
+    const WORDS: &[&[u8]] = &[
+        b"NaN",
+        b"-inf",
+        b"1e999",
+        b"0",
+        b"-",
+        b"\"",
+        b"<",
+        b">",
+        b"/>",
+        b"</",
+        b"&",
+        b"&#0;",
+        b"&lt;",
+        b" ",
+        b"\n",
+        b"=",
+        b"<!--",
+        b"-->",
+        b"<![CDATA[",
+        b"]]>",
+        b"<?",
+        b":",
+        b"xmlns=\"x\" ",
+        b"<joint>",
+        b"<link name=\"lbr_link_3\"/>",
+        b"fixed",
+        b"lbr_link_0",
+        b"\xff",
+        b"\xc3\xa9",
+    ];
+    let mut bytes = text.to_vec();
+    for _ in 0..1 + sampler.index(3) {
+        let start = sampler.index(bytes.len());
+        let stops = [b' ', b'"', b'>', b'\n'];
+        let stop = stops[sampler.index(stops.len())];
+        let length = bytes[start..].iter().position(|b| *b == stop).unwrap_or(0);
+        let piece = start..start + length.min(400);
+        match sampler.index(9) {
+            0 => drop(bytes.drain(piece)),
+            1 => {
+                let copy = bytes[piece].to_vec();
+                let place = sampler.index(bytes.len());
+                bytes.splice(place..place, copy);
+            }
+            2 => bytes[start] = b' ' + sampler.index(95) as u8,
+            3 => drop(bytes.splice(piece, WORDS[sampler.index(WORDS.len())].iter().copied())),
+            4 => drop(bytes.splice(
+                start..start,
+                WORDS[sampler.index(WORDS.len())].iter().copied(),
+            )),
+            _ => {
+                // A digit becomes another sign of a number, so that many texts stay well formed.
+                if let Some(at) = bytes[start..].iter().position(u8::is_ascii_digit) {
+                    bytes[start + at] = b"0123456789-.e "[sampler.index(14)];
+                }
+            }
+        }
+        if bytes.is_empty() {
+            bytes.push(b'<');
+        }
+    }
+    bytes
+}
+
+#[test]
+fn mutated_arms_are_errors_or_sound_chains() {
+    let mut sampler = Sampler::new(71);
+    let (mut read, mut refused) = (0, 0);
+    for _ in 0..20_000 {
+        let bytes = mutated(IIWA7.as_bytes(), &mut sampler);
+        match load(&String::from_utf8_lossy(&bytes)) {
+            Ok(chain) => {
+                read += 1;
+                let q = vec![0.1; chain.joint_count()];
+                let tip = chain.forward(&q).unwrap();
+                assert!(tip.position_m().is_finite() && tip.rotation().is_finite());
+                for joint in chain.joints() {
+                    assert!(joint.limit.min_rad <= joint.limit.max_rad);
+                    assert!(joint.max_velocity.is_none_or(|v| v > 0.0 && v.is_finite()));
+                }
+            }
+            Err(error) => {
+                refused += 1;
+                assert!(!error.to_string().contains('\n'), "{error}");
+            }
+        }
+    }
+    assert!(
+        read > 1_000 && refused > 5_000,
+        "{read} read, {refused} refused"
+    );
+}
+
+/// The parser's time grew with the square of the nesting.
+#[test]
+fn deeply_nested_elements_are_refused_at_once() {
+    let depth = 90_000;
+    let text = format!(
+        "<robot>{}{}</robot>",
+        "<a>".repeat(depth),
+        "</a>".repeat(depth)
+    );
+    let error = hwall_kinematics::Chain::from_urdf_str(&text, None, None).unwrap_err();
+    assert!(error.to_string().contains("nested"), "{error}");
+}
+
+/// Comments and self-closing elements are no levels.
+#[test]
+fn long_flat_files_are_not_nested() {
+    let text = format!("<robot>{}</robot>", "<!-- <a> </a> --><b/>".repeat(1000));
+    let error = hwall_kinematics::Chain::from_urdf_str(&text, None, None).unwrap_err();
+    assert!(!error.to_string().contains("nested"), "{error}");
+}
+
+/// Limits of 1e154 were read; their squares overflow.
+#[test]
+fn joint_limits_out_of_this_world_are_refused() {
+    for limits in [r#"lower="-1e154" upper="1""#, r#"lower="0" upper="1e300""#] {
+        let text = format!(
+            r#"<robot><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/><child link="b"/><limit {limits} velocity="1" effort="1"/></joint></robot>"#
+        );
+        let error = hwall_kinematics::Chain::from_urdf_str(&text, None, None).unwrap_err();
+        assert!(error.to_string().contains("limit"), "{error}");
+    }
+}
+
+/// Levels that a count of angle brackets does not see: an attribute that ends like an empty element, an end in a comment.
+#[test]
+fn nesting_cannot_be_hidden() {
+    for (open, close) in [
+        ("<g b=\"/>\">", "</g>"),
+        ("<g b='/>'>", "</g>"),
+        ("<g><!-- </g> -->", "</g>"),
+        ("<g><![CDATA[</g>]]>", "</g>"),
+        ("<g><?x </g> ?>", "</g>"),
+    ] {
+        let began = std::time::Instant::now();
+        let text = format!(
+            "<robot name=\"r\">{}{}</robot>",
+            open.repeat(60_000),
+            close.repeat(60_000)
+        );
+        let error = Chain::from_urdf_str(&text, None, None).unwrap_err();
+        println!("{open}: {:?}", began.elapsed());
+        assert!(error.to_string().contains("nested"), "{open}: {error}");
+        // What only looks like levels is none.
+        let flat = format!("<robot name=\"r\">{}</robot>", "<g b=\"<g>\"/>".repeat(300));
+        let flat = flat.replace(
+            "<g b=\"<g>\"/>",
+            "<g b='&lt;g>'/><!-- <g> --><![CDATA[<g>]]>",
+        );
+        let error = Chain::from_urdf_str(&flat, None, None).unwrap_err();
+        assert!(!error.to_string().contains("nested"), "{error}");
+    }
+}

@@ -1,0 +1,4 @@
+//! Integration tests of the crate, one program.
+
+mod hands_on_objects;
+mod published_filter;

@@ -1,0 +1,6 @@
+//! Integration tests of the crate, one program.
+
+mod common;
+mod damage;
+mod others_tools;
+mod recording;

@@ -1,0 +1,247 @@
+//! What is recorded comes back bit by bit, and gives the same commands.
+
+use crate::common::{self, file, hand, iiwa, recorder, run, session_of, skeleton};
+use hwall::haptics::{ArmCommand, Board};
+use hwall::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm};
+use hwall_record::{
+    Ending, Input, Overflow, RecordError, Recorder, RecorderConfig, Recording, Request, Run,
+    Skeleton, replay,
+};
+use hwall_testkit::Sampler;
+use std::time::Duration;
+
+#[test]
+fn two_runs_come_back_and_run_again_bit_by_bit() {
+    let path = file("runs.mcap");
+    let mut to = recorder(&path, &RecorderConfig::simulated());
+    let commands = [run(&mut to, 0, 3.0), run(&mut to, 1, 0.5)];
+    let summary = to.finish().unwrap();
+    assert_eq!((summary.dropped, summary.views_dropped), (0, 0));
+    assert_eq!(summary.bytes, std::fs::metadata(&path).unwrap().len());
+    let recording = Recording::open(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(recording.ending(), Ending::Finished);
+    assert_eq!(recording.setup(), &common::setup());
+
+    let mut seen = [Vec::new(), Vec::new()];
+    let (mut number, mut frames, mut worlds, mut requests) = (0, 0, 0, Vec::new());
+    for (expected, input) in (0..).zip(recording.inputs()) {
+        let (sequence, input) = input.unwrap();
+        assert_eq!(sequence, expected);
+        match input {
+            Input::Run(run) => {
+                number = run.number as usize;
+                assert_eq!(run.option("who"), Some(&*format!("person {number}")));
+            }
+            Input::Frame(frame) => {
+                // NaN differs from itself, so the texts are compared.
+                assert_eq!(format!("{frame:?}"), format!("{:?}", hand(frame.t_s)));
+                frames += 1;
+            }
+            Input::World(_) => worlds += 1,
+            Input::Request(request) => requests.push(request),
+            Input::Cycle(cycle) => seen[number].push(cycle.command),
+            Input::End { dropped } => assert_eq!(dropped, 0),
+        }
+    }
+    assert_eq!(seen, commands);
+    assert_eq!((frames, worlds), (350, 5));
+    assert_eq!(requests[1..3], [Request::Stop, Request::Reset]);
+    // All that a session does was in it.
+    let held = commands[0].iter().filter(|c| **c == ArmCommand::Hold);
+    assert!(held.count() > 10);
+
+    let replayed = replay(&recording, |setup, _| {
+        Ok::<_, RecordError>(session_of(setup))
+    });
+    let replayed = replayed.unwrap();
+    assert_eq!(replayed.difference, None);
+    assert_eq!(
+        (replayed.runs, replayed.cycles, replayed.missing),
+        (2, 3500, 0)
+    );
+}
+
+#[test]
+fn another_session_differs_and_the_first_difference_is_named() {
+    let path = file("other.mcap");
+    common::recorded(&path, 1.5);
+    let recording = Recording::open(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    let other = replay(&recording, |setup, _| {
+        let mut setup = setup.clone();
+        // A door a tenth of a millimetre farther away.
+        setup.scene_obj = setup.scene_obj.replace("v 0.6 ", "v 0.6001 ");
+        Ok::<_, RecordError>(session_of(&setup))
+    });
+    let found = other.unwrap().difference.unwrap();
+    assert!(found.cycle > 0 && found.cycle < 1400, "{found:?}");
+    let text = found.to_string();
+    assert!(
+        text.starts_with("run 0, cycle ") && text.contains("of joint"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_loop_that_must_not_wait_leaves_out_and_says_so() {
+    let path = file("overflow.mcap");
+    let config = RecorderConfig {
+        overflow: Overflow::Drop,
+        capacity: 4,
+        ..RecorderConfig::default()
+    };
+    let mut to = recorder(&path, &config);
+    to.begin(Run::default());
+    for i in 0..2000 {
+        to.frame(&hand(1e-3 * f64::from(i)));
+    }
+    let dropped = to.dropped();
+    assert!(dropped > 1000, "{dropped}");
+    let summary = to.finish().unwrap();
+    assert_eq!((summary.messages, summary.dropped), (2001, dropped));
+    let recording = Recording::open(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    let inputs: Vec<_> = recording.inputs().map(Result::unwrap).collect();
+    assert_eq!(inputs.len() as u64, 2001 - dropped + 1);
+    assert_eq!(inputs.last().unwrap().1, Input::End { dropped });
+}
+
+#[test]
+fn recording_does_not_allocate_in_the_loop() {
+    let path = file("allocation.mcap");
+    let mut to = recorder(&path, &RecorderConfig::default());
+    let setup = common::setup();
+    let mut session = session_of(&setup);
+    to.begin(Run::default());
+    let arm = iiwa(&setup.board);
+    let mut counted = 0;
+    for i in 0..1000 {
+        let t_s = 1e-3 * f64::from(i);
+        let frame = hand(t_s);
+        session.frame(&frame);
+        let state = hwall::haptics::ArmState {
+            t_s,
+            q: JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]),
+            qd: Default::default(),
+            external_torque: None,
+        };
+        let command = session.step(t_s, &state);
+        session.plan();
+        let cycle = hwall::Cycle {
+            t_s,
+            state,
+            command,
+        };
+        let events: Vec<_> = std::iter::from_fn(|| session.next_event()).collect();
+        let info = allocation_counter::measure(|| {
+            to.frame(&frame);
+            to.cycle(&cycle);
+            to.view(&session, &cycle);
+            for event in &events {
+                to.event(event);
+            }
+        });
+        counted += info.count_total;
+    }
+    assert_eq!(counted, 0);
+    assert!(arm.joint_count() == 7 && to.finish().is_ok());
+    std::fs::remove_file(&path).unwrap();
+}
+
+#[test]
+fn the_capsule_urdf_is_the_same_arm() {
+    let text = skeleton().to_urdf("an <arm>");
+    let read = Chain::from_urdf_str(&text, None, None).unwrap();
+    let board = Board::default();
+    let (drawn, arm) = (ChainArm::new(read).unwrap(), iiwa(&board));
+    let mut sampler = Sampler::new(1);
+    for _ in 0..100 {
+        let q = JointPositions(std::array::from_fn(|_| sampler.uniform(-2.0, 2.0)));
+        let far = drawn.forward(&q).distance(&arm.forward(&q));
+        assert!(far.position_m < 1e-6 && far.angle_rad < 1e-6, "{far:?}");
+    }
+    for (a, b) in drawn.limits().iter().zip(Chain::iiwa7().joints()) {
+        assert_eq!((a.min_rad, a.max_rad), (b.limit.min_rad, b.limit.max_rad));
+    }
+}
+
+#[test]
+fn links_of_another_arm_are_refused() {
+    let board = Board::default();
+    let other = SrsArm::iiwa14().with_tool(board.flange_from_board_face().unwrap());
+    let error = Skeleton::new(&Chain::iiwa7(), &other, &board).unwrap_err();
+    assert!(matches!(error, RecordError::OtherArm { distance_m } if distance_m > 0.01));
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_named() {
+    let path = file("no").join("folder.mcap");
+    let setup = common::setup();
+    let scene = common::scene_of(&setup);
+    let made = Recorder::create(
+        &path,
+        &setup,
+        skeleton(),
+        &scene,
+        &RecorderConfig::default(),
+    );
+    let error = made.unwrap_err().to_string();
+    assert!(error.contains("folder.mcap"), "{error}");
+    for config in [
+        RecorderConfig {
+            capacity: 0,
+            ..RecorderConfig::default()
+        },
+        RecorderConfig {
+            view_period_s: f64::NAN,
+            ..RecorderConfig::default()
+        },
+        RecorderConfig {
+            flush_s: f64::INFINITY,
+            ..RecorderConfig::default()
+        },
+    ] {
+        let made = Recorder::create(&file("config.mcap"), &setup, skeleton(), &scene, &config);
+        assert!(matches!(made, Err(RecordError::Argument(_))));
+    }
+}
+
+/// When planner and perception on threads of their own are heard of depends on the machine; what the session does then does not.
+#[test]
+fn a_session_on_three_threads_is_replayed_bit_by_bit() {
+    for pause_us in [30, 300] {
+        let path = file(&format!("planner-{pause_us}.mcap"));
+        let mut to = recorder(&path, &RecorderConfig::simulated());
+        let session = session_of(&common::setup());
+        let session = session.plan_on_thread().unwrap();
+        let session = session.perceive_on_thread().unwrap();
+        let pause = Duration::from_micros(pause_us);
+        let commands = common::run_of(&mut to, 0, 3.0, session, pause);
+        to.finish().unwrap();
+        let recording = Recording::open(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        // It moved, and not in step with the loop.
+        let (mut planned, mut perceived) = (0, 0);
+        for input in recording.inputs() {
+            match input.unwrap().1 {
+                Input::Request(Request::Planned { .. }) => planned += 1,
+                Input::Request(Request::Perceived) => perceived += 1,
+                _ => {}
+            }
+        }
+        assert!((100..3000).contains(&planned), "{planned}");
+        assert!(perceived > 100, "{perceived}");
+        let positions = commands.iter().filter_map(|command| match command {
+            ArmCommand::Position(q) => Some(q),
+            _ => None,
+        });
+        let positions: Vec<_> = positions.collect();
+        let moved_rad = positions[0].max_abs_difference(positions[positions.len() - 1]);
+        assert!(moved_rad > 0.1, "{moved_rad}");
+        let replayed = replay(&recording, |setup, _| {
+            Ok::<_, RecordError>(session_of(setup))
+        });
+        assert_eq!(replayed.unwrap().difference, None);
+    }
+}

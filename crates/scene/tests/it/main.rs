@@ -1,0 +1,11 @@
+//! Integration tests of the crate, one program.
+
+mod attacks;
+mod common;
+mod hard_cases;
+mod load;
+mod oracle;
+mod queries;
+mod sidecar;
+mod together;
+mod watertight;

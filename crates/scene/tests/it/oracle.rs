@@ -1,0 +1,245 @@
+//! Rays and closest points against brute force over all triangles in f64.
+
+use crate::common::{Triangle, brute_distance, brute_ray, bumpy, room, soup, triangles};
+use glam::{DQuat, DVec3};
+use hwall_scene::{Pose, Scene};
+use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
+
+const FAR: DVec3 = DVec3::new(10_000.0, -7_000.0, 3_000.0);
+
+/// Scale of the unit cube and where it stands, m.
+const PLACES: [(f64, DVec3); 6] = [
+    (1.0, DVec3::ZERO),
+    (1e-3, DVec3::ZERO),
+    (1e3, DVec3::ZERO),
+    (1.0, FAR),
+    (1e-3, FAR),
+    (1e3, FAR),
+];
+
+/// Errors may be this large: of the coordinates (f64 in the file and in the answer) and of the size.
+fn tolerance(scale: f64, offset: DVec3) -> f64 {
+    1e-14 * offset.length() + 1e-13 * scale
+}
+
+/// A ray towards the scene from inside, nearby and far away.
+fn ray(sampler: &mut Sampler, scale: f64, offset: DVec3) -> (DVec3, DVec3) {
+    let away = [0.5, 2.0, 100.0][sampler.index(3)];
+    let origin = sampler.unit_vector() * away * scale;
+    let target = sampler.point_in_box(DVec3::splat(-1.0), DVec3::ONE) * scale;
+    // Any length of the direction will do.
+    (
+        offset + origin,
+        (target - origin) * sampler.uniform(0.1, 10.0),
+    )
+}
+
+/// Compares `n` rays with brute force; returns how many disagree on hit or miss or on which
+/// face is nearest.
+fn compare_rays(scene: &Scene, n: usize, seed: u64, scale: f64, offset: DVec3) -> usize {
+    let all = triangles(scene);
+    let plain: Vec<Triangle> = all.iter().map(|&(_, t)| t).collect();
+    let mut sampler = Sampler::new(seed);
+    let mut disagreements = 0;
+    let mut errors = Vec::new();
+    for _ in 0..n {
+        let (origin, direction) = ray(&mut sampler, scale, offset);
+        let hit = scene.ray_cast(origin, direction).unwrap();
+        let expected = brute_ray(&plain, origin, direction);
+        match (hit, expected) {
+            (None, None) => {}
+            (Some(hit), Some(t)) => {
+                // Along a ray that grazes a face the distance is as uncertain as the face is oblique.
+                let oblique = hit.normal.dot(-direction.normalize()).max(1e-6);
+                let far = 100.0 * scale + offset.length();
+                let error = (hit.distance_m - t).abs();
+                if error > (tolerance(scale, offset) + 1e-14 * far) / oblique {
+                    disagreements += 1;
+                    continue;
+                }
+                errors.push(error / scale);
+                let on_ray = origin + direction.normalize() * hit.distance_m;
+                assert!(
+                    hit.point_m.distance(on_ray) < tolerance(scale, offset) + 1e-14 * far,
+                    "point off the ray"
+                );
+                let nearest = plain
+                    .iter()
+                    .map(|t| brute_distance(hit.point_m, t))
+                    .fold(f64::INFINITY, f64::min);
+                assert!(
+                    nearest < tolerance(scale, offset),
+                    "point {nearest} off its triangle"
+                );
+                assert_close!(hit.normal.length(), 1.0, Tol::abs(1e-14));
+                assert!(
+                    hit.normal.dot(direction) <= 0.0,
+                    "normal away from the viewer"
+                );
+            }
+            _ => disagreements += 1,
+        }
+    }
+    let hits = errors.len();
+    let stats = ErrorStats::from_errors(errors);
+    println!("scale {scale}, {offset}: {hits} hits, {disagreements} disagree, {stats:?}");
+    assert!(hits > n / 4, "the rays are meant to hit");
+    disagreements
+}
+
+#[test]
+fn rays_find_what_brute_force_finds() {
+    for (scale, offset) in PLACES {
+        let scene = soup(1, 300, scale, offset);
+        assert_eq!(compare_rays(&scene, 4000, 2, scale, offset), 0);
+    }
+}
+
+#[test]
+fn a_fine_surface_seen_from_afar() {
+    for (scale, offset) in PLACES {
+        let scene = bumpy(40, 3, 2.0 * scale, offset);
+        assert_eq!(compare_rays(&scene, 2000, 4, scale, offset), 0);
+    }
+}
+
+#[test]
+fn closest_points_are_those_of_brute_force() {
+    for (scale, offset) in PLACES {
+        let scene = soup(5, 300, scale, offset);
+        let all = triangles(&scene);
+        let mut sampler = Sampler::new(6);
+        for _ in 0..1000 {
+            let p = offset + sampler.unit_vector() * sampler.uniform(0.0, 3.0) * scale;
+            let distance = |accept: &dyn Fn(usize) -> bool| {
+                all.iter()
+                    .filter(|(id, _)| accept(id.0))
+                    .map(|(_, t)| brute_distance(p, t))
+                    .fold(f64::INFINITY, f64::min)
+            };
+            let tol = Tol::abs(tolerance(scale, offset));
+            let any = scene.closest_point(p, f64::INFINITY).unwrap().unwrap();
+            assert_close!(any.distance_m, distance(&|_| true), tol);
+            assert_close!(any.point_m.distance(p), any.distance_m, tol);
+            assert!(
+                any.normal.dot(p - any.point_m) >= 0.0,
+                "normal away from the point"
+            );
+            let touchable = scene.closest_touchable(p, f64::INFINITY).unwrap().unwrap();
+            assert!(scene.surface(touchable.surface).touchable());
+            assert_close!(
+                touchable.distance_m,
+                distance(&|id| scene.surfaces()[id].touchable()),
+                tol
+            );
+            let door = scene.find("door").unwrap();
+            let projected = scene.project_on(door, p).unwrap();
+            assert_close!(projected.distance_m, distance(&|id| id == door.0), tol);
+            // The limit excludes what lies beyond it and nothing else.
+            let (near, wide) = (
+                any.distance_m * 0.999,
+                any.distance_m * 1.001 + 2.0 * tol.abs,
+            );
+            assert_eq!(scene.closest_point(p, near - 2.0 * tol.abs).unwrap(), None);
+            assert_eq!(scene.closest_point(p, wide).unwrap(), Some(any));
+        }
+    }
+}
+
+#[test]
+fn an_open_door_is_hit_where_it_stands() {
+    let mut scene = soup(7, 300, 1.0, DVec3::ZERO);
+    let door = scene.find("door").unwrap();
+    let closed: Vec<Triangle> = scene.triangles_m(door).unwrap().collect();
+    for opening in [-3.0, -0.7, 0.4, 3.0] {
+        scene.set_opening(door, opening).unwrap();
+        assert_eq!(scene.opening(door), Some(opening));
+        let turn = DQuat::from_rotation_z(opening);
+        for (now, before) in scene.triangles_m(door).unwrap().zip(&closed) {
+            for (a, b) in now.iter().zip(before) {
+                assert_close!(*a, turn * *b, Tol::abs(1e-14));
+            }
+        }
+        assert_eq!(compare_rays(&scene, 1500, 8, 1.0, DVec3::ZERO), 0);
+    }
+}
+
+#[test]
+fn placing_moves_everything_and_changes_nothing_else() {
+    let mut scene = soup(9, 300, 1.0, DVec3::ZERO);
+    let door = scene.find("door").unwrap();
+    scene.set_opening(door, 0.5).unwrap();
+    let mut sampler = Sampler::new(10);
+    let pose = Pose::new(sampler.rotation(), DVec3::new(3.0, -2.0, 1.0)).unwrap();
+    let mut placed = scene.placed(&pose);
+    for opening in [0.5, -1.0] {
+        scene.set_opening(door, opening).unwrap();
+        placed.set_opening(door, opening).unwrap();
+        for _ in 0..1000 {
+            let (origin, direction) = ray(&mut sampler, 1.0, DVec3::ZERO);
+            let here = scene.ray_cast(origin, direction).unwrap();
+            let there = placed
+                .ray_cast(
+                    pose.transform_point(origin),
+                    pose.transform_vector(direction),
+                )
+                .unwrap();
+            assert_eq!(here.is_some(), there.is_some());
+            if let (Some(here), Some(there)) = (here, there) {
+                assert_eq!((here.surface, here.outside), (there.surface, there.outside));
+                assert_close!(
+                    pose.transform_point(here.point_m),
+                    there.point_m,
+                    Tol::abs(1e-12)
+                );
+                assert_close!(
+                    pose.transform_vector(here.normal),
+                    there.normal,
+                    Tol::abs(1e-12)
+                );
+            }
+        }
+    }
+    let back = placed.placed(&pose.inverse());
+    let original: Vec<_> = triangles(&scene);
+    for ((_, a), (_, b)) in triangles(&back).iter().zip(&original) {
+        for (a, b) in a.iter().zip(b) {
+            assert_close!(*a, *b, Tol::abs(1e-13));
+        }
+    }
+}
+
+#[test]
+fn the_room_is_seen_as_brute_force_sees_it() {
+    let Some(mut scene) = room() else { return };
+    let door = scene.find("door").unwrap();
+    for opening in [0.0, 0.6] {
+        scene.set_opening(door, opening).unwrap();
+        let middle = DVec3::new(1.5, 0.2, 0.6);
+        assert_eq!(compare_rays(&scene, 4000, 11, 1.0, middle), 0);
+    }
+}
+
+/// What blocks a line is what a ray along it meets before its end.
+#[test]
+fn any_hit_and_visible_agree_with_the_ray() {
+    let scene = soup(12, 300, 1.0, DVec3::ZERO);
+    let mut sampler = Sampler::new(13);
+    let corner = DVec3::splat(1.5);
+    for _ in 0..4000 {
+        let (a, b) = (
+            sampler.point_in_box(-corner, corner),
+            sampler.point_in_box(-corner, corner),
+        );
+        let hit = scene.ray_cast(a, b - a).unwrap();
+        let blocked = hit.is_some_and(|h| h.distance_m < a.distance(b));
+        assert_eq!(scene.visible(a, b).unwrap(), !blocked);
+        assert_eq!(scene.any_hit(a, b - a, a.distance(b)).unwrap(), blocked);
+        if let Some(hit) = hit {
+            assert!(
+                scene.visible(a, hit.point_m).unwrap(),
+                "a point seen is visible"
+            );
+        }
+    }
+}

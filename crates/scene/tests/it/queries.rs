@@ -1,0 +1,337 @@
+//! The room of the examples, facets, openings, bad queries, and a real scene.
+
+use crate::common::room;
+use glam::DVec3;
+use hwall_scene::{ArgumentError, Bounds, Pose, Scene, SceneError, SurfaceId, SurfaceKind};
+use hwall_testkit::{Tol, assert_close};
+
+/// The person's eyes.
+const EYE: DVec3 = DVec3::new(1.5, 0.0, 1.0);
+
+#[test]
+fn the_room_faces_the_person() {
+    let Some(room) = room() else { return };
+    for id in (0..room.surfaces().len()).map(SurfaceId) {
+        let name = &room.surface(id).name;
+        for [a, b, c] in room.triangles_m(id).unwrap() {
+            let (middle, normal) = ((a + b + c) / 3.0, (b - a).cross(c - a).normalize());
+            let outward = match name.as_str() {
+                "pedestal" => middle - DVec3::new(0.0, 0.0, -0.3),
+                "shelf_top" | "shelf_sides" => middle - DVec3::new(0.65, -0.325, 0.325),
+                _ => EYE - middle,
+            };
+            assert!(normal.dot(outward) > 0.0, "{name}: {normal}");
+        }
+    }
+    let Bounds {
+        min_m: min,
+        max_m: max,
+    } = room.bounds();
+    assert_close!(min, DVec3::new(-0.43, -1.2, -0.6), Tol::abs(1e-15));
+    assert_close!(max, DVec3::new(3.0, 1.6, 1.8), Tol::abs(1e-15));
+}
+
+#[test]
+fn a_person_in_the_room_finds_what_is_there() {
+    let Some(mut room) = room() else { return };
+    let look = |room: &Scene, at: DVec3| {
+        let hit = room.ray_cast(EYE, at - EYE).unwrap().unwrap();
+        assert!(hit.outside);
+        (room.surface(hit.surface).name.clone(), hit)
+    };
+    let (name, hit) = look(&room, DVec3::new(0.62, 0.0, 0.4));
+    assert_eq!((name.as_str(), hit.normal), ("front_wall", DVec3::X));
+    assert_close!(hit.point_m, DVec3::new(0.62, 0.0, 0.4), Tol::abs(1e-14));
+    assert_eq!(look(&room, DVec3::new(0.74, -0.3, 0.3)).0, "shelf_front");
+    assert_eq!(look(&room, DVec3::new(0.68, -0.3, 0.45)).0, "shelf_top");
+    let (name, hit) = look(&room, DVec3::new(0.5, 0.36, 0.4));
+    assert_eq!(name, "door");
+    assert_close!(hit.normal, DVec3::new(0.8, 0.6, 0.0), Tol::abs(1e-14));
+
+    // Pushed open by 15 degrees the door has turned towards the arm, behind what it was.
+    let door = room.find("door").unwrap();
+    room.set_opening(door, 15_f64.to_radians()).unwrap();
+    let (name, open) = look(&room, DVec3::new(0.5, 0.36, 0.4));
+    assert!(name == "door" && open.distance_m > hit.distance_m + 0.05);
+    assert_close!(
+        open.normal.angle_between(hit.normal),
+        15_f64.to_radians(),
+        Tol::abs(1e-12)
+    );
+
+    // A hand near the floor touches the nearest wall, not the floor.
+    let hand = DVec3::new(0.9, 0.0, -0.55);
+    assert_eq!(
+        room.surface(room.closest_point(hand, 1.0).unwrap().unwrap().surface)
+            .name,
+        "floor"
+    );
+    assert_eq!(
+        room.surface(room.closest_touchable(hand, 1.0).unwrap().unwrap().surface)
+            .name,
+        "front_wall"
+    );
+    // Behind the wall the person's side is the far one.
+    let behind = room
+        .closest_touchable(DVec3::new(0.6, 0.0, 0.4), 1.0)
+        .unwrap()
+        .unwrap();
+    assert!(!behind.outside && behind.normal == DVec3::NEG_X);
+}
+
+#[test]
+fn facets_of_the_room() {
+    let Some(room) = room() else { return };
+    let facets = room.vertical_facets();
+    assert!(facets.is_sorted_by(|a, b| a.area_m2 >= b.area_m2));
+    let of = |name: &str| {
+        let id = room.find(name).unwrap();
+        facets
+            .iter()
+            .filter(|p| p.surface == id)
+            .collect::<Vec<_>>()
+    };
+    let [wall] = of("front_wall")[..] else {
+        panic!("one facet")
+    };
+    assert_eq!((wall.normal, wall.outline_m.len()), (DVec3::X, 4));
+    assert_close!(wall.lowest_m, -0.6, Tol::abs(1e-15));
+    assert_close!(wall.highest_m, 1.8, Tol::abs(1e-15));
+    assert_close!(wall.area_m2, 1.4 * 2.4, Tol::abs(1e-12));
+    assert_close!(wall.width_m, 1.4, Tol::abs(1e-12));
+    assert_close!(wall.point_m, DVec3::new(0.62, -0.5, 0.6), Tol::abs(1e-12));
+    // Counter-clockwise seen from outside.
+    let area: DVec3 = (1..3)
+        .map(|i| {
+            let o = wall.outline_m[0];
+            0.5 * (wall.outline_m[i] - o).cross(wall.outline_m[i + 1] - o)
+        })
+        .sum();
+    assert_close!(area, wall.normal * wall.area_m2, Tol::abs(1e-12));
+    let [door] = of("door")[..] else {
+        panic!("one facet")
+    };
+    assert_close!(door.normal, DVec3::new(0.8, 0.6, 0.0), Tol::abs(1e-14));
+    assert_close!(door.width_m, 0.8, Tol::abs(1e-12));
+    // Beyond and above the door: one plane, joined at a corner, with the doorway left out.
+    let [door_wall] = of("door_wall")[..] else {
+        panic!("one facet")
+    };
+    assert_close!(door_wall.area_m2, 0.95 * 2.4 + 0.8 * 0.3, Tol::abs(1e-12));
+    assert_close!(door_wall.width_m, 1.75, Tol::abs(1e-12));
+    assert_eq!(of("shelf_sides").len(), 2);
+    assert!(of("floor").is_empty() && of("pedestal").is_empty() && of("shelf_top").is_empty());
+}
+
+/// A wall with a window: the centre of area is air, the point of the facet is wall.
+#[test]
+fn the_point_of_a_facet_lies_on_it() {
+    let obj = "v 0 0 0\nv 0 3 0\nv 0 3 3\nv 0 0 3\nv 0 1 1\nv 0 2 1\nv 0 2 2\nv 0 1 2
+        f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8";
+    let (scene, _) = Scene::from_obj_str(obj, None).unwrap();
+    let facets = scene.vertical_facets();
+    let [facet] = &facets[..] else {
+        panic!("one facet, got {facets:?}")
+    };
+    assert_close!(facet.area_m2, 8.0, Tol::abs(1e-12));
+    assert_close!(
+        scene
+            .closest_point(facet.point_m, 1.0)
+            .unwrap()
+            .unwrap()
+            .distance_m,
+        0.0,
+        Tol::abs(1e-15)
+    );
+    assert_eq!(facet.outline_m.len(), 4);
+}
+
+#[test]
+fn openings_stay_in_range() {
+    let Some(mut room) = room() else { return };
+    let (door, wall) = (room.find("door").unwrap(), room.find("front_wall").unwrap());
+    assert_eq!(
+        (
+            room.opening(door),
+            room.opening(wall),
+            room.opening(SurfaceId(99))
+        ),
+        (Some(0.0), None, None)
+    );
+    let range = room.set_opening(door, -0.1).unwrap_err();
+    assert!(
+        matches!(
+            range,
+            SceneError::OpeningOutOfRange {
+                value: -0.1,
+                min: 0.0,
+                ..
+            }
+        ),
+        "{range}"
+    );
+    assert!(matches!(
+        room.set_opening(door, f64::NAN),
+        Err(SceneError::Argument(ArgumentError::NonFinite { .. }))
+    ));
+    assert!(matches!(
+        room.set_opening(wall, 0.0),
+        Err(SceneError::NotMovable { .. })
+    ));
+    assert!(matches!(
+        room.set_opening(SurfaceId(99), 0.0),
+        Err(SceneError::UnknownSurface { index: 99, .. })
+    ));
+    assert_eq!(room.opening(door), Some(0.0));
+    room.set_opening(door, 60_f64.to_radians()).unwrap();
+}
+
+#[test]
+fn a_sliding_panel_slides() {
+    let obj = "o panel\nv 1 0 0\nv 1 1 0\nv 1 1 1\nv 1 0 1\nf 1 2 3 4";
+    let sidecar =
+        "[surface.panel]\nkind = \"sliding_panel\"\ndirection = [0, 3, 0]\nrange_m = [-0.5, 2]";
+    let (mut scene, _) = Scene::from_obj_str(obj, Some(sidecar)).unwrap();
+    let panel = SurfaceId(0);
+    assert!(matches!(
+        scene.surface(panel).kind,
+        SurfaceKind::SlidingPanel {
+            direction: DVec3::Y,
+            ..
+        }
+    ));
+    let ray = |scene: &Scene| {
+        scene
+            .ray_cast(DVec3::new(0.0, 0.5, 0.5), DVec3::X)
+            .unwrap()
+            .is_some()
+    };
+    assert!(ray(&scene));
+    scene.set_opening(panel, 1.5).unwrap();
+    assert!(!ray(&scene));
+    assert_close!(
+        scene.bounds().min_m,
+        DVec3::new(1.0, 1.5, 0.0),
+        Tol::abs(1e-15)
+    );
+    // Placing turns the direction with the scene.
+    let placed = scene.placed(&Pose::from_yaw(1.0, DVec3::ZERO).unwrap());
+    let SurfaceKind::SlidingPanel { direction, .. } = placed.surface(panel).kind else {
+        panic!()
+    };
+    assert_close!(
+        direction,
+        DVec3::new(-1_f64.sin(), 1_f64.cos(), 0.0),
+        Tol::abs(1e-15)
+    );
+    assert_eq!(placed.opening(panel), Some(1.5));
+}
+
+#[test]
+fn bad_queries_are_errors() {
+    let (scene, _) = Scene::from_obj_str("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", None).unwrap();
+    let nan = DVec3::new(0.0, f64::NAN, 0.0);
+    for bad in [nan, DVec3::INFINITY] {
+        assert!(matches!(
+            scene.ray_cast(bad, DVec3::X),
+            Err(SceneError::Argument(ArgumentError::NonFinite { .. }))
+        ));
+        assert!(matches!(
+            scene.ray_cast(DVec3::ZERO, bad),
+            Err(SceneError::Argument(ArgumentError::NonFinite { .. }))
+        ));
+        assert!(matches!(
+            scene.visible(bad, DVec3::X),
+            Err(SceneError::Argument(ArgumentError::NonFinite { .. }))
+        ));
+        assert!(matches!(
+            scene.visible(DVec3::X, bad),
+            Err(SceneError::Argument(ArgumentError::NonFinite { .. }))
+        ));
+        assert!(matches!(
+            scene.closest_point(bad, 1.0),
+            Err(SceneError::Argument(ArgumentError::NonFinite { .. }))
+        ));
+        assert!(matches!(
+            scene.project_on(SurfaceId(0), bad),
+            Err(SceneError::Argument(ArgumentError::NonFinite { .. }))
+        ));
+    }
+    assert_eq!(
+        scene.ray_cast(DVec3::ZERO, DVec3::ZERO),
+        Err(SceneError::ZeroDirection)
+    );
+    assert!(matches!(
+        scene.closest_point(DVec3::ZERO, f64::NAN),
+        Err(SceneError::Argument(ArgumentError::NonFinite { .. }))
+    ));
+    assert!(matches!(
+        scene.any_hit(DVec3::ZERO, DVec3::X, f64::NAN),
+        Err(SceneError::Argument(ArgumentError::NonFinite { .. }))
+    ));
+    assert_eq!(scene.closest_point(DVec3::ZERO, -1.0), Ok(None));
+    assert!(matches!(
+        scene.project_on(SurfaceId(1), DVec3::X),
+        Err(SceneError::UnknownSurface { .. })
+    ));
+    assert!(scene.triangles_m(SurfaceId(1)).is_err());
+    // Extreme but meaningful.
+    for tiny_or_huge in [1e-300, 1e300, 5e-324, f64::MAX] {
+        let hit = scene
+            .ray_cast(DVec3::new(0.25, 0.25, 1.0), DVec3::NEG_Z * tiny_or_huge)
+            .unwrap();
+        assert_eq!(hit.map(|h| h.distance_m), Some(1.0));
+    }
+    assert_eq!(scene.ray_cast(DVec3::splat(f64::MAX), DVec3::X), Ok(None));
+    assert!(
+        scene
+            .ray_cast(DVec3::new(0.25, 0.25, 1e100), DVec3::NEG_Z)
+            .unwrap()
+            .is_some()
+    );
+    assert_eq!(scene.visible(DVec3::X, DVec3::X), Ok(true));
+    // On the surface itself.
+    let touching = DVec3::new(0.25, 0.25, 0.0);
+    assert_eq!(
+        scene
+            .ray_cast(touching, DVec3::Z)
+            .unwrap()
+            .map(|h| h.distance_m),
+        Some(0.0)
+    );
+    let closest = scene.closest_point(touching, 1.0).unwrap().unwrap();
+    assert_eq!(
+        (closest.distance_m, closest.normal, closest.outside),
+        (0.0, DVec3::Z, true)
+    );
+}
+
+/// A real indoor scene, where the data lie beside the project.
+#[test]
+fn the_small_house() {
+    let Some(path) = hwall_testkit::shared("data/scene/small_house_collision.obj") else {
+        return;
+    };
+    let (house, report) = Scene::from_obj_file(&path, None).unwrap();
+    println!(
+        "{} surfaces, {} triangles, {report:?}",
+        house.surfaces().len(),
+        house.triangle_count()
+    );
+    assert!(house.surfaces().len() > 50 && house.triangle_count() > 3500);
+    let Bounds {
+        min_m: min,
+        max_m: max,
+    } = house.bounds();
+    assert_close!(max - min, DVec3::new(19.0, 11.4, 3.0), Tol::abs(0.5));
+    let facets = house.vertical_facets();
+    assert!(facets.iter().filter(|p| p.area_m2 > 1.0).count() > 20);
+    // A bare wall facet is seen from a step in front of it, at the distance of the step.
+    let clear = facets.iter().filter(|p| p.area_m2 > 2.0).filter(|p| {
+        let eye = p.point_m + p.normal * 0.2;
+        let hit = house.ray_cast(eye, -p.normal).unwrap().unwrap();
+        assert!(hit.distance_m <= 0.2 + 1e-9);
+        hit.surface == p.surface
+    });
+    assert!(clear.count() > 10);
+}

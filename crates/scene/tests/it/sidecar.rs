@@ -1,0 +1,314 @@
+//! What becomes of sidecars, which say what surfaces are: read whole, found beside their files, mistakes named.
+
+use crate::common::temp_file::TempFile;
+use hwall_scene::{Mechanics, Scene, SceneError, SurfaceClick, SurfaceDetent, SurfaceKind};
+use std::path::Path;
+
+const TRIANGLE: &str = "o wall\nv 1 0 0\nv 1 1 0\nv 1 0 1\nf 1 2 3\n";
+
+#[test]
+fn sidecar_mistakes_are_named() {
+    let with = |sidecar: &str| Scene::from_obj_str(TRIANGLE, Some(sidecar)).expect_err(sidecar);
+    let unknown = with("[surface.door]\nkind = \"static\"");
+    assert_eq!(
+        unknown,
+        SceneError::SidecarUnknownSurface {
+            name: "door".to_owned()
+        }
+    );
+    for (text, named) in [
+        ("[surface.wall]\ncolour = 3", "colour"),
+        ("[surface.wall]\nkind = \"swing\"", "swing"),
+        ("kinds = 1", "kinds"),
+        ("default_kind = \"revolving_door\"", "default_kind"),
+        ("[surface.wall", "wall"),
+        ("[surface.wall]\nroughness = \"rough\"", "rough"),
+    ] {
+        let e = with(text);
+        assert!(
+            matches!(&e, SceneError::SidecarMalformed { message } if message.contains(named)),
+            "{e}"
+        );
+    }
+    let door = "[surface.wall]\nkind = \"revolving_door\"\n";
+    let missing = with(&format!(
+        "{door}hinge_point_m = [0, 0, 0]\nrange_deg = [0, 1]"
+    ));
+    assert!(
+        matches!(
+            missing,
+            SceneError::SidecarMissingKey {
+                key: "hinge_axis",
+                ..
+            }
+        ),
+        "{missing}"
+    );
+    let stray = with("[surface.wall]\nrange_deg = [0, 90]");
+    assert!(
+        matches!(
+            stray,
+            SceneError::SidecarStrayKey {
+                key: "range_deg",
+                kind: "static",
+                ..
+            }
+        ),
+        "{stray}"
+    );
+    let stray = with(&format!("{door}direction = [0, 0, 1]"));
+    assert!(
+        matches!(
+            stray,
+            SceneError::SidecarStrayKey {
+                key: "direction",
+                ..
+            }
+        ),
+        "{stray}"
+    );
+    let hinge = "hinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, 2]\n";
+    for (keys, what) in [
+        ("range_deg = [10, 90]", "opening range"),
+        ("range_deg = [90, 0]", "opening range"),
+        ("range_deg = [0, nan]", "opening range"),
+        ("range_deg = [0, 720]", "opening range"),
+        ("range_deg = [0, 90]\nroughness = -1", "roughness"),
+        (
+            "range_deg = [0, 90]\ndamping_n_m_s_per_rad = inf",
+            "damping_n_m_s_per_rad",
+        ),
+    ] {
+        let e = with(&format!("{door}{hinge}{keys}"));
+        assert!(
+            matches!(&e, SceneError::Parameter { what: w, .. } if *w == what),
+            "{keys}: {e}"
+        );
+    }
+    let no_axis = with(&format!(
+        "{door}hinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, 0]\nrange_deg = [0, 9]"
+    ));
+    assert!(
+        matches!(
+            no_axis,
+            SceneError::Parameter {
+                what: "hinge_axis",
+                ..
+            }
+        ),
+        "{no_axis}"
+    );
+}
+
+#[test]
+fn the_mechanics_of_all_kinds_are_read() {
+    let read = |sidecar: &str| {
+        let (scene, _) = Scene::from_obj_str(TRIANGLE, Some(sidecar)).expect(sidecar);
+        scene.surfaces()[0].kind.clone()
+    };
+    let door = read(
+        "[surface.wall]\nkind = \"revolving_door\"\nhinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, 1]\n\
+         range_deg = [0, 180]\nrest_deg = -90\ninertia_kg_m2 = 4\nstiffness_n_m_per_rad = 2\n\
+         damping_n_m_s_per_rad = 3\nfriction_n_m = 0.5\nrestitution = 1\n\
+         detents = [{ position_deg = 0, half_width_deg = 180, torque_n_m = 7 }]",
+    );
+    let pi = std::f64::consts::PI;
+    let expected = Mechanics {
+        inertia: Some(4.0),
+        stiffness: Some(2.0),
+        rest: Some(-0.5 * pi),
+        damping: Some(3.0),
+        friction: Some(0.5),
+        restitution: Some(1.0),
+        detents: vec![SurfaceDetent {
+            position: 0.0,
+            half_width: pi,
+            force: 7.0,
+        }],
+        click: None,
+    };
+    assert_eq!(door.mechanics(), Some(&expected));
+    let sliding = "direction = [0, 2, 0]\nrange_m = [-0.1, 0.5]\nrest_m = 0.1\nmass_kg = 4\n\
+         stiffness_n_per_m = 2\ndamping_n_s_per_m = 3\nfriction_n = 0.5\nrestitution = 1\nroughness = 0.3\n\
+         detents = [{ position_m = 0, half_width_m = 0.02, force_n = 7 }]";
+    let expected = Mechanics {
+        rest: Some(0.1),
+        detents: vec![SurfaceDetent {
+            position: 0.0,
+            half_width: 0.02,
+            force: 7.0,
+        }],
+        ..expected
+    };
+    for name in ["sliding_panel", "drawer", "button"] {
+        let kind = read(&format!("[surface.wall]\nkind = {name:?}\n{sliding}"));
+        assert_eq!(kind.name(), name);
+        assert_eq!(kind.mechanics(), Some(&expected));
+        let range = kind.range().unwrap();
+        assert_eq!((range.min, range.max), (-0.1, 0.5));
+    }
+    let click = "click = { start_m = 0.001, snap_m = 0.003, force_n = 4 }";
+    let kind = read(&format!(
+        "[surface.wall]\nkind = \"button\"\n{sliding}\n{click}"
+    ));
+    let click = SurfaceClick {
+        start: 0.001,
+        snap: 0.003,
+        release: 0.001,
+        force: 4.0,
+    };
+    assert_eq!(kind.mechanics().unwrap().click, Some(click));
+    // Files from before say nothing of it.
+    let kind =
+        read("[surface.wall]\nkind = \"sliding_panel\"\ndirection = [0, 2, 0]\nrange_m = [0, 1]");
+    assert_eq!(kind.mechanics(), Some(&Mechanics::default()));
+    assert_eq!(SurfaceKind::Static.mechanics(), None);
+}
+
+#[test]
+fn mistakes_in_mechanics_are_named() {
+    let door = "kind = \"revolving_door\"\nhinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, 1]\nrange_deg = [0, 90]";
+    let [panel, drawer, button] = ["sliding_panel", "drawer", "button"]
+        .map(|kind| format!("kind = {kind:?}\ndirection = [1, 0, 0]\nrange_m = [0, 1]"));
+    let (panel, drawer, button) = (panel.as_str(), drawer.as_str(), button.as_str());
+    for (kind, keys, named) in [
+        (door, "inertia_kg_m2 = 0", "inertia_kg_m2"),
+        (door, "inertia_kg_m2 = nan", "inertia_kg_m2"),
+        (door, "friction_n_m = -1", "friction_n_m"),
+        (door, "rest_deg = inf", "rest_deg"),
+        (door, "restitution = 1.5", "restitution"),
+        (door, "mass_kg = 1", "mass_kg"),
+        (door, "friction_n = 1", "friction_n"),
+        (
+            door,
+            "click = { start_m = 0, snap_m = 1, force_n = 1 }",
+            "click",
+        ),
+        (
+            door,
+            "detents = [{ position_deg = 0, torque_n_m = 1 }]",
+            "detents.half_width_deg",
+        ),
+        (
+            door,
+            "detents = [{ position_deg = 0, half_width_deg = 0, torque_n_m = 1 }]",
+            "detents.half_width_deg",
+        ),
+        (door, "detents = [{ position_m = 0 }]", "detents.position_m"),
+        (door, "detents = [{ depth = 0 }]", "depth"),
+        (panel, "mass_kg = -1", "mass_kg"),
+        (panel, "stiffness_n_per_m = nan", "stiffness_n_per_m"),
+        (panel, "inertia_kg_m2 = 1", "inertia_kg_m2"),
+        (
+            panel,
+            "click = { start_m = 0, snap_m = 1, force_n = 1 }",
+            "click",
+        ),
+        (drawer, "hinge_axis = [0, 0, 1]", "hinge_axis"),
+        (drawer, "friction_n = inf", "friction_n"),
+        (
+            drawer,
+            "detents = [{ position_m = 0, half_width_m = 1, force_n = -1 }]",
+            "detents.force_n",
+        ),
+        (
+            drawer,
+            "detents = [{ position_m = 0, half_width_m = 1, torque_n_m = 1 }]",
+            "detents.torque_n_m",
+        ),
+        (
+            button,
+            "click = { start_m = 0.1, snap_m = 0.1, force_n = 1 }",
+            "click.snap_m",
+        ),
+        (
+            button,
+            "click = { start_m = 0, snap_m = 1, release_m = 2, force_n = 1 }",
+            "click.release_m",
+        ),
+        (
+            button,
+            "click = { start_m = nan, snap_m = 1, force_n = 1 }",
+            "click.start_m",
+        ),
+        (
+            button,
+            "click = { start_m = 0, snap_m = 1, force_n = -1 }",
+            "click.force_n",
+        ),
+        (button, "click = { start_m = 0, force_n = 1 }", "snap_m"),
+        (
+            button,
+            "click = { start_m = 0, snap_m = 1, force_n = 1, noise = 2 }",
+            "noise",
+        ),
+        ("kind = \"static\"", "restitution = 1", "restitution"),
+        ("kind = \"static\"", "mass_kg = 1", "mass_kg"),
+        ("kind = \"untouchable\"", "detents = []", "detents"),
+        ("kind = \"drawer\"", "direction = [1, 0, 0]", "range_m"),
+        ("kind = \"button\"", "range_m = [0, 1]", "direction"),
+        (
+            "kind = \"drawer\"",
+            "direction = [0, 0, 0]\nrange_m = [0, 1]",
+            "direction",
+        ),
+        (
+            "kind = \"button\"",
+            "direction = [0, 0, 1]\nrange_m = [0.1, 1]",
+            "opening range",
+        ),
+    ] {
+        let sidecar = format!("[surface.wall]\n{kind}\n{keys}");
+        let error = Scene::from_obj_str(TRIANGLE, Some(&sidecar)).expect_err(&sidecar);
+        assert!(error.to_string().contains(named), "{keys}: {error}");
+        assert!(
+            error.to_string().contains("wall")
+                || matches!(error, SceneError::SidecarMalformed { .. }),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn the_sidecar_beside_a_file_is_found() {
+    let obj = TempFile::new("beside.obj", TRIANGLE.as_bytes());
+    let toml = TempFile::new("beside.toml", b"default_kind = \"untouchable\"");
+    assert_eq!(toml.0, obj.0.with_extension("toml"));
+    let (scene, _) = Scene::from_obj_file(&obj.0, None).unwrap();
+    assert_eq!(scene.surfaces()[0].kind, SurfaceKind::Untouchable);
+    let other = TempFile::new("other.toml", b"[surface.wall]\nroughness = 0.5");
+    let (scene, _) = Scene::from_obj_file(&obj.0, Some(&other.0)).unwrap();
+    assert_eq!(
+        (&scene.surfaces()[0].kind, scene.surfaces()[0].roughness),
+        (&SurfaceKind::Static, Some(0.5))
+    );
+    let missing = Scene::from_obj_file(&obj.0, Some(Path::new("gone.toml"))).unwrap_err();
+    assert!(matches!(missing, SceneError::Io { .. }), "{missing}");
+}
+
+/// They named the OBJ, or no file.
+#[test]
+fn errors_name_the_file_they_are_in() {
+    let obj = TempFile::new("named.obj", TRIANGLE.as_bytes());
+    for sidecar in [
+        "[surface.wall]\nkind = \"swing\"",
+        "[surface.door]\nkind = \"static\"",
+        "[surface.wall]\nroughness = -1",
+        "\u{0}",
+    ] {
+        let toml = TempFile::new("named.toml", sidecar.as_bytes());
+        let said = Scene::from_obj_file(&obj.0, None).unwrap_err().to_string();
+        assert!(said.contains("named.toml"), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        drop(toml);
+    }
+    let bad = TempFile::new("bad_scene.obj", b"v 0 0\n");
+    let said = Scene::from_obj_file(&bad.0, None).unwrap_err().to_string();
+    assert!(
+        said.contains("bad_scene.obj") && said.contains("line 1"),
+        "{said}"
+    );
+    let binary = TempFile::new("not_text.toml", &[0xff]);
+    let said = Scene::from_obj_file(&obj.0, Some(&binary.0)).unwrap_err();
+    assert!(said.to_string().contains("not_text.toml"), "{said}");
+}

@@ -1,0 +1,58 @@
+//! What the tests of simulated people share.
+
+pub(crate) mod chain;
+pub(crate) mod motion;
+pub(crate) mod torque;
+
+use glam::DVec3;
+use hwall_sim::{Person, PersonConfig, ReachPlan, TouchPlan, TouchSequence, TouchTruth};
+use hwall_testkit::Sampler;
+
+/// Touches of slanted walls in a box, m; one in four of a shelf top where there are `shelves`.
+pub(crate) fn touches_in(
+    [low_m, high_m]: [DVec3; 2],
+    shelves: bool,
+    seed: u64,
+    count: usize,
+) -> Vec<TouchPlan> {
+    let mut sampler = Sampler::new(seed);
+    let one = |_| {
+        let target_m = sampler.point_in_box(low_m, high_m);
+        let tilt = sampler.point_in_box(DVec3::splat(-0.2), DVec3::splat(0.2));
+        let normal = if shelves && sampler.index(4) == 0 {
+            DVec3::Z
+        } else {
+            DVec3::X + tilt
+        };
+        TouchPlan { target_m, normal }
+    };
+    (0..count).map(one).collect()
+}
+
+/// How far a point is before the surface that is touched, m.
+pub(crate) fn height(touch: &TouchTruth, point_m: DVec3) -> f64 {
+    (point_m - touch.target_m).dot(touch.normal)
+}
+
+/// Walls and slanted panels, far enough from the hand that scatters about its rest.
+pub(crate) fn plan(seed: u64, count: usize) -> Vec<TouchPlan> {
+    let box_m = [DVec3::new(0.4, -0.4, 0.2), DVec3::new(0.6, 0.4, 0.9)];
+    touches_in(box_m, false, seed, count)
+}
+
+pub(crate) fn sequence(config: PersonConfig, seed: u64, count: usize) -> TouchSequence {
+    let person = Person::new(config, seed).expect("valid");
+    person.plan(&plan(seed, count)).expect("within reach")
+}
+
+/// Everybody starts towards the target before.
+pub(crate) fn changing(config: PersonConfig, seed: u64, count: usize) -> TouchSequence {
+    let touches = plan(seed, count + 1);
+    let pair = |two: &[TouchPlan]| ReachPlan {
+        touch: two[1],
+        meant_first: Some(two[0]),
+    };
+    let reaches: Vec<ReachPlan> = touches.windows(2).map(pair).collect();
+    let person = Person::new(config, seed).expect("valid");
+    person.plan_reaches(&reaches).expect("within reach")
+}

@@ -1,0 +1,56 @@
+//! What the tests of the arm at torque level share.
+
+use hwall_haptics::ArmCommand;
+use hwall_kinematics::glam::DVec3;
+use hwall_kinematics::{
+    ArmKinematics, Chain, ChainDynamics, Inertial, JointPositions, JointTorques, Pose, SrsArm,
+    Wrench,
+};
+use hwall_sim::{TorqueArm, TorqueConfig};
+use std::sync::Arc;
+
+pub(crate) fn start() -> JointPositions {
+    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
+}
+
+/// A board of 1 kg.
+pub(crate) fn dynamics() -> ChainDynamics {
+    let place = DVec3::new(0.0, 0.0, 0.03);
+    let board = Inertial::solid_box("board", 1.0, place, DVec3::new(0.2, 0.2, 0.02));
+    ChainDynamics::new(&Chain::iiwa7())
+        .unwrap()
+        .with_payload(&board)
+        .unwrap()
+}
+
+pub(crate) fn kinematics() -> Arc<dyn ArmKinematics> {
+    let face = Pose::from_translation(DVec3::new(0.0, 0.0, 0.04)).unwrap();
+    Arc::new(SrsArm::iiwa7().with_tool(face))
+}
+
+pub(crate) fn arm_with(dynamics: ChainDynamics, config: TorqueConfig) -> TorqueArm {
+    TorqueArm::new(kinematics(), dynamics, start(), config).unwrap()
+}
+
+pub(crate) fn arm(config: TorqueConfig) -> TorqueArm {
+    arm_with(dynamics(), config)
+}
+
+pub(crate) fn overlay(joint: usize, torque_n_m: f64) -> ArmCommand {
+    let mut torques = JointTorques::default();
+    torques[joint] = torque_n_m;
+    ArmCommand::Torque(torques)
+}
+
+pub(crate) fn force(x: f64, y: f64, z: f64) -> Wrench {
+    Wrench {
+        force_n: DVec3::new(x, y, z),
+        moment_n_m: DVec3::ZERO,
+    }
+}
+
+pub(crate) fn ms(arm: &mut TorqueArm, count: usize) {
+    for _ in 0..count {
+        arm.advance(1e-3).unwrap();
+    }
+}

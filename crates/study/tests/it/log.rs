@@ -1,0 +1,530 @@
+//! The log survives every cut, and finds every change.
+
+use crate::common;
+use hwall_study::{
+    Answer, Durability, Event, EventLog, NextStep, Participants, Presentation, Procedure, Protocol,
+    Rendered, Study, StudyError, StudyFactor, TrialRecord,
+};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A folder of a test's own, empty.
+fn folder(name: &str) -> PathBuf {
+    let folder = common::folder(&format!("log-{name}"));
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn protocol() -> Protocol {
+    Protocol {
+        factors: vec![StudyFactor::new("angle", ["0", "90"])],
+        subjects: 2,
+        repeats: 2,
+        practice: 1,
+        catch_per_block: 1,
+        break_after: 3,
+        ..Protocol::default()
+    }
+}
+
+/// A new study of that protocol with people.
+fn create(folder: &Path, durability: Durability) -> Result<Study, StudyError> {
+    Study::create(folder, protocol(), Participants::People, durability)
+}
+
+/// What a subject without whims feels and says.
+fn shown(angle_deg: f64) -> Presentation {
+    let rendered = Rendered {
+        angle_deg: Some(angle_deg),
+        speed_mm_per_s: Some(40.0),
+        force_n: Some(7.0),
+        contact_s: 0.7,
+        ..Rendered::default()
+    };
+    Presentation {
+        rendered,
+        reference: None,
+    }
+}
+
+/// Runs so many steps, or to the end.
+fn run(study: &mut Study, steps: usize) -> usize {
+    for done in 0..steps {
+        match study.next_step() {
+            NextStep::Done => return done,
+            NextStep::Rest { .. } => study.rested().unwrap(),
+            NextStep::Present { trial, .. } => {
+                study
+                    .presented(&shown(90.0 * trial.condition as f64))
+                    .unwrap();
+            }
+            NextStep::Answer { trial, .. } => {
+                let value = (trial.number + 10 * trial.condition) as f64;
+                let answer = Answer {
+                    value,
+                    answered_s: 1.25,
+                };
+                study.answered(answer).unwrap();
+            }
+        }
+    }
+    steps
+}
+
+fn whole(name: &str, subjects: usize) -> (Vec<TrialRecord>, Vec<u8>) {
+    let folder = folder(name);
+    let protocol = Protocol {
+        subjects,
+        ..protocol()
+    };
+    let mut study =
+        Study::create(&folder, protocol, Participants::People, Durability::System).unwrap();
+    run(&mut study, usize::MAX);
+    let bytes = fs::read(Study::log_path(&folder)).unwrap();
+    (study.trials().to_vec(), bytes)
+}
+
+#[test]
+fn a_cut_at_any_byte_resumes_to_the_same_study() {
+    let (expected, bytes) = whole("whole", 1);
+    assert_eq!(expected.len(), 1 + 2 * 3);
+    let first = bytes.iter().position(|b| *b == b'\n').unwrap() + 1;
+    let folder = folder("cut");
+    let path = Study::log_path(&folder);
+    let mut lost = Vec::new();
+    for cut in 0..=bytes.len() {
+        fs::write(&path, &bytes[..cut]).unwrap();
+        let resumed = Study::resume(&folder, Durability::System);
+        let mut study = if cut < first {
+            // Without its protocol there is no study, and nothing had been done: it begins anew in the same folder.
+            assert!(
+                matches!(resumed, Err(StudyError::NothingRecorded { .. })),
+                "{cut}: {resumed:?}"
+            );
+            let protocol = Protocol {
+                subjects: 1,
+                ..protocol()
+            };
+            Study::create(&folder, protocol, Participants::People, Durability::System)
+                .unwrap_or_else(|error| panic!("cut at {cut}: {error}"))
+        } else {
+            resumed.unwrap_or_else(|error| panic!("cut at {cut}: {error}"))
+        };
+        // Whole lines are never lost: what was answered by then is still there.
+        let answered = |b: &[u8]| {
+            b.split_inclusive(|b| *b == b'\n')
+                .filter(|l| l.ends_with(b"\n") && l.windows(10).any(|w| w == b"\"answered\""))
+                .count()
+        };
+        let before = answered(&bytes[..cut]);
+        lost.push(before - study.trials().len());
+        run(&mut study, usize::MAX);
+        assert_eq!(study.trials(), expected, "cut at {cut}");
+        assert_eq!(study.left(), 0);
+        drop(study);
+        // And the log that went on is a log.
+        let (_, recovered) = EventLog::open(&path, Durability::System).unwrap();
+        assert_eq!(recovered.dropped_bytes, 0);
+        let again = Study::record_of(&recovered.events).unwrap();
+        assert_eq!(again.trials, expected);
+        assert!(again.done);
+    }
+    assert!(lost.iter().all(|lost| *lost == 0));
+    println!("{} cuts", lost.len());
+}
+
+#[test]
+fn every_changed_byte_is_found() {
+    let (_, bytes) = whole("changed", 1);
+    let folder = folder("changes");
+    let path = Study::log_path(&folder);
+    let last_line = bytes[..bytes.len() - 1]
+        .iter()
+        .rposition(|b| *b == b'\n')
+        .unwrap()
+        + 1;
+    for place in 0..bytes.len() {
+        let mut spoilt = bytes.clone();
+        spoilt[place] ^= 1 << (place % 8);
+        fs::write(&path, &spoilt).unwrap();
+        let opened = EventLog::open(&path, Durability::System);
+        if place + 1 < last_line {
+            assert!(
+                matches!(opened, Err(StudyError::Changed { .. })),
+                "byte {place}: {opened:?}"
+            );
+        } else if place + 1 < bytes.len() {
+            // Whole, but not as it was written: no cut. Without the line feed before it, it is longer.
+            assert!(
+                matches!(opened, Err(StudyError::DamagedEnd { .. })),
+                "byte {place}: {opened:?}"
+            );
+        } else {
+            // Without its line feed it is a line that was cut.
+            assert!(opened.unwrap().1.dropped_bytes > 0);
+        }
+        if place + 1 < bytes.len() {
+            assert_eq!(fs::read(&path).unwrap(), spoilt, "byte {place}");
+        }
+    }
+    // Lines that are left out, doubled or exchanged.
+    let lines: Vec<&[u8]> = bytes.split_inclusive(|b| *b == b'\n').collect();
+    for i in 1..lines.len() - 1 {
+        let mut left_out = lines.clone();
+        left_out.remove(i);
+        let mut doubled = lines.clone();
+        doubled.insert(i, lines[i]);
+        let mut exchanged = lines.clone();
+        exchanged.swap(i, i + 1);
+        for wrong in [left_out, doubled, exchanged] {
+            fs::write(&path, wrong.concat()).unwrap();
+            assert!(
+                EventLog::open(&path, Durability::System).is_err(),
+                "line {i}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_study_is_stopped_and_resumed_at_every_step() {
+    let (expected, _) = whole("steps", 2);
+    let folder = folder("stops");
+    let mut study = create(&folder, Durability::Disk).unwrap();
+    while run(&mut study, 1) == 1 {
+        drop(study);
+        study = Study::resume(&folder, Durability::Disk).unwrap();
+        // A presentation without an answer was forgotten on purpose: it comes again, and then the answer in the same life.
+        if matches!(study.next_step(), NextStep::Present { .. }) {
+            run(&mut study, 2);
+        }
+    }
+    assert_eq!(study.trials(), expected);
+    drop(study);
+    let again = create(&folder, Durability::Disk);
+    assert!(matches!(again, Err(StudyError::Exists { .. })));
+}
+
+#[test]
+fn spoilt_trials_come_again_at_the_end_of_their_block() {
+    let folder = folder("spoilt");
+    let mut study = create(&folder, Durability::System).unwrap();
+    run(&mut study, 2);
+    let NextStep::Present { trial, .. } = study.next_step() else {
+        panic!("a trial comes after the practice");
+    };
+    let mut late = shown(0.0);
+    late.rendered.fault = hwall_study::Fault::Late;
+    study.presented(&late).unwrap();
+    assert_eq!(study.trials()[1].why_not.as_deref(), Some("late"));
+    let mut seen = Vec::new();
+    while let NextStep::Present {
+        trial: next,
+        attempt,
+        subject: 0,
+    } = study.next_step()
+    {
+        seen.push((next.number, next.block, attempt));
+        run(&mut study, 2);
+        if study.next_step() == (NextStep::Rest { subject: 0 }) {
+            study.rested().unwrap();
+        }
+    }
+    let place = seen.iter().position(|s| s.0 == trial.number).unwrap();
+    assert_eq!(seen[place].2, 2);
+    assert!(seen[..place].iter().all(|s| s.1 == 1) && seen[place + 1..].iter().all(|s| s.1 == 2));
+    // Three times at most.
+    run(&mut study, 2);
+    let who = study.trials().len();
+    for _ in 0..200 {
+        match study.next_step() {
+            NextStep::Present { .. } => study.presented(&late).unwrap(),
+            NextStep::Rest { .. } => study.rested().unwrap(),
+            _ => break,
+        }
+    }
+    assert_eq!(study.next_step(), NextStep::Done);
+    assert_eq!(study.trials().len() - who, 3 * 6);
+}
+
+#[test]
+fn what_is_not_due_is_refused() {
+    let folder = folder("refused");
+    let mut study = create(&folder, Durability::System).unwrap();
+    let answer = |value: f64| Answer {
+        value,
+        answered_s: 1.0,
+    };
+    assert!(matches!(
+        study.answered(answer(1.0)),
+        Err(StudyError::NoTrial { .. })
+    ));
+    assert!(study.rested().is_err());
+    study.presented(&shown(0.0)).unwrap();
+    for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(study.answered(answer(wrong)).is_err(), "{wrong}");
+    }
+    let slow = Answer {
+        value: 1.0,
+        answered_s: f64::NAN,
+    };
+    assert!(study.answered(slow).is_err());
+    study.answered(answer(2.5)).unwrap();
+    for (procedure, good, bad) in [
+        (Procedure::Likert { points: 7 }, 7.0, 7.5),
+        (Procedure::TwoIntervals, 2.0, 0.0),
+    ] {
+        assert!(procedure.check(good).is_ok() && procedure.check(bad).is_err());
+    }
+    for factors in [
+        vec![],
+        vec![StudyFactor::new("angle", ["0", "0"])],
+        vec![StudyFactor::new("angle", ["0", "91"])],
+        vec![StudyFactor::new("speed", ["0", "fast"])],
+        vec![StudyFactor::new("block", ["0", "1"])],
+        vec![StudyFactor::new("heat", ["0", "1"])],
+        vec![
+            StudyFactor::new("angle", ["0", "1"]),
+            StudyFactor::new("angle", ["0", "1"]),
+        ],
+        vec![
+            StudyFactor::new("angle", ["0", "1"]),
+            StudyFactor::new("orientation_deg", ["0", "90"]),
+        ],
+        vec![
+            StudyFactor::new("speed", ["20", "40"]),
+            StudyFactor::new("velocity", ["20", "40"]),
+        ],
+        vec![StudyFactor::new("angle", ["0", "0.0"])],
+    ] {
+        let protocol = Protocol {
+            factors,
+            ..protocol()
+        };
+        let path = folder.join("other");
+        assert!(
+            Study::create(
+                &path,
+                protocol.clone(),
+                Participants::People,
+                Durability::System
+            )
+            .is_err(),
+            "{:?}",
+            protocol.factors
+        );
+        assert!(!Study::log_path(&path).exists());
+    }
+    // A log that was opened, but holds something else.
+    let event = Event::Rested { subject: 0 };
+    let path = Study::log_path(&folder.join("foreign"));
+    fs::create_dir_all(folder.join("foreign")).unwrap();
+    EventLog::create(&path, Durability::System)
+        .unwrap()
+        .append(&event)
+        .unwrap();
+    assert!(matches!(
+        Study::resume(&folder.join("foreign"), Durability::System),
+        Err(StudyError::NoStudy { .. })
+    ));
+}
+
+#[test]
+fn a_second_run_is_refused_while_the_first_goes_on() {
+    let folder = folder("lock");
+    let mut study = create(&folder, Durability::Disk).unwrap();
+    run(&mut study, 2);
+    for _ in 0..2 {
+        let second = Study::resume(&folder, Durability::Disk);
+        assert!(
+            matches!(second, Err(StudyError::InUse { .. })),
+            "{second:?}"
+        );
+        let new = create(&folder, Durability::Disk);
+        assert!(matches!(new, Err(StudyError::InUse { .. })), "{new:?}");
+    }
+    // Whoever only looks may.
+    assert_eq!(Study::read(&folder).unwrap(), study.record());
+    let before = study.trials().to_vec();
+    drop(study);
+    let again = Study::resume(&folder, Durability::Disk).unwrap();
+    assert_eq!(again.trials(), before);
+}
+
+#[test]
+fn what_is_no_log_is_left_as_it_is() {
+    let folder = folder("foreign-file");
+    let path = Study::log_path(&folder);
+    for bytes in [
+        b"notes of a study".to_vec(),
+        b"subject,answer\nS01,3\n".to_vec(),
+        b"0badcafe {\"event\":\"other\"".to_vec(),
+        vec![0xff; 40],
+    ] {
+        fs::write(&path, &bytes).unwrap();
+        let opened = EventLog::open(&path, Durability::System);
+        assert!(
+            matches!(opened, Err(StudyError::NotALog { .. })),
+            "{opened:?}"
+        );
+        let created = create(&folder, Durability::System);
+        assert!(
+            matches!(created, Err(StudyError::NotALog { .. })),
+            "{created:?}"
+        );
+        assert_eq!(fs::read(&path).unwrap(), bytes);
+    }
+    fs::remove_file(&path).unwrap();
+    fs::write(folder.join("holiday.jpg"), b"x").unwrap();
+    let created = create(&folder, Durability::System);
+    assert!(
+        matches!(created, Err(StudyError::NotEmpty { .. })),
+        "{created:?}"
+    );
+    assert!(!path.exists());
+}
+
+#[test]
+fn what_would_not_come_back_is_not_written() {
+    let folder = folder("nan");
+    let path = Study::log_path(&folder);
+    let mut study = create(&folder, Durability::System).unwrap();
+    let before = fs::read(&path).unwrap();
+    let with = |change: &dyn Fn(&mut Rendered)| {
+        let mut shown = shown(0.0);
+        change(&mut shown.rendered);
+        shown
+    };
+    for wrong in [
+        with(&|r| r.contact_s = f64::NAN),
+        with(&|r| r.contact_s = -1.0),
+        with(&|r| r.force_n = Some(f64::NAN)),
+        with(&|r| r.angle_deg = Some(f64::INFINITY)),
+        with(&|r| r.angle_deg = Some(91.0)),
+        with(&|r| r.moved = Some(f64::NEG_INFINITY)),
+        Presentation {
+            reference: Some(Rendered {
+                speed_mm_per_s: Some(f64::NAN),
+                ..Rendered::default()
+            }),
+            ..shown(0.0)
+        },
+    ] {
+        let refused = study.presented(&wrong);
+        assert!(
+            matches!(refused, Err(StudyError::Argument(_))),
+            "{refused:?}"
+        );
+    }
+    assert_eq!(fs::read(&path).unwrap(), before);
+    // Every number comes back bit by bit.
+    study
+        .presented(&with(&|r| r.force_n = Some(0.1 + 0.2)))
+        .unwrap();
+    let value = 1e-9 * (1.0 + f64::EPSILON);
+    let answered_s = 2.0 / 3.0;
+    study.answered(Answer { value, answered_s }).unwrap();
+    assert_eq!(Study::read(&folder).unwrap(), study.record());
+    assert_eq!(study.trials()[0].answer, Some(value));
+    // The log itself takes no such event either.
+    let path = folder.join("other.log");
+    let mut log = EventLog::create(&path, Durability::System).unwrap();
+    for answer in [Some(f64::NAN), Some(1.0)] {
+        let event = Event::Answered {
+            subject: 0,
+            trial: 1,
+            answer,
+            answered_s: f64::NAN,
+            why_not: None,
+        };
+        let refused = log.append(&event);
+        assert_eq!(refused, Err(StudyError::NotStorable { event: "answered" }));
+    }
+    log.append(&Event::Rested { subject: 0 }).unwrap();
+    drop(log);
+    let (_, found) = EventLog::open(&path, Durability::System).unwrap();
+    assert_eq!(found.events, [Event::Rested { subject: 0 }]);
+}
+
+#[test]
+fn a_refused_event_never_is_in_the_log() {
+    let folder = folder("order");
+    let path = Study::log_path(&folder);
+    let mut study = create(&folder, Durability::System).unwrap();
+    run(&mut study, 1);
+    let before = fs::read(&path).unwrap();
+    let answer = |value: f64| Answer {
+        value,
+        answered_s: 1.0,
+    };
+    assert!(study.answered(answer(-3.0)).is_err());
+    assert!(study.answered(answer(f64::NAN)).is_err());
+    assert!(study.presented(&shown(0.0)).is_err());
+    assert!(study.rested().is_err());
+    assert_eq!(fs::read(&path).unwrap(), before);
+    let record = Study::read(&folder).unwrap();
+    assert_eq!(record.trials, study.trials());
+}
+
+#[test]
+fn people_and_simulated_participants_do_not_mix() {
+    let once = Participants::Simulated {
+        once_per_condition: true,
+    };
+    let folder = folder("who");
+    let study = Study::create(&folder, protocol(), once, Durability::System).unwrap();
+    drop(study);
+    let mut study = Study::resume(&folder, Durability::System).unwrap();
+    assert_eq!(study.participants(), once);
+    struct Nobody;
+    impl hwall_study::Presenter for Nobody {
+        fn present(&mut self, _: &hwall_study::Stimulus, _: u64) -> Result<Rendered, StudyError> {
+            Ok(Rendered::default())
+        }
+    }
+    impl hwall_study::Respondent for Nobody {
+        fn tell(&mut self, _: &str) -> Result<(), StudyError> {
+            Ok(())
+        }
+        fn ask(&mut self, _: &str, _: hwall_study::Ask) -> Result<Option<Answer>, StudyError> {
+            Ok(None)
+        }
+    }
+    let refused = hwall_study::conduct(&mut study, &mut Nobody, &mut Nobody);
+    let people = StudyError::OtherParticipants {
+        stored: once,
+        asked: Participants::People,
+    };
+    assert_eq!(refused, Err(people));
+    assert!(study.trials().is_empty());
+}
+
+#[test]
+fn a_new_study_makes_all_its_folders() {
+    let folder = folder("deep").join("a/b/c");
+    let study = create(&folder, Durability::Disk);
+    assert!(study.is_ok(), "{study:?}");
+    assert!(Study::log_path(&folder).exists());
+}
+
+/// The plan of one subject does not take longer with more subjects; a study of the largest size begins at once.
+#[test]
+fn plans_are_those_of_the_whole_schedule() {
+    for order in [
+        hwall_study::TrialOrder::Random,
+        hwall_study::TrialOrder::Latin,
+    ] {
+        let of = |subjects| Protocol {
+            subjects,
+            order,
+            ..protocol()
+        };
+        for subject in 0..3 {
+            assert_eq!(
+                of(3).plan(subject).unwrap(),
+                of(1000).plan(subject).unwrap()
+            );
+        }
+        assert!(of(3).plan(3).unwrap().is_empty());
+    }
+}

@@ -1,0 +1,6 @@
+//! Integration tests of the crate, one program.
+
+mod arm;
+mod common;
+mod log;
+mod simulation;

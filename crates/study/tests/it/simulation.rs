@@ -1,0 +1,599 @@
+//! Whole studies with simulated participants.
+
+use crate::common;
+use hwall::psychophysics::ErrorModel;
+use hwall_study::{
+    Adaptive, AdaptiveThreshold, Durability, Fault, ParticipantConfig, Participants, Procedure,
+    Protocol, Roughness, SimulatedStage, Simulation, Stimulus, Study, StudyFactor, StudyReport,
+    Surface, promised_power, simulate, write_attempts, write_trials,
+};
+use std::fs;
+use std::path::PathBuf;
+
+/// Each condition once.
+const ONCE: Participants = Participants::Simulated {
+    once_per_condition: true,
+};
+
+fn folder(name: &str) -> PathBuf {
+    common::folder(&format!("run-{name}"))
+}
+
+fn protocol(subjects: usize, seed: u64) -> Protocol {
+    Protocol {
+        factors: vec![
+            StudyFactor::new("angle", ["0", "45", "90"]),
+            StudyFactor::new("speed", ["20", "80"]),
+        ],
+        subjects,
+        seed,
+        practice: 1,
+        catch_per_block: 1,
+        ..Protocol::default()
+    }
+}
+
+#[test]
+fn what_is_rendered_is_what_was_wanted() {
+    let stage = SimulatedStage::new().unwrap();
+    for surface in [Surface::Wall, Surface::Door, Surface::Panel] {
+        for angle_deg in [0.0, 45.0, 90.0] {
+            for speed_mm_per_s in [0.0, 20.0, 80.0] {
+                let stimulus = Stimulus {
+                    surface,
+                    angle_deg,
+                    speed_mm_per_s,
+                };
+                let shown = stage.present(&stimulus, 7).unwrap();
+                println!("{stimulus:?}\n    {shown:?}");
+                assert_eq!(shown.fault, Fault::None, "{stimulus:?}: {shown:?}");
+                let off_deg = shown.angle_deg.unwrap() - angle_deg;
+                let off = shown.speed_mm_per_s.unwrap() - speed_mm_per_s;
+                // A finger that lifts the panel slips on it a little.
+                let most_deg = if surface == Surface::Panel { 2.5 } else { 0.5 };
+                assert!(off_deg.abs() < most_deg, "{stimulus:?}: {off_deg} degrees");
+                assert!(off.abs() < 1.0, "{stimulus:?}: {off} mm/s");
+                let least_n = if surface == Surface::Door { 1.0 } else { 3.0 };
+                assert!((least_n..15.0).contains(&shown.force_n.unwrap()));
+                assert!(shown.contact_s > 0.5);
+                // A door gives way while its texture moves.
+                if surface == Surface::Door {
+                    assert!(shown.moved.unwrap().abs() > 0.003);
+                }
+                // A panel goes along with the finger.
+                if surface == Surface::Panel {
+                    assert!((0.003..0.008).contains(&shown.moved.unwrap()));
+                }
+            }
+        }
+    }
+    let wrong = Stimulus {
+        angle_deg: f64::NAN,
+        ..Stimulus::default()
+    };
+    assert!(stage.present(&wrong, 1).is_err());
+}
+
+#[test]
+fn a_killed_study_resumes_to_the_same_tables() {
+    let stage = SimulatedStage::new().unwrap();
+    let tables = |study: &Study| {
+        let (mut trials, mut attempts) = (Vec::new(), Vec::new());
+        write_trials(study.protocol(), study.trials(), &mut trials).unwrap();
+        write_attempts(study.protocol(), study.trials(), &mut attempts).unwrap();
+        [trials, attempts].map(|bytes| String::from_utf8(bytes).unwrap())
+    };
+    let simulation = Simulation {
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    let whole = {
+        let mut study =
+            Study::create(&folder("whole"), protocol(3, 5), ONCE, Durability::System).unwrap();
+        let presented = simulate(&mut study, &stage, &simulation).unwrap();
+        assert_eq!(presented, 3 * 8);
+        tables(&study)
+    };
+    let folder = folder("killed");
+    let killed = Simulation {
+        kill_after: Some(5),
+        ..simulation.clone()
+    };
+    let mut study = Study::create(&folder, protocol(3, 5), ONCE, Durability::System).unwrap();
+    while simulate(&mut study, &stage, &killed).unwrap() == 5 {
+        drop(study);
+        study = Study::resume(&folder, Durability::System).unwrap();
+    }
+    assert_eq!(tables(&study), whole);
+    let header = whole[0].lines().next().unwrap();
+    assert!(
+        header.starts_with("subject,trial,block,angle,speed,wanted_angle_deg"),
+        "{header}"
+    );
+    assert!(
+        header.ends_with("answer,answered_s,valid,why_not"),
+        "{header}"
+    );
+    assert_eq!(whole[0].lines().count(), 1 + 3 * 6);
+}
+
+/// The planted effects are found as often as `power` promises, and levels come back in their order.
+#[test]
+fn planted_effects_come_back() {
+    const SEEDS: u64 = 10;
+    const SUBJECTS: usize = 12;
+    let stage = SimulatedStage::new().unwrap();
+    let roughness = Roughness {
+        over_angle: vec![[0.0, 0.0], [45.0, 0.45], [90.0, 0.9]],
+        per_100_mm_per_s: 0.6,
+        ..Roughness::default()
+    };
+    let participants = ParticipantConfig {
+        roughness,
+        ..ParticipantConfig::default()
+    };
+    let simulation = Simulation {
+        participants: participants.clone(),
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    let mut ordered = 0;
+    let mut found = [0_usize; 2];
+    for seed in 0..SEEDS {
+        let folder = folder(&format!("seed-{seed}"));
+        let mut study =
+            Study::create(&folder, protocol(SUBJECTS, seed), ONCE, Durability::System).unwrap();
+        simulate(&mut study, &stage, &simulation).unwrap();
+        let report = StudyReport::of(&study.record()).unwrap();
+        let analysis = report.analysis.as_ref().unwrap();
+        for (count, effect) in found.iter_mut().zip(["angle", "speed"]) {
+            let effect = analysis
+                .effects
+                .iter()
+                .find(|e| e.name == effect && e.errors == ErrorModel::Strata);
+            *count += usize::from(effect.unwrap().p.unwrap() < 0.05);
+        }
+        let [angle, speed] = [&report.groups[0], &report.groups[1]];
+        let right =
+            angle.is_less("0", "45") && angle.is_less("45", "90") && speed.is_less("20", "80");
+        println!(
+            "seed {seed}: {}; {}; {right}",
+            angle.to_text(),
+            speed.to_text()
+        );
+        ordered += usize::from(right);
+        let text = report.to_markdown(&[("means.svg", "Means")]);
+        assert!(
+            text.contains("12 simulated subjects met 6 conditions") && text.contains("(means.svg)")
+        );
+    }
+    let promised = promised_power(&protocol(SUBJECTS, 1), &participants, 2000).unwrap();
+    for (effect, found) in promised.iter().zip(found) {
+        // Within three standard deviations of so few studies.
+        let (n, p) = (SEEDS as f64, effect.power);
+        let off = found as f64 - n * p;
+        println!("{}: power {p:.3}, found {found} of {SEEDS}", effect.name);
+        assert!(
+            off.abs() <= 3.0 * (n * p * (1.0 - p)).sqrt() + 1.0,
+            "{}: {found}",
+            effect.name
+        );
+    }
+    assert!(ordered >= 9, "{ordered} of {SEEDS}");
+}
+
+#[test]
+fn other_procedures_run_to_their_end() {
+    let stage = SimulatedStage::new().unwrap();
+    let simulation = Simulation {
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    for procedure in [Procedure::Likert { points: 7 }, Procedure::TwoIntervals] {
+        let protocol = Protocol {
+            procedure,
+            ..protocol(4, 3)
+        };
+        let mut study = Study::create(
+            &folder(&format!("{procedure:?}").replace(' ', "")),
+            protocol,
+            ONCE,
+            Durability::System,
+        )
+        .unwrap();
+        simulate(&mut study, &stage, &simulation).unwrap();
+        for record in study.trials() {
+            assert!(procedure.check(record.answer.unwrap()).is_ok());
+            assert_eq!(
+                record.shown.reference.is_some(),
+                procedure == Procedure::TwoIntervals
+            );
+        }
+    }
+}
+
+/// Constant stimuli, staircases and QUEST+ find the threshold of simulated observers, which follows from their noise.
+#[test]
+fn thresholds_of_two_intervals_are_those_that_were_planted() {
+    let stage = SimulatedStage::new().unwrap();
+    // The logarithm of roughness is 0.02 a mm/s: a speed is judged rougher with probability Φ(0.02 Δ / (0.28 √2)).
+    let roughness = Roughness {
+        over_angle: vec![[90.0, 0.0]],
+        per_100_mm_per_s: 2.0,
+        force_exponent: 0.0,
+    };
+    let simulation = Simulation {
+        participants: ParticipantConfig {
+            roughness,
+            noise_sd: 0.28,
+            sensitivity_sd: 0.0,
+            lapse_rate: 0.0,
+            fatigue_per_100: 0.0,
+            ..ParticipantConfig::default()
+        },
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    let sd = 0.28 * std::f64::consts::SQRT_2 / 0.02;
+    let levels: Vec<String> = (0..15).map(|i| (20 + 4 * i).to_string()).collect();
+    for procedure in [
+        Procedure::TwoIntervals,
+        Procedure::Staircase,
+        Procedure::Quest,
+    ] {
+        let protocol = Protocol {
+            factors: vec![StudyFactor::new("speed", levels.clone())],
+            subjects: 6,
+            repeats: 6,
+            practice: 2,
+            catch_per_block: 0,
+            procedure,
+            ..Protocol::default()
+        };
+        let folder = folder(&format!("threshold-{procedure:?}"));
+        let mut study = Study::create(&folder, protocol.clone(), ONCE, Durability::System).unwrap();
+        // Stopped and resumed on the way, as trials depend on the answers before them.
+        let killed = Simulation {
+            kill_after: Some(100),
+            ..simulation.clone()
+        };
+        while simulate(&mut study, &stage, &killed).unwrap() == 100 {
+            drop(study);
+            study = Study::resume(&folder, Durability::System).unwrap();
+        }
+        let text = StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
+        // The interval of the Weber fraction holds the planted one: three quarters at 0.6745 standard deviations.
+        let after = text.split("Weber fraction ").nth(1).unwrap();
+        let numbers = after.split(|c: char| !c.is_ascii_digit() && c != '.');
+        let numbers: Vec<f64> = numbers.filter_map(|n| n.parse().ok()).take(3).collect();
+        let weber = 0.6745 * sd / 20.0;
+        assert!(
+            numbers[1] < weber && weber < numbers[2],
+            "{numbers:?}, planted {weber}"
+        );
+        let mut mean = 0.0;
+        for subject in 0..6 {
+            let Some(rule) = Adaptive::of(&protocol).unwrap() else {
+                continue;
+            };
+            let own = study.trials().iter().filter(|r| r.subject == subject);
+            mean += match rule.after(own).unwrap().threshold().unwrap() {
+                // From places to mm/s above the reference.
+                AdaptiveThreshold::Staircase(t) => 4.0 * t.unwrap().threshold / 6.0,
+                AdaptiveThreshold::Quest(t) => (t.threshold - 20.0) / 6.0,
+            };
+        }
+        // Right with 70.7 % at 0.545 standard deviations; halfway between guessing and certainty, 74 to 75 %, at 0.66.
+        let truth = match procedure {
+            Procedure::Staircase => 0.545 * sd,
+            _ => 0.66 * sd,
+        };
+        println!("{procedure:?}: {mean:.2} mm/s, planted {truth:.2}\n{text}");
+        if procedure != Procedure::TwoIntervals {
+            assert!(
+                (mean / truth - 1.0).abs() < 0.35,
+                "{procedure:?}: {mean}, planted {truth}"
+            );
+        }
+    }
+    for factors in [
+        vec![StudyFactor::new("speed", ["20", "40"])],
+        vec![StudyFactor::new("speed", ["0", "40", "60"])],
+        vec![StudyFactor::new("speed", ["20", "60", "40"])],
+        vec![
+            StudyFactor::new("speed", ["20", "40", "60"]),
+            StudyFactor::new("angle", ["0", "90"]),
+        ],
+    ] {
+        let protocol = Protocol {
+            factors,
+            procedure: Procedure::Quest,
+            ..Protocol::default()
+        };
+        assert!(protocol.validate().is_err(), "{:?}", protocol.factors);
+    }
+}
+
+/// The dissertation's study: its order and groups of orientations, its rise with speed, no interaction, and its pooled degrees
+/// of freedom.
+#[test]
+fn the_study_of_the_dissertation_comes_back() {
+    let stage = SimulatedStage::new().unwrap();
+    let simulation = Simulation {
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    let mut grouped = 0;
+    for seed in 1..=5 {
+        let protocol = Protocol {
+            seed,
+            ..Protocol::default()
+        };
+        let folder = folder(&format!("dissertation-{seed}"));
+        let mut study = Study::create(&folder, protocol, ONCE, Durability::System).unwrap();
+        simulate(&mut study, &stage, &simulation).unwrap();
+        let report = StudyReport::of(&study.record()).unwrap();
+        let analysis = report.analysis.as_ref().unwrap();
+        let f = |name: &str, errors| {
+            let effect = analysis
+                .effects
+                .iter()
+                .find(|e| e.name == name && e.errors == errors);
+            let effect = effect.unwrap();
+            (effect.f.finite().unwrap(), effect.p.unwrap(), effect.df2)
+        };
+        for errors in [ErrorModel::Strata, ErrorModel::Pooled] {
+            let [angle, speed, both] =
+                ["angle", "speed", "angle:speed"].map(|name| f(name, errors));
+            println!(
+                "{seed} {errors:?}: {:.1}, {:.1}, {:.2}",
+                angle.0, speed.0, both.0
+            );
+            assert!(angle.1 < 1e-6 && speed.1 < 1e-3 && both.1 > 1e-3);
+            assert!(angle.0 > speed.0);
+            let df2 = match errors {
+                ErrorModel::Pooled => [576; 3],
+                _ => [96, 96, 384],
+            };
+            assert_eq!([angle.2, speed.2, both.2], df2);
+        }
+        let angle = &report.groups[0];
+        println!("{}; {}", angle.to_text(), report.groups[1].to_text());
+        assert!(
+            ["45", "63.43", "71.57", "90"]
+                .iter()
+                .all(|more| angle.is_less("0", more))
+        );
+        assert!(report.groups[1].is_less("0", "80"));
+        let rough = ["63.43", "71.57", "90"];
+        let alike = rough
+            .iter()
+            .all(|a| rough.iter().all(|b| !angle.is_less(a, b)));
+        grouped += usize::from(alike && rough.iter().all(|more| angle.is_less("45", more)));
+    }
+    assert!(grouped >= 3, "{grouped} of 5");
+}
+
+/// An effect that is found in some studies only is found in as many as `power` promises.
+#[test]
+fn studies_find_a_weak_effect_as_often_as_promised() {
+    const SEEDS: u64 = 40;
+    let stage = SimulatedStage::new().unwrap();
+    let participants = ParticipantConfig {
+        roughness: Roughness {
+            per_100_mm_per_s: 0.22,
+            force_exponent: 0.0,
+            ..Roughness::default()
+        },
+        sensitivity_sd: 0.0,
+        lapse_rate: 0.0,
+        fatigue_per_100: 0.0,
+        ..ParticipantConfig::default()
+    };
+    let simulation = Simulation {
+        participants: participants.clone(),
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    let promised = promised_power(&protocol(12, 1), &participants, 2000).unwrap();
+    let power = promised.iter().find(|e| e.name == "speed").unwrap().power;
+    assert!((0.2..0.8).contains(&power), "{power}");
+    let mut found = 0;
+    for seed in 0..SEEDS {
+        let folder = folder(&format!("weak-{seed}"));
+        let mut study =
+            Study::create(&folder, protocol(12, seed), ONCE, Durability::System).unwrap();
+        simulate(&mut study, &stage, &simulation).unwrap();
+        let analysis = StudyReport::of(&study.record()).unwrap().analysis.unwrap();
+        let effect = analysis
+            .effects
+            .iter()
+            .find(|e| e.name == "speed" && e.errors == ErrorModel::Strata);
+        found += usize::from(effect.unwrap().p.unwrap() < 0.05);
+        let _ = fs::remove_dir_all(&folder);
+    }
+    let (n, share) = (SEEDS as f64, found as f64 / SEEDS as f64);
+    println!("power {power:.3}, found in {found} of {SEEDS}");
+    assert!(
+        (share - power).abs() <= 2.6 * (power * (1.0 - power) / n).sqrt(),
+        "{found}"
+    );
+}
+
+/// A door that ran ahead of the finger was not felt long enough: more than a third of such trials were spoilt.
+#[test]
+fn doors_stay_under_the_finger() {
+    let stage = SimulatedStage::new().unwrap();
+    for seed in 0..12 {
+        let stimulus = Stimulus {
+            surface: Surface::Door,
+            angle_deg: if seed % 2 == 0 { 0.0 } else { 90.0 },
+            speed_mm_per_s: 40.0,
+        };
+        let shown = stage.present(&stimulus, seed).unwrap();
+        assert_eq!(shown.fault, Fault::None, "seed {seed}: {shown:?}");
+        let (force_n, moved) = (shown.force_n.unwrap(), shown.moved.unwrap());
+        assert!(force_n > 1.0 && moved.abs() > 0.002, "{seed}: {shown:?}");
+    }
+}
+
+/// Whoever takes part, and however wildly, gives an answer that the procedure has.
+#[test]
+fn answers_of_extreme_participants_are_answers() {
+    use hwall_study::{PlannedTrial, Presentation, Rendered, SimulatedParticipant, TrialKind};
+    let rendered = Rendered {
+        angle_deg: Some(90.0),
+        speed_mm_per_s: Some(80.0),
+        force_n: Some(1e-3),
+        contact_s: 0.7,
+        ..Rendered::default()
+    };
+    let shown = Presentation {
+        rendered,
+        reference: Some(rendered),
+    };
+    for (modulus_sd, noise_sd, force_exponent) in [
+        (0.0, 0.0, 0.0),
+        (10.0, 10.0, 0.1),
+        (10.0, 10.0, 1e3),
+        (10.0, 0.0, -1e3),
+    ] {
+        let config = ParticipantConfig {
+            modulus_sd,
+            noise_sd,
+            roughness: Roughness {
+                force_exponent,
+                ..Roughness::default()
+            },
+            ..ParticipantConfig::default()
+        };
+        for procedure in [
+            Procedure::Magnitude,
+            Procedure::Likert { points: 7 },
+            Procedure::TwoIntervals,
+        ] {
+            for number in 0..200 {
+                let who = SimulatedParticipant::new(&config, 3, number).unwrap();
+                let trial = PlannedTrial {
+                    number: number + 1,
+                    block: 1,
+                    kind: TrialKind::Main,
+                    condition: 0,
+                    second: number % 2 == 0,
+                };
+                let (answer, took_s) = who.answer(procedure, &trial, &shown).unwrap();
+                assert!(procedure.check(answer).is_ok(), "{procedure:?}: {answer}");
+                assert!((0.1..20.0).contains(&took_s), "{took_s}");
+            }
+        }
+    }
+    let wild = Roughness {
+        per_100_mm_per_s: 1e300,
+        ..Roughness::default()
+    };
+    assert!(wild.validate().is_err());
+}
+
+/// The methods are told from what was done, zero counts and what is missing included.
+#[test]
+fn the_methods_are_told_from_the_log() {
+    let folder = folder("methods");
+    let plain = Protocol {
+        factors: vec![StudyFactor::new("angle", ["0", "90"])],
+        subjects: 3,
+        practice: 0,
+        catch_per_block: 0,
+        break_after: 0,
+        most_attempts: 2,
+        ..Protocol::default()
+    };
+    let people = Participants::People;
+    let mut study = Study::create(&folder, plain, people, Durability::System).unwrap();
+    let said = |study: &Study| StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
+    let text = said(&study);
+    for part in [
+        "0 subjects of 3 met 2 conditions",
+        "There was no practice.",
+        "No condition was asked again right away.",
+        "There were no breaks.",
+        "No trial was spoilt.",
+        "It is not finished.",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(!text.contains(" 0 practice") && !text.contains("1 blocks"));
+    // The second subject fails twice at one condition.
+    let mut answer = 0.0;
+    loop {
+        match study.next_step() {
+            hwall_study::NextStep::Present { subject, trial, .. } => {
+                let mut shown = hwall_study::Presentation {
+                    rendered: hwall_study::Rendered {
+                        angle_deg: Some(0.0),
+                        speed_mm_per_s: Some(40.0),
+                        force_n: Some(7.0),
+                        contact_s: 0.7,
+                        ..hwall_study::Rendered::default()
+                    },
+                    reference: None,
+                };
+                if subject == 1 && trial.condition == 0 {
+                    shown.rendered.fault = Fault::Late;
+                }
+                study.presented(&shown).unwrap();
+            }
+            hwall_study::NextStep::Answer { .. } => {
+                answer += 1.5;
+                let answered_s = 1.0;
+                let value = answer;
+                study
+                    .answered(hwall_study::Answer { value, answered_s })
+                    .unwrap();
+            }
+            _ => break,
+        }
+    }
+    let text = said(&study);
+    for part in [
+        "3 subjects met 2 conditions",
+        "A trial was spoilt 2 times and came again at the end of its block; 1 trial was left out after 2 attempts.",
+        "S02 is left out of the analysis: no valid answer for angle=0",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(!text.contains("not finished"));
+}
+
+/// A catch trial repeats what the rule placed before it.
+#[test]
+fn catch_trials_follow_the_rule() {
+    let stage = SimulatedStage::new().unwrap();
+    let simulation = Simulation {
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    for procedure in [Procedure::Staircase, Procedure::Quest] {
+        let protocol = Protocol {
+            factors: vec![StudyFactor::new("speed", ["20", "40", "60", "80"])],
+            subjects: 2,
+            repeats: 3,
+            catch_per_block: 2,
+            procedure,
+            ..Protocol::default()
+        };
+        let folder = folder(&format!("catch-{procedure:?}"));
+        let mut study = Study::create(&folder, protocol, ONCE, Durability::System).unwrap();
+        simulate(&mut study, &stage, &simulation).unwrap();
+        let mut catches = 0;
+        for pair in study.trials().windows(2) {
+            if pair[1].trial.kind == hwall_study::TrialKind::Catch {
+                assert_eq!(pair[1].trial.condition, pair[0].trial.condition);
+                catches += 1;
+            }
+        }
+        assert_eq!(catches, 2 * 3 * 2);
+        let text = StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
+        assert!(text.contains("were judged the same way twice"), "{text}");
+        assert!(text.contains("placed by"), "{text}");
+    }
+}

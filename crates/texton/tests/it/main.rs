@@ -1,0 +1,16 @@
+//! Integration tests of the crate, one program.
+
+mod calibration;
+mod common;
+mod design;
+mod encoding;
+mod geometry;
+#[cfg(feature = "exr")]
+mod height_field;
+mod mesh;
+mod motion;
+mod print_check;
+mod reference;
+mod roughness;
+#[cfg(feature = "exr")]
+mod roughness_map;

@@ -1,0 +1,9 @@
+//! Integration tests of the crate, one program.
+
+mod arm;
+mod common;
+mod encoding;
+mod film_strip;
+mod gltf;
+mod pages;
+mod session;
