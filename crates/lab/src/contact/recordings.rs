@@ -53,6 +53,14 @@ pub struct Recorded<'a> {
     pub units: RecordingUnits,
 }
 
+/// A path alone: in metres and seconds.
+impl<'a, P: AsRef<Path> + ?Sized> From<&'a P> for Recorded<'a> {
+    fn from(path: &'a P) -> Self {
+        let (path, units) = (path.as_ref(), RecordingUnits::SI);
+        Self { path, units }
+    }
+}
+
 /// One file, and what is in it.
 struct File {
     path: PathBuf,
@@ -71,7 +79,8 @@ struct File {
 ///
 /// # Errors
 /// Nothing there, or no recording of a hand in it.
-pub fn read(Recorded { path, units }: Recorded<'_>) -> anyhow::Result<FoundSources> {
+pub fn read<'a>(recorded: impl Into<Recorded<'a>>) -> anyhow::Result<FoundSources> {
+    let Recorded { path, units } = recorded.into();
     ensure!(path.exists(), "{}: no such file or folder", path.display());
     let (mut groups, mut refused) = (BTreeMap::<_, Vec<File>>::new(), Vec::new());
     let mut files = Vec::new();
@@ -306,17 +315,12 @@ mod tests {
     use hwall_stage::input::recording_units::TimeUnit;
     use hwall_testkit::shared;
 
-    fn in_si(path: &Path) -> Recorded<'_> {
-        let units = RecordingUnits::SI;
-        Recorded { path, units }
-    }
-
     #[test]
     fn a_missing_folder_and_one_without_recordings_give_one_clear_line() {
-        let error = read(in_si(Path::new("nowhere"))).unwrap_err();
+        let error = read(Path::new("nowhere")).unwrap_err();
         assert_eq!(error.to_string(), "nowhere: no such file or folder");
         let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-        let error = read(in_si(&here)).unwrap_err().to_string();
+        let error = read(&here).unwrap_err().to_string();
         let expected = format!("no readable recording in {}: no CSV file", here.display());
         assert_eq!(error, expected);
         let many: Vec<String> = (1..=6).map(|i| format!("{i}.csv: bad")).collect();
@@ -378,7 +382,7 @@ mod tests {
             return;
         }
         let dir = shared("data").unwrap();
-        let FoundSources { sources, refused } = read(in_si(&dir)).unwrap();
+        let FoundSources { sources, refused } = read(&dir).unwrap();
         // Memory-guided pointing with tables of its own.
         let is_known = |name: &str| !name.starts_with("jov");
         assert!(refused.iter().all(|why| !is_known(why)), "{refused:?}");

@@ -136,8 +136,8 @@ impl Choice {
 ///
 /// # Errors
 /// No recordings there, or a file that cannot be written.
-pub fn recordings(
-    recorded: Recorded<'_>,
+pub fn recordings<'a>(
+    recorded: impl Into<Recorded<'a>>,
     candidates: &[Candidate],
     choice: &Choice,
     out: Option<&Path>,
