@@ -87,15 +87,15 @@ impl Passage<'_> {
         }
     }
 
-    /// Of the links all bends count beyond the second; of the arm's own body what is before the forearm, its last long link.
+    /// Of the links all bends count that are not in the base's column. Of the arm's own body the links before the forearm count, which is the
+    /// last long link before the tool.
     fn standing_of_any(&self, q: &JointPositions) -> Standing {
         let body = self.arm.body_points(q);
         let points_m = body.points_m();
-        let links: Vec<_> = points_m.windows(2).collect();
-        let is_long =
-            |link: &&[DVec3]| link[0].distance(link[1]) > 2.0 * self.clearance.link_radius_m;
-        let before_tool = &links[..links.len() - 1];
-        let forearm = before_tool.iter().rposition(is_long).unwrap_or(0);
+        let radius_m = self.clearance.link_radius_m;
+        let before_tool = &points_m[..points_m.len().saturating_sub(1)];
+        let is_long = |link: &[DVec3]| link[0].distance(link[1]) > 2.0 * radius_m;
+        let forearm = before_tool.windows(2).rposition(is_long).unwrap_or(0);
         let mut standing = Standing {
             face_m: f64::NEG_INFINITY,
             links_m: f64::NEG_INFINITY,
@@ -103,13 +103,14 @@ impl Passage<'_> {
         };
         for point in self.board.points_m(body.base_from_tool()) {
             standing.face_m = standing.face_m.max(self.surfaces.intrusion_m(point));
-            for link in &links[..forearm] {
+            for link in points_m.windows(2).take(forearm) {
                 let distance_m = segment_distance_m(point, link[0], link[1]);
                 standing.own_body_m = standing.own_body_m.min(distance_m);
             }
         }
-        for bend in points_m[..points_m.len() - 1].iter().skip(2) {
-            let off_m = self.surfaces.intrusion_m(*bend) + self.clearance.link_radius_m;
+        let moves = |bend: &&DVec3| bend.truncate().length() > radius_m;
+        for bend in before_tool.iter().filter(moves) {
+            let off_m = self.surfaces.intrusion_m(*bend) + radius_m;
             standing.links_m = standing.links_m.max(off_m);
         }
         standing

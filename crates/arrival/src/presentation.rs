@@ -10,12 +10,13 @@ use hwall_reachability::WallPlane;
 use std::f64::consts::{PI, TAU};
 
 use crate::error::ArrivalError;
+use crate::length::turning;
 
 /// One way to hold the board at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Presentation {
     pub(crate) q: JointPositions,
-    /// Of an arm with a closed form, and so is the arm angle.
+    /// Branch and arm angle mean something only with a closed form.
     pub(crate) branch: Branch,
     pub(crate) arm_angle_rad: f64,
     /// Index of the roll.
@@ -31,13 +32,14 @@ pub(crate) enum Holding<'a> {
     Searched {
         arm: &'a dyn ArmKinematics,
         rolls_rad: Vec<f64>,
-        /// Where the searches begin, besides where they are asked to.
+        /// Starts of a search besides `near`.
         from: Vec<JointPositions>,
+        turning: [bool; MOST_JOINTS],
     },
 }
 
 impl<'a> Holding<'a> {
-    /// Searches of each pose begin from so many places, and one more.
+    /// Starts of a search besides `near`.
     const SEARCHES: u32 = 5;
 
     /// Arm angles of a closed form are `spacing_rad` apart, or less.
@@ -58,7 +60,10 @@ impl<'a> Holding<'a> {
             // Evenly spread: the fractional parts of multiples of the square roots of primes.
             let primes = [2.0_f64, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0];
             for ((q, limit), prime) in q.0.iter_mut().zip(arm.limits()).zip(primes) {
-                let (low, high) = (limit.min_rad.max(-PI), limit.max_rad.min(PI));
+                // A turn at most, about the middle.
+                let middle_rad = limit.middle_rad();
+                let low = limit.min_rad.max(middle_rad - PI);
+                let high = limit.max_rad.min(middle_rad + PI);
                 *q = low + (high - low) * (f64::from(i) * prime.sqrt()).fract();
             }
             q
@@ -67,6 +72,7 @@ impl<'a> Holding<'a> {
             arm,
             rolls_rad: rolls_rad.to_vec(),
             from: from.collect(),
+            turning: turning(arm),
         })
     }
 
@@ -99,6 +105,7 @@ impl<'a> Holding<'a> {
                 arm,
                 rolls_rad,
                 from,
+                turning,
             } => {
                 let config = NearestConfig {
                     policy: BranchPolicy::Any,
@@ -111,11 +118,15 @@ impl<'a> Holding<'a> {
                     };
                     for from in std::iter::once(near).chain(from) {
                         let Ok(found) = arm.nearest(&pose, from, &config, &mut scratch) else {
-                            // A pose that one search does not find is left: others would take as long.
+                            // If a search fails, the roll is skipped.
                             break;
                         };
+                        let mut q = found.q;
+                        for joint in (0..MOST_JOINTS).filter(|joint| turning[*joint]) {
+                            q[joint] = arm.limits()[joint].nearest_turn(q[joint], near[joint]);
+                        }
                         out.push(Presentation {
-                            q: found.q,
+                            q,
                             branch: Branch::ALL[0],
                             arm_angle_rad: 0.0,
                             roll: roll as u8,

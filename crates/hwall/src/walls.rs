@@ -148,7 +148,11 @@ impl Walls {
             positive("budget_s", budget_s)?;
         }
         check_pieces(scene)?;
-        let facets = facets_of(scene);
+        let mut facets = facets_of(scene);
+        if arm.closed_form().is_none() {
+            // The arm presents the side that faces away from its base.
+            facets.retain(|facet| facet.normal.dot(facet.point_m) >= 0.0);
+        }
         let maps = match arm.closed_form() {
             Some(arm) => WallMaps::build(arm, &facets, WallMapsConfig::default())?,
             None => WallMaps::default(),
@@ -204,11 +208,15 @@ impl Walls {
                     other.q
                 }
             };
-            let built = match arm.closed_form() {
-                Some(arm) => Atlas::build(arm, &maps, extent, &limits, &q, &config.atlas),
-                None => Atlas::search(arm, &facets, extent, &limits, &q, &config.atlas),
-            };
-            built.map(Some)
+            let atlas = &config.atlas;
+            match arm.closed_form() {
+                Some(arm) => Atlas::build(arm, &maps, extent, &limits, &q, atlas).map(Some),
+                // A search may miss what is within reach: the session then has no atlas.
+                None => match Atlas::search(arm, &facets, extent, &limits, &q, atlas) {
+                    Err(ArrivalError::NoWalls | ArrivalError::OutOfReach { .. }) => Ok(None),
+                    searched => searched.map(Some),
+                },
+            }
         });
         let atlases = atlases
             .into_iter()

@@ -110,7 +110,7 @@ impl Atlas {
         Self::of_frames(&frames, passage, limits, waiting, config)
     }
 
-    /// The same for any arm and the outer sides of facets, base frame: nodes that a search finds no configuration for are holes.
+    /// The same for any arm, by search, on the outer sides of facets in the base frame. A node that the search does not find is a hole.
     ///
     /// # Errors
     /// As [`build`](Self::build).
@@ -257,7 +257,7 @@ struct Frame<'a> {
     plane: WallPlane,
     along: Steps,
     heights: Steps,
-    /// Where a map says that a node is out of reach; `None`: not known before it is tried.
+    /// Where a map says that a node is out of reach. `None`: no map, and every node is tried.
     known: Option<Known<'a>>,
 }
 
@@ -327,7 +327,7 @@ impl<'a> Frame<'a> {
         }))
     }
 
-    /// The part of a facet within a distance of the base, whose outer side looks away from it; `None` if there is none.
+    /// The part of a facet within a distance of the base; `None` for a facet that is too far or faces the base.
     fn of_facet(
         facet: &WallFacet,
         longest_m: f64,

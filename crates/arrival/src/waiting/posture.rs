@@ -83,8 +83,8 @@ impl PostureArrivals {
 
 /// The posture from which the fewest touches of a distribution are expected to be late.
 ///
-/// `targets` and `surfaces` in the arm's base frame, the tool of `arm` is the face of the board. An arm with a closed form is asked for all
-/// its ways to hold the board; of others some are searched, and a target may then count as out of reach that is not. The loss of a posture
+/// `targets` and `surfaces` in the arm's base frame, the tool of `arm` is the face of the board. Arms without
+/// a closed form are searched, and the search may miss a target within reach. The loss of a posture
 /// is the share of the targets that the fastest clear way reaches late, budgets being spread about their mean; the
 /// board must stand behind the surfaces by a standoff. Starts are made from the targets and followed by a descent; the
 /// same input gives the same posture.

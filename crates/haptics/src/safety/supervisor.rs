@@ -383,11 +383,11 @@ impl Supervisor {
         // A way back begins at rest, wherever the arm was going.
         let is_cut = share < 1.0 || retreat.is_some();
         let mut next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
-        // What the last cycle sent can still brake in time, so braking now needs no look of its own.
+        // Nothing is safer than braking, so braking is not judged again.
         let (at, qd) = (next.sent(), next.rates());
         if let Some(reason) = self.too_near(input.now_s, at, qd, retreat.is_some()) {
-            slowed = Some((0.0, reason));
             next = last.next(&wanted, &rates, Some(0.0), &most, dt_s);
+            slowed = Some((next.share_of(&rates), reason));
         }
         // While it makes up for a cut it is slowed for the same reason, and asks for nothing more.
         self.cut_for = match slowed {

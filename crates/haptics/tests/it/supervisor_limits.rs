@@ -570,9 +570,16 @@ fn an_unknown_torque_limit_is_a_hand_pressed_at_the_length_of_the_arm() {
     let of = |p: &SrsParameters| SrsParameters::new(p.geometry, p.limits, p.max_velocity_rad_per_s);
     let unknown = SrsArm::new(of(known.parameters())).unwrap();
     let g = known.geometry();
-    let length_m = g.d_bs_m + g.d_se_m + g.d_ew_m + g.d_wf_m;
-    for torque_n_m in GuardLimits::of_arm(&unknown).torque_n_m {
-        assert!((torque_n_m - 140.0 * length_m).abs() < 1e-9, "{torque_n_m}");
+    let longest_m = g.d_se_m + g.d_ew_m + g.d_wf_m;
+    let limits_n_m = GuardLimits::of_arm(&unknown).torque_n_m;
+    // The tool point is on the axis of joint 7, and at most the length of the arm from those of the shoulder.
+    assert!((limits_n_m[6] - 140.0 * 0.1).abs() < 1e-9, "{limits_n_m:?}");
+    for joint in [0, 1] {
+        let lever_m = limits_n_m[joint] / 140.0 - 0.1;
+        assert!(
+            (0.8 * longest_m..=longest_m + 1e-9).contains(&lever_m),
+            "{lever_m}"
+        );
     }
     assert_eq!(GuardLimits::of_arm(&known).torque_n_m[0], 176.0);
 }

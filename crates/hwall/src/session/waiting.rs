@@ -62,8 +62,8 @@ impl Waiting {
         Some(entry.q)
     }
 
-    /// How soon the board is at a place from the waiting posture, s: by the atlas, else at whichever quarter turn. `None` where no atlas
-    /// was made, and beside the atlas of an arm without a closed form; infinite for a place that cannot be held.
+    /// How soon the board is at a place from the waiting posture, s: by the atlas, else at whichever quarter turn. `None`: no
+    /// atlas, or an arm without a closed form at a place that its atlas does not hold. Infinite for a place that cannot be held.
     pub(super) fn arrival_s(&self, point_m: DVec3, normal: DVec3) -> Option<f64> {
         let atlas = self.atlas()?;
         if let Some(entry) = atlas.look_up(point_m, normal) {

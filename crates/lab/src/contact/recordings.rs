@@ -138,13 +138,17 @@ pub fn read<'a>(recorded: impl Into<Recorded<'a>>) -> anyhow::Result<FoundSource
     Ok(FoundSources { sources, refused })
 }
 
-/// The recordings of a file, in metres and seconds.
+/// The recordings of a file, in metres and seconds. The file is refused if most of its recordings are in other units.
 fn in_units(path: &Path, units: RecordingUnits) -> anyhow::Result<Vec<Recording>> {
     let mut recordings = read_recordings(std::fs::File::open(path)?)?;
-    for recording in &mut recordings {
-        units.apply(recording)?;
+    let mut applied = recordings
+        .iter_mut()
+        .map(|recording| units.apply(recording));
+    let odd: Vec<anyhow::Error> = applied.by_ref().filter_map(Result::err).collect();
+    match odd.into_iter().rev().enumerate().last() {
+        Some((before, first)) if 2 * (before + 1) > recordings.len() => Err(first),
+        _ => Ok(recordings),
     }
-    Ok(recordings)
 }
 
 /// A name for files that no other study has, upper and lower case being the same: the path with dashes, and a

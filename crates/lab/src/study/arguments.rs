@@ -25,7 +25,7 @@ const FIGURES: &str = "contact";
 
 /// Compares estimators of where and when a hand touches, on reaches that they were not trained with.
 ///
-/// Recordings are CSV files, one row a sample, metres and seconds: t, columns NAME_x, NAME_y, NAME_z of
+/// Recordings are CSV files, one row a sample, metres and seconds (or --hand-scale, --time-unit): t, columns NAME_x, NAME_y, NAME_z of
 /// any of palm, thumb, index, middle, ring, little, wrist, forearm, elbow, shoulder, grip, aim, head, gaze, target, and
 /// optionally person, trial, contact (0 or 1). With a person column one person at a time is held out.
 #[derive(Parser)]

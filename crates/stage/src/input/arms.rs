@@ -251,7 +251,7 @@ impl BoardArm {
         points_m
     }
 
-    /// What is known of the walls of a scene; for an arm without a closed form, whose solver decides alone, only where it waits.
+    /// The walls of a scene as the arm sees them. An arm that has no posture for them waits where it starts.
     ///
     /// # Errors
     /// As for [`Walls::of`].

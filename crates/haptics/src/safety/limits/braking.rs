@@ -110,6 +110,14 @@ impl Braking {
         &self.rates
     }
 
+    /// The share of these rates that the joints move with, 0 to 1.
+    pub(in crate::safety) fn share_of(&self, rates_rad_per_s: &[f64; MOST_JOINTS]) -> f64 {
+        let dot = |a: &[f64; MOST_JOINTS]| -> f64 {
+            a.iter().zip(rates_rad_per_s).map(|(a, b)| a * b).sum()
+        };
+        (dot(&self.rates.0) / dot(rates_rad_per_s).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+    }
+
     /// The same with another command sent instead, which a limit of angle asks for.
     pub(in crate::safety) fn sending(self, sent: JointPositions) -> Self {
         Self { sent, ..self }

@@ -6,6 +6,7 @@ use crate::safety::state::{Channel, SafeReason};
 use glam::DVec3;
 use hwall_kinematics::{ArmKinematics, JointLimit, JointPositions, JointTorques, MOST_JOINTS};
 use hwall_numeric::check::{all_finite, non_negative, positive, that};
+use std::f64::consts::PI;
 
 /// A box, base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,26 +65,46 @@ pub struct GuardLimits {
     pub workspace: Option<WorkspaceBox>,
 }
 
-/// The force that an arm of unknown joint torques is taken to withstand at its full length, N: what a hand may be pressed with
-/// (ISO/TS 15066, table A.2). Beyond it, nothing that happens near a person is sound.
-const UNKNOWN_TORQUE_FORCE_N: f64 = 140.0;
+/// Where the torque limit of a joint is not known, it is the torque of this force at the joint's longest lever, N: what a hand may be
+/// pressed with (ISO/TS 15066, table A.2). A larger torque near a person is a fault.
+const PRESSED_HAND_N: f64 = 140.0;
+/// A hand may press so far beside the tool point, m.
+const BESIDE_TOOL_M: f64 = 0.1;
+/// Postures that are looked at for the longest lever.
+const POSTURES: u32 = 64;
+
+/// How far the tool point is from the axis of each joint at most, m, over postures spread evenly; 1 for a sliding joint.
+fn longest_levers_m(arm: &dyn ArmKinematics) -> [f64; MOST_JOINTS] {
+    let mut levers_m = [0.0_f64; MOST_JOINTS];
+    for posture in 0..POSTURES {
+        let mut q = JointPositions(arm.limits().map(|limit| limit.middle_rad()));
+        // The fractional parts of multiples of the square roots of primes are spread evenly.
+        let primes = [2.0_f64, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0];
+        for ((q, limit), prime) in q.0.iter_mut().zip(arm.limits()).zip(primes) {
+            let half_rad = (0.5 * (limit.max_rad - limit.min_rad)).min(PI);
+            *q += half_rad * (2.0 * (f64::from(posture) * prime.sqrt()).fract() - 1.0);
+        }
+        for (lever_m, linear) in levers_m.iter_mut().zip(arm.jacobian(&q).linear) {
+            *lever_m = lever_m.max(linear.length());
+        }
+    }
+    levers_m
+}
 
 impl GuardLimits {
-    /// The arm's own limits of angle, speed, torque and acceleration. A torque limit that is not known is 140 N times the length of the arm;
-    /// accelerations that are not known are an iiwa 7's ([`ArmKinematics::accelerations_or`]).
+    /// The arm's own limits of angle, speed, torque and acceleration. A torque limit that is not known is that of 140 N at the joint's
+    /// longest lever (140 N for a sliding joint, and a tenth more); accelerations that are not known are an iiwa 7's ([`ArmKinematics::accelerations_or`]).
     #[must_use]
     pub fn of_arm(arm: &dyn ArmKinematics) -> Self {
         let torque_n_m = arm.max_torque_n_m();
-        let body = arm.body_points(&JointPositions::default());
-        let links_m = body.points_m().windows(2);
-        let length_m: f64 = links_m.map(|link| link[0].distance(link[1])).sum();
-        let unknown_n_m = UNKNOWN_TORQUE_FORCE_N * length_m.max(f64::MIN_POSITIVE);
+        let levers_m = longest_levers_m(arm);
+        let unknown_n_m = |joint: usize| PRESSED_HAND_N * (levers_m[joint] + BESIDE_TOOL_M);
         Self {
             position: *arm.limits(),
             velocity_rad_per_s: *arm.max_velocity_rad_per_s(),
             acceleration_rad_per_s2: arm
                 .accelerations_or(hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2),
-            torque_n_m: std::array::from_fn(|i| torque_n_m[i].unwrap_or(unknown_n_m)),
+            torque_n_m: std::array::from_fn(|i| torque_n_m[i].unwrap_or_else(|| unknown_n_m(i))),
             torque_rate_n_m_per_s: 1000.0,
             position_slack_rad: 0.01,
             velocity_slack: 0.2,
