@@ -55,19 +55,7 @@ impl<'a> Holding<'a> {
                 spacing_rad,
             )?)));
         }
-        let from = (1..=Self::SEARCHES).map(|i| {
-            let mut q = JointPositions::default();
-            // Evenly spread: the fractional parts of multiples of the square roots of primes.
-            let primes = [2.0_f64, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0];
-            for ((q, limit), prime) in q.0.iter_mut().zip(arm.limits()).zip(primes) {
-                // A turn at most, about the middle.
-                let middle_rad = limit.middle_rad();
-                let low = limit.min_rad.max(middle_rad - PI);
-                let high = limit.max_rad.min(middle_rad + PI);
-                *q = low + (high - low) * (f64::from(i) * prime.sqrt()).fract();
-            }
-            q
-        });
+        let from = (0..Self::SEARCHES).map(|i| JointPositions::spread(arm.limits(), i));
         Ok(Self::Searched {
             arm,
             rolls_rad: rolls_rad.to_vec(),

@@ -148,14 +148,20 @@ impl Walls {
             positive("budget_s", budget_s)?;
         }
         check_pieces(scene)?;
+        // The arm presents the side of a facet that faces away from its base.
         let mut facets = facets_of(scene);
-        if arm.closed_form().is_none() {
-            // The arm presents the side that faces away from its base.
-            facets.retain(|facet| facet.normal.dot(facet.point_m) >= 0.0);
-        }
-        let maps = match arm.closed_form() {
-            Some(arm) => WallMaps::build(arm, &facets, WallMapsConfig::default())?,
-            None => WallMaps::default(),
+        facets.retain(|facet| facet.normal.dot(facet.point_m) >= 0.0);
+        let margin_m = config.waiting.clearance.margin_m;
+        let (maps, surfaces) = match arm.closed_form() {
+            Some(arm) => {
+                let maps = maps_of(scene, arm)?;
+                let surfaces = Surfaces::from_maps(&maps, margin_m)?;
+                (maps, surfaces)
+            }
+            None => {
+                let surfaces = Surfaces::from_facets(&facets, margin_m)?;
+                (WallMaps::default(), surfaces.within_reach_of(arm))
+            }
         };
         let extent = BoardExtent {
             half_width_m: board.half_width_m,
@@ -167,11 +173,6 @@ impl Walls {
             None => targets_of_facets(&facets, range),
         };
         let targets = targets_of(scene, board, places, config)?;
-        let margin_m = config.waiting.clearance.margin_m;
-        let surfaces = match arm.closed_form() {
-            Some(_) => Surfaces::from_maps(&maps, margin_m)?,
-            None => Surfaces::from_facets(&facets, margin_m)?.within_reach_of(arm),
-        };
         let usual = waiting_posture(arm, &targets, &surfaces, extent, &limits, &config.waiting);
         let usual = match usual {
             Ok(posture) => posture,

@@ -83,6 +83,21 @@ impl JointPositions {
         Self(degrees.map(f64::to_radians))
     }
 
+    /// One of many configurations that are spread evenly within the limits; of an endless joint within one turn about its middle, of a
+    /// joint that is not there 0.
+    ///
+    /// Source: the Halton sequence, with one prime base a joint.
+    #[must_use]
+    pub fn spread(limits: &[JointLimit; MOST_JOINTS], number: u32) -> Self {
+        const PRIMES: [u32; MOST_JOINTS] = [2, 3, 5, 7, 11, 13, 17];
+        Self(std::array::from_fn(|joint| {
+            let share = radical_inverse(number.saturating_add(1), PRIMES[joint]);
+            let (limit, middle) = (limits[joint], limits[joint].middle_rad());
+            let min = limit.min_rad.max(middle - PI);
+            min + share * (limit.max_rad.min(middle + PI) - min)
+        }))
+    }
+
     /// Largest difference of a joint to another configuration, rad.
     #[must_use]
     pub fn max_abs_difference(&self, other: &Self) -> f64 {
@@ -197,6 +212,17 @@ impl JointLimit {
         }
         Ok(())
     }
+}
+
+/// The digits of a number behind the point, in reverse: in [0, 1).
+fn radical_inverse(mut number: u32, base: u32) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0);
+    while number > 0 {
+        digit /= f64::from(base);
+        value += digit * f64::from(number % base);
+        number /= base;
+    }
+    value
 }
 
 /// The angle plus full turns that is nearest to `to`.

@@ -9,7 +9,6 @@ use hwall_kinematics::{
     ArmKinematics, JointPositions, JointVelocities, MOST_BODY_POINTS, MOST_JOINTS,
 };
 use hwall_numeric::check::{non_negative, positive, that};
-use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// How thick an arm is.
@@ -118,7 +117,7 @@ impl ArmBody {
         let board_m = board.half_width_m.hypot(board.half_height_m);
         body.reach_m = (length_m + board_m).max(1.0);
         for sample in 0..SAMPLES {
-            let capsules = body.at(&body.sample(sample));
+            let capsules = body.at(&JointPositions::spread(body.arm.limits(), sample));
             for (i, j) in capsules.strangers() {
                 let apart_m = capsules.all[i].distance_m(&capsules.all[j]);
                 body.can_part[i][j] |= apart_m > config.clearance_m;
@@ -134,7 +133,7 @@ impl ArmBody {
     pub fn in_room(mut self, room: Room) -> Result<Self, HapticsError> {
         self.can_clear = [[false; MOST]; MOST_OBSTACLES];
         for sample in 0..SAMPLES {
-            let capsules = self.at(&self.sample(sample));
+            let capsules = self.at(&JointPositions::spread(self.arm.limits(), sample));
             for (obstacle, can_clear) in room.obstacles().iter().zip(&mut self.can_clear) {
                 for (part, can_clear) in capsules.all().iter().zip(can_clear) {
                     *can_clear = *can_clear || obstacle.distance_m(part) > self.config.clearance_m;
@@ -163,19 +162,6 @@ impl ArmBody {
             let apart_m = capsules.all[i].distance_m(&capsules.all[j]);
             self.can_part[i][j] &= apart_m > self.config.clearance_m;
         }
-    }
-
-    /// A configuration within the limits, spread evenly.
-    fn sample(&self, number: u32) -> JointPositions {
-        const PRIMES: [u32; 7] = [2, 3, 5, 7, 11, 13, 17];
-        let limits = self.arm.limits();
-        JointPositions(std::array::from_fn(|joint| {
-            let share = radical_inverse(number + 1, PRIMES[joint]);
-            // One turn is all that an endless joint has to show.
-            let (limit, middle) = (limits[joint], limits[joint].middle_rad());
-            let min = limit.min_rad.max(middle - PI);
-            min + share * (limit.max_rad.min(middle + PI) - min)
-        }))
     }
 
     /// The arm.
@@ -364,17 +350,6 @@ impl ArmBody {
     pub const fn clearance_m(&self) -> f64 {
         self.config.clearance_m
     }
-}
-
-/// The digits of a number behind the point, in reverse: in [0, 1).
-fn radical_inverse(mut number: u32, base: u32) -> f64 {
-    let (mut value, mut digit) = (0.0, 1.0);
-    while number > 0 {
-        digit /= f64::from(base);
-        value += digit * f64::from(number % base);
-        number /= base;
-    }
-    value
 }
 
 /// The capsules of an arm at a configuration.

@@ -7,6 +7,7 @@ use hwall_kinematics::{
     WrenchConfig,
 };
 use hwall_testkit::{Sampler, Tol, assert_close};
+use std::f64::consts::PI;
 
 const HOME_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
 
@@ -406,4 +407,32 @@ mod from_urdf {
         assert_close!(felt.wrench.moment_n_m, wrench.moment_n_m, Tol::abs(1e-9));
         assert!(felt.residual_n_m < 1e-9 && arm.jacobian(&q).condition(0.1).is_finite());
     }
+}
+
+#[test]
+fn spread_configurations_fill_the_limits() {
+    let mut limits = *SrsArm::iiwa7().limits();
+    limits[5] = JointLimit::FREE;
+    limits[6] = JointLimit {
+        min_rad: 0.0,
+        max_rad: 0.0,
+    };
+    let spread: Vec<JointPositions> = (0..256)
+        .map(|number| JointPositions::spread(&limits, number))
+        .collect();
+    for (joint, limit) in limits.iter().enumerate() {
+        let of_joint = || spread.iter().map(|q| q[joint]);
+        assert!(of_joint().all(|q| limit.contains(q) && q.abs() <= PI));
+        let least = of_joint().fold(f64::INFINITY, f64::min);
+        let most = of_joint().fold(f64::NEG_INFINITY, f64::max);
+        let width_rad = (limit.max_rad - limit.min_rad).min(2.0 * PI);
+        assert!(most - least >= 0.9 * width_rad, "{joint}: {least} {most}");
+    }
+    // The last number counts, too.
+    assert!(
+        JointPositions::spread(&limits, u32::MAX)
+            .0
+            .iter()
+            .all(|q| q.is_finite())
+    );
 }

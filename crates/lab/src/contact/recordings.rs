@@ -141,12 +141,13 @@ pub fn read<'a>(recorded: impl Into<Recorded<'a>>) -> anyhow::Result<FoundSource
 /// The recordings of a file, in metres and seconds. The file is refused if most of its recordings are in other units.
 fn in_units(path: &Path, units: RecordingUnits) -> anyhow::Result<Vec<Recording>> {
     let mut recordings = read_recordings(std::fs::File::open(path)?)?;
-    let mut applied = recordings
-        .iter_mut()
-        .map(|recording| units.apply(recording));
-    let odd: Vec<anyhow::Error> = applied.by_ref().filter_map(Result::err).collect();
-    match odd.into_iter().rev().enumerate().last() {
-        Some((before, first)) if 2 * (before + 1) > recordings.len() => Err(first),
+    let mut odd = Vec::new();
+    for recording in &mut recordings {
+        odd.extend(units.apply(recording).err());
+    }
+    let are_most = 2 * odd.len() > recordings.len();
+    match odd.into_iter().next() {
+        Some(first) if are_most => Err(first),
         _ => Ok(recordings),
     }
 }

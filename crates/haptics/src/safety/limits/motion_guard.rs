@@ -6,7 +6,6 @@ use crate::safety::state::{Channel, SafeReason};
 use glam::DVec3;
 use hwall_kinematics::{ArmKinematics, JointLimit, JointPositions, JointTorques, MOST_JOINTS};
 use hwall_numeric::check::{all_finite, non_negative, positive, that};
-use std::f64::consts::PI;
 
 /// A box, base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,8 +64,8 @@ pub struct GuardLimits {
     pub workspace: Option<WorkspaceBox>,
 }
 
-/// Where the torque limit of a joint is not known, it is the torque of this force at the joint's longest lever, N: what a hand may be
-/// pressed with (ISO/TS 15066, table A.2). A larger torque near a person is a fault.
+/// An unknown torque limit is the torque of this force at the joint's longest lever, N: the force that a hand may be pressed with
+/// (ISO/TS 15066, table A.2). A larger torque near a person is a fault.
 const PRESSED_HAND_N: f64 = 140.0;
 /// A hand may press so far beside the tool point, m.
 const BESIDE_TOOL_M: f64 = 0.1;
@@ -77,13 +76,7 @@ const POSTURES: u32 = 64;
 fn longest_levers_m(arm: &dyn ArmKinematics) -> [f64; MOST_JOINTS] {
     let mut levers_m = [0.0_f64; MOST_JOINTS];
     for posture in 0..POSTURES {
-        let mut q = JointPositions(arm.limits().map(|limit| limit.middle_rad()));
-        // The fractional parts of multiples of the square roots of primes are spread evenly.
-        let primes = [2.0_f64, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0];
-        for ((q, limit), prime) in q.0.iter_mut().zip(arm.limits()).zip(primes) {
-            let half_rad = (0.5 * (limit.max_rad - limit.min_rad)).min(PI);
-            *q += half_rad * (2.0 * (f64::from(posture) * prime.sqrt()).fract() - 1.0);
-        }
+        let q = JointPositions::spread(arm.limits(), posture);
         for (lever_m, linear) in levers_m.iter_mut().zip(arm.jacobian(&q).linear) {
             *lever_m = lever_m.max(linear.length());
         }
@@ -92,8 +85,9 @@ fn longest_levers_m(arm: &dyn ArmKinematics) -> [f64; MOST_JOINTS] {
 }
 
 impl GuardLimits {
-    /// The arm's own limits of angle, speed, torque and acceleration. A torque limit that is not known is that of 140 N at the joint's
-    /// longest lever (140 N for a sliding joint, and a tenth more); accelerations that are not known are an iiwa 7's ([`ArmKinematics::accelerations_or`]).
+    /// The arm's own limits of angle, speed, torque and acceleration. An unknown torque limit is the torque of 140 N at the joint's longest
+    /// lever plus 0.1 m; a sliding joint counts as a lever of 1 m. Unknown accelerations are an iiwa 7's
+    /// ([`ArmKinematics::accelerations_or`]).
     #[must_use]
     pub fn of_arm(arm: &dyn ArmKinematics) -> Self {
         let torque_n_m = arm.max_torque_n_m();
