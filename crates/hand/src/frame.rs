@@ -138,6 +138,8 @@ pub struct HandFrame {
     pub tips_m: [Option<DVec3>; 5],
     /// Arm and controller, in the order of [`BodyPoint::ALL`], m.
     pub body_m: [Option<DVec3>; 6],
+    /// Palm of the other hand, m. It touches nothing, and nothing is learnt from it: it is kept clear of.
+    pub other_hand_m: Option<DVec3>,
     /// Head (midway between the eyes), m.
     pub head_m: Option<DVec3>,
     /// Unit direction of gaze.
@@ -227,16 +229,18 @@ impl HandFrame {
             palm_m: self.palm_m.map(point),
             tips_m: self.tips_m.map(|tip_m| tip_m.map(point)),
             body_m: self.body_m.map(|at_m| at_m.map(point)),
+            other_hand_m: self.other_hand_m.map(point),
             head_m: self.head_m.map(point),
             gaze: self.gaze.map(|d| a_from_b.transform_vector(d)),
             ..*self
         }
     }
 
-    /// What a tracker of only these points delivers, with or without an eye tracker; the head stays.
+    /// What a tracker of only these points delivers, with or without an eye tracker; head and other hand stay.
     #[must_use]
     pub fn limited_to<P: Into<NamedPoint> + Copy>(&self, points: &[P], gaze: bool) -> Self {
         let mut limited = Self {
+            other_hand_m: self.other_hand_m,
             head_m: self.head_m,
             gaze: self.gaze.filter(|_| gaze),
             is_of_another: self.is_of_another,

@@ -5,7 +5,8 @@ use super::joints::{HeadsetSpace, Joints};
 use super::message::{HandMessage, Side};
 use crate::config::{BridgeConfig, FollowedHand};
 use crate::counts::Tally;
-use hwall::hand::HandFrame;
+use glam::DVec3;
+use hwall::hand::{HandFrame, HandPoint};
 use std::sync::mpsc::{SyncSender, TrySendError};
 
 /// Samples that wait for the loop at most: more than three seconds of a headset.
@@ -79,6 +80,8 @@ pub(crate) struct Intake {
     takeover_s: f64,
     leader: Option<Followed<u64>>,
     side: Option<Followed<Side>>,
+    /// Where the other hand of the same client is, base frame, m, and when it was seen there, s.
+    other: Option<(DVec3, f64)>,
     /// Time of the newest sample handed on, s.
     newest_s: f64,
     /// Has another client come to lead since the last frame that was handed on?
@@ -96,6 +99,7 @@ impl Intake {
             takeover_s: config.takeover_s,
             leader: None,
             side: None,
+            other: None,
             newest_s: f64::NEG_INFINITY,
             is_another: false,
             queue: None,
@@ -112,6 +116,7 @@ impl Intake {
         if self.leader.is_some_and(|leader| leader.who == client) {
             self.leader = None;
             self.side = None;
+            self.other = None;
             self.is_another = true;
         }
     }
@@ -147,6 +152,9 @@ impl Intake {
         }
         if !self.follows(message.side, is_seen, now_s) {
             tally.other_hand.add(1);
+            let frame = self.space.to_base(&frame, message.axes);
+            let seen = frame.point(HandPoint::Palm).or(frame.centroid_m());
+            self.other = seen.map(|palm_m| (palm_m, frame.t_s));
             return;
         }
         if frame.t_s <= self.newest_s {
@@ -157,6 +165,10 @@ impl Intake {
         self.newest_s = frame.t_s;
         let mut frame = self.space.to_base(&frame, message.axes);
         frame.is_of_another = self.is_another;
+        let other = self
+            .other
+            .filter(|(_, at_s)| frame.t_s - at_s <= self.max_age_s);
+        frame.other_hand_m = other.map(|(palm_m, _)| palm_m);
         let received = ReceivedFrame {
             frame,
             joints_m: self.space.joints_to_base(&message.joints_m, message.axes),
@@ -202,6 +214,7 @@ impl Intake {
             seen_s: now_s,
         });
         self.side = None;
+        self.other = None;
         true
     }
 
@@ -226,6 +239,7 @@ impl Intake {
             who: side,
             seen_s: now_s,
         });
+        self.other = None;
         true
     }
 }
@@ -431,15 +445,19 @@ mod tests {
             seq += 1;
             let message = hand(seq, t_s, side, is_seen);
             s.intake.take(&mut stream, &message, t_s, &s.tally);
-            s.frames.try_recv().is_ok()
+            let received = s.frames.try_recv().ok()?;
+            Some(received.frame.other_hand_m.is_some())
         };
-        assert!(take(&mut s, 0.0, Side::Right, true));
+        assert_eq!(take(&mut s, 0.0, Side::Right, true), Some(false));
         // The same instant, the other hand.
-        assert!(!take(&mut s, 0.0, Side::Left, true));
-        assert!(take(&mut s, 0.1, Side::Right, false));
-        assert!(!take(&mut s, 0.1, Side::Left, true));
-        assert!(take(&mut s, 0.2, Side::Left, true));
-        assert!(!take(&mut s, 0.21, Side::Right, true));
+        assert_eq!(take(&mut s, 0.0, Side::Left, true), None);
+        assert_eq!(take(&mut s, 0.1, Side::Right, false), Some(true));
+        assert_eq!(take(&mut s, 0.1, Side::Left, true), None);
+        // The hand that is followed changes; the first one is not seen then.
+        assert_eq!(take(&mut s, 0.2, Side::Left, true), Some(false));
+        assert_eq!(take(&mut s, 0.21, Side::Right, true), None);
+        assert_eq!(take(&mut s, 0.22, Side::Left, true), Some(true));
+        assert_eq!(take(&mut s, 0.37, Side::Left, true), Some(false));
         assert_eq!(s.counts().other_hand, 3);
     }
 

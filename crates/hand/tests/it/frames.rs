@@ -13,6 +13,7 @@ fn a_frame_is_mapped_whole() {
         tips_m: [Some(DVec3::Y), None, Some(DVec3::Z), None, Some(DVec3::ONE)],
         head_m: Some(DVec3::new(0.0, 1.7, 0.0)),
         gaze: Some(DVec3::NEG_Z),
+        other_hand_m: Some(DVec3::NEG_Y),
         body_m: [None, Some(DVec3::Y), None, None, Some(DVec3::Z), None],
         is_of_another: true,
     };

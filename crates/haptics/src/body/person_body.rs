@@ -17,7 +17,7 @@ pub enum BodyRegion {
     Arm,
 }
 
-/// Sizes of a person, of whom head and hand are tracked. The torso is believed to hang below the head, and the arm to be straight.
+/// Sizes of a person. The torso is believed to hang below the head, and an arm whose elbow is not tracked to be straight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PersonBodyConfig {
     /// Everything of the head is within this of the tracked point between the eyes, m; default 0.15: face, temples and crown of large men
@@ -61,7 +61,7 @@ impl PersonBodyConfig {
 }
 
 /// Most capsules of a person.
-pub(super) const MOST: usize = 3;
+pub(super) const MOST: usize = 5;
 
 /// A part of the person where it was seen, and when, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,6 +102,17 @@ impl PersonBody {
             to_m: below(config.hip_below_m),
             radius_m: config.torso_radius_m,
         };
+        let limb = |from_m: DVec3, from_s: f64, to: &PersonPoint| Seen {
+            region: BodyRegion::Arm,
+            capsule: Capsule {
+                from_m,
+                to_m: to.position_m,
+                radius_m: config.arm_radius_m,
+            },
+            stamp_s: from_s.min(to.stamp_s),
+        };
+        let from_shoulder = |to| limb(shoulder_m, head.stamp_s, to);
+        let elbow = find(PersonPart::Elbow);
         let hand = find(PersonPart::Palm).or_else(|| find(PersonPart::Fingertip));
         Self {
             parts: [
@@ -110,17 +121,12 @@ impl PersonBody {
                     Capsule::ball(head.position_m, config.head_radius_m),
                 ),
                 seen(BodyRegion::Torso, torso),
-                hand.and_then(|hand| {
-                    let arm = Capsule {
-                        from_m: shoulder_m,
-                        to_m: hand.position_m,
-                        radius_m: config.arm_radius_m,
-                    };
-                    seen(BodyRegion::Arm, arm).map(|seen| Seen {
-                        stamp_s: seen.stamp_s.min(hand.stamp_s),
-                        ..seen
-                    })
+                elbow.map(from_shoulder),
+                hand.map(|hand| match elbow {
+                    Some(elbow) => limb(elbow.position_m, elbow.stamp_s, hand),
+                    None => from_shoulder(hand),
                 }),
+                find(PersonPart::OtherHand).map(from_shoulder),
             ],
         }
     }

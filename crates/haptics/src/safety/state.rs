@@ -23,6 +23,10 @@ pub enum Channel {
     Palm,
     /// The head.
     Head,
+    /// The elbow.
+    Elbow,
+    /// The palm of the other hand.
+    OtherHand,
     /// Where the board shall be.
     Target,
     /// The estimated contact force.
@@ -44,6 +48,8 @@ impl Channel {
             Self::Fingertip => "fingertip",
             Self::Palm => "palm",
             Self::Head => "head",
+            Self::Elbow => "elbow",
+            Self::OtherHand => "other_hand",
             Self::Target => "target",
             Self::Force => "force",
             Self::Command => "command",

@@ -134,11 +134,9 @@ impl Supervisor {
         Ok(())
     }
 
-    /// This part of the person is no longer tracked on purpose; it is not missed, nor kept away from, until it comes again.
+    /// This part of the person is not missed until it is tracked again. A head stays where it was last seen, see
+    /// [`forget_person`](Self::forget_person).
     pub fn forget(&mut self, part: PersonPart) {
-        if part == PersonPart::Head {
-            self.person = PersonBody::default();
-        }
         self.inspection.forget(part);
     }
 
@@ -455,7 +453,7 @@ impl Supervisor {
         for point in input
             .person
             .iter()
-            .filter(|point| point.part != PersonPart::Head && point.position_m.is_finite())
+            .filter(|point| point.part.may_be_touched() && point.position_m.is_finite())
         {
             let (distance_m, closing) =
                 distance_and_closing(&self.board, &face, &twist, point.position_m);

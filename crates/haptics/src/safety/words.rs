@@ -15,6 +15,8 @@ impl Channel {
             Self::Fingertip => "the fingertip",
             Self::Palm => "the palm",
             Self::Head => "the head",
+            Self::Elbow => "the elbow",
+            Self::OtherHand => "the other hand",
             Self::Target => "the target",
             Self::Force => "the force on the board",
             Self::Command => "the command",
@@ -36,7 +38,12 @@ impl Display for SafeReason {
                     Channel::Position | Channel::Command => "rad",
                     Channel::Velocity => "rad/s",
                     Channel::Torque => "N m",
-                    Channel::Fingertip | Channel::Palm | Channel::Head | Channel::Target => "m",
+                    Channel::Fingertip
+                    | Channel::Palm
+                    | Channel::Head
+                    | Channel::Elbow
+                    | Channel::OtherHand
+                    | Channel::Target => "m",
                     Channel::Force => "N",
                 };
                 write!(f, "{} leapt by {by:.3} {unit}", channel.words())

@@ -152,3 +152,26 @@ fn arms_are_kept_away_from_by_fast_parts_only() {
         assert!(without.is_none_or(|gap| gap.left_m > 0.0), "{without:?}");
     }
 }
+
+/// The same motion past a straight arm, a bent one, and the other one.
+#[test]
+fn elbow_and_other_hand_are_kept_away_from() {
+    let config = SeparationConfig::default();
+    let separation = Separation::new(body(), config, BRAKING).unwrap();
+    let q = JointPositions::from_deg([0.0, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]);
+    let qd = JointVelocities([3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let board = separation.body().arm().forward(&q).position_m();
+    let head = (PersonPart::Head, board + DVec3::new(2.5, 0.0, 0.8));
+    let palm = (PersonPart::Palm, board + DVec3::new(1.5, 0.5, 0.0));
+    let gap = |points: &[(PersonPart, DVec3)]| {
+        let gap = separation.gap(&q, &qd, &person(points, 0.0), 0.0, false);
+        gap.map_or(f64::INFINITY, |gap| gap.left_m)
+    };
+    let far_m = gap(&[head, palm]);
+    assert!(far_m > 0.0, "{far_m}");
+    for part in [PersonPart::Elbow, PersonPart::OtherHand] {
+        let near = (part, board + DVec3::X * 0.2);
+        assert!(gap(&[head, palm, near]) < 0.0, "{part:?}");
+        assert_eq!(gap(&[head, palm, (part, DVec3::NAN)]), far_m, "{part:?}");
+    }
+}

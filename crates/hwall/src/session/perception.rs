@@ -13,7 +13,7 @@ use crate::texture::{Presenter, TextureLevels};
 use crate::walls::Walls;
 use glam::DVec3;
 use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
-use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
+use hwall_hand::{BodyPoint, GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::{Board, BoardTarget, PlaceTolerance, PostureTarget};
 use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions};
 use hwall_reachability::{Presented, WallMaps};
@@ -67,6 +67,8 @@ pub(super) struct Newest {
     fingertip: Option<Fingertip>,
     palm_m: Option<DVec3>,
     head_m: Option<DVec3>,
+    elbow_m: Option<DVec3>,
+    other_hand_m: Option<DVec3>,
     people_before: u64,
     /// Arm's clock, s.
     stamp_s: f64,
@@ -224,6 +226,8 @@ impl<P: Predictor> Perception<P> {
             fingertip,
             palm_m: tracking.state().and(frame.palm_m),
             head_m: frame.head_m.filter(|m| m.is_finite()),
+            elbow_m: frame.body(BodyPoint::Elbow),
+            other_hand_m: frame.other_hand_m.filter(|m| m.is_finite()),
             people_before: self.newest.people_before + u64::from(frame.is_of_another),
             stamp_s: arm_s,
             goal: self.newest.goal,
@@ -436,6 +440,8 @@ impl<P: Predictor> Perception<P> {
             fingertip,
             palm_m,
             head_m,
+            elbow_m,
+            other_hand_m,
             people_before,
             stamp_s,
             intent,
@@ -445,6 +451,8 @@ impl<P: Predictor> Perception<P> {
             fingertip,
             palm_m,
             head_m,
+            elbow_m,
+            other_hand_m,
             seen_s: stamp_s,
             people_before,
             world_moves: self.world.moves(),

@@ -71,6 +71,8 @@ fn write_vector(writer: &mut Writer<'_>, field: u32, v: DVec3) {
 const FIRST_BODY_FIELD: u32 = 11;
 /// Whether a frame shows another person, where it does.
 const ANOTHER_FIELD: u32 = 17;
+/// The other hand, where it is tracked.
+const OTHER_HAND_FIELD: u32 = 18;
 
 pub(crate) fn write_frame(writer: &mut Writer<'_>, sequence: u64, frame: &HandFrame) {
     writer.uint64(1, sequence);
@@ -85,6 +87,9 @@ pub(crate) fn write_frame(writer: &mut Writer<'_>, sequence: u64, frame: &HandFr
         if let Some(point) = point {
             write_vector(writer, field, point);
         }
+    }
+    if let Some(other_hand_m) = frame.other_hand_m {
+        write_vector(writer, OTHER_HAND_FIELD, other_hand_m);
     }
     if frame.is_of_another {
         writer.uint64(ANOTHER_FIELD, 1);
@@ -293,6 +298,7 @@ impl<'a> Body<'a> {
                 }
                 9 => frame.head_m = Some(vector_of(field)?),
                 10 => frame.gaze = Some(vector_of(field)?),
+                OTHER_HAND_FIELD => frame.other_hand_m = Some(vector_of(field)?),
                 ANOTHER_FIELD => frame.is_of_another = field.to_u64()? != 0,
                 n => {
                     let point = n.checked_sub(FIRST_BODY_FIELD).map(|k| k as usize);

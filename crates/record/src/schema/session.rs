@@ -30,6 +30,7 @@ pub(super) const MESSAGES: &[Message] = &[
             one(9, "head_m", VECTOR), one(10, "gaze", VECTOR), one(11, "wrist_m", VECTOR), one(12, "forearm_m", VECTOR),
             one(13, "elbow_m", VECTOR), one(14, "shoulder_m", VECTOR), one(15, "grip_m", VECTOR),
             one(16, "aim_m", VECTOR), one(17, "is_of_another", Uint64),
+            one(18, "other_hand_m", VECTOR),
         ],
         enums: &[],
     },

@@ -15,11 +15,32 @@ pub enum PersonPart {
     Palm,
     /// The head.
     Head,
+    /// The elbow of the arm whose hand touches.
+    Elbow,
+    /// The palm of the other hand.
+    OtherHand,
 }
 
 impl PersonPart {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Fingertip, Self::Palm, Self::Head];
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Fingertip,
+        Self::Palm,
+        Self::Head,
+        Self::Elbow,
+        Self::OtherHand,
+    ];
+
+    /// Does the arm stop when this part is no longer tracked? Elbow and other hand come and go with every headset: while they are not
+    /// tracked, the arm is believed to be straight, and nothing is known of the other one.
+    pub(in crate::safety) const fn is_missed(self) -> bool {
+        matches!(self, Self::Fingertip | Self::Palm | Self::Head)
+    }
+
+    /// Does the face slow down near it, as near a hand that touches? The others are kept clear of.
+    pub(in crate::safety) const fn may_be_touched(self) -> bool {
+        matches!(self, Self::Fingertip | Self::Palm | Self::OtherHand)
+    }
 
     /// Its channel.
     #[must_use]
@@ -28,6 +49,8 @@ impl PersonPart {
             Self::Fingertip => Channel::Fingertip,
             Self::Palm => Channel::Palm,
             Self::Head => Channel::Head,
+            Self::Elbow => Channel::Elbow,
+            Self::OtherHand => Channel::OtherHand,
         }
     }
 }

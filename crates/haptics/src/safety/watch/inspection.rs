@@ -73,7 +73,7 @@ pub(in crate::safety) struct Inspection {
     /// Filtered force and moment, and the stamp of the last, s.
     located: Option<(Wrench, f64)>,
     /// Which parts of the person were sound once.
-    seen: [bool; 3],
+    seen: [bool; PersonPart::ALL.len()],
     required: Vec<PersonPart>,
 }
 
@@ -110,7 +110,7 @@ impl Inspection {
             told_to_move: false,
             away_since_s: None,
             located: None,
-            seen: [false; 3],
+            seen: [false; PersonPart::ALL.len()],
             required: config.required.clone(),
         })
     }
@@ -128,13 +128,14 @@ impl Inspection {
             PersonPart::Fingertip => tip.forget(),
             PersonPart::Palm => palm.forget(),
             PersonPart::Head => head.forget(),
+            PersonPart::Elbow | PersonPart::OtherHand => {}
         }
     }
 
     /// No part is missed, and none was seen.
     pub(in crate::safety) fn forget_person(&mut self) {
         self.watches.person.iter_mut().for_each(Watch::forget);
-        self.seen = [false; 3];
+        self.seen = [false; PersonPart::ALL.len()];
     }
 
     /// A person has looked at the arm: it is where it says it is.
@@ -361,8 +362,12 @@ impl Inspection {
             })
         };
         for part in PersonPart::ALL {
-            let watch = &mut self.watches.person[part as usize];
             let newest = input.person.iter().find(|point| point.part == part);
+            if !part.is_missed() {
+                self.seen[part as usize] |= newest.is_some_and(|p| p.position_m.is_finite());
+                continue;
+            }
+            let watch = &mut self.watches.person[part as usize];
             let checked = match newest {
                 Some(point) => {
                     let position = point.position_m.to_array();

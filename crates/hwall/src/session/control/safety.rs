@@ -98,7 +98,7 @@ impl Safety {
     /// The command to send instead of the renderer's.
     ///
     /// A touch does not heed the tracker: the hand is known by its force, and the board stands under it, or goes along with what it
-    /// pushes. The head is still kept clear of while it is tracked.
+    /// pushes. The rest of the person is still kept clear of; a head that is not tracked any more counts on where it was seen.
     pub(super) fn step(
         &mut self,
         now_s: f64,
@@ -124,16 +124,19 @@ impl Safety {
             ),
             (PersonPart::Palm, guidance.palm_m),
             (PersonPart::Head, guidance.head_m),
+            (PersonPart::Elbow, guidance.elbow_m),
+            (PersonPart::OtherHand, guidance.other_hand_m),
         ];
         let mut person = [PersonPoint {
             part: PersonPart::Head,
             position_m: DVec3::ZERO,
             stamp_s,
-        }; 3];
+        }; PersonPart::ALL.len()];
         let mut points = 0;
         for (part, position_m) in seen {
             let fresh = (now_s - stamp_s).abs() <= supervisor.config().head.max_age_s;
-            let heeded = !is_touched || (part == PersonPart::Head && fresh);
+            let touches = matches!(part, PersonPart::Fingertip | PersonPart::Palm);
+            let heeded = !is_touched || (!touches && fresh);
             if is_touched {
                 supervisor.forget(part);
             }

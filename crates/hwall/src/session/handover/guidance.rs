@@ -22,6 +22,10 @@ pub(in crate::session) struct Guidance {
     pub(in crate::session) palm_m: Option<DVec3>,
     /// The head, while it is tracked, base frame, m.
     pub(in crate::session) head_m: Option<DVec3>,
+    /// The elbow, while it is tracked, base frame, m.
+    pub(in crate::session) elbow_m: Option<DVec3>,
+    /// The palm of the other hand, while it is tracked, base frame, m.
+    pub(in crate::session) other_hand_m: Option<DVec3>,
     /// When hand and head were seen, on the clock of the arm, s.
     pub(in crate::session) seen_s: f64,
     /// Where the arm waits for this person; counts while there is no target.
@@ -38,7 +42,7 @@ pub(in crate::session) struct Guidance {
 }
 
 /// Length of the encoding.
-pub(super) const WORDS: usize = 66;
+pub(super) const WORDS: usize = 72;
 
 /// One bit for each value that may be absent.
 const TARGET: u64 = 1;
@@ -53,6 +57,8 @@ const WAITS: u64 = 256;
 const LEANS: u64 = 512;
 const HEAD: u64 = 1024;
 const ANSWERS: u64 = 2048;
+const ELBOW: u64 = 4096;
+const OTHER_HAND: u64 = 8192;
 
 impl Guidance {
     /// As plain words, for the hand-over between threads.
@@ -90,6 +96,12 @@ impl Guidance {
         }
         if let Some(head_m) = self.head_m {
             put(41, HEAD, &head_m.to_array());
+        }
+        if let Some(elbow_m) = self.elbow_m {
+            put(66, ELBOW, &elbow_m.to_array());
+        }
+        if let Some(other_hand_m) = self.other_hand_m {
+            put(69, OTHER_HAND, &other_hand_m.to_array());
         }
         put(40, 0, &[self.seen_s]);
         if let Some(waits) = &self.waits {
@@ -142,6 +154,8 @@ impl Guidance {
             }),
             palm_m: has(PALM).then(|| vector(29)),
             head_m: has(HEAD).then(|| vector(41)),
+            elbow_m: has(ELBOW).then(|| vector(66)),
+            other_hand_m: has(OTHER_HAND).then(|| vector(69)),
             seen_s: number(40),
             waits: has(WAITS).then(|| PostureTarget {
                 q: joints(51),
@@ -184,6 +198,8 @@ mod tests {
             }),
             palm_m: Some(DVec3::new(0.8, 0.0, 0.5)),
             head_m: Some(DVec3::new(1.2, 0.1, 0.9)),
+            elbow_m: Some(DVec3::new(0.9, 0.2, 0.6)),
+            other_hand_m: Some(DVec3::new(0.8, 0.5, 0.4)),
             seen_s: 12.4,
             waits: Some(PostureTarget {
                 q: JointPositions([0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]),
@@ -219,6 +235,8 @@ mod tests {
             without(&|g| g.target = g.target.map(|t| BoardTarget { near: None, ..t })),
             without(&|g| g.palm_m = None),
             without(&|g| g.head_m = None),
+            without(&|g| g.elbow_m = None),
+            without(&|g| g.other_hand_m = None),
             without(&|g| g.waits = None),
             without(&|g| {
                 g.waits = g.waits.map(|w| PostureTarget {

@@ -81,6 +81,7 @@ pub(crate) fn hand(t_s: f64) -> HandFrame {
     frame.tips_m[1] = Some(at_m);
     // A driver's NaN is an input like any other.
     frame.body_m[3] = (t_s > 0.1).then_some(at_m + DVec3::Z * 0.3);
+    frame.other_hand_m = (t_s > 0.2).then_some(at_m + DVec3::Y * 0.4);
     frame.tips_m[4] = ((t_s / 0.1) as i64 % 7 == 3).then_some(DVec3::NAN);
     frame.head_m = Some(DVec3::new(1.4, 0.0, 1.3));
     frame.gaze = Some((door_m - DVec3::new(1.4, 0.0, 1.3)).normalize());
