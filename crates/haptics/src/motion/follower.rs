@@ -276,7 +276,7 @@ impl Follower {
         self.set_target(target)
     }
 
-    /// Sets a posture to go to, wherever the board is then; the target is forgotten. `leans_to`: a configuration towards which the arm
+    /// Sets a posture to go to, wherever the board is then; the target is forgotten. `prepositions_to`: a configuration towards which the arm
     /// goes from there as far as the board stays behind the surfaces, and no more than two fifths of the way.
     ///
     /// # Errors
@@ -284,17 +284,17 @@ impl Follower {
     pub fn set_posture(
         &mut self,
         q: &JointPositions,
-        leans_to: Option<&JointPositions>,
+        prepositions_to: Option<&JointPositions>,
     ) -> Result<(), HapticsError> {
         let aim = Aim::Posture {
             q: *q,
-            leans_to: leans_to.copied(),
+            prepositions_to: prepositions_to.copied(),
         };
         self.hear();
         if self.asked.aim == aim {
             return Ok(());
         }
-        for q in std::iter::once(q).chain(leans_to) {
+        for q in std::iter::once(q).chain(prepositions_to) {
             all_finite("posture", &q.0)?;
             for (joint, limit) in self.arm().limits().iter().enumerate() {
                 that(

@@ -2,8 +2,8 @@
 
 use super::barrier::BarrierTree;
 use super::goals::Goals;
-use super::lean::Lean;
 use super::link::Link;
+use super::preposition::Preposition;
 use super::route::{Destination, Route};
 use crate::board::BoardTarget;
 use crate::body::PersonBody;
@@ -24,7 +24,7 @@ pub(super) enum Aim {
     /// A posture, and one to lean to from it as far as the board stays behind the surfaces.
     Posture {
         q: JointPositions,
-        leans_to: Option<JointPositions>,
+        prepositions_to: Option<JointPositions>,
     },
 }
 
@@ -107,7 +107,7 @@ impl Default for Answer {
 /// How much a planner does at a time, and how far ahead its plans begin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannerConfig {
-    /// Looks at the board after which no other way is looked at in a call of [`Planner::plan`]; default 400, some 0.5 ms. The way
+    /// Fixations at the board after which no other way is looked at in a call of [`Planner::plan`]; default 400, some 0.5 ms. The way
     /// under way is looked at to its end: [`Planner::MOST_LOOKS`] more.
     pub looks: usize,
     /// Steps of the control loop after which a plan begins; default 0, for a planner that is called between two steps. On a thread of
@@ -146,7 +146,7 @@ pub struct Planner {
     config: PlannerConfig,
     goals: Goals,
     route: Route,
-    lean: Lean,
+    preposition: Preposition,
     /// A copy of the motion, which ways are tried on.
     reference: ReferenceMotion,
     destination: Option<Destination>,
@@ -183,7 +183,7 @@ impl Planner {
             config: PlannerConfig::default(),
             goals,
             route,
-            lean: Lean::default(),
+            preposition: Preposition::default(),
             reference,
             destination: None,
             is_to_plan: false,
@@ -314,11 +314,11 @@ impl Planner {
                 self.answer.target = Some(target);
                 self.aim_at(&target)
             }
-            Aim::Posture { q, leans_to } => {
+            Aim::Posture { q, prepositions_to } => {
                 let (route, arm) = (&self.route, self.goals.solver.arm());
                 let protrusion_m = |q: &JointPositions| route.protrusion_m(&arm.forward(q), None);
-                let q = match leans_to {
-                    Some(to) => self.lean.towards(&q, &to, protrusion_m),
+                let q = match prepositions_to {
+                    Some(to) => self.preposition.towards(&q, &to, protrusion_m),
                     None => q,
                 };
                 if !matches!(self.destination, Some(Destination::Posture(last)) if last == q) {

@@ -4,12 +4,12 @@ use super::aim::aimed_at;
 use super::config::{ForceConfig, RendererConfig, WatchdogConfig};
 use super::contact::{ContactDetector, ContactState};
 use super::hold::HoldReason;
-use super::making_way::clear_of;
 use super::object::object_rendering::{
     ObjectCommand, ObjectRendering, ObjectRenderingConfig, RenderedObject,
 };
 use super::object::objects::Objects;
 use super::proximity::ProximityConfig;
+use super::recess::clear_of;
 use super::step::{Phase, RenderInput, RenderStep};
 use super::supervised::{SpeedCap, Withdrawal};
 use super::yielding::beyond;
@@ -560,7 +560,7 @@ impl Renderer {
 
     /// Would the board have to make way for a person at this target?
     #[must_use]
-    pub fn makes_way(&self, target: &BoardTarget, person_m: &[DVec3]) -> bool {
+    pub fn recedes_for(&self, target: &BoardTarget, person_m: &[DVec3]) -> bool {
         let face = self.follower.commanded_pose();
         let clearance_m = self.proximity.clearance_m;
         clear_of(target, person_m, &self.board, &face, clearance_m).is_some()
@@ -580,8 +580,8 @@ impl Renderer {
                     .map(|unreachable| aimed.unreachable = unreachable)
             }
             (None, Some(posture)) => {
-                let leans_to = posture.leans_to.as_ref();
-                self.follower.set_posture(&posture.q, leans_to)
+                let prepositions_to = posture.prepositions_to.as_ref();
+                self.follower.set_posture(&posture.q, prepositions_to)
             }
             (None, None) => Ok(()),
         };

@@ -51,7 +51,7 @@ pub struct PostureTarget {
     /// Joint angles, rad.
     pub q: JointPositions,
     /// A configuration to lean to from there, see [`Follower::set_posture`](crate::Follower::set_posture).
-    pub leans_to: Option<JointPositions>,
+    pub prepositions_to: Option<JointPositions>,
     /// When this was decided, s, on the renderer's clock; too old counts as missing, as for a target.
     pub stamp_s: f64,
 }

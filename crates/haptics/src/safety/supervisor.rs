@@ -134,9 +134,12 @@ impl Supervisor {
         Ok(())
     }
 
-    /// This part of the person is not missed until it is tracked again. A head stays where it was last seen, see
-    /// [`forget_person`](Self::forget_person).
+    /// This part of the person is not missed until it is tracked again. A head is still kept away from where it was last seen, but not
+    /// at torque level: there a hand can push an arm that holds, which would count as disobedience.
     pub fn forget(&mut self, part: PersonPart) {
+        if part == PersonPart::Head && self.torque_level {
+            self.person = PersonBody::default();
+        }
         self.inspection.forget(part);
     }
 

@@ -82,7 +82,7 @@ pub(super) struct Newest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Intent {
     Wait,
-    Lean,
+    Preposition,
     Ready,
     Present,
 }
@@ -196,9 +196,9 @@ impl<P: Predictor> Perception<P> {
             self.waiting.turn_to(self.policy.budget_s());
         }
         let stands_by = decided.map(|(contact, decision)| match decision {
-            Decision::Present(contact) | Decision::Ready(contact) | Decision::Lean(contact) => {
-                contact
-            }
+            Decision::Present(contact)
+            | Decision::Ready(contact)
+            | Decision::Preposition(contact) => contact,
             Decision::Wait => contact,
         });
         let responds_with = kept_response(
@@ -219,7 +219,7 @@ impl<P: Predictor> Perception<P> {
             intent: decided.map(|(_, decision)| match decision {
                 Decision::Present(_) => Intent::Present,
                 Decision::Ready(_) => Intent::Ready,
-                Decision::Lean(_) => Intent::Lean,
+                Decision::Preposition(_) => Intent::Preposition,
                 Decision::Wait => Intent::Wait,
             }),
             responds_with,
@@ -466,15 +466,15 @@ impl<P: Predictor> Perception<P> {
         let posture = self.waiting.posture();
         let posture = posture.map(|q| PostureTarget {
             q,
-            leans_to: None,
+            prepositions_to: None,
             stamp_s,
         });
         match (intent, foreseen) {
             (Some(Intent::Wait), _) if posture.is_some() => {
                 guidance.waits = posture;
             }
-            (Some(Intent::Lean), foreseen) if posture.is_some() => {
-                let leans_to = foreseen.and_then(|Foreseen { contact, presented }| {
+            (Some(Intent::Preposition), foreseen) if posture.is_some() => {
+                let prepositions_to = foreseen.and_then(|Foreseen { contact, presented }| {
                     let point_m = match presented {
                         Presented::Nearest(point_m) => point_m,
                         _ => contact.point_m,
@@ -482,7 +482,7 @@ impl<P: Predictor> Perception<P> {
                     self.waiting.near(point_m, contact.normal)
                 });
                 guidance.waits = posture.map(|posture| PostureTarget {
-                    leans_to,
+                    prepositions_to,
                     ..posture
                 });
             }

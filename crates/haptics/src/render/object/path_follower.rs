@@ -397,7 +397,7 @@ impl PathFollower {
             .fold(FARTHEST, f64::min)
     }
 
-    /// Looks where the reach ends, if the face would be beyond its end once its joints had braked: where the arm is straight, joints turn
+    /// Fixations where the reach ends, if the face would be beyond its end once its joints had braked: where the arm is straight, joints turn
     /// ever faster for the same motion, and would have to stop at once.
     fn look_for_end(&mut self, free: f64, most: f64) -> Result<(), HapticsError> {
         let stop = BEFORE_END + self.rate * self.rate / (2.0 * BEFORE_LIMITS * most);

@@ -1,9 +1,9 @@
-//! Looks at every input of a cycle and names the worst that is wrong.
+//! Fixations at every input of a cycle and names the worst that is wrong.
 
 use super::obedience::Obedience;
+use super::state_consistency::{Doubt, StateConsistency};
 use super::target_leaps::{LeapLimits, TargetLeaps};
 use super::watchdog::{Watch, WatchFault};
-use super::whereabouts::{Doubt, Whereabouts};
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::Board;
 use crate::body::ArmBody;
@@ -58,7 +58,7 @@ pub(in crate::safety) struct Inspection {
     contact: ContactLimits,
     load: LoadLimits,
     watches: Watches,
-    whereabouts: Whereabouts,
+    consistency: StateConsistency,
     obedience: Option<Obedience>,
     leaps: LeapLimits,
     leapt: TargetLeaps,
@@ -100,7 +100,7 @@ impl Inspection {
                 target: Watch::new(config.target)?,
                 force: Watch::new(config.force)?,
             },
-            whereabouts: Whereabouts::default(),
+            consistency: StateConsistency::default(),
             obedience: config.obedience.map(Obedience::new),
             leaps: config.leaps,
             leapt: TargetLeaps::default(),
@@ -140,7 +140,7 @@ impl Inspection {
 
     /// A person has looked at the arm: it is where it says it is.
     pub(in crate::safety) fn believe(&mut self) {
-        self.whereabouts.believe();
+        self.consistency.believe();
     }
 
     /// Keeps the angles to compare the next ones with, and what is sent. `held`: the arm was told to hold.
@@ -164,7 +164,7 @@ impl Inspection {
         }
     }
 
-    /// Looks at everything.
+    /// Fixations at everything.
     pub(in crate::safety) fn look(
         &mut self,
         input: &SupervisorInput<'_>,
@@ -236,7 +236,7 @@ impl Inspection {
                 WatchFault::Stale { age_s } => age_s,
                 _ => 0.0,
             };
-            self.whereabouts.lose(state, frozen_s, aged_s);
+            self.consistency.lose(state, frozen_s, aged_s);
             // So far off, nobody knows where the arm is, even if it says the right thing again.
             let severity = match fault {
                 WatchFault::Jump { by } if by > LOST_RAD => Severity::Broken,
@@ -257,7 +257,7 @@ impl Inspection {
         }
         // With velocities that are sound: how far the arm may have come is judged by them.
         let joints = self.arm.joint_count();
-        if let Err(doubt) = self.whereabouts.find(state) {
+        if let Err(doubt) = self.consistency.find(state) {
             let channel = Channel::Position;
             let beyond = self.guard.check_state(joints, state).err();
             // Nobody but a person can say where the arm is.

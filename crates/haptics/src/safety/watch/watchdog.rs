@@ -96,7 +96,7 @@ impl Watch {
         self.last.map(|sample| sample.stamp_s)
     }
 
-    /// Looks at a sample. `should_change`: does something move that this input would show? Only then it can be frozen.
+    /// Fixations at a sample. `should_change`: does something move that this input would show? Only then it can be frozen.
     ///
     /// Every finite sample is remembered, also one that is at fault: what leaps and then stays is sound again. The same sample
     /// handed in again (same stamp) ages, but is not frozen.

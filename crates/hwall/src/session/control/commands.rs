@@ -106,10 +106,10 @@ impl Control {
             self.guidance = guidance;
         }
         let slide = self.slide(now_s, state);
-        // Once it has come to rest short of its goal, the rest of the way is short and slow.
+        // After the board has come to rest short of its goal, the remaining motion is short and slow.
         let left_s = self.step.and_then(|step| step.left_s);
         let rests = left_s.is_some_and(|left_s| left_s <= RESTS_S);
-        // A board that went on again, and is late for a hand that hovers, would be sent back for ever.
+        // Without this, a board that is late for a hovering hand would be sent back again and again.
         self.rested_short |= self.short && rests;
         self.short =
             (self.short && !rests) || (!self.rested_short && self.will_be_late(now_s, state));
@@ -133,11 +133,11 @@ impl Control {
             .guidance
             .answer
             .zip(target)
-            // Where a person is, the place is presented further behind.
-            .filter(|(_, target)| !self.renderer.makes_way(target, &person_m[..points]))
+            // Where a person is in the way, the board stays further behind.
+            .filter(|(_, target)| !self.renderer.recedes_for(target, &person_m[..points]))
             .map(|(answer, target)| PostureTarget {
                 q: answer.q(self.short),
-                leans_to: None,
+                prepositions_to: None,
                 stamp_s: target.stamp_s,
             });
         let posture = answer.or(self.guidance.waits);
@@ -277,13 +277,13 @@ impl Control {
     /// How a touched board moves within its plane, judged by the state after the last step.
     #[cfg(feature = "texture")]
     fn slide(&mut self, now_s: f64, state: &ArmState) -> Option<Slide> {
-        // A hand that is lost, or of which nothing was heard for long, ends the motion under it.
+        // A lost hand, or guidance that is too old, ends the slide.
         let heard = self
             .guidance
             .target
             .is_some_and(|target| (now_s - target.stamp_s).abs() <= self.max_guidance_age_s);
         let touched = heard && self.contact.is_some_and(|contact| !contact.world_moved);
-        // The arm brakes by itself; the motion waits for it.
+        // While the arm brakes, the slide waits.
         let stands = |s| matches!(s, SessionState::Holding(_) | SessionState::Safe(_));
         let holds = |step: hwall_haptics::RenderStep| step.command == ArmCommand::Hold;
         let braking = touched && (stands(self.state) || self.step.is_some_and(holds));
@@ -336,8 +336,8 @@ impl Control {
         None
     }
 
-    /// The slack of a target. While there is no time left to move on before the hand comes, it is all that the face has: a
-    /// goal that holds the touch if the prediction is right is worth more than one that is reached too late.
+    /// The slack of a target. If there is no time to correct the goal before the hand arrives, the whole face is slack: a goal that
+    /// still covers the touch is better than a better one that is reached too late.
     fn slack_m(&self, now_s: f64, target: &BoardTarget) -> [f64; 2] {
         let left_s = self.step.and_then(|step| step.left_s);
         let (Some(contact_s), Some(left_s)) = (self.guidance.contact_s, left_s) else {
@@ -347,7 +347,7 @@ impl Control {
         let Some(goal) = self.renderer.follower().goal().filter(|_| !has_time) else {
             return target.slack_m;
         };
-        // A hand that does not come when it should leaves time enough.
+        // An overdue hand leaves time enough.
         if now_s > contact_s + OVERDUE_S {
             return target.slack_m;
         }
@@ -356,7 +356,7 @@ impl Control {
         let off_m = self.renderer.arm().forward(&goal).position_m() - target.point_m;
         let holds = off_m.length() <= widest_m && off_m.dot(target.normal).abs() <= SAME_PLANE_M;
         match holds {
-            // Without any slack the point is not known well enough to stay where it is.
+            // Without slack the point is too uncertain to stay.
             true => target.slack_m.map(|slack_m| match slack_m > 0.0 {
                 true => slack_m.max(widest_m),
                 false => slack_m,
@@ -365,8 +365,8 @@ impl Control {
         }
     }
 
-    /// The slack of a target, m, if the hand is expected at the surface before the board, as far as that is known: then a middle that
-    /// is reached sooner is worth moving the goal for.
+    /// The slack of a target, m, if the hand is expected before the board: within it, the goal may move to where the board arrives
+    /// sooner.
     fn sooner_within_m(&self, now_s: f64, target: &BoardTarget) -> Option<[f64; 2]> {
         let left_s = self.step?.left_s?;
         let due_s = self.guidance.contact_s?;
@@ -375,7 +375,7 @@ impl Control {
         (is_free && is_first).then_some(target.slack_m)
     }
 
-    /// Will the hand be there clearly before the board?
+    /// Will the hand clearly arrive before the board?
     fn will_be_late(&self, now_s: f64, state: &ArmState) -> bool {
         let (Some(target), Some(contact_s)) = (self.guidance.target, self.guidance.contact_s)
         else {
@@ -383,7 +383,7 @@ impl Control {
         };
         let left_s = self.step.and_then(|step| step.left_s);
         let presents = target.behind_m == 0.0 && self.contact.is_none();
-        // A board that is on its surface does not go back because it moves on a little.
+        // A board on its surface does not go back for a small correction.
         let face = self.renderer.arm().forward(&state.q);
         let off_m = face.position_m() - target.point_m;
         let is_on_surface = off_m.length() <= self.board.half_width_m
@@ -433,7 +433,7 @@ impl Control {
             (None, Some(_)) => {
                 let normal_force_n = step.normal_force_n.unwrap_or(0.0);
                 events.push(now_s, EventKind::Touched { normal_force_n });
-                // A press during a fault, or in a world that has moved, says nothing about where hands go.
+                // A press during a fault, or in a world that has moved, is no evidence of where the person reaches.
                 if after == SessionState::Touched {
                     self.feeler.felt(now_s);
                 }
@@ -454,7 +454,7 @@ impl Control {
                 _ => {}
             }
         }
-        // During a touch the renderer speaks of a slide that had to end, not of the goal.
+        // During a touch, `unreachable` is about a slide, not about the goal.
         if matches!(step.phase, Phase::NonContact) {
             let target = self.guidance.target;
             if let Some(reason) = step.unreachable {
@@ -511,38 +511,38 @@ impl Control {
     }
 }
 
-/// A board that arrives this much after the expected contact is late, s: less is within the error of the expectation.
+/// A board that arrives later than this after the expected contact is late, s: the error of the expectation.
 const LATE_S: f64 = 0.2;
-/// A face this near to its surface, and turned from it by less than this, is on it, m and rad.
+/// A face within this distance and angle of its surface is on it, m and rad.
 const ON_SURFACE_M: f64 = 0.01;
 const ON_SURFACE_RAD: f64 = 0.1;
-/// A hand that is later than expected by this may not come at all, s.
+/// A hand that is overdue by this may not come at all, s.
 pub(super) const OVERDUE_S: f64 = 0.3;
-/// What it takes to move the goal a little while the board is on its way there, s.
+/// Time to correct the goal by a small distance during the motion, s.
 const MOVES_ON_S: f64 = 0.15;
-/// A face serves up to this beside where it counts as in place, m.
+/// A face serves a touch this far outside the area that counts as in place, m.
 const EDGE_M: f64 = 0.005;
-/// A goal this near to the plane of a target is on it, m.
+/// A goal within this distance of a target's plane is on it, m.
 const SAME_PLANE_M: f64 = 1e-3;
-/// A board that is this near to its goal, s, is slow, and goes on.
+/// A board this close to its goal in time is slow, and goes on, s.
 const SLOW_S: f64 = 0.2;
-/// A board that is this near to its goal has come to rest there, s.
+/// A board this close to its goal in time has come to rest there, s.
 pub(super) const RESTS_S: f64 = 0.02;
-/// Only a contact that is expected within this time makes a board stay short, s.
+/// A board stays short of the surface only if contact is expected within this time, s.
 const SOON_S: f64 = 0.3;
 
-/// Is a hand that is due at a time expected before a board that needs so long, s? A board that rests is not late, and a hand that is
-/// overdue may not come at all.
+/// Does a hand that is due at `due_s` arrive before a board that needs `left_s`? A board at rest is not late, and an overdue hand may
+/// not come at all.
 fn hand_is_first(now_s: f64, due_s: f64, left_s: f64) -> bool {
     now_s <= due_s + OVERDUE_S && (due_s - now_s).max(RESTS_S) < left_s
 }
 
-/// Targets within this distance mean the same place, m.
+/// Targets within this distance are the same place, m.
 const SAME_M: f64 = 0.05;
-/// Distance of the normals of such targets at most: those of joints tremble.
+/// Largest distance between the normals of such targets: targets from predicted joint angles are noisy.
 const SAME_NORMAL: f64 = 0.02;
 
-/// Do two targets mean the same place?
+/// Are two targets the same place?
 fn same_place(a: Option<BoardTarget>, b: Option<BoardTarget>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => {

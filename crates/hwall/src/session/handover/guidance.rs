@@ -107,8 +107,8 @@ impl Guidance {
         if let Some(waits) = &self.waits {
             put(32, WAITS, &[waits.stamp_s]);
             put(51, WAITS, &waits.q.0);
-            if let Some(leans_to) = &waits.leans_to {
-                put(33, LEANS, &leans_to.0);
+            if let Some(prepositions_to) = &waits.prepositions_to {
+                put(33, LEANS, &prepositions_to.0);
             }
         }
         if let Some(answer) = &self.answer {
@@ -159,7 +159,7 @@ impl Guidance {
             seen_s: number(40),
             waits: has(WAITS).then(|| PostureTarget {
                 q: joints(51),
-                leans_to: has(LEANS).then(|| joints(33)),
+                prepositions_to: has(LEANS).then(|| joints(33)),
                 stamp_s: number(32),
             }),
             answer: has(ANSWERS).then(|| Answer {
@@ -203,7 +203,7 @@ mod tests {
             seen_s: 12.4,
             waits: Some(PostureTarget {
                 q: JointPositions([0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]),
-                leans_to: Some(JointPositions([0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1])),
+                prepositions_to: Some(JointPositions([0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1])),
                 stamp_s: 12.0,
             }),
             answer: Some(Answer {
@@ -240,7 +240,7 @@ mod tests {
             without(&|g| g.waits = None),
             without(&|g| {
                 g.waits = g.waits.map(|w| PostureTarget {
-                    leans_to: None,
+                    prepositions_to: None,
                     ..w
                 });
             }),

@@ -5,53 +5,51 @@ use hwall_numeric::check::{non_negative, positive};
 
 /// When the board goes where.
 ///
-/// People want a board that goes early and once and then stands still, rather than one that chases them. What the hand reaches
-/// for brings the board; so does what is looked at, as long as the looks of this person lead to touches. Whoever looks around
-/// only makes the arm lean towards where they look. After a touch the arm returns to its waiting posture, unless nobody's eyes are seen and
-/// the hand probably comes back to a place that it has touched: there it waits for it.
+/// People prefer a board that moves early and once to a board that chases them. The board follows a reaching hand. It also goes to
+/// what is fixated, as long as this person's fixations lead to touches. For a person who looks around, the arm only prepositions:
+/// it waits closer to what they look at. After a touch the arm returns to its waiting posture. Without eye tracking it waits
+/// where the hand will probably return.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolicyConfig {
-    /// The predicted place stays while it moves less than this, m; default 0.05, half of the half width of a board.
+    /// The board does not follow a predicted point that moves by less than this, m; default 0.05, half of the half width of a board.
     pub steady_m: f64,
-    /// A predicted place counts once it has stayed for this long, s; default 0.05. A saccade in flight names many places.
+    /// A predicted place counts after it has stayed for this time, s; default 0.05. During a saccade, predictions change quickly.
     pub settle_s: f64,
-    /// A predicted place that moves by less than this between frames stays, m; default 0.06.
+    /// A predicted point that moves by less than this between frames counts as the same place, m; default 0.06.
     pub settle_m: f64,
-    /// How far behind a surface that is looked at, or was touched before, the board gets ready, m; default 0: on it, for a board
-    /// that need not move again is there sooner.
+    /// Distance behind the surface at which the board waits at a fixated or formerly touched place, m; default 0: on it, because a
+    /// board that need not move again arrives sooner.
     pub ready_m: f64,
-    /// A hand slower than this rests, m/s; default 0.3: that of a resting hand is seen with an error of a third of it.
+    /// A hand slower than this is at rest, m/s; default 0.3. A third of it is measurement noise.
     pub still_m_per_s: f64,
-    /// A look counts if it began when the hand had rested for this long, s; default 0.1.
+    /// A fixation counts if it began after the hand had been at rest for this time, s; default 0.1.
     pub still_s: f64,
-    /// A look that has lasted this long without a reach no longer holds the board, s; default 1.
+    /// A fixation longer than this without a reach no longer holds the board, s; default 1.
     pub look_s: f64,
-    /// A look brings the board only while at least this share of the person's looks led to a reach; default 0.9. Whoever
-    /// looks around is served when the hand sets off.
+    /// Fixations dispatch the board only if at least this fraction of the person's fixations led to a reach; default 0.9.
     pub trusted_share: f64,
-    /// A resting hand is awaited at a place that it has touched before if it comes back there with this probability at least; default
-    /// 0.37. Only of a person whose gaze is not seen.
+    /// Least probability at which the board waits at a place that was touched before; default 0.37. Only without eye tracking.
     pub again_share: f64,
-    /// A hand this fast towards the predicted place in the mean of 0.1 s reaches for it, m/s; default 0.045: three standard
-    /// deviations of one that rests before a tracker with 1 mm of noise.
+    /// Mean speed over 0.1 s towards the predicted place above which the hand is reaching, m/s; default 0.045: three standard
+    /// deviations of a hand at rest, seen by a tracker with 1 mm of noise.
     pub reach_m_per_s: f64,
-    /// A hand this near to the predicted surface is about to touch it, m; default 0.06.
+    /// A hand closer than this to the predicted surface is about to touch it, m; default 0.06.
     pub near_m: f64,
-    /// Time for which a reach that pauses still counts, s; default 0.3.
+    /// A reach may pause for this time, s; default 0.3.
     pub pause_s: f64,
-    /// How many standard deviations of the predicted point must lie on the face; the rest of the face is slack. Default 1.
+    /// Standard deviations of the predicted point that must lie on the face; the rest of the face is slack. Default 1.
     pub deviations: f64,
-    /// Standard deviation assumed of a prediction that comes without one, m; default 0.02.
+    /// Standard deviation of a prediction that states none, m; default 0.02.
     pub default_sd_m: f64,
-    /// Largest standard deviation of the line of sight that counts of a place that is looked at, rad; default 0.026, 1.5 degrees.
-    /// On the surface it is as many metres at 1 m, and more where the line of sight grazes it; the slack is that of 1 m.
+    /// Largest standard deviation of the line of sight that counts for a fixated place, rad; default 0.026, 1.5 degrees, which is
+    /// 26 mm at 1 m.
     pub looked_rad: f64,
-    /// A prediction whose standard deviation is larger than this moves nothing, m; default 0.2.
+    /// A prediction with a larger standard deviation is ignored, m; default 0.2.
     pub unsure_m: f64,
-    /// The same for one that would move the board away from a place that was looked at, m, unless that place is out of the
-    /// question by then; default 0.08.
+    /// The same for a prediction that would move the board away from a fixated place that is not yet ruled out, m; default 0.08.
     pub sure_m: f64,
-    /// Margin of the slack at the edge of the face besides that of [`PlaceTolerance::inset_m`](hwall_haptics::PlaceTolerance::inset_m), m; default 0.005.
+    /// Margin of the slack at the edge of the face, in addition to
+    /// [`PlaceTolerance::inset_m`](hwall_haptics::PlaceTolerance::inset_m), m; default 0.005.
     pub margin_m: f64,
 }
 

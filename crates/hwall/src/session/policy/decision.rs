@@ -1,10 +1,10 @@
 //! When the board goes where: wait, be ready behind a surface, present it.
 
+use super::available_time::{AvailableTime, TimeFrame};
 use super::config::PolicyConfig;
 use super::edge::Weighed;
-use super::hand_course::{HandCourse, MeanVelocity};
-use super::looks::{LookFrame, Looks};
-use super::pace::{Pace, PaceFrame};
+use super::fixations::{FixationFrame, Fixations};
+use super::hand_motion::{HandMotion, MeanVelocity};
 use super::presenting::Presenting;
 use super::sight::Sight;
 use crate::error::SessionError;
@@ -15,21 +15,21 @@ use hwall_hand::HandState;
 use hwall_haptics::{Board, PlaceTolerance, surface_axes};
 use hwall_scene::SurfaceId;
 
-/// Where the board shall be.
+/// What the board does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::session) enum Decision {
     /// Nothing is about to be touched.
     Wait,
-    /// Something may be: the arm waits nearer to it.
-    Lean(ContactPrediction),
-    /// Behind the place that is looked at, or that will probably be touched again.
+    /// Something may be touched: the arm waits closer to it.
+    Preposition(ContactPrediction),
+    /// The board goes behind the place that is fixated, or that will probably be touched again.
     Ready(ContactPrediction),
-    /// On the place that is about to be touched.
+    /// The board goes to the place that is about to be touched.
     Present(ContactPrediction),
 }
 
 impl Decision {
-    /// The same some time later, s.
+    /// The same decision `dt_s` later.
     fn aged(self, dt_s: f64) -> Self {
         let older = |mut contact: ContactPrediction| {
             if let Some(time) = &mut contact.time_to_contact_s {
@@ -39,14 +39,14 @@ impl Decision {
         };
         match self {
             Self::Wait => Self::Wait,
-            Self::Lean(contact) => Self::Lean(older(contact)),
+            Self::Preposition(contact) => Self::Preposition(older(contact)),
             Self::Ready(contact) => Self::Ready(older(contact)),
             Self::Present(contact) => Self::Present(older(contact)),
         }
     }
 }
 
-/// A place that was predicted for a while.
+/// The predicted place, and since when it has been predicted.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     surface: SurfaceId,
@@ -54,7 +54,7 @@ struct Candidate {
     since_s: f64,
 }
 
-/// What the hand is doing with regard to a prediction.
+/// The motion of the hand relative to a predicted place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Motion {
     Rests,
@@ -68,11 +68,10 @@ fn spread_m(contact: &ContactPrediction) -> f64 {
     contact.covariance_m2.map_or(0.0, variance_m2).sqrt()
 }
 
-/// A reach of minimum jerk still takes so many times the way left over its speed when it ends, and fewer before.
+/// At the end of a minimum-jerk reach, the remaining time is this multiple of remaining distance over speed; earlier it is less.
 const SLOWS_DOWN: f64 = 3.0;
 
-/// The contact no later than at the end of a reach that slows down as people do: what was learnt from all people is late for the
-/// fast ones.
+/// Caps the time to contact at the end of a minimum-jerk reach: a time learnt from all people is too late for fast ones.
 fn in_time(mut contact: ContactPrediction, hand: &HandState) -> ContactPrediction {
     let way = contact.point_m - hand.point_m;
     let closing_m_per_s = hand.velocity_m_per_s.dot(way.normalize_or_zero());
@@ -85,14 +84,14 @@ fn in_time(mut contact: ContactPrediction, hand: &HandState) -> ContactPredictio
     contact
 }
 
-/// Of a slower hand the speed tells nothing, m/s.
+/// Below this speed the direction of motion is dominated by noise, m/s.
 const SLOWEST_M_PER_S: f64 = 0.1;
 
-/// What a board covers about its middle, m.
+/// Distance from its centre that a board covers, m.
 const COVERED_M: f64 = 0.075;
 
-/// The ranked contacts, starting with the one that a board is most likely to cover: of a place touched before and of what else is predicted, the
-/// more probable one may be so vague that hardly any place of the board serves it.
+/// The ranked contacts, starting with the one that a board is most likely to cover. The more probable of a place touched before and
+/// another prediction may be too vague for a board to cover it.
 fn worth_a_board(ranked: &[ContactPrediction]) -> &[ContactPrediction] {
     let Some(repeat) = (ranked.iter()).position(|p| p.source == PredictionSource::TouchedBefore)
     else {
@@ -112,12 +111,12 @@ fn worth_a_board(ranked: &[ContactPrediction]) -> &[ContactPrediction] {
     }
 }
 
-/// The share of the touches meant by a contact that a board on its point covers.
+/// The probability that a board at the predicted point covers the touch.
 fn covered_share(contact: &ContactPrediction) -> f64 {
     let Ok(axes) = surface_axes(contact.normal) else {
         return 0.0;
     };
-    // One that comes without is exact.
+    // A prediction without covariance counts as exact.
     let Some(c) = contact.covariance_m2 else {
         return 1.0;
     };
@@ -130,11 +129,11 @@ fn covered_share(contact: &ContactPrediction) -> f64 {
     1.0 - (-0.5 * COVERED_M * COVERED_M / sds_m2).exp()
 }
 
-/// A hand that moves away this fast in the mean of 0.1 s leaves, m/s.
+/// Mean speed over 0.1 s above which the hand is treated as leaving, m/s.
 const LEAVES_M_PER_S: f64 = 0.1;
-/// A hand that moves along a surface may move away from it by this share of what it comes nearer to a point on it: ways are bent.
+/// A reaching hand may move away from the surface at up to this fraction of its closing speed, because reaches are curved.
 const ALONG_SHARE: f64 = 0.2;
-/// A place is out of the question that is so many standard deviations from where the touch is expected.
+/// A place further than this many standard deviations from the predicted touch is ruled out.
 const OUT_OF_QUESTION_SDS: f64 = 2.0;
 /// How far from the eyes a place is that can be touched, m: an arm's length and some. The slack of a place that is looked at takes the
 /// error of the line of sight on a wall that is faced from there, whatever the real distance and angle. What a grazing line of
@@ -142,7 +141,7 @@ const OUT_OF_QUESTION_SDS: f64 = 2.0;
 /// wavering of the eyes.
 const USUAL_LOOK_M: f64 = 1.0;
 
-/// The memory of the decisions.
+/// The policy with its state.
 #[derive(Debug, Clone)]
 pub(in crate::session) struct Policy {
     config: PolicyConfig,
@@ -154,15 +153,15 @@ pub(in crate::session) struct Policy {
     /// When the hand was last seen not to rest, s.
     moved_s: f64,
     last_s: f64,
-    looks: Looks,
-    pace: Pace,
-    course: HandCourse,
+    fixations: Fixations,
+    available_time: AvailableTime,
+    course: HandMotion,
     /// The surface of the contact that is held, and how far its prediction is from the point that is held, m.
     off: Option<(SurfaceId, DVec3)>,
 }
 
 impl Policy {
-    /// `usual_s`: how much time people leave of whom nothing is known.
+    /// `usual_s`: available time assumed for an unknown person.
     pub(in crate::session) fn new(
         config: PolicyConfig,
         usual_s: f64,
@@ -176,9 +175,9 @@ impl Policy {
             reached_s: f64::NEG_INFINITY,
             moved_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
-            looks: Looks::default(),
-            pace: Pace::usual(usual_s),
-            course: HandCourse::default(),
+            fixations: Fixations::default(),
+            available_time: AvailableTime::usual(usual_s),
+            course: HandMotion::default(),
             off: None,
         })
     }
@@ -189,9 +188,9 @@ impl Policy {
         self.candidate = None;
         self.decision = Decision::Wait;
         [self.reached_s, self.moved_s, self.last_s] = [f64::NEG_INFINITY; 3];
-        self.looks.forget_look();
-        self.pace.forget_reach();
-        self.course = HandCourse::default();
+        self.fixations.forget_look();
+        self.available_time.forget_reach();
+        self.course = HandMotion::default();
     }
 
     /// The contact that counts after a frame and what is done about it: the ranked contacts, the hand and the place between the
@@ -210,7 +209,7 @@ impl Policy {
         }
         let dt_s = t_s - self.last_s;
         self.last_s = t_s;
-        // A place that is kept comes nearer in time.
+        // The time to contact of a kept decision goes on.
         self.decision = self.decision.aged(dt_s);
         self.course.step(t_s, hand.map(|hand| hand.point_m));
         let sight = eye_m.map(|eye_m| self.sight(eye_m));
@@ -218,7 +217,7 @@ impl Policy {
         let ranked = worth_a_board(ranked);
         let weighed = Weighed::at_edge(ranked, |contact| arm.arrival_s(contact));
         let ranked = weighed.as_ref().map_or(ranked, Weighed::contacts);
-        // The first guesses of a hand that sets off are no better than a look, whatever they say themselves.
+        // Early predictions from hand motion are no better than a fixation, whatever variance they state.
         let held = self.steady.step_ranked_known(ranked, |prediction| {
             let own_m = spread_m(prediction);
             match (prediction.looked_at_since_s, sight) {
@@ -233,13 +232,13 @@ impl Policy {
         });
         let Some(contact) = held else {
             self.steady.reset();
-            self.pace.forget_reach();
+            self.available_time.forget_reach();
             self.candidate = None;
             self.decision = Decision::Wait;
             return None;
         };
         if !(contact.point_m.is_finite() && contact.normal.is_finite()) {
-            // The control side holds for it, and says so.
+            // The control side holds, and reports why.
             self.steady.reset();
             self.candidate = None;
             self.decision = Decision::Present(contact);
@@ -255,17 +254,17 @@ impl Policy {
             ..contact
         };
         let contact = hand.map_or(contact, |hand| in_time(contact, hand));
-        // A board that was sent does not come back because a look wavers at the edge of the reach.
+        // Hysteresis: once dispatched, tolerate a prediction that briefly leaves the reachable region.
         let is_sent = matches!(self.decision, Decision::Present(_) | Decision::Ready(_));
         let most_m = if is_sent { 2.0 * COVERED_M } else { COVERED_M };
         let is_covered = arm.beside_m(&contact) <= most_m;
         self.decision = self.decide(t_s, &contact, hand, is_covered);
         let sent_to = match &self.decision {
             Decision::Present(to) | Decision::Ready(to) => Some(to),
-            Decision::Wait | Decision::Lean(_) => None,
+            Decision::Wait | Decision::Preposition(_) => None,
         };
-        let frame = PaceFrame::new(t_s, sent_to, &contact, hand);
-        self.pace.step(&frame);
+        let frame = TimeFrame::new(t_s, sent_to, &contact, hand);
+        self.available_time.step(&frame);
         Some((contact, self.decision))
     }
 
@@ -282,7 +281,7 @@ impl Policy {
                 && candidate.point_m.distance(contact.point_m) <= c.settle_m
         });
         let motion = hand.map_or(Motion::Rests, |hand| self.motion(contact, hand));
-        // What was looked at before anything was known is no look either.
+        // A fixation that began before the first frame does not count.
         let is_still = hand.is_none_or(|hand| hand.velocity_m_per_s.length() < c.still_m_per_s);
         if !is_still || self.moved_s == f64::NEG_INFINITY {
             self.moved_s = t_s;
@@ -305,7 +304,7 @@ impl Policy {
         let look = contact
             .looked_at_since_s
             .filter(|since_s| is_still && *since_s >= self.moved_s + c.still_s);
-        self.looks.step(&LookFrame {
+        self.fixations.step(&FixationFrame {
             t_s,
             since_s: look,
             reaches,
@@ -314,7 +313,7 @@ impl Policy {
         let reaching = t_s - self.reached_s <= c.pause_s && motion != Motion::Leaves;
         let settled = t_s - candidate.since_s >= c.settle_s;
         let enough_m = match self.decision {
-            // To leave a place that was looked at takes more than a guess.
+            // Leaving a place that was fixated takes a more certain prediction.
             Decision::Present(last) | Decision::Ready(last) if last.looked_at_since_s.is_some() => {
                 c.sure_m
             }
@@ -326,16 +325,16 @@ impl Policy {
             Decision::Present(last) | Decision::Ready(last) => {
                 last.point_m.distance(contact.point_m) > OUT_OF_QUESTION_SDS * spread_m
             }
-            Decision::Wait | Decision::Lean(_) => false,
+            Decision::Wait | Decision::Preposition(_) => false,
         };
         let is_sure = spread_m <= enough_m || (leaves_place && spread_m <= c.unsure_m);
         let is_unsure = contact.looked_at_since_s.is_none() && !is_sure;
-        // Where people look while the hand comes back is not yet where it goes next. And to where it serves nothing the board is not
-        // sent before the hand is: it would then be too late elsewhere.
+        // Ignore fixations while the hand is retracting. Do not send the board early to a place that it cannot cover: it would then be
+        // late elsewhere.
         let is_look = look.is_some_and(|since_s| t_s - since_s <= c.look_s)
             && motion != Motion::Leaves
             && is_covered;
-        // Nobody's eyes are seen; where the last touches were is all that is known before the hand sets off.
+        // Without eye tracking, past touches are all that is known before the hand sets off.
         let is_again = contact.source == PredictionSource::TouchedBefore
             && contact.probability >= c.again_share
             && motion != Motion::Leaves
@@ -348,22 +347,24 @@ impl Policy {
             (last, _) if is_unsure && reaching => last,
             _ if settled && reaching => Decision::Present(*contact),
             (Decision::Present(last), _) if reaching => {
-                // Another place is named, not for long enough.
+                // The prediction changed too recently.
                 Decision::Present(if stays.is_some() { *contact } else { last })
             }
-            _ if settled && is_look && is_still => match self.looks.share() >= c.trusted_share {
-                true => Decision::Ready(*contact),
-                false => Decision::Lean(*contact),
-            },
+            _ if settled && is_look && is_still => {
+                match self.fixations.share() >= c.trusted_share {
+                    true => Decision::Ready(*contact),
+                    false => Decision::Preposition(*contact),
+                }
+            }
             _ if settled && is_again && is_still => Decision::Ready(*contact),
             _ if settled => Decision::Wait,
             (last, _) => last,
         }
     }
 
-    /// How much time this person leaves the arm, s.
+    /// Time available to the arm before this person touches, s.
     pub(in crate::session) const fn budget_s(&self) -> f64 {
-        self.pace.budget_s()
+        self.available_time.budget_s()
     }
 
     pub(in crate::session) const fn ready_m(&self) -> f64 {
@@ -373,17 +374,17 @@ impl Policy {
     fn motion(&self, contact: &ContactPrediction, hand: &HandState) -> Motion {
         let way = contact.point_m - hand.point_m;
         let course = self.course.velocity();
-        // Of a hand that was just found only a fast motion is told from the noise.
+        // Without a history, only fast motion can be told from noise.
         let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
         let found_m_per_s = hand.velocity_m_per_s * f64::from(u8::from(is_fast));
         let mean_m_per_s = course.map_or(found_m_per_s, |course| course.mean_m_per_s);
         let off_m_per_s = mean_m_per_s.dot(contact.normal);
         if contact.distance_m <= self.config.near_m {
-            // Beside the surface the way to a point on it says little.
+            // Close to the surface, the direction to a point on it is unreliable.
             let most_m_per_s = match self.decision {
                 Decision::Present(_) | Decision::Ready(_) => LEAVES_M_PER_S,
-                // One that has left does not come back because it trembles.
-                Decision::Wait | Decision::Lean(_) => self.config.reach_m_per_s,
+                // Hysteresis: a hand that has left returns only with a clear motion.
+                Decision::Wait | Decision::Preposition(_) => self.config.reach_m_per_s,
             };
             return if off_m_per_s > most_m_per_s {
                 Motion::Leaves
@@ -392,7 +393,7 @@ impl Policy {
             };
         }
         let closing_m_per_s = mean_m_per_s.dot(way.normalize_or_zero());
-        // A hand that comes back upwards comes nearer to what is looked at above it, but not to its surface.
+        // A hand that retracts upwards approaches a fixated point above it, but not its surface.
         let along_m_per_s = ALONG_SHARE * closing_m_per_s;
         if closing_m_per_s >= self.config.reach_m_per_s && off_m_per_s <= along_m_per_s {
             Motion::Reaches
@@ -403,7 +404,7 @@ impl Policy {
         }
     }
 
-    /// Does a hand that approaches set off? One that comes to rest, after a touch, approaches something, too.
+    /// Does an approaching hand accelerate? A hand that comes to rest after a touch approaches something, too.
     fn sets_off(&self, contact: &ContactPrediction, hand: &HandState) -> bool {
         let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
         let is_near = contact.distance_m <= self.config.near_m;

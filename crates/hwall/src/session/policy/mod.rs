@@ -1,11 +1,11 @@
 //! When the board goes where, and what is known of hand and eyes to decide it.
 
+mod available_time;
 mod config;
 mod decision;
 mod edge;
-mod hand_course;
-mod looks;
-mod pace;
+mod fixations;
+mod hand_motion;
 mod presenting;
 mod sight;
 

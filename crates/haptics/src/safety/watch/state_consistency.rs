@@ -45,7 +45,7 @@ pub(in crate::safety) enum Doubt {
 /// Follows the angles of the arm while they are sound. Once they were not, the arm holds, and they are believed again only where the
 /// held arm can be: an angle that leapt and stays where it leapt to is still wrong, however well its states agree with each other.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::safety) struct Whereabouts {
+pub(in crate::safety) struct StateConsistency {
     /// The last that were sound.
     sound: Option<Sighting>,
     /// The first with these angles.
@@ -56,7 +56,7 @@ pub(in crate::safety) struct Whereabouts {
     last_s: f64,
 }
 
-impl Whereabouts {
+impl StateConsistency {
     /// The angles are not sound. `frozen_s`: for how long they have been the same, if that is what is wrong; `aged_s`: how old they are.
     pub(in crate::safety) fn lose(&mut self, state: &ArmState, frozen_s: Option<f64>, aged_s: f64) {
         self.add_up(state);
@@ -166,67 +166,67 @@ mod tests {
 
     #[test]
     fn a_held_arm_is_where_it_was() {
-        let mut whereabouts = Whereabouts::default();
-        assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
-        whereabouts.lose(&at(f64::NAN, 0.0), None, 0.0);
-        let Err(Doubt::Elsewhere(by_rad)) = whereabouts.find(&at(1.1, 0.0)) else {
+        let mut consistency = StateConsistency::default();
+        assert_eq!(consistency.find(&at(1.0, 0.0)), Ok(()));
+        consistency.lose(&at(f64::NAN, 0.0), None, 0.0);
+        let Err(Doubt::Elsewhere(by_rad)) = consistency.find(&at(1.1, 0.0)) else {
             panic!("believed");
         };
         assert!((by_rad - 0.1).abs() < 1e-12);
         // It stays lost, however often it says the same.
-        assert!(whereabouts.find(&at(1.1, 0.0)).is_err());
-        assert_eq!(whereabouts.find(&at(1.02, 0.0)), Ok(()));
-        assert_eq!(whereabouts.find(&at(1.1, 0.0)), Ok(()));
+        assert!(consistency.find(&at(1.1, 0.0)).is_err());
+        assert_eq!(consistency.find(&at(1.02, 0.0)), Ok(()));
+        assert_eq!(consistency.find(&at(1.1, 0.0)), Ok(()));
     }
 
     #[test]
     fn one_that_moved_comes_to_rest_further_on() {
-        let mut whereabouts = Whereabouts::default();
+        let mut consistency = StateConsistency::default();
         for speed in [1.0, -1.0] {
-            whereabouts.believe();
-            assert_eq!(whereabouts.find(&at(1.0, speed)), Ok(()));
-            whereabouts.lose(&at(f64::NAN, 0.0), None, 0.0);
-            assert!(whereabouts.find(&at(1.0 - 0.1 * speed, 0.0)).is_err());
-            assert!(whereabouts.find(&at(1.0 + 0.25 * speed, 0.0)).is_err());
-            assert_eq!(whereabouts.find(&at(1.0 + 0.15 * speed, 0.0)), Ok(()));
+            consistency.believe();
+            assert_eq!(consistency.find(&at(1.0, speed)), Ok(()));
+            consistency.lose(&at(f64::NAN, 0.0), None, 0.0);
+            assert!(consistency.find(&at(1.0 - 0.1 * speed, 0.0)).is_err());
+            assert!(consistency.find(&at(1.0 + 0.25 * speed, 0.0)).is_err());
+            assert_eq!(consistency.find(&at(1.0 + 0.15 * speed, 0.0)), Ok(()));
         }
     }
 
     #[test]
     fn somebody_may_say_so() {
-        let mut whereabouts = Whereabouts::default();
-        assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
-        whereabouts.lose(&at(f64::NAN, 0.0), None, 0.0);
-        assert!(whereabouts.find(&at(2.0, 0.0)).is_err());
-        whereabouts.believe();
-        assert_eq!(whereabouts.find(&at(2.0, 0.0)), Ok(()));
+        let mut consistency = StateConsistency::default();
+        assert_eq!(consistency.find(&at(1.0, 0.0)), Ok(()));
+        consistency.lose(&at(f64::NAN, 0.0), None, 0.0);
+        assert!(consistency.find(&at(2.0, 0.0)).is_err());
+        consistency.believe();
+        assert_eq!(consistency.find(&at(2.0, 0.0)), Ok(()));
     }
 
     #[test]
     fn an_arm_that_stands_may_say_the_same_for_ever() {
-        let mut whereabouts = Whereabouts::default();
+        let mut consistency = StateConsistency::default();
         for k in 0..1000 {
             let t_s = 1e-3 * f64::from(k);
             let state = ArmState {
                 t_s,
                 ..at(1.0, 0.0)
             };
-            assert_eq!(whereabouts.find(&state), Ok(()));
+            assert_eq!(consistency.find(&state), Ok(()));
         }
-        whereabouts.lose(&at(1.0, 0.0), Some(0.1), 0.0);
-        assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
+        consistency.lose(&at(1.0, 0.0), Some(0.1), 0.0);
+        assert_eq!(consistency.find(&at(1.0, 0.0)), Ok(()));
     }
 
     #[test]
     fn nothing_is_known_at_first() {
-        let mut whereabouts = Whereabouts::default();
-        whereabouts.lose(&at(f64::NAN, 0.0), None, 0.0);
-        assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
+        let mut consistency = StateConsistency::default();
+        consistency.lose(&at(f64::NAN, 0.0), None, 0.0);
+        assert_eq!(consistency.find(&at(1.0, 0.0)), Ok(()));
     }
 
     #[test]
     fn frozen_angles_say_nothing_until_they_change() {
-        let mut whereabouts = Whereabouts::default();
+        let mut consistency = StateConsistency::default();
         for k in 0..100 {
             // The velocities go on, so that the arm is known to move.
             let t_s = 1e-3 * f64::from(k);
@@ -234,30 +234,30 @@ mod tests {
                 t_s,
                 ..at(1.0, 0.5)
             };
-            assert_eq!(whereabouts.find(&state), Ok(()));
+            assert_eq!(consistency.find(&state), Ok(()));
         }
-        whereabouts.lose(&at(1.0, 0.5), Some(0.1), 0.0);
+        consistency.lose(&at(1.0, 0.5), Some(0.1), 0.0);
         for _ in 0..1000 {
-            let doubt = whereabouts.find(&at(1.0, 0.0));
+            let doubt = consistency.find(&at(1.0, 0.0));
             assert_eq!(doubt, Err(Doubt::StillFrozen(0.1)));
         }
-        assert!(whereabouts.find(&at(2.0, 0.0)).is_err());
-        assert_eq!(whereabouts.find(&at(1.1, 0.0)), Ok(()));
+        assert!(consistency.find(&at(2.0, 0.0)).is_err());
+        assert_eq!(consistency.find(&at(1.1, 0.0)), Ok(()));
     }
 
     #[test]
     fn states_that_were_late_leave_the_arm_time_to_move() {
-        let mut whereabouts = Whereabouts::default();
-        assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
-        whereabouts.lose(&at(1.0, 0.0), None, 0.12);
-        assert_eq!(whereabouts.find(&at(1.13, 0.0)), Ok(()));
+        let mut consistency = StateConsistency::default();
+        assert_eq!(consistency.find(&at(1.0, 0.0)), Ok(()));
+        consistency.lose(&at(1.0, 0.0), None, 0.12);
+        assert_eq!(consistency.find(&at(1.13, 0.0)), Ok(()));
     }
 
     #[test]
     fn a_velocity_that_is_none_proves_nothing() {
-        let mut whereabouts = Whereabouts::default();
-        assert_eq!(whereabouts.find(&at(1.0, f64::NAN)), Ok(()));
-        whereabouts.lose(&at(1.0, 0.0), None, 0.0);
-        assert!(whereabouts.find(&at(1.2, 0.0)).is_err());
+        let mut consistency = StateConsistency::default();
+        assert_eq!(consistency.find(&at(1.0, f64::NAN)), Ok(()));
+        consistency.lose(&at(1.0, 0.0), None, 0.0);
+        assert!(consistency.find(&at(1.2, 0.0)).is_err());
     }
 }

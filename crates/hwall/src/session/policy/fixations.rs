@@ -1,39 +1,39 @@
-//! Do this person's looks lead to touches?
+//! Do this person's fixations lead to touches?
 
-/// How many looks of this person led to a reach, counted with a memory that fades.
+/// Fraction of this person's fixations that led to a reach, with exponential forgetting.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Looks {
+pub(super) struct Fixations {
     led: f64,
     all: f64,
-    /// Since when the look under way has lasted, s, and until when it was seen.
+    /// Begin and last sample of the current fixation, s.
     under_way: Option<[f64; 2]>,
-    /// When the look began that was counted last, s: a reach may take longer than one frame.
+    /// Begin of the fixation counted last, s: a reach may last longer than one frame.
     counted_s: Option<f64>,
 }
 
-/// What a frame says of a look.
+/// One frame of gaze and hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct LookFrame {
+pub(super) struct FixationFrame {
     /// Time, s.
     pub(super) t_s: f64,
-    /// Since when the eyes have rested on one place while the hand rested, s.
+    /// Begin of the fixation, if the hand was at rest, s.
     pub(super) since_s: Option<f64>,
-    /// Does the hand reach for it?
+    /// Is the hand reaching for the fixated place?
     pub(super) reaches: bool,
-    /// Does it rest, as far as can be seen?
+    /// Is the hand at rest?
     pub(super) is_still: bool,
 }
 
-/// Looks count for so much less after each that follows.
+/// Fixations count for so much less after each that follows.
 const FADES: f64 = 0.9;
-/// What is known of a person before the first look: that one of one led to a reach.
+/// Prior: one fixation that led to a reach.
 const LED_BEFORE: f64 = 1.0;
-/// A glance this short is none, s.
+/// Shortest fixation that counts, s.
 const SHORTEST_S: f64 = 0.1;
-/// A reach begins at most this long after its look ended, s.
+/// Longest time from the end of a fixation to its reach, s.
 const FOLLOWS_S: f64 = 0.15;
 
-impl Default for Looks {
+impl Default for Fixations {
     fn default() -> Self {
         Self {
             led: LED_BEFORE,
@@ -44,20 +44,20 @@ impl Default for Looks {
     }
 }
 
-impl Looks {
-    /// The share that led to a reach.
+impl Fixations {
+    /// The fraction that led to a reach.
     pub(super) fn share(&self) -> f64 {
         self.led / self.all
     }
 
-    /// The look under way is over and proves nothing; what is known of the person stays.
+    /// Drops the current fixation without counting it.
     pub(super) const fn forget_look(&mut self) {
         self.under_way = None;
     }
 
-    /// The next frame. A look that ends because the hand moves, but to another place, proves nothing: after a touch the eyes go
-    /// ahead before the hand comes back.
-    pub(super) fn step(&mut self, frame: &LookFrame) {
+    /// The next frame. A fixation that ends because the hand moves elsewhere is not counted: after a touch, the eyes lead the
+    /// retracting hand.
+    pub(super) fn step(&mut self, frame: &FixationFrame) {
         if !frame.is_still && !frame.reaches {
             self.under_way = None;
         }
@@ -98,8 +98,8 @@ impl Looks {
 mod tests {
     use super::*;
 
-    fn frame(t_s: f64, since_s: Option<f64>, reaches: bool) -> LookFrame {
-        LookFrame {
+    fn frame(t_s: f64, since_s: Option<f64>, reaches: bool) -> FixationFrame {
+        FixationFrame {
             t_s,
             since_s,
             reaches,
@@ -107,18 +107,18 @@ mod tests {
         }
     }
 
-    /// Looks of 0.4 s, a second apart; each leads to a reach or does not.
+    /// Fixations of 0.4 s, a second apart; each leads to a reach or does not.
     fn share_after(led: &[bool]) -> f64 {
-        let mut looks = Looks::default();
+        let mut fixations = Fixations::default();
         for (i, led) in led.iter().enumerate() {
             let since_s = i as f64;
             for k in 0..40 {
-                looks.step(&frame(since_s + 0.01 * f64::from(k), Some(since_s), false));
+                fixations.step(&frame(since_s + 0.01 * f64::from(k), Some(since_s), false));
             }
-            looks.step(&frame(since_s + 0.45, None, *led));
-            looks.step(&frame(since_s + 0.9, None, false));
+            fixations.step(&frame(since_s + 0.45, None, *led));
+            fixations.step(&frame(since_s + 0.9, None, false));
         }
-        looks.share()
+        fixations.share()
     }
 
     #[test]
@@ -138,34 +138,34 @@ mod tests {
 
     #[test]
     fn a_glimpse_is_no_look() {
-        let mut looks = Looks::default();
-        looks.step(&frame(0.0, Some(0.0), false));
-        looks.step(&frame(0.05, Some(0.0), false));
-        looks.step(&frame(0.5, None, false));
-        assert_eq!(looks.share(), 1.0);
+        let mut fixations = Fixations::default();
+        fixations.step(&frame(0.0, Some(0.0), false));
+        fixations.step(&frame(0.05, Some(0.0), false));
+        fixations.step(&frame(0.5, None, false));
+        assert_eq!(fixations.share(), 1.0);
     }
     #[test]
     fn a_reach_of_many_frames_counts_once() {
-        let mut looks = Looks::default();
-        looks.step(&frame(0.0, Some(0.0), false));
+        let mut fixations = Fixations::default();
+        fixations.step(&frame(0.0, Some(0.0), false));
         for k in 0..30 {
-            looks.step(&frame(0.3 + 0.01 * f64::from(k), Some(0.0), true));
+            fixations.step(&frame(0.3 + 0.01 * f64::from(k), Some(0.0), true));
         }
         // Else one look in vain would be forgiven at once.
-        assert!((looks.all - (LED_BEFORE * FADES + 1.0)).abs() < 1e-12);
+        assert!((fixations.all - (LED_BEFORE * FADES + 1.0)).abs() < 1e-12);
     }
 
     #[test]
     fn a_hand_that_goes_back_after_a_touch_proves_nothing() {
-        let mut looks = Looks::default();
+        let mut fixations = Fixations::default();
         for k in 0..30 {
-            looks.step(&frame(0.01 * f64::from(k), Some(0.0), false));
+            fixations.step(&frame(0.01 * f64::from(k), Some(0.0), false));
         }
-        looks.step(&LookFrame {
+        fixations.step(&FixationFrame {
             is_still: false,
             ..frame(0.3, None, false)
         });
-        looks.step(&frame(1.0, None, false));
-        assert_eq!(looks.share(), 1.0);
+        fixations.step(&frame(1.0, None, false));
+        assert_eq!(fixations.share(), 1.0);
     }
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 /// The velocity of a single frame is that of the tracker's noise as long as the hand is slow: a resting hand seen with 1 mm at 90 Hz
 /// seems to move at 0.05 m/s in each axis. Over 0.1 s it moves at 0.01 m/s, and a hand that sets off has gone 5 mm by then.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct HandCourse {
+pub(super) struct HandMotion {
     /// Times, s, and places, m; newest first.
     places: [Option<(f64, DVec3)>; PLACES],
     newest: Option<(f64, DVec3)>,
@@ -33,7 +33,7 @@ const LONGEST: f64 = 2.0;
 /// Times are exact to this, s.
 const EXACT_S: f64 = 1e-6;
 
-impl HandCourse {
+impl HandMotion {
     /// The hand of the next frame; `None`: it is lost, and what was before counts no more.
     pub(super) fn step(&mut self, t_s: f64, point_m: Option<DVec3>) {
         let Some(point_m) = point_m else {
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     fn after(frames: usize, period_s: f64, x_m: impl Fn(f64) -> f64) -> Option<MeanVelocity> {
-        let mut course = HandCourse::default();
+        let mut course = HandMotion::default();
         for frame in 0..frames {
             let t_s = period_s * frame as f64;
             course.step(t_s, Some(DVec3::X * x_m(t_s)));
@@ -103,7 +103,7 @@ mod tests {
     fn too_little_a_gap_and_a_lost_hand_tell_nothing() {
         assert_eq!(after(5, 0.01, |t| t), None);
         assert_eq!(after(3, 0.3, |t| t), None);
-        let mut course = HandCourse::default();
+        let mut course = HandMotion::default();
         (0..20).for_each(|i| course.step(0.01 * f64::from(i), Some(DVec3::ZERO)));
         assert!(course.velocity().is_some());
         course.step(0.2, None);

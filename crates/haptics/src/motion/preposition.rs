@@ -4,7 +4,7 @@ use hwall_kinematics::JointPositions;
 
 /// The posture that the arm waits in, nearer to a place that may be touched.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Lean {
+pub(super) struct Preposition {
     last: Option<Leant>,
 }
 
@@ -25,7 +25,7 @@ const SHARES: [f64; 4] = [0.4, 0.3, 0.2, 0.1];
 /// A board that leans is behind the surfaces by this, m.
 const BEHIND_M: f64 = 0.01;
 
-impl Lean {
+impl Preposition {
     /// The posture on the way from the waiting posture to a configuration, rad; the waiting posture itself if the board is behind the
     /// surfaces on no part of it.
     pub(super) fn towards(
@@ -87,7 +87,7 @@ mod tests {
     /// The share of the way that is leant, and how far the board is then before the wall, m.
     fn leans(x_m: f64) -> (f64, f64) {
         let protrusion_m = before_wall(x_m);
-        let q = Lean::default().towards(&waiting(), &to(), &protrusion_m);
+        let q = Preposition::default().towards(&waiting(), &to(), &protrusion_m);
         let share = (q[1] - waiting()[1]) / (to()[1] - waiting()[1]);
         (share, protrusion_m(&q).expect("a wall"))
     }
@@ -116,10 +116,16 @@ mod tests {
 
     #[test]
     fn a_wall_that_comes_nearer_is_noticed() {
-        let mut lean = Lean::default();
-        let far = lean.towards(&waiting(), &to(), before_wall(2.0));
-        assert_eq!(lean.towards(&waiting(), &to(), before_wall(2.0)), far);
+        let mut preposition = Preposition::default();
+        let far = preposition.towards(&waiting(), &to(), before_wall(2.0));
+        assert_eq!(
+            preposition.towards(&waiting(), &to(), before_wall(2.0)),
+            far
+        );
         let reach_m = arm().forward(&far).position_m().x;
-        assert_ne!(lean.towards(&waiting(), &to(), before_wall(reach_m)), far);
+        assert_ne!(
+            preposition.towards(&waiting(), &to(), before_wall(reach_m)),
+            far
+        );
     }
 }
