@@ -1,5 +1,5 @@
 //! Three laws of motion to a goal at rest: what they cost, how long they take, which limits they keep.
-//! `cargo bench -p hwall-motion`.
+//! `cargo bench -p hwall-haptics --bench laws_of_motion`.
 
 use hwall_haptics::{JointBounds as SecondOrderBounds, JointMotion};
 use hwall_kinematics::{JointPositions, SrsArm};
