@@ -21,18 +21,16 @@ pub mod judge;
 mod arithmetic;
 mod error;
 
-pub use bank::{Bank, BankConfig, Component, Covariance, Grouping, HypothesisView, Mixture, Mode};
+pub use bank::{Bank, BankConfig, Component, Covariance, HypothesisView, Mixture, Mode};
 pub use basis::Basis;
 pub use ensemble::{EnsembleConfig, EnsembleFilter, EnsembleUpdate};
 pub use error::BipError;
 pub use filter::{Filter, FilterConfig, Gate, Health, NoiseSource, Observation, TimeToEnd, Update};
 pub use hwall_numeric::ArgumentError;
 pub use judge::{
-    Criterion, EndPrediction, Evaluation, EvaluationConfig, MotionFilter, Score, SelectionConfig,
-    TimePrediction, Trial, Tuned, TuningConfig, at_edge, default_candidates, follow, leave_one_out,
-    score_bases, select_basis, select_groups, tune,
+    Criterion, EndPrediction, Evaluation, EvaluationConfig, MotionFilter, SelectionConfig,
+    TimePrediction, Trial, Tuned, TuningConfig, default_candidates, follow, leave_one_out,
+    select_groups, tune,
 };
 pub use model::{Group, Model, PhaseVelocity, Prior, Role, Tuning};
-pub use train::{
-    Demonstration, DemonstrationId, Onset, PhaseRate, Shrinkage, Trainer, TrainingConfig,
-};
+pub use train::{Demonstration, DemonstrationId, Onset, PhaseRate, Trainer, TrainingConfig};

@@ -5,7 +5,7 @@ pub mod baseline;
 mod error;
 mod estimate;
 pub mod learned;
-mod outer_product;
+mod matrices;
 pub mod predict;
 mod reach_set;
 pub mod registration;
@@ -28,7 +28,7 @@ pub use learned::{
 pub use predict::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Experience, FusedConfig,
     FusedPredictor, GazeModel, LabelledStream, LookShares, LookTable, PredictionSource, Predictor,
-    PredictorInput, REGION_SHARES, RayLead, ReachBeginning, ReachPhase, RegionModel, RegionSizes,
+    PredictorInput, REGION_SHARES, ReachBeginning, ReachPhase, RegionModel, RegionSizes,
     RestingHand, SteadyPoint, StreamContact, StreamEstimator, StreamFilters, TargetLook,
     TargetShares,
 };

@@ -54,43 +54,50 @@ impl HandPoint {
         Self::Little,
     ];
 
+    /// Number among the joints of OpenXR, names in OpenXR and WebXR, and name in column headers.
+    const fn about(self) -> (usize, [&'static str; 2], &'static str) {
+        match self {
+            Self::Palm => (0, ["XR_HAND_JOINT_PALM_EXT", "palm"], "palm"),
+            Self::Thumb => (5, ["XR_HAND_JOINT_THUMB_TIP_EXT", "thumb-tip"], "thumb"),
+            Self::Index => (
+                10,
+                ["XR_HAND_JOINT_INDEX_TIP_EXT", "index-finger-tip"],
+                "index",
+            ),
+            Self::Middle => (
+                15,
+                ["XR_HAND_JOINT_MIDDLE_TIP_EXT", "middle-finger-tip"],
+                "middle",
+            ),
+            Self::Ring => (
+                20,
+                ["XR_HAND_JOINT_RING_TIP_EXT", "ring-finger-tip"],
+                "ring",
+            ),
+            Self::Little => (
+                25,
+                ["XR_HAND_JOINT_LITTLE_TIP_EXT", "pinky-finger-tip"],
+                "little",
+            ),
+        }
+    }
+
     /// Its number among the 26 joints of a hand in OpenXR (`XR_EXT_hand_tracking`).
     #[must_use]
     pub const fn openxr_joint(self) -> usize {
-        match self {
-            Self::Palm => 0,
-            Self::Thumb => 5,
-            Self::Index => 10,
-            Self::Middle => 15,
-            Self::Ring => 20,
-            Self::Little => 25,
-        }
+        self.about().0
     }
 
     /// Its names in OpenXR and in WebXR, by which recordings are read as well. WebXR has no palm.
     #[must_use]
     pub const fn other_names(self) -> [&'static str; 2] {
-        match self {
-            Self::Palm => ["XR_HAND_JOINT_PALM_EXT", "palm"],
-            Self::Thumb => ["XR_HAND_JOINT_THUMB_TIP_EXT", "thumb-tip"],
-            Self::Index => ["XR_HAND_JOINT_INDEX_TIP_EXT", "index-finger-tip"],
-            Self::Middle => ["XR_HAND_JOINT_MIDDLE_TIP_EXT", "middle-finger-tip"],
-            Self::Ring => ["XR_HAND_JOINT_RING_TIP_EXT", "ring-finger-tip"],
-            Self::Little => ["XR_HAND_JOINT_LITTLE_TIP_EXT", "pinky-finger-tip"],
-        }
+        self.about().1
     }
 
     /// Name in column headers: `palm`, `thumb`, `index`, `middle`, `ring`, `little`.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Palm => "palm",
-            Self::Thumb => "thumb",
-            Self::Index => "index",
-            Self::Middle => "middle",
-            Self::Ring => "ring",
-            Self::Little => "little",
-        }
+        self.about().2
     }
 }
 
@@ -252,43 +259,14 @@ impl HandFrame {
         limited
     }
 
-    /// Mean of the tracked points, m.
-    #[must_use]
-    pub fn centroid_m(&self) -> Option<DVec3> {
-        let (sum, count) = self
-            .points()
-            .into_iter()
-            .flatten()
-            .fold((DVec3::ZERO, 0.0), |(s, n), p| (s + p, n + 1.0));
-        (count > 0.0).then(|| sum / count)
-    }
-
-    /// The tracked point that lies furthest along a direction (of any length but zero), and
-    /// where it is, m: the one that touches first when the hand moves that way.
-    #[must_use]
-    pub fn foremost(&self, direction: DVec3) -> Option<TrackedPoint> {
-        let direction = direction.try_normalize()?;
-        HandPoint::ALL
-            .into_iter()
-            .filter_map(|point| self.tracked(point))
-            .max_by(|a, b| {
-                let ahead = |p: &TrackedPoint| p.position_m.dot(direction);
-                ahead(a).total_cmp(&ahead(b))
-            })
-    }
-
     /// The point that stands for the contact, and where it is, m: the first of
     /// [`HandPoint::BY_CONTACT`] that is tracked.
     #[must_use]
     pub fn contact_point(&self) -> Option<TrackedPoint> {
-        HandPoint::BY_CONTACT
-            .into_iter()
-            .find_map(|point| self.tracked(point))
-    }
-
-    fn tracked(&self, point: HandPoint) -> Option<TrackedPoint> {
-        let position_m = self.point(point)?;
-        Some(TrackedPoint { point, position_m })
+        HandPoint::BY_CONTACT.into_iter().find_map(|point| {
+            let position_m = self.point(point)?;
+            Some(TrackedPoint { point, position_m })
+        })
     }
 
     /// The line of sight, when both head and gaze are tracked.

@@ -1,5 +1,6 @@
 //! Square-root information arithmetic on padded vectors.
 
+mod reflections;
 mod rows;
 mod square_root;
 mod tile;

@@ -27,9 +27,6 @@ pub struct BankConfig {
     /// Probability that it is well under way by then, at any phase. Default 0.05. With the observation noise of the fit alone, one
     /// late start in twenty is lost all the same: a linearised phase is further off than that noise.
     pub under_way: f64,
-    /// Shortest time between two moments at which hypotheses branch. Default 0, at every step: a stop that falls between two
-    /// such moments is taken for another shape of the motion, and that is not forgotten.
-    pub branching: f64,
     /// Most hypotheses kept. Default 8; the time of a step grows in proportion. In the first tenth
     /// of a motion two for each component are kept, if that is more, and up to eighteen beside them that began on the way.
     pub hypotheses: usize,
@@ -48,7 +45,6 @@ impl Default for BankConfig {
             changes: 0.2,
             not_begun: 0.2,
             under_way: 0.05,
-            branching: 0.0,
             hypotheses: 8,
         }
     }
@@ -60,7 +56,6 @@ impl BankConfig {
         check::non_negative("pauses", self.pauses)?;
         check::positive("length of a pause", self.pause_length)?;
         check::non_negative("changes", self.changes)?;
-        check::non_negative("branching", self.branching)?;
         for (what, value) in [
             ("probability of not having begun", self.not_begun),
             ("probability of being under way", self.under_way),

@@ -22,8 +22,7 @@ const SETTLING: f64 = 0.1;
 
 /// An estimate as a mixture over components of the prior and over what the person is doing.
 ///
-/// A jump Markov system: at every [`branching`](BankConfig::branching) a moving hypothesis may pause, at once or by slowing
-/// down, or change its mind, and a resting one may go on with a velocity drawn anew or gather speed, each as a new
+/// A jump Markov system: at every step a moving hypothesis may pause, at once or by slowing down, or change its mind, and a resting one may go on with a velocity drawn anew or gather speed, each as a new
 /// hypothesis; those that say about the same are merged, the lightest are dropped. An interacting multiple
 /// model would instead mix all histories of a mode into one Gaussian at every step. A change of
 /// mind, before and after which the ends lie far apart, does not survive that.
@@ -137,7 +136,7 @@ impl Bank {
         if self.weighed || self.elapsed > 0.0 {
             self.elapsed += dt * mean;
         }
-        if self.weighed && self.since_branching >= self.config.branching {
+        if self.weighed {
             let room = room(&self.config, self.components.len(), self.elapsed);
             let (share, components) = (self.since_branching, &mut self.components);
             self.hypotheses

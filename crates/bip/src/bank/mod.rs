@@ -25,4 +25,4 @@ pub use component::Component;
 pub use config::BankConfig;
 pub use filter_bank::Bank;
 pub use hypothesis::{HypothesisView, Mode};
-pub use mixture::{Covariance, Grouping, Mixture};
+pub use mixture::{Covariance, Mixture};

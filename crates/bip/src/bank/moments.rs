@@ -71,9 +71,14 @@ impl Bank {
         mean: &mut [f64],
         variance: &mut [f64],
     ) -> Result<(), BipError> {
-        self.mix(dofs, mean, variance, false, |filter, _, mean, variance| {
-            filter.moments_at(phase, dofs, mean, variance)
-        })
+        self.mix(
+            |_| true,
+            dofs,
+            mean,
+            variance,
+            false,
+            |filter, mean, variance| filter.moments_at(phase, dofs, mean, variance),
+        )
     }
 
     /// Mean and variance of what will be measured at a phase; see [`Filter::predict_at`].
@@ -87,58 +92,19 @@ impl Bank {
         mean: &mut [f64],
         variance: &mut [f64],
     ) -> Result<(), BipError> {
-        self.mix(dofs, mean, variance, false, |filter, _, mean, variance| {
-            filter.predict_at(phase, dofs, mean, variance)
-        })
-    }
-
-    /// Mean and variance of some degrees of freedom after a time `dt` without another event: a hand
-    /// at rest goes on resting.
-    ///
-    /// # Errors
-    /// As [`Filter::moments_after`].
-    pub fn moments_after(
-        &mut self,
-        dt: f64,
-        dofs: &[usize],
-        mean: &mut [f64],
-        variance: &mut [f64],
-    ) -> Result<(), BipError> {
         self.mix(
+            |_| true,
             dofs,
             mean,
             variance,
             false,
-            |filter, mode, mean, variance| {
-                let dt = if mode == Mode::Resting { 0.0 } else { dt };
-                filter.moments_after(dt, dofs, mean, variance)
-            },
+            |filter, mean, variance| filter.predict_at(phase, dofs, mean, variance),
         )
     }
 
-    /// Mean and covariance (row-major) of some degrees of freedom at a phase.
-    ///
-    /// # Errors
-    /// As [`Filter::covariance_at`].
-    pub fn covariance_at(
-        &mut self,
-        phase: f64,
-        dofs: &[usize],
-        mean: &mut [f64],
-        covariance: &mut [f64],
-    ) -> Result<(), BipError> {
-        self.mix(
-            dofs,
-            mean,
-            covariance,
-            true,
-            |filter, _, mean, covariance| filter.covariance_at(phase, dofs, mean, covariance),
-        )
-    }
-
-    /// The same of the hypotheses of one component alone; `false`, and nothing is written, if none of them is left. Where
-    /// components stand for motions that exclude each other, such as configurations of an arm on different branches,
-    /// the mean over all of them is none of these.
+    /// Mean and covariance (row-major) of some degrees of freedom at a phase, over the hypotheses of one component; `false`, and
+    /// nothing is written, if none of them is left. Use it where components stand for motions that exclude each other, such as
+    /// configurations of an arm on different branches: the mean over all of them is none of these.
     ///
     /// # Errors
     /// As [`Filter::covariance_at`].
@@ -150,41 +116,30 @@ impl Bank {
         mean: &mut [f64],
         covariance: &mut [f64],
     ) -> Result<bool, BipError> {
-        if !(self.hypotheses.list.iter()).any(|h| h.component == component && h.weight > 0.0) {
+        let counts = |h: &Hypothesis| h.component == component && h.weight > 0.0;
+        if !self.hypotheses.list.iter().any(counts) {
             return Ok(false);
         }
-        self.mix_of(
-            |h| h.component == component && h.weight > 0.0,
+        self.mix(
+            counts,
             dofs,
             mean,
             covariance,
             true,
-            |filter, _, mean, covariance| filter.covariance_at(phase, dofs, mean, covariance),
+            |filter, mean, covariance| filter.covariance_at(phase, dofs, mean, covariance),
         )?;
         Ok(true)
     }
 
-    /// Moments of a mixture, from those that `each` gives of a hypothesis.
+    /// Moments of a mixture of the hypotheses that count, from those that `each` gives of one.
     fn mix(
-        &mut self,
-        dofs: &[usize],
-        mean: &mut [f64],
-        second: &mut [f64],
-        full: bool,
-        each: impl FnMut(&mut Filter, Mode, &mut [f64], &mut [f64]) -> Result<(), BipError>,
-    ) -> Result<(), BipError> {
-        self.mix_of(|_| true, dofs, mean, second, full, each)
-    }
-
-    /// Moments of a mixture of the hypotheses that count.
-    fn mix_of(
         &mut self,
         counts: impl Fn(&Hypothesis) -> bool,
         dofs: &[usize],
         mean: &mut [f64],
         second: &mut [f64],
         full: bool,
-        mut each: impl FnMut(&mut Filter, Mode, &mut [f64], &mut [f64]) -> Result<(), BipError>,
+        mut each: impl FnMut(&mut Filter, &mut [f64], &mut [f64]) -> Result<(), BipError>,
     ) -> Result<(), BipError> {
         let m = dofs.len();
         length("mean", m, mean.len())?;
@@ -207,9 +162,7 @@ impl Bank {
         // Shifted by the mean so far, so that nothing cancels (West's way of adding up variances).
         let mut weight = 0.0;
         for h in self.hypotheses.list.iter_mut().filter(|h| counts(h)) {
-            let mode = h.mode;
-            self.components[h.component]
-                .with(&mut h.posterior, |f| each(f, mode, part, part_second))?;
+            self.components[h.component].with(&mut h.posterior, |f| each(f, part, part_second))?;
             weight += h.weight;
             let share = h.weight / weight;
             for i in 0..m {
@@ -226,26 +179,6 @@ impl Bank {
         }
         check::all_finite("mean", mean)?;
         Ok(check::all_finite("variance", second)?)
-    }
-
-    /// Probability that the motion is over after a time `dt` without another event.
-    ///
-    /// # Errors
-    /// A `dt` that is negative or not finite.
-    pub fn probability_ended(&mut self, dt: f64) -> Result<f64, BipError> {
-        let mut sum = 0.0;
-        for h in &mut self.hypotheses.list {
-            // Not 0 at rest: NaN and infinity must be refused there too.
-            let dt = if h.mode == Mode::Resting {
-                0.0 * dt
-            } else {
-                dt
-            };
-            let component = &mut self.components[h.component];
-            let ended = component.with(&mut h.posterior, |f| f.probability_ended(dt))?;
-            sum += h.weight * ended;
-        }
-        Ok(sum)
     }
 
     /// Time left until phase 1. A hand at rest, or on its way to or from rest, is expected to rest for the average pause and to

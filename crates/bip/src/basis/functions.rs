@@ -1,9 +1,9 @@
-//! Basis functions of the phase: values, derivatives and how well conditioned they are.
+//! Basis functions of the phase: values and derivatives.
 
 use crate::error::{BipError, length};
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check;
-use hwall_numeric::dense::{Matrix, Svd};
+use hwall_numeric::dense::Matrix;
 use std::fmt;
 
 /// More functions than this are a mistake, and would take minutes to make orthonormal.
@@ -18,6 +18,9 @@ const MAX_COUNT: usize = 1024;
 /// Source: the conventions of the published implementation, [Campbell 2017]; Legendre and
 /// Chebyshev polynomials are those of `2 phase - 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case", tag = "kind"))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Basis {
     /// `exp(-(phase - centre)² / (2 variance))`. On data far from zero its sum ripples and the
@@ -133,33 +136,6 @@ impl Basis {
             .map_err(|_| BipError::Overflow { phase })
     }
 
-    /// Ratio of the largest to the smallest singular value of the functions at evenly spaced phases;
-    /// infinite where they are linearly dependent to rounding, or where there are fewer samples
-    /// than functions.
-    ///
-    /// A fit loses about as many digits as its decimal logarithm says.
-    ///
-    /// # Errors
-    /// Fewer than two samples or more than a million, a width that is not positive.
-    pub fn condition_number(&self, samples: usize) -> Result<f64, BipError> {
-        self.validate()?;
-        if samples < 2 {
-            return Err(BipError::TooShort { samples });
-        }
-        if samples < self.count() {
-            return Ok(f64::INFINITY);
-        }
-        let wanted = "at most 1e6";
-        check::that(samples <= MOST_SAMPLES, "samples", samples as f64, wanted)?;
-        let svd = Svd::thin(&self.on_grid(samples))?;
-        let (largest, smallest) = (svd.singular[0], svd.singular[self.count() - 1]);
-        Ok(if smallest > largest * f64::EPSILON {
-            largest / smallest
-        } else {
-            f64::INFINITY
-        })
-    }
-
     /// Values at evenly spaced phases, one row for each phase.
     pub(super) fn on_grid(&self, samples: usize) -> Matrix {
         let count = self.count();
@@ -216,9 +192,6 @@ impl Basis {
         }
     }
 }
-
-/// Most phases at which a condition number is computed.
-const MOST_SAMPLES: usize = 1_000_000;
 
 /// A bell or step narrower than this, in phase, falls between the samples of any recording.
 const NARROWEST: f64 = 1e-6;

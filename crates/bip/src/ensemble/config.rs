@@ -9,10 +9,6 @@ pub enum EnsembleUpdate {
     /// Each member sees the observation with noise of its own, drawn with the standard deviation
     /// of the measurement. Source: [Burgers 1998]; what [Campbell 2019] describes.
     Perturbed,
-    /// As the code published with [Campbell 2019] does it, for comparison only: the noise is drawn
-    /// with the *variance* as standard deviation. Below a variance of one unit the members end up
-    /// too close together, above it too far apart. Of a full covariance, the diagonal counts.
-    Published,
     /// Nothing is drawn for the observation: mean and deviations of the members are moved so that
     /// their mean and covariance are exactly those of the linear update. Source: the square root
     /// of [Andrews 1968] as in [Whitaker 2002], eq. 10, for all rows at once.
@@ -29,8 +25,6 @@ pub struct EnsembleConfig {
     pub seed: u64,
     /// Default [`EnsembleUpdate::Deterministic`].
     pub update: EnsembleUpdate,
-    /// Shift the first members so that their mean is that of the prior. Default `true`.
-    pub centred: bool,
     /// Start, process noise and measurement noise, as for [`Filter`](crate::filter::Filter).
     pub filter: FilterConfig,
 }
@@ -41,7 +35,6 @@ impl Default for EnsembleConfig {
             members: 300,
             seed: 0,
             update: EnsembleUpdate::Deterministic,
-            centred: true,
             filter: FilterConfig::default(),
         }
     }

@@ -28,7 +28,7 @@ use rand_pcg::rand_core::SeedableRng;
 /// times as long as the exact filter. On 18 reaches with 47 demonstrations, 300 members with the deterministic
 /// update were a little more accurate than the exact filter, their intervals no better; 50
 /// members with perturbed observations, about as many as state variables, diverged by metres in
-/// some runs. The published draws were the worst once half of a motion was observed.
+/// some runs.
 ///
 /// [`predict`](Self::predict), [`observe`](Self::observe) and [`observe_at`](Self::observe_at) do
 /// not allocate. An error leaves members and draws as they were. The same seed gives the same
@@ -52,7 +52,7 @@ impl EnsembleFilter {
     /// Members drawn from the prior, before anything is seen.
     ///
     /// # Errors
-    /// Fewer than two members, a gate, more than one iteration, a correlation time (also one that
+    /// Fewer than two members, a gate, a correlation time (also one that
     /// the model was tuned with: see
     /// [`TuningConfig::correlation_times`](crate::judge::TuningConfig)); as
     /// [`Filter::new`](crate::filter::Filter::new).
@@ -64,9 +64,6 @@ impl EnsembleFilter {
             let wanted = "none: an ensemble has no gate";
             check::that(false, "deviations of the gate", gate.deviations, wanted)?;
         }
-        let iterations = config.filter.iterations;
-        let wanted = "1: an ensemble does not linearise";
-        check::that(iterations == 1, "iterations", iterations as f64, wanted)?;
         let noise = NoiseModel::new(model, &config.filter)?;
         let dynamics = PhaseDynamics::new(model, &config.filter)?;
         let time = noise.correlation_time;
@@ -86,9 +83,8 @@ impl EnsembleFilter {
             for x in state.row_mut(k) {
                 *x = StandardNormal.sample(&mut generator);
             }
-            if config.centred {
-                state.centre(k);
-            }
+            // Their mean is that of the prior.
+            state.centre(k);
             for x in state.row_mut(k) {
                 *x = mean + sd * *x;
             }
@@ -218,12 +214,6 @@ impl EnsembleFilter {
         if shift != 0.0 {
             self.state.row_mut(0).iter_mut().for_each(|x| *x += shift);
         }
-    }
-
-    /// Number of members.
-    #[must_use]
-    pub fn members(&self) -> usize {
-        self.state.members()
     }
 
     /// Mean of the phases.

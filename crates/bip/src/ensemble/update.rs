@@ -72,13 +72,8 @@ impl Scratch {
         }
         self.change.copy_rows_from(&self.expected, m);
         for i in 0..m {
-            let published = sd(i).powi(2);
             for change in self.change.row_mut(i) {
                 *change = self.innovation[i] - *change;
-                if update == EnsembleUpdate::Published {
-                    let draw: f64 = StandardNormal.sample(generator);
-                    *change += published * draw;
-                }
             }
         }
         let log_sd = if let Noise::Covariance(_) = observation.noise {

@@ -57,10 +57,6 @@ pub struct FilterConfig {
     pub noise_factor: Option<f64>,
     /// Refusal of outliers. Default `None`: every value is accepted.
     pub gate: Option<Gate>,
-    /// Linearisations for each observation of the present. With more than one, the update is
-    /// repeated around its own result, which helps where one observation moves the phase far.
-    /// Default 1.
-    pub iterations: usize,
     /// Time for which the motion goes on deviating from what the model can express: deviations
     /// are a first-order Markov process with the variance of the noise, beside independent
     /// noise with the variance of the fit. Default `None`: as the model was
@@ -80,7 +76,6 @@ impl Default for FilterConfig {
             noise: NoiseSource::Best,
             noise_factor: None,
             gate: None,
-            iterations: 1,
             correlation_time: None,
             clip_phase: true,
         }
@@ -88,14 +83,13 @@ impl Default for FilterConfig {
 }
 
 impl FilterConfig {
-    /// Rejects a start, a gate and iterations outside their ranges.
+    /// Rejects a start and a gate outside their ranges.
     pub(crate) fn validate(&self) -> Result<(), ArgumentError> {
         check::finite("phase", self.phase)?;
         check::positive("phase variance", self.phase_variance)?;
         if let Some(gate) = self.gate {
             check::positive("deviations of the gate", gate.deviations)?;
         }
-        check::that(self.iterations > 0, "iterations", 0.0, "at least 1")?;
         Ok(())
     }
 }

@@ -45,15 +45,4 @@ impl Health {
             self.recent_distance += weight * (now - self.recent_distance);
         }
     }
-
-    /// Share of the values that was refused; 0 before the first.
-    #[must_use]
-    pub fn gated_share(&self) -> f64 {
-        let all = self.rows + self.gated;
-        if all == 0 {
-            0.0
-        } else {
-            self.gated as f64 / all as f64
-        }
-    }
 }

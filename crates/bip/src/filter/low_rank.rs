@@ -24,8 +24,6 @@ pub(super) struct Scratch {
     pub seen: Vec<bool>,
     /// Places in an observation of the values that are accepted.
     pub kept: Vec<usize>,
-    /// Where an iterated update is linearised.
-    pub point: Vec<Tile>,
 }
 
 /// An estimate of one motion in progress.
@@ -43,7 +41,6 @@ pub struct Filter {
     pub(super) noise: NoiseModel,
     pub(super) dynamics: PhaseDynamics,
     pub(super) gate: Option<Gate>,
-    pub(super) iterations: usize,
     pub(super) posterior: Posterior,
     pub(super) health: Health,
     pub(super) scratch: Scratch,
@@ -65,7 +62,6 @@ impl Filter {
             noise: NoiseModel::new(model, config)?,
             dynamics,
             gate: config.gate,
-            iterations: config.iterations,
             health: Health::NEW,
             scratch: Scratch {
                 // Two at least, for the phase and its velocity.
@@ -80,7 +76,6 @@ impl Filter {
                 seen: vec![false; dofs],
                 // Full, so that a copy has room for all.
                 kept: (0..dofs).collect(),
-                point: posterior.mean.clone(),
             },
             posterior,
         })

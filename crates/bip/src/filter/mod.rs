@@ -12,16 +12,12 @@
 //! - Deviations that last (`correlation_time`) are a Markov process beside the motion. It needs no further state: a share
 //!   of the last measurement is subtracted from each new one, and the rows then depend on two phases. On recorded hands
 //!   this halves the error once 90 % of a reach is observed; a step takes half as long again.
-//! - `Shrinkage` widens the prior from mixtures of the demonstrations towards what each degree of freedom may do by itself.
-//!   The state grows from the number of demonstrations to that of the weights, the time of a step with its square. On the
-//!   reference workload it gained next to nothing; the noise factor did.
-//! - An `EnsembleFilter` carries members drawn from the prior and linearises nothing. It has three updates: perturbed
-//!   observations, the same as the published code draws them (the variance used as a standard deviation), and a
-//!   deterministic square root, the default. With no more perturbed members than state variables it can diverge.
+//! - An `EnsembleFilter` carries members drawn from the prior and linearises nothing. It has two updates: perturbed
+//!   observations, and a deterministic square root, the default. With no more perturbed members than state variables it can diverge.
 //! - Model files are JSON with a version and a digest; they give back every bit, on any machine, because the change to
 //!   orthonormal functions is stored and not computed again.
-//! - AIC and BIC count all parameters and estimate the noise. The published forms, also available, count too few and fix
-//!   the noise, so that on data in metres the edge of the grid decides: `at_edge` says so.
+//! - AIC and BIC count all parameters and estimate the noise. The published forms count too few and fix the noise, so that
+//!   on data in metres the edge of the grid decides.
 
 mod config;
 mod health;

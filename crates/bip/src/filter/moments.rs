@@ -3,6 +3,7 @@
 use super::low_rank::Filter;
 use super::noise::Lasting;
 use super::posterior::{PHASE_STATES, PhaseEstimate};
+use crate::arithmetic::all_finite;
 use crate::error::{BipError, length};
 use hwall_numeric::check;
 
@@ -23,18 +24,15 @@ impl Filter {
     /// Covariance of phase and phase velocity.
     #[must_use]
     pub fn phase_covariance(&mut self) -> [[f64; 2]; 2] {
-        let scratch = &mut self.scratch;
-        scratch.rows.reset(2);
+        let rows = &mut self.scratch.rows;
+        rows.reset(2);
         for k in 0..2 {
-            scratch.rows.clear(k);
-            scratch.rows.set(k, k, 1.0);
+            rows.clear(k);
+            rows.set(k, k, 1.0);
         }
-        self.posterior
-            .root
-            .solve_transposed(&mut scratch.rows, 0, &mut scratch.column);
-        let width = self.posterior.mean.len();
+        self.solve_rows(0);
         let [variance, covariance, velocity_variance] =
-            [(0, 0), (0, 1), (1, 1)].map(|(i, j)| scratch.rows.dot(i, j, width));
+            [(0, 0), (0, 1), (1, 1)].map(|(i, j)| self.product_of_rows(i, j));
         [[variance, covariance], [covariance, velocity_variance]]
     }
 
@@ -60,85 +58,46 @@ impl Filter {
         variance: &mut [f64],
     ) -> Result<(), BipError> {
         check::finite("phase", phase)?;
-        self.moments(phase, [0.0, 0.0], 0.0, dofs, mean, variance)
-    }
-
-    /// Mean and variance of some degrees of freedom after a time `dt`, the uncertainty of phase
-    /// and phase velocity included, to first order.
-    ///
-    /// The phase reached stays within `[0, 1]`: the motion rests at its end.
-    ///
-    /// # Errors
-    /// As [`moments_at`](Self::moments_at); a `dt` that is negative or not finite.
-    pub fn moments_after(
-        &mut self,
-        dt: f64,
-        dofs: &[usize],
-        mean: &mut [f64],
-        variance: &mut [f64],
-    ) -> Result<(), BipError> {
-        check::non_negative("dt", dt)?;
-        let reached = self.phase() + dt * self.phase_velocity();
-        let noise = 0.5 * self.dynamics.acceleration_sd * dt * dt;
-        // The motion does not go beyond its ends: the phase varies less by this share.
-        let sd = self.phase_sd_after(dt);
-        let share = spread_within(-reached / sd, (1.0 - reached) / sd);
-        let phase = reached.clamp(0.0, 1.0);
-        self.moments(
-            phase,
-            [share, share * dt],
-            share * noise,
-            dofs,
-            mean,
-            variance,
-        )
-    }
-
-    fn moments(
-        &mut self,
-        phase: f64,
-        phase_row: [f64; 2],
-        phase_noise_sd: f64,
-        dofs: &[usize],
-        mean: &mut [f64],
-        variance: &mut [f64],
-    ) -> Result<(), BipError> {
         length("mean", dofs.len(), mean.len())?;
         length("variance", dofs.len(), variance.len())?;
         self.known(dofs)?;
-        self.projector.set_phase(phase);
         // As many at once as there is scratch for: one degree of freedom may be asked for twice.
         let capacity = self.scratch.rows.capacity();
-        let from = if phase_row == [0.0, 0.0] {
-            PHASE_STATES
-        } else {
-            0
-        };
         for (dofs, (mean, variance)) in dofs
             .chunks(capacity)
             .zip(mean.chunks_mut(capacity).zip(variance.chunks_mut(capacity)))
         {
-            let rows = &mut self.scratch.rows;
-            rows.reset(dofs.len());
-            for (i, (&d, mean)) in dofs.iter().zip(mean.iter_mut()).enumerate() {
-                let predicted = self.projector.row(d, &self.posterior.mean, |t, tile| {
-                    *rows.tile_mut(i, t) = tile
-                });
-                rows.set(i, 0, predicted.slope * phase_row[0]);
-                rows.set(i, 1, predicted.slope * phase_row[1]);
-                *mean = predicted.value;
-                variance[i] = (predicted.slope * phase_noise_sd).powi(2);
-            }
-            self.posterior
-                .root
-                .solve_transposed(rows, from, &mut self.scratch.column);
+            self.set_rows(phase, dofs, mean);
+            self.solve_rows(PHASE_STATES);
             for (i, variance) in variance.iter_mut().enumerate() {
-                *variance += rows.dot(i, i, self.posterior.mean.len());
+                *variance = self.product_of_rows(i, i);
             }
         }
-        check::all_finite("mean", mean)
-            .and_then(|()| check::all_finite("variance", variance))
-            .map_err(|_| BipError::Overflow { phase })
+        finite(phase, mean, variance)
+    }
+
+    /// Rows of some degrees of freedom at a phase, as many as there is scratch for, and their means.
+    fn set_rows(&mut self, phase: f64, dofs: &[usize], mean: &mut [f64]) {
+        self.projector.set_phase(phase);
+        let rows = &mut self.scratch.rows;
+        rows.reset(dofs.len());
+        for (i, (&d, mean)) in dofs.iter().zip(mean).enumerate() {
+            let predicted = self.projector.row(d, &self.posterior.mean, |t, tile| {
+                *rows.tile_mut(i, t) = tile
+            });
+            *mean = predicted.value;
+        }
+    }
+
+    /// Makes the products of the rows their covariances; the rows are zero before entry `from`.
+    fn solve_rows(&mut self, from: usize) {
+        let scratch = &mut self.scratch;
+        let root = &self.posterior.root;
+        root.solve_transposed(&mut scratch.rows, from, &mut scratch.column);
+    }
+
+    fn product_of_rows(&self, i: usize, j: usize) -> f64 {
+        self.scratch.rows.dot(i, j, self.posterior.mean.len())
     }
 
     /// Mean and variance of what will be measured at a later phase: the mean motion, the part of
@@ -168,15 +127,7 @@ impl Filter {
             .chunks(capacity)
             .zip(mean.chunks_mut(capacity).zip(variance.chunks_mut(capacity)))
         {
-            let rows = &mut self.scratch.rows;
-            rows.reset(dofs.len());
-            self.projector.set_phase(phase);
-            for (i, (&d, mean)) in dofs.iter().zip(mean.iter_mut()).enumerate() {
-                let then = self.projector.row(d, &self.posterior.mean, |t, tile| {
-                    *rows.tile_mut(i, t) = tile
-                });
-                *mean = then.value;
-            }
+            self.set_rows(phase, dofs, mean);
             for (i, &d) in dofs.iter().enumerate() {
                 variance[i] = self.noise.residual_sd[d].powi(2);
                 let lasts = self.noise.correlation_time > 0.0;
@@ -201,18 +152,13 @@ impl Filter {
                 mean[i] += share * (last.value - old.value);
                 variance[i] = rest;
             }
-            let rows = &mut self.scratch.rows;
-            self.posterior
-                .root
-                .solve_transposed(rows, 0, &mut self.scratch.column);
+            self.solve_rows(0);
             for (i, variance) in variance.iter_mut().enumerate() {
-                *variance += rows.dot(i, i, self.posterior.mean.len());
+                *variance += self.product_of_rows(i, i);
                 *variance *= self.noise.spread.powi(2);
             }
         }
-        check::all_finite("mean", mean)
-            .and_then(|()| check::all_finite("variance", variance))
-            .map_err(|_| BipError::Overflow { phase })
+        finite(phase, mean, variance)
     }
 
     /// Refuses degrees of freedom that the model does not have.
@@ -249,28 +195,16 @@ impl Filter {
             });
         }
         self.known(dofs)?;
-        self.projector.set_phase(phase);
-        let rows = &mut self.scratch.rows;
-        rows.reset(m);
-        for (i, (&d, mean)) in dofs.iter().zip(mean.iter_mut()).enumerate() {
-            let predicted = self.projector.row(d, &self.posterior.mean, |t, tile| {
-                *rows.tile_mut(i, t) = tile
-            });
-            *mean = predicted.value;
-        }
-        self.posterior
-            .root
-            .solve_transposed(rows, PHASE_STATES, &mut self.scratch.column);
+        self.set_rows(phase, dofs, mean);
+        self.solve_rows(PHASE_STATES);
         for i in 0..m {
             for j in 0..=i {
-                let sum = rows.dot(i, j, self.posterior.mean.len());
+                let sum = self.product_of_rows(i, j);
                 covariance[i * m + j] = sum;
                 covariance[j * m + i] = sum;
             }
         }
-        check::all_finite("mean", mean)
-            .and_then(|()| check::all_finite("covariance", covariance))
-            .map_err(|_| BipError::Overflow { phase })
+        finite(phase, mean, covariance)
     }
 
     /// Time left until phase 1; `None` while the phase does not move forward.
@@ -290,43 +224,12 @@ impl Filter {
         };
         (estimate.mean.is_finite() && estimate.sd.is_finite()).then_some(estimate)
     }
-
-    /// Probability that the motion is over after a time `dt`: that the phase has reached 1 by then.
-    ///
-    /// # Errors
-    /// A `dt` that is negative or not finite.
-    pub fn probability_ended(&mut self, dt: f64) -> Result<f64, BipError> {
-        check::non_negative("dt", dt)?;
-        let score = (self.phase() + dt * self.phase_velocity() - 1.0) / self.phase_sd_after(dt);
-        check::finite("dt", score)?;
-        Ok(below(score))
-    }
-
-    /// Standard deviation of the phase after a time `dt`.
-    fn phase_sd_after(&mut self, dt: f64) -> f64 {
-        let p = self.phase_covariance();
-        let noise = 0.5 * self.dynamics.acceleration_sd * dt * dt;
-        (p[0][0] + 2.0 * dt * p[0][1] + dt * dt * p[1][1] + noise * noise).sqrt()
-    }
 }
 
-/// Probability of a standard normal variable below `z`.
-fn below(z: f64) -> f64 {
-    0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2)
-}
-
-/// Standard deviation of a standard normal variable that is clamped to an interval.
-fn spread_within(low: f64, high: f64) -> f64 {
-    /// Beyond this many deviations there is nothing.
-    const NOTHING: f64 = 8.0;
-    if !(low < NOTHING && high > -NOTHING) {
-        return 0.0;
+fn finite(phase: f64, mean: &[f64], second: &[f64]) -> Result<(), BipError> {
+    if all_finite(mean) && all_finite(second) {
+        Ok(())
+    } else {
+        Err(BipError::Overflow { phase })
     }
-    let (low, high) = (low.max(-NOTHING), high.min(NOTHING));
-    let density = |z: f64| (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
-    let (under, over) = (below(low), below(-high));
-    let mean = low * under + high * over + density(low) - density(high);
-    let square = low * low * under + high * high * over + (1.0 - under - over) + low * density(low)
-        - high * density(high);
-    (square - mean * mean).clamp(0.0, 1.0).sqrt()
 }

@@ -62,34 +62,10 @@ impl Filter {
         observation.factor_noise(&mut self.scratch.lower)?;
         let refused = self.refuse_outliers(fixed, observation)?;
         let m = self.scratch.kept.len();
-        self.scratch.point.copy_from_slice(&self.posterior.mean);
-        let iterations = if fixed.is_some() { 1 } else { self.iterations };
-        let mut first = None;
-        for _ in 0..iterations {
-            let phase = fixed.unwrap_or(self.scratch.point[0][0]);
-            let log_sd = self.linearize(fixed.is_some(), phase, observation);
-            let mut update = self.fold(m, phase)?;
-            update.log_likelihood -= log_sd;
-            // The density of an observation is that of its prediction, before any iteration.
-            first.get_or_insert(update);
-            let before = self.scratch.point[0][0];
-            for ((point, x), dx) in self
-                .scratch
-                .point
-                .as_flattened_mut()
-                .iter_mut()
-                .zip(self.posterior.mean.as_flattened())
-                .zip(self.scratch.padded.as_flattened())
-            {
-                *point = x + dx;
-            }
-            let point = &mut self.scratch.point[0][0];
-            *point = self.dynamics.clipped(*point);
-            if (*point - before).abs() < 1e-9 {
-                break;
-            }
-        }
-        let mut update = first.unwrap_or(Update::NOTHING);
+        let phase = fixed.unwrap_or(self.phase());
+        let log_sd = self.linearize(fixed.is_some(), phase, observation);
+        let mut update = self.fold(m, phase)?;
+        update.log_likelihood -= log_sd;
         self.posterior.refused = refused.in_a_row;
         update.gated = refused.rows;
         update.log_likelihood += refused.log_likelihood;
@@ -103,8 +79,7 @@ impl Filter {
         Ok(self.accept(update))
     }
 
-    /// Rows of the kept values around the point: slopes in the state, residuals as seen from the
-    /// state before the update. Returns the sum of the logarithms of the standard deviations.
+    /// Rows of the kept values: slopes in the state and residuals. Returns the sum of the logarithms of the standard deviations.
     fn linearize(&mut self, at_phase: bool, phase: f64, observation: &Observation<'_>) -> f64 {
         let present = if at_phase { 0.0 } else { 1.0 };
         let state = &self.posterior.mean;
@@ -112,14 +87,12 @@ impl Filter {
         let rows = &mut scratch.rows;
         let m = scratch.kept.len();
         rows.reset(m);
-        let at_state = scratch.point == *state;
         // The gate has looked at the same rows.
-        let known = at_state && self.gate.is_some();
+        let known = self.gate.is_some();
         if !known {
             self.projector.set_phase(phase);
         }
         let mut log_sd = 0.0;
-        let moved = scratch.point[0][0] - state[0][0];
         for (i, &at) in scratch.kept.iter().enumerate() {
             let d = observation.dofs[at];
             let (sd, ln_sd) = match observation.noise {
@@ -128,8 +101,6 @@ impl Filter {
                 Noise::Covariance(_) => (1.0, 0.0),
             };
             let scale = 1.0 / sd;
-            // The prediction is linear in the coefficients: only the slope and the value that
-            // belongs to the phase come from the point, the coefficients may stay at the state.
             let predicted = if known {
                 for t in 0..state.len() {
                     *rows.tile_mut(i, t) = scratch.plain.tile(at, t).map(|x| x * scale);
@@ -140,14 +111,8 @@ impl Filter {
                     *rows.tile_mut(i, t) = h.map(|x| x * scale);
                 })
             };
-            let slope = if at_state {
-                predicted.slope
-            } else {
-                self.projector.row(d, &scratch.point, |_, _| ()).slope
-            };
-            rows.set(i, 0, present * slope * scale);
-            rows.e[i] =
-                (observation.values[at] - predicted.value + present * slope * moved) * scale;
+            rows.set(i, 0, present * predicted.slope * scale);
+            rows.e[i] = (observation.values[at] - predicted.value) * scale;
             log_sd += ln_sd;
         }
         if !at_phase && self.noise.correlation_time > 0.0 && observation.noise == Noise::Model {
@@ -165,9 +130,7 @@ impl Filter {
     /// Returns the sum of the logarithms of the standard deviations.
     fn subtract_lasting(&mut self, observation: &Observation<'_>) -> f64 {
         let scratch = &mut self.scratch;
-        let point = [scratch.point[0][0], scratch.point[0][1]];
         let state = &self.posterior.mean;
-        let moved = [point[0] - state[0][0], point[1] - state[0][1]];
         let mut log_sd = 0.0;
         let mut evaluated = None;
         for (i, &at) in scratch.kept.iter().enumerate() {
@@ -178,7 +141,7 @@ impl Filter {
             };
             let age = self.posterior.last.travelled_since(&last);
             if evaluated != Some(age) {
-                let before = self.dynamics.clipped(point[0] - age * point[1]);
+                let before = self.dynamics.clipped(state[0][0] - age * state[0][1]);
                 self.projector.set_phase(before);
                 evaluated = Some(age);
             }
@@ -199,9 +162,7 @@ impl Filter {
             let first = rows.tile_mut(i, 0);
             first[0] -= slope;
             first[1] += slope * age;
-            rows.e[i] = rows.e[i] * scale
-                - old * (last.value - predicted.value)
-                - slope * (moved[0] - age * moved[1]);
+            rows.e[i] = rows.e[i] * scale - old * (last.value - predicted.value);
             log_sd += sd.ln();
         }
         log_sd

@@ -1,7 +1,7 @@
 //! How well a filter predicts the end of motions it was not trained on.
 
+use super::map_indexed;
 use super::motion_filter::MotionFilter;
-use super::threads::map_indexed;
 use crate::error::{BipError, length};
 use crate::filter::{Observation, TimeToEnd};
 use crate::model::{Model, Role};

@@ -12,15 +12,20 @@
 mod evaluation;
 mod motion_filter;
 mod selection;
-mod threads;
 mod tuning;
 
 pub use evaluation::{
     EndPrediction, Evaluation, EvaluationConfig, TimePrediction, follow, leave_one_out,
 };
 pub use motion_filter::MotionFilter;
-pub use selection::{
-    Criterion, Score, SelectionConfig, at_edge, default_candidates, score_bases, select_basis,
-    select_groups,
-};
+pub use selection::{Criterion, SelectionConfig, default_candidates, select_groups};
+/// `each(0), each(1), ...` in order; with the feature `parallel` on all cores.
+fn map_indexed<T: Send>(count: usize, each: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    if cfg!(feature = "parallel") {
+        hwall_numeric::parallel::map(count, each)
+    } else {
+        (0..count).map(each).collect()
+    }
+}
+
 pub use tuning::{Trial, Tuned, TuningConfig, tune};

@@ -3,12 +3,10 @@
 use crate::basis::Basis;
 use crate::error::BipError;
 use crate::model::Group;
-use crate::train::{Demonstration, FitQuality, Trainer, TrainingConfig};
+use crate::train::{Demonstration, Trainer, TrainingConfig};
 use hwall_numeric::check;
 use std::ops::Range;
 
-/// Fixed noise variance of the published criteria, whatever the unit of the data.
-const PUBLISHED_VARIANCE: f64 = 0.05;
 const TAU: f64 = std::f64::consts::TAU;
 
 /// How to choose a basis.
@@ -24,12 +22,6 @@ pub enum Criterion {
     /// Density of demonstrations that were held out, the largest: counts no parameters and judges the
     /// prior that a filter will use, not only the fit.
     LeaveOneOut,
-    /// As the published implementation computes it, the smallest. Its penalty counts a basis once
-    /// instead of once for each degree of freedom, and its fixed variance of 0.05 is far above the
-    /// residuals of anything in metres: there it ended at the lower edge of every grid tried.
-    PublishedAic,
-    /// The same with the logarithm of the samples as penalty.
-    PublishedBic,
 }
 
 /// What candidates are scored with. The fields of [`TrainingConfig`] of the same names.
@@ -40,8 +32,8 @@ pub struct SelectionConfig {
     /// Lowest standard deviation of the residual as a share of the range. Default 1e-4: below,
     /// more functions explain nothing that matters.
     pub noise_floor: f64,
-    /// Demonstrations to hold out one at a time for [`Criterion::LeaveOneOut`], spread evenly; 0
-    /// leaves that score out, which is many times faster. Default 64.
+    /// Demonstrations to hold out one at a time for [`Criterion::LeaveOneOut`], spread evenly.
+    /// Default 64.
     pub held_out: usize,
 }
 
@@ -51,51 +43,6 @@ impl Default for SelectionConfig {
             centre: true,
             noise_floor: 1e-4,
             held_out: 64,
-        }
-    }
-}
-
-/// One candidate on one group of degrees of freedom.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Score {
-    /// The candidate.
-    pub basis: Basis,
-    /// Numbers fitted: for each demonstration and degree of freedom one weight for each function that
-    /// its samples tell apart, and for each degree of freedom one variance.
-    pub parameters: usize,
-    /// Natural logarithm of the density of all samples under the fits, with one variance for each
-    /// degree of freedom, the most likely one (not below the floor).
-    pub log_likelihood: f64,
-    /// `2 parameters - 2 log_likelihood`.
-    pub aic: f64,
-    /// `ln(samples) parameters - 2 log_likelihood`, samples of all demonstrations together.
-    pub bic: f64,
-    /// Mean over the demonstrations of `2 B - 2 ln L`, `L` their density with a variance of 0.05
-    /// in every degree of freedom and `B` the number of functions.
-    pub published_aic: f64,
-    /// Mean over the demonstrations of `ln(samples) B - 2 ln L`.
-    pub published_bic: f64,
-    /// Mean over the held-out demonstrations of the natural logarithm of their density under the
-    /// prior of the others, all degrees of freedom of the group together; `None` where none was
-    /// held out.
-    ///
-    /// Its measurement noise is [`Model::noise_held_out`](crate::model::Model::noise_held_out), which
-    /// filters use.
-    pub leave_one_out: Option<f64>,
-}
-
-impl Score {
-    /// The number that the criterion makes small: the density of held-out demonstrations with its
-    /// sign changed. `None` where it was not computed.
-    #[must_use]
-    pub fn loss(&self, criterion: Criterion) -> Option<f64> {
-        match criterion {
-            Criterion::Aic => Some(self.aic),
-            Criterion::Bic => Some(self.bic),
-            Criterion::LeaveOneOut => self.leave_one_out.map(|l| -l),
-            Criterion::PublishedAic => Some(self.published_aic),
-            Criterion::PublishedBic => Some(self.published_bic),
         }
     }
 }
@@ -110,69 +57,16 @@ pub fn default_candidates() -> Vec<Basis> {
         .collect()
 }
 
-/// Scores each candidate on the neighbouring degrees of freedom `dofs`, in the order given.
-///
-/// Fits are those of [`Model::train`](crate::model::Model::train). Time grows with candidates, degrees of
-/// freedom and, where demonstrations are held out, with the cube of their number (up to 64).
-///
-/// # Errors
-/// No demonstration, degrees of freedom that a demonstration does not have, bad parameters.
-pub fn score_bases(
-    demonstrations: &[Demonstration],
-    dofs: Range<usize>,
-    candidates: &[Basis],
-    config: &SelectionConfig,
-) -> Result<Vec<Score>, BipError> {
-    check::non_negative("noise floor", config.noise_floor)?;
-    let part = demonstrations
-        .iter()
-        .map(|d| columns(d, dofs.clone()))
-        .collect::<Result<Vec<_>, _>>()?;
-    candidates
-        .iter()
-        .map(|basis| score(&part, *basis, config))
-        .collect()
-}
-
-/// The best score by a criterion; of equal ones the first. `None` where there is no score, or none
-/// for this criterion. Ask [`at_edge`] before trusting it.
-#[must_use]
-pub fn select_basis(scores: &[Score], criterion: Criterion) -> Option<&Score> {
-    scores
-        .iter()
-        .filter_map(|s| s.loss(criterion).map(|loss| (loss, s)))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, s)| s)
-}
-
-/// Does the best score lie at the edge of its grid? Then the grid decided, not the data: no
-/// candidate of the same family has more functions, or none has fewer, or among those with the same
-/// number none is wider, or none narrower. A family with one candidate has no edge.
-#[must_use]
-pub fn at_edge(scores: &[Score], criterion: Criterion) -> bool {
-    let Some(best) = select_basis(scores, criterion) else {
-        return false;
-    };
-    let family =
-        |s: &&Score| std::mem::discriminant(&s.basis) == std::mem::discriminant(&best.basis);
-    let count = best.basis.count();
-    let counts = scores.iter().filter(family).map(|s| s.basis.count() as f64);
-    let widths = scores
-        .iter()
-        .filter(family)
-        .filter(|s| s.basis.count() == count)
-        .filter_map(|s| width(&s.basis));
-    is_end(count as f64, counts) || width(&best.basis).is_some_and(|w| is_end(w, widths))
-}
-
 /// The groups, each with the best basis for its own degrees of freedom.
 ///
 /// A controlled group, too, is judged by its own motion, not by how well it follows from the
-/// observed ones. Only what the criterion needs is computed.
+/// observed ones. Fits are those of [`Model::train`](crate::model::Model::train). Time grows with
+/// candidates, degrees of freedom and, for [`Criterion::LeaveOneOut`], with the cube of the number of
+/// demonstrations (up to 64). Of equally good candidates the first is taken.
 ///
 /// # Errors
-/// As [`score_bases`]; no candidate; a single demonstration, or none held out, for
-/// [`Criterion::LeaveOneOut`].
+/// No demonstration, degrees of freedom that a demonstration does not have, bad parameters; no
+/// candidate; a single demonstration, or none held out, for [`Criterion::LeaveOneOut`].
 pub fn select_groups(
     demonstrations: &[Demonstration],
     groups: &[Group],
@@ -182,23 +76,30 @@ pub fn select_groups(
 ) -> Result<Vec<Group>, BipError> {
     let some = !candidates.is_empty();
     check::that(some, "number of candidates", 0.0, "at least 1")?;
-    let mut config = config.clone();
-    if criterion != Criterion::LeaveOneOut {
-        config.held_out = 0;
-    } else if demonstrations.len() < 2 || config.held_out == 0 {
+    let n = demonstrations.len();
+    if criterion == Criterion::LeaveOneOut && (n < 2 || config.held_out == 0) {
         return Err(BipError::TooFewDemonstrations {
             needed: 2,
-            got: demonstrations.len().min(config.held_out),
+            got: n.min(config.held_out),
         });
     }
+    check::non_negative("noise floor", config.noise_floor)?;
     let mut first = 0;
     let mut chosen = Vec::with_capacity(groups.len());
     for group in groups {
         let dofs = first..first + group.dofs;
         first = dofs.end;
-        let scores = score_bases(demonstrations, dofs, candidates, &config)?;
+        let part = demonstrations
+            .iter()
+            .map(|d| columns(d, dofs.clone()))
+            .collect::<Result<Vec<_>, _>>()?;
+        let losses = candidates
+            .iter()
+            .map(|basis| Ok((loss(&part, *basis, criterion, config)?, *basis)))
+            .collect::<Result<Vec<_>, BipError>>()?;
+        let best = losses.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
         chosen.push(Group {
-            basis: select_basis(&scores, criterion).map_or(group.basis, |s| s.basis),
+            basis: best.map_or(group.basis, |(_, basis)| basis),
             ..group.clone()
         });
     }
@@ -220,67 +121,110 @@ fn columns(demonstration: &Demonstration, dofs: Range<usize>) -> Result<Demonstr
     Demonstration::from_timestamps(demonstration.times().to_vec(), dofs.len(), values)
 }
 
-fn width(basis: &Basis) -> Option<f64> {
-    match *basis {
-        Basis::Gaussian { variance, .. } | Basis::NormalizedGaussian { variance, .. } => {
-            Some(variance)
-        }
-        Basis::Sigmoid { width, .. } => Some(width),
-        _ => None,
-    }
-}
-
-/// Is the value the smallest or the largest of several different ones?
-fn is_end(value: f64, all: impl Iterator<Item = f64>) -> bool {
-    let (low, high) = all.fold((value, value), |(l, h), x| (l.min(x), h.max(x)));
-    low < high && (value == low || value == high)
-}
-
-fn score(
+/// The number that the criterion makes small: the density of held-out demonstrations with its sign
+/// changed, for each of them on average.
+fn loss(
     demonstrations: &[Demonstration],
     basis: Basis,
+    criterion: Criterion,
     config: &SelectionConfig,
-) -> Result<Score, BipError> {
+) -> Result<f64, BipError> {
     let dofs = demonstrations.first().map_or(1, Demonstration::dofs);
     let mut trainer = Trainer::new(TrainingConfig {
         centre: config.centre,
         noise_floor: config.noise_floor,
-        held_out: config.held_out,
+        held_out: match criterion {
+            Criterion::LeaveOneOut => config.held_out,
+            _ => 0,
+        },
         ..TrainingConfig::new(vec![Group::observed("", dofs, basis)])
     })?;
     for demonstration in demonstrations {
         trainer.add(demonstration)?;
     }
     let model = trainer.model()?;
+    let penalty: fn(f64) -> f64 = match criterion {
+        Criterion::Aic => |_| 2.0,
+        Criterion::Bic => f64::ln,
+        Criterion::LeaveOneOut => {
+            let density = trainer.held_out_density(&model)?;
+            return Ok(-density.unwrap_or(f64::NEG_INFINITY));
+        }
+    };
     let fits = trainer.fit_qualities(&model);
     let samples: usize = fits.iter().map(|f| f.samples).sum();
     let n = samples as f64;
+    // Under the fits, with one variance for each degree of freedom, the most likely one.
     let mut log_likelihood = 0.0;
     for d in 0..dofs {
         let squares: f64 = fits.iter().map(|f| f.residual[d] * f.samples as f64).sum();
         let variance = (squares / n).max(trainer.noise_floor(d));
         log_likelihood -= 0.5 * (n * (TAU * variance).ln() + squares / variance);
     }
+    // A weight for each demonstration, degree of freedom and function that its samples tell apart,
+    // and a variance for each degree of freedom.
     let weights: usize = fits.iter().map(|f| f.functions).sum();
     let parameters = dofs * (weights + 1);
-    let published = |penalty: fn(f64) -> f64| {
-        let of = |f: &FitQuality| {
-            let samples = f.samples as f64;
-            let squares = samples * f.residual.iter().sum::<f64>() / PUBLISHED_VARIANCE;
-            samples * dofs as f64 * (TAU * PUBLISHED_VARIANCE).ln()
-                + squares
-                + penalty(samples) * basis.count() as f64
-        };
-        fits.iter().map(of).sum::<f64>() / fits.len() as f64
-    };
-    Ok(Score {
-        basis,
-        parameters,
-        log_likelihood,
-        aic: 2.0 * parameters as f64 - 2.0 * log_likelihood,
-        bic: n.ln() * parameters as f64 - 2.0 * log_likelihood,
-        published_aic: published(|_| 2.0),
-        published_bic: published(f64::ln),
-        leave_one_out: trainer.held_out_density(&model)?,
-    })
+    Ok(penalty(n) * parameters as f64 - 2.0 * log_likelihood)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Model;
+
+    fn loss_of(demonstrations: &[Demonstration], basis: Basis, criterion: Criterion) -> f64 {
+        loss(
+            demonstrations,
+            basis,
+            criterion,
+            &SelectionConfig::default(),
+        )
+        .unwrap()
+    }
+
+    /// A line through 0, 3, 3 leaves residuals of -1/2, 1, -1/2; one through 1, 2, 3, 4 leaves none.
+    #[test]
+    fn criteria_of_a_line_by_hand() {
+        let demonstrations = [vec![0.0, 3.0, 3.0], vec![1.0, 2.0, 3.0, 4.0]]
+            .map(|values| Demonstration::from_samples(1.0, 1, values).unwrap());
+        let basis = Basis::Polynomial { count: 2 };
+        // Two weights for each line and one variance.
+        let fit = 7.0 * ((TAU * 1.5 / 7.0).ln() + 1.0);
+        for (criterion, expected) in [
+            (Criterion::Aic, 2.0 * 5.0 + fit),
+            (Criterion::Bic, 7.0_f64.ln() * 5.0 + fit),
+        ] {
+            let got = loss_of(&demonstrations, basis, criterion);
+            assert!((got - expected).abs() < 1e-9, "{criterion:?}: {got}");
+        }
+    }
+
+    /// Three straight lines of two samples each: the density of the third under the prior of the
+    /// first two, written out.
+    #[test]
+    fn leave_one_out_by_hand() {
+        // The fit is exact, so weights and noise follow from the samples alone.
+        let lines = [[0.0, 1.0], [0.5, 2.0], [0.2, 1.7]];
+        let demonstrations =
+            lines.map(|l| Demonstration::from_samples(1.0, 1, l.to_vec()).unwrap());
+        let basis = Basis::Legendre { count: 2 };
+        let config = TrainingConfig::new(vec![Group::observed("", 1, basis)]);
+        let model = Model::train(&demonstrations, &config).unwrap();
+        let noise = model.noise_held_out().unwrap()[0];
+        let mut expected = 0.0;
+        for held_out in 0..3 {
+            let [a, b] = [lines[(held_out + 1) % 3], lines[(held_out + 2) % 3]];
+            let mean = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+            // Covariance with two demonstrations: the outer product of their difference, halved.
+            let u = [0, 1].map(|k| (a[k] - b[k]) / 2.0_f64.sqrt());
+            let [p, q, r] = [u[0] * u[0] + noise, u[0] * u[1], u[1] * u[1] + noise];
+            let det = p * r - q * q;
+            let e = [0, 1].map(|k| lines[held_out][k] - mean[k]);
+            let distance = (r * e[0] * e[0] - 2.0 * q * e[0] * e[1] + p * e[1] * e[1]) / det;
+            expected += 0.5 * (distance + det.ln() + 2.0 * TAU.ln()) / 3.0;
+        }
+        let got = loss_of(&demonstrations, basis, Criterion::LeaveOneOut);
+        assert!((got - expected).abs() < 1e-7, "{got} {expected}");
+    }
 }

@@ -6,7 +6,7 @@
 //! motions that the model was not trained on can show by how much.
 
 use super::evaluation::{AllButOne, Evaluation, EvaluationConfig, follow};
-use super::threads::map_indexed;
+use super::map_indexed;
 use crate::error::BipError;
 use crate::filter::{Filter, FilterConfig, NoiseSource};
 use crate::model::{Model, ModelParts, Tuning};

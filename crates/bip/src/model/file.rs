@@ -33,7 +33,7 @@ struct File {
     phase_velocity_mean: f64,
     phase_velocity_variance: f64,
     shrinkage: f64,
-    tuning: Option<FileTuning>,
+    tuning: Option<Tuning>,
     groups: Vec<FileGroup>,
     offset: Vec<f64>,
     noise_fit: Vec<f64>,
@@ -43,50 +43,19 @@ struct File {
     factor: Vec<f64>,
 }
 
-#[derive(Serialize, Deserialize, Clone, Copy)]
-#[serde(deny_unknown_fields)]
-struct FileTuning {
-    noise_factor: f64,
-    acceleration_variance: f64,
-    spread: f64,
-    correlation_time: f64,
-    /// Files of version 1 have none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    time_spread: Option<f64>,
-}
-
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FileGroup {
     name: String,
-    role: FileRole,
+    role: Role,
     dofs: usize,
-    basis: FileBasis,
+    basis: Basis,
     /// Independent functions among those of the basis.
     size: usize,
     /// Condition number; `None` is infinite.
     condition: Option<f64>,
     transform: Vec<f64>,
     inverse: Vec<f64>,
-}
-
-#[derive(Serialize, Deserialize, Clone, Copy)]
-#[serde(rename_all = "snake_case")]
-enum FileRole {
-    Observed,
-    Controlled,
-    Either,
-}
-
-#[derive(Serialize, Deserialize, Clone, Copy)]
-#[serde(rename_all = "snake_case", tag = "kind", deny_unknown_fields)]
-enum FileBasis {
-    Gaussian { count: usize, variance: f64 },
-    NormalizedGaussian { count: usize, variance: f64 },
-    Sigmoid { count: usize, width: f64 },
-    Polynomial { count: usize },
-    Legendre { count: usize },
-    Chebyshev { count: usize },
 }
 
 /// Writing and reading, with the feature `serde`.
@@ -135,9 +104,9 @@ impl File {
             .zip(bases)
             .map(|(group, basis)| FileGroup {
                 name: group.name.clone(),
-                role: group.role.into(),
+                role: group.role,
                 dofs: group.dofs,
-                basis: group.basis.into(),
+                basis: group.basis,
                 size: basis.size(),
                 condition: Some(basis.condition()).filter(|c| c.is_finite()),
                 transform: basis.transform().entries().to_vec(),
@@ -153,7 +122,7 @@ impl File {
             phase_velocity_mean: parts.phase_velocity.mean,
             phase_velocity_variance: parts.phase_velocity.variance,
             shrinkage: parts.shrinkage,
-            tuning: parts.tuning.map(FileTuning::from),
+            tuning: parts.tuning,
             groups,
             offset: parts.offset.clone(),
             noise_fit: parts.noise_fit.clone(),
@@ -203,8 +172,7 @@ impl File {
         check::positive("sampling period", self.sampling_period)?;
         let within = (0.0..=1.0).contains(&self.shrinkage);
         check::that(within, "shrinkage", self.shrinkage, "between 0 and 1")?;
-        let tuning = self.tuning.map(Tuning::from);
-        tuning.as_ref().map_or(Ok(()), Tuning::validate)?;
+        self.tuning.as_ref().map_or(Ok(()), Tuning::validate)?;
         let digest = self.digest();
         let groups: Vec<Group> = self
             .groups
@@ -212,8 +180,8 @@ impl File {
             .map(|g| Group {
                 name: g.name.clone(),
                 dofs: g.dofs,
-                basis: g.basis.into(),
-                role: g.role.into(),
+                basis: g.basis,
+                role: g.role,
             })
             .collect();
         let bases = self
@@ -221,7 +189,7 @@ impl File {
             .into_iter()
             .map(|g| {
                 let condition = g.condition.unwrap_or(f64::INFINITY);
-                OrthonormalBasis::stored(g.basis.into(), g.size, condition, g.transform, g.inverse)
+                OrthonormalBasis::stored(g.basis, g.size, condition, g.transform, g.inverse)
             })
             .collect::<Result<Vec<_>, _>>()?;
         model_file::check_digest(&self.digest, digest)?;
@@ -236,7 +204,7 @@ impl File {
             sampling_period: self.sampling_period,
             demonstrations: self.demonstrations,
             shrinkage: self.shrinkage,
-            tuning,
+            tuning: self.tuning,
         }))
     }
 
@@ -258,20 +226,20 @@ impl File {
             ]
         });
         d.optional(tuning.as_ref().map(|t| &t[..]));
-        if let Some(spread) = self.tuning.and_then(|t| t.time_spread) {
-            d.numbers(&[spread]);
+        if let Some(tuning) = self.tuning.filter(|_| self.version > 1) {
+            d.numbers(&[tuning.time_spread]);
         }
         d.count(self.groups.len());
         for g in &self.groups {
             d.count(g.name.len());
             d.bytes(g.name.as_bytes());
             let (kind, count, parameter) = match g.basis {
-                FileBasis::Gaussian { count, variance } => (0, count, variance),
-                FileBasis::NormalizedGaussian { count, variance } => (1, count, variance),
-                FileBasis::Sigmoid { count, width } => (2, count, width),
-                FileBasis::Polynomial { count } => (3, count, 0.0),
-                FileBasis::Legendre { count } => (4, count, 0.0),
-                FileBasis::Chebyshev { count } => (5, count, 0.0),
+                Basis::Gaussian { count, variance } => (0, count, variance),
+                Basis::NormalizedGaussian { count, variance } => (1, count, variance),
+                Basis::Sigmoid { count, width } => (2, count, width),
+                Basis::Polynomial { count } => (3, count, 0.0),
+                Basis::Legendre { count } => (4, count, 0.0),
+                Basis::Chebyshev { count } => (5, count, 0.0),
             };
             for n in [g.role as usize, g.dofs, kind, count, g.size] {
                 d.count(n);
@@ -287,79 +255,5 @@ impl File {
         d.count(self.rank);
         d.numbers(&self.factor);
         d.to_hex()
-    }
-}
-
-impl From<Tuning> for FileTuning {
-    fn from(t: Tuning) -> Self {
-        Self {
-            noise_factor: t.noise_factor,
-            acceleration_variance: t.acceleration_variance,
-            spread: t.spread,
-            correlation_time: t.correlation_time,
-            time_spread: Some(t.time_spread),
-        }
-    }
-}
-
-impl From<FileTuning> for Tuning {
-    fn from(t: FileTuning) -> Self {
-        Self {
-            noise_factor: t.noise_factor,
-            acceleration_variance: t.acceleration_variance,
-            spread: t.spread,
-            correlation_time: t.correlation_time,
-            time_spread: t.time_spread.unwrap_or(1.0),
-        }
-    }
-}
-
-impl From<Role> for FileRole {
-    fn from(role: Role) -> Self {
-        match role {
-            Role::Observed => Self::Observed,
-            Role::Controlled => Self::Controlled,
-            Role::Either => Self::Either,
-        }
-    }
-}
-
-impl From<FileRole> for Role {
-    fn from(role: FileRole) -> Self {
-        match role {
-            FileRole::Observed => Self::Observed,
-            FileRole::Controlled => Self::Controlled,
-            FileRole::Either => Self::Either,
-        }
-    }
-}
-
-impl From<Basis> for FileBasis {
-    fn from(basis: Basis) -> Self {
-        match basis {
-            Basis::Gaussian { count, variance } => Self::Gaussian { count, variance },
-            Basis::NormalizedGaussian { count, variance } => {
-                Self::NormalizedGaussian { count, variance }
-            }
-            Basis::Sigmoid { count, width } => Self::Sigmoid { count, width },
-            Basis::Polynomial { count } => Self::Polynomial { count },
-            Basis::Legendre { count } => Self::Legendre { count },
-            Basis::Chebyshev { count } => Self::Chebyshev { count },
-        }
-    }
-}
-
-impl From<FileBasis> for Basis {
-    fn from(basis: FileBasis) -> Self {
-        match basis {
-            FileBasis::Gaussian { count, variance } => Self::Gaussian { count, variance },
-            FileBasis::NormalizedGaussian { count, variance } => {
-                Self::NormalizedGaussian { count, variance }
-            }
-            FileBasis::Sigmoid { count, width } => Self::Sigmoid { count, width },
-            FileBasis::Polynomial { count } => Self::Polynomial { count },
-            FileBasis::Legendre { count } => Self::Legendre { count },
-            FileBasis::Chebyshev { count } => Self::Chebyshev { count },
-        }
     }
 }

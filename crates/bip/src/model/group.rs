@@ -4,6 +4,8 @@ use crate::basis::Basis;
 
 /// What the degrees of freedom of a group are for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Role {
     /// Measured while filtering, such as a hand.
     Observed,

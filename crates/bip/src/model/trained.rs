@@ -34,6 +34,7 @@ pub(crate) struct ModelParts {
     pub phase_velocity: PhaseVelocity,
     pub sampling_period: f64,
     pub demonstrations: usize,
+    /// Of the prior's covariance, in files of older versions: 0 for none, which is all that is trained now.
     pub shrinkage: f64,
     pub tuning: Option<Tuning>,
 }
@@ -143,8 +144,8 @@ impl Model {
         self.parts.layout.dofs()
     }
 
-    /// Independent directions in which motions of the prior differ: without shrinkage, those in
-    /// which the demonstrations differ. The state of a filter has two variables more.
+    /// Independent directions in which the demonstrations, and so the motions of the prior, differ.
+    /// The state of a filter has two variables more.
     #[must_use]
     pub fn rank(&self) -> usize {
         self.parts.factor.columns()
@@ -154,22 +155,6 @@ impl Model {
     #[must_use]
     pub fn demonstrations(&self) -> usize {
         self.parts.demonstrations
-    }
-
-    /// The `α` of the covariance, given or chosen; see [`Shrinkage`](crate::train::Shrinkage).
-    #[must_use]
-    pub fn shrinkage(&self) -> f64 {
-        self.parts.shrinkage
-    }
-
-    /// Condition number of the named basis of a group over the motion (257 phases or more).
-    /// Weights of the named basis lose as many digits as its logarithm says; filtering does not.
-    ///
-    /// # Panics
-    /// If there is no such group.
-    #[must_use]
-    pub fn condition_number(&self, group: usize) -> f64 {
-        self.parts.layout.bases()[group].condition()
     }
 
     /// Variance of the measurement noise of each degree of freedom according to the residual of the

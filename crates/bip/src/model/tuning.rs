@@ -4,6 +4,8 @@ use hwall_numeric::{ArgumentError, check};
 
 /// Parameters of a filter that were chosen on held-out demonstrations.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Tuning {
     /// Factor on the variance of the held-out noise.
     pub noise_factor: f64,
@@ -12,11 +14,18 @@ pub struct Tuning {
     /// Factor on the standard deviations of predictions: with it, 90 % intervals held 90 % of the
     /// ends of held-out motions, and more where these are all equally far off. Used by `predict_at`, not by moments.
     pub spread: f64,
-    /// Factor on the standard deviation of the time to the end: with it, 90 % intervals held 90 % of the ends of held-out
-    /// motions. The velocity of the phase varies in longer waves than the random acceleration of the filter.
-    pub time_spread: f64,
     /// Time for which deviations last; 0: independent from sample to sample.
     pub correlation_time: f64,
+    /// Factor on the standard deviation of the time to the end: with it, 90 % intervals held 90 % of the ends of held-out
+    /// motions. The velocity of the phase varies in longer waves than the random acceleration of the filter. Files of
+    /// version 1 have none.
+    #[cfg_attr(feature = "serde", serde(default = "no_spread"))]
+    pub time_spread: f64,
+}
+
+#[cfg(feature = "serde")]
+fn no_spread() -> f64 {
+    1.0
 }
 
 impl Tuning {

@@ -20,27 +20,6 @@ pub enum PhaseRate {
     PerSample,
 }
 
-/// Prior covariance of the weights between what the demonstrations show and what they cannot.
-///
-/// `(1 - α) S + α T` with `S` the covariance of the demonstrations and `T` the part of it within
-/// each single degree of freedom. `S` allows only mixtures of the demonstrations; `T`
-/// lets each degree of freedom move by itself, as far as the demonstrations do. (Blocks of whole
-/// groups would not help: with fewer demonstrations than weights in a group, its block forbids new
-/// motions too.) With `α > 0` the rank grows from `demonstrations - 1` to the number of weights,
-/// and the time of an update with the square of the rank.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Shrinkage {
-    /// `α = 0`: exact for the demonstrations, and small.
-    None,
-    /// `α` as given, in `[0, 1]`.
-    Fixed(f64),
-    /// The `α` of a fixed grid, 0 included, under which demonstrations that were held out have the
-    /// highest density at their own phases, each with the noise estimated for that `α`. With one or
-    /// two demonstrations it is 0.
-    LeaveOneOut,
-}
-
 /// How a model is made of demonstrations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrainingConfig {
@@ -55,10 +34,8 @@ pub struct TrainingConfig {
     /// Cut the rest before and after the motion from every demonstration. Default `None`: this has
     /// been done already.
     pub onset: Option<Onset>,
-    /// Prior covariance between demonstrated and possible motions. Default [`Shrinkage::None`].
-    pub shrinkage: Shrinkage,
     /// Keep no more directions than this, the strongest ones relative to the spread of each degree
-    /// of freedom, after shrinkage. Default `None`: all, which is exact.
+    /// of freedom. Default `None`: all, which is exact.
     pub max_rank: Option<usize>,
     /// Demonstrations to hold out, one at a time, for the measurement noise, spread evenly; 0 for
     /// none. Default 64: with more, time grows and the estimate hardly changes.
@@ -81,7 +58,6 @@ impl TrainingConfig {
             centre: true,
             rate: PhaseRate::PerDuration,
             onset: None,
-            shrinkage: Shrinkage::None,
             max_rank: None,
             held_out: HELD_OUT,
             noise_floor: 1e-4,
@@ -103,10 +79,6 @@ impl TrainingConfig {
     pub(super) fn validate(&self) -> Result<(), BipError> {
         check::non_negative("noise floor", self.noise_floor)?;
         check::positive("velocity floor", self.velocity_floor)?;
-        if let Shrinkage::Fixed(alpha) = self.shrinkage {
-            let within = (0.0..=1.0).contains(&alpha);
-            check::that(within, "shrinkage", alpha, "between 0 and 1")?;
-        }
         self.onset.as_ref().map_or(Ok(()), Onset::validate)
     }
 

@@ -9,8 +9,7 @@ mod trainer;
 mod weight_distribution;
 
 pub(crate) use config::HELD_OUT;
-pub use config::{PhaseRate, Shrinkage, TrainingConfig};
+pub use config::{PhaseRate, TrainingConfig};
 pub use demonstration::Demonstration;
 pub use onset::Onset;
-pub(crate) use trainer::FitQuality;
 pub use trainer::{DemonstrationId, Trainer};

@@ -1,6 +1,6 @@
 //! Demonstrations added and removed one at a time.
 
-use super::config::{HELD_OUT, PhaseRate, Shrinkage, TrainingConfig};
+use super::config::{PhaseRate, TrainingConfig};
 use super::demonstration::Demonstration;
 use super::fit::{Centred, Fit};
 use super::held_out::HeldOut;
@@ -124,8 +124,8 @@ impl Trainer {
     /// Model of the demonstrations it holds.
     ///
     /// Mean and covariance (with `demonstrations - 1`) of the weights, the covariance as a factor
-    /// whose rank is at most `demonstrations - 1`, or with shrinkage the number of weights. One
-    /// demonstration gives rank 0: only the phase is filtered.
+    /// whose rank is at most `demonstrations - 1`. One demonstration gives rank 0: only the phase
+    /// is filtered.
     ///
     /// # Errors
     /// No demonstration; values so large that their squares overflow; singular values that do not
@@ -156,20 +156,11 @@ impl Trainer {
         } else {
             self.config.held_out.min(n)
         };
-        let shrinkage = match self.config.shrinkage {
-            Shrinkage::None => 0.0,
-            Shrinkage::Fixed(alpha) => alpha,
-            // Chosen whether or not the held-out noise is wanted.
-            Shrinkage::LeaveOneOut if n > 1 && count == 0 => {
-                held_out.best_alpha(HELD_OUT.min(n))?
-            }
-            Shrinkage::LeaveOneOut => held_out.best_alpha(count)?,
-        };
         let noise_held_out = match count {
             0 => None,
-            _ => Some(held_out.noise(count, shrinkage, self.config.max_rank)?),
+            _ => Some(held_out.noise(count, self.config.max_rank)?),
         };
-        let mut prior = distribution.shrunk(shrinkage, &self.layout)?;
+        let mut prior = distribution;
         prior.truncate(self.config.max_rank.unwrap_or(usize::MAX));
         check::all_finite("mean weights", &prior.mean)?;
         check::all_finite("covariance factor", prior.factor.entries())?;
@@ -188,7 +179,7 @@ impl Trainer {
             phase_velocity,
             sampling_period: self.fits.iter().map(|(_, f)| f.period()).sum::<f64>() / n as f64,
             demonstrations: n,
-            shrinkage,
+            shrinkage: 0.0,
             tuning: None,
         }))
     }
@@ -208,8 +199,7 @@ impl Trainer {
             noise_fit: model.noise_fit(),
         };
         let count = self.config.held_out.min(self.len());
-        let sum = held_out.log_density(count, model.shrinkage(), noise)?;
-        Ok(Some(sum / count as f64))
+        Ok(Some(held_out.log_density(count, noise) / count as f64))
     }
 
     /// One model for each group of demonstrations: with the mean of the group, and the covariance

@@ -146,45 +146,6 @@ impl WeightDistribution {
             factor,
         }
     }
-
-    /// With the covariance `(1 - α) S + α T`, `T` the blocks of `S` that belong to single degrees
-    /// of freedom.
-    pub(super) fn shrunk(&self, alpha: f64, layout: &WeightLayout) -> Result<Self, BipError> {
-        if alpha == 0.0 || self.rank() == 0 {
-            return Ok(self.clone());
-        }
-        let blocks = (0..layout.dofs())
-            .map(|d| {
-                let range = layout.range(d);
-                let first = range.start;
-                Svd::thin(&Matrix::from_fn(range.len(), self.rank(), |i, j| {
-                    self.factor[(first + i, j)]
-                }))
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        let own: usize = blocks.iter().map(|svd| svd.singular.len()).sum();
-        let all = if alpha < 1.0 { self.rank() } else { 0 };
-        let mut wide = Matrix::zeros(self.mean.len(), all + own);
-        let mut column = all;
-        for (d, svd) in blocks.iter().enumerate() {
-            for (j, w) in layout.range(d).enumerate() {
-                let row = wide.row_mut(w);
-                for (to, from) in row[..all].iter_mut().zip(self.factor.row(w)) {
-                    *to = (1.0 - alpha).sqrt() * from;
-                }
-                for (c, s) in svd.singular.iter().enumerate() {
-                    row[column + c] = alpha.sqrt() * svd.left[(j, c)] * s;
-                }
-            }
-            column += svd.singular.len();
-        }
-        let (factor, _) = strongest(wide, layout)?;
-        Ok(Self {
-            mean: self.mean.clone(),
-            right: Matrix::zeros(0, factor.columns()),
-            factor,
-        })
-    }
 }
 
 /// Equal demonstrations differ by rounding, which is not a direction of motion: a degree of

@@ -26,7 +26,6 @@ fn steps_do_not_allocate() {
     let model = Model::train(&demonstrations, &TrainingConfig::new(groups)).unwrap();
     let config = FilterConfig {
         gate: Some(Gate::default()),
-        iterations: 3,
         ..FilterConfig::default()
     };
     let mut filter = Filter::new(&model, &config).unwrap();

@@ -189,54 +189,35 @@ fn cross_validation_is_training_on_the_others() {
 fn malformed_evaluations_are_typed_errors() {
     let motions = motions(24, 4, 0.002);
     let training = training();
-    let good = EvaluationConfig::new(&training);
-    let make = |m: &hwall_bip::Model| Filter::new(m, &FilterConfig::default());
-    for fractions in [vec![0.0], vec![0.5, 0.5], vec![0.9, 1.1], vec![f64::NAN]] {
-        let bad = EvaluationConfig {
-            fractions,
-            ..good.clone()
-        };
-        assert!(matches!(
-            leave_one_out(&motions, &training, &bad, make),
-            Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
-        ));
-    }
-    let unknown = EvaluationConfig {
-        scored: vec![3],
-        ..good.clone()
+    let out_of_range =
+        |e: BipError| matches!(e, BipError::Argument(ArgumentError::OutOfRange { .. }));
+    let evaluated = |count: usize, change: &dyn Fn(&mut EvaluationConfig)| {
+        let mut config = EvaluationConfig::new(&training);
+        change(&mut config);
+        let make = |m: &hwall_bip::Model| Filter::new(m, &FilterConfig::default());
+        leave_one_out(&motions[..count], &training, &config, make).unwrap_err()
     };
-    assert!(matches!(
-        leave_one_out(&motions, &training, &unknown, make),
-        Err(BipError::UnknownDof { dof: 3, dofs: 3 })
-    ));
-    assert!(matches!(
-        leave_one_out(&motions[..1], &training, &good, make),
-        Err(BipError::TooFewDemonstrations { .. })
-    ));
-    let tuning = TuningConfig::new(&training);
-    assert!(matches!(
-        tune(&motions[..2], &training, &tuning),
-        Err(BipError::TooFewDemonstrations { .. })
-    ));
-    for bad in [
-        TuningConfig {
-            noise_factors: vec![],
-            ..tuning.clone()
-        },
-        TuningConfig {
-            velocity_changes: vec![-0.1],
-            ..tuning.clone()
-        },
-        TuningConfig {
-            folds: 0,
-            ..tuning.clone()
-        },
-    ] {
-        assert!(matches!(
-            tune(&motions, &training, &bad),
-            Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
+    for fractions in [vec![0.0], vec![0.5, 0.5], vec![0.9, 1.1], vec![f64::NAN]] {
+        assert!(out_of_range(
+            evaluated(4, &|c| c.fractions = fractions.clone())
         ));
     }
+    let unknown = BipError::UnknownDof { dof: 3, dofs: 3 };
+    assert_eq!(evaluated(4, &|c| c.scored = vec![3]), unknown);
+    let too_few = |e| matches!(e, BipError::TooFewDemonstrations { .. });
+    assert!(too_few(evaluated(1, &|_| ())));
+    let tuned = |count: usize, change: &dyn Fn(&mut TuningConfig)| {
+        let mut config = TuningConfig::new(&training);
+        change(&mut config);
+        tune(&motions[..count], &training, &config).unwrap_err()
+    };
+    assert!(too_few(tuned(2, &|_| ())));
+    assert!(out_of_range(tuned(4, &|c| c.noise_factors = vec![])));
+    assert!(out_of_range(tuned(4, &|c| c.velocity_changes = vec![-0.1])));
+    assert!(out_of_range(tuned(4, &|c| c.folds = 0)));
+    // Nothing to score.
+    assert!(out_of_range(tuned(4, &|c| c.evaluation.fractions = vec![])));
+    assert!(out_of_range(tuned(4, &|c| c.evaluation.scored = vec![])));
 }
 
 /// Columns that never change are predicted without error; they must not narrow the intervals of the
@@ -320,25 +301,4 @@ fn onset_is_that_of_training() {
     let a = tune(&rested, &with, &tuning).unwrap().model;
     let b = tune(&cut, &training(), &tuning).unwrap().model;
     assert_eq!(a.tuning(), b.tuning());
-}
-
-#[test]
-fn nothing_to_score_is_an_error() {
-    let motions = motions(28, 4, 0.002);
-    let training = training();
-    for (fractions, scored) in [(vec![], vec![0]), (vec![0.5], vec![])] {
-        let evaluation = EvaluationConfig {
-            fractions,
-            scored,
-            ..EvaluationConfig::new(&training)
-        };
-        let config = TuningConfig {
-            evaluation,
-            ..TuningConfig::new(&training)
-        };
-        assert!(matches!(
-            tune(&motions, &training, &config),
-            Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
-        ));
-    }
 }

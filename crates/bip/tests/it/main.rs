@@ -15,5 +15,4 @@ mod onset;
 mod reference;
 mod robustness;
 mod selection;
-mod shrinkage;
 mod trainer;

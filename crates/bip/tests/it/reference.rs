@@ -1,7 +1,9 @@
 //! Agreement with the published implementation and with an independent exact filter.
 
-use crate::common::{HAND, cases, csv, floats, groups, json, reference, training_set};
-use hwall_bip::{Filter, FilterConfig, Model, NoiseSource, Observation, TrainingConfig};
+use crate::common::{
+    HAND, cases, csv, floats, groups, json, moments, reference, step, training_set,
+};
+use hwall_bip::{Filter, FilterConfig, Model, NoiseSource, TrainingConfig};
 use hwall_testkit::ErrorStats;
 use serde_json::Value;
 
@@ -66,20 +68,11 @@ impl Differences {
 fn run_exact(model: &Model, samples: &[Vec<f64>], expected: &Value, out: &mut Differences) {
     let mut filter = Filter::new(model, &config()).unwrap();
     for (k, sample) in samples.iter().enumerate() {
-        filter.predict(1.0).unwrap();
-        filter
-            .observe(&Observation::new(&HAND, &sample[..18]))
-            .unwrap();
+        step(&mut filter, &HAND, &sample[..18]);
         let p = filter.phase_covariance();
         out.scalars(k, expected, filter.phase(), filter.phase_velocity(), p);
-        let (mut mean, mut variance) = ([0.0; 7], [0.0; 7]);
-        filter
-            .moments_at(1.0, &ARM, &mut mean, &mut variance)
-            .unwrap();
-        let (q, sd) = (
-            floats(&expected["q_final"][k]),
-            floats(&expected["q_final_sd"][k]),
-        );
+        let [mean, variance] = moments(&mut filter, 1.0, ARM);
+        let [q, sd] = ["q_final", "q_final_sd"].map(|key| floats(&expected[key][k]));
         for j in 0..7 {
             out.arm.push((mean[j] - q[j]).abs());
             out.arm_sd.push((variance[j].sqrt() - sd[j]).abs());

@@ -1,5 +1,6 @@
-//! Outliers, iterated updates, and what the filter says about its own health.
+//! Outliers, and what the filter says about its own health.
 
+use crate::common::{moments, step};
 use hwall_bip::{
     ArgumentError, Basis, BipError, Demonstration, Filter, FilterConfig, Gate, Group, Model,
     Observation, TrainingConfig,
@@ -42,11 +43,7 @@ fn gated(model: &Model, gate: Option<Gate>) -> Filter {
 }
 
 fn end(filter: &mut Filter) -> [f64; DOFS] {
-    let (mut mean, mut variance) = ([0.0; DOFS], [0.0; DOFS]);
-    filter
-        .moments_at(1.0, &ALL, &mut mean, &mut variance)
-        .unwrap();
-    mean
+    moments(filter, 1.0, ALL)[0]
 }
 
 fn worst(a: &[f64], b: &[f64]) -> f64 {
@@ -83,7 +80,6 @@ fn a_finger_that_jumps_is_refused_alone() {
         health.gated >= jumps && health.gated <= jumps + 3,
         "{health:?}"
     );
-    assert!(health.gated_share() < 0.05);
     assert_eq!(open.health().gated, 0);
 }
 
@@ -121,11 +117,10 @@ fn a_gate_that_refuses_nothing_changes_no_bit() {
     let model = model();
     let mut sampler = Sampler::new(15);
     let (mut within_noise, mut beyond) = (0, 0);
-    for (iterations, lasting) in [(1, 0.0), (3, 0.0), (1, 3.0)] {
+    for lasting in [0.0, 3.0] {
         let filter = |gate| {
             let config = FilterConfig {
                 gate,
-                iterations,
                 correlation_time: Some(lasting),
                 phase: 0.4,
                 phase_variance: 0.01,
@@ -146,9 +141,8 @@ fn a_gate_that_refuses_nothing_changes_no_bit() {
             for k in 30..45 {
                 gate.predict(1.0).unwrap();
                 open.predict(1.0).unwrap();
-                let (mut mean, mut variance) = ([0.0; DOFS], [0.0; DOFS]);
-                open.moments_at(open.phase(), &ALL, &mut mean, &mut variance)
-                    .unwrap();
+                let phase = open.phase();
+                let [mean, _] = moments(&mut open, phase, ALL);
                 let sure = ALL.iter().all(|&d| {
                     let noise = open.noise_variance(d).unwrap();
                     (seen.sample(k)[d] - mean[d]).powi(2) <= 144.0 * noise
@@ -157,16 +151,13 @@ fn a_gate_that_refuses_nothing_changes_no_bit() {
                 beyond += usize::from(!sure);
                 let observation = Observation::new(&ALL, seen.sample(k));
                 let (a, b) = (gate.observe(&observation), open.observe(&observation));
-                assert_eq!(a.unwrap(), b.unwrap(), "{iterations}, {lasting}, {k}");
+                assert_eq!(a.unwrap(), b.unwrap(), "{lasting}, {k}");
             }
             assert_eq!(gate.covariance(), open.covariance());
             assert!(gate.coefficients().eq(open.coefficients()));
         }
     }
-    assert!(
-        within_noise > 1000 && beyond > 10,
-        "{within_noise}, {beyond}"
-    );
+    assert!(within_noise > 600 && beyond > 5, "{within_noise}, {beyond}");
 }
 
 #[test]
@@ -180,10 +171,7 @@ fn a_filter_that_refuses_everything_listens_again() {
     };
     let mut filter = gated(&model, Some(gate));
     for k in 0..30 {
-        filter.predict(1.0).unwrap();
-        filter
-            .observe(&Observation::new(&ALL, first.sample(k)))
-            .unwrap();
+        step(&mut filter, &ALL, first.sample(k));
     }
     // Another hand, somewhere else: the belief is wrong, not the tracker.
     let mut refused = 0;
@@ -239,81 +227,6 @@ fn health_adds_up() {
     );
 }
 
-/// One demonstration, so only the phase is unknown: the most probable one can be searched for.
-#[test]
-fn an_iterated_update_finds_the_most_probable_phase() {
-    let values = (0..101)
-        .flat_map(|k| {
-            let t = f64::from(k) / 100.0;
-            [t * t * (3.0 - 2.0 * t), t * t]
-        })
-        .collect();
-    let demonstration = Demonstration::from_samples(1.0, 2, values).unwrap();
-    let basis = Basis::Legendre { count: 6 };
-    let groups = vec![Group::observed("hand", 2, basis)];
-    let model = Model::train(&[demonstration], &TrainingConfig::new(groups)).unwrap();
-    let filter = |iterations| {
-        let config = FilterConfig {
-            phase: 0.3,
-            phase_variance: 0.04,
-            iterations,
-            ..FilterConfig::default()
-        };
-        Filter::new(&model, &config).unwrap()
-    };
-    let y = [0.5, 0.25]; // at phase 0.5
-    let noise = [1e-4, 1e-4];
-    let cost = |phase: f64| {
-        let mut mean = [0.0; 2];
-        model.mean_at(phase, &mut mean).unwrap();
-        let misfit: f64 = mean
-            .iter()
-            .zip(y)
-            .map(|(m, y)| (m - y).powi(2) / 1e-4)
-            .sum();
-        misfit + (phase - 0.3).powi(2) / 0.04
-    };
-    let best = (0..100_000)
-        .map(|k| f64::from(k) * 1e-5)
-        .min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
-        .unwrap();
-    let [plain, iterated] = [1, 10].map(|iterations| {
-        let mut filter = filter(iterations);
-        filter
-            .observe(&Observation::new(&[0, 1], &y).with_variances(&noise))
-            .unwrap();
-        (filter.phase() - best).abs()
-    });
-    assert!(iterated < 2e-5, "{iterated}");
-    assert!(plain > 1e-2, "{plain}");
-    let config = FilterConfig {
-        iterations: 0,
-        ..FilterConfig::default()
-    };
-    assert!(Filter::new(&model, &config).is_err());
-}
-
-#[test]
-fn iterating_a_linear_update_changes_nothing() {
-    let model = model();
-    let mut sampler = Sampler::new(16);
-    let seen = motion(&mut sampler);
-    let filter = |iterations| {
-        let config = FilterConfig {
-            iterations,
-            ..FilterConfig::default()
-        };
-        Filter::new(&model, &config).unwrap()
-    };
-    let (mut once, mut often) = (filter(1), filter(5));
-    for filter in [&mut once, &mut often] {
-        filter
-            .observe_at(1.0, &Observation::new(&ALL, seen.sample(seen.len() - 1)))
-            .unwrap();
-    }
-    assert_eq!(once.covariance(), often.covariance());
-}
-
 #[test]
 fn evidence_more_precise_than_any_sensor_is_still_taken() {
     let model = model();
@@ -352,39 +265,6 @@ fn steps_that_overflow_leave_the_belief() {
             assert_eq!(before, filter.covariance());
         }
     }
-}
-
-/// Beyond the end the motion rests, and so does what is not known about it.
-#[test]
-fn uncertainty_rests_with_the_motion() {
-    let model = model();
-    let mut sampler = Sampler::new(17);
-    let seen = motion(&mut sampler);
-    let mut filter = gated(&model, None);
-    for k in 0..seen.len() / 2 {
-        filter.predict(1.0).unwrap();
-        filter
-            .observe(&Observation::new(&ALL, seen.sample(k)))
-            .unwrap();
-    }
-    let (mut mean, mut at_end, mut later) = ([0.0; DOFS], [0.0; DOFS], [0.0; DOFS]);
-    filter
-        .moments_at(1.0, &ALL, &mut mean, &mut at_end)
-        .unwrap();
-    for dt in [200.0, 1e3, 1e5] {
-        filter
-            .moments_after(dt, &ALL, &mut mean, &mut later)
-            .unwrap();
-        for (later, end) in later.iter().zip(at_end) {
-            // The slope at the end is 0.2, the phase is at most half a motion off.
-            assert!(later.sqrt() < end.sqrt() + 0.12, "{}", later.sqrt());
-        }
-    }
-    let ended = [10.0, 50.0, 1e3].map(|dt| filter.probability_ended(dt).unwrap());
-    assert!(
-        ended[0] < 0.01 && ended[0] <= ended[1] && ended[2] > 0.5,
-        "{ended:?}"
-    );
 }
 
 /// A failed observation does not count as a refused one.

@@ -3,9 +3,9 @@
 use super::hand_path::{HandPath, PathTracker};
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
-use crate::outer_product::square;
+use crate::matrices::{isotropic, square};
 use crate::reach_set::references;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hwall_hand::{HandFrame, LabelledReach};
 use std::borrow::Borrow;
 
@@ -181,7 +181,7 @@ impl Demonstrations {
         let mean_s = chosen.iter().map(|&i| left_s(i)).sum::<f64>() / count;
         // The spread of a new one about the mean of the k.
         let scale = (1.0 + 1.0 / count) / (count - 1.0).max(1.0);
-        let mut covariance = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
+        let mut covariance = isotropic(SENSOR_M);
         let mut variance_s2 = 0.0;
         for &i in &chosen {
             let e = left_m(i) - mean_m;

@@ -4,19 +4,16 @@ use super::durations::Durations;
 use super::hand_path::{HandPath, PathTracker};
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
-use crate::outer_product::square;
-use crate::reach_set::held_out_groups;
-use crate::reach_set::references;
+use crate::matrices::{isotropic, square};
+use crate::reach_set::{held_out_groups, references};
 use crate::regression::{NormalEquations, PartedEquations};
 use glam::{DMat3, DVec3};
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
-use hwall_numeric::check::that;
 use hwall_numeric::dense::Matrix;
 use std::borrow::Borrow;
 
-/// Frames of the usual window, and of the longest.
+/// Frames of the window, the present one included.
 const FRAMES: usize = 5;
-const MOST_FRAMES: usize = 100;
 /// Displacements of the window are scaled to this much time, s, so that all are of one size.
 const HORIZON_S: f64 = 0.2;
 /// Regressions over the mean duration of the training reaches.
@@ -55,8 +52,6 @@ pub struct RidgeWindow {
 /// Which features there are.
 #[derive(Debug, Clone)]
 struct Layout {
-    /// Frames.
-    window: usize,
     frame_s: f64,
     others: Vec<HandPoint>,
 }
@@ -72,30 +67,13 @@ struct Regression {
 }
 
 impl RidgeWindow {
-    /// Fits the regressions, with a window of five frames.
+    /// Fits the regressions.
     ///
     /// # Errors
     /// Fewer than eight reaches, one that [`LabelledReach::validate`] refuses, or several touching
     /// points.
     pub fn train<R: Borrow<LabelledReach>>(reaches: &[R]) -> Result<Self, ContactError> {
-        Self::train_with_window(reaches, FRAMES)
-    }
-
-    /// The same with a window of `frames` frames, the present one included: 1 to 100.
-    ///
-    /// # Errors
-    /// As there; another number of frames.
-    pub fn train_with_window<R: Borrow<LabelledReach>>(
-        reaches: &[R],
-        frames: usize,
-    ) -> Result<Self, ContactError> {
         let reaches = &references(reaches)[..];
-        that(
-            (1..=MOST_FRAMES).contains(&frames),
-            "frames",
-            frames as f64,
-            "between 1 and 100",
-        )?;
         if reaches.len() < FEWEST {
             return Err(ContactError::TooFewReaches {
                 got: reaches.len(),
@@ -103,7 +81,7 @@ impl RidgeWindow {
             });
         }
         let tracker = PathTracker::train(reaches)?;
-        let layout = Layout::of(reaches, frames);
+        let layout = Layout::of(reaches);
         let spacing_s = Durations::of(reaches).mean_and_sd_s().mean / REGRESSIONS;
         let groups = held_out_groups(reaches, usize::MAX, GROUPS);
         let mut samples: Vec<Vec<Example>> = Vec::new();
@@ -194,7 +172,7 @@ impl ContactEstimator for RidgeWindow {
 }
 
 impl Layout {
-    fn of(reaches: &[&LabelledReach], window: usize) -> Self {
+    fn of(reaches: &[&LabelledReach]) -> Self {
         let frames = || reaches.iter().flat_map(|r| &r.frames);
         let mut steps: Vec<f64> = reaches
             .iter()
@@ -207,7 +185,6 @@ impl Layout {
             p != reaches[0].point && seen >= SEEN_SHARE * count
         });
         Self {
-            window,
             frame_s: steps[steps.len() / 2],
             others: others.collect(),
         }
@@ -218,7 +195,7 @@ impl Layout {
         features.push(path.elapsed_s());
         features.extend(path.start_m().to_array());
         features.extend((now_m - path.start_m()).to_array());
-        for lag in 1..self.window {
+        for lag in 1..FRAMES {
             let lag_s = lag as f64 * self.frame_s;
             let gone_m = now_m - path.at_m(now_s - lag_s);
             features.extend((gone_m * (HORIZON_S / lag_s)).to_array());
@@ -293,7 +270,7 @@ impl Regression {
         }
         let (_, weights, errors) = best?;
         let n = errors.len() as f64;
-        let mut covariance_m2 = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
+        let mut covariance_m2 = isotropic(SENSOR_M);
         for e in &errors {
             let e = DVec3::new(e[0], e[1], e[2]);
             covariance_m2 += square(e) * (1.0 / n);

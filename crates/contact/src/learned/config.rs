@@ -8,6 +8,8 @@ use std::ops::RangeInclusive;
 
 /// Which source says where the reach ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Combination {
     /// The regression alone.
@@ -22,6 +24,8 @@ pub enum Combination {
 
 /// In which frame ends are foreseen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Frame {
     /// Sources of both frames, weighted by their errors on held-out reaches and on the touches of late.

@@ -3,10 +3,10 @@
 use super::account::Account;
 use super::alone;
 use super::blend::combination::Blend;
+use super::blend::evidence::{Evidence, Witness, near};
 use super::blend::places::Places;
 use super::blend::quantiles::weighted_quantile;
 use super::blend::sources::{SOURCES, Source, of_combination};
-use super::blend::training::{Evidence, Witness, near};
 use super::config::{Combination, Frame, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
 use super::held_out::{HeldOutReach, held_out_reaches};
@@ -15,7 +15,7 @@ use super::reaches::paces::at_another_pace;
 use super::reaches::reach_track::Inputs;
 use super::reaches::samples::{self, TrainingSample};
 use super::regression::local_ridge::Fitted;
-use super::regression::training::{self, OUTPUTS, Regression};
+use super::regression::training::{self, Regression};
 use crate::error::ContactError;
 use crate::reach_set::{held_out_groups, references, touching_point};
 use glam::DVec3;
@@ -196,12 +196,6 @@ impl LearnedModel {
     #[must_use]
     pub fn touching_point(&self) -> HandPoint {
         self.learnt.inputs.point
-    }
-
-    /// Whether normals of surfaces were learnt, which takes one in every reach.
-    #[must_use]
-    pub fn has_normals(&self) -> bool {
-        self.learnt.ridges[0].outputs() == OUTPUTS
     }
 
     /// Which source says where the reach ends.

@@ -1,11 +1,12 @@
 //! Prediction by one ray, as in the dissertation.
 
 use super::hand::free_side::{FreeSide, SideWatch};
+use super::hand::resting::facing;
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use super::regions::RegionSizes;
 use crate::error::ContactError;
 use crate::estimate::TimeToContact;
-use crate::outer_product::square;
+use crate::matrices::{isotropic, square};
 use glam::{DMat3, DVec3};
 use hwall_hand::{Fixation, Gaze, GazeRay, HandState};
 use hwall_numeric::check::positive;
@@ -17,47 +18,25 @@ pub struct DeterministicConfig {
     /// Surfaces further than this from the hand are not about to be touched, m. Default 1.5: an arm's
     /// length and a step. Looking at a far wall then does not hide the panel under the hand.
     pub max_distance_m: f64,
-    /// How far the closest touchable surface, the last resort, may be from the hand, m. Default 0.3.
-    pub nearest_radius_m: f64,
-    /// A hand that approaches more slowly than this does not approach, m/s. Default 0.02: the noise of a
-    /// resting hand.
-    pub min_closing_speed_m_per_s: f64,
-    /// Lets the ray that found the surface lead the point while the hand is far. Default `None`: the
-    /// point is always the projection of the hand, as in the dissertation.
-    pub ray_lead: Option<RayLead>,
-    /// How far the line of sight misses the place that is meant, standard deviation in each of two directions, rad; the noise of the
-    /// fixation comes on top. It gives points that are led by the gaze a covariance. Default `None`: they have none.
-    pub gaze_sd_rad: Option<f64>,
-}
-
-/// How far from the surface the ray leads the predicted point.
-///
-/// Beyond `far_m` the point is where the ray that found the surface (gaze, or direction of motion) meets
-/// it. Within `near_m` it is where the hand's own motion leads, or the hand's projection if it does not
-/// approach. In between it is a mixture in proportion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RayLead {
-    /// Distance of the hand up to which its own motion decides, m.
-    pub near_m: f64,
-    /// Distance of the hand from which the ray decides, m; larger than `near_m`.
-    pub far_m: f64,
+    /// Does the ray that found the surface (gaze, or direction of motion) lead the point while the hand is far? While the hand is more
+    /// than 0.06 m away the point is where that ray meets the surface. Within 0.02 m it is where the hand's own motion leads, or
+    /// the hand's projection if it does not approach. In between it is a mixture in proportion. Points led by the gaze
+    /// have a covariance, of 0.03 rad (1.7 degrees): an eye tracker of 1 degree and a person who is about as accurate. Default
+    /// `false`: the point is always the projection of the hand, as in the dissertation, and has no covariance.
+    pub ray_leads: bool,
 }
 
 impl Default for DeterministicConfig {
     fn default() -> Self {
         Self {
             max_distance_m: 1.5,
-            nearest_radius_m: 0.3,
-            min_closing_speed_m_per_s: 0.02,
-            ray_lead: None,
-            gaze_sd_rad: None,
+            ray_leads: false,
         }
     }
 }
 
 impl DeterministicConfig {
-    /// The ray leads while the hand is more than 0.06 m away, and counts for nothing below 0.02 m; points led by the gaze have
-    /// a covariance, of 0.03 rad (1.7 degrees): an eye tracker of 1 degree and a person who is about as accurate.
+    /// The ray [leads](Self::ray_leads).
     ///
     /// A person looks at the place before the hand gets there, so an arm that is slower than the
     /// hand gains the time of the reach. The hand's own way there is curved and becomes the better
@@ -66,11 +45,7 @@ impl DeterministicConfig {
     #[must_use]
     pub fn ray_led() -> Self {
         Self {
-            ray_lead: Some(RayLead {
-                near_m: 0.02,
-                far_m: 0.06,
-            }),
-            gaze_sd_rad: Some(0.03),
+            ray_leads: true,
             ..Self::default()
         }
     }
@@ -107,21 +82,9 @@ impl DeterministicPredictor {
     /// A predictor with these limits.
     ///
     /// # Errors
-    /// A limit that is not positive and finite.
+    /// A distance that is not positive and finite.
     pub fn new(config: DeterministicConfig) -> Result<Self, ContactError> {
         positive("max_distance_m", config.max_distance_m)?;
-        positive("nearest_radius_m", config.nearest_radius_m)?;
-        positive(
-            "min_closing_speed_m_per_s",
-            config.min_closing_speed_m_per_s,
-        )?;
-        if let Some(RayLead { near_m, far_m }) = config.ray_lead {
-            positive("near_m", near_m)?;
-            positive("far_m - near_m", far_m - near_m)?;
-        }
-        if let Some(gaze_sd_rad) = config.gaze_sd_rad {
-            positive("gaze_sd_rad", gaze_sd_rad)?;
-        }
         Ok(Self {
             config,
             ..Self::default()
@@ -179,38 +142,32 @@ impl DeterministicPredictor {
             Some(0.0)
         } else {
             let closing = hand.velocity_m_per_s.dot(point_m - hand_m) / distance_m;
-            (closing >= self.config.min_closing_speed_m_per_s).then(|| distance_m / closing)
+            (closing >= MIN_CLOSING_M_PER_S).then(|| distance_m / closing)
         };
         let mut led = 0.0;
-        let (point_m, normal) = match self.config.ray_lead {
-            Some(RayLead { near_m, far_m }) if distance_m > 0.0 => {
+        let (point_m, normal) = match self.config.ray_leads {
+            true if distance_m > 0.0 => {
                 let ahead_m = self
                     .ahead(scene, surface, hand, time_to_contact_s)
                     .unwrap_or(point_m);
-                let share = ((distance_m - near_m) / (far_m - near_m)).clamp(0.0, 1.0);
+                let share = ((distance_m - NEAR_M) / (FAR_M - NEAR_M)).clamp(0.0, 1.0);
                 led = if aimed_m.is_some() { share } else { 0.0 };
                 let place = scene
                     .project_on(surface, ahead_m.lerp(aimed_m.unwrap_or(ahead_m), share))
                     .ok()?;
                 // The normal on the hand's side, from whichever side the point was met.
-                let facing = if place.normal.dot(normal) < 0.0 {
-                    -place.normal
-                } else {
-                    place.normal
-                };
-                (place.point_m, facing)
+                (place.point_m, facing(place.normal, normal))
             }
             _ => (point_m, normal),
         };
         let covariance_m2 = look
             .filter(|_| led > 0.0)
-            .and_then(|look| Some((look, self.config.gaze_sd_rad?)))
-            .map(|(look, sd_rad)| {
-                let by_gaze = sight_covariance_m2(&look, sd_rad, point_m, normal);
+            .map(|look| {
+                let by_gaze = sight_covariance_m2(&look, point_m, normal);
                 let by_hand_m = (1.0 - led) * (BEND * distance_m + TRACKED_M);
                 let in_plane = DMat3::IDENTITY - square(normal);
-                let least = DMat3::from_diagonal(DVec3::splat(LEAST_SD_M * LEAST_SD_M));
-                by_gaze * (led * led) + in_plane * (by_hand_m * by_hand_m) + least
+                let least_m2 = isotropic(LEAST_SD_M);
+                by_gaze * (led * led) + in_plane * (by_hand_m * by_hand_m) + least_m2
             })
             // Beyond all rooms it overflows.
             .filter(|c| c.is_finite());
@@ -245,6 +202,16 @@ impl DeterministicPredictor {
     }
 }
 
+/// How far the closest touchable surface, the last resort, may be from the hand, m.
+const NEAREST_M: f64 = 0.3;
+/// A hand that approaches more slowly than this does not approach, m/s: the noise of a resting hand.
+const MIN_CLOSING_M_PER_S: f64 = 0.02;
+/// The distances of the hand up to which its own motion decides, and from which on the ray does, m.
+const NEAR_M: f64 = 0.02;
+const FAR_M: f64 = 0.06;
+/// How far the line of sight misses the place that is meant, standard deviation in each of two directions, rad; the noise of the
+/// fixation comes on top.
+const GAZE_SD_RAD: f64 = 0.03;
 /// A hand this near lies on the surface: what is left is rounding, and has no direction, m.
 const ON_SURFACE_M: f64 = 1e-9;
 
@@ -276,14 +243,14 @@ struct Aim {
     look: Option<Fixation>,
 }
 
-/// Covariance in a plane of the point that a line of sight meets there, for an error across the sight in each of two
-/// directions, rad: along a plane that is seen at a slant, many times that across.
-fn sight_covariance_m2(look: &Fixation, sd_rad: f64, point_m: DVec3, normal: DVec3) -> DMat3 {
+/// Covariance in a plane of the point that a line of sight meets there, for its error across the sight in each of two
+/// directions: along a plane that is seen at a slant, many times that across.
+fn sight_covariance_m2(look: &Fixation, point_m: DVec3, normal: DVec3) -> DMat3 {
     let GazeRay {
         origin_m,
         direction: sight,
     } = look.ray;
-    let sd_m = sd_rad.hypot(look.noise_rad) * (point_m - origin_m).length();
+    let sd_m = GAZE_SD_RAD.hypot(look.noise_rad) * (point_m - origin_m).length();
     let slope = normal.dot(sight);
     let slope = slope.abs().max(LEAST_SLOPE).copysign(slope);
     let (u, v) = sight.any_orthonormal_pair();
@@ -365,9 +332,7 @@ impl DeterministicPredictor {
             self.project(scene, aim, hand, &side, PredictionSource::HandDirection)
         };
         let by_distance = || {
-            let closest = scene
-                .closest_touchable(hand.point_m, self.config.nearest_radius_m)
-                .ok()??;
+            let closest = scene.closest_touchable(hand.point_m, NEAREST_M).ok()??;
             let aim = Aim {
                 surface: closest.surface,
                 point_m: None,

@@ -1,7 +1,7 @@
 //! Where on a surface a contact is, by all its faces.
 
 use super::surface_shares::Face;
-use crate::outer_product::square;
+use crate::matrices::{square, trace};
 use glam::{DMat3, DVec3};
 
 /// Faces agree on a place when it is no further apart than this many times their summed variance.
@@ -19,16 +19,16 @@ pub(super) struct Moments {
 impl Moments {
     pub(super) fn of<'a, I: Iterator<Item = &'a Face>>(faces: impl Fn() -> I, best: &Face) -> Self {
         let agree = |f: &&Face| {
-            let sum_m2 = variance_m2(f) + variance_m2(best);
+            let sum_m2 = trace(&f.covariance_m2) + trace(&best.covariance_m2);
             f.mean_m.distance_squared(best.mean_m) <= AGREE * sum_m2
         };
         // A vague part must not pull at the place that a sharp one names.
-        let best_m2 = variance_m2(best);
+        let best_m2 = trace(&best.covariance_m2);
         let sharp = |f: &Face| {
-            let vaguer = variance_m2(f) > best_m2;
+            let vaguer = trace(&f.covariance_m2) > best_m2;
             f.mass
                 * if vaguer {
-                    best_m2 / variance_m2(f)
+                    best_m2 / trace(&f.covariance_m2)
                 } else {
                     1.0
                 }
@@ -45,10 +45,4 @@ impl Moments {
             covariance_m2,
         }
     }
-}
-
-/// Summed over the axes, m².
-fn variance_m2(face: &Face) -> f64 {
-    let c = face.covariance_m2;
-    c.x_axis.x + c.y_axis.y + c.z_axis.z
 }

@@ -36,17 +36,11 @@ pub struct FusedConfig {
     /// knows the direction itself; its 50 / 70 / 90 % regions hold 64 / 80 / 91 % of simulated contacts with
     /// this and 64 / 78 / 92 % without (no error of registration), so the direction is not counted twice.
     pub bend: Option<f64>,
-    /// Probability that a hand at rest on a surface is about to leave for another one, in [0, 1). It is
-    /// divided among the others as for a hand at rest elsewhere. Default 0.1.
-    pub leaving_share: f64,
     /// Surfaces further than this from the hand are not about to be touched, m. Default 1.5.
     pub max_distance_m: f64,
     /// Most rays for each hypothesis; only seven are cast for one that weighs little, or that is narrow and
     /// meets one plane alone. Default 19; take more for scenes of many small surfaces.
     pub rays: usize,
-    /// Share of the places looked at that can be reached although the straight way from the hand is
-    /// blocked, in [0, 1). Default 0.1.
-    pub round_about_share: f64,
     /// Surfaces below this probability are left out, except the best one; the rest add up to 1 again, before a place touched
     /// before takes its share. In [0, 1). Default 0.005.
     pub min_probability: f64,
@@ -70,10 +64,8 @@ impl Default for FusedConfig {
             registration_sd_m: 0.008,
             registration: None,
             bend: Some(0.25),
-            leaving_share: 0.1,
             max_distance_m: 1.5,
             rays: 19,
-            round_about_share: 0.1,
             min_probability: 0.005,
             least_reaches: 30,
             regions: None,
@@ -90,13 +82,13 @@ impl FusedConfig {
         self.bend.map_or(Ok(0.0), |bend| positive("bend", bend))?;
         positive("max_distance_m", self.max_distance_m)?;
         positive("rays", self.rays as f64)?;
-        for (what, value) in [
-            ("leaving_share", self.leaving_share),
-            ("round_about_share", self.round_about_share),
-            ("min_probability", self.min_probability),
-        ] {
-            that((0.0..1.0).contains(&value), what, value, "in [0, 1)")?;
-        }
+        let share = self.min_probability;
+        that(
+            (0.0..1.0).contains(&share),
+            "min_probability",
+            share,
+            "in [0, 1)",
+        )?;
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! A Gaussian in space, and what a plane cuts out of it.
 
-use crate::outer_product::square;
+use crate::matrices::{isotropic, square, trace};
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
@@ -29,8 +29,7 @@ impl Gaussian {
     /// `None` for a mean that is not finite or a matrix that is not a covariance.
     pub(super) fn new(mean_m: DVec3, covariance_m2: DMat3) -> Option<Self> {
         let symmetric = (covariance_m2 + covariance_m2.transpose()) * 0.5;
-        let floor_m2 = DMat3::from_diagonal(DVec3::splat(FLOOR_M * FLOOR_M));
-        Self::checked(mean_m, symmetric + floor_m2)
+        Self::checked(mean_m, symmetric + isotropic(FLOOR_M))
     }
 
     fn checked(mean_m: DVec3, covariance_m2: DMat3) -> Option<Self> {
@@ -47,14 +46,9 @@ impl Gaussian {
         })
     }
 
-    pub(super) fn variance_along_m2(&self, direction: DVec3) -> f64 {
-        direction.dot(self.covariance_m2 * direction)
-    }
-
     /// Root of the mean variance of the three axes, m.
     pub(super) fn sd_m(&self) -> f64 {
-        let [xx, _, _, _, yy, _, _, _, zz] = self.covariance_m2.to_cols_array();
-        ((xx + yy + zz) / 3.0).sqrt()
+        (trace(&self.covariance_m2) / 3.0).sqrt()
     }
 
     /// Square of the distance from the mean in standard deviations.
@@ -66,12 +60,6 @@ impl Gaussian {
     /// Logarithm of the density at a point, per m³.
     pub(super) fn log_density(&self, point_m: DVec3) -> f64 {
         -0.5 * (self.mahalanobis_squared(point_m) + self.determinant.ln() + 3.0 * TAU.ln())
-    }
-
-    /// Covariance across a direction, in the axes `u` and `v`: `[uu, uv, vv]`, m².
-    pub(super) fn across_m2(&self, u: DVec3, v: DVec3) -> [f64; 3] {
-        let cv = self.covariance_m2 * v;
-        [self.variance_along_m2(u), u.dot(cv), v.dot(cv)]
     }
 
     /// The part of the Gaussian that lies in the plane through `point_m` with the unit `normal`.
@@ -124,11 +112,6 @@ impl Gaussian {
     }
 }
 
-/// Covariance of an error with the same standard deviation, m, in each axis, m².
-pub(in crate::predict) fn isotropic(sd_m: f64) -> DMat3 {
-    DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))
-}
-
 /// The largest eigenvalue of the product of two covariances, whose eigenvalues are real and positive: the largest root of the
 /// characteristic polynomial, by angles.
 fn largest_eigenvalue(product: DMat3) -> f64 {
@@ -179,14 +162,6 @@ impl InPlane {
     }
 }
 
-/// Logarithm of the density of a normal distribution in two dimensions with the covariance
-/// `[uu, uv, vv]` at `[u, v]` from its mean.
-pub(super) fn log_density_2d([u, v]: [f64; 2], [uu, uv, vv]: [f64; 3]) -> f64 {
-    let determinant = uu * vv - uv * uv;
-    let distance = (vv * u * u - 2.0 * uv * u * v + uu * v * v) / determinant;
-    -0.5 * distance - TAU.ln() - 0.5 * determinant.ln()
-}
-
 /// Points that stand for a standard normal distribution in the plane, all with the same weight:
 /// a spiral by the golden angle through the middles of rings of equal probability, moved and
 /// scaled to mean zero and unit variance. No straight edge runs along a row of them.
@@ -219,6 +194,12 @@ pub(super) fn spiral(count: usize) -> Vec<[f64; 2]> {
 mod tests {
     use super::*;
 
+    impl Gaussian {
+        fn variance_along_m2(&self, direction: DVec3) -> f64 {
+            direction.dot(self.covariance_m2 * direction)
+        }
+    }
+
     fn slanted() -> Gaussian {
         let c = DMat3::from_cols_array(&[0.04, 0.01, -0.005, 0.01, 0.02, 0.0, -0.005, 0.0, 0.01]);
         Gaussian::new(DVec3::new(0.1, -0.2, 0.3), c).expect("a covariance")
@@ -250,22 +231,19 @@ mod tests {
     #[test]
     fn the_largest_eigenvalue_of_a_product_of_covariances() {
         let turned = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_z(-0.4);
-        for own in [
-            [1.0, 1.0, 1.0],
+        let all = [
+            [1.0; 3],
             [4.0, 1e-3, 0.2],
             [2.0, 2.0, 0.5],
             [0.3, 5.0, 5.0],
             [1e-8; 3],
-        ] {
+        ];
+        for own in all {
             let a = turned * DMat3::from_diagonal(DVec3::from_array(own)) * turned.transpose();
             let most = own.into_iter().fold(0.0, f64::max);
             assert!((largest_eigenvalue(a) / most - 1.0).abs() < 1e-6, "{own:?}");
             // b⁻¹ a b has the eigenvalues of a, and is not symmetric.
-            let b = DMat3::from_cols(
-                DVec3::X,
-                DVec3::new(0.5, 1.0, 0.0),
-                DVec3::new(-1.0, 0.3, 2.0),
-            );
+            let b = DMat3::from_cols_array(&[1.0, 0.0, 0.0, 0.5, 1.0, 0.0, -1.0, 0.3, 2.0]);
             let similar = largest_eigenvalue(b.inverse() * a * b);
             assert!((similar / most - 1.0).abs() < 1e-6, "{own:?}: {similar}");
         }
@@ -274,7 +252,8 @@ mod tests {
     #[test]
     fn a_posterior_without_its_prior_is_what_was_measured() {
         let measured = slanted();
-        let prior = Gaussian::new(DVec3::new(-0.2, 0.1, 0.0), ball(0.4)).expect("a covariance");
+        let prior =
+            Gaussian::new(DVec3::new(-0.2, 0.1, 0.0), isotropic(0.4)).expect("a covariance");
         let posterior = measured
             .times(prior.mean_m, prior.precision)
             .expect("a covariance");
@@ -290,46 +269,36 @@ mod tests {
 
     #[test]
     fn an_estimate_that_is_no_better_than_the_prior_stays_a_covariance() {
-        let prior = Gaussian::new(DVec3::ZERO, ball(0.1)).expect("a covariance");
+        let prior = Gaussian::new(DVec3::ZERO, isotropic(0.1)).expect("a covariance");
         for sd_m in [0.05, 0.1, 0.3, 10.0] {
-            let estimate = Gaussian::new(DVec3::X * 0.1, ball(sd_m)).expect("a covariance");
+            let estimate = Gaussian::new(DVec3::X * 0.1, isotropic(sd_m)).expect("a covariance");
             let left = estimate.without(&prior, 1.0).expect("a covariance");
             let kept = estimate.covariance_m2.x_axis.x / left.covariance_m2.x_axis.x;
             assert!(kept > LEAST_LEFT * 0.99 && kept <= 1.0, "{sd_m}: {kept}");
-            assert!(
-                (0.1..=0.1001 / LEAST_LEFT_OF_MEAN).contains(&left.mean_m.x),
-                "{sd_m}: {}",
-                left.mean_m
-            );
+            let most_m = 0.1001 / LEAST_LEFT_OF_MEAN;
+            assert!((0.1..=most_m).contains(&left.mean_m.x), "{sd_m}: {left:?}");
         }
         // Sure in two axes and as wide as the prior in the third, as a hand that has hardly started: depth must not run away.
         let narrow = DMat3::from_diagonal(DVec3::new(0.01, 1e-4, 1e-4));
         let estimate = Gaussian::new(DVec3::new(0.1, 0.05, 0.0), narrow).expect("a covariance");
         let left = estimate.without(&prior, 1.0).expect("a covariance");
-        assert!(
-            left.mean_m.x <= 0.1001 / LEAST_LEFT_OF_MEAN && (left.mean_m.y - 0.05).abs() < 1e-3
-        );
+        assert!(left.mean_m.x <= 0.1001 / LEAST_LEFT_OF_MEAN);
+        assert!((left.mean_m.y - 0.05).abs() < 1e-3);
         let [x, y] = [DVec3::X, DVec3::Y].map(|axis| left.variance_along_m2(axis));
         assert!((x - 0.1).abs() < 1e-3 && (y - 1e-4).abs() < 1e-5, "{x} {y}");
     }
 
-    fn ball(sd_m: f64) -> DMat3 {
-        DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))
-    }
-
     #[test]
     fn what_is_no_covariance_is_refused() {
-        assert!(Gaussian::new(DVec3::NAN, DMat3::IDENTITY).is_none());
-        assert!(Gaussian::new(DVec3::ZERO, DMat3::IDENTITY * f64::NAN).is_none());
-        assert!(
-            Gaussian::new(
-                DVec3::ZERO,
-                DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0))
-            )
-            .is_none()
-        );
-        let endless = DMat3::IDENTITY * f64::INFINITY;
-        assert!(Gaussian::new(DVec3::ZERO, endless).is_none());
+        let negative = DVec3::new(1.0, -1.0, 1.0);
+        for (mean_m, diagonal) in [
+            (DVec3::NAN, DVec3::ONE),
+            (DVec3::ZERO, DVec3::NAN),
+            (DVec3::ZERO, negative),
+            (DVec3::ZERO, DVec3::INFINITY),
+        ] {
+            assert!(Gaussian::new(mean_m, DMat3::from_diagonal(diagonal)).is_none());
+        }
         assert!(Gaussian::new(DVec3::ZERO, DMat3::ZERO).is_some());
     }
 
@@ -337,14 +306,15 @@ mod tests {
     fn the_spiral_has_the_moments_of_the_normal_distribution() {
         for count in [7, 19, 37] {
             let points = spiral(count);
-            let mean =
-                |f: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(f).sum::<f64>() / count as f64;
-            for axis in 0..2 {
-                assert!(mean(&|p| p[axis]).abs() < 1e-12);
-                assert!((mean(&|p| p[axis] * p[axis]) - 1.0).abs() < 1e-12);
+            let mean = |f: fn(&[f64; 2]) -> f64| points.iter().map(f).sum::<f64>() / count as f64;
+            for [first, second] in [
+                [mean(|p| p[0]), mean(|p| p[0] * p[0])],
+                [mean(|p| p[1]), mean(|p| p[1] * p[1])],
+            ] {
+                assert!(first.abs() < 1e-12 && (second - 1.0).abs() < 1e-12);
             }
             // Enough for proposals: the weights make up for the rest.
-            assert!(mean(&|p| p[0] * p[1]).abs() < 0.4, "{count}");
+            assert!(mean(|p| p[0] * p[1]).abs() < 0.4, "{count}");
         }
         assert_eq!(spiral(1), [[0.0, 0.0]]);
     }

@@ -62,7 +62,7 @@ mod steady_point;
 mod stream;
 mod surface_shares;
 
-pub use deterministic::{DeterministicConfig, DeterministicPredictor, RayLead};
+pub use deterministic::{DeterministicConfig, DeterministicPredictor};
 pub use fused::{Experience, FusedPredictor, TargetLook};
 pub use fused_config::FusedConfig;
 pub use gaze::{

@@ -2,6 +2,7 @@
 
 use super::regions::RegionSizes;
 use crate::estimate::TimeToContact;
+use crate::matrices::{Plane, axes_across};
 use glam::{DMat3, DVec3};
 use hwall_hand::{Gaze, HandFrame, HandState};
 use hwall_scene::{Scene, SurfaceId};
@@ -74,12 +75,10 @@ impl ContactPrediction {
     /// without a covariance. Within [`regions`](Self::regions) it is to be compared with them.
     #[must_use]
     pub fn squared_deviations(&self, point_m: DVec3) -> Option<f64> {
-        let c = self.covariance_m2?;
-        let (u, v) = self.normal.any_orthonormal_pair();
-        let [uu, uv, vv] = [u.dot(c * u), u.dot(c * v), v.dot(c * v)];
+        let axes = axes_across(self.normal);
+        let covariance_m2 = Plane::of(&self.covariance_m2?, axes);
         let off_m = point_m - self.point_m;
-        let [a, b] = [u, v].map(|axis| off_m.dot(axis));
-        Some((vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv))
+        Some(covariance_m2.squared(axes.map(|axis| off_m.dot(axis))))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::prediction::ContactPrediction;
 use crate::error::ContactError;
-use crate::outer_product::square;
+use crate::matrices::{Plane, axes_across, square, trace};
 use glam::DVec3;
 use hwall_numeric::check::positive;
 
@@ -52,12 +52,8 @@ impl SteadyPoint {
     }
 
     /// The prediction to serve, of those of one sample, the most probable first: the first one, or that of the surface held before
-    /// unless another is clearly more probable; with its point held as by [`step`](Self::step). `None` if there is none.
-    pub fn step_ranked(&mut self, ranked: &[ContactPrediction]) -> Option<ContactPrediction> {
-        self.step_ranked_known(ranked, claimed_sd_m)
-    }
-
-    /// The same where more is known of how well a point is known than its covariance says: `sd_m` is its standard deviation, m.
+    /// unless another is clearly more probable; with its point held as by [`step`](Self::step). `None` if there is none. `sd_m` says
+    /// how well a point is known, as a standard deviation, m: that of its covariance, or more where more is known of it.
     pub fn step_ranked_known(
         &mut self,
         ranked: &[ContactPrediction],
@@ -136,24 +132,17 @@ impl SteadyPoint {
 
 /// The standard deviation that a prediction claims for its point, m; 0 for one that has none.
 fn claimed_sd_m(prediction: &ContactPrediction) -> f64 {
-    prediction.covariance_m2.map_or(0.0, |c| {
-        let [xx, _, _, _, yy, _, _, _, zz] = c.to_cols_array();
-        (xx + yy + zz).sqrt()
-    })
+    prediction.covariance_m2.map_or(0.0, |c| trace(&c).sqrt())
 }
 
 /// Does a prediction not exclude a place that lies `off` from its point, m, in the plane of its surface?
 fn is_unsure_of(prediction: &ContactPrediction, off: DVec3) -> bool {
-    let Some(c) = prediction.covariance_m2 else {
+    let Some(covariance_m2) = prediction.covariance_m2 else {
         return false;
     };
-    let (u, v) = prediction.normal.any_orthonormal_pair();
-    let (cu, cv) = (c * u, c * v);
-    let [uu, uv, vv] = [u.dot(cu), u.dot(cv), v.dot(cv)];
-    let [a, b] = [off.dot(u), off.dot(v)];
+    let axes = axes_across(prediction.normal);
     // NaN fails the comparison.
-    let squared = (vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv);
-    squared <= HELD_SDS * HELD_SDS
+    Plane::of(&covariance_m2, axes).squared(axes.map(|axis| off.dot(axis))) <= HELD_SDS * HELD_SDS
 }
 
 /// Angle between unit vectors, rad.
@@ -165,7 +154,7 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
 mod tests {
     use super::super::prediction::PredictionSource;
     use super::*;
-    use glam::DMat3;
+    use crate::matrices::isotropic;
     use hwall_scene::SurfaceId;
 
     fn at(surface: usize, point_m: DVec3, normal: DVec3) -> ContactPrediction {
@@ -177,35 +166,33 @@ mod tests {
     }
 
     #[test]
-    fn holds_within_the_radius_and_lets_go_beyond_it() {
+    fn holds_within_the_radius_and_lets_go_beyond_it_or_when_told_to() {
         let mut steady = SteadyPoint::new(0.04).expect("positive");
-        let first = at(0, DVec3::ZERO, DVec3::X);
-        assert_eq!(steady.step(first).point_m, DVec3::ZERO);
-        assert_eq!(
-            steady.step(at(0, DVec3::Y * 0.03, DVec3::X)).point_m,
-            DVec3::ZERO
-        );
-        // The radius is about the held point, so a slow drift is followed in steps.
-        assert_eq!(
-            steady.step(at(0, DVec3::Y * 0.05, DVec3::X)).point_m,
-            DVec3::Y * 0.05
-        );
-        assert_eq!(
-            steady.step(at(0, DVec3::Y * 0.02, DVec3::X)).point_m,
-            DVec3::Y * 0.05
-        );
-        // Another surface or another slope is another place.
-        assert_eq!(
-            steady.step(at(1, DVec3::Y * 0.02, DVec3::X)).point_m,
-            DVec3::Y * 0.02
-        );
+        // The radius is about the held point, so a slow drift is followed in steps; another surface is another place.
+        for (surface, y, held_y) in [
+            (0, 0.0, 0.0),
+            (0, 0.03, 0.0),
+            (0, 0.05, 0.05),
+            (0, 0.02, 0.05),
+            (1, 0.02, 0.02),
+        ] {
+            let held = steady.step(at(surface, DVec3::Y * y, DVec3::X));
+            assert_eq!(held.point_m, DVec3::Y * held_y);
+        }
+        // So is another slope.
         assert_eq!(steady.step(at(1, DVec3::ZERO, DVec3::Y)).normal, DVec3::Y);
+        steady.reset();
+        let next = at(1, DVec3::Y * 0.01, DVec3::Y);
+        assert_eq!(steady.step(next), next);
+        for bad in [0.0, -1.0, f64::NAN] {
+            assert!(SteadyPoint::new(bad).is_err());
+        }
     }
 
     #[test]
     fn guesses_that_know_no_better_move_nothing() {
         let spread = |p: ContactPrediction, sd_m: f64| ContactPrediction {
-            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))),
+            covariance_m2: Some(isotropic(sd_m)),
             ..p
         };
         let away = at(0, DVec3::Y * 0.1, DVec3::X);
@@ -225,7 +212,7 @@ mod tests {
     #[test]
     fn eyes_that_went_elsewhere_are_no_error_of_the_last_look() {
         let looked = |y: f64, since_s: f64| ContactPrediction {
-            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(0.15 * 0.15))),
+            covariance_m2: Some(isotropic(0.15)),
             looked_at_since_s: Some(since_s),
             ..at(0, DVec3::Y * y, DVec3::X)
         };
@@ -252,8 +239,9 @@ mod tests {
             ..at(surface, DVec3::Y * surface as f64, DVec3::X)
         };
         let mut steady = SteadyPoint::new(0.04).expect("positive");
-        let mut served =
-            |ranked: &[ContactPrediction]| steady.step_ranked(ranked).map(|p| p.surface.0);
+        let mut served = |ranked: &[ContactPrediction]| {
+            Some(steady.step_ranked_known(ranked, claimed_sd_m)?.surface.0)
+        };
         assert_eq!(served(&[of(0, 0.6), of(1, 0.4)]), Some(0));
         assert_eq!(served(&[of(1, 0.6), of(0, 0.4)]), Some(0));
         assert_eq!(served(&[]), None);
@@ -261,21 +249,5 @@ mod tests {
         assert_eq!(served(&[of(0, 0.6), of(1, 0.4)]), Some(1));
         // One that is no longer among them is not held.
         assert_eq!(served(&[of(2, 0.4)]), Some(2));
-    }
-
-    #[test]
-    fn lets_go_when_told_to() {
-        let mut steady = SteadyPoint::new(0.04).expect("positive");
-        steady.step(at(0, DVec3::ZERO, DVec3::X));
-        steady.reset();
-        let next = at(0, DVec3::Y * 0.01, DVec3::X);
-        assert_eq!(steady.step(next), next);
-    }
-
-    #[test]
-    fn radius_must_be_positive() {
-        for bad in [0.0, -1.0, f64::NAN] {
-            assert!(SteadyPoint::new(bad).is_err());
-        }
     }
 }

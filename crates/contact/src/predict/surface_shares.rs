@@ -2,8 +2,9 @@
 
 use super::gaussian::{Gaussian, spiral};
 use super::gaze::weights::{Hypothesis, log_sum};
+use super::hand::resting::facing;
 use super::hand::straight_way::StraightWay;
-use crate::outer_product::square;
+use crate::matrices::{Plane, square};
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
@@ -27,6 +28,22 @@ pub(super) struct Face {
     pub(super) mean_m: DVec3,
     pub(super) covariance_m2: DMat3,
     pub(super) evidence: Evidence,
+}
+
+impl Face {
+    /// Not weighed yet.
+    const fn new(surface: SurfaceId, met_m: DVec3, normal: DVec3) -> Self {
+        Self {
+            surface,
+            normal,
+            met_m,
+            log_mass: f64::NEG_INFINITY,
+            mass: 0.0,
+            mean_m: met_m,
+            covariance_m2: DMat3::ZERO,
+            evidence: Evidence::Nearness,
+        }
+    }
 }
 
 /// What speaks for a contact on a face.
@@ -58,10 +75,8 @@ impl Evidence {
 
     /// Is the face looked at now?
     pub(super) const fn looked_at(self) -> bool {
-        match self {
-            Self::Nearness => false,
-            Self::Motion { looked_at } | Self::Gaze { looked_at } => looked_at,
-        }
+        use Evidence::{Gaze, Motion};
+        matches!(self, Motion { looked_at: true } | Gaze { looked_at: true })
     }
 }
 
@@ -223,20 +238,17 @@ impl SurfaceShares {
             self.weigh(index, from.origin_m, gaussian, weight.ln(), least);
         }
         let evidence = Evidence::of(hypothesis);
+        let least = seen.map_or(0.0, |seen| seen.share);
         let scale = if hypothesis.as_moves {
             self.moved_weight += weight;
             if hypothesis.sight.is_none() {
                 self.log_usual_per_m = Some(log_mass(&self.faces[first..]) - weight.ln());
             }
-            let least = seen.map_or(0.0, |seen| seen.share);
             self.astray_scale(first, weight, hypothesis.astray, least)
+        } else if hypothesis.changed {
+            self.anew_scale(first, weight * self.surfaces_per_m(), least)
         } else {
-            let per_m = if hypothesis.changed {
-                self.surfaces_per_m()
-            } else {
-                SURFACES_PER_M
-            };
-            self.anew_scale(first, weight * per_m, seen.map_or(0.0, |seen| seen.share))
+            self.anew_scale(first, weight * SURFACES_PER_M, least)
         };
         for face in &mut self.faces[first..] {
             face.evidence = evidence;
@@ -250,12 +262,8 @@ impl SurfaceShares {
     /// was made for that surface, also if that is no longer meant.
     fn surfaces_per_m(&self) -> f64 {
         let moved = |f: &&Face| matches!(f.evidence, Evidence::Motion { .. });
-        let mass: f64 = self
-            .faces
-            .iter()
-            .filter(moved)
-            .map(|f| f.log_mass.exp())
-            .sum();
+        let moved = self.faces.iter().filter(moved);
+        let mass: f64 = moved.map(|f| f.log_mass.exp()).sum();
         (mass / self.moved_weight).max(SURFACES_PER_M)
     }
 
@@ -300,22 +308,13 @@ impl SurfaceShares {
         let Some(closest) = closest.ok().flatten() else {
             return;
         };
-        let towards = (origin_m - closest.point_m).dot(closest.normal);
-        let normal = if towards < 0.0 {
-            -closest.normal
-        } else {
-            closest.normal
-        };
+        let normal = facing(closest.normal, origin_m - closest.point_m);
         let cut = gaussian.in_plane(closest.point_m, normal);
         self.faces.push(Face {
-            surface: closest.surface,
-            normal,
-            met_m: closest.point_m,
             log_mass: cut.log_density + weight.ln(),
-            mass: 0.0,
-            mean_m: closest.point_m,
             covariance_m2: cut.covariance_m2 * cut.widening(),
             evidence: Evidence::Motion { looked_at: false },
+            ..Face::new(closest.surface, closest.point_m, normal)
         });
     }
 
@@ -346,7 +345,7 @@ impl SurfaceShares {
         let distance_m = to_mean.dot(axis).max(sd_m);
         let centre = to_mean - axis * (to_mean.dot(axis) - distance_m);
         let (u, v) = axis.any_orthonormal_pair();
-        let [uu, uv, vv] = gaussian.across_m2(u, v);
+        let Plane { uu, uv, vv } = Plane::of(&gaussian.covariance_m2, [u, v]);
         // Cholesky factor of the covariance across the axis.
         let a = uu.sqrt();
         let b = uv / a;
@@ -391,16 +390,8 @@ impl SurfaceShares {
         }
         // Limited, so that no step allocates; only rubble has more planes than this.
         (self.faces.len() < MAX_FACES).then(|| {
-            self.faces.push(Face {
-                surface: hit.surface,
-                normal: hit.normal,
-                met_m: hit.point_m,
-                log_mass: f64::NEG_INFINITY,
-                mass: 0.0,
-                mean_m: hit.point_m,
-                covariance_m2: DMat3::ZERO,
-                evidence: Evidence::Nearness,
-            });
+            let face = Face::new(hit.surface, hit.point_m, hit.normal);
+            self.faces.push(face);
             self.faces.len() - 1
         })
     }

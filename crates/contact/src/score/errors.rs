@@ -139,7 +139,6 @@ mod tests {
 
     #[test]
     fn a_board_is_missed_along_it_not_across_it() {
-        let missed = |off_m: DVec3, normal| missed(off_m, normal);
         assert!(!missed(DVec3::new(0.3, 0.09, -0.09), Some(DVec3::X)));
         assert!(missed(DVec3::new(0.0, 0.11, 0.0), Some(DVec3::X)));
         assert!(missed(DVec3::new(0.0, 0.0, 0.11), Some(-DVec3::X)));
@@ -154,21 +153,12 @@ mod tests {
     fn regions_are_those_of_three_dimensions() {
         // Distribution of the squared radius: chi square with three degrees of freedom.
         let mut sampler = hwall_testkit::Sampler::new(1);
-        let n = 200_000;
-        let squares: Vec<f64> = (0..n)
-            .map(|_| (0..3).map(|_| sampler.normal().powi(2)).sum())
-            .collect();
-        for Region {
-            probability,
-            radius_squared,
-        } in REGIONS
-        {
-            let within =
-                squares.iter().filter(|s| **s <= radius_squared).count() as f64 / f64::from(n);
-            assert!(
-                (within - probability).abs() < 5e-3,
-                "{probability}: {within}"
-            );
+        let square = |_: u32| (0..3).map(|_| sampler.normal().powi(2)).sum();
+        let squares: Vec<f64> = (0..200_000).map(square).collect();
+        for region in REGIONS {
+            let inside = squares.iter().filter(|s| **s <= region.radius_squared);
+            let within = inside.count() as f64 / squares.len() as f64;
+            assert!((within - region.probability).abs() < 5e-3, "{within}");
         }
     }
 }

@@ -109,11 +109,7 @@ mod tests {
         let (a, b) = (Some("a"), Some("b"));
         let people = of(&[a, b, a, b, b], &[0, 1, 2, 3, 4]);
         assert_eq!(people.folds[0].test, [0, 2]);
-        assert!(
-            people.description.contains("each person"),
-            "{}",
-            people.description
-        );
+        assert!(people.description.contains("each person"));
         // A single person, or some without a name: recordings.
         for names in [[a; 6], [a, b, None, a, b, a]] {
             let recordings = of(&names, &[0, 0, 1, 2, 3, 4]);

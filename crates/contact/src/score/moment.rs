@@ -135,10 +135,8 @@ mod tests {
         let steps = chosen.iter().zip(chosen.iter().skip(1));
         assert!(steps.map(|(a, b)| b - a).max().unwrap() <= 5);
         // A reach that starts late is not judged early.
-        assert_eq!(
-            Moment::Before(0.3).index(times[80..].iter().copied(), span),
-            None
-        );
+        let late = times[80..].iter().copied();
+        assert_eq!(Moment::Before(0.3).index(late, span), None);
         assert_eq!(written(&[], span).len(), 0);
     }
 
@@ -152,13 +150,16 @@ mod tests {
         let frames = (0..=100).map(frame).collect();
         let mut short = LabelledReach::new(HandPoint::Index, frames, DVec3::ONE, 1.0);
         short.frames.drain(..80);
-        assert_eq!(Moment::Before(0.3).frame(&short), None);
-        assert_eq!(Moment::Before(0.1).frame(&short), Some(10));
-        assert_eq!(Moment::Share(1.0).frame(&short), Some(20));
-        // A hand that has gone 0.1 m, and one that never goes ten.
-        assert_eq!(Moment::Gone(0.1).frame(&short), Some(6));
-        assert_eq!(Moment::Gone(10.0).frame(&short), None);
-        // It moves from the first sample on.
-        assert_eq!(Moment::Started.frame(&short), Some(0));
+        // A hand that has gone 0.1 m never goes ten, and moves from the first sample on.
+        for (moment, frame) in [
+            (Moment::Before(0.3), None),
+            (Moment::Before(0.1), Some(10)),
+            (Moment::Share(1.0), Some(20)),
+            (Moment::Gone(0.1), Some(6)),
+            (Moment::Gone(10.0), None),
+            (Moment::Started, Some(0)),
+        ] {
+            assert_eq!(moment.frame(&short), frame, "{}", moment.name());
+        }
     }
 }

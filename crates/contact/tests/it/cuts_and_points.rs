@@ -1,5 +1,7 @@
 //! Reaches that somebody else has cut, and points of the arm that a tracker names.
 
+use crate::common::{gaussian, minimum_jerk};
+use crate::learned::reaches_of;
 use glam::DVec3;
 use hwall_contact::{ContactEstimator, LearnedConfig, LearnedModel};
 use hwall_hand::{BodyPoint, HandFrame, HandPoint, LabelledReach};
@@ -8,42 +10,16 @@ use std::sync::LazyLock;
 
 const PERIOD_S: f64 = 1.0 / 90.0;
 
-fn gaussian(sampler: &mut Sampler) -> DVec3 {
-    DVec3::from_array([(); 3].map(|()| sampler.normal()))
-}
-
-/// Reaches of half a metre with the index tip alone, minimum jerk with a bow; the elbow goes where the hand will end, and
-/// is there at half the time.
+/// With the index tip alone; the elbow goes where the hand will end, and is there at half the time.
 fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
-    let mut sampler = Sampler::new(seed);
-    let mut all = Vec::new();
-    for person in 0..people {
-        let pace = sampler.uniform(0.8, 1.2);
-        let bow_m = DVec3::Z * (0.03 + 0.02 * sampler.normal());
-        for trial in 0..each {
-            let from = DVec3::new(0.6, 0.1, 0.1) + 0.03 * gaussian(&mut sampler);
-            let to = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(0.0, 0.5));
-            let duration_s = pace * sampler.uniform(0.7, 0.9);
-            let count = (duration_s / PERIOD_S) as usize;
-            let jerk = |tau: f64| tau.powi(3) * (10.0 - 15.0 * tau + 6.0 * tau * tau);
-            let frames = (0..=count).map(|k| {
-                let tau = k as f64 / count as f64;
-                let mut frame = HandFrame::empty(tau * duration_s);
-                let bow_m = 16.0 * (tau * (1.0 - tau)).powi(2) * bow_m;
-                let tip_m = from.lerp(to, jerk(tau)) + bow_m + 5e-4 * gaussian(&mut sampler);
-                frame.set_point(HandPoint::Index, Some(tip_m));
-                let elbow_m = from.lerp(to, 0.5 * jerk((2.0 * tau).min(1.0))) + DVec3::X * 0.4;
-                frame.set_body(
-                    BodyPoint::Elbow,
-                    Some(elbow_m + 5e-4 * gaussian(&mut sampler)),
-                );
-                frame
-            });
-            let reach = LabelledReach::new(HandPoint::Index, frames.collect(), to, duration_s);
-            all.push(reach.by(format!("person {person}"), format!("{trial}")));
-        }
-    }
-    all
+    reaches_of(seed, (people, each), |sampler, tau, [from, to, tip_m]| {
+        let mut frame = HandFrame::empty(0.0);
+        frame.set_point(HandPoint::Index, Some(tip_m + 5e-4 * gaussian(sampler)));
+        let elbow_m = from.lerp(to, 0.5 * minimum_jerk(2.0 * tau)) + DVec3::X * 0.4;
+        let elbow_m = elbow_m + 5e-4 * gaussian(sampler);
+        frame.set_body(BodyPoint::Elbow, Some(elbow_m));
+        frame
+    })
 }
 
 fn without_elbow(mut all: Vec<LabelledReach>) -> Vec<LabelledReach> {
@@ -76,17 +52,25 @@ fn late(mut reach: LabelledReach, share: f64) -> LabelledReach {
     reach
 }
 
-/// Mean error at a share of the true time of each reach, m.
-fn mean_error_m(model: &LearnedModel, test: &[LabelledReach], share: f64) -> f64 {
-    let mut estimator = model.estimator();
-    let error_m = |reach: &LabelledReach| {
+/// Mean error and share within the 90 % regions at a share of the true time of each reach.
+fn judged(model: &LearnedModel, test: &[LabelledReach], share: f64) -> (f64, f64) {
+    let (mut miss_m, mut held) = (0.0, 0.0);
+    for reach in test {
+        let mut estimator = model.estimator();
         estimator.begin();
         let until_s = share * reach.contact_s + 1e-9;
         let seen = reach.frames.iter().take_while(|f| f.t_s <= until_s);
         let last = seen.filter_map(|f| estimator.step(f)).last();
-        last.expect("tracked").point_m.distance(reach.contact_m)
-    };
-    test.iter().map(error_m).sum::<f64>() / test.len() as f64
+        let last = last.expect("tracked");
+        miss_m += last.point_m.distance(reach.contact_m);
+        held += f64::from(last.distance_squared(reach.contact_m).expect("learnt") <= 6.251);
+    }
+    let n = test.len() as f64;
+    (miss_m / n, held / n)
+}
+
+fn mean_error_m(model: &LearnedModel, test: &[LabelledReach], share: f64) -> f64 {
+    judged(model, test, share).0
 }
 
 fn trained(known: &[LabelledReach]) -> LearnedModel {
@@ -106,7 +90,6 @@ fn a_rest_before_the_reach_and_a_late_cut_change_little() {
     let late: Vec<_> = test.iter().map(|r| late(r.clone(), 0.15)).collect();
     for share in [0.4, 0.5, 0.7, 0.9] {
         let errors_m = [&test, &rested, &late].map(|t| mean_error_m(&MODEL, t, share));
-        println!("{share}: {errors_m:.4?} m");
         let [whole_m, rested_m, late_m] = errors_m;
         assert!(rested_m < 1.1 * whole_m + 1e-3, "{share}: {errors_m:?}");
         assert!(late_m < 1.5 * whole_m + 5e-3, "{share}: {errors_m:?}");
@@ -127,7 +110,6 @@ fn what_was_learnt_from_reaches_with_rests_is_as_good() {
     let test = without_elbow(reaches(2, 3, 10));
     for share in [0.5, 0.7, 0.9] {
         let [plain_m, rests_m] = [&*MODEL, &model].map(|m| mean_error_m(m, &test, share));
-        println!("{share}: {plain_m:.4} {rests_m:.4} m");
         assert!(
             rests_m < 1.2 * plain_m + 2e-3,
             "{share}: {plain_m} {rests_m}"
@@ -143,7 +125,6 @@ fn a_point_of_the_arm_is_used_where_it_tells_more_and_may_come_and_go() {
     let test = reaches(2, 3, 10);
     let alone_m = mean_error_m(&MODEL, &without_elbow(test.clone()), 0.3);
     let helped_m = mean_error_m(&model, &test, 0.3);
-    println!("{alone_m:.4} -> {helped_m:.4} m");
     assert!(helped_m < 0.8 * alone_m, "{alone_m} {helped_m}");
     // It is lost, found, NaN and gone for good: never a gap or a number that is none.
     let mut estimator = model.estimator();
@@ -164,40 +145,15 @@ fn a_point_of_the_arm_is_used_where_it_tells_more_and_may_come_and_go() {
     }
 }
 
-/// Mean error and share within the 90 % regions at a share of the true time of each reach.
-fn judged(model: &LearnedModel, test: &[LabelledReach], share: f64) -> (f64, f64) {
-    let (mut miss_m, mut held) = (0.0, 0.0);
-    for reach in test {
-        let mut estimator = model.estimator();
-        estimator.begin();
-        let seen = reach
-            .frames
-            .iter()
-            .take_while(|f| f.t_s <= share * reach.contact_s);
-        let last = seen
-            .filter_map(|f| estimator.step(f))
-            .last()
-            .expect("tracked");
-        miss_m += last.point_m.distance(reach.contact_m);
-        held += f64::from(last.distance_squared(reach.contact_m).expect("learnt") <= 6.251);
-    }
-    let n = test.len() as f64;
-    (miss_m / n, held / n)
-}
-
 #[test]
 fn where_a_decisive_point_stays_away_the_others_answer_less_sure() {
     let train = reaches(31, 6, 10);
-    let full = LearnedModel::train(&train, &LearnedConfig::default()).expect("enough");
-    let never = without_elbow(train);
-    let never = LearnedModel::train(&never, &LearnedConfig::default()).expect("enough");
+    let (full, never) = (trained(&train), trained(&without_elbow(train.clone())));
     let seen = reaches(32, 8, 10);
     let away = without_elbow(seen.clone());
     for share in [0.3, 0.5, 0.7, 0.9] {
-        let with = judged(&full, &seen, share);
         let without = judged(&full, &away, share);
         let usual = judged(&never, &away, share);
-        println!("{share}: seen {with:?}, away {without:?}, never learnt from {usual:?}");
         assert!((0.8..=1.0).contains(&without.1), "{share}: {without:?}");
         assert!(
             without.0 < 1.3 * usual.0 + 1e-3,
@@ -211,8 +167,7 @@ fn where_a_decisive_point_stays_away_the_others_answer_less_sure() {
 /// Everything is 5 cm further to the side than it was learnt, and a touch is told of when the next reach may already have begun.
 #[test]
 fn a_touch_teaches_the_model_that_answered() {
-    let full = LearnedModel::train(&reaches(31, 6, 10), &LearnedConfig::default());
-    let full = full.expect("enough");
+    let full = trained(&reaches(31, 6, 10));
     let off_m = DVec3::Y * 0.05;
     let (seen, test) = (reaches(34, 1, 12), reaches(35, 2, 10));
     let miss_m = |estimator: &hwall_contact::LearnedEstimator, test: &[LabelledReach]| {
@@ -229,11 +184,8 @@ fn a_touch_teaches_the_model_that_answered() {
     };
     for away in [true, false] {
         let of = |all: &[LabelledReach], away: bool| {
-            if away {
-                without_elbow(all.to_vec())
-            } else {
-                all.to_vec()
-            }
+            let all = all.to_vec();
+            if away { without_elbow(all) } else { all }
         };
         let mut estimator = full.estimator();
         let before = [true, false].map(|away| miss_m(&estimator, &of(&test, away)));
@@ -250,7 +202,6 @@ fn a_touch_teaches_the_model_that_answered() {
         }
         assert_eq!(estimator.touches(), seen.len());
         let after = [true, false].map(|away| miss_m(&estimator, &of(&test, away)));
-        println!("taught away {away}: {before:?} -> {after:?}");
         let (own, other) = if away { (0, 1) } else { (1, 0) };
         assert!(after[own] < 0.7 * before[own]);
         assert!((after[other] - before[other]).abs() < 0.1 * before[other]);
@@ -259,8 +210,7 @@ fn a_touch_teaches_the_model_that_answered() {
 
 #[test]
 fn a_decisive_point_that_comes_late_or_goes_is_used_while_it_is_known() {
-    let full = LearnedModel::train(&reaches(31, 6, 10), &LearnedConfig::default());
-    let full = full.expect("enough");
+    let full = trained(&reaches(31, 6, 10));
     let seen = reaches(33, 6, 10);
     let hidden = |from: f64, to: f64| {
         let mut all = seen.clone();
@@ -276,7 +226,6 @@ fn a_decisive_point_that_comes_late_or_goes_is_used_while_it_is_known() {
     // What it did before is not known when it comes in the middle, so regions are somewhat too small then: 72 %.
     for (from, to) in [(0.0, 0.03), (0.0, 0.35), (0.2, 0.25), (0.4, 0.5)] {
         let now = judged(&full, &hidden(from, to), 0.7);
-        println!("{from} {to}: {now:?}, whole {whole:?}");
         assert!(now.0 < 1.6 * whole.0 + 2e-3 && now.1 > 0.65);
     }
     // In a dropout of a few frames at the start nothing changes hands.

@@ -4,9 +4,9 @@ use crate::common::{
     EYE, Fused, WALL, ball, following_the_motion, front, fused, gaze_at, room, scene, side,
 };
 use glam::{DMat3, DVec3};
-use hwall_contact::{FusedConfig, PredictionSource};
+use hwall_contact::{ContactPrediction, FusedConfig, PredictionSource};
 use hwall_hand::GazeRay;
-use hwall_scene::Scene;
+use hwall_scene::{Scene, SurfaceId};
 use hwall_testkit::{Tol, assert_close};
 
 /// Without a say of the direction of motion, registered without error.
@@ -18,12 +18,19 @@ fn by_estimate() -> Fused {
     })
 }
 
-/// The names and probabilities of the answers.
-fn named(scene: &Scene, answers: &[hwall_contact::ContactPrediction]) -> Vec<(String, f64)> {
+/// The probability of a surface.
+fn probability(scene: &Scene, answers: &[ContactPrediction], name: &str) -> f64 {
+    let of_surface = |a: &&ContactPrediction| Some(a.surface) == scene.find(name);
     answers
         .iter()
-        .map(|a| (scene.surface(a.surface).name.clone(), a.probability))
-        .collect()
+        .find(of_surface)
+        .map_or(0.0, |a| a.probability)
+}
+
+/// The surface that a line of sight meets.
+fn meets(scene: &Scene, ray: GazeRay) -> Option<SurfaceId> {
+    let hit = scene.ray_cast(ray.origin_m, ray.direction).unwrap();
+    hit.map(|hit| hit.surface)
 }
 
 #[test]
@@ -63,21 +70,13 @@ fn failure_gaze_misses_the_object() {
         None,
     );
     let past = gaze_at(EYE, DVec3::new(0.6, 0.09, 1.2));
-    let hit = scene
-        .ray_cast(past.origin_m, past.direction)
-        .unwrap()
-        .unwrap();
-    assert_eq!(Some(hit.surface), scene.find("wall"));
+    assert_eq!(meets(&scene, past), scene.find("wall"));
     let mut fused = fused();
     let state = (DVec3::new(0.25, 0.0, 1.2), DVec3::X);
     let estimate = (DVec3::new(0.57, -0.01, 1.2), ball(0.04));
     let answers = fused.see(&scene, state, Some(estimate), Some(past));
     assert_eq!(Some(answers[0].surface), scene.find("post"));
-    assert!(
-        answers[0].probability > 0.95,
-        "{:?}",
-        named(&scene, answers)
-    );
+    assert!(answers[0].probability > 0.95, "{answers:?}");
     assert!(answers[0].point_m.distance(DVec3::new(0.6, 0.0, 1.2)) < 0.04);
 }
 
@@ -93,24 +92,14 @@ fn failure_the_object_is_occluded() {
     );
     let meant = DVec3::new(0.7, 0.1, 1.1);
     let gaze = gaze_at(EYE, meant);
-    let hit = scene
-        .ray_cast(gaze.origin_m, gaze.direction)
-        .unwrap()
-        .unwrap();
-    assert_eq!(
-        Some(hit.surface),
-        scene.find("panel"),
-        "the gaze alone is wrong"
-    );
+    assert_eq!(meets(&scene, gaze), scene.find("panel"));
     let mut fused = fused();
-    let state = (
-        DVec3::new(0.2, -0.1, 1.1),
-        meant - DVec3::new(0.2, -0.1, 1.1),
-    );
+    let hand_m = DVec3::new(0.2, -0.1, 1.1);
+    let state = (hand_m, meant - hand_m);
     let estimate = (DVec3::new(0.62, 0.07, 1.12), ball(0.06));
     let answers = fused.see(&scene, state, Some(estimate), Some(gaze));
     assert_eq!(Some(answers[0].surface), scene.find("wall"));
-    assert!(answers[0].probability > 0.9, "{:?}", named(&scene, answers));
+    assert!(answers[0].probability > 0.9, "{answers:?}");
     assert!(answers[0].point_m.distance(meant) < 0.035);
 }
 
@@ -139,12 +128,8 @@ fn failure_the_hand_is_already_behind_the_surface() {
     }
     // PredictorInput there for the first time, the gaze tells where the person stands.
     let state = (DVec3::new(0.75, 0.0, 1.2), DVec3::X * 0.5);
-    let p = fused().see(
-        &scene,
-        state,
-        Some((DVec3::new(0.8, 0.0, 1.2), ball(0.02))),
-        gaze,
-    )[0];
+    let estimate = Some((DVec3::new(0.8, 0.0, 1.2), ball(0.02)));
+    let p = fused().see(&scene, state, estimate, gaze)[0];
     assert_eq!(Some(p.surface), scene.find("wall"));
     assert_close!(p.normal, DVec3::NEG_X, Tol::abs(1e-12));
 }
@@ -162,35 +147,20 @@ fn failure_two_surfaces_meet_in_a_corner() {
     let start = DVec3::new(0.2, 0.0, 1.2);
     let aimed = |aside_m: f64| {
         // From 6 cm on one wall round the corner to 6 cm on the other; the gaze goes along.
-        let target_m = corner
-            - if aside_m < 0.0 {
-                DVec3::Y * -aside_m
-            } else {
-                DVec3::X * aside_m
-            };
-        let answers = fused()
-            .see(
-                &scene,
-                (start, (target_m - start).normalize()),
-                Some((target_m, ball(0.03))),
-                Some(gaze_at(EYE, target_m)),
-            )
-            .to_vec();
-        let p = |name| {
-            answers
-                .iter()
-                .find(|a| Some(a.surface) == scene.find(name))
-                .map_or(0.0, |a| a.probability)
-        };
-        (p("front"), p("side"), answers)
+        let target_m = corner - DVec3::new(aside_m.max(0.0), (-aside_m).max(0.0), 0.0);
+        let state = (start, (target_m - start).normalize());
+        let estimate = Some((target_m, ball(0.03)));
+        let mut fused = fused();
+        let answers = fused.see(&scene, state, estimate, Some(gaze_at(EYE, target_m)));
+        let [front, side] = ["front", "side"].map(|name| probability(&scene, answers, name));
+        (front, side, answers.to_vec())
     };
     // Sure away from the corner, undecided in it, and no leap between.
     assert!(aimed(-0.1).0 > 0.97 && aimed(0.1).1 > 0.97);
     let (front, side, answers) = aimed(0.0);
-    assert!(
-        (front - 0.5).abs() < 0.15 && (side - 0.5).abs() < 0.15,
-        "{front} {side}"
-    );
+    for half in [front, side] {
+        assert!((half - 0.5).abs() < 0.15, "{front} {side}");
+    }
     // Both answers lie in the corner: whichever is right, the board is not far.
     assert!(answers.iter().all(|a| a.point_m.distance(corner) < 0.05));
     let mut before = aimed(-0.1).0;
@@ -202,7 +172,7 @@ fn failure_two_surfaces_meet_in_a_corner() {
 }
 
 #[test]
-fn what_cannot_be_touched_bars_the_way() {
+fn what_cannot_be_touched_bars_the_way_but_what_is_or_was_looked_at_is_thought_of() {
     let sidecar = "[surface.glass]\nkind = \"untouchable\"\n";
     let quads = [
         ("wall", WALL),
@@ -215,55 +185,16 @@ fn what_cannot_be_touched_bars_the_way() {
     let mut fused = by_estimate();
     let answers = fused.see(&scene, state, estimate, None);
     assert_eq!(Some(answers[0].surface), scene.find("post"));
-    assert!(
-        answers
-            .iter()
-            .all(|a| Some(a.surface) != scene.find("glass"))
-    );
-    // Looked at, the wall is thought of as well: the hand may go round.
-    let answers = fused.see(
-        &scene,
-        state,
-        estimate,
-        Some(gaze_at(
-            DVec3::new(0.3, 0.0, 2.6),
-            DVec3::new(0.7, 0.05, 1.3),
-        )),
-    );
-    let wall = answers
-        .iter()
-        .find(|a| Some(a.surface) == scene.find("wall"));
-    assert!(
-        wall.is_some_and(|w| w.probability > 0.05),
-        "{:?}",
-        named(&scene, answers)
-    );
-}
-
-#[test]
-fn a_barred_place_that_was_looked_at_before_is_thought_of_as_well() {
-    let sidecar = "[surface.glass]\nkind = \"untouchable\"\n";
-    let quads = [
-        ("wall", WALL),
-        ("glass", front(0.5, [-0.15, 1.0], [0.5, 1.8])),
-        ("post", front(0.45, [-0.3, -0.1], [0.5, 1.8])),
-    ];
-    let scene = scene(&quads, Some(sidecar));
-    let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
-    let estimate = Some((DVec3::new(0.6, -0.05, 1.2), ball(0.08)));
+    assert_eq!(probability(&scene, answers, "glass"), 0.0);
+    // The hand may go round; in the end the eyes see nothing that could be touched.
     let eye_m = DVec3::new(0.3, 0.0, 2.6);
-    let mut fused = by_estimate();
-    let mut wall = |gaze: GazeRay| {
+    let at_wall = gaze_at(eye_m, DVec3::new(0.7, 0.05, 1.3));
+    let away = gaze_at(eye_m, DVec3::new(0.3, 2.0, 2.8));
+    for gaze in std::iter::repeat_n(at_wall, 20).chain([away]) {
         let answers = fused.see(&scene, state, estimate, Some(gaze));
-        let of_wall = |a: &&hwall_contact::ContactPrediction| Some(a.surface) == scene.find("wall");
-        answers.iter().find(of_wall).map_or(0.0, |a| a.probability)
-    };
-    for _ in 0..20 {
-        wall(gaze_at(eye_m, DVec3::new(0.7, 0.05, 1.3)));
+        let wall = probability(&scene, answers, "wall");
+        assert!(wall > 0.05, "{answers:?}");
     }
-    // Now the eyes see nothing that could be touched.
-    let left = wall(gaze_at(eye_m, DVec3::new(0.3, 2.0, 2.8)));
-    assert!(left > 0.05, "{left}");
 }
 
 #[test]
@@ -280,7 +211,7 @@ fn a_gaze_that_has_left_still_counts() {
     let estimate = Some((DVec3::new(0.7, -0.01, 1.2), ball(0.06)));
     let chance = fused().see(&scene, state, estimate, None)[0].probability;
     assert!(chance < 0.7, "{chance}");
-    let probability = |away: Option<GazeRay>| {
+    let after = |away: Option<GazeRay>| {
         let mut fused = fused();
         for _ in 0..30 {
             fused.see(&scene, state, estimate, Some(gaze_at(EYE, meant)));
@@ -289,20 +220,13 @@ fn a_gaze_that_has_left_still_counts() {
         for _ in 0..10 {
             answers = fused.see(&scene, state, estimate, away).to_vec();
         }
-        let left = answers
-            .iter()
-            .find(|a| Some(a.surface) == scene.find("left"))
-            .unwrap();
-        (left.probability, left.point_m.distance(meant))
+        assert_eq!(Some(answers[0].surface), scene.find("left"));
+        assert!(answers[0].point_m.distance(meant) < 0.04);
+        answers[0].probability
     };
-    let stayed = probability(Some(gaze_at(EYE, meant)));
-    let left = probability(Some(gaze_at(EYE, DVec3::new(0.7, 1.4, 1.9))));
-    let blinked = probability(None);
-    assert!(
-        stayed.0 > 0.9 && left.0 > 0.85 && blinked.0 > 0.85,
-        "{stayed:?} {left:?} {blinked:?}"
-    );
-    assert!(stayed.1 < 0.04 && left.1 < 0.04 && blinked.1 < 0.04);
+    assert!(after(Some(gaze_at(EYE, meant))) > 0.9);
+    assert!(after(Some(gaze_at(EYE, DVec3::new(0.7, 1.4, 1.9)))) > 0.85);
+    assert!(after(None) > 0.85);
 }
 
 #[test]
@@ -318,11 +242,7 @@ fn a_hand_at_rest_is_told_by_the_gaze_or_by_what_is_near() {
         (scene.find("picture"), PredictionSource::Gaze)
     );
     assert!(p.point_m.distance(meant) < 0.08 && p.time_to_contact_s.is_none());
-    assert!(
-        p.probability > 0.7 && p.probability < 0.99,
-        "{}",
-        p.probability
-    );
+    assert!((0.7..0.99).contains(&p.probability), "{p:?}");
     // Without a gaze there is only what is near.
     let p = fused().see(&scene, (DVec3::new(0.4, 0.2, 1.5), DVec3::ZERO), None, None)[0];
     assert_eq!(
@@ -346,12 +266,8 @@ fn a_change_of_mind_is_followed_within_the_sample_in_which_it_shows() {
     for (y, name) in [(0.3, "left"), (-0.3, "right"), (0.3, "left")] {
         let meant = DVec3::new(0.7, y, 1.2);
         for _ in 0..40 {
-            let p = fused.see(
-                &scene,
-                state,
-                Some((meant, ball(0.08))),
-                Some(gaze_at(EYE, meant)),
-            )[0];
+            let (estimate, gaze) = ((meant, ball(0.08)), gaze_at(EYE, meant));
+            let p = fused.see(&scene, state, Some(estimate), Some(gaze))[0];
             assert_eq!(Some(p.surface), scene.find(name));
         }
     }
@@ -375,12 +291,8 @@ fn a_hand_near_the_surface_is_believed_more_than_the_estimate() {
 fn an_estimate_beyond_every_edge_goes_to_the_closest_surface() {
     let scene = scene(&[("tile", front(0.7, [-0.05, 0.05], [1.1, 1.2]))], None);
     let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X);
-    let p = by_estimate().see(
-        &scene,
-        state,
-        Some((DVec3::new(0.7, 0.2, 1.15), ball(0.05))),
-        None,
-    )[0];
+    let estimate = Some((DVec3::new(0.7, 0.2, 1.15), ball(0.05)));
+    let p = by_estimate().see(&scene, state, estimate, None)[0];
     assert_close!(p.point_m, DVec3::new(0.7, 0.05, 1.15), Tol::abs(1e-9));
 }
 
@@ -389,19 +301,18 @@ fn an_estimate_far_behind_the_wall_does_not_lead_past_the_hand() {
     // 6 cm before the wall, at a slant, the estimate half a metre on and turned downwards.
     let scene = scene(&[("wall", WALL)], None);
     let ahead = DVec3::new(0.8, 0.0, -0.6);
-    let state = (DVec3::new(0.64, 0.0, 1.2), ahead);
-    let estimate = Some((
-        DVec3::new(0.64, 0.0, 1.2) + DVec3::new(0.4, 0.05, -0.5),
-        ball(0.08),
-    ));
-    let p = Fused::new(following_the_motion()).see(&scene, state, estimate, None)[0];
+    let hand_m = DVec3::new(0.64, 0.0, 1.2);
+    let see = |end_m: DVec3, sd_m: f64| {
+        let estimate = Some((end_m, ball(sd_m)));
+        Fused::new(following_the_motion()).see(&scene, (hand_m, ahead), estimate, None)[0]
+    };
+    let p = see(hand_m + DVec3::new(0.4, 0.05, -0.5), 0.08);
     let straight = DVec3::new(0.7, 0.0, 1.2 - 0.045);
     // The direction counts twelve times as much as the estimate, which is half a metre off.
     assert!(p.point_m.distance(straight) < 0.06, "{}", p.point_m);
     // One that leads to the wall itself is believed as before.
     let meant = DVec3::new(0.7, 0.01, 1.15);
-    let p =
-        Fused::new(following_the_motion()).see(&scene, state, Some((meant, ball(0.005))), None)[0];
+    let p = see(meant, 0.005);
     assert!(p.point_m.distance(meant) < 0.006, "{}", p.point_m);
 }
 
@@ -417,9 +328,6 @@ fn an_estimate_wrong_by_many_deviations_in_depth_is_not_sure_of_the_rest() {
     // Up to three deviations are what an estimate states; ten make 1 + (100 - 9) / 5 times the variance.
     assert_close!(sd_m(0.02), 0.02, Tol::abs(1e-4));
     assert_close!(sd_m(0.05), 0.02, Tol::abs(1e-4));
-    assert_close!(
-        sd_m(0.2),
-        0.02 * (1.0 + 91.0_f64 / 5.0).sqrt(),
-        Tol::rel(0.02)
-    );
+    let more_m = 0.02 * (1.0 + 91.0_f64 / 5.0).sqrt();
+    assert_close!(sd_m(0.2), more_m, Tol::rel(0.02));
 }

@@ -1,41 +1,39 @@
 //! Recordings as they come: whatever can be read is learnt from, and no estimate is NaN.
 
+use crate::common::{gaussian, minimum_jerk};
+use crate::learned::reaches_of;
 use glam::DVec3;
 use hwall_contact::score::{Evaluation, Moment, Split};
 use hwall_contact::{ContactEstimator, LearnedConfig, LearnedModel};
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
 
-/// Reaches of half a metre by several people; the palm and the head are tracked as well.
+/// The palm and the head are tracked as well.
 fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
-    let mut sampler = Sampler::new(seed);
-    let mut all = Vec::new();
-    for person in 0..people {
-        for trial in 0..each {
-            let from = DVec3::new(0.6, 0.1, 0.1) + 0.03 * noise(&mut sampler);
-            let to = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(0.0, 0.5));
-            let duration_s = sampler.uniform(0.6, 0.9);
-            let frames = (0..=60)
-                .map(|k| {
-                    let tau = f64::from(k) / 60.0;
-                    let share = tau.powi(3) * (10.0 - 15.0 * tau + 6.0 * tau * tau);
-                    let tip = from.lerp(to, share) + 7e-4 * noise(&mut sampler);
-                    let mut frame = HandFrame::empty(tau * duration_s);
-                    frame.set_point(HandPoint::Index, Some(tip));
-                    frame.set_point(HandPoint::Palm, Some(tip + DVec3::X * 0.1));
-                    frame.head_m = Some(DVec3::new(0.8, 0.0, 0.6) - DVec3::X * 0.05 * share);
-                    frame
-                })
-                .collect();
-            let reach = LabelledReach::new(HandPoint::Index, frames, to, duration_s);
-            all.push(reach.by(format!("person {person}"), trial.to_string()));
-        }
-    }
-    all
+    reaches_of(seed, (people, each), |sampler, tau, [_, _, tip_m]| {
+        let tip_m = tip_m + 7e-4 * gaussian(sampler);
+        let head_m = DVec3::new(0.8, 0.0, 0.6) - DVec3::X * 0.05 * minimum_jerk(tau);
+        let mut frame = HandFrame::empty(0.0);
+        frame.set_point(HandPoint::Index, Some(tip_m));
+        frame.set_point(HandPoint::Palm, Some(tip_m + DVec3::X * 0.1));
+        frame.head_m = Some(head_m);
+        frame
+    })
 }
 
-fn noise(sampler: &mut Sampler) -> DVec3 {
-    DVec3::from_array([(); 3].map(|()| sampler.normal()))
+/// Elsewhere by so much.
+fn shifted(reach: &mut LabelledReach, by_m: DVec3) {
+    for frame in &mut reach.frames {
+        for point in [HandPoint::Index, HandPoint::Palm] {
+            let at_m = frame.point(point).map(|at_m| at_m + by_m);
+            frame.set_point(point, at_m);
+        }
+    }
+    reach.contact_m += by_m;
+}
+
+fn samples(all: &[LabelledReach]) -> usize {
+    all.iter().map(|reach| reach.frames.len()).sum()
 }
 
 /// Learns from some reaches and follows others, told of each touch; every number must be finite.
@@ -89,22 +87,19 @@ fn points_that_come_and_go() {
         .iter_mut()
         .flat_map(|r| &mut r.frames)
         .for_each(|f| f.head_m = None);
-    assert_eq!(follow(&reaches(1, 3, 8), &blind), 122);
+    assert_eq!(follow(&reaches(1, 3, 8), &blind), samples(&blind));
 }
 
 #[test]
 fn people_of_one_touch_and_sessions_of_one_reach() {
     let known = reaches(5, 12, 1);
-    assert_eq!(follow(&known, &reaches(6, 3, 1)), 183);
+    let test = reaches(6, 3, 1);
+    assert_eq!(follow(&known, &test), samples(&test));
     // One person with nearly everything, others with a single touch.
     let mut uneven = reaches(7, 1, 12);
-    uneven.extend(
-        reaches(8, 3, 1)
-            .into_iter()
-            .enumerate()
-            .map(|(k, r)| r.by(format!("late {k}"), "0")),
-    );
-    assert_eq!(follow(&uneven, &reaches(9, 1, 1)), 61);
+    let late = reaches(8, 3, 1).into_iter().enumerate();
+    uneven.extend(late.map(|(k, r)| r.by(format!("late {k}"), "0")));
+    assert_eq!(follow(&uneven, &test), samples(&test));
 }
 
 #[test]
@@ -112,17 +107,7 @@ fn coordinates_that_never_change() {
     // Everybody touches one point; then a hand that does not move at all.
     let mut one_place = reaches(10, 3, 4);
     for reach in &mut one_place {
-        let shift_m = DVec3::ZERO - reach.contact_m;
-        for frame in &mut reach.frames {
-            let moved = |f: &HandFrame, p| f.point(p).map(|at_m| at_m + shift_m);
-            let (tip, palm) = (
-                moved(frame, HandPoint::Index),
-                moved(frame, HandPoint::Palm),
-            );
-            frame.set_point(HandPoint::Index, tip);
-            frame.set_point(HandPoint::Palm, palm);
-        }
-        reach.contact_m = DVec3::ZERO;
+        shifted(reach, -reach.contact_m);
     }
     assert!(follow(&one_place, &one_place) > 0);
     let mut still = reaches(11, 3, 4);
@@ -187,14 +172,9 @@ fn a_room_that_moves_is_noticed_and_followed_within_a_few_touches() {
     let moved_m = DVec3::new(0.12, -0.05, 0.0);
     let mut moved = reaches(18, 1, 12);
     for reach in &mut moved {
-        for frame in &mut reach.frames {
-            let at = |f: &HandFrame, p| f.point(p).map(|at_m| at_m + moved_m);
-            let (tip, palm) = (at(frame, HandPoint::Index), at(frame, HandPoint::Palm));
-            frame.set_point(HandPoint::Index, tip);
-            frame.set_point(HandPoint::Palm, palm);
-            frame.head_m = frame.head_m.map(|at_m| at_m + moved_m);
-        }
-        reach.contact_m += moved_m;
+        shifted(reach, moved_m);
+        let heads = reach.frames.iter_mut().filter_map(|f| f.head_m.as_mut());
+        heads.for_each(|head_m| *head_m += moved_m);
     }
     let all: Vec<LabelledReach> = known.into_iter().chain(moved).collect();
     let split = Split {
@@ -214,12 +194,6 @@ fn a_room_that_moves_is_noticed_and_followed_within_a_few_touches() {
     for (share, better) in [(0.5, 0.8), (0.7, 0.4), (0.9, 2.0)] {
         let late = |e: &Evaluation| e.among(|r| r.reach >= 84, |m| m == Moment::Share(share));
         let (silent, told) = (late(&silent), late(&told));
-        println!(
-            "{share}: {:.4} {:.4} m, {:?}",
-            silent.median_m,
-            told.median_m,
-            told.covered()
-        );
         assert!(told.median_m < better * silent.median_m, "{share}");
     }
 }

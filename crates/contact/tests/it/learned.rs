@@ -1,16 +1,21 @@
 //! The learned estimator on reaches whose truth is planted.
 
+use crate::common::{gaussian, minimum_jerk};
 use glam::{DMat3, DVec3};
 use hwall_contact::{
     Combination, ContactError, ContactEstimate, ContactEstimator, LearnedConfig, LearnedModel,
 };
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
-use std::ops::Range;
 use std::sync::OnceLock;
 
-/// Reaches of half a metre to a wall at x = 0, minimum jerk with a bow, by people who differ.
-fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
+/// Reaches of half a metre to a wall at x = 0, minimum jerk with a bow, by people who differ. The frames are made from the share of
+/// the time, the start, the end and the place of the tip.
+pub(crate) fn reaches_of(
+    seed: u64,
+    (people, each): (usize, usize),
+    mut frame: impl FnMut(&mut Sampler, f64, [DVec3; 3]) -> HandFrame,
+) -> Vec<LabelledReach> {
     let mut sampler = Sampler::new(seed);
     let mut all = Vec::new();
     for person in 0..people {
@@ -21,31 +26,30 @@ fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
             let to = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(0.0, 0.5));
             let duration_s = pace * sampler.uniform(0.7, 0.9);
             let count = (duration_s * 90.0) as usize;
-            let frames = (0..=count)
-                .map(|k| {
-                    let tau = k as f64 / count as f64;
-                    let share = tau.powi(3) * (10.0 - 15.0 * tau + 6.0 * tau * tau);
-                    let noise = 7e-4 * gaussian(&mut sampler);
-                    let tip = from.lerp(to, share) + 16.0 * (tau * (1.0 - tau)).powi(2) * bow_m;
-                    frame(tau * duration_s, tip + noise)
-                })
-                .collect();
-            all.push(LabelledReach {
-                person: Some(format!("person {person}")),
-                trial: Some(format!("{trial}")),
-                point: HandPoint::Index,
-                frames,
-                contact_m: to,
-                contact_s: duration_s,
-                normal: Some(DVec3::X),
+            let frames = (0..=count).map(|k| {
+                let tau = k as f64 / count as f64;
+                let bow_m = 16.0 * (tau * (1.0 - tau)).powi(2) * bow_m;
+                let tip_m = from.lerp(to, minimum_jerk(tau)) + bow_m;
+                let t_s = tau * duration_s;
+                HandFrame {
+                    t_s,
+                    ..frame(&mut sampler, tau, [from, to, tip_m])
+                }
             });
+            let frames = frames.collect();
+            let mut reach = LabelledReach::new(HandPoint::Index, frames, to, duration_s);
+            reach.normal = Some(DVec3::X);
+            all.push(reach.by(format!("person {person}"), format!("{trial}")));
         }
     }
     all
 }
 
-fn gaussian(sampler: &mut Sampler) -> DVec3 {
-    DVec3::from_array([(); 3].map(|()| sampler.normal()))
+/// Of the index tip and the palm.
+pub(crate) fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
+    reaches_of(seed, (people, each), |sampler, _, [_, _, tip_m]| {
+        frame(0.0, tip_m + 7e-4 * gaussian(sampler))
+    })
 }
 
 /// Index tip and palm behind it.
@@ -73,7 +77,10 @@ fn model(combination: Combination) -> &'static LearnedModel {
     })
 }
 
-fn follow(estimator: &mut impl ContactEstimator, frames: &[HandFrame]) -> Vec<ContactEstimate> {
+pub(crate) fn follow(
+    estimator: &mut impl ContactEstimator,
+    frames: &[HandFrame],
+) -> Vec<ContactEstimate> {
     estimator.begin();
     frames.iter().filter_map(|f| estimator.step(f)).collect()
 }
@@ -100,7 +107,6 @@ fn people_that_were_not_learnt_from_are_foreseen() {
     ] {
         let model = model(combination);
         let errors_m = [0.3, 0.5, 0.7, 0.9].map(|share| mean_error_m(model, &test, share));
-        println!("{combination:?}: {errors_m:.4?} m");
         for (error_m, limit_m) in errors_m.into_iter().zip([0.12, 0.045, 0.02, 0.012]) {
             assert!(error_m < limit_m, "{combination:?}: {errors_m:?}");
         }
@@ -242,51 +248,51 @@ fn the_same_reach_again_gets_the_same_answers() {
     assert_eq!(again, first);
 }
 
+/// The reach with the tip elsewhere in each frame.
+fn moved(mut reach: LabelledReach, mut to_m: impl FnMut(DVec3) -> DVec3) -> LabelledReach {
+    for f in &mut reach.frames {
+        *f = frame(f.t_s, to_m(f.point(HandPoint::Index).expect("made so")));
+    }
+    reach
+}
+
+/// How far answers are off those of the model of all tests, for a model learnt from changed reaches, m.
+fn most_apart_m(
+    mut change: impl FnMut(LabelledReach) -> LabelledReach,
+    back: impl Fn(DVec3) -> DVec3,
+    changed_test: bool,
+) -> f64 {
+    let known: Vec<_> = reaches(1, 4, 15).into_iter().map(&mut change).collect();
+    let other = LearnedModel::train(&known, &LearnedConfig::default()).expect("good");
+    let test = reaches(8, 1, 1).remove(0);
+    let expected = follow(&mut model(Combination::Both).estimator(), &test.frames);
+    let test = if changed_test { change(test) } else { test };
+    let answers = follow(&mut other.estimator(), &test.frames);
+    assert_eq!(answers.len(), expected.len());
+    let pairs = answers.iter().zip(&expected);
+    let apart_m = pairs.map(|(a, b)| back(a.point_m).distance(b.point_m));
+    apart_m.fold(0.0, f64::max)
+}
+
 #[test]
 fn ten_kilometres_from_the_origin() {
     let offset_m = DVec3::new(1e4, -1e4, 1e3);
-    let moved = |mut reach: LabelledReach| {
-        for f in &mut reach.frames {
-            *f = frame(
-                f.t_s,
-                f.point(HandPoint::Index).expect("made so") + offset_m,
-            );
-        }
+    let far = |reach: LabelledReach| {
+        let mut reach = moved(reach, |tip_m| tip_m + offset_m);
         reach.contact_m += offset_m;
         reach
     };
-    let here = model(Combination::Both);
-    let far_reaches: Vec<_> = reaches(1, 4, 15).into_iter().map(moved).collect();
-    let far = LearnedModel::train(&far_reaches, &LearnedConfig::default()).expect("good");
-    let test = reaches(8, 1, 1).remove(0);
-    let near_by = follow(&mut here.estimator(), &test.frames);
-    let far_off = follow(&mut far.estimator(), &moved(test).frames);
-    for (a, b) in near_by.iter().zip(&far_off) {
-        let apart_m = (a.point_m + offset_m).distance(b.point_m);
-        assert!(apart_m < 1e-6, "{apart_m} m at {} s", a.t_s);
-    }
+    let apart_m = most_apart_m(far, |point_m| point_m - offset_m, true);
+    assert!(apart_m < 1e-6, "{apart_m} m");
 }
 
 /// Samples on the ticks of one clock lie on thresholds between others of them: rounding must not choose the side.
 #[test]
 fn rounding_of_the_samples_decides_nothing() {
     let mut sampler = Sampler::new(3);
-    let mut rounded = |mut reach: LabelledReach| {
-        for f in &mut reach.frames {
-            let at_m = f.point(HandPoint::Index).expect("made so");
-            *f = frame(f.t_s, at_m + 1e-12 * gaussian(&mut sampler));
-        }
-        reach
-    };
-    let known: Vec<_> = reaches(1, 4, 15).into_iter().map(&mut rounded).collect();
-    let other = LearnedModel::train(&known, &LearnedConfig::default()).expect("good");
-    let test = reaches(8, 1, 1).remove(0);
-    let exact = follow(&mut model(Combination::Both).estimator(), &test.frames);
-    let rounded = follow(&mut other.estimator(), &test.frames);
-    for (a, b) in exact.iter().zip(&rounded) {
-        let apart_m = a.point_m.distance(b.point_m);
-        assert!(apart_m < 1e-5, "{apart_m} m at {} s", a.t_s);
-    }
+    let rounded = |reach| moved(reach, |tip_m| tip_m + 1e-12 * gaussian(&mut sampler));
+    let apart_m = most_apart_m(rounded, |point_m| point_m, false);
+    assert!(apart_m < 1e-5, "{apart_m} m");
 }
 
 /// The same reaches in 1.8 times the time.
@@ -296,134 +302,6 @@ fn slowed(mut reaches: Vec<LabelledReach>) -> Vec<LabelledReach> {
         reach.frames.iter_mut().for_each(|frame| frame.t_s *= 1.8);
     }
     reaches
-}
-
-/// Some hurry first and others at the end, always: the same hand has more way and more time left in one case than in the other.
-#[test]
-fn what_is_a_persons_own_is_learnt_from_touches() {
-    let of_person = |seed: u64, each: usize| -> Vec<LabelledReach> {
-        let mut made = reaches(seed, 1, each);
-        let skew = Sampler::new(seed).uniform(0.6, 1.7);
-        for reach in &mut made {
-            let whole_s = reach.contact_s;
-            let each = reach.frames.iter_mut();
-            each.for_each(|f| f.t_s = whole_s * (f.t_s / whole_s).powf(skew));
-            reach.person = Some(format!("of seed {seed}"));
-        }
-        made
-    };
-    let known: Vec<LabelledReach> = (100..112).flat_map(|seed| of_person(seed, 12)).collect();
-    let model = LearnedModel::train(&known, &LearnedConfig::default()).expect("good reaches");
-    let mut sums = [[0.0; 2]; 2];
-    for seed in 200..216 {
-        let made = of_person(seed, 20);
-        for (told, sums) in sums.iter_mut().enumerate() {
-            let mut estimator = model.estimator();
-            for (k, reach) in made.iter().enumerate() {
-                let all = follow(&mut estimator, &reach.frames);
-                let half = all[all.len() / 2];
-                let left = half.time_to_contact_s.expect("learnt");
-                if k >= 10 {
-                    sums[0] += half.point_m.distance(reach.contact_m);
-                    sums[1] += (half.t_s + left.mean_s - reach.contact_s).abs();
-                }
-                if told == 1 {
-                    estimator.touched(reach.contact_m, reach.contact_s);
-                }
-            }
-        }
-    }
-    let [[point_m, time_s], [told_m, told_s]] = sums.map(|s| s.map(|s| s / 160.0));
-    println!("half way: {point_m:.4} -> {told_m:.4} m, {time_s:.4} -> {told_s:.4} s");
-    assert!(told_m < 0.85 * point_m, "{point_m} {told_m}");
-    assert!(told_s < time_s, "{time_s} {told_s}");
-}
-
-/// Reaches of a person who bows to a side of their own, up, down, left or right; the same half way means different ends.
-fn bowed(seed: u64, each: usize, size: f64) -> Vec<LabelledReach> {
-    let mut made = reaches(seed, 1, each);
-    let mut sampler = Sampler::new(seed);
-    let bow_m = DVec3::new(0.0, sampler.normal(), sampler.normal()) * (0.05 * size);
-    for reach in &mut made {
-        let whole_s = reach.contact_s;
-        for frame in &mut reach.frames {
-            let tau = frame.t_s / whole_s;
-            let aside_m = bow_m * (4.0 * tau * (1.0 - tau)).powi(3);
-            for point in [HandPoint::Index, HandPoint::Palm] {
-                let at_m = frame.point(point).expect("tracked");
-                frame.set_point(point, Some(at_m + aside_m));
-            }
-        }
-        reach.person = Some(format!("of seed {seed}"));
-    }
-    made
-}
-
-/// The model of twelve people who bow, trained once for all tests.
-fn model_of_bows() -> &'static LearnedModel {
-    static MODEL: OnceLock<LearnedModel> = OnceLock::new();
-    MODEL.get_or_init(|| {
-        let known = (100..112).flat_map(|seed| bowed(seed, 12, 1.0));
-        let known: Vec<LabelledReach> = known.collect();
-        LearnedModel::train(&known, &LearnedConfig::default()).expect("good reaches")
-    })
-}
-
-/// From the 20th touch on all contacts are 8 cm beside where the hand seems to go, as after a tracker was moved.
-#[test]
-fn a_room_that_has_moved_is_followed_at_all_times_left() {
-    let model = model_of_bows();
-    const SHARES: [f64; 3] = [0.35, 0.5, 0.8];
-    let mean_m = |moved_m: f64, touches: Range<usize>| -> [f64; 3] {
-        let mut sums = [0.0; 3];
-        for seed in 200..210 {
-            let to = gaussian(&mut Sampler::new(seed)).normalize() * moved_m;
-            let mut estimator = model.estimator();
-            for (k, reach) in bowed(seed, 40, 1.0).iter().enumerate() {
-                let contact_m = reach.contact_m + if k >= 20 { to } else { DVec3::ZERO };
-                let all = follow(&mut estimator, &reach.frames);
-                if touches.contains(&k) {
-                    let count = 10.0 * touches.len() as f64;
-                    for (sum, share) in sums.iter_mut().zip(SHARES) {
-                        let said = all[(share * (all.len() - 1) as f64) as usize];
-                        *sum += said.point_m.distance(contact_m) / count;
-                    }
-                }
-                estimator.touched(contact_m, reach.contact_s);
-            }
-        }
-        sums
-    };
-    let [still, moved] = [0.0, 0.08].map(|moved_m| mean_m(moved_m, 23..30));
-    println!("touches 23 to 29: {still:.4?} m, moved {moved:.4?} m");
-    for (moved_m, still_m) in moved.into_iter().zip(still) {
-        assert!(moved_m < still_m + 0.012, "{moved:?} {still:?}");
-    }
-}
-
-#[test]
-fn a_bow_to_one_side_is_learnt_from_ten_touches_and_who_has_none_loses_nothing() {
-    let model = model_of_bows();
-    let mean_m = |size: f64, tell: bool| -> f64 {
-        let mut sum = 0.0;
-        for seed in 200..210 {
-            let mut estimator = model.estimator();
-            for (k, reach) in bowed(seed, 20, size).iter().enumerate() {
-                let all = follow(&mut estimator, &reach.frames);
-                if k >= 10 {
-                    sum += all[all.len() / 3].point_m.distance(reach.contact_m) / 100.0;
-                }
-                if tell {
-                    estimator.touched(reach.contact_m, reach.contact_s);
-                }
-            }
-        }
-        sum
-    };
-    let [bowed, straight] = [1.0, 0.0].map(|size| [false, true].map(|tell| mean_m(size, tell)));
-    println!("after a third: {bowed:.4?} m, without a bow {straight:.4?} m");
-    assert!(bowed[1] < 0.85 * bowed[0], "{bowed:?}");
-    assert!(straight[1] < 1.02 * straight[0], "{straight:?}");
 }
 
 #[test]
@@ -446,7 +324,6 @@ fn hands_slower_than_all_that_were_learnt_from_are_foreseen_by_another_pace() {
             / at.len() as f64
     };
     let (with_m, without_m) = (error_m(&paced), error_m(made));
-    println!("with another pace {with_m:.4} m, as made {without_m:.4} m");
     assert!(with_m < 0.8 * without_m, "{with_m} {without_m}");
     for times in [1.0, 0.5, f64::NAN, 9.0] {
         let refused = LearnedConfig {
@@ -507,54 +384,42 @@ fn all_reaches_alike_leave_no_singular_equations() {
 
 #[test]
 fn what_cannot_be_learnt_from_is_refused_by_name() {
+    let good = reaches(11, 2, 6);
     let train = |reaches: &[LabelledReach], config: &LearnedConfig| {
         LearnedModel::train(reaches, config).expect_err("must be refused")
     };
-    let good = reaches(11, 2, 6);
-    let standard = LearnedConfig::default();
-    assert!(matches!(
-        train(&good[..5], &standard),
-        ContactError::TooFewReaches { got: 5, needed: 8 }
-    ));
-    assert!(matches!(
-        train(&[], &standard),
-        ContactError::TooFewReaches { got: 0, .. }
-    ));
-    let mut bad = good.clone();
-    bad[3].contact_m.y = f64::NAN;
-    let message = train(&bad, &standard).to_string();
-    assert!(message.contains("person 0/3"), "{message}");
-    let mut bad = good.clone();
-    bad[7].frames.iter_mut().for_each(|f| f.tips_m = [None; 5]);
-    assert!(train(&bad, &standard).to_string().contains("person 1/1"));
-    let mut bad = good.clone();
-    bad[4].point = HandPoint::Palm;
-    assert!(train(&bad, &standard).to_string().contains("person 0/4"));
-    let mut bad = good.clone();
-    bad[2].frames.reverse();
-    assert!(train(&bad, &standard).to_string().contains("increase"));
-    for config in [
-        LearnedConfig {
-            regions: Some(0),
-            ..standard
-        },
-        LearnedConfig {
-            samples_per_reach: 0,
-            ..standard
-        },
-        LearnedConfig {
-            folds: 1,
-            ..standard
-        },
-        LearnedConfig {
-            lags: 9,
-            ..standard
-        },
-        LearnedConfig {
-            rank: 0,
-            ..standard
-        },
-    ] {
+    let usual = LearnedConfig::default();
+    for got in [5, 0] {
+        let expected = ContactError::TooFewReaches { got, needed: 8 };
+        assert_eq!(train(&good[..got], &usual), expected);
+    }
+    type Damage = fn(&mut LabelledReach);
+    let damages: [(usize, Damage, &str); 4] = [
+        (3, |r| r.contact_m.y = f64::NAN, "person 0/3"),
+        (
+            7,
+            |r| r.frames.iter_mut().for_each(|f| f.tips_m = [None; 5]),
+            "person 1/1",
+        ),
+        (4, |r| r.point = HandPoint::Palm, "person 0/4"),
+        (2, |r| r.frames.reverse(), "increase"),
+    ];
+    for (at, damage, named) in damages {
+        let mut bad = good.clone();
+        damage(&mut bad[at]);
+        let message = train(&bad, &usual).to_string();
+        assert!(message.contains(named), "{message}");
+    }
+    let settings: [fn(&mut LearnedConfig); 5] = [
+        |c| c.regions = Some(0),
+        |c| c.samples_per_reach = 0,
+        |c| c.folds = 1,
+        |c| c.lags = 9,
+        |c| c.rank = 0,
+    ];
+    for change in settings {
+        let mut config = usual;
+        change(&mut config);
         assert!(matches!(train(&good, &config), ContactError::Argument(_)));
     }
 }

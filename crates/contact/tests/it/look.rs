@@ -1,13 +1,9 @@
-//! What a look says about the next contact while the hand rests, and while the eyes are on their way.
+//! What a look says about the next contact is learnt from people, and told while it lasts.
 
-use crate::common::{self, EYE, Fused, ball, blurred, front, fused, gaze_at, scene, side};
-use glam::{DMat3, DVec3};
+use crate::common::{self, EYE, ball, blurred, gaussian, gaze_at, minimum_jerk, scene};
+use glam::DVec3;
 use hwall_contact::*;
-use hwall_hand::{
-    Fixation, Gaze, GazeFilter, GazeRay, HandFilter, HandFilterConfig, HandFrame, HandPoint,
-    HandState,
-};
-use hwall_scene::Scene;
+use hwall_hand::{Fixation, Gaze, GazeFilter, HandFilter, HandFilterConfig, HandFrame, HandPoint};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
 const REST: DVec3 = DVec3::new(0.0, 0.0, 1.2);
@@ -15,7 +11,7 @@ const PERIOD_S: f64 = 1.0 / 90.0;
 
 /// Knows only that a reach ends somewhere on the wall.
 #[derive(Debug, Clone, Copy)]
-struct Vague;
+pub(crate) struct Vague;
 
 impl ContactEstimator for Vague {
     fn begin(&mut self) {}
@@ -78,10 +74,9 @@ fn person(habits: &Habits, touches: usize, seed: u64) -> (Vec<HandFrame>, Vec<St
             let mut frame = HandFrame::empty(t_s);
             let hand_m = ways.iter().rfind(|w| w.0 <= t_s);
             let hand_m = hand_m.map_or(REST, |&(from_s, to_s, from_m, to_m)| {
-                let s = ((t_s - from_s) / (to_s - from_s)).min(1.0);
-                from_m.lerp(to_m, s * s * s * (10.0 - 15.0 * s + 6.0 * s * s))
+                from_m.lerp(to_m, minimum_jerk((t_s - from_s) / (to_s - from_s)))
             });
-            let noise = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal()) * 5e-4;
+            let noise = gaussian(&mut sampler) * 5e-4;
             frame.set_point(HandPoint::Index, Some(hand_m + noise));
             frame.head_m = Some(EYE);
             let seen_m = looks.iter().rfind(|l| l.0 <= t_s).unwrap().1;
@@ -100,15 +95,15 @@ fn model_of(habits: &Habits) -> GazeModel {
         .map(|(frames, contacts)| LabelledStream { frames, contacts })
         .collect();
     GazeModel::default()
-        .fit_streams(
-            &streams,
-            |_| Vague,
-            &StreamFilters {
-                hand: HandFilterConfig::simulated(),
-                ..StreamFilters::default()
-            },
-        )
+        .fit_streams(&streams, |_| Vague, &simulated())
         .unwrap()
+}
+
+fn simulated() -> StreamFilters {
+    StreamFilters {
+        hand: HandFilterConfig::simulated(),
+        ..StreamFilters::default()
+    }
 }
 
 const STEADY: Habits = Habits {
@@ -191,393 +186,12 @@ fn what_a_look_means_is_told_while_it_lasts() {
     assert!(young < 0.4 && old > young + 0.25, "{young} {old}");
 }
 
-/// A wall and a door beside it that is seen at a slant.
-fn with_a_door() -> Scene {
-    scene(
-        &[
-            ("wall", front(0.7, [-1.0, 0.45], [0.0, 2.0])),
-            ("door", side(0.45, [0.0, 0.7], [0.0, 2.0])),
-        ],
-        None,
-    )
-}
-
-#[test]
-fn a_hand_at_rest_does_not_hold_the_prediction() {
-    let scene = with_a_door();
-    // Near the wall rests the hand, the eyes land on the door.
-    let hand = (DVec3::new(0.4, -0.2, 1.2), DVec3::ZERO);
-    let target_m = DVec3::new(0.3, 0.45, 1.1);
-    let mut fused = fused();
-    for _ in 0..50 {
-        let p = fused.see(
-            &scene,
-            hand,
-            None,
-            Some(gaze_at(EYE, DVec3::new(0.7, -0.2, 1.4))),
-        )[0];
-        assert_eq!(Some(p.surface), scene.find("wall"));
-    }
-    for _ in 0..20 {
-        let p = fused.see(&scene, hand, None, Some(gaze_at(EYE, target_m)))[0];
-        assert_eq!(Some(p.surface), scene.find("door"));
-        assert_eq!(p.source, PredictionSource::Gaze);
-        assert!(p.looked_at_since_s.is_some());
-        assert!(p.point_m.distance(target_m) < 0.03, "{}", p.point_m);
-    }
-}
-
-#[test]
-fn the_error_of_a_look_is_that_of_each_direction_of_the_surface() {
-    let scene = with_a_door();
-    let target_m = DVec3::new(0.3, 0.45, EYE.z);
-    let gaze = gaze_at(EYE, target_m);
-    let hand = state(0.0, REST, DVec3::ZERO);
-    let mut led = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
-    let p = see(&mut led, &scene, &hand, fixed(0.0, gaze))[0];
-    let c = p.covariance_m2.unwrap();
-    let slope = gaze.direction.y.abs();
-    let across_m = 0.03 * target_m.distance(EYE);
-    assert_close!(c.z_axis.z.sqrt(), across_m, Tol::new(0.0, 0.02));
-    assert_close!(c.x_axis.x.sqrt(), across_m / slope, Tol::new(0.0, 0.02));
-    assert!(c.y_axis.y.sqrt() < 0.002);
-    // The dissertation's projection of the hand has none.
-    let mut plain = DeterministicPredictor::default();
-    assert_eq!(
-        see(&mut plain, &scene, &hand, fixed(0.0, gaze))[0].covariance_m2,
-        None
-    );
-}
-
-#[test]
-fn regions_of_points_led_by_the_gaze_hold_what_they_say() {
-    let scene = with_a_door();
-    let mut sampler = Sampler::new(31);
-    let hand = state(0.0, REST, DVec3::ZERO);
-    let mut led = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
-    let (mut inside, mut all) = (0.0, 0.0);
-    for _ in 0..2000 {
-        let target_m = DVec3::new(sampler.uniform(0.2, 0.5), 0.45, sampler.uniform(0.9, 1.5));
-        let exact = gaze_at(EYE, target_m);
-        let direction = blurred(&mut sampler, exact.direction, 0.03);
-        let p = see(
-            &mut led,
-            &scene,
-            &hand,
-            fixed(0.0, GazeRay { direction, ..exact }),
-        )[0];
-        if Some(p.surface) == scene.find("door") {
-            let c = p.covariance_m2.unwrap();
-            let e = target_m - p.point_m;
-            let (xx, xz, zz) = (c.x_axis.x, c.x_axis.z, c.z_axis.z);
-            let squared =
-                (zz * e.x * e.x - 2.0 * xz * e.x * e.z + xx * e.z * e.z) / (xx * zz - xz * xz);
-            inside += f64::from(squared <= 2.0 * 10_f64.ln());
-            all += 1.0;
-        }
-    }
-    let share = inside / all;
-    assert!(
-        all > 1500.0 && (0.86..0.94).contains(&share),
-        "{share} of {all}"
-    );
-}
-
-fn state(t_s: f64, point_m: DVec3, velocity: DVec3) -> HandState {
-    common::hand(t_s, point_m, velocity)
-}
-
-fn fixed(t_s: f64, ray: GazeRay) -> Gaze {
-    common::fixed(t_s, Some(ray))
-}
-
-fn see<'a>(
-    predictor: &'a mut (impl Predictor + ?Sized),
-    scene: &Scene,
-    hand: &HandState,
-    gaze: Gaze,
-) -> &'a [ContactPrediction] {
-    let frame = HandFrame::empty(hand.t_s);
-    let input = PredictorInput {
-        frame: &frame,
-        hand: Some(hand),
-        gaze,
-    };
-    predictor.predict(scene, &input)
-}
-
-#[test]
-fn in_flight_and_lost_for_a_moment_the_last_prediction_holds() {
-    let scene = with_a_door();
-    let target_m = DVec3::new(0.3, 0.45, 1.1);
-    let mut led = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
-    let mut fused = FusedPredictor::new(Vague, FusedConfig::default()).unwrap();
-    let both: [&mut dyn Predictor; 2] = [&mut led, &mut fused];
-    for predictor in both {
-        let mut at = |t_s: f64, gaze: Gaze| {
-            // At rest near the wall, trembling towards it.
-            let hand = state(t_s, DVec3::new(0.5, -0.2, 1.2), DVec3::X * 0.06);
-            see(&mut *predictor, &scene, &hand, gaze).first().copied()
-        };
-        let look = |t_s: f64| Gaze::Fixed(Fixation::of_ray(0.0, t_s, gaze_at(EYE, target_m)));
-        let mut before = None;
-        for i in 0..40 {
-            let t_s = 0.01 * f64::from(i);
-            before = at(t_s, look(t_s));
-        }
-        let before = before.unwrap();
-        assert_eq!(Some(before.surface), scene.find("door"));
-        // A saccade, then a blink, then the look back: nothing moves.
-        for i in 40..65 {
-            let t_s = 0.01 * f64::from(i);
-            let gaze = if i < 48 {
-                Gaze::InFlight { since_s: 0.4 }
-            } else {
-                Gaze::Lost
-            };
-            let p = at(t_s, gaze).unwrap();
-            assert_eq!(p.surface, before.surface, "{t_s}");
-            assert_close!(p.point_m, before.point_m, Tol::abs(0.01));
-        }
-        let p = at(0.66, look(0.66)).unwrap();
-        assert_close!(p.point_m, before.point_m, Tol::abs(0.01));
-        assert_eq!(p.looked_at_since_s, Some(0.0));
-        // Lost for good, the gaze says nothing more.
-        let mut last = None;
-        for i in 67..200 {
-            last = at(0.01 * f64::from(i), Gaze::Lost);
-        }
-        assert_eq!(last.unwrap().looked_at_since_s, None);
-    }
-}
-
-#[test]
-fn no_gaze_makes_a_prediction_that_is_not_finite() {
-    let scene = with_a_door();
-    let mut led = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
-    let mut fused = FusedPredictor::new(Vague, FusedConfig::default()).unwrap();
-    let bad = [f64::NAN, f64::INFINITY, 1e300, 0.0];
-    let mut t_s = 0.0;
-    for a in bad {
-        for b in bad {
-            t_s += 0.01;
-            let ray = GazeRay {
-                origin_m: DVec3::new(a, 0.0, 1.6),
-                direction: DVec3::new(b, 1.0, 0.0),
-            };
-            let gaze = Gaze::Fixed(Fixation {
-                noise_rad: b,
-                since_s: a,
-                ..Fixation::of_ray(0.0, t_s, ray)
-            });
-            let hand = state(t_s, REST, DVec3::X * 0.5);
-            for p in see(&mut led, &scene, &hand, gaze)
-                .iter()
-                .chain(see(&mut fused, &scene, &hand, gaze))
-            {
-                assert!(p.point_m.is_finite() && p.probability.is_finite(), "{p:?}");
-                assert!(p.covariance_m2.is_none_or(|c: DMat3| c.is_finite()));
-            }
-        }
-    }
-}
-
-/// Says how much it was learnt from.
-#[derive(Debug, Clone, Copy)]
-struct LearntFrom(usize);
-
-impl ContactEstimator for LearntFrom {
-    fn begin(&mut self) {}
-
-    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
-        Vague.step(frame)
-    }
-
-    fn training_reaches(&self) -> Option<usize> {
-        Some(self.0)
-    }
-}
-
-#[test]
-fn where_too_little_was_learnt_the_ray_leads() {
-    let scene = with_a_door();
-    let config = FusedConfig::default();
-    let needed = config.least_reaches;
-    let mut few = FusedPredictor::new(LearntFrom(10), config.clone()).unwrap();
-    let enough = FusedPredictor::new(LearntFrom(needed), config).unwrap();
-    let too_little = Experience::TooLittle {
-        reaches: 10,
-        needed,
-    };
-    assert_eq!(
-        (few.experience(), enough.experience()),
-        (too_little, Experience::Enough)
-    );
-    let mut led = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
-    for i in 0..80 {
-        let t_s = 0.01 * f64::from(i);
-        let hand = state(t_s, REST + DVec3::X * 0.005 * f64::from(i), DVec3::X * 0.5);
-        let gaze = fixed(t_s, gaze_at(EYE, DVec3::new(0.3, 0.45, 1.1)));
-        let by_ray = see(&mut led, &scene, &hand, gaze).to_vec();
-        assert_eq!(see(&mut few, &scene, &hand, gaze), by_ray);
-        assert!(few.look().is_none());
-    }
-}
-
-#[test]
-fn without_a_gaze_a_fingertip_past_the_wall_touches_it_from_its_own_side() {
-    let scene = scene(
-        &[
-            ("wall", common::WALL),
-            ("next room", front(1.2, [-1.0, 1.0], [0.0, 2.0])),
-        ],
-        None,
-    );
-    let mut led = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
-    for i in 0..60 {
-        let x = 0.5 + 0.004 * f64::from(i);
-        let hand = state(0.01 * f64::from(i), DVec3::new(x, 0.0, 1.2), DVec3::X * 0.4);
-        let p = see(&mut led, &scene, &hand, Gaze::Lost)[0];
-        assert_eq!(Some(p.surface), scene.find("wall"), "{x}");
-        assert_close!(p.normal, DVec3::NEG_X, Tol::abs(1e-12));
-        assert_close!(p.distance_m, 0.7 - x, Tol::abs(1e-9));
-        if x > 0.7 {
-            assert_eq!(p.time_to_contact_s.map(|t| t.mean_s), Some(0.0));
-        }
-    }
-}
-
-#[test]
-fn a_look_that_begins_on_the_way_can_change_the_goal() {
-    // People of whom half look elsewhere while they reach change their minds.
-    let mut config = FusedConfig::default();
-    let shares = LookShares {
-        as_moves: TargetShares {
-            now: 0.6,
-            before: 0.02,
-            elsewhere: 0.08,
-        },
-        anew: TargetShares {
-            now: 0.3,
-            before: 0.0,
-            elsewhere: 0.0,
-        },
-    };
-    config.gaze.looks.set(ReachPhase::UnderWay, shares);
-    let scene = with_a_door();
-    let (first_m, second_m) = (DVec3::new(0.7, -0.2, 1.2), DVec3::new(0.3, 0.45, 1.1));
-    let mut fused = Fused::new(config);
-    let estimate = Some((first_m, ball(0.08)));
-    let way = |i: u32| (DVec3::new(0.006 * f64::from(i), 0.0, 1.2), DVec3::X * 0.6);
-    for i in 0..50 {
-        let p = fused.see(&scene, way(i), estimate, Some(gaze_at(EYE, first_m)))[0];
-        assert_eq!(Some(p.surface), scene.find("wall"));
-    }
-    // From the first sample of the new look on, though the hand still moves to the old goal.
-    for i in 50..55 {
-        let looks_s = fused.now_s() + 0.01;
-        let gaze = Gaze::Fixed(Fixation::of_ray(0.5, looks_s, gaze_at(EYE, second_m)));
-        let p = fused.see_with(&scene, way(i), estimate, gaze)[0];
-        assert_eq!(Some(p.surface), scene.find("door"), "{i}");
-        assert!(p.point_m.distance(second_m) < 0.05);
-    }
-}
-
-/// A regression that has seen people touch a wall about its middle, in front of the resting hand: what it says is drawn there.
-#[derive(Debug, Clone, Copy)]
-struct Drawn {
-    measured_m: DVec3,
-    reaches: Option<usize>,
-    seen: usize,
-}
-
-/// Until so many samples of a reach have been seen, its motion says nothing.
-const SILENT: usize = 20;
-
-/// Spread of the places that people touch, and error of what the motion alone says, in each axis, m.
-const USUAL_SD_M: f64 = 0.2;
-const MEASURED_SD_M: f64 = 0.15;
-
-impl ContactEstimator for Drawn {
-    fn begin(&mut self) {
-        self.seen = 0;
-    }
-
-    fn training_reaches(&self) -> Option<usize> {
-        self.reaches
-    }
-
-    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
-        self.seen += 1;
-        let [usual, told] = [USUAL_SD_M, MEASURED_SD_M].map(|sd_m| sd_m.powi(-2));
-        let measured = if self.seen > SILENT { told } else { 0.0 };
-        let share = measured / (usual + measured);
-        let middle_m = REST + DVec3::X * 0.7;
-        Some(ContactEstimate {
-            covariance_m2: Some(ball((usual + measured).powf(-0.5))),
-            time_to_contact_s: Some(TimeToContact {
-                mean_s: 0.7,
-                sd_s: None,
-            }),
-            ..ContactEstimate::of_point(frame.t_s, middle_m.lerp(self.measured_m, share))
-        })
-    }
-}
-
-#[test]
-fn a_look_at_an_unusual_place_is_not_dragged_to_where_people_usually_touch() {
-    let scene = with_a_door();
-    let error_of = |reaches: Option<usize>, y: f64| {
-        let target_m = DVec3::new(0.7, y, 1.2);
-        let mut config = FusedConfig::default();
-        // A poor eye tracker: the hand counts.
-        config.gaze.on_target_sd_rad = 0.1;
-        let estimator = Drawn {
-            measured_m: target_m,
-            reaches,
-            seen: 0,
-        };
-        let mut fused = FusedPredictor::new(estimator, config).unwrap();
-        let mut last_m = DVec3::NAN;
-        for i in 0..50 {
-            let t_s = 0.01 * f64::from(i);
-            let way = target_m - REST;
-            let hand = state(t_s, REST + way * (0.008 * f64::from(i)), way * 0.8);
-            let frame = HandFrame {
-                palm_m: Some(hand.point_m),
-                ..HandFrame::empty(t_s)
-            };
-            let gaze = fixed(t_s, gaze_at(EYE, target_m));
-            let input = PredictorInput {
-                frame: &frame,
-                hand: Some(&hand),
-                gaze,
-            };
-            let first = fused.predict(&scene, &input)[0];
-            assert_eq!(Some(first.surface), scene.find("wall"));
-            last_m = first.point_m;
-        }
-        (last_m.y - y).abs()
-    };
-    // From what learnt nothing, nothing is taken.
-    for y in [-0.45, -0.3] {
-        let [drawn_m, freed_m] = [None, Some(1_000)].map(|reaches| error_of(reaches, y));
-        assert!(freed_m < 0.3 * drawn_m, "{y}: {drawn_m} {freed_m}");
-    }
-    // Nor does the middle of the usual places change.
-    assert!(error_of(Some(1_000), 0.0) < 0.01);
-}
-
 #[test]
 fn streams_that_teach_nothing_are_refused_and_those_without_a_gaze_teach_the_rest() {
     let (frames, contacts) = person(&STEADY, 12, 3);
-    let filters = StreamFilters {
-        hand: HandFilterConfig::simulated(),
-        ..StreamFilters::default()
-    };
     let fit = |frames: &[HandFrame], contacts: &[StreamContact]| {
         let stream = LabelledStream { frames, contacts };
-        GazeModel::default().fit_streams(&[stream], |_| Vague, &filters)
+        GazeModel::default().fit_streams(&[stream], |_| Vague, &simulated())
     };
     assert!(matches!(
         fit(&frames, &contacts[..3]),

@@ -9,6 +9,7 @@ mod fusion;
 mod fusion_answers;
 mod hard_recordings;
 mod learned;
+mod learned_touches;
 mod look;
 #[cfg(feature = "serde")]
 mod model_file;
@@ -21,4 +22,5 @@ mod regions;
 mod registration;
 mod repeats;
 mod resting;
+mod resting_looks;
 mod stream;

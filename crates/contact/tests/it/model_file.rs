@@ -1,5 +1,6 @@
 //! Files of learned models: the same answers bit by bit, and every damage an error.
 
+use crate::common::damaged;
 use crate::reaches::reaches;
 use hwall_contact::hwall_bip::model_file::ModelFileError;
 use hwall_contact::{
@@ -91,7 +92,7 @@ fn a_model_read_foresees_the_same_to_the_last_bit() {
         let about = |m: &LearnedModel| {
             (
                 (m.reaches(), m.people(), m.combination()),
-                (m.touching_point(), m.has_normals()),
+                m.touching_point(),
                 m.median_duration_s().to_bits(),
             )
         };
@@ -105,7 +106,6 @@ fn a_model_says_what_it_was_learnt_from() {
     assert_eq!((model.reaches(), model.people()), (12, 3));
     assert_eq!(model.touching_point(), HandPoint::Index);
     assert_eq!(model.combination(), Combination::Both);
-    assert!(model.has_normals());
     let mut durations: Vec<f64> = reaches(1, 3, 12).iter().map(|r| r.duration_s()).collect();
     durations.sort_by(f64::total_cmp);
     assert!((durations[5]..=durations[6]).contains(&model.median_duration_s()));
@@ -121,18 +121,22 @@ fn spaces_and_pretty_printing_do_not_matter() {
     assert_eq!(read.to_json(), *SMALL);
 }
 
-/// The file with one field replaced.
-fn with(path: &[&str], value: Value) -> String {
-    let mut file: Value = serde_json::from_str(&SMALL).expect("JSON");
-    let mut at = &mut file;
-    for key in path {
-        at = match key.parse::<usize>() {
-            Ok(index) => &mut at[index],
-            Err(_) => &mut at[*key],
-        };
-    }
+/// Replaces the field at a path; an empty path is the file itself.
+fn replace(file: &mut Value, path: &str, value: Value) {
+    let keys = path.split('.').filter(|key| !key.is_empty());
+    let at = keys.fold(file, |at, key| match key.parse::<usize>() {
+        Ok(index) => &mut at[index],
+        Err(_) => &mut at[key],
+    });
+    assert_ne!(*at, value, "{path}");
     *at = value;
-    file.to_string()
+}
+
+/// The error of the small file with one field replaced.
+fn error_with(path: &str, value: Value) -> ContactError {
+    let mut file: Value = serde_json::from_str(&SMALL).expect("JSON");
+    replace(&mut file, path, value);
+    error(&file.to_string())
 }
 
 fn error(text: &str) -> ContactError {
@@ -149,86 +153,73 @@ fn each_damage_has_its_error() {
     let twice = format!("{0}{0}", *SMALL);
     assert!(matches!(error(&twice), E::File(F::Syntax { .. })));
     let expected = "hwall-contact learned model";
-    assert_eq!(
-        error(r#"{"format": "hwall-bip model", "version": 1}"#),
-        E::File(F::Format {
-            expected,
-            found: "hwall-bip model".to_owned()
-        })
-    );
+    let found = "hwall-bip model".to_owned();
+    let other = error(r#"{"format": "hwall-bip model", "version": 1}"#);
+    assert_eq!(other, E::File(F::Format { expected, found }));
     // A newer version may look different in every other way.
-    assert_eq!(
-        error(&format!(
-            r#"{{"format": "{expected}", "version": 9, "x": 1}}"#
-        )),
-        E::File(F::Version {
-            newest: 7,
-            found: 9
-        })
-    );
+    let (newest, found) = (7, 9);
+    let new = format!(r#"{{"format": "{expected}", "version": 9, "x": 1}}"#);
+    assert_eq!(error(&new), E::File(F::Version { newest, found }));
     for (path, value) in [
-        (&["blend", "regions"][..], Value::Array(Vec::new())),
-        (&["ridges", "0", "scale"], vec![1.0; 3].into()),
-        (&["ridges", "0", "coefficients"], vec![1.0; 7].into()),
-        (&["inputs", "offsets_m"], Vec::<f64>::new().into()),
-        (&["primitive"], Value::Null),
-        (&["combination"], "regression".into()),
-        (&["blend", "own"], Value::Null),
-        (&["blend", "own", "habits"], Value::Null),
+        ("blend.regions", Value::Array(Vec::new())),
+        ("ridges.0.scale", vec![1.0; 3].into()),
+        ("ridges.0.coefficients", vec![1.0; 7].into()),
+        ("inputs.offsets_m", Vec::<f64>::new().into()),
+        ("primitive", Value::Null),
+        ("combination", "regression".into()),
+        ("blend.own", Value::Null),
+        ("blend.own.habits", Value::Null),
     ] {
-        let error = error(&with(path, value));
-        assert!(matches!(error, E::FileLength { .. }), "{path:?}: {error}");
+        let error = error_with(path, value);
+        assert!(matches!(error, E::FileLength { .. }), "{path}: {error}");
     }
     for (path, value) in [
-        (&["inputs", "point"][..], 6.into()),
-        (&["inputs", "others"], vec![2].into()),
-        (&["inputs", "others"], vec![0, 0].into()),
-        (&["inputs", "lags"], 9.into()),
-        (&["inputs", "lags"], 3.into()),
-        (&["inputs", "head"], true.into()),
-        (&["gates", "centres"], Value::Array(Vec::new())),
-        (&["gates", "width"], 0.0.into()),
-        (&["ridges", "0", "outputs"], 0.into()),
-        (&["ridges", "0", "outputs"], usize::MAX.into()),
-        (&["blend", "own", "sources", "0", "0"], 1.0.into()),
-        (&["blend", "own", "time", "5"], (-0.1).into()),
-        (&["blend", "own", "habits", "2", "slope"], (-0.1).into()),
-        (&["blend", "own", "habits", "3", "offset"], (-0.1).into()),
-        (&["blend", "own", "habits", "0", "scatter_m"], 0.0.into()),
+        ("inputs.point", 6.into()),
+        ("inputs.others", vec![2].into()),
+        ("inputs.others", vec![0, 0].into()),
+        ("inputs.lags", 9.into()),
+        ("inputs.lags", 3.into()),
+        ("inputs.head", true.into()),
+        ("gates.centres", Value::Array(Vec::new())),
+        ("gates.width", 0.0.into()),
+        ("ridges.0.outputs", 0.into()),
+        ("ridges.0.outputs", usize::MAX.into()),
+        ("blend.own.sources.0.0", 1.0.into()),
+        ("blend.own.time.5", (-0.1).into()),
+        ("blend.own.habits.2.slope", (-0.1).into()),
+        ("blend.own.habits.3.offset", (-0.1).into()),
+        ("blend.own.habits.0.scatter_m", 0.0.into()),
     ] {
-        let error = error(&with(path, value));
-        assert!(matches!(error, E::Argument(_)), "{path:?}: {error}");
+        let error = error_with(path, value);
+        assert!(matches!(error, E::Argument(_)), "{path}: {error}");
     }
     for (path, value) in [
-        (&["reaches"][..], 13.into()),
-        (&["median_duration_s"], 0.5.into()),
-        (&["combination"], "primitive".into()),
-        (&["gates", "centres", "0", "1"], 0.25.into()),
-        (&["ridges", "0", "coefficients", "2"], 0.25.into()),
-        (&["blend", "axes"], "nowhere".into()),
-        (&["blend", "regions", "1", "share"], 0.25.into()),
-        (&["primitive", "label_offset_m", "0"], 0.25.into()),
-        (&["primitive", "model", "mean", "0"], 0.25.into()),
-        (&["primitive", "model"], Value::Null),
-        (&["digest"], "0".into()),
+        ("reaches", 13.into()),
+        ("median_duration_s", 0.5.into()),
+        ("combination", "primitive".into()),
+        ("gates.centres.0.1", 0.25.into()),
+        ("ridges.0.coefficients.2", 0.25.into()),
+        ("blend.axes", "nowhere".into()),
+        ("blend.regions.1.share", 0.25.into()),
+        ("primitive.label_offset_m.0", 0.25.into()),
+        ("primitive.model.mean.0", 0.25.into()),
+        ("primitive.model", Value::Null),
+        ("digest", "0".into()),
     ] {
-        let error = error(&with(path, value));
-        let named = matches!(
-            error,
-            E::File(F::Digest { .. }) | E::File(F::Contents { .. })
-        );
-        assert!(named, "{path:?}: {error}");
+        let error = error_with(path, value);
+        let named = matches!(error, E::File(F::Digest { .. } | F::Contents { .. }));
+        assert!(named, "{path}: {error}");
     }
     for (path, value) in [
-        (&["ridges", "0", "coefficients", "2"][..], Value::Null),
-        (&["gates", "scale"], vec![1.0; 3].into()),
-        (&["people"], (-1).into()),
-        (&["more"], 1.into()),
+        ("ridges.0.coefficients.2", Value::Null),
+        ("gates.scale", vec![1.0; 3].into()),
+        ("people", (-1).into()),
+        ("more", 1.into()),
     ] {
-        let error = error(&with(path, value));
+        let error = error_with(path, value);
         assert!(
             matches!(error, E::File(F::Contents { .. })),
-            "{path:?}: {error}"
+            "{path}: {error}"
         );
     }
 }
@@ -243,27 +234,19 @@ fn the_model_for_hands_of_which_little_is_seen_is_guarded_too() {
     let file: Value = serde_json::from_str(&model.to_json()).expect("JSON");
     assert!(file["alone"].is_object());
     for (path, value) in [
-        (&["ridges", "0", "coefficients", "2"][..], 0.25.into()),
-        (&["ridges", "0", "scale", "0"], (-1.0).into()),
-        (&["blend", "regions", "0", "size_m2"], (-1e-3).into()),
-        (&["gates", "centres"], Value::Array(Vec::new())),
-        (&["inputs", "lags"], 9.into()),
-        (&["primitive"], Value::Null),
-        (&["more"], 1.into()),
-        (&[], 1.into()),
+        ("ridges.0.coefficients.2", 0.25.into()),
+        ("ridges.0.scale.0", (-1.0).into()),
+        ("blend.regions.0.size_m2", (-1e-3).into()),
+        ("gates.centres", Value::Array(Vec::new())),
+        ("inputs.lags", 9.into()),
+        ("primitive", Value::Null),
+        ("more", 1.into()),
+        ("", 1.into()),
     ] {
-        let mut damaged = file.clone();
-        let mut at = &mut damaged["alone"];
-        for key in path {
-            at = match key.parse::<usize>() {
-                Ok(index) => &mut at[index],
-                Err(_) => &mut at[*key],
-            };
-        }
-        assert_ne!(*at, value);
-        *at = value;
-        let refused = LearnedModel::from_json(&damaged.to_string());
-        assert!(refused.is_err(), "{path:?}");
+        let mut other = file.clone();
+        replace(&mut other["alone"], path, value);
+        let refused = LearnedModel::from_json(&other.to_string());
+        assert!(refused.is_err(), "{path}");
     }
     // The digest of the whole covers it.
     let mut without = file.clone();
@@ -278,20 +261,20 @@ fn the_model_for_hands_of_which_little_is_seen_is_guarded_too() {
 #[test]
 fn forged_files_with_negative_durations_or_variances_are_refused() {
     for path in [
-        &["median_duration_s"][..],
-        &["blend", "regions", "0", "moments", "0", "0"],
-        &["blend", "regions", "1", "shape", "8"],
-        &["blend", "regions", "0", "time_s2"],
-        &["blend", "regions", "0", "spread"],
-        &["blend", "regions", "1", "size_m2"],
-        &["ridges", "0", "scale", "0"],
-        &["ridges", "1", "scale", "0"],
-        &["gates", "scale", "0"],
+        "median_duration_s",
+        "blend.regions.0.moments.0.0",
+        "blend.regions.1.shape.8",
+        "blend.regions.0.time_s2",
+        "blend.regions.0.spread",
+        "blend.regions.1.size_m2",
+        "ridges.0.scale.0",
+        "ridges.1.scale.0",
+        "gates.scale.0",
     ] {
-        let error = error(&with(path, (-1e-3).into()));
+        let error = error_with(path, (-1e-3).into());
         assert!(
             matches!(error, ContactError::Argument(_)),
-            "{path:?}: {error}"
+            "{path}: {error}"
         );
     }
 }
@@ -325,17 +308,8 @@ fn no_damage_passes_unnoticed() {
         );
     }
     let mut sampler = Sampler::new(2);
-    let signs = b"0123456789.-+eE\"{}[],: ntrux";
     for _ in 0..2_000 {
-        let mut bytes = text.to_vec();
-        let at = sampler.index(bytes.len());
-        match sampler.index(4) {
-            0 => bytes[at] ^= 1 << sampler.index(8),
-            1 => bytes[at] = signs[sampler.index(signs.len())],
-            2 => bytes.insert(at, signs[sampler.index(signs.len())]),
-            _ => drop(bytes.drain(at..(at + 1 + sampler.index(40)).min(text.len()))),
-        }
-        match LearnedModel::read_json(&bytes[..]) {
+        match LearnedModel::read_json(&damaged(&mut sampler, text)[..]) {
             Ok(read) => assert_eq!(read.to_json(), *SMALL),
             Err(error) => assert!(!error.to_string().is_empty()),
         }

@@ -1,6 +1,7 @@
 //! Regions learnt from errors hold what they say at every moment, although errors have heavy tails and shrink towards the end.
 
-use glam::{DMat3, DVec3};
+use crate::common::{ball, minimum_jerk};
+use glam::DVec3;
 use hwall_contact::{
     ContactError, ContactEstimate, ContactEstimator, FusedConfig, FusedPredictor, LabelledStream,
     Predictor, PredictorInput, REGION_SHARES, RegionModel, RegionSizes, StreamContact,
@@ -28,11 +29,6 @@ struct Person {
     errors: Vec<DVec3>,
 }
 
-fn eased(tau: f64) -> f64 {
-    let tau = tau.clamp(0.0, 1.0);
-    tau * tau * tau * (10.0 - 15.0 * tau + 6.0 * tau * tau)
-}
-
 fn person(sampler: &mut Sampler, touches: usize) -> Person {
     let mut person = Person {
         frames: Vec::new(),
@@ -42,11 +38,8 @@ fn person(sampler: &mut Sampler, touches: usize) -> Person {
     for touch in 0..touches {
         let point_m = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(1.0, 1.4));
         // Three of four are much smaller than stated, the fourth is larger.
-        let size = if sampler.uniform(0.0, 1.0) < 0.75 {
-            0.3
-        } else {
-            1.5
-        };
+        let usual = sampler.uniform(0.0, 1.0) < 0.75;
+        let size = if usual { 0.3 } else { 1.5 };
         let error = DVec3::new(0.0, sampler.normal(), sampler.normal()) * size;
         let start_s = CYCLE_S * touch as f64 + 0.5;
         person.contacts.push(StreamContact {
@@ -56,8 +49,8 @@ fn person(sampler: &mut Sampler, touches: usize) -> Person {
         person.errors.push(error);
         for k in 0..(CYCLE_S / PERIOD_S) as usize {
             let t_s = CYCLE_S * touch as f64 + k as f64 * PERIOD_S;
-            let there = eased((t_s - start_s) / REACH_S);
-            let back = eased((t_s - start_s - REACH_S - 0.1) / 0.6);
+            let there = minimum_jerk((t_s - start_s) / REACH_S);
+            let back = minimum_jerk((t_s - start_s - REACH_S - 0.1) / 0.6);
             let mut frame = HandFrame::empty(t_s);
             frame.set_point(HandPoint::Index, Some(HOME.lerp(point_m, there - back)));
             person.frames.push(frame);
@@ -80,7 +73,7 @@ impl ContactEstimator for Planted {
         let way_m = frame.point(HandPoint::Index)?.distance(contact.point_m);
         let off_m = self.0.errors[next] * (STATED_M * (way_m / 0.3).min(1.0));
         Some(ContactEstimate {
-            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(STATED_M * STATED_M))),
+            covariance_m2: Some(ball(STATED_M)),
             time_to_contact_s: Some(TimeToContact {
                 mean_s: contact.contact_s - frame.t_s,
                 sd_s: None,
@@ -163,7 +156,6 @@ fn they_hold_what_they_say_at_every_moment() {
     for left_m in [0.3, 0.1, 0.03] {
         let normal = held(&scene, others, None, left_m);
         let learnt = held(&scene, others, Some(model), left_m);
-        println!("{left_m} m: {normal:?} {learnt:?}");
         assert!(normal[0] > 0.7);
         for (held, stated) in learnt.into_iter().zip(REGION_SHARES) {
             assert!((held - stated).abs() < 0.1, "{left_m}: {held} of {stated}");
@@ -179,7 +171,6 @@ fn few_touches_claim_no_more_than_they_tell() {
     let (one, others) = people.split_at(1);
     let model = learnt(&scene, one).expect("enough");
     let held = held(&scene, others, Some(model), 0.1);
-    println!("{held:?}");
     assert!(held[2] > 0.8 && held[0] > 0.3, "{held:?}");
     let mut least = one[0].clone();
     least.contacts.truncate(3);
@@ -212,11 +203,12 @@ fn sizes_rise_with_the_share_and_are_finite_anywhere() {
     }
     let own = RegionSizes::from_squared([0.5, 0.5, 3.0]).expect("rising");
     assert_eq!(own.squared(), [0.5, 0.5, 3.0]);
+    let (nan, infinite) = (f64::NAN, f64::INFINITY);
     for wrong in [
         [0.0, 1.0, 2.0],
         [1.0, 0.9, 2.0],
-        [1.0, f64::NAN, 2.0],
-        [1.0, 2.0, f64::INFINITY],
+        [1.0, nan, 2.0],
+        [1.0, 2.0, infinite],
     ] {
         assert!(RegionSizes::from_squared(wrong).is_err(), "{wrong:?}");
     }

@@ -1,6 +1,6 @@
 //! The error of a registration, learnt from touches: planted truths, few touches, one wall, outliers, moved trackers, bad input.
 
-use crate::common::{Fused, front, scene};
+use crate::common::{Fused, front, gaussian, scene};
 use glam::{DMat3, DQuat, DVec3};
 use hwall_contact::{
     FusedConfig, MeasuredTouch, Predictor, RegistrationConfig, RegistrationEstimator, TouchVerdict,
@@ -17,12 +17,14 @@ const CONFIG: RegistrationConfig = RegistrationConfig {
     moved_probability: 0.005,
 };
 
+/// Touches without noise.
+const EXACT: RegistrationConfig = RegistrationConfig {
+    touch_sd_m: 1e-6,
+    ..CONFIG
+};
+
 fn estimator() -> RegistrationEstimator {
     RegistrationEstimator::new(CONFIG).unwrap()
-}
-
-fn normal3(sampler: &mut Sampler) -> DVec3 {
-    DVec3::from_array([0; 3].map(|_| sampler.normal()))
 }
 
 /// The pose by which a tracker is off: `true_from_seen`.
@@ -33,8 +35,8 @@ fn error(offset_m: DVec3, turn_rad: DVec3) -> Pose {
 }
 
 fn drawn_error(sampler: &mut Sampler) -> Pose {
-    let offset_m = normal3(sampler) * CONFIG.offset_sd_m;
-    error(offset_m, normal3(sampler) * CONFIG.turn_sd_rad)
+    let offset_m = gaussian(sampler) * CONFIG.offset_sd_m;
+    error(offset_m, gaussian(sampler) * CONFIG.turn_sd_rad)
 }
 
 /// A point of a wall that is 0.3 m from the centre, 0.3 to 0.64 m from it.
@@ -89,14 +91,10 @@ fn touches_that_fit_correct_nothing() {
 /// Against a planted error that is as large as the settings say, without noise.
 #[test]
 fn a_planted_error_is_found_from_touches_of_three_walls() {
-    let config = RegistrationConfig {
-        touch_sd_m: 1e-6,
-        ..CONFIG
-    };
     for seed in 0..20 {
         let mut sampler = Sampler::new(seed);
         let truth = drawn_error(&mut sampler);
-        let mut found = RegistrationEstimator::new(config).unwrap();
+        let mut found = RegistrationEstimator::new(EXACT).unwrap();
         for k in 0..18 {
             let at_m = on_wall(&mut sampler, WALLS[k % 3]);
             let exact = touch(&truth, at_m, WALLS[k % 3], DVec3::ZERO);
@@ -113,13 +111,9 @@ fn a_planted_error_is_found_from_touches_of_three_walls() {
 /// Where the arm feels where it is pressed, three touches are enough for all that there is.
 #[test]
 fn located_touches_say_more() {
-    let config = RegistrationConfig {
-        touch_sd_m: 1e-6,
-        ..CONFIG
-    };
     let mut sampler = Sampler::new(3);
     let truth = drawn_error(&mut sampler);
-    let mut found = RegistrationEstimator::new(config).unwrap();
+    let mut found = RegistrationEstimator::new(EXACT).unwrap();
     for _ in 0..4 {
         let at_m = on_wall(&mut sampler, DVec3::X);
         let located = MeasuredTouch {
@@ -143,7 +137,7 @@ fn one_wall_tells_of_what_lies_across_it_alone() {
     let before = found.covariance_m2(at_m);
     for _ in 0..40 {
         let at_m = on_wall(&mut sampler, DVec3::X);
-        let noise_m = normal3(&mut sampler) * 0.004;
+        let noise_m = gaussian(&mut sampler) * 0.004;
         found
             .touched(&touch(&truth, at_m, DVec3::X, noise_m))
             .unwrap();
@@ -189,7 +183,7 @@ fn regions_hold_what_they_say_after_any_number_of_touches() {
                 for k in 0..touches {
                     let normal = WALLS[k % walls];
                     let at_m = on_wall(&mut sampler, normal);
-                    let noise_m = normal3(&mut sampler) * CONFIG.touch_sd_m;
+                    let noise_m = gaussian(&mut sampler) * CONFIG.touch_sd_m;
                     found
                         .touched(&touch(&truth, at_m, normal, noise_m))
                         .unwrap();
@@ -201,10 +195,6 @@ fn regions_hold_what_they_say_after_any_number_of_touches() {
                 squares_m2 += left_m.length_squared() / runs as f64;
             }
             let share = f64::from(inside) / runs as f64;
-            println!(
-                "{name}, {touches} touches: {:.1} mm left, {share:.3} in 90 %",
-                1e3 * squares_m2.sqrt()
-            );
             assert!((0.87..=0.94).contains(&share), "{name} {touches}: {share}");
             if walls == 3 {
                 let most_m = [(3, 0.010), (10, 0.0065), (40, 0.0035)];
@@ -226,7 +216,7 @@ fn stray_touches_hardly_count() {
     for k in 0..40 {
         let normal = WALLS[k % 3];
         let at_m = on_wall(&mut sampler, normal);
-        let noise_m = normal3(&mut sampler) * 0.003;
+        let noise_m = gaussian(&mut sampler) * 0.003;
         // Every fifth is an elbow, or a hand that jumped.
         let stray_m = if k % 5 == 4 {
             normal * sampler.uniform(0.03, 0.08) * if k % 2 == 0 { 1.0 } else { -1.0 }
@@ -259,7 +249,7 @@ fn a_tracker_that_was_moved_is_noticed_and_followed() {
         let mut tell = |truth: &Pose, k: usize| {
             let normal = WALLS[k % 3];
             let at_m = on_wall(&mut sampler, normal);
-            let noise_m = normal3(&mut sampler) * CONFIG.touch_sd_m;
+            let noise_m = gaussian(&mut sampler) * CONFIG.touch_sd_m;
             found.touched(&touch(truth, at_m, normal, noise_m)).unwrap()
         };
         for k in 0..30 {
@@ -276,7 +266,6 @@ fn a_tracker_that_was_moved_is_noticed_and_followed() {
         assert!(left_m(&found, &after, at_m).length() < 0.008, "{seed}");
     }
     late.sort_unstable();
-    println!("noticed after {late:?} touches; {false_alarms} false alarms in 3000");
     assert!(late[50] <= 4 && late[90] <= 6 && late[98] <= 8, "{late:?}");
     assert!(false_alarms <= 3, "{false_alarms}");
 }
@@ -289,45 +278,34 @@ fn what_is_no_touch_is_refused_and_teaches_nothing() {
     let before = found.clone();
     for bad in [f64::NAN, f64::INFINITY, 2.0 * MAX_COORDINATE_M] {
         let point_m = DVec3::new(0.0, bad, 0.0);
-        for wrong in [
-            MeasuredTouch {
-                seen_m: point_m,
-                ..good
-            },
-            MeasuredTouch {
-                surface_m: point_m,
-                ..good
-            },
-        ] {
-            assert!(found.touched(&wrong).is_err());
-        }
+        let mut wrong = [good; 2];
+        (wrong[0].seen_m, wrong[1].surface_m) = (point_m, point_m);
+        assert!(wrong.iter().all(|wrong| found.touched(wrong).is_err()));
     }
+    let mut wrong = good;
     for normal in [DVec3::ZERO, DVec3::NAN, DVec3::X * 1e-300] {
-        assert!(found.touched(&MeasuredTouch { normal, ..good }).is_err());
+        wrong.normal = normal;
+        assert!(found.touched(&wrong).is_err());
     }
+    wrong = good;
     for located_sd_m in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let located_sd_m = Some(located_sd_m);
-        assert!(
-            found
-                .touched(&MeasuredTouch {
-                    located_sd_m,
-                    ..good
-                })
-                .is_err()
-        );
+        wrong.located_sd_m = Some(located_sd_m);
+        assert!(found.touched(&wrong).is_err());
     }
     assert_eq!(found, before);
-    let refused = |change: &dyn Fn(&mut RegistrationConfig)| {
+    let settings: [fn(&mut RegistrationConfig); 6] = [
+        |c| c.offset_sd_m = -1.0,
+        |c| c.turn_sd_rad = f64::NAN,
+        |c| c.centre_m.x = f64::NAN,
+        |c| c.touch_sd_m = 0.0,
+        |c| c.half_life_touches = 0.0,
+        |c| c.moved_probability = 1.0,
+    ];
+    for change in settings {
         let mut config = CONFIG;
         change(&mut config);
-        RegistrationEstimator::new(config).is_err()
-    };
-    assert!(refused(&|c| c.offset_sd_m = -1.0));
-    assert!(refused(&|c| c.turn_sd_rad = f64::NAN));
-    assert!(refused(&|c| c.centre_m.x = f64::NAN));
-    assert!(refused(&|c| c.touch_sd_m = 0.0));
-    assert!(refused(&|c| c.half_life_touches = 0.0));
-    assert!(refused(&|c| c.moved_probability = 1.0));
+        assert!(RegistrationEstimator::new(config).is_err(), "{config:?}");
+    }
 }
 
 #[test]

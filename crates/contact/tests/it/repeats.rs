@@ -1,11 +1,12 @@
 //! Of a person whose gaze is not seen, the places touched before are named beside what the motion says.
 
-use glam::{DMat3, DVec3};
+use crate::common::{ball, gaze_at};
+use glam::DVec3;
 use hwall_contact::{
     ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor,
     PredictionSource, Predictor, PredictorInput,
 };
-use hwall_hand::{GazeFilter, GazeRay, HandFilter, HandFilterConfig, HandFrame, HandPoint};
+use hwall_hand::{GazeFilter, HandFilter, HandFilterConfig, HandFrame, HandPoint};
 use hwall_scene::Scene;
 
 const ROOM: &str = "o wall\nv 0 -2 0\nv 0 0.5 0\nv 0 0.5 3\nv 0 -2 3\nf 1 2 3 4\n\
@@ -29,7 +30,7 @@ impl ContactEstimator for Vague {
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         Some(ContactEstimate {
-            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(0.3 * 0.3))),
+            covariance_m2: Some(ball(0.3)),
             ..ContactEstimate::of_point(frame.t_s, DVec3::new(0.0, 0.4, 1.2))
         })
     }
@@ -59,10 +60,7 @@ impl Person {
         let mut frame = HandFrame::empty(self.t_s);
         frame.set_point(HandPoint::Index, Some(point_m));
         let eye_m = DVec3::new(0.8, 0.3, 1.6);
-        let ray = looks_at_m.map(|at_m| GazeRay {
-            origin_m: eye_m,
-            direction: (at_m - eye_m).normalize(),
-        });
+        let ray = looks_at_m.map(|at_m| gaze_at(eye_m, at_m));
         let tracking = self.hand.step(&frame);
         let input = PredictorInput {
             frame: &frame,
@@ -117,16 +115,9 @@ fn repeat(ranked: &[ContactPrediction]) -> Option<&ContactPrediction> {
 fn adds_up(ranked: &[ContactPrediction]) {
     let sum: f64 = ranked.iter().map(|p| p.probability).sum();
     assert!((sum - 1.0).abs() < 1e-9, "{sum}");
-    assert!(
-        ranked
-            .windows(2)
-            .all(|p| p[0].probability >= p[1].probability)
-    );
-    assert!(
-        ranked
-            .iter()
-            .all(|p| p.point_m.is_finite() && p.normal.is_finite())
-    );
+    assert!(ranked.is_sorted_by(|a, b| a.probability >= b.probability));
+    let finite = |p: &ContactPrediction| p.point_m.is_finite() && p.normal.is_finite();
+    assert!(ranked.iter().all(finite));
 }
 
 #[test]
@@ -138,19 +129,13 @@ fn who_comes_back_is_expected_at_the_place() {
     }
     let ranked = person.reach(0.5, None);
     let again = repeat(&ranked).expect("a place");
-    assert!(
-        again.probability > 0.4 && again.point_m.distance(PLACE) < 0.1,
-        "{again:?}"
-    );
+    assert!(again.probability > 0.4, "{again:?}");
+    assert!(again.point_m.distance(PLACE) < 0.1, "{again:?}");
     assert_eq!(person.scene.surface(again.surface).name, "door");
     assert!(again.point_m.x.abs() < 1e-9);
     let other = ranked.iter().find(|p| p.source == PredictionSource::Motion);
-    let vague = other
-        .and_then(|p| p.covariance_m2)
-        .expect("the motion")
-        .y_axis
-        .y;
-    let narrow = again.covariance_m2.expect("stated").y_axis.y;
+    let wide = |p: &ContactPrediction| p.covariance_m2.expect("stated").y_axis.y;
+    let (narrow, vague) = (wide(again), wide(other.expect("the motion")));
     assert!(
         narrow < 0.05 * 0.05 && vague > 10.0 * narrow,
         "{narrow} {vague}"
@@ -167,16 +152,11 @@ fn a_gaze_says_it_better() {
 fn a_place_on_a_door_is_not_named_while_the_door_is_elsewhere() {
     let mut person = Person::touched();
     let door = person.scene.find("door").expect("a door");
-    person
-        .scene
-        .set_opening(door, -0.8)
-        .expect("within its range");
-    assert_eq!(person.again(), None);
-    person
-        .scene
-        .set_opening(door, 0.0)
-        .expect("within its range");
-    assert!(person.again().is_some());
+    for (opening, named) in [(-0.8, false), (0.0, true)] {
+        let moved = person.scene.set_opening(door, opening);
+        moved.expect("within its range");
+        assert_eq!(person.again().is_some(), named);
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! A hand that comes to a wall, stays on it and leaves: its surface is known all the while.
 
-use crate::common::{self, fixed, front, gaze_at, side};
-use glam::{DMat3, DVec3};
+use crate::common::{self, EYE, ball, fixed, front, gaussian, gaze_at, minimum_jerk, side};
+use glam::DVec3;
 use hwall_contact::{
     ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, Predictor,
     PredictorInput,
@@ -10,7 +10,6 @@ use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint};
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
 
-const EYE: DVec3 = DVec3::new(-0.25, 0.1, 1.6);
 /// Rest, reach, hold, and the way to the next target, s.
 const SPANS_S: [f64; 4] = [0.5, 0.8, 1.0, 0.8];
 const PERIOD_S: f64 = 1.0 / 90.0;
@@ -26,12 +25,17 @@ struct Way {
 impl Way {
     fn hand_m(&self, t_s: f64) -> DVec3 {
         let [rest, reach, hold, away] = SPANS_S;
-        let share = |begin_s: f64, span_s: f64| {
-            let s = ((t_s - begin_s) / span_s).clamp(0.0, 1.0);
-            s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
-        };
+        let share = |begin_s: f64, span_s: f64| minimum_jerk((t_s - begin_s) / span_s);
         let there = self.start_m.lerp(self.stop_m, share(rest, reach));
         there + (self.next_m - self.stop_m) * share(rest + reach + hold, away)
+    }
+}
+
+fn there_and_back(start_m: DVec3, stop_m: DVec3) -> Way {
+    Way {
+        start_m,
+        stop_m,
+        next_m: start_m,
     }
 }
 
@@ -43,13 +47,10 @@ impl ContactEstimator for Knows {
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         let leaves_s: f64 = SPANS_S[..3].iter().sum();
-        let end_m = if frame.t_s < leaves_s {
-            self.0.stop_m
-        } else {
-            self.0.next_m
-        };
+        let there = frame.t_s < leaves_s;
+        let end_m = if there { self.0.stop_m } else { self.0.next_m };
         Some(ContactEstimate {
-            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(0.015 * 0.015))),
+            covariance_m2: Some(ball(0.015)),
             ..ContactEstimate::of_point(frame.t_s, end_m)
         })
     }
@@ -65,7 +66,7 @@ fn follow(scene: &Scene, way: Way, look_m: DVec3, seed: u64) -> Vec<(f64, Vec<Co
         .map(|i| {
             let t_s = i as f64 * PERIOD_S;
             let mut frame = HandFrame::empty(t_s);
-            let noise = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal()) * 7e-4;
+            let noise = gaussian(&mut sampler) * 7e-4;
             frame.set_point(HandPoint::Index, Some(way.hand_m(t_s) + noise));
             let reaching = t_s < SPANS_S[0] + SPANS_S[1];
             let gaze = gaze_at(EYE, if reaching { way.stop_m } else { look_m });
@@ -84,23 +85,15 @@ fn follow(scene: &Scene, way: Way, look_m: DVec3, seed: u64) -> Vec<(f64, Vec<Co
 fn holds(scene: &Scene, name: &str, way: Way, predictions: &[(f64, Vec<ContactPrediction>)]) {
     let [rest, reach, hold, _] = SPANS_S;
     let there_s = rest + reach;
-    for (t_s, answers) in predictions
-        .iter()
-        .filter(|(t, _)| (there_s..there_s + hold).contains(t))
-    {
+    let held = |(t_s, _): &&(f64, Vec<_>)| (there_s..there_s + hold).contains(t_s);
+    for (t_s, answers) in predictions.iter().filter(held) {
         let p = answers[0];
         assert_eq!(Some(p.surface), scene.find(name), "{t_s} {answers:?}");
         assert_eq!(p.time_to_contact_s.map(|t| t.mean_s), Some(0.0), "{t_s}");
         assert!(p.probability >= 0.9 - 1e-9, "{t_s} {answers:?}");
-        assert!(
-            p.point_m.distance(way.stop_m) < 0.016,
-            "{t_s} {}",
-            p.point_m
-        );
-        assert!(
-            p.covariance_m2.unwrap().determinant() < 0.01_f64.powi(6),
-            "{t_s} {p:?}"
-        );
+        assert!(p.point_m.distance(way.stop_m) < 0.016, "{t_s} {p:?}");
+        let determinant = p.covariance_m2.unwrap().determinant();
+        assert!(determinant < 0.01_f64.powi(6), "{t_s} {p:?}");
     }
 }
 
@@ -112,11 +105,11 @@ fn a_hand_that_holds_on_a_wall_is_on_it_although_the_eyes_are_elsewhere() {
         stop_m,
         next_m: DVec3::new(0.2, -0.5, 1.3),
     };
-    for (seed, behind_m) in [-0.012, -0.006, -0.003, 0.0, 0.003, 0.006, 0.012]
+    for (seed, behind_mm) in [-12.0, -6.0, -3.0, 0.0, 3.0, 6.0, 12.0]
         .into_iter()
         .enumerate()
     {
-        let x = stop_m.x + behind_m;
+        let x = stop_m.x + 1e-3 * behind_mm;
         let scene = common::scene(
             &[
                 ("wall", front(x, [-0.4, 0.4], [0.6, 1.8])),
@@ -130,15 +123,10 @@ fn a_hand_that_holds_on_a_wall_is_on_it_although_the_eyes_are_elsewhere() {
         holds(&scene, "wall", way, &predictions);
         // It is followed as soon as the hand leaves at the speed that begins a reach.
         let leaves_s: f64 = SPANS_S[..3].iter().sum();
-        let after = predictions
-            .iter()
-            .filter(|(t, _)| *t > leaves_s + 0.17 && *t < leaves_s + 0.75);
-        for (t_s, answers) in after {
-            assert_eq!(
-                Some(answers[0].surface),
-                scene.find("post"),
-                "{t_s} {answers:?}"
-            );
+        let after = |t_s: f64| t_s > leaves_s + 0.17 && t_s < leaves_s + 0.75;
+        for (t_s, answers) in predictions.iter().filter(|(t_s, _)| after(*t_s)) {
+            let first = Some(answers[0].surface);
+            assert_eq!(first, scene.find("post"), "{t_s} {answers:?}");
         }
     }
 }
@@ -152,25 +140,17 @@ fn in_a_corner_the_hand_is_on_the_wall_it_came_towards() {
     ] {
         for off_m in [-0.004, 0.004, 0.01] {
             // Along the other wall at 6 mm, which may be the nearer one.
-            let (x, y) = if name == "front" {
-                (off_m, 0.006)
-            } else {
-                (0.006, off_m)
+            let off_m = match name {
+                "front" => [off_m, 0.006],
+                _ => [0.006, off_m],
             };
-            let (x, y) = (stop_m.x + x, stop_m.y + y);
-            let scene = common::scene(
-                &[
-                    ("front", front(x, [-1.0, y], [0.0, 2.0])),
-                    ("side", side(y, [-0.5, x], [0.0, 2.0])),
-                ],
-                None,
-            );
-            let next_m = start_m;
-            let way = Way {
-                start_m,
-                stop_m,
-                next_m,
-            };
+            let (x, y) = (stop_m.x + off_m[0], stop_m.y + off_m[1]);
+            let quads = [
+                ("front", front(x, [-1.0, y], [0.0, 2.0])),
+                ("side", side(y, [-0.5, x], [0.0, 2.0])),
+            ];
+            let scene = common::scene(&quads, None);
+            let way = there_and_back(start_m, stop_m);
             let predictions = follow(&scene, way, DVec3::new(x, 0.0, 0.8), 5);
             holds(&scene, name, way, &predictions);
         }
@@ -182,11 +162,7 @@ fn beside_nothing_a_hand_at_rest_touches_nothing() {
     let scene = common::scene(&[("wall", front(0.76, [-0.4, 0.4], [0.6, 1.8]))], None);
     let stop_m = DVec3::new(0.7, 0.0, 1.2);
     let start_m = DVec3::new(0.2, 0.0, 1.2);
-    let way = Way {
-        start_m,
-        stop_m,
-        next_m: start_m,
-    };
+    let way = there_and_back(start_m, stop_m);
     let there_s = SPANS_S[0] + SPANS_S[1] + 0.2;
     for (t_s, answers) in follow(&scene, way, DVec3::new(0.76, 0.0, 1.0), 1) {
         if (there_s..there_s + 0.7).contains(&t_s) {

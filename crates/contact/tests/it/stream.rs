@@ -1,5 +1,6 @@
 //! An estimator in a stream: each reach is replayed from where it began.
 
+use crate::common::{gaussian, minimum_jerk};
 use crate::reaches::reaches;
 use glam::DVec3;
 use hwall_contact::{
@@ -13,7 +14,6 @@ use hwall_testkit::Sampler;
 #[derive(Debug, Default)]
 struct Diary {
     reaches: Vec<Vec<f64>>,
-    touches: Vec<DVec3>,
 }
 
 impl ContactEstimator for Diary {
@@ -25,19 +25,6 @@ impl ContactEstimator for Diary {
         self.reaches.last_mut()?.push(frame.t_s);
         Some(ContactEstimate::of_point(frame.t_s, DVec3::ZERO))
     }
-
-    fn touched(&mut self, contact_m: DVec3, _: f64) {
-        self.touches.push(contact_m);
-    }
-
-    fn forget(&mut self) {
-        self.touches.clear();
-    }
-}
-
-fn minimum_jerk(t: f64) -> f64 {
-    let s = t.clamp(0.0, 1.0);
-    s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
 }
 
 /// A palm at rest until 0.5 s that then moves 0.6 m in 0.8 s.
@@ -71,30 +58,6 @@ fn a_reach_is_replayed_from_where_it_began_and_ends_at_rest() {
     assert!((0.62..0.72).contains(&first_s), "onset seen at {first_s}");
     assert!(seen.windows(2).all(|w| (w[1] - w[0] - 0.01).abs() < 1e-9));
     assert!((1.25..1.45).contains(estimated_s.last().unwrap()));
-}
-
-#[test]
-fn samples_without_a_time_have_no_estimate_and_a_reset_forgets() {
-    let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
-    let mut stream = StreamEstimator::new(Diary::default(), WatchConfig::default()).unwrap();
-    for i in 0..90 {
-        let frame = frame(0.01 * f64::from(i));
-        let tracking = filter.step(&frame);
-        stream.step(&frame, tracking.state());
-    }
-    assert!(stream.reaching() && stream.estimate().is_some());
-    assert_eq!(stream.step(&HandFrame::empty(f64::NAN), None), None);
-    stream.reset();
-    assert!(!stream.reaching() && stream.estimate().is_none());
-}
-
-#[test]
-fn touches_reach_the_estimator_and_a_reset_forgets_them() {
-    let mut stream = StreamEstimator::new(Diary::default(), WatchConfig::default()).unwrap();
-    stream.touched(DVec3::ONE, 1.0);
-    assert_eq!(stream.estimator().touches, [DVec3::ONE]);
-    stream.reset();
-    assert!(stream.estimator().touches.is_empty());
 }
 
 /// Counts the steps of an estimator, which may get ahead of an onset or not.
@@ -138,7 +101,7 @@ fn session(tremor_m: f64) -> Vec<HandFrame> {
     let mut add = |frame: &HandFrame, shift_m: DVec3| {
         let t_s = frames.len() as f64 / 90.0;
         let mut moved = HandFrame { t_s, ..*frame };
-        let noise_m = DVec3::from_array([(); 3].map(|()| sampler.normal())) * tremor_m;
+        let noise_m = gaussian(&mut sampler) * tremor_m;
         for point in HandPoint::ALL {
             let place_m = frame.point(point).map(|p| p + shift_m + noise_m);
             moved.set_point(point, place_m);
@@ -184,7 +147,6 @@ fn an_estimator_that_gets_ahead_of_an_onset_says_the_same_without_a_long_step() 
                 }
             }
         }
-        println!("{tremor_m} m: longest step {longest:?} samples");
         assert!(ahead.estimator().estimator.touches() > 5);
         if tremor_m == 0.0 {
             assert!(longest[0] <= 3 && longest[1] >= 5, "{longest:?}");
@@ -294,9 +256,11 @@ fn after_a_reset_a_stream_is_a_new_one() {
             answers(&mut streams, &frames[..at]);
             for stream in &mut streams {
                 stream.touched(DVec3::new(0.2, 0.3, 1.1), frames[at].t_s);
+                assert_eq!(stream.estimator().estimator.touches(), 1);
                 stream.reset();
                 assert_eq!(stream.estimator().estimator.touches(), 0);
                 assert!(!stream.reaching() && stream.began().is_none());
+                assert!(stream.estimate().is_none());
             }
             let later = |frame: &HandFrame| HandFrame {
                 t_s: frame.t_s + later_s,

@@ -2,7 +2,7 @@
 
 use super::labelled::LabelledReach;
 use super::onset::ReachOnset;
-use super::segment::{Knot, Reach, ReachEnd, SegmentConfig, find_reaches, speeds};
+use super::segment::{Knot, MAX_GAP_S, Reach, ReachEnd, SegmentConfig, find_reaches, speeds};
 use super::touching_point::TouchingPoint;
 use crate::error::HandError;
 use crate::frame::HandPoint;
@@ -10,10 +10,17 @@ use crate::recording::{Recording, Sample};
 use crate::track::FreezeConfig;
 use glam::DVec3;
 use hwall_numeric::ArgumentError;
-use hwall_numeric::check::{non_negative, positive, that};
+use hwall_numeric::check::{non_negative, positive};
 
 /// A hand faster than this share of the peak speed of its trial clearly moves.
 const CLEAR_SHARE: f64 = 0.25;
+/// At the end of a trial the hand is slow below this share of the trial's peak speed.
+const SLOW_SHARE: f64 = 0.05;
+/// A slow stretch at an end of a trial belongs to the movement if it is shorter than this plus a tenth of the movement, s: trials
+/// that were cropped to the movement then lose nothing.
+const SHORTEST_REST_S: f64 = 0.1;
+/// Fewest samples in which the touching point is seen.
+const MIN_SAMPLES: usize = 5;
 /// Share of a movement at either end in which it is slow: 6 % of a minimum-jerk motion, with some room.
 const SLOW_FLANK: f64 = 0.1;
 /// A first sample is left over from before if its step is this many times as long as the next steps.
@@ -50,19 +57,11 @@ pub struct LabelConfig {
     pub cut: ReachCut,
     /// Label with the target where the recording names one (default), not with where the hand ends.
     pub use_target: bool,
-    /// At the end of a trial the hand is slow below this share of the trial's peak speed. Default 0.05.
-    pub slow_share: f64,
     /// Below this speed a hand is slow at the end of every trial: tremor and tracker noise, m/s. Default 0.02.
     pub slow_m_per_s: f64,
-    /// A slow stretch at an end of a trial belongs to the movement if it is shorter than this plus a tenth of
-    /// the movement, s: trials that were cropped to the movement then lose nothing. Default 0.1.
-    pub shortest_rest_s: f64,
     /// Shortest straight distance that the touching point covers, m. Default 0.05.
     pub min_length_m: f64,
-    /// Fewest samples in which the touching point is seen. Default 5.
-    pub min_samples: usize,
-    /// The cut by speed; in trials, its window of speeds and its limits of jumps and gaps. `None`
-    /// (default): [`SegmentConfig::adapted`] to the recordings.
+    /// The cut by speed. `None` (default): [`SegmentConfig::adapted`] to the recordings.
     pub segment: Option<SegmentConfig>,
 }
 
@@ -72,11 +71,8 @@ impl Default for LabelConfig {
             point: None,
             cut: ReachCut::ByTrial,
             use_target: true,
-            slow_share: 0.05,
             slow_m_per_s: 0.02,
-            shortest_rest_s: 0.1,
             min_length_m: 0.05,
-            min_samples: 5,
             segment: None,
         }
     }
@@ -192,16 +188,8 @@ impl SegmentConfig {
 
 impl LabelConfig {
     fn validate(&self) -> Result<(), ArgumentError> {
-        positive("slow_share", self.slow_share)?;
         non_negative("slow_m_per_s", self.slow_m_per_s)?;
-        non_negative("shortest_rest_s", self.shortest_rest_s)?;
         positive("min_length_m", self.min_length_m)?;
-        that(
-            self.slow_share < CLEAR_SHARE,
-            "slow_share",
-            self.slow_share,
-            "below 0.25",
-        )?;
         self.segment
             .as_ref()
             .map_or(Ok(()), SegmentConfig::validate)
@@ -325,17 +313,13 @@ impl Source<'_> {
         if knots.len() < 2 {
             return Err("the touching point is not seen");
         }
-        let jump = |w: &[Knot]| {
-            let gap_s = w[1].t_s - w[0].t_s;
-            let most_m = self.segment.max_speed_m_per_s * gap_s + self.segment.jump_slack_m;
-            w[1].position_m.distance(w[0].position_m) > most_m
-        };
+        let jump = |w: &[Knot]| w[1].jumps_from(&w[0]);
         if knots.windows(2).any(jump) {
             return Err("the tracker jumps");
         }
-        let speeds = speeds(&knots, self.segment);
+        let speeds = speeds(&knots);
         let peak = speeds.iter().fold(0.0, |m: f64, &v| m.max(v));
-        let slow = (self.config.slow_share * peak).max(self.config.slow_m_per_s);
+        let slow = (SLOW_SHARE * peak).max(self.config.slow_m_per_s);
         let Some([start, clear]) = ReachOnset::of_peak(peak).find(&speeds) else {
             return Err("the hand does not move");
         };
@@ -357,7 +341,7 @@ impl Source<'_> {
         let t_s = |at: usize| self.samples[at].frame.t_s;
         let end = self.samples.len() - 1;
         // The slow flanks of a movement grow with it.
-        let short_s = self.config.shortest_rest_s + SLOW_FLANK * (t_s(last) - t_s(first));
+        let short_s = SHORTEST_REST_S + SLOW_FLANK * (t_s(last) - t_s(first));
         let is_short = |rest_s: f64| rest_s < short_s;
         (
             if is_short(t_s(first) - t_s(0)) {
@@ -385,7 +369,7 @@ impl Source<'_> {
             .iter()
             .filter_map(|s| s.frame.point(self.point))
             .collect();
-        if positions.len() < self.config.min_samples.max(2) {
+        if positions.len() < MIN_SAMPLES {
             return Err("too few samples of the touching point");
         }
         let end_m = ends.at(last);
@@ -418,7 +402,6 @@ impl Source<'_> {
 /// many reaches a recording has.
 struct Ends<'a> {
     samples: &'a [Sample],
-    max_gap_s: f64,
     touching: TouchingPoint,
     /// The sample to look at next, and when and where the point was last.
     next: usize,
@@ -429,7 +412,6 @@ impl<'a> Ends<'a> {
     fn new(source: &Source<'a>) -> Self {
         Self {
             samples: source.samples,
-            max_gap_s: source.segment.max_gap_s,
             touching: TouchingPoint::new(source.point, [None; 6]),
             next: 0,
             latest: None,
@@ -446,7 +428,7 @@ impl<'a> Ends<'a> {
         }
         let (t_s, end_m) = self.latest?;
         let ago_s = self.samples[last].frame.t_s - t_s;
-        (ago_s <= self.max_gap_s).then_some(end_m)
+        (ago_s <= MAX_GAP_S).then_some(end_m)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Reaches with a known end: what estimators learn from and are judged by.
 
 use super::onset::ReachOnset;
-use super::segment::{Knot, SegmentConfig, speeds};
+use super::segment::{Knot, speeds};
 use crate::error::HandError;
 use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
@@ -44,17 +44,6 @@ impl LabelledReach {
             contact_s,
             normal: None,
         }
-    }
-
-    /// A reach that somebody else has cut: it ends where and when the touching point is last seen. `None` if it
-    /// never is.
-    #[must_use]
-    pub fn ending_at_last_sample(point: HandPoint, frames: Vec<HandFrame>) -> Option<Self> {
-        let seen = |f: &HandFrame| Some((f.t_s, f.point(point)?));
-        let last = frames.iter().rposition(|f| f.point(point).is_some())?;
-        let (contact_s, contact_m) = seen(&frames[last])?;
-        let frames = frames[..=last].to_vec();
-        Some(Self::new(point, frames, contact_m, contact_s))
     }
 
     /// The same, made by a person.
@@ -118,7 +107,7 @@ impl LabelledReach {
             })
         };
         let knots: Vec<Knot> = self.frames.iter().enumerate().filter_map(seen).collect();
-        let speeds = speeds(&knots, &SegmentConfig::default());
+        let speeds = speeds(&knots);
         let peak = speeds.iter().fold(0.0, |m: f64, &v| m.max(v));
         let found = ReachOnset::of_peak(peak).find(&speeds)?;
         Some(found.map(|k| knots[k].index))

@@ -7,7 +7,16 @@ use crate::recording::Recording;
 use crate::track::FreezeConfig;
 use glam::DVec3;
 use hwall_numeric::ArgumentError;
-use hwall_numeric::check::{non_negative, positive, that};
+use hwall_numeric::check::{positive, that};
+
+/// Speed is measured over a window of this width around each sample, s.
+const SPEED_WINDOW_S: f64 = 0.06;
+/// Longest time without the point that is bridged, s.
+pub(super) const MAX_GAP_S: f64 = 0.1;
+/// Fastest plausible hand, m/s. A faster step ends a reach.
+const MAX_SPEED_M_PER_S: f64 = 6.0;
+/// A step may be this much longer than that of the fastest plausible hand, m.
+const JUMP_SLACK_M: f64 = 0.02;
 
 /// What counts as a reach.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,14 +30,6 @@ pub struct SegmentConfig {
     pub offset_m_per_s: f64,
     /// Shortest straight distance from start to end, m. Default 0.3.
     pub min_length_m: f64,
-    /// Speed is measured over a window of this width around each sample, s. Default 0.06.
-    pub speed_window_s: f64,
-    /// Longest time without the point that is bridged, s. Default 0.1.
-    pub max_gap_s: f64,
-    /// Fastest plausible hand, m/s. Default 6. A faster step ends a reach.
-    pub max_speed_m_per_s: f64,
-    /// A step may be this much longer than that of the fastest plausible hand, m. Default 0.02.
-    pub jump_slack_m: f64,
     /// Stretches in which the tracker repeats one shape of the hand are left out; `None` keeps
     /// them, as simulated hands with a fixed shape need. Only the rigid test is used: a
     /// hand that does not move at all makes no reach anyway.
@@ -42,10 +43,6 @@ impl Default for SegmentConfig {
             onset_m_per_s: 0.3,
             offset_m_per_s: 0.1,
             min_length_m: 0.3,
-            speed_window_s: 0.06,
-            max_gap_s: 0.1,
-            max_speed_m_per_s: 6.0,
-            jump_slack_m: 0.02,
             freeze: Some(FreezeConfig::default()),
         }
     }
@@ -136,7 +133,7 @@ pub(super) fn find_reaches(recording: &Recording, config: &SegmentConfig) -> Vec
         };
         if stretch
             .last()
-            .is_some_and(|before| knot.breaks_from(before, config))
+            .is_some_and(|before| knot.breaks_from(before))
         {
             cut(
                 &mut stretch,
@@ -149,7 +146,7 @@ pub(super) fn find_reaches(recording: &Recording, config: &SegmentConfig) -> Vec
         stretch.push(knot);
     }
     let lost_before_end = match (stretch.last(), recording.samples.last()) {
-        (Some(knot), Some(sample)) => sample.frame.t_s - knot.t_s > config.max_gap_s,
+        (Some(knot), Some(sample)) => sample.frame.t_s - knot.t_s > MAX_GAP_S,
         _ => false,
     };
     let end = if lost_before_end {
@@ -175,10 +172,6 @@ impl SegmentConfig {
         positive("onset_m_per_s", self.onset_m_per_s)?;
         positive("offset_m_per_s", self.offset_m_per_s)?;
         positive("min_length_m", self.min_length_m)?;
-        positive("speed_window_s", self.speed_window_s)?;
-        positive("max_gap_s", self.max_gap_s)?;
-        positive("max_speed_m_per_s", self.max_speed_m_per_s)?;
-        non_negative("jump_slack_m", self.jump_slack_m)?;
         that(
             self.offset_m_per_s <= self.onset_m_per_s,
             "offset_m_per_s",
@@ -198,10 +191,14 @@ pub(super) struct Knot {
 }
 
 impl Knot {
-    pub(super) fn breaks_from(&self, before: &Self, config: &SegmentConfig) -> bool {
-        let step_s = self.t_s - before.t_s;
-        let reach_m = config.max_speed_m_per_s * step_s + config.jump_slack_m;
-        step_s > config.max_gap_s || self.position_m.distance(before.position_m) > reach_m
+    /// Is the step from another sample longer than a hand makes it?
+    pub(super) fn jumps_from(&self, before: &Self) -> bool {
+        let reach_m = MAX_SPEED_M_PER_S * (self.t_s - before.t_s) + JUMP_SLACK_M;
+        self.position_m.distance(before.position_m) > reach_m
+    }
+
+    fn breaks_from(&self, before: &Self) -> bool {
+        self.t_s - before.t_s > MAX_GAP_S || self.jumps_from(before)
     }
 }
 
@@ -213,7 +210,7 @@ fn cut(
     config: &SegmentConfig,
     found: &mut Vec<Reach>,
 ) {
-    let speeds = speeds(stretch, config);
+    let speeds = speeds(stretch);
     let onset = config.onset();
     let mut next = 0;
     while let Some([first, clear]) = onset.find(&speeds[next..]) {
@@ -253,17 +250,16 @@ fn cut(
 /// A window holds the sample itself and at least one neighbour, so that there is a speed even with a
 /// slow tracker; a lone sample gets 0. None is above the greatest speed of a hand: what exceeds it is the slack of a
 /// jump over a short step, without bound as the step vanishes.
-pub(super) fn speeds(stretch: &[Knot], config: &SegmentConfig) -> Vec<f64> {
+pub(super) fn speeds(stretch: &[Knot]) -> Vec<f64> {
     let n = stretch.len();
-    let window_s = config.speed_window_s;
     let (mut from, mut to) = (0, 0);
     (0..n)
         .map(|i| {
             let t = stretch[i].t_s;
-            while stretch[from].t_s < t - window_s / 2.0 {
+            while stretch[from].t_s < t - SPEED_WINDOW_S / 2.0 {
                 from += 1;
             }
-            while to + 1 < n && stretch[to + 1].t_s <= t + window_s / 2.0 {
+            while to + 1 < n && stretch[to + 1].t_s <= t + SPEED_WINDOW_S / 2.0 {
                 to += 1;
             }
             let (a, b) = if from == to {
@@ -274,7 +270,7 @@ pub(super) fn speeds(stretch: &[Knot], config: &SegmentConfig) -> Vec<f64> {
             let step_s = stretch[b].t_s - stretch[a].t_s;
             if step_s > 0.0 {
                 let way_m = stretch[a].position_m.distance(stretch[b].position_m);
-                (way_m / step_s).min(config.max_speed_m_per_s)
+                (way_m / step_s).min(MAX_SPEED_M_PER_S)
             } else {
                 0.0
             }

@@ -6,11 +6,20 @@ use crate::error::HandError;
 use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_numeric::check::{non_negative, positive, that};
+use hwall_numeric::check::{non_negative, positive};
 
 /// Times beyond this are not accepted, s. Unix time is, exact to 0.2 microseconds; beyond, f64 would soon
 /// blur the steps.
 const MAX_TIME_S: f64 = 1e11;
+
+/// Steps closer together than this do not enter the smoothing window, s, so that a 1 kHz tracker still gives a velocity over some
+/// 15 ms.
+const MIN_STEP_S: f64 = 0.005;
+/// Below this speed the hand has no direction, m/s.
+const MIN_DIRECTION_SPEED_M_PER_S: f64 = 0.05;
+/// Time that the hand must be good before it is tracked again after a jump or a frozen pose, s: longer than it takes to see that the
+/// pose after the jump is frozen.
+const RECOVER_AFTER_FAULT_S: f64 = 0.3;
 
 /// When the hand counts as tracked.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,16 +32,9 @@ pub struct HandFilterConfig {
     pub max_speed_m_per_s: f64,
     /// A step may be this much longer than that of the fastest plausible hand, m. Default 0.02: tracker noise.
     pub jump_slack_m: f64,
-    /// Steps closer together than this do not enter the smoothing window, s. Default 0.005, so that
-    /// a 1 kHz tracker still gives a velocity over some 15 ms. At least 1e-4.
-    pub min_step_s: f64,
-    /// Below this speed the hand has no direction, m/s. Default 0.05.
-    pub min_direction_speed_m_per_s: f64,
-    /// Time that the hand must be good before it is tracked (again) after a gap, s. Default 0.06.
+    /// Time that the hand must be good before it is tracked (again) after a gap, s; after a jump or a frozen pose it is 0.3 s.
+    /// Default 0.06.
     pub recover_after_s: f64,
-    /// The same after a jump or a frozen pose, s. Default 0.3: longer than it takes to see that
-    /// the pose after the jump is frozen.
-    pub recover_after_fault_s: f64,
     /// What counts as a frozen pose; `None`: no pose does.
     pub freeze: Option<FreezeConfig>,
 }
@@ -43,10 +45,7 @@ impl Default for HandFilterConfig {
             max_gap_s: 0.1,
             max_speed_m_per_s: 6.0,
             jump_slack_m: 0.02,
-            min_step_s: 0.005,
-            min_direction_speed_m_per_s: 0.05,
             recover_after_s: 0.06,
-            recover_after_fault_s: 0.3,
             freeze: Some(FreezeConfig::default()),
         }
     }
@@ -67,18 +66,7 @@ impl HandFilterConfig {
         positive("max_gap_s", self.max_gap_s)?;
         positive("max_speed_m_per_s", self.max_speed_m_per_s)?;
         non_negative("jump_slack_m", self.jump_slack_m)?;
-        positive(
-            "min_direction_speed_m_per_s",
-            self.min_direction_speed_m_per_s,
-        )?;
         non_negative("recover_after_s", self.recover_after_s)?;
-        non_negative("recover_after_fault_s", self.recover_after_fault_s)?;
-        that(
-            (1e-4..=1.0).contains(&self.min_step_s),
-            "min_step_s",
-            self.min_step_s,
-            "in [1e-4, 1] s",
-        )?;
         Ok(self
             .freeze
             .as_ref()
@@ -297,7 +285,7 @@ impl HandFilter {
             position_m = self.follow(frame).unwrap_or(position_m);
         }
         self.measured = Some((t_s, position_m));
-        if self.filled == 0 || t_s - self.window[self.filled - 1].0 >= self.config.min_step_s {
+        if self.filled == 0 || t_s - self.window[self.filled - 1].0 >= MIN_STEP_S {
             if self.filled == 4 {
                 self.window.rotate_left(1);
             } else {
@@ -308,9 +296,7 @@ impl HandFilter {
         if let Some(loss) = &mut self.lost {
             let good_since_s = *loss.good_since_s.get_or_insert(t_s);
             let needed_s = match loss.reason {
-                LostReason::Jump { .. } | LostReason::Frozen { .. } => {
-                    self.config.recover_after_fault_s
-                }
+                LostReason::Jump { .. } | LostReason::Frozen { .. } => RECOVER_AFTER_FAULT_S,
                 _ => self.config.recover_after_s,
             };
             if self.filled == 4 && t_s - good_since_s >= needed_s {
@@ -423,7 +409,7 @@ impl HandFilter {
             0.25 * ((t0 - t3) + 2.0 * (t1 - t3) + (t2 - t3)),
             0.25 * ((t1 - t3) + 2.0 * (t2 - t3)),
         );
-        // At least min_step_s: every step in the window is.
+        // Not zero: every step in the window is at least `MIN_STEP_S`.
         let velocity = (b_m - a_m) / (b_s - a_s);
         let delay_s = (frame.t_s - t3) - b_s;
         let speed = velocity.length();
@@ -432,7 +418,7 @@ impl HandFilter {
             point,
             point_m: b_m + velocity * delay_s,
             velocity_m_per_s: velocity,
-            direction: (speed >= self.config.min_direction_speed_m_per_s).then(|| velocity / speed),
+            direction: (speed >= MIN_DIRECTION_SPEED_M_PER_S).then(|| velocity / speed),
             smoothed_m: [a_m, b_m],
             delay_s,
             unseen_s: frame.t_s - seen_s,

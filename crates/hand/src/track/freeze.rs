@@ -28,12 +28,8 @@ use hwall_numeric::check::{non_negative, positive};
 pub struct FreezeConfig {
     /// Time without any motion after which the pose is frozen, s. Default 0.1.
     pub still_after_s: f64,
-    /// A point that moves less than this does not move, m. Default 1e-6, the last digit of most recordings.
-    pub still_tolerance_m: f64,
     /// Time without any change of shape after which the pose is frozen, s. Default 0.25.
     pub rigid_after_s: f64,
-    /// A distance between two points that changes less than this does not change, m. Default 2e-5.
-    pub rigid_tolerance_m: f64,
     /// Step of the values where it is known beforehand, m; see [`Recording::value_step_m`](crate::Recording::value_step_m).
     /// Default 0: found from the stream.
     pub value_step_m: f64,
@@ -43,9 +39,7 @@ impl Default for FreezeConfig {
     fn default() -> Self {
         Self {
             still_after_s: 0.1,
-            still_tolerance_m: 1e-6,
             rigid_after_s: 0.25,
-            rigid_tolerance_m: 2e-5,
             value_step_m: 0.0,
         }
     }
@@ -54,9 +48,7 @@ impl Default for FreezeConfig {
 impl FreezeConfig {
     pub(crate) fn validate(&self) -> Result<(), ArgumentError> {
         positive("still_after_s", self.still_after_s)?;
-        non_negative("still_tolerance_m", self.still_tolerance_m)?;
         positive("rigid_after_s", self.rigid_after_s)?;
-        non_negative("rigid_tolerance_m", self.rigid_tolerance_m)?;
         non_negative("value_step_m", self.value_step_m)?;
         Ok(())
     }
@@ -72,6 +64,10 @@ pub enum FreezeKind {
     Rigid,
 }
 
+/// A point that moves less than this does not move, m: the last digit of most recordings.
+const STILL_TOLERANCE_M: f64 = 1e-6;
+/// A distance between two points that changes less than this does not change, m.
+const RIGID_TOLERANCE_M: f64 = 2e-5;
 /// Points needed to judge a shape: with two, the only distance may stay the same by chance.
 const SHAPE_POINTS: usize = 3;
 
@@ -132,12 +128,8 @@ impl FreezeWatch {
         self.steps.update(&points);
         let step_m = c.value_step_m.max(self.steps.step_m());
         let before_s = self.still.map_or(t_s, |(since_s, _)| since_s);
-        let rigid_since = hold(&mut self.shape, t_s, &points, |reference| {
-            same_shape(reference, &points, c.rigid_tolerance_m)
-        });
-        let still_since = hold(&mut self.still, t_s, &points, |reference| {
-            same_place(reference, &points, c.still_tolerance_m)
-        });
+        let rigid_since = hold(&mut self.shape, t_s, &points, same_shape);
+        let still_since = hold(&mut self.still, t_s, &points, same_place);
         if still_since > before_s {
             self.repeats_s.rotate_left(1);
             self.repeats_s[2] = self.same_s - before_s;
@@ -166,10 +158,10 @@ fn hold(
     reference: &mut Option<(f64, Points)>,
     t_s: f64,
     points: &Points,
-    same: impl FnOnce(&Points) -> bool,
+    same: fn(&Points, &Points) -> bool,
 ) -> f64 {
     match reference {
-        Some((since_s, kept)) if same(kept) => *since_s,
+        Some((since_s, kept)) if same(kept, points) => *since_s,
         _ => {
             *reference = Some((t_s, *points));
             t_s
@@ -178,17 +170,17 @@ fn hold(
 }
 
 /// Does every point that both poses hold stand still? At least one must be held by both.
-fn same_place(a: &Points, b: &Points, tolerance_m: f64) -> bool {
+fn same_place(a: &Points, b: &Points) -> bool {
     let mut both = a
         .iter()
         .zip(b)
         .filter_map(|(p, q)| Some(p.as_ref()?.distance(*q.as_ref()?)))
         .peekable();
-    both.peek().is_some() && both.all(|moved_m| moved_m <= tolerance_m)
+    both.peek().is_some() && both.all(|moved_m| moved_m <= STILL_TOLERANCE_M)
 }
 
 /// Do all distances between points that both poses hold agree?
-fn same_shape(a: &Points, b: &Points, tolerance_m: f64) -> bool {
+fn same_shape(a: &Points, b: &Points) -> bool {
     let held = |i: usize| Some((a[i]?, b[i]?));
     if (0..6).filter(|&i| held(i).is_some()).count() < SHAPE_POINTS {
         return false;
@@ -196,7 +188,7 @@ fn same_shape(a: &Points, b: &Points, tolerance_m: f64) -> bool {
     (0..6).all(|i| {
         (0..i).all(|j| match (held(i), held(j)) {
             (Some((ai, bi)), Some((aj, bj))) => {
-                (ai.distance(aj) - bi.distance(bj)).abs() <= tolerance_m
+                (ai.distance(aj) - bi.distance(bj)).abs() <= RIGID_TOLERANCE_M
             }
             _ => true,
         })

@@ -1,10 +1,10 @@
 //! Fixations and saccades in the samples of an eye tracker.
 
-use super::gaze::{Fixation, Gaze};
+use super::gaze::Gaze;
+use super::gaze_samples::{Recent, Sample, Sums, UnderWay, angle_rad};
 use crate::error::HandError;
 use crate::frame::GazeRay;
 use crate::noise::MedianSize;
-use glam::DVec3;
 use hwall_numeric::check::{non_negative, positive};
 
 /// What counts as a fixation.
@@ -22,19 +22,8 @@ pub struct GazeFilterConfig {
     /// Noise of one sample that is assumed until some have been seen, standard deviation in each of two directions, rad.
     /// Default 0.0087 (0.5 degrees). From then on it is measured.
     pub noise_rad: f64,
-    /// The eye has landed once its samples agree over this time, s. Default 0.02: three samples at 90 Hz, two at 30 Hz.
-    pub settle_s: f64,
     /// Longest time without samples in which a fixation goes on, s. Default 0.1.
     pub max_gap_s: f64,
-    /// A fixation that was cut off and is found again at the same place within this time is the same one, s. Default
-    /// 0.4: a blink takes 0.1 to 0.4 s.
-    pub resume_s: f64,
-    /// Older samples are forgotten in the mean with this time constant, s. Default 1: a longer average wins nothing over the
-    /// calibration of the tracker, and a person may walk.
-    pub memory_s: f64,
-    /// What is looked at is assumed to be this far away where the movement of the head turns the line of sight, m.
-    /// Default 0.8: what can be touched.
-    pub distance_m: f64,
 }
 
 impl Default for GazeFilterConfig {
@@ -43,11 +32,7 @@ impl Default for GazeFilterConfig {
             saccade_rad_per_s: 1.4,
             least_shift_rad: 0.02,
             noise_rad: 0.0087,
-            settle_s: 0.02,
             max_gap_s: 0.1,
-            resume_s: 0.4,
-            memory_s: 1.0,
-            distance_m: 0.8,
         }
     }
 }
@@ -57,11 +42,7 @@ impl GazeFilterConfig {
         positive("saccade_rad_per_s", self.saccade_rad_per_s)?;
         positive("least_shift_rad", self.least_shift_rad)?;
         non_negative("noise_rad", self.noise_rad)?;
-        positive("settle_s", self.settle_s)?;
         positive("max_gap_s", self.max_gap_s)?;
-        non_negative("resume_s", self.resume_s)?;
-        positive("memory_s", self.memory_s)?;
-        positive("distance_m", self.distance_m)?;
         Ok(())
     }
 }
@@ -72,7 +53,7 @@ impl GazeFilterConfig {
 ///   measured, explains. One that is further off is ignored; two in a row are a saccade. A smaller step is found by
 ///   comparing the last five samples with those before.
 /// - While the eye is in flight there is no line of sight. It has landed when its samples agree over
-///   [`settle_s`](GazeFilterConfig::settle_s): some 30 ms after the true landing at 90 Hz.
+///   0.02 s: some 30 ms after the true landing at 90 Hz.
 /// - The line of sight is the mean over the whole fixation, from its first sample on, so its error falls with the
 ///   square root of their number. It is a mean *line*, which a moving head does not blur.
 /// - Lost samples are bridged; after a blink the same fixation goes on.
@@ -96,6 +77,11 @@ pub struct GazeFilter {
     last: Option<(f64, Gaze)>,
 }
 
+/// The eye has landed once its samples agree over this time, s: three samples at 90 Hz, two at 30 Hz.
+const SETTLE_S: f64 = 0.02;
+/// A fixation that was cut off and is found again at the same place within this time is the same one, s: a blink takes 0.1 to
+/// 0.4 s.
+const RESUME_S: f64 = 0.4;
 /// The length of the difference of two directions, each with unit noise in two directions, has this median: √2 times the
 /// median √(2 ln 2) of a Rayleigh distribution.
 const MEDIAN_OF_DIFFERENCE: f64 = 1.665_109_222_315_395_4;
@@ -229,7 +215,7 @@ impl GazeFilter {
             return;
         };
         let mean = fixation.mean(&self.recent, self.strays);
-        let away_rad = mean.map_or(0.0, |mean| mean.away_rad(&sample, self.config.distance_m));
+        let away_rad = mean.map_or(0.0, |mean| mean.away_rad(&sample));
         if away_rad > off_rad {
             if self.strays == 0 {
                 self.flight_since_s = sample.t_s;
@@ -250,7 +236,7 @@ impl GazeFilter {
         if self.recent.len() == WINDOW
             && let Some(old) = self.recent.pop_first()
         {
-            fixation.take_in(&old, self.config.memory_s);
+            fixation.take_in(&old);
         }
         self.recent.push(sample);
         fixation.until_s = sample.t_s;
@@ -278,7 +264,7 @@ impl GazeFilter {
         }
         let sd_rad = self.noise_rad() * (1.0 / n + 1.0 / m).sqrt();
         let limit_rad = (SHIFT_SDS * sd_rad).max(self.config.least_shift_rad);
-        before.away_rad(&now, self.config.distance_m) > limit_rad
+        before.away_rad(&now) > limit_rad
     }
 
     /// The fixation ends.
@@ -287,7 +273,7 @@ impl GazeFilter {
         if let Some(mut fixation) = self.under_way.take() {
             let until_s = fixation.until_s;
             for sample in self.recent.iter().filter(|s| s.t_s <= until_s) {
-                fixation.take_in(sample, self.config.memory_s);
+                fixation.take_in(sample);
             }
             let brief = until_s - fixation.since_s < BRIEF_S;
             if !brief || self.ended.is_none() {
@@ -298,7 +284,7 @@ impl GazeFilter {
 
     /// Begins a fixation if the newest samples agree.
     fn land(&mut self) {
-        let Some(run) = self.recent.settled(self.config.settle_s) else {
+        let Some(run) = self.recent.settled(SETTLE_S) else {
             return;
         };
         let (speed, noise_rad) = (self.config.saccade_rad_per_s, self.noise_rad());
@@ -306,11 +292,10 @@ impl GazeFilter {
             let noise_rad = LANDED_SDS * noise_rad * std::f64::consts::SQRT_2;
             (speed * (to.t_s - from.t_s)).max(noise_rad)
         };
-        let distance_m = self.config.distance_m;
         let newest = &self.recent.as_slice()[self.recent.len() - run..];
         let agree = newest.iter().enumerate().all(|(i, to)| {
             let mut before = newest[..i].iter();
-            before.all(|from| from.away_rad(to, distance_m) <= limit_rad(from, to))
+            before.all(|from| from.away_rad(to) <= limit_rad(from, to))
         });
         if !agree {
             return;
@@ -350,8 +335,8 @@ impl GazeFilter {
         let (n, m) = (ended.sums.effective(), self.recent.len() as f64);
         let sd_rad = self.noise_rad() * (1.0 / n + 1.0 / m).sqrt();
         let limit_rad = (OFF_SDS * sd_rad).max(self.config.least_shift_rad);
-        let soon = landed_s - ended.until_s <= self.config.resume_s;
-        let same = before.away_rad(&now, self.config.distance_m) <= limit_rad;
+        let soon = landed_s - ended.until_s <= RESUME_S;
+        let same = before.away_rad(&now) <= limit_rad;
         (soon && same).then_some(ended)
     }
 }
@@ -360,202 +345,5 @@ impl Default for GazeFilter {
     /// With the default settings.
     fn default() -> Self {
         Self::unchecked(GazeFilterConfig::default())
-    }
-}
-
-/// A usable line of sight at a time.
-#[derive(Debug, Clone, Copy, Default)]
-struct Sample {
-    t_s: f64,
-    origin_m: DVec3,
-    direction: DVec3,
-}
-
-impl Sample {
-    fn new(t_s: f64, ray: &GazeRay) -> Option<Self> {
-        let direction = ray.direction.try_normalize()?;
-        ray.origin_m.is_finite().then_some(Self {
-            t_s,
-            origin_m: ray.origin_m,
-            direction,
-        })
-    }
-
-    /// How far another line of sight points past the place that this one meets at a distance, rad.
-    fn away_rad(&self, other: &Self, distance_m: f64) -> f64 {
-        let place_m = self.origin_m + self.direction * distance_m;
-        let expected = (place_m - other.origin_m).normalize_or(self.direction);
-        angle_rad(expected, other.direction)
-    }
-}
-
-/// Angle between unit vectors, rad, exact for small ones too.
-fn angle_rad(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
-}
-
-/// A fixation under way: its older samples as sums, the newest ones are in [`Recent`].
-#[derive(Debug, Clone, Copy)]
-struct UnderWay {
-    since_s: f64,
-    until_s: f64,
-    samples: u32,
-    sums: Sums,
-}
-
-impl UnderWay {
-    fn take_in(&mut self, sample: &Sample, memory_s: f64) {
-        self.sums.add(sample, memory_s);
-    }
-
-    /// The mean over all samples but the last `strays`.
-    fn mean(&self, recent: &Recent, strays: usize) -> Option<Sample> {
-        self.with(recent, strays).mean()
-    }
-
-    fn with(&self, recent: &Recent, strays: usize) -> Sums {
-        let mut sums = self.sums;
-        let own = recent.len().saturating_sub(strays);
-        for sample in &recent.as_slice()[..own] {
-            sums.add(sample, f64::INFINITY);
-        }
-        sums
-    }
-
-    fn published(&self, recent: &Recent, strays: usize, noise_rad: f64) -> Option<Fixation> {
-        let sums = self.with(recent, strays);
-        let Sample {
-            origin_m,
-            direction,
-            ..
-        } = sums.mean()?;
-        Some(Fixation {
-            ray: GazeRay {
-                origin_m,
-                direction,
-            },
-            since_s: self.since_s,
-            until_s: self.until_s,
-            samples: self.samples,
-            noise_rad: noise_rad / sums.effective().max(1.0).sqrt(),
-        })
-    }
-}
-
-/// Weighted sums of samples.
-#[derive(Debug, Clone, Copy, Default)]
-struct Sums {
-    t_s: f64,
-    weight: f64,
-    weight_squared: f64,
-    origin_m: DVec3,
-    direction: DVec3,
-}
-
-impl Sums {
-    /// Adds a sample, after the older ones have faded.
-    fn add(&mut self, sample: &Sample, memory_s: f64) {
-        let fade = (-(sample.t_s - self.t_s).max(0.0) / memory_s).exp();
-        self.t_s = sample.t_s;
-        self.weight = self.weight * fade + 1.0;
-        self.weight_squared = self.weight_squared * fade * fade + 1.0;
-        self.origin_m = self.origin_m * fade + sample.origin_m;
-        self.direction = self.direction * fade + sample.direction;
-    }
-
-    /// How many samples of equal weight would say as much.
-    fn effective(&self) -> f64 {
-        if self.weight_squared > 0.0 {
-            self.weight * self.weight / self.weight_squared
-        } else {
-            0.0
-        }
-    }
-
-    fn mean(&self) -> Option<Sample> {
-        Some(Sample {
-            t_s: self.t_s,
-            origin_m: self.origin_m / self.weight,
-            direction: self.direction.try_normalize()?,
-        })
-        .filter(|mean| mean.origin_m.is_finite())
-    }
-}
-
-/// Most samples that are kept: those of a flight of 32 ms at the fastest stream, or a window and its strays.
-const RECENT: usize = 8;
-
-/// The newest samples, oldest first.
-#[derive(Debug, Clone, Copy, Default)]
-struct Recent {
-    samples: [Sample; RECENT],
-    len: usize,
-}
-
-impl Recent {
-    fn as_slice(&self) -> &[Sample] {
-        &self.samples[..self.len]
-    }
-
-    fn iter(&self) -> impl Iterator<Item = &Sample> {
-        self.as_slice().iter()
-    }
-
-    const fn len(&self) -> usize {
-        self.len
-    }
-
-    const fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
-    fn first_s(&self) -> f64 {
-        self.as_slice().first().map_or(0.0, |s| s.t_s)
-    }
-
-    const fn clear(&mut self) {
-        self.len = 0;
-    }
-
-    fn push(&mut self, sample: Sample) {
-        if self.len == RECENT {
-            self.pop_first();
-        }
-        self.samples[self.len] = sample;
-        self.len += 1;
-    }
-
-    fn pop_first(&mut self) -> Option<Sample> {
-        let first = *self.as_slice().first()?;
-        self.samples.copy_within(1..self.len, 0);
-        self.len -= 1;
-        Some(first)
-    }
-
-    fn keep_last(&mut self, count: usize) {
-        let dropped = self.len.saturating_sub(count);
-        self.samples.copy_within(dropped..self.len, 0);
-        self.len -= dropped;
-    }
-
-    fn drop_last(&mut self, count: usize) {
-        self.len = self.len.saturating_sub(count);
-    }
-
-    fn mean(&self) -> Option<Sample> {
-        let mut sums = Sums::default();
-        for sample in self.iter() {
-            sums.add(sample, f64::INFINITY);
-        }
-        sums.mean()
-    }
-
-    /// How many of the newest samples span this time; `None` if all of them are too short.
-    fn settled(&self, settle_s: f64) -> Option<usize> {
-        let newest_s = self.as_slice().last()?.t_s;
-        // Rounding of the times must not cost a sample.
-        let spans = |s: &Sample| newest_s - s.t_s >= settle_s - 1e-6;
-        let first = self.as_slice().iter().rposition(spans)?;
-        Some(self.len - first)
     }
 }

@@ -4,6 +4,7 @@ mod filter;
 mod freeze;
 mod gaze;
 mod gaze_filter;
+mod gaze_samples;
 mod lost;
 mod value_steps;
 

@@ -1,5 +1,6 @@
 //! Recordings as headsets and engines write them: zeros for what is lost, few digits, slow channels, other units.
 
+use crate::common::{gaussian, minimum_jerk};
 use glam::{DQuat, DVec3};
 use hwall_hand::{
     FreezeConfig, HandFilter, HandFilterConfig, HandFrame, HandPoint, LostReason, ReachEnd,
@@ -14,13 +15,11 @@ fn live() -> Recording {
         let t_s = f64::from(i) / 72.0;
         let phase = t_s % 3.0;
         let tau = ((phase - 0.5) / 0.9).clamp(0.0, 1.0) - ((phase - 2.0) / 0.9).clamp(0.0, 1.0);
-        let way = tau * tau * tau * (10.0 + tau * (6.0 * tau - 15.0));
+        let way = minimum_jerk(tau);
         let mut frame = HandFrame::empty(t_s);
-        for (k, point) in [HandPoint::Palm, HandPoint::Index, HandPoint::Thumb]
-            .into_iter()
-            .enumerate()
-        {
-            let tremor = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal()) * 3e-4;
+        let points = [HandPoint::Palm, HandPoint::Index, HandPoint::Thumb];
+        for (k, point) in points.into_iter().enumerate() {
+            let tremor = gaussian(&mut sampler) * 3e-4;
             let side = DVec3::new(0.03 * k as f64, 0.02 * k as f64, 1.1);
             frame.set_point(point, Some(side + DVec3::X * 0.4 * way + tremor));
         }
@@ -89,10 +88,8 @@ fn zeros_are_lost_tracking() {
             set_all(&mut sample.frame, |_| DVec3::ZERO);
         }
     }));
-    assert_eq!(
-        zeros.zero_rows,
-        (0..plain.samples.len()).filter(|&i| lost(i)).count()
-    );
+    let rows = 0..plain.samples.len();
+    assert_eq!(zeros.zero_rows, rows.filter(|&i| lost(i)).count());
     for (i, sample) in zeros.samples.iter().enumerate() {
         assert_eq!(sample.frame.points() == [None; 6], lost(i), "row {i}");
     }
@@ -121,10 +118,8 @@ fn a_hand_that_passes_the_origin_is_no_lost_hand() {
         ..still
     });
     let zero = reread(&Recording::from_frames(frames).unwrap());
-    assert_eq!(
-        (zero.zero_rows, zero.samples[3].frame),
-        (0, HandFrame { t_s: 3.0, ..still })
-    );
+    assert_eq!(zero.zero_rows, 0);
+    assert_eq!(zero.samples[3].frame, HandFrame { t_s: 3.0, ..still });
 }
 
 /// Engines print vectors with two decimals: such a hand was frozen, and nothing was served.
@@ -138,15 +133,11 @@ fn values_on_a_grid_are_not_frozen() {
                     turn * ((at / step_m).round() * step_m)
                 });
             });
-            assert!(
-                (grid.value_step_m() / step_m - 1.0).abs() < 0.01,
-                "{}",
-                grid.value_step_m()
-            );
+            let found_m = grid.value_step_m();
+            assert!((found_m / step_m - 1.0).abs() < 0.01, "{found_m}");
             let (share, reasons) = tracked(&grid, grid.value_step_m());
-            let frozen = reasons
-                .iter()
-                .any(|why| matches!(why, LostReason::Frozen { .. }));
+            let is_frozen = |why: &LostReason| matches!(why, LostReason::Frozen { .. });
+            let frozen = reasons.iter().any(is_frozen);
             assert!(!frozen && share > 0.98, "{step_m} m: {share} {reasons:?}");
             assert_eq!(complete(&grid), complete(&plain), "{step_m} m");
             // A live filter learns the step from the first motion, half a second after the start.
@@ -162,29 +153,23 @@ fn values_on_a_grid_are_not_frozen() {
 fn repeated_values_are_not_frozen_and_a_frozen_pose_is() {
     let plain = live();
     for each in [2, 3, 7, 9] {
-        let repeated = changed(&plain, |i, sample| {
+        let show = |sample: &mut Sample, frame: HandFrame| {
             let t_s = sample.frame.t_s;
-            sample.frame = HandFrame {
-                t_s,
-                ..plain.samples[i - i % each].frame
-            };
+            sample.frame = HandFrame { t_s, ..frame };
+        };
+        let repeated = changed(&plain, |i, sample| {
+            show(sample, plain.samples[i - i % each].frame);
         });
         let (share, reasons) = tracked(&repeated, 0.0);
         assert!(share > 0.94, "each {each} times: {share} {reasons:?}");
         let frozen = changed(&repeated, |i, sample| {
             if i > 300 {
-                let t_s = sample.frame.t_s;
-                sample.frame = HandFrame {
-                    t_s,
-                    ..repeated.samples[300].frame
-                };
+                show(sample, repeated.samples[300].frame);
             }
         });
         let (_, reasons) = tracked(&frozen, 0.0);
-        assert!(
-            matches!(reasons.last(), Some(LostReason::Frozen { .. })),
-            "{each}"
-        );
+        let last = reasons.last();
+        assert!(matches!(last, Some(LostReason::Frozen { .. })), "{each}");
         let rows = frozen.frozen_samples(FreezeConfig::default());
         assert!(rows[310..].iter().all(|&is_frozen| is_frozen) && !rows[280]);
     }
@@ -201,22 +186,15 @@ fn each_channel_has_its_own_rate() {
     assert_eq!(slow.fill_slow_channels(), 398);
     for (i, sample) in slow.samples.iter().enumerate() {
         let off = sample.frame.head_m.map(|at| at.distance(head(i)));
-        assert!(
-            if i <= 597 {
-                off < Some(1e-12) && off.is_some()
-            } else {
-                off.is_none()
-            },
+        assert_eq!(
+            off.map(|off| off < 1e-12),
+            (i <= 597).then_some(true),
             "row {i}"
         );
     }
-    let gazes = |rows: std::ops::Range<usize>| {
-        slow.samples[rows]
-            .iter()
-            .filter(|s| s.frame.gaze.is_some())
-            .count()
-    };
-    assert_eq!((gazes(0..88), gazes(88..120)), (88, 0));
+    for (i, sample) in slow.samples[..120].iter().enumerate() {
+        assert_eq!(sample.frame.gaze.is_some(), i < 88, "row {i}");
+    }
 }
 
 #[test]

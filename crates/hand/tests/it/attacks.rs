@@ -1,5 +1,6 @@
 //! Attacks on recordings that got through once.
 
+use crate::common::minimum_jerk;
 use glam::DVec3;
 use hwall_files::TableError;
 use hwall_hand::{
@@ -12,8 +13,7 @@ use std::fmt::Write as _;
 fn to_and_fro(samples: usize) -> Recording {
     let frames = (0..samples).map(|i| {
         let t_s = 0.01 * i as f64;
-        let phase = (t_s % 1.0).min(0.6) / 0.6;
-        let way = phase * phase * phase * (10.0 + phase * (6.0 * phase - 15.0));
+        let way = minimum_jerk((t_s % 1.0) / 0.6);
         let there = t_s % 2.0 < 1.0;
         let x = 0.4 * if there { way } else { 1.0 - way };
         let mut frame = HandFrame::empty(t_s);
@@ -21,6 +21,13 @@ fn to_and_fro(samples: usize) -> Recording {
         frame
     });
     Recording::from_frames(frames).unwrap()
+}
+
+fn table_error(error: HandError) -> TableError {
+    let HandError::Table(error) = error else {
+        panic!("{error}");
+    };
+    error
 }
 
 /// Each reach looked at all samples before it: 1e6 rows took 155 s. This would be 40 minutes in a debug build.
@@ -35,22 +42,6 @@ fn reaches_of_a_long_recording() {
     assert!(labelled.reaches.len() > 9_000, "{}", labelled.reaches.len());
 }
 
-/// The same reaches whether or not others come before.
-#[test]
-fn a_reach_does_not_depend_on_how_the_ends_are_found() {
-    let whole = [to_and_fro(1000)];
-    let config = LabelConfig {
-        cut: ReachCut::All,
-        ..LabelConfig::default()
-    };
-    for reach in labelled_reaches(&whole, &config).unwrap().reaches {
-        let near = [0.0, 0.4]
-            .iter()
-            .any(|x| (reach.contact_m.x - x).abs() < 0.02);
-        assert!(near, "{}", reach.contact_m);
-    }
-}
-
 /// 38 MB of names of columns that are left out took 2.35 GB.
 #[test]
 fn a_header_of_a_million_columns_is_refused() {
@@ -60,13 +51,10 @@ fn a_header_of_a_million_columns_is_refused() {
     }
     text.push_str("\n0,0,0,0");
     let error = read_recordings(text.as_bytes()).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            HandError::Table(TableError::TooManyCells { got: 1_000_004, .. })
-        ),
-        "{error}"
-    );
+    let TableError::TooManyCells { got, .. } = table_error(error) else {
+        panic!("another error");
+    };
+    assert_eq!(got, 1_000_004);
 }
 
 /// Every trial held a list of its own.
@@ -81,10 +69,8 @@ fn trials_share_the_list_of_left_out_columns() {
     }
     let all = read_recordings(text.as_bytes()).unwrap();
     assert_eq!((all.len(), all[0].ignored_columns.len()), (200, 5_000));
-    assert!(std::sync::Arc::ptr_eq(
-        &all[0].ignored_columns,
-        &all[199].ignored_columns
-    ));
+    let [first, last] = [0, 199].map(|i: usize| &all[i].ignored_columns);
+    assert!(std::sync::Arc::ptr_eq(first, last));
 }
 
 /// One late time stamp asked for 1e8 samples, which are 34 GB.
@@ -100,21 +86,17 @@ fn a_late_time_stamp_is_not_resampled() {
 #[test]
 fn line_numbers_with_every_line_end() {
     for end in ["\n", "\r\n", "\r"] {
-        let text = format!("{end}t,palm_x,palm_y,palm_z{end}{end}0,0,0,0{end}{end}1,x,0,0{end}");
-        let error = read_recordings(text.as_bytes()).unwrap_err();
-        assert!(
-            matches!(error, HandError::NotANumber { line: 6, .. }),
-            "{end:?}: {error}"
-        );
-        let text = format!("{end}t,palm_x,palm_y,palm_z{end}{end}0,0,0,0{end}{end}1,0,0{end}");
-        let error = read_recordings(text.as_bytes()).unwrap_err();
-        assert!(
-            matches!(
-                error,
-                HandError::Table(TableError::CellCount { line: 6, .. })
-            ),
-            "{end:?}: {error}"
-        );
+        let error = |row: &str| {
+            let text = format!("{end}t,palm_x,palm_y,palm_z{end}{end}0,0,0,0{end}{end}{row}{end}");
+            read_recordings(text.as_bytes()).unwrap_err()
+        };
+        let not_a_number = error("1,x,0,0");
+        assert!(matches!(
+            not_a_number,
+            HandError::NotANumber { line: 6, .. }
+        ));
+        let few = table_error(error("1,0,0"));
+        assert!(matches!(few, TableError::CellCount { line: 6, .. }));
     }
 }
 
@@ -123,14 +105,13 @@ fn line_numbers_with_every_line_end() {
 fn a_step_of_no_length_in_time_is_no_speed() {
     for (second_s, tip_m) in [(5e-324, 0.0025), (1e-300, 0.0), (1e-9, 0.019)] {
         let frames = (0..30).map(|i| {
-            let t_s = if i == 1 {
-                second_s
-            } else {
-                0.025 * f64::from(i)
+            let (t_s, x) = match i {
+                1 => (second_s, tip_m),
+                _ => (
+                    0.025 * f64::from(i),
+                    0.4 * minimum_jerk(0.025 * f64::from(i) / 0.6),
+                ),
             };
-            let tau = (t_s / 0.6).min(1.0);
-            let way = tau * tau * tau * (10.0 + tau * (6.0 * tau - 15.0));
-            let x = if i == 1 { tip_m } else { 0.4 * way };
             let mut frame = HandFrame::empty(t_s);
             frame.set_point(HandPoint::Index, Some(DVec3::new(x, 0.0, 0.0)));
             frame

@@ -38,8 +38,6 @@ fn a_frame_is_mapped_whole() {
 fn points_that_are_no_numbers_count_as_missing() {
     let mut frame = HandFrame::empty(0.0);
     assert_eq!(frame.contact_point(), None);
-    assert_eq!(frame.centroid_m(), None);
-    assert_eq!(frame.foremost(DVec3::X), None);
     frame.palm_m = Some(DVec3::ZERO);
     frame.tips_m[1] = Some(DVec3::new(0.0, f64::NAN, 0.0));
     frame.tips_m[4] = Some(DVec3::new(1e7, 0.0, 0.0));
@@ -51,16 +49,9 @@ fn points_that_are_no_numbers_count_as_missing() {
         }),
         "the index is not a number"
     );
-    assert_eq!(frame.centroid_m(), Some(DVec3::ZERO));
     frame.tips_m[1] = Some(DVec3::new(0.1, 0.0, 0.0));
     frame.tips_m[2] = Some(DVec3::new(0.12, 0.0, 0.0));
     assert_eq!(frame.contact_point().unwrap().point, HandPoint::Index);
-    assert_eq!(
-        frame.foremost(DVec3::X * 7.0).unwrap().point,
-        HandPoint::Middle
-    );
-    assert_eq!(frame.foremost(DVec3::NEG_X).unwrap().point, HandPoint::Palm);
-    assert_eq!(frame.foremost(DVec3::ZERO), None);
     frame.head_m = Some(DVec3::Z);
     assert_eq!(frame.gaze_ray(), None, "no gaze");
     frame.gaze = Some(DVec3::ZERO);

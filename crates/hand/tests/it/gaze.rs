@@ -1,5 +1,6 @@
 //! The gaze filter: planted fixations and saccades, trackers that tremble and lose samples, and no NaN out of anything.
 
+use crate::common::minimum_jerk;
 use glam::DVec3;
 use hwall_hand::{Fixation, Gaze, GazeFilter, GazeFilterConfig, GazeRay};
 use hwall_testkit::{ErrorStats, Sampler};
@@ -33,8 +34,7 @@ fn ray(direction: DVec3) -> GazeRay {
 
 /// Angle of an eye that leaves 0 for `to_deg` at `leave_s`, by a saccade of minimum jerk.
 fn angle_deg(t_s: f64, leave_s: f64, to_deg: f64) -> f64 {
-    let tau = ((t_s - leave_s) / SACCADE_S).clamp(0.0, 1.0);
-    to_deg * tau.powi(3) * (10.0 - 15.0 * tau + 6.0 * tau * tau)
+    to_deg * minimum_jerk((t_s - leave_s) / SACCADE_S)
 }
 
 fn fixation(gaze: Gaze) -> Fixation {
@@ -213,57 +213,44 @@ fn lost_samples_are_bridged_and_a_blink_does_not_end_a_look() {
     }
 }
 
-#[test]
-fn after_a_blink_another_place_is_another_fixation() {
-    let mut filter = GazeFilter::default();
-    let mut step = |t_s, angle_deg: Option<f64>| {
-        let seen = angle_deg.map(|a| ray(at(a)));
-        filter.step(t_s, seen.as_ref())
-    };
-    let first = (0..40)
-        .map(|i| step(f64::from(i) * 0.011, Some(0.0)))
-        .last()
-        .unwrap();
-    assert!(fixation(first).since_s < 0.03);
-    for i in 40..60 {
-        step(f64::from(i) * 0.011, None);
-    }
-    let second = (60..80)
-        .map(|i| step(f64::from(i) * 0.011, Some(5.0)))
-        .last()
-        .unwrap();
-    assert!((fixation(second).since_s - 0.66).abs() < 0.02);
-}
-
-#[test]
-fn a_glance_and_the_look_back_are_fixations_of_their_own() {
+/// When the fixations began that are seen while the eyes are at these angles, degrees, `None` while they are closed.
+fn begun_s(samples: u32, angle_deg: impl Fn(f64) -> Option<f64>) -> Vec<f64> {
     let mut filter = GazeFilter::default();
     let mut since = Vec::new();
-    for i in 0..100 {
+    for i in 0..samples {
         let t_s = f64::from(i) * 0.011;
-        let angle = if (0.4..0.6).contains(&t_s) { 20.0 } else { 0.0 };
-        if let Gaze::Fixed(f) = filter.step(t_s, Some(&ray(at(angle)))) {
+        let seen = angle_deg(t_s).map(|a| ray(at(a)));
+        if let Gaze::Fixed(f) = filter.step(t_s, seen.as_ref()) {
             since.push(f.since_s);
         }
     }
     since.dedup();
-    assert_eq!(since.len(), 3, "{since:?}");
+    since
 }
 
 #[test]
-fn a_single_sample_far_away_is_noise() {
-    let mut filter = GazeFilter::default();
-    for i in 0..100 {
-        let angle = if i == 50 { 25.0 } else { 0.0 };
-        let gaze = filter.step(f64::from(i) * PERIOD_S, Some(&ray(at(angle))));
-        if i > 5 {
-            let f = fixation(gaze);
-            assert!(
-                f.since_s == 0.0 && off_deg(f.ray.direction, DVec3::X) < 1e-9,
-                "{f:?}"
-            );
-        }
-    }
+fn other_places_are_fixations_of_their_own_and_a_single_sample_far_away_is_noise() {
+    // Another place after a blink.
+    let blink = begun_s(80, |t_s| match t_s {
+        0.0..0.435 => Some(0.0),
+        0.435..0.655 => None,
+        _ => Some(5.0),
+    });
+    assert!(
+        blink[0] < 0.03 && (blink[1] - 0.66).abs() < 0.02,
+        "{blink:?}"
+    );
+    // A glance and the look back.
+    let glance = |t_s: f64| Some(if (0.4..0.6).contains(&t_s) { 20.0 } else { 0.0 });
+    assert_eq!(begun_s(100, glance).len(), 3);
+    let stray = |t_s: f64| {
+        Some(if (0.545..0.555).contains(&t_s) {
+            25.0
+        } else {
+            0.0
+        })
+    };
+    assert_eq!(begun_s(100, stray), [0.0]);
 }
 
 #[test]
@@ -287,16 +274,14 @@ fn bad_samples_and_clocks_do_no_harm() {
     // A clock that is set back starts anew.
     let anew = filter.step(0.1, Some(&ray(DVec3::Y)));
     assert_eq!(anew, Gaze::InFlight { since_s: 0.1 });
-    for field in 0..6 {
+    for field in 0..4 {
         for bad in [f64::NAN, f64::INFINITY, -1.0] {
             let mut config = GazeFilterConfig::default();
             *[
                 &mut config.saccade_rad_per_s,
                 &mut config.least_shift_rad,
                 &mut config.noise_rad,
-                &mut config.settle_s,
-                &mut config.memory_s,
-                &mut config.distance_m,
+                &mut config.max_gap_s,
             ][field] = bad;
             assert!(GazeFilter::new(config).is_err(), "{config:?}");
         }

@@ -1,5 +1,6 @@
 //! Recordings become reaches that start, end and point where they should; nothing is lost silently.
 
+use crate::common::minimum_jerk;
 use glam::DVec3;
 use hwall_hand::{
     HandError, HandFrame, HandPoint, LabelConfig, Labelled, LabelledReach, ReachCut, Recording,
@@ -10,11 +11,6 @@ use hwall_testkit::shared;
 const FROM: DVec3 = DVec3::new(0.1, -0.2, 1.0);
 const TO: DVec3 = DVec3::new(0.7, 0.1, 1.3);
 const STEP_S: f64 = 0.011;
-
-fn minimum_jerk(tau: f64) -> f64 {
-    let t = tau.clamp(0.0, 1.0);
-    t * t * t * (10.0 + t * (6.0 * t - 15.0))
-}
 
 /// A rest, a reach of a second, a rest; the palm 0.1 m behind the index tip.
 fn recording(rest_before_s: f64, rest_after_s: f64) -> Recording {
@@ -57,10 +53,8 @@ fn a_trial_that_is_cropped_to_the_movement_loses_nothing() {
         let reach = &labelled.reaches[0];
         assert_eq!(reach.frames.len(), recording.samples.len());
         assert_eq!(reach.point, HandPoint::Index);
-        assert_eq!(
-            (reach.person.as_deref(), reach.trial.as_deref()),
-            (Some("p1"), Some("t1"))
-        );
+        assert_eq!(reach.person.as_deref(), Some("p1"));
+        assert_eq!(reach.trial.as_deref(), Some("t1"));
         assert_eq!(labelled.recordings, [0]);
         assert!(reach.contact_m.distance(TO) < 1e-4);
         reach.validate().unwrap();
@@ -72,32 +66,29 @@ fn rest_at_both_ends_is_no_part_of_the_reach() {
     let labelled = label(&recording(0.8, 0.6));
     let reach = &labelled.reaches[0];
     // Slow is below a twentieth of the peak: within 5 % of the time at either end.
-    assert!(
-        (reach.frames[0].t_s - 0.83).abs() < 0.05,
-        "{}",
-        reach.frames[0].t_s
-    );
-    assert!((reach.contact_s - 1.77).abs() < 0.05, "{}", reach.contact_s);
+    let times_s = [reach.frames[0].t_s, reach.contact_s];
+    for (t_s, expected_s) in times_s.into_iter().zip([0.83, 1.77]) {
+        assert!((t_s - expected_s).abs() < 0.05, "{t_s}");
+    }
     assert!(reach.contact_m.distance(TO) < 0.01);
+}
+
+fn to_its_last(frames: Vec<HandFrame>) -> LabelledReach {
+    let last = frames[frames.len() - 1];
+    let end_m = last.point(HandPoint::Index).unwrap();
+    LabelledReach::new(HandPoint::Index, frames, end_m, last.t_s)
 }
 
 #[test]
 fn a_reach_starts_at_the_same_sample_however_it_was_cut() {
     let whole = recording(0.8, 0.0);
     let cut_at = |from_s: f64| {
-        let frames: Vec<HandFrame> = whole
-            .frames()
-            .filter(|f| f.t_s >= from_s)
-            .copied()
-            .collect();
-        let reach = LabelledReach::ending_at_last_sample(HandPoint::Index, frames).unwrap();
+        let frames = whole.frames().filter(|f| f.t_s >= from_s);
+        let reach = to_its_last(frames.copied().collect());
         reach.onset().map(|at| at.map(|k| reach.frames[k].t_s))
     };
     let [onset_s, clear_s] = cut_at(0.0).unwrap();
-    assert!(
-        (0.8..1.0).contains(&onset_s) && onset_s < clear_s,
-        "{onset_s} {clear_s}"
-    );
+    assert!((0.8..1.0).contains(&onset_s) && onset_s < clear_s);
     for from_s in [0.3, 0.6, 0.75] {
         assert_eq!(cut_at(from_s), Some([onset_s, clear_s]));
     }
@@ -107,10 +98,8 @@ fn a_reach_starts_at_the_same_sample_however_it_was_cut() {
     // One that is fast from its first sample on starts with it; a hand at rest never does.
     let [first_s, _] = cut_at(1.2).unwrap();
     assert!((first_s - 1.2).abs() < STEP_S);
-    let mut still = whole.frames().copied().take(20).collect::<Vec<_>>();
-    still.truncate(15);
-    let still = LabelledReach::ending_at_last_sample(HandPoint::Index, still).unwrap();
-    assert_eq!(still.onset(), None);
+    let still = whole.frames().copied().take(15).collect();
+    assert_eq!(to_its_last(still).onset(), None);
 }
 
 #[test]
@@ -122,18 +111,14 @@ fn a_trial_ends_when_contact_first_turns_one() {
     }
     let reach = &label(&trial).reaches[0];
     assert_eq!(reach.contact_s, trial.samples[95].frame.t_s);
-    assert_eq!(
-        Some(reach.contact_m),
-        trial.samples[95].frame.point(HandPoint::Index)
-    );
+    let tip_m = trial.samples[95].frame.point(HandPoint::Index);
+    assert_eq!(Some(reach.contact_m), tip_m);
     // Still in contact from the trial before, then off, then again.
     for (k, sample) in trial.samples.iter_mut().enumerate() {
         sample.contact = Some(!(5..=100).contains(&k));
     }
-    assert_eq!(
-        label(&trial).reaches[0].contact_s,
-        trial.samples[101].frame.t_s
-    );
+    let contact_s = label(&trial).reaches[0].contact_s;
+    assert_eq!(contact_s, trial.samples[101].frame.t_s);
     for sample in &mut trial.samples {
         sample.contact = Some(true);
     }
@@ -196,9 +181,8 @@ fn what_is_no_reach_is_listed_with_the_reason() {
     assert_eq!(reason(&trial), "the hand does not move");
 
     let mut trial = recording(0.2, 0.2);
-    trial.samples[60]
-        .frame
-        .set_point(HandPoint::Index, Some(DVec3::splat(5.0)));
+    let frame = &mut trial.samples[60].frame;
+    frame.set_point(HandPoint::Index, Some(DVec3::splat(5.0)));
     assert_eq!(reason(&trial), "the tracker jumps");
 
     let mut trial = recording(0.2, 0.2);
@@ -252,9 +236,8 @@ fn a_remainder_of_the_trial_before_is_dropped_and_listed() {
     let mut trial = recording(0.3, 0.3);
     let clean = label(&trial).reaches;
     let there_m = FROM + DVec3::new(0.05, 0.0, 0.0);
-    trial.samples[0]
-        .frame
-        .set_point(HandPoint::Index, Some(there_m));
+    let frame = &mut trial.samples[0].frame;
+    frame.set_point(HandPoint::Index, Some(there_m));
     let labelled = label(&trial);
     assert_eq!(labelled.reaches, clean);
     assert_eq!(labelled.left_out.len(), 1);
@@ -263,20 +246,11 @@ fn a_remainder_of_the_trial_before_is_dropped_and_listed() {
 
 #[test]
 fn a_configuration_out_of_range_is_refused() {
-    for config in [
-        LabelConfig {
-            slow_share: 0.3,
-            ..LabelConfig::default()
-        },
-        LabelConfig {
-            min_length_m: f64::NAN,
-            ..LabelConfig::default()
-        },
-        LabelConfig {
-            shortest_rest_s: -0.1,
-            ..LabelConfig::default()
-        },
-    ] {
+    let changes: [fn(&mut LabelConfig); 2] =
+        [|c| c.slow_m_per_s = -0.1, |c| c.min_length_m = f64::NAN];
+    for change in changes {
+        let mut config = LabelConfig::default();
+        change(&mut config);
         let refused = labelled_reaches(&[recording(0.0, 0.0)], &config);
         assert!(matches!(refused, Err(HandError::Argument(_))));
     }

@@ -2,6 +2,7 @@
 
 mod as_recorded;
 mod attacks;
+mod common;
 mod frames;
 mod gaze;
 mod labels;

@@ -1,8 +1,8 @@
 //! The filter and the segmentation on recorded hands; skipped where the data are absent.
 
 use hwall_hand::{
-    FreezeKind, HandFilter, HandFilterConfig, HandPoint, LostReason, Pose, Reach, ReachEnd,
-    Recording, SegmentConfig, Tracking, reaches,
+    FreezeKind, HandFilter, HandFilterConfig, HandFrame, HandPoint, LostReason, Pose, Reach,
+    ReachEnd, Recording, SegmentConfig, Tracking, reaches,
 };
 use hwall_testkit::{ErrorStats, shared};
 
@@ -45,14 +45,9 @@ fn leap_recording_is_lost_at_the_jump_and_stays_lost_in_the_frozen_pose() {
         return;
     };
     let found = stretches(&recording, HandFilterConfig::default());
-    for (reason, from, to) in &found {
-        println!("{from:7.3} .. {to:7.3} s  {reason:?}");
-    }
-    let tracked: Vec<_> = found
-        .iter()
-        .filter(|(reason, ..)| reason.is_none())
-        .collect();
-    assert_eq!(tracked.len(), 1, "one stretch is tracked, up to the loss");
+    let tracked: Vec<_> = found.iter().filter(|(why, ..)| why.is_none()).collect();
+    // One stretch is tracked, up to the loss.
+    assert_eq!(tracked.len(), 1);
     assert!(tracked[0].1 < 0.1 && (17.3..17.4).contains(&tracked[0].2));
     let jump = found.iter().find_map(|(reason, from, _)| match reason {
         Some(LostReason::Jump { speed_m_per_s }) => Some((*from, *speed_m_per_s)),
@@ -60,29 +55,19 @@ fn leap_recording_is_lost_at_the_jump_and_stays_lost_in_the_frozen_pose() {
     });
     let (at_s, speed) = jump.expect("a jump");
     // 22.9 m/s for the palm, 29.7 m/s for the index tip.
-    assert!(
-        (17.38..17.40).contains(&at_s) && (22.0..30.0).contains(&speed),
-        "{at_s} s, {speed} m/s"
-    );
+    assert!((17.38..17.40).contains(&at_s), "{at_s} s");
+    assert!((22.0..30.0).contains(&speed), "{speed} m/s");
     // From the jump on the tracker carries one rigid pose around with the head.
     let frozen = |t: f64| {
-        found
+        let mut at = found
             .iter()
-            .find(|(_, from, to)| (*from..=*to).contains(&t))
-            .unwrap()
-            .0
+            .filter(|(_, from, to)| (*from..=*to).contains(&t));
+        at.next().unwrap().0
     };
+    let kind = FreezeKind::Rigid;
     assert_eq!(
-        frozen(18.5),
-        Some(LostReason::Frozen {
-            kind: FreezeKind::Rigid
-        })
-    );
-    assert_eq!(
-        frozen(25.0),
-        Some(LostReason::Frozen {
-            kind: FreezeKind::Rigid
-        })
+        [18.5, 25.0].map(frozen),
+        [Some(LostReason::Frozen { kind }); 2]
     );
 }
 
@@ -93,11 +78,9 @@ fn leap_recording_without_the_rigid_test_is_tracked_into_a_carried_pose() {
         return;
     };
     let found = stretches(&recording, HandFilterConfig::simulated());
-    assert!(
-        found
-            .iter()
-            .any(|(reason, from, to)| reason.is_none() && *from > 17.6 && to - from > 1.0)
-    );
+    let carried =
+        |(why, from, to): &(Option<_>, f64, f64)| why.is_none() && *from > 17.6 && to - from > 1.0;
+    assert!(found.iter().any(carried));
 }
 
 #[test]
@@ -106,35 +89,18 @@ fn leap_recording_holds_six_reaches_of_half_a_metre_before_the_loss() {
         return;
     };
     let found = reaches(&recording, &SegmentConfig::default()).unwrap();
-    for r in &found {
-        println!(
-            "{:6.2} .. {:6.2} s {:.3} m {:.2} m/s {:?}",
-            r.start_s, r.end_s, r.length_m, r.peak_speed_m_per_s, r.end
-        );
-    }
-    let whole: Vec<Reach> = found
-        .iter()
-        .copied()
-        .filter(|r| r.end == ReachEnd::Stopped)
-        .collect();
+    // Nothing in the carried pose counts.
+    assert!(found.iter().all(|r| r.end_s < 17.4));
+    let stopped = found.iter().filter(|r| r.end == ReachEnd::Stopped);
+    let whole: Vec<&Reach> = stopped.collect();
     assert_eq!(whole.len(), 6, "three down, three up");
-    assert!(whole.iter().all(|r| (0.48..0.60).contains(&r.length_m)));
-    assert!(
-        whole
-            .iter()
-            .all(|r| (1.4..3.0).contains(&r.peak_speed_m_per_s))
-    );
-    assert!(
-        found.iter().all(|r| r.end_s < 17.4),
-        "nothing in the carried pose counts"
-    );
-    // Up and down alternate; in base axes, up is +z.
-    for (i, r) in whole.iter().take(5).enumerate() {
+    for (i, r) in whole.into_iter().enumerate() {
+        assert!((0.48..0.60).contains(&r.length_m));
+        assert!((1.4..3.0).contains(&r.peak_speed_m_per_s));
+        // Up and down alternate; in base axes, up is +z.
         let up = Pose::Z_UP_FROM_Y_UP.transform_vector(r.direction).z;
-        assert!(
-            if i % 2 == 0 { up < -0.5 } else { up > 0.5 },
-            "reach {i}: {up}"
-        );
+        let expected = if i % 2 == 0 { -up } else { up };
+        assert!(i == 5 || expected > 0.5, "reach {i}: {up}");
     }
 }
 
@@ -145,24 +111,19 @@ fn motion_capture_holds_strokes_of_twenty_centimetres() {
     };
     assert!(recording.ignored_columns.is_empty());
     assert_eq!(recording.samples.len(), 6000);
-    let no_thumb = recording
-        .frames()
-        .filter(|f| f.point(HandPoint::Thumb).is_none())
-        .count();
-    assert_eq!(no_thumb, 493, "8 % of the frames miss the thumb");
+    let no_thumb = |f: &&HandFrame| f.point(HandPoint::Thumb).is_none();
+    assert_eq!(recording.frames().filter(no_thumb).count(), 493);
     let config = SegmentConfig {
         onset_m_per_s: 0.2,
         min_length_m: 0.1,
         ..SegmentConfig::default()
     };
     let found = reaches(&recording, &config).unwrap();
-    println!("{} strokes, {}", found.len(), lengths(&found));
     // 41 at these thresholds; how many there are depends on what counts as a pause.
     assert!((35..=42).contains(&found.len()), "{}", found.len());
     assert!((0.18..0.24).contains(&lengths(&found).median));
     // Clean data: tracked from the first window to the end.
     let states = stretches(&recording, HandFilterConfig::default());
-    println!("{states:?}");
     let tracked_s: f64 = states
         .iter()
         .filter(|s| s.0.is_none())
@@ -178,43 +139,20 @@ fn reach_to_grasp_trials_hold_one_reach_and_one_return() {
         let Some(recording) = load(&format!("kinesis_rtg/trial{trial:02}.csv")) else {
             return;
         };
-        assert_eq!(
-            *recording.ignored_columns,
-            ["occluded".to_owned(), "rel_depth_obj_mm".to_owned()]
-        );
+        assert_eq!(*recording.ignored_columns, ["occluded", "rel_depth_obj_mm"]);
         let config = SegmentConfig {
             min_length_m: 0.2,
             ..SegmentConfig::default()
         };
         let found = reaches(&recording, &config).unwrap();
-        let lines: Vec<String> = found
-            .iter()
-            .map(|r| {
-                format!(
-                    "{:.2}-{:.2} {:.2} {:?}",
-                    r.start_s, r.end_s, r.length_m, r.end
-                )
-            })
-            .collect();
-        println!("{trial:02} {lines:?}");
-        let away: Vec<&Reach> = found
-            .iter()
-            .filter(|r| r.direction.dot(found[0].direction) > 0.0)
-            .collect();
-        assert_eq!(
-            away.len(),
-            1,
-            "trial {trial}: one reach away from the start"
-        );
-        assert!(
-            found.len() <= 2,
-            "trial {trial}: at most the return besides"
-        );
+        let is_away = |r: &&Reach| r.direction.dot(found[0].direction) > 0.0;
+        let away: Vec<&Reach> = found.iter().filter(is_away).collect();
+        // One reach away from the start, and at most the return besides.
+        assert_eq!(away.len(), 1, "trial {trial}");
+        assert!(found.len() <= 2, "trial {trial}");
         out.push(*away[0]);
     }
-    let stats = lengths(&out);
-    println!("reach length {stats}");
-    assert!((0.44..0.48).contains(&stats.median), "about 46 cm");
+    assert!((0.44..0.48).contains(&lengths(&out).median), "about 46 cm");
 }
 
 #[test]

@@ -151,131 +151,74 @@ fn gaze_becomes_a_unit_vector() {
 #[test]
 fn broken_files_are_named_by_line_and_column() {
     use HandError as E;
-    let h = "t,palm_x,palm_y,palm_z\n";
-    let with = |rows: &str| read(&format!("{h}{rows}")).unwrap_err();
-    assert_eq!(read(""), Err(E::Table(TableError::Empty)));
-    assert_eq!(read("\n\n"), Err(E::Table(TableError::Empty)));
-    assert_eq!(read(h), Err(E::NoSamples));
-    assert_eq!(
-        read("palm_x,palm_y,palm_z\n1,2,3\n"),
-        Err(E::MissingColumn { column: "t".into() })
-    );
-    assert_eq!(
-        read("t,palm_x,palm_z\n0,1,2\n"),
-        Err(E::MissingColumn {
-            column: "palm_y".into()
-        })
-    );
-    assert_eq!(
-        read("t,object_x,object_y,object_z\n0,1,2,3\n"),
-        Err(E::NoHandColumns)
-    );
-    assert_eq!(
-        read("t,t,palm_x,palm_y,palm_z\n"),
-        Err(E::DuplicateColumn { column: "t".into() })
-    );
-    assert_eq!(
-        with("0,1,2\n"),
+    let no_column = |column: &str| E::MissingColumn {
+        column: column.into(),
+    };
+    let no_cell = |column: &str| E::MissingCell {
+        line: 2,
+        column: column.into(),
+    };
+    let cells = |line, got| {
         E::Table(TableError::CellCount {
-            line: 2,
+            line,
             expected: 4,
-            got: 3
+            got,
         })
-    );
-    assert_eq!(
-        with("0,1,2,3\n1,1,2,3,4\n"),
-        E::Table(TableError::CellCount {
-            line: 3,
-            expected: 4,
-            got: 5
-        })
-    );
-    let text = || "fast".to_owned();
-    assert_eq!(
-        with("0,1,fast,3\n"),
-        E::NotANumber {
-            line: 2,
-            column: "palm_y".into(),
-            text: text()
-        }
-    );
-    assert_eq!(
-        with("0,1,,3\n"),
-        E::MissingCell {
-            line: 2,
-            column: "palm_y".into()
-        }
-    );
-    assert_eq!(
-        with(",1,2,3\n"),
-        E::MissingCell {
-            line: 2,
-            column: "t".into()
-        }
-    );
-    assert_eq!(
-        with("0,1,2,inf\n"),
-        E::NonFiniteCell {
-            line: 2,
-            column: "palm_z".into(),
-            value: f64::INFINITY
-        }
-    );
-    assert!(matches!(with("NaN,1,2,3\n"), E::MissingCell { line: 2, column } if column == "t"));
-    assert!(
-        matches!(with("0,1e999,2,3\n"), E::NonFiniteCell { line: 2, .. }),
-        "overflows to infinity"
-    );
-    for (second, name) in [("0.5", "repeated"), ("0.25", "backward")] {
-        let error = with(&format!("0.5,1,2,3\n{second},1,2,3\n"));
-        let t_s: f64 = second.parse().unwrap();
-        assert_eq!(
-            error,
-            E::TimeNotIncreasing {
-                line: 3,
-                t_s,
-                previous_s: 0.5
-            },
-            "{name}"
-        );
+    };
+    let backward = |t_s| E::TimeNotIncreasing {
+        line: 3,
+        t_s,
+        previous_s: 0.5,
+    };
+    let column = || "palm_y".to_owned();
+    let not_finite = E::NonFiniteCell {
+        line: 2,
+        column: column(),
+        value: f64::INFINITY,
+    };
+    let not_a_number = E::NotANumber {
+        line: 2,
+        column: column(),
+        text: "fast".into(),
+    };
+    let twice = E::DuplicateColumn { column: "t".into() };
+    for (text, expected) in [
+        ("", E::Table(TableError::Empty)),
+        ("\n\n", E::Table(TableError::Empty)),
+        ("palm_x,palm_y,palm_z\n1,2,3\n", no_column("t")),
+        ("t,palm_x,palm_z\n0,1,2\n", no_column("palm_y")),
+        ("t,object_x,object_y,object_z\n0,1,2,3\n", E::NoHandColumns),
+        ("t,t,palm_x,palm_y,palm_z\n", twice),
+    ] {
+        assert_eq!(read(text), Err(expected), "{text:?}");
+    }
+    for (rows, expected) in [
+        ("", E::NoSamples),
+        ("0,1,2\n", cells(2, 3)),
+        ("0,1,2,3\n1,1,2,3,4\n", cells(3, 5)),
+        ("0,1,fast,3\n", not_a_number),
+        ("0,1,,3\n", no_cell("palm_y")),
+        (",1,2,3\n", no_cell("t")),
+        ("NaN,1,2,3\n", no_cell("t")),
+        ("0,1,inf,3\n", not_finite.clone()),
+        // Overflows to infinity.
+        ("0,1,1e999,3\n", not_finite),
+        ("0.5,1,2,3\n0.5,1,2,3\n", backward(0.5)),
+        ("0.5,1,2,3\n0.25,1,2,3\n", backward(0.25)),
+    ] {
+        let text = format!("t,palm_x,palm_y,palm_z\n{rows}");
+        assert_eq!(read(&text), Err(expected), "{rows:?}");
     }
     let binary = Recording::from_csv(&b"t,palm_x,palm_y,palm_z\n0,1,\0\xfe,3\n"[..]);
     assert_eq!(binary, Err(E::Table(TableError::NotText { line: 2 })));
-    assert!(
-        matches!(Recording::from_csv_path("no/such/file.csv"), Err(E::Io { path, .. }) if path == "no/such/file.csv")
-    );
+    let missing = Recording::from_csv_path("no/such/file.csv");
+    assert!(matches!(missing, Err(E::Io { path, .. }) if path == "no/such/file.csv"));
 }
 
 #[test]
 fn a_byte_order_mark_blank_lines_and_windows_line_ends_do_no_harm() {
     let recording = read("\u{feff}t,palm_x,palm_y,palm_z\r\n0,1,2,3\r\n\r\n1,1,2,3\r\n").unwrap();
     assert_eq!(recording.samples.len(), 2);
-    for end in ["\n", "\r\n"] {
-        let text = [
-            "\u{feff}t,palm_x,palm_y,palm_z",
-            "0,1,2,3",
-            "",
-            "",
-            "1,1,2,3",
-            "2,1,2,x",
-            "",
-        ]
-        .join(end);
-        let error = read(&text).unwrap_err();
-        assert!(
-            matches!(error, HandError::NotANumber { line: 6, .. }),
-            "blank lines count: {error}"
-        );
-        let error = read(&text.replace("2,x", "2,3,4")).unwrap_err();
-        assert_eq!(
-            error,
-            HandError::Table(TableError::CellCount {
-                line: 6,
-                expected: 4,
-                got: 5
-            })
-        );
-    }
 }
 
 #[test]
@@ -285,60 +228,39 @@ fn a_recording_that_would_not_read_back_is_not_written() {
         ..HandFrame::empty(t_s)
     };
     let write = |frames: &[HandFrame]| {
-        let samples = frames
-            .iter()
-            .map(|&frame| Sample {
-                frame,
-                ..Sample::default()
-            })
-            .collect();
-        Recording {
-            samples,
+        let sample = |&frame: &HandFrame| Sample {
+            frame,
+            ..Sample::default()
+        };
+        let recording = Recording {
+            samples: frames.iter().map(sample).collect(),
             ..Recording::default()
-        }
-        .to_csv(std::io::sink())
+        };
+        recording.to_csv(std::io::sink())
+    };
+    let backward = HandError::TimeNotIncreasing {
+        line: 2,
+        t_s: 0.0,
+        previous_s: 0.0,
     };
     assert_eq!(write(&[]), Err(HandError::NoSamples));
-    assert!(matches!(
-        write(&[frame(0.0, f64::NAN)]),
-        Err(HandError::NonFiniteCell { line: 1, .. })
-    ));
-    assert!(matches!(
-        write(&[frame(f64::NAN, 1.0)]),
-        Err(HandError::NonFiniteCell { .. })
-    ));
-    assert_eq!(
-        write(&[frame(0.0, 1.0), frame(0.0, 2.0)]),
-        Err(HandError::TimeNotIncreasing {
-            line: 2,
-            t_s: 0.0,
-            previous_s: 0.0
-        })
-    );
+    assert_eq!(write(&[frame(0.0, 1.0), frame(0.0, 2.0)]), Err(backward));
     assert_eq!(
         write(&[HandFrame::empty(0.0)]),
         Err(HandError::NoHandColumns)
     );
-    assert_eq!(write(&[frame(0.0, 1.0)]), Ok(()));
-}
-
-#[test]
-fn a_full_disk_is_an_error() {
-    struct Full;
-    impl std::io::Write for Full {
-        fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
-            Err(std::io::Error::from(std::io::ErrorKind::StorageFull))
-        }
-        fn flush(&mut self) -> std::io::Result<()> {
-            Ok(())
-        }
+    for (t_s, x) in [(0.0, f64::NAN), (f64::NAN, 1.0)] {
+        let refused = write(&[frame(t_s, x)]);
+        assert!(matches!(
+            refused,
+            Err(HandError::NonFiniteCell { line: 1, .. })
+        ));
     }
-    let frame = HandFrame {
-        palm_m: Some(DVec3::ONE),
-        ..HandFrame::empty(0.0)
-    };
-    let recording = Recording::from_frames([frame]).unwrap();
-    assert!(matches!(recording.to_csv(Full), Err(HandError::Io { .. })));
+    assert_eq!(write(&[frame(0.0, 1.0)]), Ok(()));
+    // A full disk.
+    let recording = Recording::from_frames([frame(0.0, 1.0)]).unwrap();
+    let full = recording.to_csv(&mut [0_u8; 4][..]);
+    assert!(matches!(full, Err(HandError::Io { .. })));
 }
 
 #[test]

@@ -1,17 +1,13 @@
 //! Rigid transforms from point pairs: planted truth, noise, and clouds that fix nothing.
 
+use crate::common::gaussian;
 use glam::{DMat3, DQuat, DVec3};
 use hwall_hand::{ArgumentError, HandError, PointPair, Pose, RigidFit};
 use hwall_testkit::Sampler;
+use std::f64::consts::PI;
 
 fn random_map(sampler: &mut Sampler) -> Pose {
-    let q = DQuat::from_xyzw(
-        sampler.normal(),
-        sampler.normal(),
-        sampler.normal(),
-        sampler.normal(),
-    )
-    .normalize();
+    let q = DQuat::from_array([0; 4].map(|_| sampler.normal())).normalize();
     let t = DVec3::from_array([0; 3].map(|_| sampler.uniform(-3.0, 3.0)));
     Pose::from_quat(q, t).unwrap()
 }
@@ -65,13 +61,7 @@ fn a_plane_is_enough_and_half_turns_too() {
     let corners =
         [(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)].map(|(x, y)| DVec3::new(x, y, 0.0));
     for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-        for angle in [
-            0.0,
-            1e-9,
-            1.0,
-            std::f64::consts::PI - 1e-9,
-            std::f64::consts::PI,
-        ] {
+        for angle in [0.0, 1e-9, 1.0, PI - 1e-9, PI] {
             let rotation = DMat3::from_axis_angle(axis, angle);
             let truth = Pose::new(rotation, DVec3::new(0.6, -0.2, 0.9)).unwrap();
             let found = RigidFit::from_pairs(&pairs(truth, &corners)).unwrap();
@@ -90,10 +80,7 @@ fn noise_averages_out() {
         let points = cloud(&mut sampler, 400, DVec3::splat(0.5));
         let noisy: Vec<_> = points
             .iter()
-            .map(|&b| {
-                let noise = DVec3::from_array([0; 3].map(|_| 2e-3 * sampler.normal()));
-                pair(truth.transform_point(b) + noise, b)
-            })
+            .map(|&b| pair(truth.transform_point(b) + 2e-3 * gaussian(&mut sampler), b))
             .collect();
         let found = RigidFit::from_pairs(&noisy).unwrap();
         let centre = found.a_from_b.position_m() - truth.position_m();
@@ -126,11 +113,8 @@ fn far_away_and_at_other_scales() {
             .map(|p| p + DVec3::splat(far))
             .collect();
         let found = RigidFit::from_pairs(&pairs(truth, &points)).unwrap();
-        assert!(
-            found.rms_m() < tolerance,
-            "{size} {far}: {:e}",
-            found.rms_m()
-        );
+        let rms_m = found.rms_m();
+        assert!(rms_m < tolerance, "{size} {far}: {rms_m:e}");
     }
 }
 

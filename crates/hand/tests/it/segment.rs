@@ -1,22 +1,19 @@
 //! Reaches with planted start and end.
 
+use crate::common::{gaussian, minimum_jerk};
 use glam::DVec3;
-use hwall_hand::{HandError, HandFrame, HandPoint, ReachEnd, Recording, SegmentConfig, reaches};
+use hwall_hand::{
+    HandError, HandFrame, HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches,
+};
 use hwall_testkit::Sampler;
-
-/// Minimum-jerk share of the way at a share of the time.
-fn share(s: f64) -> f64 {
-    let s = s.clamp(0.0, 1.0);
-    s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
-}
 
 /// A palm that goes out at 1 s and back at 3 s, 0.8 s each way, in uneven steps with noise.
 fn out_and_back(sampler: &mut Sampler, noise_m: f64, a_m: DVec3, b_m: DVec3) -> Vec<HandFrame> {
     let mut t_s = 0.0;
     std::iter::from_fn(|| {
         t_s += sampler.uniform(0.01, 0.03);
-        let way = share((t_s - 1.0) / 0.8) - share((t_s - 3.0) / 0.8);
-        let noise = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal()) * noise_m;
+        let way = minimum_jerk((t_s - 1.0) / 0.8) - minimum_jerk((t_s - 3.0) / 0.8);
+        let noise = gaussian(sampler) * noise_m;
         let palm_m = Some(a_m.lerp(b_m, way) + noise);
         (t_s < 5.0).then_some(HandFrame {
             palm_m,
@@ -24,6 +21,19 @@ fn out_and_back(sampler: &mut Sampler, noise_m: f64, a_m: DVec3, b_m: DVec3) -> 
         })
     })
     .collect()
+}
+
+/// Reaches of 0.2 m and more.
+fn shorter(recording: &Recording) -> Vec<Reach> {
+    let config = SegmentConfig {
+        min_length_m: 0.2,
+        ..SegmentConfig::default()
+    };
+    reaches(recording, &config).unwrap()
+}
+
+fn usual(recording: &Recording) -> Vec<Reach> {
+    reaches(recording, &SegmentConfig::default()).unwrap()
 }
 
 const A: DVec3 = DVec3::new(0.2, 0.1, 1.0);
@@ -34,21 +44,16 @@ fn planted_reaches_are_found() {
     let mut sampler = Sampler::new(3);
     for noise_m in [0.0, 1e-3] {
         for _ in 0..20 {
-            let recording =
-                Recording::from_frames(out_and_back(&mut sampler, noise_m, A, B)).unwrap();
-            let found = reaches(&recording, &SegmentConfig::default()).unwrap();
+            let frames = out_and_back(&mut sampler, noise_m, A, B);
+            let found = usual(&Recording::from_frames(frames).unwrap());
             assert_eq!(found.len(), 2);
             for (reach, (from, to, start_s)) in found.iter().zip([(A, B, 1.0), (B, A, 3.0)]) {
-                assert_eq!(
-                    (reach.end, reach.point),
-                    (ReachEnd::Stopped, HandPoint::Palm)
-                );
+                assert_eq!(reach.end, ReachEnd::Stopped);
+                assert_eq!(reach.point, HandPoint::Palm);
                 assert!(reach.start_m.distance(from) < 0.02 && reach.end_m.distance(to) < 0.02);
                 assert!(reach.direction.dot((to - from).normalize()) > 0.999);
-                assert!(
-                    (reach.start_s - start_s).abs() < 0.15
-                        && (reach.end_s - start_s - 0.8).abs() < 0.15
-                );
+                assert!((reach.start_s - start_s).abs() < 0.15);
+                assert!((reach.end_s - start_s - 0.8).abs() < 0.15);
                 // Minimum jerk peaks at 1.875 of the mean speed.
                 let peak = 1.875 * A.distance(B) / 0.8;
                 assert!((reach.peak_speed_m_per_s / peak - 1.0).abs() < 0.08 + 100.0 * noise_m);
@@ -69,17 +74,10 @@ fn short_gaps_are_bridged_and_long_ones_end_the_reach() {
     };
     blank(&mut frames, 1.36, 1.40);
     let bridged = Recording::from_frames(frames.clone()).unwrap();
-    assert_eq!(
-        reaches(&bridged, &SegmentConfig::default()).unwrap().len(),
-        2
-    );
+    assert_eq!(usual(&bridged).len(), 2);
     blank(&mut frames, 1.45, 2.0);
     let lost = Recording::from_frames(frames).unwrap();
-    let config = SegmentConfig {
-        min_length_m: 0.2,
-        ..SegmentConfig::default()
-    };
-    let found = reaches(&lost, &config).unwrap();
+    let found = shorter(&lost);
     assert_eq!(found[0].end, ReachEnd::TrackingLost);
     assert_eq!(found.last().unwrap().end, ReachEnd::Stopped);
 }
@@ -93,16 +91,10 @@ fn a_jump_is_no_reach_and_ends_one() {
         .filter(|f| f.t_s > 1.4)
         .for_each(|f| *f.palm_m.as_mut().unwrap() += DVec3::Y);
     let recording = Recording::from_frames(frames).unwrap();
-    let config = SegmentConfig {
-        min_length_m: 0.2,
-        ..SegmentConfig::default()
-    };
-    let found = reaches(&recording, &config).unwrap();
+    let found = shorter(&recording);
     assert_eq!(found[0].end, ReachEnd::TrackingLost);
-    assert!(
-        found.iter().all(|r| r.length_m < 0.65),
-        "the leap of 1 m is in none"
-    );
+    // The leap of 1 m is in none.
+    assert!(found.iter().all(|r| r.length_m < 0.65));
 }
 
 #[test]
@@ -111,15 +103,8 @@ fn a_trial_may_end_in_motion() {
     let frames = out_and_back(&mut sampler, 0.0, A, B)
         .into_iter()
         .filter(|f| f.t_s < 1.6);
-    let found = reaches(
-        &Recording::from_frames(frames).unwrap(),
-        &SegmentConfig::default(),
-    )
-    .unwrap();
-    assert_eq!(
-        found.iter().map(|r| r.end).collect::<Vec<_>>(),
-        [ReachEnd::RecordingEnded]
-    );
+    let found = usual(&Recording::from_frames(frames).unwrap());
+    assert!(found.iter().map(|r| r.end).eq([ReachEnd::RecordingEnded]));
 }
 
 #[test]
@@ -132,7 +117,7 @@ fn a_rigid_hand_counts_only_when_told_so() {
             [0.0, 0.01, 0.02, 0.03, 0.04].map(|y| Some(palm_m + DVec3::new(0.09, y, 0.0)));
     }
     let recording = Recording::from_frames(frames).unwrap();
-    assert_eq!(reaches(&recording, &SegmentConfig::default()).unwrap(), []);
+    assert_eq!(usual(&recording), []);
     let config = SegmentConfig {
         freeze: None,
         ..SegmentConfig::default()
@@ -153,38 +138,21 @@ fn a_still_an_empty_and_a_lone_sample_have_no_reach() {
         still.take(1).collect(),
     ] {
         let recording = Recording::from_frames(frames).unwrap();
-        assert_eq!(reaches(&recording, &SegmentConfig::default()).unwrap(), []);
+        assert_eq!(usual(&recording), []);
     }
-    assert_eq!(
-        reaches(&Recording::default(), &SegmentConfig::default()).unwrap(),
-        []
-    );
+    assert_eq!(usual(&Recording::default()), []);
 }
 
 #[test]
 fn impossible_thresholds_are_refused() {
-    let recording = Recording::default();
-    for config in [
-        SegmentConfig {
-            onset_m_per_s: f64::NAN,
-            ..SegmentConfig::default()
-        },
-        SegmentConfig {
-            offset_m_per_s: 0.5,
-            ..SegmentConfig::default()
-        },
-        SegmentConfig {
-            min_length_m: 0.0,
-            ..SegmentConfig::default()
-        },
-        SegmentConfig {
-            max_gap_s: -1.0,
-            ..SegmentConfig::default()
-        },
-    ] {
-        assert!(matches!(
-            reaches(&recording, &config),
-            Err(HandError::Argument(_))
-        ));
-    }
+    let refused = |change: &dyn Fn(&mut SegmentConfig)| {
+        let mut config = SegmentConfig::default();
+        change(&mut config);
+        let found = reaches(&Recording::default(), &config);
+        matches!(found, Err(HandError::Argument(_)))
+    };
+    assert!(refused(&|c| c.onset_m_per_s = f64::NAN));
+    assert!(refused(&|c| c.offset_m_per_s = 0.5));
+    assert!(refused(&|c| c.min_length_m = 0.0));
+    assert!(!refused(&|_| ()));
 }

@@ -6,8 +6,8 @@ use super::familiarity::{Familiarity, LEAST};
 use super::filter::ResponseFilter;
 use crate::error::SessionError;
 use hwall_bip::{
-    Bank, BankConfig, Basis, Covariance, Demonstration, FilterConfig, Group, Grouping, Mixture,
-    Model, TrainingConfig,
+    Bank, BankConfig, Basis, Covariance, Demonstration, FilterConfig, Group, Mixture, Model,
+    TrainingConfig,
 };
 use hwall_hand::HandPoint;
 use hwall_numeric::check::positive;
@@ -150,8 +150,7 @@ impl ResponseModel {
             // Small groups say where they are, all together how people differ.
             false => Covariance::Shared,
         };
-        let grouping = Grouping::Labels(labels.clone());
-        let mixture = Mixture::train(&primitives, &training, &grouping, covariance)?;
+        let mixture = Mixture::train(&primitives, &training, &labels, covariance)?;
         positive("noise_m", config.noise_m)?;
         let usual = BankConfig::default();
         let bank = mixture.bank(&BankConfig {

@@ -3,10 +3,8 @@
 use super::{
     HAND, config, demonstrations, evenly, goal, miss, model, motion, reached, step, training,
 };
-use hwall_bip::{
-    ArgumentError, Bank, BankConfig, BipError, Covariance, Demonstration, Grouping, Mixture, Mode,
-    Model, Observation,
-};
+use crate::common;
+use hwall_bip::{Bank, BankConfig, BipError, Covariance, Demonstration, Mixture, Mode, Model};
 use hwall_testkit::Sampler;
 
 #[test]
@@ -49,13 +47,7 @@ fn a_mixture_by_person_recognises_the_person() {
     };
     let labels: Vec<usize> = (0..16).map(|i| i % 2).collect();
     let all: Vec<_> = labels.iter().map(|w| person(&mut sampler, *w)).collect();
-    let mixture = Mixture::train(
-        &all,
-        &training(),
-        &Grouping::Labels(labels.clone()),
-        Covariance::Own,
-    )
-    .unwrap();
+    let mixture = Mixture::train(&all, &training(), &labels, Covariance::Own).unwrap();
     assert_eq!(mixture.models().len(), 2);
     assert_eq!(mixture.members()[1][0], 1);
     for who in [0, 1] {
@@ -66,64 +58,32 @@ fn a_mixture_by_person_recognises_the_person() {
         }
         assert!(bank.component_probability(who) > 0.99);
     }
-    // The clusters of their end points are the two people.
-    let found = Grouping::EndPoints {
-        clusters: 2,
-        seed: 1,
-    };
-    let clustered = Mixture::train(&all, &training(), &found, Covariance::Shared).unwrap();
-    let mut groups = clustered.members().to_vec();
-    groups.sort();
-    let mut expected = mixture.members().to_vec();
-    expected.sort();
-    assert_eq!(groups, expected);
 }
 
 #[test]
-fn groupings_at_their_limits() {
+fn groups_at_their_limits() {
     let all = demonstrations(9, 6);
-    let train = |grouping: &Grouping| {
-        let own = Mixture::train(&all, &training(), grouping, Covariance::Own);
-        let shared = Mixture::train(&all, &training(), grouping, Covariance::Shared);
+    let train = |labels: &[usize]| {
+        let own = Mixture::train(&all, &training(), labels, Covariance::Own);
+        let shared = Mixture::train(&all, &training(), labels, Covariance::Shared);
         if let Ok(own) = &own {
             assert_eq!(own.members(), shared.unwrap().members());
         }
         own
     };
-    let ends = |clusters| Grouping::EndPoints { clusters, seed: 3 };
-    assert_eq!(train(&ends(1)).unwrap().models().len(), 1);
-    let many = train(&ends(1000)).unwrap();
-    assert!(many.members().iter().all(|m| m.len() >= 2));
-    assert!((many.probabilities().iter().sum::<f64>() - 1.0).abs() < 1e-12);
-    assert_eq!(many, train(&ends(1000)).unwrap());
+    assert!(matches!(train(&[0; 5]), Err(BipError::WrongLength { .. })));
     assert!(matches!(
-        train(&ends(0)),
-        Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
-    ));
-    assert!(matches!(
-        train(&Grouping::Labels(vec![0; 5])),
-        Err(BipError::WrongLength { .. })
-    ));
-    assert!(matches!(
-        train(&Grouping::Labels(vec![0, 0, 0, 0, 0, 1])),
+        train(&[0, 0, 0, 0, 0, 1]),
         Err(BipError::TooFewDemonstrations { needed: 2, got: 1 })
     ));
-    assert!(Mixture::train(&[], &training(), &ends(2), Covariance::Shared).is_err());
-    // Identical demonstrations are one cluster.
-    let same = vec![all[0].clone(); 5];
-    assert_eq!(
-        Mixture::train(&same, &training(), &ends(3), Covariance::Own)
-            .unwrap()
-            .models()
-            .len(),
-        1
-    );
+    assert!(Mixture::train(&[], &training(), &[], Covariance::Shared).is_err());
+    let pairs = train(&[7, 7, 3, 3, 5, 5]).unwrap();
+    assert_eq!(pairs.members(), [[2, 3], [4, 5], [0, 1]]);
+    assert!((pairs.probabilities().iter().sum::<f64>() - 1.0).abs() < 1e-12);
     // Each demonstration a group of its own: nothing is left to differ within groups.
-    let each = Grouping::Labels((0..6).collect());
-    let alone = Mixture::train(&all, &training(), &each, Covariance::Shared).unwrap();
+    let alone = Mixture::train(&all, &training(), &[0, 1, 2, 3, 4, 5], Covariance::Shared).unwrap();
     assert!(alone.models().iter().all(|m| m.rank() == 0));
-    let one = Grouping::Labels(vec![4; 6]);
-    let single = Mixture::train(&all, &training(), &one, Covariance::Shared).unwrap();
+    let single = Mixture::train(&all, &training(), &[4; 6], Covariance::Shared).unwrap();
     let plain = Model::train(&all, &training()).unwrap();
     let (mut a, mut b) = ([0.0; 4], [0.0; 4]);
     single.models()[0].mean_at(0.7, &mut a).unwrap();
@@ -148,13 +108,7 @@ fn components_of_many_targets_are_kept_and_changed() {
             motion(&mut sampler, g, &evenly(samples))
         })
         .collect();
-    let mixture = Mixture::train(
-        &all,
-        &training(),
-        &Grouping::Labels(labels),
-        Covariance::Shared,
-    )
-    .unwrap();
+    let mixture = Mixture::train(&all, &training(), &labels, Covariance::Shared).unwrap();
     for (truth, &target) in targets.iter().enumerate() {
         let seen = motion(&mut sampler, target, &evenly(90));
         let mut bank = mixture.bank(&config()).unwrap();
@@ -171,8 +125,7 @@ fn components_of_many_targets_are_kept_and_changed() {
             let g = targets[0][d] + over * (targets[1][d] - targets[0][d]);
             g * reached(t) + 0.3 * t + 1e-3 * sampler.normal()
         });
-        bank.predict(1.0).unwrap();
-        bank.observe(&Observation::new(&HAND, &y)).unwrap();
+        common::step(&mut bank, &HAND, &y);
     }
     assert!(bank.component_probability(1) > 0.5);
     assert!(miss(&mut bank, targets[1]) < 0.02);

@@ -35,33 +35,20 @@ fn bad_evidence_changes_nothing() {
 #[test]
 fn malformed_banks_are_typed_errors() {
     let model = model();
-    for config in [
-        BankConfig {
-            hypotheses: 0,
-            ..config()
-        },
-        BankConfig {
-            pauses: -1.0,
-            ..config()
-        },
-        BankConfig {
-            pause_length: 0.0,
-            ..config()
-        },
-        BankConfig {
-            not_begun: 1.0,
-            ..config()
-        },
-        BankConfig {
-            changes: f64::NAN,
-            ..config()
-        },
-    ] {
-        assert!(matches!(
-            Bank::new(&model, &config),
+    let refused = |change: &dyn Fn(&mut BankConfig)| {
+        let mut config = config();
+        change(&mut config);
+        let bank = Bank::new(&model, &config);
+        matches!(
+            bank,
             Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
-        ));
-    }
+        )
+    };
+    assert!(refused(&|c| c.hypotheses = 0));
+    assert!(refused(&|c| c.pauses = -1.0));
+    assert!(refused(&|c| c.pause_length = 0.0));
+    assert!(refused(&|c| c.not_begun = 1.0));
+    assert!(refused(&|c| c.changes = f64::NAN));
     let of = |probability| Component {
         model: &model,
         probability,

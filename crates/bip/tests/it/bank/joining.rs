@@ -1,6 +1,7 @@
 //! A filter that joins a motion late, or a hand that is not where motions begin.
 
 use super::{HAND, config, evenly, goal, miss, model, motion, step};
+use crate::common;
 use hwall_bip::{Bank, BankConfig};
 use hwall_testkit::Sampler;
 
@@ -80,9 +81,7 @@ fn a_hand_frozen_away_from_the_start() {
     for _ in 0..2_000 {
         step(&mut bank, seen.sample(30));
     }
-    let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
-    bank.moments_at(1.0, &HAND, &mut mean, &mut variance)
-        .unwrap();
+    let [mean, _] = common::moments(&mut bank, 1.0, HAND);
     assert!(mean.iter().all(|m| m.abs() < 2.0), "{mean:?}");
     for k in 30..100 {
         step(&mut bank, seen.sample(k));

@@ -6,8 +6,9 @@ mod joining;
 mod time;
 mod turns;
 
+use crate::common;
 use hwall_bip::{
-    Bank, BankConfig, Basis, Demonstration, FilterConfig, Group, Model, Observation, TrainingConfig,
+    Bank, BankConfig, Basis, Demonstration, FilterConfig, Group, Model, TrainingConfig,
 };
 use hwall_testkit::Sampler;
 
@@ -83,9 +84,7 @@ fn config() -> BankConfig {
 
 /// Distance of the predicted end of the hand from a goal.
 fn miss(bank: &mut Bank, goal: [f64; 3]) -> f64 {
-    let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
-    bank.moments_at(1.0, &HAND, &mut mean, &mut variance)
-        .unwrap();
+    let [mean, _] = common::moments(bank, 1.0, HAND);
     mean.iter()
         .zip(goal)
         .map(|(m, g)| (m - g - 0.3).powi(2))
@@ -94,9 +93,7 @@ fn miss(bank: &mut Bank, goal: [f64; 3]) -> f64 {
 }
 
 fn step(bank: &mut Bank, sample: &[f64]) {
-    bank.predict(1.0).unwrap();
-    bank.observe(&Observation::new(&HAND, &sample[..3]))
-        .unwrap();
+    common::step(bank, &HAND, &sample[..3]);
     let sum: f64 = bank.hypotheses().map(|h| h.probability).sum();
     assert!((sum - 1.0).abs() < 1e-12);
 }

@@ -46,9 +46,5 @@ fn time_to_end_stays_bounded_through_a_pause() {
         if let Some(left) = bank.time_to_end() {
             assert!(left.mean < 500.0 && left.sd < 500.0, "{k}: {left:?}");
         }
-        let now = bank.probability_ended(0.0).unwrap();
-        let later = bank.probability_ended(1e4).unwrap();
-        assert!((0.0..=1.0 + 1e-12).contains(&now) && now <= later + 1e-12);
     }
-    assert!(bank.probability_ended(0.0).is_ok());
 }

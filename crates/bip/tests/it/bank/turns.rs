@@ -1,6 +1,7 @@
 //! Pauses, changes of mind, late starts: what a hand does that no demonstration did.
 
 use super::{HAND, config, evenly, goal, miss, model, motion, reached, step};
+use crate::common;
 use hwall_bip::{Bank, BankConfig, Filter, Observation};
 use hwall_testkit::Sampler;
 
@@ -29,12 +30,8 @@ fn without_turns_a_bank_is_its_filter() {
         assert!(single.log_likelihood.is_finite());
         assert!((bank.phase() - filter.phase()).abs() < 1e-12);
     }
-    let (mut a, mut va, mut b, mut vb) = ([0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]);
-    bank.moments_at(1.0, &[0, 1, 2, 3], &mut a, &mut va)
-        .unwrap();
-    filter
-        .moments_at(1.0, &[0, 1, 2, 3], &mut b, &mut vb)
-        .unwrap();
+    let [a, va] = common::moments(&mut bank, 1.0, [0, 1, 2, 3]);
+    let [b, vb] = common::moments(&mut filter, 1.0, [0, 1, 2, 3]);
     for d in 0..4 {
         assert!((a[d] - b[d]).abs() < 1e-12);
         assert!((va[d] / vb[d] - 1.0).abs() < 1e-9);
@@ -64,10 +61,7 @@ fn a_pause_is_recognised_and_overcome() {
         let mut resting: f64 = 0.0;
         for k in 0..130 {
             step(&mut bank, seen.sample(k));
-            filter.predict(1.0).unwrap();
-            filter
-                .observe(&Observation::new(&HAND, &seen.sample(k)[..3]))
-                .unwrap();
+            common::step(&mut filter, &HAND, &seen.sample(k)[..3]);
             if (50..76).contains(&k) {
                 resting = resting.max(bank.resting());
             }
@@ -76,10 +70,7 @@ fn a_pause_is_recognised_and_overcome() {
         assert!(bank.resting() < 0.5 || bank.phase() > 0.95);
         let missed = miss(&mut bank, g);
         assert!(missed < 0.02, "{missed} m off at the end");
-        let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
-        filter
-            .moments_at(1.0, &HAND, &mut mean, &mut variance)
-            .unwrap();
+        let [mean, _] = common::moments(&mut filter, 1.0, HAND);
         for (m, g) in mean.iter().zip(g) {
             worst_filter = worst_filter.max((m - g - 0.3).abs());
         }
@@ -108,9 +99,7 @@ fn a_change_of_mind_is_followed() {
         }
         let mut bank = Bank::new(&model, &config()).unwrap();
         for k in 0..100 {
-            bank.predict(1.0).unwrap();
-            bank.observe(&Observation::new(&HAND, &values[3 * k..3 * k + 3]))
-                .unwrap();
+            common::step(&mut bank, &HAND, &values[3 * k..3 * k + 3]);
             if k == 77 {
                 missed.push(miss(&mut bank, second));
             }

@@ -1,6 +1,6 @@
-//! Reading the reference files and the excerpt of them.
+//! Reading the reference files and the excerpt of them; steps of filters.
 
-use hwall_bip::{Basis, Demonstration, Group};
+use hwall_bip::{Basis, Demonstration, Group, MotionFilter, Observation};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -52,6 +52,24 @@ pub(crate) fn groups(basis: Basis) -> Vec<Group> {
         Group::observed("hand", 18, basis),
         Group::controlled("arm", 7, basis),
     ]
+}
+
+/// One sample, a unit of time after the last.
+pub(crate) fn step(filter: &mut impl MotionFilter, dofs: &[usize], values: &[f64]) {
+    filter.predict(1.0).unwrap();
+    filter.observe(&Observation::new(dofs, values)).unwrap();
+}
+
+/// Mean and variance at a phase.
+pub(crate) fn moments<const N: usize>(
+    filter: &mut impl MotionFilter,
+    phase: f64,
+    dofs: [usize; N],
+) -> [[f64; N]; 2] {
+    let [mut mean, mut variance] = [[0.0; N]; 2];
+    let found = filter.moments_at(phase, &dofs, &mut mean, &mut variance);
+    found.unwrap();
+    [mean, variance]
 }
 
 pub(crate) fn floats(value: &Value) -> Vec<f64> {

@@ -1,5 +1,6 @@
 //! What the touches of one person in one room teach beyond what was learnt from others.
 
+use crate::learned::blend::calibration::MOST_DISTANCE;
 use crate::learned::blend::combination::{Blend, KNOTS, Region, nearest_knot};
 use crate::learned::blend::habit::{Habit, WayLeft, Ways};
 use crate::learned::blend::lateness::Lateness;
@@ -7,7 +8,6 @@ use crate::learned::blend::misses::Misses;
 use crate::learned::blend::personal::Personal;
 use crate::learned::blend::places::OWN_ENDS;
 use crate::learned::blend::sources::{Ends, SOURCES};
-use crate::learned::blend::training::MOST_DISTANCE;
 use glam::{DMat3, DVec3};
 
 /// An older touch counts this much less than the next one.

@@ -22,6 +22,8 @@ const TIME_OFFSET_S: f64 = 0.02;
 
 /// In which axes errors are alike from reach to reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub(in crate::learned) enum Axes {
     /// Along the way from start to end and across it: people miss along their way.
     Way,
@@ -40,6 +42,8 @@ impl Axes {
 
 /// What is known of the errors in one region of progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Region {
     /// Mean square of the error of the combination, m²; what follows is in units of it.
     pub(in crate::learned) size_m2: f64,

@@ -2,7 +2,9 @@
 
 pub(super) mod adaptation;
 pub(super) mod arrival;
+mod calibration;
 pub(super) mod combination;
+pub(super) mod evidence;
 pub(super) mod habit;
 mod lateness;
 mod misses;

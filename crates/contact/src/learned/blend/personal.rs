@@ -3,9 +3,9 @@
 use crate::learned::blend::combination::{
     Blend, Combined, KNOTS, Region, between_knots, nearest_knot, time_key,
 };
+use crate::learned::blend::evidence::Evidence;
 use crate::learned::blend::habit::{ForeseenReach, Habits, WayLeft, habits};
 use crate::learned::blend::sources::SOURCES;
-use crate::learned::blend::training::Evidence;
 use glam::DVec3;
 
 /// The share that lasts where only one person is known.

@@ -13,9 +13,12 @@ const SCATTERS_M: [f64; 6] = [3e-3, 6e-3, 0.012, 0.025, 0.05, 0.1];
 
 /// Ends of the reaches that were learnt from, as a density of where hands touch: a normal distribution about each.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Places {
     pub(in crate::learned) ends_m: Vec<DVec3>,
     /// Which of them are held out together; only training asks, and a model read from a file has none.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(in crate::learned) folds: Vec<usize>,
     pub(in crate::learned) scatter_m: f64,
 }

@@ -1,17 +1,14 @@
 //! Quantiles of weighted values, and the noise below which no error is claimed.
 
-use glam::{DMat3, DVec3};
+use crate::matrices::isotropic;
+use glam::DMat3;
 
 /// Lowest standard deviation of a coordinate that is ever claimed, m: the noise of a good tracker.
 pub(in crate::learned) const SENSOR_M: f64 = 3e-4;
 
 /// The noise of the sensor as a covariance, m².
 pub(in crate::learned) fn sensor() -> DMat3 {
-    DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M))
-}
-
-pub(in crate::learned) fn trace(m: &DMat3) -> f64 {
-    m.x_axis.x + m.y_axis.y + m.z_axis.z
+    isotropic(SENSOR_M)
 }
 
 /// The value below which a share of the weight lies; `values` are pairs of value and weight.

@@ -1,5 +1,6 @@
 //! What a regression looks at, in files of learned models.
 
+use super::length;
 use crate::error::ContactError;
 use crate::learned::reaches::reach_track::{Inputs, MOST_LAGS};
 use glam::DVec3;
@@ -19,9 +20,9 @@ pub(super) struct FileInputs {
     head: bool,
     gaze: bool,
     lags: usize,
-    offsets_m: Vec<Option<[f64; 3]>>,
-    head_m: [f64; 3],
-    mean_gaze: [f64; 3],
+    offsets_m: Vec<Option<DVec3>>,
+    head_m: DVec3,
+    mean_gaze: DVec3,
     /// Up to which a hand is slow before it starts, and from which on it clearly moves, m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     onset_m_per_s: Option<[f64; 2]>,
@@ -35,9 +36,9 @@ impl FileInputs {
             head: inputs.head,
             gaze: inputs.gaze,
             lags: inputs.lags,
-            offsets_m: inputs.offsets_m.map(|o| o.map(|o| o.to_array())).into(),
-            head_m: inputs.head_m.to_array(),
-            mean_gaze: inputs.mean_gaze.to_array(),
+            offsets_m: inputs.offsets_m.to_vec(),
+            head_m: inputs.head_m,
+            mean_gaze: inputs.mean_gaze,
             onset_m_per_s: inputs.onset.map(|o| [o.slow_m_per_s, o.clear_m_per_s]),
         }
     }
@@ -57,13 +58,7 @@ impl FileInputs {
             ..=OF_THE_HAND => HandPoint::ALL.len(),
             _ => NamedPoint::COUNT,
         };
-        if self.offsets_m.len() != expected {
-            return Err(ContactError::FileLength {
-                what: "offsets_m",
-                expected,
-                got: self.offsets_m.len(),
-            });
-        }
+        length("offsets_m", expected, self.offsets_m.len())?;
         if let Some([slow, clear]) = self.onset_m_per_s {
             positive("slow speed before an onset", slow)?;
             non_negative(
@@ -76,16 +71,15 @@ impl FileInputs {
 
     /// Of a valid file.
     pub(super) fn to_inputs(&self) -> Inputs {
-        let offset = |k: usize| self.offsets_m.get(k).copied().flatten();
         Inputs {
             point: HandPoint::ALL[self.point],
             others: self.others.iter().map(|p| NamedPoint::ALL[*p]).collect(),
             head: self.head,
             gaze: self.gaze,
             lags: self.lags,
-            offsets_m: std::array::from_fn(|k| offset(k).map(DVec3::from_array)),
-            head_m: DVec3::from_array(self.head_m),
-            mean_gaze: DVec3::from_array(self.mean_gaze),
+            offsets_m: std::array::from_fn(|k| self.offsets_m.get(k).copied().flatten()),
+            head_m: self.head_m,
+            mean_gaze: self.mean_gaze,
             onset: self.onset_m_per_s.map(|[slow, clear]| ReachOnset {
                 slow_m_per_s: slow,
                 clear_m_per_s: clear,

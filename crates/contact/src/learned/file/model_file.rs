@@ -1,24 +1,22 @@
 //! Files of learned models: versioned JSON that gives the model back bit by bit, or an error that says what is wrong.
 
+use super::blend_file::FileBlend;
 use super::input_file::FileInputs;
+use super::length;
 use super::tree_file::FileCorrection;
 use crate::error::ContactError;
 use crate::learned::account::{Account, InputUse, StageAccount};
-use crate::learned::blend::arrival::Arrival;
-use crate::learned::blend::combination::{Axes, Blend, KNOTS, Region};
-use crate::learned::blend::habit::Habits;
-use crate::learned::blend::personal::Personal;
+use crate::learned::blend::combination::Axes;
 use crate::learned::blend::places::Places;
 use crate::learned::blend::sources::{SOURCES, Source};
 use crate::learned::config::{Combination, Frame};
 use crate::learned::estimator::{Learnt, Origin};
 use crate::learned::model::LearnedModel;
 use crate::learned::primitive::hand_primitive::Primitive;
-use crate::learned::reaches::reach_track::PROGRESS;
 use crate::learned::regression::gates::Gates;
 use crate::learned::regression::local_ridge::LocalRidge;
 use crate::learned::regression::training::OUTPUTS;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hwall_bip::model_file::{self, Digest, Format, ModelFileError};
 use hwall_numeric::check::{non_negative, positive, that};
 use serde::{Deserialize, Serialize};
@@ -43,46 +41,22 @@ struct File {
     reaches: usize,
     people: usize,
     median_duration_s: f64,
-    combination: FileCombination,
-    frame: FileFrame,
+    combination: Combination,
+    frame: Frame,
     inputs: FileInputs,
-    gates: FileGates,
+    gates: Gates,
     /// With the place in the room, and without.
     ridges: [FileRidge; 2],
     time_from: usize,
     normal_from: usize,
     correction: FileCorrection,
     blend: FileBlend,
-    places: Option<FilePlaces>,
+    places: Option<Places>,
     primitive: Option<FilePrimitive>,
     account: FileAccount,
     /// Of the touching point alone; its own digest is empty, for that of the whole file covers it. Without one in old files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     alone: Option<Box<File>>,
-}
-
-#[derive(Serialize, Deserialize, Clone, Copy, PartialEq)]
-#[serde(rename_all = "snake_case")]
-enum FileCombination {
-    Regression,
-    Primitive,
-    Both,
-}
-
-#[derive(Serialize, Deserialize, Clone, Copy)]
-#[serde(rename_all = "snake_case")]
-enum FileFrame {
-    Both,
-    Room,
-    Start,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileGates {
-    scale: [f64; PROGRESS],
-    centres: Vec<[f64; PROGRESS]>,
-    width: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -93,54 +67,6 @@ struct FileRidge {
     outputs: usize,
     /// By region, feature (the constant last) and output.
     coefficients: Vec<f64>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileBlend {
-    axes: FileAxes,
-    regions: Vec<FileRegion>,
-    by_disagreement: f64,
-    knots: [f64; KNOTS],
-    factors: [f64; KNOTS],
-    usual_distances: [f64; KNOTS],
-    /// Of all times left together, in a file from before version 6.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    personal: Option<[f64; SOURCES]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    own: Option<FilePersonal>,
-    /// Keys of speeds, shares of the way at them, and ways, m; a model learnt from too little has none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    arrival: Option<[[f64; 6]; 3]>,
-}
-
-/// What is a person's own, at the times left of the knots.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FilePersonal {
-    sources: [[f64; SOURCES]; KNOTS],
-    time: [f64; KNOTS],
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    habits: Option<[FileHabits; KNOTS]>,
-    /// Of version 6, which knew habits along the way alone; it is not used any more.
-    #[serde(default, skip_serializing)]
-    stretch: Option<[f64; KNOTS]>,
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileHabits {
-    usual_m: [f64; 3],
-    scatter_m: f64,
-    offset: f64,
-    slope: f64,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FilePlaces {
-    ends_m: Vec<[f64; 3]>,
-    scatter_m: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -160,52 +86,10 @@ struct FileStage {
     places: f64,
 }
 
-#[derive(Serialize, Deserialize, Clone, Copy)]
-#[serde(rename_all = "snake_case")]
-enum FileAxes {
-    Way,
-    World,
-}
-
-/// The matrix by column.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileRegion {
-    size_m2: f64,
-    moments: [[f64; SOURCES]; SOURCES],
-    shape: [f64; 9],
-    unplaced: f64,
-    apart: f64,
-    placed: f64,
-    share: f64,
-    spread: f64,
-    time_s2: f64,
-}
-
-impl FileRegion {
-    /// Errors are moments and variances: none is negative.
-    fn validate(&self) -> Result<(), ContactError> {
-        for (what, value) in [
-            ("size of a region", self.size_m2),
-            ("spread of a region", self.spread),
-            ("time of a region", self.time_s2),
-        ] {
-            positive(what, value)?;
-        }
-        for (source, moments) in self.moments.iter().enumerate() {
-            non_negative("moment of an error", moments[source])?;
-        }
-        for axis in 0..3 {
-            non_negative("variance of an error", self.shape[4 * axis])?;
-        }
-        Ok(())
-    }
-}
-
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FilePrimitive {
-    label_offset_m: [f64; 3],
+    label_offset_m: DVec3,
     /// A file of `hwall-bip` inside this one, with a digest of its own.
     model: Value,
 }
@@ -265,25 +149,6 @@ impl LearnedModel {
 
 impl File {
     fn of(learnt: &Learnt) -> Self {
-        let Learnt {
-            inputs,
-            gates,
-            ridges,
-            blend,
-            account,
-            ..
-        } = learnt;
-        let region = |r: &Region| FileRegion {
-            size_m2: r.size_m2,
-            moments: r.moments,
-            shape: r.shape.to_cols_array(),
-            unplaced: r.unplaced,
-            apart: r.apart,
-            placed: r.placed,
-            share: r.share,
-            spread: r.spread,
-            time_s2: r.time_s2,
-        };
         let ridge = |ridge: &LocalRidge| FileRidge {
             centre: ridge.centre.clone(),
             scale: ridge.scale.clone(),
@@ -306,68 +171,27 @@ impl File {
             reaches: learnt.origin.reaches,
             people: learnt.origin.people,
             median_duration_s: learnt.origin.median_duration_s,
-            combination: match learnt.combination {
-                Combination::Regression => FileCombination::Regression,
-                Combination::Primitive => FileCombination::Primitive,
-                Combination::Both => FileCombination::Both,
-            },
-            frame: match learnt.frame {
-                Frame::Both => FileFrame::Both,
-                Frame::Room => FileFrame::Room,
-                Frame::Start => FileFrame::Start,
-            },
-            inputs: FileInputs::of(inputs),
-            gates: FileGates {
-                scale: gates.scale,
-                centres: gates.centres.clone(),
-                width: gates.width,
-            },
-            ridges: [ridge(&ridges[0]), ridge(&ridges[1])],
+            combination: learnt.combination,
+            frame: learnt.frame,
+            inputs: FileInputs::of(&learnt.inputs),
+            gates: learnt.gates.clone(),
+            ridges: learnt.ridges.each_ref().map(ridge),
             time_from: learnt.time_from,
             normal_from: learnt.normal_from,
             correction: FileCorrection::of(&learnt.correction),
-            blend: FileBlend {
-                axes: match blend.axes {
-                    Axes::Way => FileAxes::Way,
-                    Axes::World => FileAxes::World,
-                },
-                regions: blend.regions.iter().map(region).collect(),
-                by_disagreement: blend.by_disagreement,
-                knots: blend.knots,
-                factors: blend.factors,
-                usual_distances: blend.usual_distances,
-                personal: None,
-                own: Some(FilePersonal {
-                    sources: blend.personal.sources,
-                    time: blend.personal.time,
-                    habits: Some(blend.personal.habits.map(|h| FileHabits {
-                        usual_m: h.usual_m.to_array(),
-                        scatter_m: h.scatter_m,
-                        offset: h.offset,
-                        slope: h.slope,
-                    })),
-                    stretch: None,
-                }),
-                arrival: (blend.arrival != Arrival::NONE).then_some([
-                    blend.arrival.keys,
-                    blend.arrival.shares,
-                    blend.arrival.ways_m,
-                ]),
-            },
-            places: learnt.places.as_ref().map(|p| FilePlaces {
-                ends_m: p.ends_m.iter().map(|e| e.to_array()).collect(),
-                scatter_m: p.scatter_m,
-            }),
+            blend: FileBlend::of(&learnt.blend),
+            places: learnt.places.clone(),
             account: FileAccount {
-                inputs: account
+                inputs: learnt
+                    .account
                     .inputs
                     .iter()
                     .map(|i| (i.name.clone(), i.used))
                     .collect(),
-                stages: account.stages.iter().map(stage).collect(),
+                stages: learnt.account.stages.iter().map(stage).collect(),
             },
             primitive: learnt.primitive.as_ref().map(|p| FilePrimitive {
-                label_offset_m: p.label_offset_m.to_array(),
+                label_offset_m: p.label_offset_m,
                 model: serde_json::from_str(&p.model.to_json()).unwrap_or_default(),
             }),
         }
@@ -375,14 +199,6 @@ impl File {
 
     /// Checks everything that following a reach relies on. JSON has no numbers that are not finite.
     fn validate(&self) -> Result<(), ContactError> {
-        let length = |what, expected, got| match expected == got {
-            true => Ok(()),
-            false => Err(ContactError::FileLength {
-                what,
-                expected,
-                got,
-            }),
-        };
         let within = |what, value: usize, ok: bool, wanted| that(ok, what, value as f64, wanted);
         self.inputs.validate(self.version)?;
         let regions = self.gates.centres.len();
@@ -393,50 +209,10 @@ impl File {
         for scale in scales.chain(&self.gates.scale) {
             non_negative("scale", *scale)?;
         }
-        length("blend", regions, self.blend.regions.len())?;
+        length("blend", regions, self.blend.regions())?;
         self.correction
             .validate(regions, self.inputs.to_inputs().width())?;
-        for r in &self.blend.regions {
-            r.validate()?;
-        }
-        for factor in self.blend.factors {
-            positive("factor at a time left", factor)?;
-        }
-        for usual in self.blend.usual_distances {
-            positive("usual distance", usual)?;
-        }
-        let own = self.blend.own.as_ref();
-        let sources = own.map(|own| own.sources.as_flattened());
-        let shares = sources.or(self.blend.personal.as_ref().map(|shares| &shares[..]));
-        length("what is a person's own", 1, usize::from(shares.is_some()))?;
-        let times = own.map(|own| &own.time[..]);
-        for share in shares.into_iter().chain(times).flatten() {
-            let ok = (0.0..1.0).contains(share);
-            that(ok, "share that is a person's own", *share, "0 to below 1")?;
-        }
-        for variance in own.and_then(|own| own.stretch).iter().flatten() {
-            non_negative("variance of the stretch", *variance)?;
-        }
-        let habits = own.and_then(|own| own.habits);
-        if self.version >= 7 {
-            length("habits of people", 1, usize::from(habits.is_some()))?;
-        }
-        for habits in habits.iter().flatten() {
-            positive("scatter of the way left", habits.scatter_m)?;
-            non_negative("variance of the offsets of people", habits.offset)?;
-            non_negative("variance of the slopes of people", habits.slope)?;
-        }
-        if let Some([keys, shares, ways_m]) = &self.blend.arrival {
-            for pair in keys.windows(2) {
-                non_negative("step between speeds", pair[1] - pair[0])?;
-            }
-            for share in shares {
-                within("share of the way", 1, (0.0..=1.0).contains(share), "0 to 1")?;
-            }
-            for way_m in ways_m {
-                non_negative("way of a slow hand", *way_m)?;
-            }
-        }
+        self.blend.validate(self.version)?;
         if let Some(places) = &self.places {
             positive("scatter of places", places.scatter_m)?;
         }
@@ -460,7 +236,7 @@ impl File {
             self.normal_from < 2,
             "0 or 1",
         )?;
-        let needed = usize::from(self.combination != FileCombination::Regression);
+        let needed = usize::from(self.combination != Combination::Regression);
         length("primitive", needed, usize::from(self.primitive.is_some()))
     }
 
@@ -479,22 +255,10 @@ impl File {
                         got: dofs,
                     });
                 }
-                let offset_m = DVec3::from_array(file.label_offset_m);
-                Some(Primitive::new(model, offset_m)?)
+                Some(Primitive::new(model, file.label_offset_m)?)
             }
         };
-        let region = |r: &FileRegion| Region {
-            size_m2: r.size_m2,
-            moments: r.moments,
-            shape: DMat3::from_cols_array(&r.shape),
-            unplaced: r.unplaced,
-            apart: r.apart,
-            placed: r.placed,
-            share: r.share,
-            spread: r.spread,
-            time_s2: r.time_s2,
-        };
-        let along_the_way = matches!(self.blend.axes, FileAxes::Way);
+        let blend = self.blend.into_blend();
         let stage = |s: FileStage| StageAccount {
             from_s: s.from_s,
             median_m: s.median_m.unwrap_or(f64::NAN),
@@ -505,9 +269,9 @@ impl File {
         };
         let input = |(name, used)| InputUse { name, used };
         let account = Account {
-            regions: self.blend.regions.len(),
+            regions: blend.regions.len(),
             inputs: self.account.inputs.into_iter().map(input).collect(),
-            along_the_way,
+            along_the_way: blend.axes == Axes::Way,
             place_scatter_m: self.places.as_ref().map_or(0.0, |p| p.scatter_m),
             stages: self.account.stages.into_iter().map(stage).collect(),
         };
@@ -520,69 +284,16 @@ impl File {
                 people: self.people,
                 median_duration_s: self.median_duration_s,
             },
-            gates: Gates {
-                scale: self.gates.scale,
-                centres: self.gates.centres,
-                width: self.gates.width,
-            },
+            gates: self.gates,
             ridges,
             time_from: self.time_from,
             normal_from: self.normal_from,
             correction: self.correction.into_correction(),
-            places: self.places.map(|p| Places {
-                folds: Vec::new(),
-                ends_m: p.ends_m.into_iter().map(DVec3::from_array).collect(),
-                scatter_m: p.scatter_m,
-            }),
-            blend: Blend {
-                axes: match self.blend.axes {
-                    FileAxes::Way => Axes::Way,
-                    FileAxes::World => Axes::World,
-                },
-                regions: self.blend.regions.iter().map(region).collect(),
-                by_disagreement: self.blend.by_disagreement,
-                knots: self.blend.knots,
-                factors: self.blend.factors,
-                usual_distances: self.blend.usual_distances,
-                personal: match (self.blend.own, self.blend.personal) {
-                    (Some(own), _) => Personal {
-                        sources: own.sources,
-                        time: own.time,
-                        habits: own.habits.map_or([Habits::NONE; KNOTS], |all| {
-                            all.map(|h| Habits {
-                                usual_m: DVec3::from_array(h.usual_m),
-                                scatter_m: h.scatter_m,
-                                offset: h.offset,
-                                slope: h.slope,
-                            })
-                        }),
-                    },
-                    // Times and ways were not adapted then.
-                    (None, sources) => Personal {
-                        sources: [sources.unwrap_or_default(); KNOTS],
-                        ..Personal::even(0.0)
-                    },
-                },
-                arrival: self
-                    .blend
-                    .arrival
-                    .map_or(Arrival::NONE, |[keys, shares, ways_m]| Arrival {
-                        keys,
-                        shares,
-                        ways_m,
-                    }),
-            },
+            places: self.places,
+            blend,
             account,
-            combination: match self.combination {
-                FileCombination::Regression => Combination::Regression,
-                FileCombination::Primitive => Combination::Primitive,
-                FileCombination::Both => Combination::Both,
-            },
-            frame: match self.frame {
-                FileFrame::Both => Frame::Both,
-                FileFrame::Room => Frame::Room,
-                FileFrame::Start => Frame::Start,
-            },
+            combination: self.combination,
+            frame: self.frame,
             inputs,
             primitive,
         })
@@ -636,6 +347,8 @@ fn absorb_value(digest: &mut Digest, value: &Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::learned::blend::combination::KNOTS;
+    use crate::learned::blend::habit::Habits;
     use crate::{ContactEstimator, LearnedConfig};
     use hwall_hand::{HandFrame, HandPoint, LabelledReach};
     use serde_json::json;
@@ -665,18 +378,13 @@ mod tests {
         let read = LearnedModel::from_json(&file.to_string()).expect("an old file");
         let personal = read.learnt.blend.personal;
         assert_eq!(personal.sources, [[0.1, 0.2, 0.3, 0.4, 0.5]; KNOTS]);
-        assert_eq!(
-            (personal.time, personal.habits),
-            ([0.0; KNOTS], [Habits::NONE; KNOTS])
-        );
+        assert_eq!(personal.time, [0.0; KNOTS]);
+        assert_eq!(personal.habits, [Habits::NONE; KNOTS]);
         let answers = |model: &LearnedModel| -> Vec<_> {
             let mut estimator = model.estimator();
             estimator.begin();
-            reaches[4]
-                .frames
-                .iter()
-                .map(|f| estimator.step(f))
-                .collect()
+            let frames = reaches[4].frames.iter();
+            frames.map(|f| estimator.step(f)).collect()
         };
         assert_eq!(answers(&read), answers(&model));
         // Version 6 knew a share by which the way left is longer.

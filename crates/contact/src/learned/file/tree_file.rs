@@ -1,5 +1,6 @@
 //! The correction by trees in the file of a model.
 
+use super::length;
 use crate::error::ContactError;
 use crate::learned::regression::correction::Correction;
 use crate::learned::regression::trees::{LEAF, Node, Trees};
@@ -43,13 +44,7 @@ impl FileCorrection {
             ("next nodes", nodes, self.next.len()),
             ("thresholds", nodes, self.thresholds.len()),
         ] {
-            if expected != got {
-                return Err(ContactError::FileLength {
-                    what,
-                    expected,
-                    got,
-                });
-            }
+            length(what, expected, got)?;
         }
         let within = |what, value: u32, below: usize| {
             that(

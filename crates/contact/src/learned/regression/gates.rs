@@ -14,6 +14,8 @@ const ROUNDS: usize = 25;
 
 /// Overlapping regions of the space of progress, each with a weight; the weights add up to 1.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(in crate::learned) struct Gates {
     /// One over the spread of every scalar over the samples learnt from.
     pub(in crate::learned) scale: [f64; PROGRESS],

@@ -160,12 +160,15 @@ mod tests {
             let since_s = self.t_s;
             while self.t_s < since_s + for_s {
                 let fixation = Fixation::of_ray(since_s, self.t_s, ray);
-                self.memory
-                    .step(self.t_s, &Gaze::Fixed(fixation), APART_RAD);
-                self.idle
-                    .step(&self.memory, reaching, Some(hand_m), APART_RAD);
-                self.t_s += 0.01;
+                self.see(Gaze::Fixed(fixation), reaching, hand_m);
             }
+        }
+
+        fn see(&mut self, gaze: Gaze, reaching: bool, hand_m: DVec3) {
+            let (memory, hand_m) = (&mut self.memory, Some(hand_m));
+            memory.step(self.t_s, &gaze, APART_RAD);
+            self.idle.step(memory, reaching, hand_m, APART_RAD);
+            self.t_s += 0.01;
         }
 
         /// A pause with looks at some places, the last of which the hand then goes to, and stays at for a while.
@@ -204,12 +207,8 @@ mod tests {
         assert_eq!(eyes.share(), Some(0.0));
         // A glance that comes back now and then is something between.
         eyes.look(0.8, 0.2, false, DVec3::ZERO);
-        assert!(
-            eyes.share()
-                .is_some_and(|share| (0.2..0.8).contains(&share)),
-            "{:?}",
-            eyes.share()
-        );
+        let share = eyes.share().expect("known");
+        assert!((0.2..0.8).contains(&share), "{share}");
         eyes.idle.forget();
         assert_eq!(eyes.share(), None);
     }
@@ -231,13 +230,9 @@ mod tests {
         // The eyes were lost when the hand set off; the hand was lost while they looked; they left the target just before it.
         let lost = |eyes: &mut Eyes| {
             for _ in 0..40 {
-                eyes.memory.step(eyes.t_s, &Gaze::Lost, APART_RAD);
-                eyes.idle
-                    .step(&eyes.memory, false, Some(DVec3::ZERO), APART_RAD);
-                eyes.t_s += 0.01;
+                eyes.see(Gaze::Lost, false, DVec3::ZERO);
             }
-            eyes.idle
-                .step(&eyes.memory, true, Some(DVec3::ZERO), APART_RAD);
+            eyes.see(Gaze::Lost, true, DVec3::ZERO);
         };
         let mut eyes = Eyes::default();
         eyes.look(0.0, 0.3, false, DVec3::ZERO);
@@ -279,9 +274,7 @@ mod tests {
             eyes.reach(&[y, y + 0.2, y + 0.4, -0.5]);
         }
         eyes.idle.step(&eyes.memory, true, None, APART_RAD);
-        assert!(
-            eyes.share()
-                .is_some_and(|share| (0.0..=1.0).contains(&share))
-        );
+        let share = eyes.share().expect("known");
+        assert!((0.0..=1.0).contains(&share), "{share}");
     }
 }

@@ -7,7 +7,7 @@ use super::model::GazeModel;
 use super::resting_hand::RestingHand;
 use super::shares::{LOOK_AGES_S, LookTable, Shares, nodes};
 use super::weights::{FAR_SHARE, FAR_STRETCH, LOOKS_SR, log_elsewhere, log_sum};
-use crate::outer_product::square;
+use crate::matrices::square;
 use glam::{DMat3, DVec3};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;

@@ -2,6 +2,7 @@
 
 use super::super::gaussian::Gaussian;
 use crate::error::ContactError;
+use crate::matrices::isotropic;
 use glam::{DMat3, DVec3};
 use hwall_numeric::check::{all_finite, that};
 
@@ -21,7 +22,7 @@ impl Default for RestingHand {
     fn default() -> Self {
         Self {
             mean_m: DVec3::ZERO,
-            covariance_m2: DMat3::from_diagonal(DVec3::splat(SD_M * SD_M)),
+            covariance_m2: isotropic(SD_M),
         }
     }
 }

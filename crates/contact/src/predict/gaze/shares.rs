@@ -194,13 +194,14 @@ mod tests {
     #[test]
     fn a_look_that_is_missing_leaves_the_whole_to_the_others() {
         let shares = LookTable::default().at(ReachPhase::UnderWay, 0.3);
-        for (has_now, left) in [
+        let cases = [
             (true, 1.0),
             (true, 0.3),
             (true, 0.0),
             (false, 0.5),
             (false, 0.0),
-        ] {
+        ];
+        for (has_now, left) in cases {
             let among = shares.among(has_now, left);
             let sum = |s: TargetShares| s.now + s.before + s.elsewhere;
             assert!((sum(among.as_moves) - sum(shares.as_moves)).abs() < 1e-12);
@@ -216,10 +217,8 @@ mod tests {
         table.by_idle[1][0] = [[0.0, 0.0, 0.0, 0.1, 0.0, 0.9]; LOOK_AGES_S.len()];
         table.validate().expect("shares");
         let now = |idle| table.of_look(ReachPhase::Rest, 0.3, idle).now();
-        assert_eq!(
-            table.of_look(ReachPhase::Rest, 0.3, None),
-            table.at(ReachPhase::Rest, 0.3)
-        );
+        let of_any = table.of_look(ReachPhase::Rest, 0.3, None);
+        assert_eq!(of_any, table.at(ReachPhase::Rest, 0.3));
         for (idle, expected) in [(0.0, 0.9), (0.25, 0.7), (1.0, 0.1)] {
             assert!((now(Some(idle)) - expected).abs() < 1e-12);
         }

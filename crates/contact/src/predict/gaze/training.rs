@@ -1,6 +1,6 @@
 //! How people look, learnt from reaches or from whole streams.
 
-use super::super::gaussian::{Gaussian, isotropic};
+use super::super::gaussian::Gaussian;
 use super::super::hand::phase::ReachPhase;
 use super::super::hand::place::{HandPlace, by_motion_alone, gaussian_of};
 use super::super::stream::StreamEstimator;
@@ -12,6 +12,7 @@ use super::shares::{LookShares, TargetShares};
 use super::weights::{ASTRAY_SHARE, ASTRAY_STRETCH};
 use crate::error::ContactError;
 use crate::estimate::ContactEstimator;
+use crate::matrices::isotropic;
 use glam::DVec3;
 use hwall_hand::{
     GazeFilter, GazeFilterConfig, HandFilter, HandFilterConfig, HandFrame, HandState,

@@ -1,15 +1,16 @@
 //! Hypotheses about the contact point, weighed by hand and eyes.
 
-use super::super::gaussian::{Gaussian, log_density_2d};
+use super::super::gaussian::Gaussian;
 use super::super::hand::phase::ReachPhase;
 use super::super::hand::straight_way::StraightWay;
 use super::idle::IdlePlaces;
 use super::memory::{GazeMemory, Look};
 use super::model::GazeModel;
 use super::shares::LookShares;
-use crate::outer_product::square;
+use crate::matrices::{Plane, axes_across, square};
 use glam::DMat3;
 use hwall_hand::GazeRay;
+use std::f64::consts::TAU;
 
 /// What the hand alone says about the contact.
 #[derive(Debug, Clone, Copy)]
@@ -246,15 +247,13 @@ impl GazeModel {
             gaussian = by_hand.times(origin_m, across * (1.0 / (sd_m * sd_m)))?;
         }
         let distance_m = (gaussian.mean_m - origin_m).dot(sight).max(NEAREST_LOOK_M);
-        let (u, v) = sight.any_orthonormal_pair();
+        let axes = axes_across(sight);
         let off = (by_hand.mean_m - origin_m) / distance_m;
-        let spread = by_hand
-            .across_m2(u, v)
-            .map(|c| c / (distance_m * distance_m));
+        let off = axes.map(|axis| off.dot(axis));
+        let spread = Plane::of(&by_hand.covariance_m2, axes).map(|c| c / (distance_m * distance_m));
         let log_density = |sd_rad: f64| {
-            let [uu, uv, vv] = spread;
-            let variance = sd_rad * sd_rad;
-            log_density_2d([off.dot(u), off.dot(v)], [uu + variance, uv, vv + variance])
+            let spread = spread.plus(sd_rad * sd_rad);
+            -0.5 * spread.squared(off) - TAU.ln() - 0.5 * spread.determinant().ln()
         };
         Some(Seen {
             ray: look.ray,

@@ -88,7 +88,6 @@ impl SideWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hwall_hand::HandPoint;
 
     /// A recorded hand came back through a wall with one sample 50 nm behind its front. That was taken for free, and from then on
     /// the hand was behind the wall wherever it went.
@@ -98,31 +97,11 @@ mod tests {
         let (scene, _) = Scene::from_obj_str(wall, None).expect("a wall");
         let mut watch = SideWatch::default();
         let depths_m = [-0.02, -0.01, 0.01, 0.02, 0.01, 5e-8, -0.01, -0.02, -0.1];
-        let sides: Vec<(f64, bool)> = depths_m
-            .into_iter()
-            .zip(0..)
-            .map(|(depth_m, sample)| {
-                let point_m = DVec3::new(0.5 + depth_m, 0.0, 1.0);
-                let hand = HandState {
-                    t_s: 0.01 * f64::from(sample),
-                    point: HandPoint::Index,
-                    point_m,
-                    velocity_m_per_s: DVec3::ZERO,
-                    direction: None,
-                    smoothed_m: [point_m; 2],
-                    delay_s: 0.01,
-                    unseen_s: 0.0,
-                    palm_m: None,
-                };
-                let side = watch.free_side(&scene, &hand, None);
-                (depth_m, side.behind.is_some())
-            })
-            .collect();
-        assert!(
-            sides
-                .iter()
-                .all(|(depth_m, behind)| *behind == (*depth_m > 1e-6)),
-            "{sides:?}"
-        );
+        for (depth_m, sample) in depths_m.into_iter().zip(0..) {
+            let point_m = DVec3::new(0.5 + depth_m, 0.0, 1.0);
+            let hand = super::super::resting_at(point_m, 0.01 * f64::from(sample));
+            let side = watch.free_side(&scene, &hand, None);
+            assert_eq!(side.behind.is_some(), depth_m > 1e-6, "{depth_m}");
+        }
     }
 }

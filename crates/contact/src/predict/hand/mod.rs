@@ -5,3 +5,19 @@ pub(super) mod phase;
 pub(super) mod place;
 pub(super) mod resting;
 pub(super) mod straight_way;
+
+/// A hand at rest, for tests.
+#[cfg(test)]
+pub(super) fn resting_at(point_m: glam::DVec3, t_s: f64) -> hwall_hand::HandState {
+    hwall_hand::HandState {
+        t_s,
+        point: hwall_hand::HandPoint::Index,
+        point_m,
+        velocity_m_per_s: glam::DVec3::ZERO,
+        direction: None,
+        smoothed_m: [point_m; 2],
+        delay_s: 0.01,
+        unseen_s: 0.0,
+        palm_m: None,
+    }
+}

@@ -4,7 +4,8 @@ use super::super::gaussian::Gaussian;
 use super::super::stream::ReachBeginning;
 use super::phase::ReachPhase;
 use crate::estimate::ContactEstimate;
-use glam::{DMat3, DVec3};
+use crate::matrices::isotropic;
+use glam::DVec3;
 use hwall_hand::{HandState, WatchConfig};
 
 /// Where the hand is with its reach.
@@ -61,8 +62,11 @@ pub(in crate::predict) fn gaussian_of(
     estimate: &ContactEstimate,
     default_sd_m: f64,
 ) -> Option<Gaussian> {
-    let ball = DMat3::from_diagonal(DVec3::splat(default_sd_m * default_sd_m));
-    Gaussian::new(estimate.point_m, estimate.covariance_m2.unwrap_or(ball))
+    let covariance_m2 = estimate.covariance_m2;
+    Gaussian::new(
+        estimate.point_m,
+        covariance_m2.unwrap_or(isotropic(default_sd_m)),
+    )
 }
 
 /// What the motion since the start of a reach says by itself: an estimate without what the estimator said when the reach began, for
@@ -95,37 +99,23 @@ const CLOSE_SD_M: f64 = 0.15;
 
 /// Anywhere near.
 pub(in crate::predict) fn near(hand_m: DVec3) -> Option<Gaussian> {
-    ball(hand_m, NEAR_SD_M)
+    Gaussian::new(hand_m, isotropic(NEAR_SD_M))
 }
 
 /// Close to the hand.
 pub(in crate::predict) fn close(hand_m: DVec3) -> Option<Gaussian> {
-    ball(hand_m, CLOSE_SD_M)
-}
-
-fn ball(mean_m: DVec3, sd_m: f64) -> Option<Gaussian> {
-    Gaussian::new(mean_m, DMat3::from_diagonal(DVec3::splat(sd_m * sd_m)))
+    Gaussian::new(hand_m, isotropic(CLOSE_SD_M))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::estimate::TimeToContact;
-    use hwall_hand::HandPoint;
 
     #[test]
     fn a_hand_stirs_before_its_reach_is_seen() {
-        let hand = HandState {
-            t_s: 0.0,
-            point_m: DVec3::ZERO,
-            velocity_m_per_s: DVec3::X * 0.2,
-            direction: None,
-            point: HandPoint::Index,
-            smoothed_m: [DVec3::ZERO; 2],
-            delay_s: 0.01,
-            unseen_s: 0.0,
-            palm_m: None,
-        };
+        let mut hand = super::super::resting_at(DVec3::ZERO, 0.0);
+        hand.velocity_m_per_s = DVec3::X * 0.2;
         let phase = |stirred_m: f64| {
             HandPlace::new(&hand, None, stirred_m, None, &WatchConfig::default()).phase
         };
@@ -138,7 +128,7 @@ mod tests {
     #[test]
     fn motion_alone_is_what_came_after_the_start() {
         let estimate = |x: f64, sd_m: f64| ContactEstimate {
-            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))),
+            covariance_m2: Some(isotropic(sd_m)),
             time_to_contact_s: Some(TimeToContact {
                 mean_s: 0.8,
                 sd_s: None,

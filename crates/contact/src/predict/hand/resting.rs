@@ -115,8 +115,17 @@ impl RestWatch {
 /// A surface is looked for from this far in front of it, m: nothing else is that close.
 const STAND_OFF_M: f64 = 0.01;
 
+/// The normal, or its opposite, that points along a direction.
+pub(in crate::predict) fn facing(normal: DVec3, along: DVec3) -> DVec3 {
+    if along.dot(normal) < 0.0 {
+        -normal
+    } else {
+        normal
+    }
+}
+
 impl SurfacePlace {
-    fn of(hit: &Hit) -> Self {
+    pub(in crate::predict) fn of(hit: &Hit) -> Self {
         Self {
             surface: hit.surface,
             point_m: hit.point_m,
@@ -125,14 +134,9 @@ impl SurfacePlace {
     }
 
     /// The same place with its normal towards a point.
-    fn facing(self, towards_m: DVec3) -> Self {
-        let towards = (towards_m - self.point_m).dot(self.normal);
+    pub(in crate::predict) fn facing(self, towards_m: DVec3) -> Self {
         Self {
-            normal: if towards < 0.0 {
-                -self.normal
-            } else {
-                self.normal
-            },
+            normal: facing(self.normal, towards_m - self.point_m),
             ..self
         }
     }

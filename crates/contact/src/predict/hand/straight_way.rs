@@ -1,7 +1,7 @@
 //! The rest of a reach is nearly straight.
 
 use super::super::gaussian::Gaussian;
-use crate::outer_product::square;
+use crate::matrices::square;
 use glam::{DMat3, DVec3};
 
 /// Error of the tracked point across its motion, filter included, m.

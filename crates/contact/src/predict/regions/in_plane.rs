@@ -1,47 +1,19 @@
 //! Two uncertainties of a predicted point in the plane of its surface: that of the prediction, and that of the registration.
 
 use super::sizes::{REGION_SHARES, RegionSizes};
+use crate::matrices::{Plane, axes_across};
 use glam::{DMat3, DVec3};
 
-/// A symmetric matrix of the plane, m².
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Plane {
-    uu: f64,
-    uv: f64,
-    vv: f64,
+/// What the determinant of a sum has beside those of the two.
+fn mixed(a: &Plane, b: &Plane) -> f64 {
+    a.uu * b.vv + a.vv * b.uu - 2.0 * a.uv * b.uv
 }
 
-impl Plane {
-    const ZERO: Self = Self {
-        uu: 0.0,
-        uv: 0.0,
-        vv: 0.0,
-    };
-
-    fn of(m: &DMat3, u: DVec3, v: DVec3) -> Self {
-        let mv = *m * v;
-        Self {
-            uu: u.dot(*m * u),
-            uv: u.dot(mv),
-            vv: v.dot(mv),
-        }
-    }
-
-    fn determinant(&self) -> f64 {
-        self.uu * self.vv - self.uv * self.uv
-    }
-
-    /// What the determinant of a sum has beside those of the two.
-    fn mixed(&self, other: &Self) -> f64 {
-        self.uu * other.vv + self.vv * other.uu - 2.0 * self.uv * other.uv
-    }
-
-    fn less(&self, other: &Self, share: f64) -> Self {
-        Self {
-            uu: self.uu - share * other.uu,
-            uv: self.uv - share * other.uv,
-            vv: self.vv - share * other.vv,
-        }
+fn less(a: &Plane, b: &Plane, share: f64) -> Plane {
+    Plane {
+        uu: a.uu - share * b.uu,
+        uv: a.uv - share * b.uv,
+        vv: a.vv - share * b.vv,
     }
 }
 
@@ -67,21 +39,21 @@ impl InPlaneError {
         registration_m2: &DMat3,
         normal: DVec3,
     ) -> Self {
-        let (u, v) = normal.any_orthonormal_pair();
-        let total = Plane::of(covariance_m2, u, v);
+        let axes = axes_across(normal);
+        let total = Plane::of(covariance_m2, axes);
         let across = *registration_m2 * normal;
         let variance = normal.dot(across);
-        let [a, b] = [u.dot(across), v.dot(across)];
+        let [a, b] = axes.map(|axis| axis.dot(across));
         let known = if variance > 0.0 { 1.0 / variance } else { 0.0 };
-        let registration = Plane {
+        let explained = Plane {
             uu: a * a,
             uv: a * b,
             vv: b * b,
         };
-        let registration = Plane::of(registration_m2, u, v).less(&registration, known);
+        let registration = less(&Plane::of(registration_m2, axes), &explained, known);
         // The sum holds the part, but for what an edge of the surface cuts off.
         let share = largest_share(&total, &registration);
-        let own = total.less(&registration, share);
+        let own = less(&total, &registration, share);
         let usable = share > 0.0 && own.determinant().is_finite();
         Self {
             own: if usable { own } else { total },
@@ -98,7 +70,7 @@ impl InPlaneError {
         let of = |k: usize| {
             let (a, b) = (own[k], normal[k]);
             let area = a * a * self.own.determinant()
-                + a * b * self.own.mixed(&self.registration)
+                + a * b * mixed(&self.own, &self.registration)
                 + b * b * self.registration.determinant();
             (area / self.total.determinant()).sqrt()
         };
@@ -110,7 +82,7 @@ impl InPlaneError {
     pub(super) fn own_squared(&self, squared: f64) -> [f64; REGION_SHARES.len()] {
         RegionSizes::NORMAL.squared().map(|normal| {
             let a = self.own.determinant();
-            let b = normal * self.own.mixed(&self.registration);
+            let b = normal * mixed(&self.own, &self.registration);
             let c = normal * normal * self.registration.determinant()
                 - squared * squared * self.total.determinant();
             if c >= 0.0 {
@@ -125,7 +97,7 @@ impl InPlaneError {
 /// The most of the second that the first holds, at most 1: less than that leaves a covariance.
 fn largest_share(total: &Plane, part: &Plane) -> f64 {
     // det(total - x part) = a - b x + c x², zero first at the smaller root.
-    let (a, b, c) = (total.determinant(), total.mixed(part), part.determinant());
+    let (a, b, c) = (total.determinant(), mixed(total, part), part.determinant());
     let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
     let most = 2.0 * a / (b + root).max(f64::MIN_POSITIVE);
     // NaN is no share.
@@ -146,23 +118,6 @@ mod tests {
     const UNEVEN: [f64; 9] = [4e-4, 1e-4, 0.0, 1e-4, 9e-4, 0.0, 0.0, 0.0, 1e-6];
 
     #[test]
-    fn without_an_error_of_registration_sizes_are_those_learnt() {
-        let total = DMat3::from_cols_array(&UNEVEN);
-        let error = InPlaneError::new(&total, &DMat3::ZERO, DVec3::Z);
-        let own = RegionSizes::from_squared([0.3, 1.0, 5.0]).expect("rising");
-        let sizes = error.sizes(&own).squared();
-        for (size, own) in sizes.into_iter().zip(own.squared()) {
-            assert!((size - own).abs() < 1e-9, "{size} {own}");
-        }
-        assert!(
-            error
-                .own_squared(2.0)
-                .iter()
-                .all(|own| (own - 2.0).abs() < 1e-9)
-        );
-    }
-
-    #[test]
     fn what_is_learnt_leaves_the_error_of_registration_as_it_is() {
         let registration = DMat3::from_diagonal(DVec3::splat(64e-6));
         let own = DMat3::from_cols_array(&UNEVEN);
@@ -175,22 +130,27 @@ mod tests {
         let sure = RegionSizes::NORMAL.squared().map(|s| 1e-4 * s);
         let sure = RegionSizes::from_squared(sure).expect("rising");
         let [.., most] = error.sizes(&sure).squared();
-        let total = Plane::of(&(own + registration), DVec3::X, DVec3::Y);
+        let total = Plane::of(&(own + registration), [DVec3::X, DVec3::Y]);
         let left = 64e-6 / total.determinant().sqrt() * RegionSizes::NORMAL.squared()[2];
         assert!((most - left).abs() < 0.02 * left, "{most} {left}");
     }
 
+    /// Without an error of registration sizes are those learnt.
     #[test]
     fn sizes_and_distances_are_inverse() {
-        let registration =
-            DMat3::from_cols_array(&[9e-5, 1e-5, 2e-5, 1e-5, 5e-5, 0.0, 2e-5, 0.0, 4e-5]);
+        let some = DMat3::from_cols_array(&[9e-5, 1e-5, 2e-5, 1e-5, 5e-5, 0.0, 2e-5, 0.0, 4e-5]);
         let own = DMat3::from_cols_array(&UNEVEN);
-        let error = InPlaneError::new(&(own + registration), &registration, DVec3::Z);
         let learnt = RegionSizes::from_squared([0.4, 1.7, 6.0]).expect("rising");
-        for (k, squared) in error.sizes(&learnt).squared().into_iter().enumerate() {
-            let found = error.own_squared(squared)[k];
-            assert!((found - learnt.squared()[k]).abs() < 1e-9, "{found}");
+        for registration in [DMat3::ZERO, some] {
+            let error = InPlaneError::new(&(own + registration), &registration, DVec3::Z);
+            let sizes = error.sizes(&learnt).squared();
+            for (k, (size, learnt)) in sizes.into_iter().zip(learnt.squared()).enumerate() {
+                let found = error.own_squared(size)[k];
+                assert!((found - learnt).abs() < 1e-9, "{found}");
+                assert!(registration == some || (size - learnt).abs() < 1e-9);
+            }
         }
+        let error = InPlaneError::new(&(own + some), &some, DVec3::Z);
         assert_eq!(error.own_squared(1e-9), [0.0; 3]);
     }
 

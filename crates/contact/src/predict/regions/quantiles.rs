@@ -95,12 +95,8 @@ mod tests {
             let found = quantiles(&misses, 1, share, 0.0);
             for (knot, way_m) in (1..).zip(ways_m) {
                 // Levels are below zero: the share lies at the other end.
-                let expected = level(way_m)
-                    * if level(way_m) < 0.0 {
-                        1.0 - share
-                    } else {
-                        share
-                    };
+                let level = level(way_m);
+                let expected = level * if level < 0.0 { 1.0 - share } else { share };
                 assert!((found[knot] - expected).abs() < 0.05, "{share} {way_m}");
             }
             // Beyond what was seen as at the next.

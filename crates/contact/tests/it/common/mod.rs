@@ -205,10 +205,34 @@ pub(crate) fn blurred(sampler: &mut Sampler, direction: DVec3, sd_rad: f64) -> D
     direction * angle.cos() + aside * angle.sin()
 }
 
+pub(crate) fn gaussian(sampler: &mut Sampler) -> DVec3 {
+    DVec3::from_array([(); 3].map(|()| sampler.normal()))
+}
+
+/// Share of the way of a minimum-jerk motion after a share of its time.
+pub(crate) fn minimum_jerk(tau: f64) -> f64 {
+    let t = tau.clamp(0.0, 1.0);
+    t * t * t * (10.0 + t * (6.0 * t - 15.0))
+}
+
+/// A file with an accident: a bit or a sign is another, one is added, or some are gone.
+pub(crate) fn damaged(sampler: &mut Sampler, file: &[u8]) -> Vec<u8> {
+    let signs = b"0123456789.-+eE\"{}[],: ntrux";
+    let mut bytes = file.to_vec();
+    let at = sampler.index(bytes.len());
+    match sampler.index(4) {
+        0 => bytes[at] ^= 1 << sampler.index(8),
+        1 => bytes[at] = signs[sampler.index(signs.len())],
+        2 => bytes.insert(at, signs[sampler.index(signs.len())]),
+        _ => drop(bytes.drain(at..(at + 1 + sampler.index(40)).min(file.len()))),
+    }
+    bytes
+}
+
 /// A covariance with the given standard deviations along random axes, m, and a draw from it.
 pub(crate) fn error(sampler: &mut Sampler, sd_m: DVec3) -> (DVec3, DMat3) {
     let turn = sampler.rotation();
-    let draw = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal()) * sd_m;
+    let draw = gaussian(sampler) * sd_m;
     let covariance = turn * DMat3::from_diagonal(sd_m * sd_m) * turn.transpose();
     (turn * draw, covariance)
 }

@@ -4,6 +4,7 @@ use super::hand::free_side::FreeSide;
 use super::hand::resting::SurfacePlace;
 use super::prediction::ContactPrediction;
 use super::regions::RegionSizes;
+use crate::matrices::{Plane, axes_across};
 use glam::{DMat3, DVec3};
 use hwall_hand::HandState;
 use hwall_scene::SurfaceId;
@@ -153,18 +154,8 @@ impl Repeats {
             }
             self.under_way = None;
         }
-        let through = side.behind.as_ref().map(|hit| {
-            let towards = (side.from_m - hit.point_m).dot(hit.normal);
-            SurfacePlace {
-                surface: hit.surface,
-                point_m: hit.point_m,
-                normal: if towards < 0.0 {
-                    -hit.normal
-                } else {
-                    hit.normal
-                },
-            }
-        });
+        let through = side.behind.as_ref().map(SurfacePlace::of);
+        let through = through.map(|place| place.facing(side.from_m));
         if let Some(place) = through.or(rests_on.copied()) {
             self.under_way = Some(place);
             self.touched(&place, hand.t_s);
@@ -227,12 +218,12 @@ impl Repeats {
             .min_by(|a, b| off_s(a).total_cmp(&off_s(b)))
             .filter(|said| off_s(said) <= NEAR_S);
         if let Some(said) = said {
-            let axes = in_plane(place.normal);
+            let axes = axes_across(place.normal);
             let there = said.surface == place.surface;
             let off = axes.map(|axis| (place.point_m - said.point_m).dot(axis));
-            let covariance_m2 = across_m2(&said.covariance_m2, axes);
+            let covariance_m2 = Plane::of(&said.covariance_m2, axes);
             let ratio = if there {
-                squared(off, covariance_m2) / 2.0
+                covariance_m2.squared(off) / 2.0
             } else {
                 MOST_SCALE
             };
@@ -243,7 +234,7 @@ impl Repeats {
             let gain = said.repeat.map_or(0.0, |repeat| {
                 let off = place.point_m - repeat.place.point_m;
                 let off = axes.map(|axis| off.dot(axis));
-                let own = [repeat.along_m2, 0.0, repeat.along_m2];
+                let own = Plane::ZERO.plus(repeat.along_m2);
                 let there = f64::from(u8::from(repeat.place.surface == place.surface));
                 let with = UNEXPECTED_PER_M2 + there * normal_per_m2(off, own);
                 let odds = with / without;
@@ -331,7 +322,7 @@ impl Repeats {
         if let Some(predicted) = of_surface
             && let Some(covariance_m2) = typical_m2(predicted)
         {
-            let [uu, _, vv] = across_m2(&covariance_m2, in_plane(normal));
+            let Plane { uu, vv, .. } = Plane::of(&covariance_m2, axes_across(normal));
             let share = repeat.along_m2 / (repeat.along_m2 + scale * (uu + vv) / 2.0);
             let way = predicted.point_m - point_m;
             let way = way - normal * way.dot(normal);
@@ -348,7 +339,7 @@ impl Repeats {
 /// The density that ranked contacts give to a place touched before, 1/m², if their squared errors are `scale` times as large as
 /// they say.
 fn density_per_m2(ranked: &[ContactPrediction], place: &SurfacePlace, scale: f64) -> f64 {
-    let axes = in_plane(place.normal);
+    let axes = axes_across(place.normal);
     let of_surface = ranked.iter().find(|p| p.surface == place.surface);
     let predicted = of_surface.and_then(|p| Some((p, typical_m2(p)?)));
     let Some((predicted, covariance_m2)) = predicted else {
@@ -358,7 +349,7 @@ fn density_per_m2(ranked: &[ContactPrediction], place: &SurfacePlace, scale: f64
     let off = axes.map(|axis| off.dot(axis));
     let mixed = mixed_per_m2(
         off,
-        across_m2(&covariance_m2, axes),
+        Plane::of(&covariance_m2, axes),
         SCATTER_M * SCATTER_M,
         scale,
     );
@@ -367,20 +358,16 @@ fn density_per_m2(ranked: &[ContactPrediction], place: &SurfacePlace, scale: f64
 }
 
 /// Density of a touch so far off, 1/m², where some predictions are astray; `own_m2` is added to the covariance in each direction.
-fn mixed_per_m2(off: [f64; 2], covariance_m2: [f64; 3], own_m2: f64, scale: f64) -> f64 {
+fn mixed_per_m2(off: [f64; 2], covariance_m2: Plane, own_m2: f64, scale: f64) -> f64 {
     let [share, stretch] = ASTRAY;
-    let density = |factor: f64| {
-        let [uu, uv, vv] = covariance_m2.map(|c| c * factor);
-        normal_per_m2(off, [uu + own_m2, uv, vv + own_m2])
-    };
+    let density = |factor: f64| normal_per_m2(off, covariance_m2.map(|c| c * factor).plus(own_m2));
     (1.0 - share) * density(scale) + share * density(scale * stretch * stretch)
 }
 
 /// The density of a normal distribution in two dimensions, 1/m².
-fn normal_per_m2(off: [f64; 2], covariance_m2: [f64; 3]) -> f64 {
-    let [uu, uv, vv] = covariance_m2;
-    let determinant = uu * vv - uv * uv;
-    (-0.5 * squared(off, covariance_m2)).exp() / (std::f64::consts::TAU * determinant.sqrt())
+fn normal_per_m2(off: [f64; 2], covariance_m2: Plane) -> f64 {
+    let peak_m2 = std::f64::consts::TAU * covariance_m2.determinant().sqrt();
+    (-0.5 * covariance_m2.squared(off)).exp() / peak_m2
 }
 
 /// The covariance whose region of 50 % is the one that was learnt: where most errors are much smaller than is stated, a few are larger,
@@ -390,235 +377,5 @@ fn typical_m2(predicted: &ContactPrediction) -> Option<DMat3> {
     Some(predicted.covariance_m2? * (learnt / normal))
 }
 
-/// Two axes in a plane.
-fn in_plane(normal: DVec3) -> [DVec3; 2] {
-    let (u, v) = normal.any_orthonormal_pair();
-    [u, v]
-}
-
-/// A covariance in two axes: `[uu, uv, vv]`, m².
-fn across_m2(c: &DMat3, [u, v]: [DVec3; 2]) -> [f64; 3] {
-    let (cu, cv) = (*c * u, *c * v);
-    [u.dot(cu), u.dot(cv), v.dot(cv)]
-}
-
-/// Squared Mahalanobis distance in two dimensions.
-fn squared([a, b]: [f64; 2], [uu, uv, vv]: [f64; 3]) -> f64 {
-    (vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use hwall_hand::HandPoint;
-
-    const WALL: SurfaceId = SurfaceId(3);
-
-    impl Repeats {
-        /// Nothing has moved.
-        fn likeliest_anywhere(&mut self, t_s: f64, ranked: &[ContactPrediction]) -> Option<Repeat> {
-            self.likeliest(t_s, ranked, |_| Some(0.0))
-        }
-    }
-
-    /// A hand at rest there.
-    fn hand_at(point_m: DVec3, t_s: f64) -> HandState {
-        HandState {
-            t_s,
-            point: HandPoint::Index,
-            point_m,
-            velocity_m_per_s: DVec3::ZERO,
-            direction: None,
-            smoothed_m: [point_m; 2],
-            delay_s: 0.01,
-            unseen_s: 0.0,
-            palm_m: None,
-        }
-    }
-
-    fn place(y: f64) -> SurfacePlace {
-        SurfacePlace {
-            surface: WALL,
-            point_m: DVec3::new(0.0, y, 1.0),
-            normal: DVec3::X,
-        }
-    }
-
-    /// The hand touches a place and goes back.
-    fn touch(repeats: &mut Repeats, y: f64, t_s: f64) {
-        let place = place(y);
-        for (off_m, rests_on) in [(0.01, Some(&place)), (0.01, Some(&place)), (0.4, None)] {
-            let hand = hand_at(place.point_m + DVec3::X * off_m, t_s);
-            let side = FreeSide {
-                from_m: hand.point_m,
-                behind: None,
-            };
-            repeats.step(&hand, &side, rests_on);
-        }
-    }
-
-    fn predicted(y: f64, sd_m: f64) -> ContactPrediction {
-        ContactPrediction {
-            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))),
-            ..ContactPrediction::of_place(WALL, place(y).point_m, DVec3::X)
-        }
-    }
-
-    #[test]
-    fn who_touches_a_place_again_is_expected_there() {
-        let mut repeats = Repeats::default();
-        let vague = [predicted(0.2, 0.3)];
-        assert!(repeats.likeliest_anywhere(0.0, &vague).is_none());
-        touch(&mut repeats, 0.0, 1.0);
-        let once = repeats.likeliest_anywhere(1.0, &vague).expect("a place");
-        touch(&mut repeats, 0.03, 2.0);
-        touch(&mut repeats, -0.03, 3.0);
-        let thrice = repeats.likeliest_anywhere(3.0, &vague).expect("a place");
-        assert!(once.probability > 0.4 && thrice.probability > once.probability + 0.1);
-        assert!(thrice.along_m2 < once.along_m2);
-        assert!(thrice.place.point_m.distance(place(0.0).point_m) < 0.03);
-        repeats.forget();
-        assert!(repeats.likeliest_anywhere(4.0, &vague).is_none());
-    }
-
-    #[test]
-    fn who_never_touches_a_place_again_is_hardly_expected_there() {
-        let mut repeats = Repeats::default();
-        for k in 0..8 {
-            touch(&mut repeats, 0.3 * f64::from(k), f64::from(k));
-        }
-        let named = repeats.likeliest_anywhere(9.0, &[predicted(0.3, 0.3)]);
-        assert!(named.is_none_or(|r| r.probability < 0.1), "{named:?}");
-    }
-
-    #[test]
-    fn a_sure_prediction_of_another_place_rules_it_out() {
-        let mut repeats = Repeats::default();
-        touch(&mut repeats, 0.0, 1.0);
-        let there = |y: f64| [predicted(y, 0.03)];
-        let near = repeats
-            .likeliest_anywhere(1.1, &there(0.05))
-            .expect("a place");
-        assert!(near.probability > 0.6);
-        // The motion says where on the place.
-        assert!((0.02..0.05).contains(&near.place.point_m.y));
-        assert!(repeats.likeliest_anywhere(1.2, &there(0.6)).is_none());
-        let elsewhere = [ContactPrediction {
-            surface: SurfaceId(0),
-            ..predicted(0.0, 0.03)
-        }];
-        assert!(repeats.likeliest_anywhere(1.3, &elsewhere).is_none());
-        let broken = [predicted(f64::NAN, 0.03), predicted(0.0, f64::NAN)];
-        assert!(repeats.likeliest_anywhere(1.4, &broken[..1]).is_none());
-        assert!(repeats.likeliest_anywhere(1.5, &broken[1..]).is_none());
-    }
-
-    /// Motions foretell these touches well, and none is where one was before, though some are near.
-    #[test]
-    fn places_that_foretell_nothing_are_hardly_named() {
-        let mut repeats = Repeats::default();
-        for (k, y) in (0..8).zip([0.0, 0.15, -0.12, 0.28, 0.07, -0.25, 0.2, -0.05]) {
-            let t_s = f64::from(k);
-            for sample in 0..40 {
-                repeats.likeliest_anywhere(
-                    t_s - 0.4 + 0.01 * f64::from(sample),
-                    &[predicted(y, 0.02)],
-                );
-            }
-            touch(&mut repeats, y, t_s);
-        }
-        assert!(repeats.credit < -0.5, "{}", repeats.credit);
-        let later = repeats
-            .likeliest_anywhere(8.0, &[predicted(0.1, 0.3)])
-            .expect("a place");
-        let mut young = Repeats::default();
-        touch(&mut young, 0.07, 1.0);
-        let sooner = young
-            .likeliest_anywhere(8.0, &[predicted(0.1, 0.3)])
-            .expect("a place");
-        assert!(later.probability < 0.5 * sooner.probability);
-    }
-
-    #[test]
-    fn predictions_that_were_wrong_are_believed_less() {
-        let mut repeats = Repeats::default();
-        // However often a hand is seen.
-        for (k, (y, rate_hz)) in
-            (0..4).zip([(0.0, 90.0), (0.02, 240.0), (-0.02, 1000.0), (0.0, 60.0)])
-        {
-            let t_s = f64::from(k);
-            let judged = repeats.judged;
-            for sample in 0..(0.4 * rate_hz) as usize {
-                let t_s = t_s - 0.4 + sample as f64 / rate_hz;
-                repeats.likeliest_anywhere(t_s, &[predicted(0.4, 0.1)]);
-            }
-            touch(&mut repeats, y, t_s);
-            assert!(repeats.judged > judged, "{rate_hz} Hz");
-        }
-        assert!(repeats.scale() > 3.0, "{}", repeats.scale());
-        let again = repeats.likeliest_anywhere(5.0, &[predicted(0.4, 0.1)]);
-        assert!(
-            again.is_some_and(|again| again.probability > 0.3),
-            "{again:?}"
-        );
-    }
-
-    /// From a table top the hand goes to the lap, which is nowhere in front of it.
-    #[test]
-    fn a_touch_ends_beside_its_surface_too() {
-        let top = SurfacePlace {
-            surface: WALL,
-            point_m: DVec3::new(0.5, 0.0, 0.75),
-            normal: DVec3::Z,
-        };
-        let mut repeats = Repeats::default();
-        let mut at = |point_m: DVec3, t_s: f64, rests_on: Option<&SurfacePlace>| {
-            let hand = hand_at(point_m, t_s);
-            let side = FreeSide {
-                from_m: point_m,
-                behind: None,
-            };
-            repeats.step(&hand, &side, rests_on);
-            repeats.under_way.is_some()
-        };
-        assert!(at(top.point_m, 0.0, Some(&top)));
-        assert!(at(top.point_m + DVec3::X * 0.05, 0.1, None));
-        assert!(!at(DVec3::new(0.2, 0.0, 0.55), 0.2, None));
-        assert!(at(top.point_m, 0.3, Some(&top)));
-        // Lost in between, and with the clock set back.
-        assert!(!at(top.point_m + DVec3::Z * 0.05, 2.0, None));
-        assert!(at(top.point_m, 2.1, Some(&top)));
-        assert!(!at(top.point_m + DVec3::Z * 0.05, 1.0, None));
-    }
-
-    #[test]
-    fn a_touch_that_is_felt_counts_once() {
-        let mut repeats = Repeats {
-            seen_s: 0.99,
-            ..Repeats::default()
-        };
-        repeats.felt(&place(0.0), 1.0);
-        touch(&mut repeats, 0.0, 1.1);
-        repeats.felt(&place(0.0), 1.2);
-        assert_eq!(repeats.all, 0.0);
-        repeats.felt(&place(0.02), 3.0);
-        assert_eq!((repeats.all, repeats.again), (1.0, 1.0));
-        let mut none = Repeats::default();
-        none.felt(&place(f64::NAN), 1.0);
-        none.felt(&place(0.0), f64::NAN);
-        assert!(
-            none.likeliest_anywhere(2.0, &[predicted(0.0, 0.3)])
-                .is_none()
-        );
-    }
-
-    #[test]
-    fn a_place_that_its_door_has_left_is_not_named() {
-        let mut repeats = Repeats::default();
-        touch(&mut repeats, 0.0, 1.0);
-        let vague = [predicted(0.2, 0.3)];
-        assert!(repeats.likeliest(2.0, &vague, |_| Some(0.4)).is_none());
-        assert!(repeats.likeliest(2.1, &vague, |_| None).is_none());
-        assert!(repeats.likeliest(2.2, &vague, |_| Some(0.01)).is_some());
-    }
-}
+mod tests;

@@ -1,0 +1,115 @@
+//! What a combination of sources is learnt from.
+
+use crate::learned::blend::combination::Region;
+use crate::learned::blend::places::Places;
+use crate::learned::blend::quantiles::weighted_quantile;
+use crate::learned::blend::sources::Ends;
+use crate::learned::blend::turns::{Sums, Turns};
+use crate::learned::reaches::samples::TrainingSample;
+use crate::learned::regression::local_ridge::Rows;
+use hwall_numeric::parallel;
+
+/// Larger errors are clipped to this many times the median: a primitive that loses its way on one
+/// reach in a hundred is metres off and would outweigh all others.
+pub(super) const CLIP: f64 = 4.0;
+
+/// One sample with what every source says of it when its fold is held out.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::learned) struct Witness {
+    pub(in crate::learned) ends_m: Ends,
+    /// Estimated and true time left, s.
+    pub(in crate::learned) left_s: f64,
+    pub(in crate::learned) true_left_s: f64,
+}
+
+/// What is learnt from.
+pub(in crate::learned) struct Evidence<'a> {
+    pub(in crate::learned) samples: &'a [TrainingSample],
+    pub(in crate::learned) rows: &'a Rows,
+    pub(in crate::learned) witnesses: &'a [Witness],
+    pub(in crate::learned) places: Option<&'a Places>,
+    /// The person of each sample, by number.
+    pub(in crate::learned) people: &'a [usize],
+    /// How many reaches were made; those behind them are copies at another pace.
+    pub(in crate::learned) made: usize,
+    /// The rows that count in each region, and how much.
+    pub(in crate::learned) near: Vec<Vec<(usize, f64)>>,
+}
+
+/// The rows that count in each region, and how much.
+pub(in crate::learned) fn near(samples: &[TrainingSample], rows: &Rows) -> Vec<Vec<(usize, f64)>> {
+    let mut near = vec![Vec::new(); rows.regions];
+    for (row, sample) in samples.iter().enumerate() {
+        for (near, gate) in near.iter_mut().zip(rows.gates(row)) {
+            if *gate > 0.0 {
+                near.push((row, sample.weight * gate));
+            }
+        }
+    }
+    near
+}
+
+impl Evidence<'_> {
+    pub(super) fn each(&self) -> impl Iterator<Item = (usize, &TrainingSample, &Witness)> {
+        let pairs = self.samples.iter().zip(self.witnesses).enumerate();
+        pairs.map(|(row, (sample, witness))| (row, sample, witness))
+    }
+
+    pub(super) fn rows_of(&self, region: usize) -> &[(usize, f64)] {
+        &self.near[region]
+    }
+
+    /// How many reaches there are, by their weights.
+    pub(super) fn reaches(&self) -> f64 {
+        self.samples.iter().map(|s| s.weight).sum()
+    }
+
+    pub(super) fn person_count(&self) -> usize {
+        1 + self.people.iter().copied().max().unwrap_or(0)
+    }
+
+    pub(super) fn folds(&self) -> usize {
+        self.samples.iter().map(|s| s.fold + 1).max().unwrap_or(0)
+    }
+
+    /// Sums over the rows of a region, by fold.
+    pub(super) fn sums<const N: usize>(
+        &self,
+        region: usize,
+        weights: [usize; N],
+        values: impl Fn(usize, f64) -> [f64; N],
+    ) -> Sums<N> {
+        let rows = self.rows_of(region).iter();
+        let each = rows.map(|&(row, weight)| (self.samples[row].fold, values(row, weight)));
+        Sums::of(self.folds(), weights, each)
+    }
+
+    /// Something of every region, worked out on all cores.
+    pub(super) fn of_regions<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        parallel::map(self.rows.regions, of)
+    }
+
+    /// Something of every row, worked out on all cores.
+    pub(super) fn of_rows<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        /// Rows that one core takes at a time: enough that handing them out costs nothing beside.
+        const TOGETHER: usize = 256;
+        let count = self.samples.len();
+        let parts = parallel::map(count.div_ceil(TOGETHER), |part| {
+            let rows = part * TOGETHER..count.min((part + 1) * TOGETHER);
+            rows.map(&of).collect::<Vec<_>>()
+        });
+        parts.into_iter().flatten().collect()
+    }
+
+    /// The region of a sample, as learnt mostly from the other folds.
+    pub(super) fn held_out(&self, turns: &Turns, row: usize) -> Region {
+        let regions = &turns.without[self.samples[row].fold];
+        Region::between(regions, self.rows.gates(row))
+    }
+}
+
+/// Larger lengths are clipped to this.
+pub(super) fn clip(near: &[(usize, f64)], length: &dyn Fn(usize) -> f64) -> f64 {
+    let lengths = near.iter().map(|&(row, weight)| (length(row), weight));
+    CLIP * weighted_quantile(0.5, lengths)
+}

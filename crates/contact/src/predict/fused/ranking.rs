@@ -1,0 +1,219 @@
+//! From what the faces of the scene hold to predictions, the most probable first.
+
+use super::{FusedPredictor, TargetLook};
+use crate::estimate::{ContactEstimator, TimeToContact};
+use crate::matrices::{isotropic, square};
+use crate::predict::face_moments::Moments;
+use crate::predict::hand::resting::SurfacePlace;
+use crate::predict::prediction::{ContactPrediction, PredictionSource};
+use crate::predict::regions::{InPlaneError, RegionSizes};
+use crate::predict::surface_shares::{Evidence, Face};
+use glam::{DMat3, DVec3};
+use hwall_hand::HandState;
+use hwall_scene::{Scene, SurfaceId};
+
+/// Probability that a hand at rest on a surface is about to leave for another one: divided among the others as for a hand at rest
+/// elsewhere.
+const LEAVING_SHARE: f64 = 0.1;
+
+/// The hand is there.
+const NOW: TimeToContact = TimeToContact {
+    mean_s: 0.0,
+    sd_s: None,
+};
+
+/// Longest time that is predicted from the speed of the hand, s.
+const LONGEST_S: f64 = 2.0;
+
+/// Least standard deviation of a prediction, m, so that no covariance is singular.
+const LEAST_SD_M: f64 = 1e-3;
+
+impl<E: ContactEstimator> FusedPredictor<E> {
+    /// Adds up the faces of each surface; a surface that the hand rests on is added separately.
+    pub(super) fn rank(
+        &mut self,
+        scene: &Scene,
+        hand: &HandState,
+        behind: bool,
+        touched: Option<SurfacePlace>,
+    ) {
+        let faces = self.shares.faces();
+        let total: f64 = faces.iter().map(|f| f.mass).sum();
+        let others = touched.map_or(1.0, |_| LEAVING_SHARE);
+        let look = self.gaze.now();
+        let looked_at_since_s = look.map(|look| look.since_s);
+        let looked_at = faces.iter().filter(|f| f.evidence.looked_at());
+        let on_target = looked_at.map(|f| f.mass).sum::<f64>() / total;
+        self.look = look.map(|look| TargetLook {
+            since_s: look.since_s,
+            age_s: look.age_s(hand.t_s),
+            probability: if total > 0.0 { others * on_target } else { 0.0 },
+        });
+        let of = |surface: SurfaceId| faces.iter().filter(move |f| f.surface == surface);
+        let weight_of = |surface: SurfaceId| of(surface).map(|f| f.mass).sum::<f64>();
+        let is_touched = |f: &Face| touched.is_some_and(|t| t.surface == f.surface);
+        let first = |index: usize, f: &Face| faces[..index].iter().all(|g| g.surface != f.surface);
+        let best_weight = faces
+            .iter()
+            .map(|f| weight_of(f.surface))
+            .fold(0.0, f64::max);
+        let least = if touched.is_some() {
+            self.config.min_probability * total / others
+        } else {
+            (self.config.min_probability * total).min(best_weight)
+        };
+        let mut probability = 0.0;
+        for (index, face) in faces.iter().enumerate() {
+            if is_touched(face) || !first(index, face) {
+                continue;
+            }
+            let weight = weight_of(face.surface);
+            if weight < least {
+                continue;
+            }
+            let Some(best) = of(face.surface).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
+                continue;
+            };
+            let moments = Moments::of(|| of(face.surface), best);
+            let met = SurfacePlace {
+                surface: face.surface,
+                point_m: best.met_m,
+                normal: best.normal,
+            };
+            let SurfacePlace {
+                point_m, normal, ..
+            } = met.below(scene, moments.mean_m).unwrap_or(met);
+            let off_plane_m = self.registration_across_m(best.normal).hypot(LEAST_SD_M);
+            let covariance_m2 = moments.covariance_m2
+                + square(point_m - moments.mean_m)
+                + square(best.normal * off_plane_m);
+            let distance_m = (hand.point_m - point_m).dot(normal);
+            let p = others * weight / total;
+            probability += p;
+            self.ranked.push(ContactPrediction {
+                surface: face.surface,
+                point_m,
+                covariance_m2: Some(covariance_m2),
+                regions: self.regions(hand.point_m.distance(point_m), &covariance_m2, normal),
+                normal,
+                roughness: scene.surface(face.surface).roughness,
+                distance_m,
+                time_to_contact_s: self.time_to(hand, point_m, behind && distance_m <= 0.0),
+                probability: p,
+                source: match best.evidence {
+                    Evidence::Motion { .. } => PredictionSource::Motion,
+                    Evidence::Gaze { .. } => PredictionSource::Gaze,
+                    Evidence::Nearness => PredictionSource::Nearest,
+                },
+                looked_at_since_s: looked_at_since_s.filter(|_| best.evidence.looked_at()),
+            });
+        }
+        if let Some(touched) = touched {
+            let SurfacePlace {
+                surface,
+                point_m,
+                normal,
+            } = touched;
+            self.ranked.push(ContactPrediction {
+                covariance_m2: Some(self.registration_m2 + isotropic(LEAST_SD_M)),
+                roughness: scene.surface(surface).roughness,
+                distance_m: (hand.point_m - point_m).dot(normal),
+                time_to_contact_s: Some(NOW),
+                probability: 1.0 - probability,
+                source: PredictionSource::Nearest,
+                ..ContactPrediction::of_place(surface, point_m, normal)
+            });
+            probability = 1.0;
+        }
+        self.ranked
+            .iter_mut()
+            .for_each(|a| a.probability /= probability);
+        self.ranked
+            .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
+    }
+
+    /// The sizes of regions: learnt from hands that reach, with what is left of the error of registration beside that.
+    fn regions(&self, way_m: f64, covariance_m2: &DMat3, normal: DVec3) -> RegionSizes {
+        let Some(model) = self.config.regions.filter(|_| self.estimate.is_some()) else {
+            return RegionSizes::NORMAL;
+        };
+        InPlaneError::new(covariance_m2, &self.registration_m2, normal).sizes(&model.at(way_m))
+    }
+
+    /// What a prediction of the last sample is unsure of, by itself and by the registration; `None` without a covariance.
+    pub(in crate::predict) fn in_plane_error(
+        &self,
+        prediction: &ContactPrediction,
+    ) -> Option<InPlaneError> {
+        let covariance_m2 = prediction.covariance_m2?;
+        Some(InPlaneError::new(
+            &covariance_m2,
+            &self.registration_m2,
+            prediction.normal,
+        ))
+    }
+
+    /// Of a person whose gaze is not seen: where they touch again what they have touched before.
+    pub(super) fn add_repeat(&mut self, scene: &Scene, hand: &HandState) {
+        let (now, before) = self.gaze.looks(hand.t_s, self.config.gaze.memory_s);
+        if now.is_some() || before.is_some() {
+            return;
+        }
+        let off_m = |place: &SurfacePlace| {
+            let closest = scene.project_on(place.surface, place.point_m);
+            closest.ok().map(|closest| closest.distance_m)
+        };
+        let repeat = self.repeats.likeliest(hand.t_s, &self.ranked, off_m);
+        let scale = self.repeats.scale();
+        let motions = self
+            .ranked
+            .iter_mut()
+            .filter(|p| p.source == PredictionSource::Motion);
+        for covariance_m2 in motions.filter_map(|p| p.covariance_m2.as_mut()) {
+            *covariance_m2 *= scale;
+        }
+        let Some(repeat) = repeat else { return };
+        for other in &mut self.ranked {
+            other.probability *= 1.0 - repeat.probability;
+        }
+        let SurfacePlace {
+            surface,
+            point_m,
+            normal,
+        } = repeat.place;
+        let off_plane_m = self.registration_across_m(normal).hypot(LEAST_SD_M);
+        let across = square(normal);
+        let along = DMat3::IDENTITY - across;
+        self.ranked.push(ContactPrediction {
+            covariance_m2: Some(along * repeat.along_m2 + across * (off_plane_m * off_plane_m)),
+            roughness: scene.surface(surface).roughness,
+            distance_m: (hand.point_m - point_m).dot(normal),
+            time_to_contact_s: self.time_to(hand, point_m, false),
+            probability: repeat.probability,
+            source: PredictionSource::TouchedBefore,
+            ..ContactPrediction::of_place(surface, point_m, normal)
+        });
+        self.ranked
+            .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
+    }
+
+    /// The estimator's time, else the time that a hand which clearly approaches takes.
+    fn time_to(&self, hand: &HandState, point_m: DVec3, there: bool) -> Option<TimeToContact> {
+        if there {
+            return Some(NOW);
+        }
+        let usable = |t: &TimeToContact| t.mean_s.is_finite() && t.sd_s.is_none_or(f64::is_finite);
+        let estimated = self
+            .estimate
+            .and_then(|e| e.time_to_contact_s)
+            .filter(usable);
+        estimated.or_else(|| {
+            let way = point_m - hand.point_m;
+            let closing = hand.velocity_m_per_s.dot(way.try_normalize()?);
+            let mean_s = way.length() / closing;
+            // A slower hand rests, and no reach takes longer.
+            let clearly = closing > self.config.watch.offset_m_per_s && mean_s <= LONGEST_S;
+            clearly.then_some(TimeToContact { mean_s, sd_s: None })
+        })
+    }
+}
