@@ -2,7 +2,7 @@
 
 use crate::error::SessionError;
 use hwall_haptics::{Click, Detent, ObjectConfig, ObjectPath};
-use hwall_scene::{Mechanics, Scene, SceneError, SurfaceId, SurfaceKind};
+use hwall_scene::{Mechanics, Scene, SceneError, SlidingPart, SurfaceId, SurfaceKind};
 
 /// A moving surface of a scene: which one, how it moves, and where.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,9 +79,16 @@ pub fn object_of(
             hinge_axis,
             ..
         } => (ObjectPath::turning(hinge_point_m, hinge_axis)?, DOOR),
-        SurfaceKind::SlidingPanel { direction, .. } => (ObjectPath::sliding(direction)?, PANEL),
-        SurfaceKind::Drawer { direction, .. } => (ObjectPath::sliding(direction)?, DRAWER),
-        SurfaceKind::Button { direction, .. } => (ObjectPath::sliding(direction)?, BUTTON),
+        SurfaceKind::Sliding {
+            part, direction, ..
+        } => {
+            let defaults = match part {
+                SlidingPart::Panel => PANEL,
+                SlidingPart::Drawer => DRAWER,
+                SlidingPart::Button => BUTTON,
+            };
+            (ObjectPath::sliding(direction)?, defaults)
+        }
         _ => return Ok(None),
     };
     let (Some(mechanics), Some(range)) = (kind.mechanics(), kind.range()) else {

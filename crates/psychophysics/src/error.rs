@@ -10,6 +10,7 @@ use std::io::ErrorKind;
 /// Lines count from 1 with the header as line 1, as editors show them.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields hold")]
 pub enum PsychophysicsError {
     /// An argument is NaN or outside its range.
     #[error(transparent)]
@@ -17,11 +18,8 @@ pub enum PsychophysicsError {
     /// A file that cannot be opened, read or written.
     #[error("{name}: {message}")]
     File {
-        /// The file, or what was read or written.
         name: String,
-        /// What kind of failure it is.
         kind: ErrorKind,
-        /// Message of the system.
         message: String,
     },
     /// A text is no table.
@@ -30,100 +28,58 @@ pub enum PsychophysicsError {
     /// A cell that says neither that its row counts nor that it does not.
     #[error("line {line}, column {column:?}: {text:?} is neither true nor false")]
     NeitherValidNorNot {
-        /// Line of the cell.
         line: u64,
-        /// Its column.
         column: String,
-        /// Its text.
         text: String,
     },
     /// No row of the table counts.
     #[error("none of the {rows} rows is valid")]
-    NoValidRows {
-        /// Rows that do not count.
-        rows: usize,
-    },
+    NoValidRows { rows: usize },
     /// A wide table that cannot be read as one.
     #[error("no wide table: {why}")]
-    Wide {
-        /// Why not.
-        why: &'static str,
-    },
+    Wide { why: &'static str },
     /// A column that is not in the header.
     #[error("no column {column:?} in the header {header:?}")]
-    UnknownColumn {
-        /// The column asked for.
-        column: String,
-        /// The header line.
-        header: String,
-    },
+    UnknownColumn { column: String, header: String },
     /// A name of more than one column of the header.
     #[error("column {column:?} occurs {count} times in the header")]
-    AmbiguousColumn {
-        /// The column asked for.
-        column: String,
-        /// Columns of that name.
-        count: usize,
-    },
+    AmbiguousColumn { column: String, count: usize },
     /// A column that is given two roles.
     #[error("column {column:?} is named twice")]
-    ColumnTwice {
-        /// The column.
-        column: String,
-    },
+    ColumnTwice { column: String },
     /// An empty cell instead of a subject, level or round.
     #[error("line {line}, column {column:?} is empty")]
-    EmptyCell {
-        /// Where.
-        line: u64,
-        /// The column.
-        column: String,
-    },
+    EmptyCell { line: u64, column: String },
     /// A value that is not a finite number: empty, `NaN`, `NA`, a decimal comma.
     #[error("line {line}, column {column:?}: {text:?} is not a finite number")]
     NotANumber {
-        /// Where.
         line: u64,
-        /// The column.
         column: String,
-        /// The cell.
         text: String,
     },
-    /// Values whose squares, or squares of those, a float cannot hold.
+    /// Values whose squares, or squares of those, a float cannot hold. `line` is the number of the value, from 1, where the
+    /// study was not read from a table.
     #[error(
         "line {line}: the largest size is {value:e}, it must be zero or 1e-60 to 1e60; choose another unit"
     )]
-    Scale {
-        /// Where; for a study that was not read from a table the number of the value, from 1.
-        line: u64,
-        /// The value.
-        value: f64,
-    },
-    /// Two values for the same subject, cell and round.
+    Scale { line: u64, value: f64 },
+    /// Two values for the same subject, cell and round; `rounds` says whether the study has a round column.
     #[error(
         "line {line}: subject {subject:?} already has a value for {cell} on line {first_line}{}",
         if *rounds { "" } else { "; repeated trials need a round column" }
     )]
     Duplicate {
-        /// The second of the two lines.
         line: u64,
-        /// The first of the two lines.
         first_line: u64,
-        /// The subject.
         subject: String,
-        /// Levels and round.
         cell: String,
-        /// Whether the study has a round column.
         rounds: bool,
     },
     /// Combinations of subject, levels and round without a value.
     #[error("subject {subject:?} has no value for {cell}{}", more(*missing))]
     MissingCell {
-        /// The first subject concerned.
         subject: String,
-        /// Levels and round of the first missing value.
         cell: String,
-        /// Missing values in the whole study.
         missing: usize,
     },
     /// A subject appears in two groups of the factor between subjects.
@@ -131,15 +87,10 @@ pub enum PsychophysicsError {
         "line {line}: subject {subject:?} is in {group:?} and on line {first_line} in another {factor:?}"
     )]
     SubjectInTwoGroups {
-        /// The second of the two lines.
         line: u64,
-        /// The first of the two lines.
         first_line: u64,
-        /// The subject.
         subject: String,
-        /// The factor between subjects.
         factor: String,
-        /// The group on the second line.
         group: String,
     },
     /// The table has a header only, or a study has no values.
@@ -147,111 +98,58 @@ pub enum PsychophysicsError {
     NoRows,
     /// Too few subjects to estimate an error.
     #[error("subjects in the study or its smallest group: {got}, it needs at least {wanted}")]
-    TooFewSubjects {
-        /// Subjects of the study, or of its smallest group.
-        got: usize,
-        /// Fewest that work.
-        wanted: usize,
-    },
+    TooFewSubjects { got: usize, wanted: usize },
     /// A factor that does not vary.
     #[error("factor {factor:?} has only the level {level:?}, it needs two or more")]
-    OneLevel {
-        /// The factor.
-        factor: String,
-        /// Its level.
-        level: String,
-    },
+    OneLevel { factor: String, level: String },
     /// Two factors of the same name.
     #[error("two factors have the name {factor:?}")]
-    FactorTwice {
-        /// The name.
-        factor: String,
-    },
+    FactorTwice { factor: String },
     /// No factor, or more than are supported.
     #[error("{got} factors within subjects, it must be 1 to {most}")]
-    FactorCount {
-        /// Factors named.
-        got: usize,
-        /// Most that are supported.
-        most: usize,
-    },
+    FactorCount { got: usize, most: usize },
     /// A factor that the study does not have.
     #[error("the study has no factor {factor:?}")]
-    UnknownFactor {
-        /// The name asked for.
-        factor: String,
-    },
+    UnknownFactor { factor: String },
     /// All values are the same: there is no variance to analyse.
     #[error("all {count} values are {value}")]
-    Constant {
-        /// Number of values.
-        count: usize,
-        /// The one value.
-        value: f64,
-    },
-    /// An answer below zero (or zero) where ratios or logarithms are formed.
+    Constant { count: usize, value: f64 },
+    /// An answer below zero (or zero) where ratios or logarithms are formed; `line` as for [`Scale`](Self::Scale).
     #[error("line {line}: subject {subject:?}, {cell}: {value} is not {wanted}")]
     NotPositive {
-        /// Where; for a study that was not read from a table the number of the value, from 1.
         line: u64,
-        /// The subject.
         subject: String,
-        /// Its levels.
         cell: String,
-        /// The answer.
         value: f64,
-        /// The range it must lie in.
         wanted: &'static str,
     },
     /// A subject whose answers are all zero, which cannot be scaled.
     #[error("subject {subject:?} has the mean {mean}, it must be above zero")]
-    SubjectMean {
-        /// The subject.
-        subject: String,
-        /// Mean of its answers.
-        mean: f64,
-    },
+    SubjectMean { subject: String, mean: f64 },
     /// Groups of different size, which aligned ranks do not allow.
     #[error("groups of {smallest} and of {largest} subjects, they must be equal")]
-    UnequalGroups {
-        /// Subjects of the smallest group.
-        smallest: usize,
-        /// Subjects of the largest group.
-        largest: usize,
-    },
+    UnequalGroups { smallest: usize, largest: usize },
     /// A list of the wrong length.
     #[error("{what}: {got}, it must be {wanted}")]
     Length {
-        /// The list.
         what: &'static str,
-        /// Its length.
         got: usize,
-        /// The length that fits.
         wanted: usize,
     },
     /// A factor of a session script with the name of another of its columns.
     #[error(
         "factor {factor:?} has the name of another column; subject, round, trial and condition are reserved"
     )]
-    ColumnTaken {
-        /// The factor.
-        factor: String,
-    },
+    ColumnTaken { factor: String },
     /// A correction of pooled errors, which have no sphericity of their own.
     #[error("Greenhouse and Geisser's correction is for strata, not for pooled errors")]
     PooledCorrection,
     /// A fit that did not converge.
     #[error("the fit has not converged after {steps} steps")]
-    NotConverged {
-        /// Steps taken.
-        steps: usize,
-    },
+    NotConverged { steps: usize },
     /// Data without a finite fit.
     #[error("no fit: {why}")]
-    NoFit {
-        /// Why there is none.
-        why: &'static str,
-    },
+    NoFit { why: &'static str },
 }
 
 fn more(missing: usize) -> String {
@@ -279,3 +177,6 @@ pub(crate) fn inner_probability(what: &'static str, value: f64) -> Result<f64, A
     let holds = (1e-9..=1.0 - 1e-9).contains(&value);
     that(holds, what, value, "between 1e-9 and 1 - 1e-9")
 }
+
+/// What may fail with an error of this crate.
+pub type Result<T, E = PsychophysicsError> = std::result::Result<T, E>;

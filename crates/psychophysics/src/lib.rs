@@ -4,13 +4,14 @@ pub mod analysis;
 pub mod design;
 mod error;
 pub mod models;
+mod numbers;
 pub mod procedures;
 mod report;
 pub mod samples;
 pub mod study;
 pub mod tails;
 
-pub use error::PsychophysicsError;
+pub use error::{PsychophysicsError, Result};
 pub use hwall_numeric::ArgumentError;
 
 // A study, its table and its scale.

@@ -17,7 +17,7 @@ pub mod placement;
 pub mod polygon;
 
 pub use binary_file::{BinaryFileError, BinaryFormat};
-pub use error::ReachabilityError;
+pub use error::{ReachabilityError, Result};
 pub use plane::{Plane, PlaneLine};
 pub use progress::{Monitor, Progress};
 pub use steps::Steps;
@@ -41,7 +41,6 @@ pub use optimization::{ChainMap, Extreme, LineExtremes, OptimizationConfig, Opti
 // Where the base should stand.
 pub use placement::{
     Placement, PlacementCell, PlacementConfig, PlacementScores, Target, place_base,
-    place_base_monitored,
 };
 // Outlines.
 pub use polygon::{PolygonConfig, RegionProof, WallPolygon, WallRegion};

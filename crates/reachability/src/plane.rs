@@ -1,6 +1,6 @@
 //! Planes at any inclination (table tops, ramps, leaning walls), and straight lines on them.
 
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::wall::{WallLine, WallPlane, WallPoint, WallProjection, rolled};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
@@ -29,7 +29,7 @@ impl Plane {
     ///
     /// # Errors
     /// NaN or infinity, a normal without a direction.
-    pub fn through(origin_m: DVec3, normal: DVec3) -> Result<Self, ReachabilityError> {
+    pub fn through(origin_m: DVec3, normal: DVec3) -> Result<Self> {
         all_finite("normal", &normal.to_array())?;
         // Scaled first, so that tiny and huge normals keep their digits when squared.
         let scaled = normal / normal.abs().max_element();
@@ -46,11 +46,7 @@ impl Plane {
     ///
     /// # Errors
     /// NaN or infinity, a normal without a direction, an `along` without a part in the plane.
-    pub fn with_along(
-        origin_m: DVec3,
-        normal: DVec3,
-        along: DVec3,
-    ) -> Result<Self, ReachabilityError> {
+    pub fn with_along(origin_m: DVec3, normal: DVec3, along: DVec3) -> Result<Self> {
         all_finite("point_m", &origin_m.to_array())?;
         let unit = |what, vector: DVec3| {
             all_finite(what, &vector.to_array())?;
@@ -76,37 +72,31 @@ impl Plane {
     }
 
     /// The point from which places are counted, m.
-    #[must_use]
     pub const fn origin_m(&self) -> DVec3 {
         self.origin_m
     }
 
     /// Unit normal, towards the person.
-    #[must_use]
     pub const fn normal(&self) -> DVec3 {
         self.normal
     }
 
     /// Unit vector along the plane.
-    #[must_use]
     pub const fn along(&self) -> DVec3 {
         self.along
     }
 
     /// Unit vector up the plane: normal × along.
-    #[must_use]
     pub const fn up(&self) -> DVec3 {
         self.up
     }
 
     /// The point `origin + s along + z up`, m.
-    #[must_use]
     pub fn point_m(&self, at: WallPoint) -> DVec3 {
         self.origin_m + self.along * at.s_m + self.up * at.z_m
     }
 
     /// The point of the plane nearest to `point_m`, and how far off the plane `point_m` lies.
-    #[must_use]
     pub fn project(&self, point_m: DVec3) -> WallProjection {
         let from = point_m - self.origin_m;
         WallProjection {
@@ -116,7 +106,6 @@ impl Plane {
     }
 
     /// Orientation of a board on the plane at `roll_rad`: z is the normal; at roll 0 x is `along` and y is `up`.
-    #[must_use]
     pub fn board_rotation(&self, roll_rad: f64) -> DMat3 {
         rolled([self.along, self.up, self.normal], roll_rad)
     }
@@ -125,13 +114,12 @@ impl Plane {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn board_pose(&self, at: WallPoint, roll_rad: f64) -> Result<Pose, ReachabilityError> {
+    pub fn board_pose(&self, at: WallPoint, roll_rad: f64) -> Result<Pose> {
         finite("roll_rad", roll_rad)?;
         Ok(Pose::new(self.board_rotation(roll_rad), self.point_m(at))?)
     }
 
     /// The line along the plane at a distance up from the origin, m.
-    #[must_use]
     pub const fn line(self, height_m: f64) -> PlaneLine {
         PlaneLine {
             plane: self,
@@ -163,7 +151,6 @@ pub struct PlaneLine {
 
 impl PlaneLine {
     /// The point at `s_m`, m.
-    #[must_use]
     pub fn point_m(&self, s_m: f64) -> DVec3 {
         self.plane.point_m(WallPoint::new(s_m, self.height_m))
     }
@@ -172,7 +159,7 @@ impl PlaneLine {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn board_pose(&self, s_m: f64, roll_rad: f64) -> Result<Pose, ReachabilityError> {
+    pub fn board_pose(&self, s_m: f64, roll_rad: f64) -> Result<Pose> {
         self.plane
             .board_pose(WallPoint::new(s_m, self.height_m), roll_rad)
     }

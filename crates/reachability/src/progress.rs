@@ -1,6 +1,6 @@
 //! Loops that may run on several cores, report progress and can be cancelled.
 
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -19,6 +19,11 @@ pub type Monitor<'a> = dyn Fn(Progress) -> ControlFlow<()> + Sync + 'a;
 /// Asks the monitor after this many pieces of work.
 const STRIDE: usize = 64;
 
+/// Hears nothing, stops nothing.
+pub(crate) fn silent(_: Progress) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
 /// `work(0), work(1), ...` in order, whatever the number of threads.
 ///
 /// # Errors
@@ -26,8 +31,8 @@ const STRIDE: usize = 64;
 pub(crate) fn map_indexed<T: Send>(
     total: usize,
     monitor: &Monitor,
-    work: impl Fn(usize) -> Result<T, ReachabilityError> + Sync,
-) -> Result<Vec<T>, ReachabilityError> {
+    work: impl Fn(usize) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
     let (done, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     let one = |index: usize| {
         if stopped.load(Ordering::Relaxed) {

@@ -1,6 +1,6 @@
 //! Evenly spaced values.
 
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use hwall_numeric::check::{finite, positive, that};
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ impl Steps {
     ///
     /// # Errors
     /// NaN or infinity, a step of zero, no values, or more than a map can hold.
-    pub fn new(first_m: f64, step_m: f64, count: usize) -> Result<Self, ReachabilityError> {
+    pub fn new(first_m: f64, step_m: f64, count: usize) -> Result<Self> {
         finite("first value", first_m)?;
         finite("step", step_m)?;
         that(step_m != 0.0, "step", step_m, "anything but 0")?;
@@ -43,7 +43,7 @@ impl Steps {
     ///
     /// # Errors
     /// NaN or infinity, a step that is not positive, or more values than a map can hold.
-    pub fn spanning(from_m: f64, to_m: f64, step_m: f64) -> Result<Self, ReachabilityError> {
+    pub fn spanning(from_m: f64, to_m: f64, step_m: f64) -> Result<Self> {
         positive("step", step_m)?;
         let distance = finite("to", to_m)? - finite("from", from_m)?;
         // A last step that misses the end by rounding only counts as a whole one.
@@ -58,19 +58,17 @@ impl Steps {
     ///
     /// # Errors
     /// NaN or infinity, a tolerance that is not positive.
-    pub fn single(value_m: f64, tolerance_m: f64) -> Result<Self, ReachabilityError> {
+    pub fn single(value_m: f64, tolerance_m: f64) -> Result<Self> {
         positive("tolerance of a single value", tolerance_m)?;
         Self::new(value_m, 2.0 * tolerance_m, 1)
     }
 
     /// How many.
-    #[must_use]
     pub const fn count(&self) -> usize {
         self.count as usize
     }
 
     /// Value `index`, m.
-    #[must_use]
     pub fn at(&self, index: usize) -> f64 {
         self.first_m + self.step_m * index as f64
     }
@@ -81,7 +79,6 @@ impl Steps {
     }
 
     /// Distance between neighbours, m.
-    #[must_use]
     pub const fn spacing_m(&self) -> f64 {
         self.step_m.abs()
     }
@@ -98,7 +95,6 @@ impl Steps {
     }
 
     /// The nearest value's index, `None` further than half a step from all of them (or NaN).
-    #[must_use]
     #[inline]
     pub fn nearest(&self, value_m: f64) -> Option<usize> {
         // Truncation instead of rounding, which is a call without SSE 4.1; NaN fails both

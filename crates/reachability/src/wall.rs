@@ -5,7 +5,7 @@
 //! a point of the wall is `d n + s t + z k`: nothing degenerates at any heading, where the
 //! dissertation's `p_x - tan(γ) p_y = d` has no value at ±90 degrees.
 
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
 use hwall_numeric::check::{all_finite, finite, that};
@@ -30,7 +30,7 @@ impl WallPlane {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn new(heading_rad: f64, distance_m: f64) -> Result<Self, ReachabilityError> {
+    pub fn new(heading_rad: f64, distance_m: f64) -> Result<Self> {
         finite("heading_rad", heading_rad)?;
         finite("distance_m", distance_m)?;
         let (sin, cos) = heading_rad.sin_cos();
@@ -47,7 +47,7 @@ impl WallPlane {
     ///
     /// # Errors
     /// NaN or infinity, a normal without a direction or one that leans more.
-    pub fn through(point_m: DVec3, normal: DVec3) -> Result<Self, ReachabilityError> {
+    pub fn through(point_m: DVec3, normal: DVec3) -> Result<Self> {
         all_finite("point_m", &point_m.to_array())?;
         all_finite("normal", &normal.to_array())?;
         // Scaled first, so that tiny and huge normals keep their digits when squared.
@@ -73,38 +73,32 @@ impl WallPlane {
     }
 
     /// Heading γ of the normal, rad.
-    #[must_use]
     pub const fn heading_rad(&self) -> f64 {
         self.heading_rad
     }
 
     /// `n · p`, m.
-    #[must_use]
     pub const fn distance_m(&self) -> f64 {
         self.distance_m
     }
 
     /// Unit normal n, towards the person.
-    #[must_use]
     pub const fn normal(&self) -> DVec3 {
         self.normal
     }
 
     /// Unit vector t along the wall; seen from the person's side it points to the right.
-    #[must_use]
     pub fn along(&self) -> DVec3 {
         DVec3::new(-self.normal.y, self.normal.x, 0.0)
     }
 
     /// The point `d n + s t + z k`, m.
-    #[must_use]
     pub fn point_m(&self, at: WallPoint) -> DVec3 {
         let DVec3 { x, y, .. } = self.normal * self.distance_m + self.along() * at.s_m;
         DVec3::new(x, y, at.z_m)
     }
 
     /// The point of the wall nearest to `point_m`, and how far off the wall `point_m` lies.
-    #[must_use]
     pub fn project(&self, point_m: DVec3) -> WallProjection {
         WallProjection {
             at: WallPoint::new(self.along().dot(point_m), point_m.z),
@@ -113,7 +107,6 @@ impl WallPlane {
     }
 
     /// Orientation of a board on the wall at `roll_rad`: z is n; at roll 0 x is t and y is up.
-    #[must_use]
     pub fn board_rotation(&self, roll_rad: f64) -> DMat3 {
         rolled([self.along(), DVec3::Z, self.normal], roll_rad)
     }
@@ -122,13 +115,12 @@ impl WallPlane {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn board_pose(&self, at: WallPoint, roll_rad: f64) -> Result<Pose, ReachabilityError> {
+    pub fn board_pose(&self, at: WallPoint, roll_rad: f64) -> Result<Pose> {
         finite("roll_rad", roll_rad)?;
         Ok(Pose::new(self.board_rotation(roll_rad), self.point_m(at))?)
     }
 
     /// The horizontal line of the wall at a height.
-    #[must_use]
     pub const fn line(self, height_m: f64) -> WallLine {
         WallLine {
             plane: self,
@@ -160,7 +152,6 @@ impl WallPoint {
     }
 
     /// Distance to another point of the same wall, m.
-    #[must_use]
     pub fn distance_m(&self, other: Self) -> f64 {
         (self.s_m - other.s_m).hypot(self.z_m - other.z_m)
     }
@@ -186,7 +177,6 @@ pub struct WallLine {
 
 impl WallLine {
     /// The point at `s_m`, m.
-    #[must_use]
     pub fn point_m(&self, s_m: f64) -> DVec3 {
         self.plane.point_m(WallPoint::new(s_m, self.height_m))
     }
@@ -195,7 +185,7 @@ impl WallLine {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn board_pose(&self, s_m: f64, roll_rad: f64) -> Result<Pose, ReachabilityError> {
+    pub fn board_pose(&self, s_m: f64, roll_rad: f64) -> Result<Pose> {
         self.plane
             .board_pose(WallPoint::new(s_m, self.height_m), roll_rad)
     }

@@ -1,6 +1,6 @@
 //! The avatar turned little by little, without being noticed.
 
-use crate::error::RedirectionError;
+use crate::error::Result;
 use crate::walking_thresholds::WalkingThresholds;
 use hwall_numeric::check::{finite, non_negative, that};
 
@@ -48,7 +48,7 @@ impl TurnConfig {
     ///
     /// # Errors
     /// The first setting outside its range; NaN is outside every range.
-    pub fn validate(&self) -> Result<(), RedirectionError> {
+    pub fn validate(&self) -> Result<()> {
         self.thresholds.validate()?;
         let share = self.steered_share;
         that(
@@ -98,7 +98,7 @@ impl AvatarTurn {
     ///
     /// # Errors
     /// A setting outside its range.
-    pub fn new(config: TurnConfig) -> Result<Self, RedirectionError> {
+    pub fn new(config: TurnConfig) -> Result<Self> {
         config.validate()?;
         Ok(Self {
             config,
@@ -107,13 +107,11 @@ impl AvatarTurn {
     }
 
     /// The settings.
-    #[must_use]
     pub const fn config(&self) -> &TurnConfig {
         &self.config
     }
 
     /// Turn since the beginning, rad.
-    #[must_use]
     pub const fn turned_rad(&self) -> f64 {
         self.turned_rad
     }
@@ -124,12 +122,7 @@ impl AvatarTurn {
     ///
     /// # Errors
     /// NaN, infinity, a negative time.
-    pub fn step(
-        &mut self,
-        wanted_rad: f64,
-        motion: &PersonMotion,
-        dt_s: f64,
-    ) -> Result<TurnStep, RedirectionError> {
+    pub fn step(&mut self, wanted_rad: f64, motion: &PersonMotion, dt_s: f64) -> Result<TurnStep> {
         finite("wanted_rad", wanted_rad)?;
         non_negative("dt_s", dt_s)?;
         let [least, most] = self.rates_rad_per_s(motion)?;
@@ -147,7 +140,7 @@ impl AvatarTurn {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn rates_rad_per_s(&self, motion: &PersonMotion) -> Result<[f64; 2], RedirectionError> {
+    pub fn rates_rad_per_s(&self, motion: &PersonMotion) -> Result<[f64; 2]> {
         let share = self.config.steered_share;
         finite("turn_rad_per_s", motion.turn_rad_per_s)?;
         finite("speed_m_per_s", motion.speed_m_per_s)?;

@@ -6,6 +6,7 @@ use hwall_numeric::ArgumentError;
 /// A request that makes no sense.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields hold")]
 pub enum RedirectionError {
     /// A number is NaN, infinite or outside its range.
     #[error(transparent)]
@@ -15,26 +16,19 @@ pub enum RedirectionError {
     Geometry(#[from] GeometryError),
     /// The hand is where it shall go: there is no reach that could be shifted.
     #[error("no reach: {length_m} m from the start to the goal")]
-    NoReach {
-        /// From the start to the goal, m.
-        length_m: f64,
-    },
+    NoReach { length_m: f64 },
     /// The reach starts behind the surface, or on it.
     #[error("the reach starts {before_m} m before the board")]
-    NotBefore {
-        /// Distance of the start before the plane of the board, m; not positive.
-        before_m: f64,
-    },
+    NotBefore { before_m: f64 },
     /// A shift that people would notice.
     #[error("{what} of the shift is {value}, unnoticed are {least} to {most}")]
     Noticed {
-        /// Which part of the shift.
         what: &'static str,
-        /// Its size, rad or a ratio.
         value: f64,
-        /// Least that goes unnoticed.
         least: f64,
-        /// Most that goes unnoticed.
         most: f64,
     },
 }
+
+/// What may fail with an error of this crate.
+pub type Result<T, E = RedirectionError> = std::result::Result<T, E>;

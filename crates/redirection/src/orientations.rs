@@ -1,7 +1,7 @@
 //! Orientations at which maps were made, and the nearest one.
 
 use crate::angle::wrapped_rad;
-use crate::error::RedirectionError;
+use crate::error::Result;
 use hwall_numeric::check::{finite, positive, that};
 use std::f64::consts::PI;
 
@@ -40,7 +40,7 @@ impl SampledOrientations {
     ///
     /// # Errors
     /// A step or an end outside its range, NaN.
-    pub fn new(step_rad: f64, end_rad: f64) -> Result<Self, RedirectionError> {
+    pub fn new(step_rad: f64, end_rad: f64) -> Result<Self> {
         positive("step_rad", step_rad)?;
         that(
             (1e-6..=PI).contains(&step_rad),
@@ -72,13 +72,11 @@ impl SampledOrientations {
     }
 
     /// Distance between neighbours, rad.
-    #[must_use]
     pub const fn step_rad(&self) -> f64 {
         self.step_rad
     }
 
     /// The last one on each side, rad.
-    #[must_use]
     pub fn end_rad(&self) -> f64 {
         self.each_side * self.step_rad
     }
@@ -88,7 +86,7 @@ impl SampledOrientations {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn snap(&self, heading_rad: f64) -> Result<Snapped, RedirectionError> {
+    pub fn snap(&self, heading_rad: f64) -> Result<Snapped> {
         let heading = wrapped_rad(finite("heading_rad", heading_rad)?);
         let nearest = (heading / self.step_rad)
             .round()

@@ -1,6 +1,6 @@
 //! One reach whose real end differs from its virtual one.
 
-use crate::error::RedirectionError;
+use crate::error::{RedirectionError, Result};
 use crate::reach_thresholds::{ReachFrame, ReachShift, ReachThresholds};
 use glam::DVec3;
 use hwall_geometry::direction;
@@ -69,7 +69,7 @@ impl RedirectedReach {
         real_goal_m: DVec3,
         normal: DVec3,
         thresholds: &ReachThresholds,
-    ) -> Result<Self, RedirectionError> {
+    ) -> Result<Self> {
         thresholds.validate()?;
         all_finite("real_goal_m", &real_goal_m.to_array())?;
         let frame = ReachFrame::new(start_m, virtual_goal_m)?;
@@ -94,13 +94,11 @@ impl RedirectedReach {
     }
 
     /// How the real reach differs from the virtual one.
-    #[must_use]
     pub const fn shift(&self) -> &ReachShift {
         &self.shift
     }
 
     /// From the real point to the virtual one at the board, m.
-    #[must_use]
     pub const fn offset_m(&self) -> DVec3 {
         self.offset_m
     }
@@ -109,7 +107,7 @@ impl RedirectedReach {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn virtual_hand(&self, real_hand_m: DVec3) -> Result<VirtualHand, RedirectionError> {
+    pub fn virtual_hand(&self, real_hand_m: DVec3) -> Result<VirtualHand> {
         all_finite("real_hand_m", &real_hand_m.to_array())?;
         let start_m = self.frame.start_m();
         let done = ((start_m - real_hand_m).dot(self.normal) / self.before_m).clamp(0.0, 1.0);

@@ -1,6 +1,6 @@
 //! What people do not notice while they reach: how far the real hand may be led away from the virtual one.
 
-use crate::error::RedirectionError;
+use crate::error::{RedirectionError, Result};
 use glam::DVec3;
 use hwall_geometry::direction;
 use hwall_numeric::check::{all_finite, finite, positive, that};
@@ -73,7 +73,7 @@ impl ReachThresholds {
     ///
     /// # Errors
     /// The first setting outside its range; NaN is outside every range.
-    pub fn validate(&self) -> Result<(), RedirectionError> {
+    pub fn validate(&self) -> Result<()> {
         for (what, angle) in [
             ("horizontal_rad", self.horizontal_rad),
             ("vertical_rad", self.vertical_rad),
@@ -94,7 +94,6 @@ impl ReachThresholds {
     }
 
     /// The shift within the thresholds that is nearest in each of its three parts.
-    #[must_use]
     pub fn nearest(&self, shift: &ReachShift) -> ReachShift {
         let within = |value: f64, least: f64, most: f64| value.min(most).max(least);
         ReachShift {
@@ -112,7 +111,7 @@ impl ReachThresholds {
     ///
     /// # Errors
     /// The first part that exceeds its threshold; NaN does.
-    pub fn check(&self, shift: &ReachShift) -> Result<(), RedirectionError> {
+    pub fn check(&self, shift: &ReachShift) -> Result<()> {
         /// Rounding of places that were made from a shift at the very threshold.
         const ROUNDING: f64 = 1e-9;
         for (what, value, least, most) in [
@@ -148,7 +147,7 @@ impl ReachFrame {
     ///
     /// # Errors
     /// NaN, infinity, or no reach: a goal within 1 mm of the start.
-    pub fn new(start_m: DVec3, goal_m: DVec3) -> Result<Self, RedirectionError> {
+    pub fn new(start_m: DVec3, goal_m: DVec3) -> Result<Self> {
         all_finite("start_m", &start_m.to_array())?;
         all_finite("goal_m", &goal_m.to_array())?;
         let way = goal_m - start_m;
@@ -172,19 +171,16 @@ impl ReachFrame {
     }
 
     /// Where it starts, m.
-    #[must_use]
     pub const fn start_m(&self) -> DVec3 {
         self.start_m
     }
 
     /// Its length, m.
-    #[must_use]
     pub const fn length_m(&self) -> f64 {
         self.length_m
     }
 
     /// Where the real hand ends when the virtual one is at the goal, m; shifts must be below a quarter turn, gains positive.
-    #[must_use]
     pub fn real_goal_m(&self, shift: &ReachShift) -> DVec3 {
         let way = self.along
             + self.right * shift.horizontal_rad.tan()
@@ -194,7 +190,6 @@ impl ReachFrame {
 
     /// The shift that puts the real hand at a place when the virtual one is at the goal: the inverse of
     /// [`real_goal_m`](Self::real_goal_m). NaN in gives NaN out.
-    #[must_use]
     pub fn shift_to(&self, real_goal_m: DVec3) -> ReachShift {
         let real = real_goal_m - self.start_m;
         let along = real.dot(self.along);
@@ -206,7 +201,6 @@ impl ReachFrame {
     }
 
     /// How the way of the real hand to one place differs from that of the virtual one to another, m, seen along the reach.
-    #[must_use]
     pub(crate) fn shift_between(&self, real_m: DVec3, virtual_m: DVec3) -> ReachShift {
         let angles = |place_m: DVec3| {
             let way = place_m - self.start_m;

@@ -1,6 +1,6 @@
 //! What people do not notice while they turn and walk.
 
-use crate::error::RedirectionError;
+use crate::error::Result;
 use hwall_numeric::check::{finite, non_negative, positive, that};
 
 /// Detection thresholds of redirected walking: half of the people do not notice more than this.
@@ -13,10 +13,6 @@ pub struct WalkingThresholds {
     pub real_turn_more: f64,
     /// By how much the real turn may fall short of the virtual one, as a share of the virtual one, below 1; default 0.20.
     pub real_turn_less: f64,
-    /// By how much the virtual way may exceed the real one, as a share of the real one; default 0.26.
-    pub virtual_way_more: f64,
-    /// By how much the virtual way may fall short of the real one, as a share of the real one, at most 1; default 0.14.
-    pub virtual_way_less: f64,
     /// Radius of the circle that is walked for a straight line, m; default 22. [Grechkin 2016] finds 11.6 m with another way
     /// of asking.
     pub least_radius_m: f64,
@@ -27,8 +23,6 @@ impl Default for WalkingThresholds {
         Self {
             real_turn_more: 0.49,
             real_turn_less: 0.20,
-            virtual_way_more: 0.26,
-            virtual_way_less: 0.14,
             least_radius_m: 22.0,
         }
     }
@@ -39,8 +33,6 @@ impl WalkingThresholds {
     pub const NONE: Self = Self {
         real_turn_more: 0.0,
         real_turn_less: 0.0,
-        virtual_way_more: 0.0,
-        virtual_way_less: 0.0,
         least_radius_m: f64::INFINITY,
     };
 
@@ -48,13 +40,10 @@ impl WalkingThresholds {
     ///
     /// # Errors
     /// The first setting outside its range; NaN is outside every range. An infinite radius is fine.
-    pub fn validate(&self) -> Result<(), RedirectionError> {
+    pub fn validate(&self) -> Result<()> {
         non_negative("real_turn_more", self.real_turn_more)?;
         let less = non_negative("real_turn_less", self.real_turn_less)?;
         that(less < 1.0, "real_turn_less", less, "below 1")?;
-        non_negative("virtual_way_more", self.virtual_way_more)?;
-        let less = non_negative("virtual_way_less", self.virtual_way_less)?;
-        that(less <= 1.0, "virtual_way_less", less, "at most 1")?;
         if self.least_radius_m != f64::INFINITY {
             positive("least_radius_m", self.least_radius_m)?;
         }
@@ -75,24 +64,11 @@ impl WalkingThresholds {
         &self,
         turn_rad_per_s: f64,
         speed_m_per_s: f64,
-    ) -> Result<[f64; 2], RedirectionError> {
+    ) -> Result<[f64; 2]> {
         let turn = finite("turn_rad_per_s", turn_rad_per_s)?;
         let bend = finite("speed_m_per_s", speed_m_per_s)?.abs() / self.least_radius_m;
         let slower = turn / (1.0 + self.real_turn_more) - turn;
         let faster = turn / (1.0 - self.real_turn_less) - turn;
         Ok([slower.min(faster).min(-bend), slower.max(faster).max(bend)])
-    }
-
-    /// The nearest unnoticed gain to a wanted one: virtual way for a real way of 1.
-    ///
-    /// # Errors
-    /// NaN or infinity.
-    #[inline]
-    pub fn way_gain(&self, wanted: f64) -> Result<f64, RedirectionError> {
-        let wanted = finite("way gain", wanted)?;
-        // Not `clamp`, which panics where the ends are out of order: the settings may not have been checked.
-        Ok(wanted
-            .min(1.0 + self.virtual_way_more)
-            .max(1.0 - self.virtual_way_less))
     }
 }

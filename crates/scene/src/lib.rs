@@ -12,15 +12,15 @@ mod surface;
 // The scene and what it is made of.
 pub use mechanics::{Mechanics, SurfaceClick, SurfaceDetent};
 pub use scene::{Bounds, Scene};
-pub use surface::{OpeningRange, Surface, SurfaceId, SurfaceKind};
+pub use surface::{OpeningRange, SlidingPart, Surface, SurfaceId, SurfaceKind};
 
 // Questions and answers.
 pub use facet::{Facet, VERTICAL_TOLERANCE_RAD};
 pub use part::BuildQuality;
-pub use queries::{Closest, Hit, Ray};
+pub use queries::{Hit, Ray};
 
 // Reading.
-pub use error::SceneError;
+pub use error::{Result, SceneError};
 pub use part::triangle::COORDINATE_LIMIT_M;
 pub use read::{FileFrame, LoadLimits, LoadReport, SurfaceMesh, UNNAMED, read_text};
 

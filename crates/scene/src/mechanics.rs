@@ -1,6 +1,6 @@
 //! How a door, panel, drawer or button moves when it is pushed, as far as a sidecar says so.
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// Masses, stiffnesses, forces and the like are at most this, in their units: squares and products stay finite.
 pub(crate) const MOST: f64 = 1e12;
@@ -90,7 +90,7 @@ pub(crate) const SLIDING: MechanicsKeys = MechanicsKeys {
 
 impl Mechanics {
     /// Rejects impossible numbers, named as in a sidecar.
-    pub(crate) fn validate(&self, surface: &str, keys: &MechanicsKeys) -> Result<(), SceneError> {
+    pub(crate) fn validate(&self, surface: &str, keys: &MechanicsKeys) -> Result<()> {
         let check = |what, value: Option<f64>, holds: fn(f64) -> bool, wanted| match value {
             Some(value) if !(value.abs() <= MOST && holds(value)) => Err(SceneError::Parameter {
                 surface: surface.to_owned(),

@@ -1,7 +1,7 @@
 //! Rays and closest points.
 
-use crate::error::{SceneError, finite};
-use crate::part::{ALL, Face, PartHit, PartRay, triangle};
+use crate::error::{Result, SceneError, finite};
+use crate::part::{ALL, PartHit, PartRay, triangle};
 use crate::scene::Scene;
 use crate::surface::{SurfaceId, SurfaceKind};
 use glam::DVec3;
@@ -21,33 +21,18 @@ pub struct Ray {
     pub direction: DVec3,
 }
 
-/// Where a ray meets the scene.
+/// A point of a surface: where a ray meets it, or the one closest to some point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
-    /// The surface met.
+    /// The surface.
     pub surface: SurfaceId,
-    /// The point, m; a point of the triangle to rounding.
+    /// The point, m; of a ray a point of the triangle to rounding.
     pub point_m: DVec3,
-    /// Unit normal of the triangle, on the side the ray came from.
+    /// Unit normal of the triangle, on the side from which it was asked for (outward if that lies in its plane).
     pub normal: DVec3,
-    /// Was the side met the outside, by the winding of the file?
+    /// Is that side the outside, by the winding of the file?
     pub outside: bool,
-    /// Distance from the origin of the ray, m.
-    pub distance_m: f64,
-}
-
-/// The point of a surface closest to some point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Closest {
-    /// The surface it lies on.
-    pub surface: SurfaceId,
-    /// The closest point, m.
-    pub point_m: DVec3,
-    /// Unit normal of the triangle, on the side of the query point (outward if that lies in its plane).
-    pub normal: DVec3,
-    /// Does the query point lie on the outside, by the winding of the file?
-    pub outside: bool,
-    /// Distance from the query point, m.
+    /// Distance from the origin of the ray, or from the query point, m.
     pub distance_m: f64,
 }
 
@@ -61,7 +46,7 @@ impl Scene {
     ///
     /// # Errors
     /// NaN, infinity, or a direction of zero length.
-    pub fn ray_cast(&self, origin_m: DVec3, direction: DVec3) -> Result<Option<Hit>, SceneError> {
+    pub fn ray_cast(&self, origin_m: DVec3, direction: DVec3) -> Result<Option<Hit>> {
         let (origin_m, direction) = (finite("ray origin", origin_m)?, unit(direction)?);
         let mut best: Option<(usize, PartHit)> = None;
         for (part, ray) in self.part_rays(origin_m, direction) {
@@ -70,7 +55,7 @@ impl Scene {
                 best = Some((part, hit));
             }
         }
-        Ok(best.map(|(part, hit)| self.to_hit(part, &hit, direction)))
+        Ok(best.map(|(part, hit)| self.to_hit(part, &hit, |_| -direction)))
     }
 
     /// What [`ray_cast`](Self::ray_cast) finds for each of many rays, to the last bit, in less time than one after the other.
@@ -79,7 +64,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`ray_cast`](Self::ray_cast), for the first ray that has one.
-    pub fn ray_casts(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) -> Result<(), SceneError> {
+    pub fn ray_casts(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) -> Result<()> {
         hits.clear();
         hits.reserve(rays.len());
         for rays in rays.chunks(TOGETHER) {
@@ -92,7 +77,7 @@ impl Scene {
     }
 
     /// Appends the hits of at most [`TOGETHER`] rays.
-    fn cast_chunk(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) -> Result<(), SceneError> {
+    fn cast_chunk(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) -> Result<()> {
         let mut directions = [DVec3::ZERO; TOGETHER];
         for (to, ray) in directions.iter_mut().zip(rays) {
             finite("ray origin", ray.origin_m)?;
@@ -120,7 +105,7 @@ impl Scene {
         let best = best.iter().zip(&directions).take(rays.len());
         hits.extend(best.map(|(best, direction)| {
             let (part, hit) = best.get()?;
-            Some(self.to_hit(part, &hit, *direction))
+            Some(self.to_hit(part, &hit, |_| -*direction))
         }));
         Ok(())
     }
@@ -129,12 +114,7 @@ impl Scene {
     ///
     /// # Errors
     /// NaN, an infinite origin or direction, a direction of zero length. An infinite distance is fine.
-    pub fn any_hit(
-        &self,
-        origin_m: DVec3,
-        direction: DVec3,
-        max_distance_m: f64,
-    ) -> Result<bool, SceneError> {
+    pub fn any_hit(&self, origin_m: DVec3, direction: DVec3, max_distance_m: f64) -> Result<bool> {
         let (origin_m, direction) = (finite("ray origin", origin_m)?, unit(direction)?);
         let max_m = distance(max_distance_m)?;
         Ok(self
@@ -149,7 +129,7 @@ impl Scene {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn visible(&self, from_m: DVec3, to_m: DVec3) -> Result<bool, SceneError> {
+    pub fn visible(&self, from_m: DVec3, to_m: DVec3) -> Result<bool> {
         let line = finite("target", to_m)? - finite("viewpoint", from_m)?;
         let length_m = line.length();
         if length_m == 0.0 {
@@ -170,11 +150,7 @@ impl Scene {
     ///
     /// # Errors
     /// NaN, an infinite point, a point more than 6e153 m away. An infinite limit is fine.
-    pub fn closest_point(
-        &self,
-        point_m: DVec3,
-        max_distance_m: f64,
-    ) -> Result<Option<Closest>, SceneError> {
+    pub fn closest_point(&self, point_m: DVec3, max_distance_m: f64) -> Result<Option<Hit>> {
         self.closest(point_m, max_distance_m, |_| ALL, |_| true)
     }
 
@@ -182,11 +158,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`closest_point`](Self::closest_point).
-    pub fn closest_touchable(
-        &self,
-        point_m: DVec3,
-        max_distance_m: f64,
-    ) -> Result<Option<Closest>, SceneError> {
+    pub fn closest_touchable(&self, point_m: DVec3, max_distance_m: f64) -> Result<Option<Hit>> {
         let geometry = &*self.geometry;
         self.closest(
             point_m,
@@ -200,7 +172,7 @@ impl Scene {
     ///
     /// # Errors
     /// NaN, infinity, a point more than 6e153 m away, or an id of another scene.
-    pub fn project_on(&self, surface: SurfaceId, point_m: DVec3) -> Result<Closest, SceneError> {
+    pub fn project_on(&self, surface: SurfaceId, point_m: DVec3) -> Result<Hit> {
         self.check(surface)?;
         let part = self.geometry.part_of[surface.0];
         let local = self.world_from_part[part].inverse_transform_point(located(point_m)?);
@@ -208,7 +180,7 @@ impl Scene {
         let hit =
             self.geometry.parts[part].closest(local, f64::INFINITY, wanted, |id| id == surface.0);
         // Every surface keeps at least one triangle and distances are finite.
-        hit.map(|hit| self.to_closest(part, &hit, point_m))
+        hit.map(|hit| self.to_hit(part, &hit, |foot_m| point_m - foot_m))
             .ok_or(SceneError::NoFaces)
     }
 
@@ -219,7 +191,7 @@ impl Scene {
         max_distance_m: f64,
         wanted: impl Fn(usize) -> u64,
         accept: impl Fn(usize) -> bool + Copy,
-    ) -> Result<Option<Closest>, SceneError> {
+    ) -> Result<Option<Hit>> {
         located(point_m)?;
         let max_m = distance(max_distance_m)?;
         let mut best: Option<(usize, PartHit)> = None;
@@ -245,30 +217,21 @@ impl Scene {
                 best = Some((index, hit));
             }
         }
-        Ok(best.map(|(part, hit)| self.to_closest(part, &hit, point_m)))
+        Ok(best.map(|(part, hit)| self.to_hit(part, &hit, |foot_m| point_m - foot_m)))
     }
 
+    /// `towards`: from the point to where it was asked for.
     #[inline(always)]
-    fn to_hit(&self, part: usize, hit: &PartHit, direction: DVec3) -> Hit {
-        let face = &self.geometry.parts[part].face(hit.triangle);
-        let (normal, outside) = self.facing(part, face, -direction);
-        Hit {
-            surface: SurfaceId(face.surface as usize),
-            point_m: self.world_from_part[part].transform_point(hit.point_m),
-            normal,
-            outside,
-            distance_m: hit.distance_m,
-        }
-    }
-
-    fn to_closest(&self, part: usize, hit: &PartHit, query_m: DVec3) -> Closest {
+    fn to_hit(&self, part: usize, hit: &PartHit, towards: impl Fn(DVec3) -> DVec3) -> Hit {
         let point_m = self.world_from_part[part].transform_point(hit.point_m);
         let face = &self.geometry.parts[part].face(hit.triangle);
-        let (normal, outside) = self.facing(part, face, query_m - point_m);
-        Closest {
+        let outward = triangle::normal(&face.corners_m);
+        let normal = self.world_from_part[part].transform_vector(outward);
+        let outside = normal.dot(towards(point_m)) >= 0.0;
+        Hit {
             surface: SurfaceId(face.surface as usize),
             point_m,
-            normal,
+            normal: if outside { normal } else { -normal },
             outside,
             distance_m: hit.distance_m,
         }
@@ -291,19 +254,10 @@ impl Scene {
                 (part, ray)
             })
     }
-
-    /// Unit normal of a triangle on the side that `towards` points to, and whether that is the outside.
-    #[inline(always)]
-    fn facing(&self, part: usize, face: &Face, towards: DVec3) -> (DVec3, bool) {
-        let outward = triangle::normal(&face.corners_m);
-        let normal = self.world_from_part[part].transform_vector(outward);
-        let outside = normal.dot(towards) >= 0.0;
-        (if outside { normal } else { -normal }, outside)
-    }
 }
 
 /// Unit vector of a direction of any length.
-fn unit(direction: DVec3) -> Result<DVec3, SceneError> {
+fn unit(direction: DVec3) -> Result<DVec3> {
     let largest = finite("ray direction", direction)?.abs().max_element();
     if largest == 0.0 {
         return Err(SceneError::ZeroDirection);

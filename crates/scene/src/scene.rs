@@ -1,6 +1,6 @@
 //! The scene: surfaces and where they stand.
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::facet::{self, Facet};
 use crate::part::{BuildQuality, Face, MAX_TRIANGLES, Part};
 use crate::read::{self, FileFrame, LoadLimits, LoadReport, SurfaceMesh};
@@ -92,20 +92,8 @@ impl Scene {
     pub fn from_obj_file(
         obj: impl AsRef<Path>,
         sidecar: Option<&Path>,
-    ) -> Result<(Self, LoadReport), SceneError> {
-        Self::from_obj_file_within(obj, sidecar, &LoadLimits::default())
-    }
-
-    /// [`from_obj_file`](Self::from_obj_file) with other limits.
-    ///
-    /// # Errors
-    /// As [`from_obj_file`](Self::from_obj_file).
-    pub fn from_obj_file_within(
-        obj: impl AsRef<Path>,
-        sidecar: Option<&Path>,
-        limits: &LoadLimits,
-    ) -> Result<(Self, LoadReport), SceneError> {
-        Self::from_obj_file_in(obj, sidecar, &FileFrame::default(), limits)
+    ) -> Result<(Self, LoadReport)> {
+        Self::from_obj_file_in(obj, sidecar, &FileFrame::default(), &LoadLimits::default())
     }
 
     /// [`from_obj_file`](Self::from_obj_file) with other limits and an OBJ in another unit, or with another axis up.
@@ -117,7 +105,7 @@ impl Scene {
         sidecar: Option<&Path>,
         frame: &FileFrame,
         limits: &LoadLimits,
-    ) -> Result<(Self, LoadReport), SceneError> {
+    ) -> Result<(Self, LoadReport)> {
         let obj = obj.as_ref();
         let text = read::read_text(obj, limits)?;
         let beside = obj.with_extension("toml");
@@ -135,10 +123,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`from_obj_file`](Self::from_obj_file).
-    pub fn from_obj_str(
-        obj: &str,
-        sidecar: Option<&str>,
-    ) -> Result<(Self, LoadReport), SceneError> {
+    pub fn from_obj_str(obj: &str, sidecar: Option<&str>) -> Result<(Self, LoadReport)> {
         Self::from_obj_str_in(obj, sidecar, &FileFrame::default())
     }
 
@@ -150,7 +135,7 @@ impl Scene {
         obj: &str,
         sidecar: Option<&str>,
         frame: &FileFrame,
-    ) -> Result<(Self, LoadReport), SceneError> {
+    ) -> Result<(Self, LoadReport)> {
         Self::from_text(obj, sidecar, None, frame, &LoadLimits::default())
     }
 
@@ -160,7 +145,7 @@ impl Scene {
         directory: Option<&Path>,
         frame: &FileFrame,
         limits: &LoadLimits,
-    ) -> Result<(Self, LoadReport), SceneError> {
+    ) -> Result<(Self, LoadReport)> {
         let (mut meshes, mut report) = read::parse(text, directory, limits)?;
         if let Some(text) = sidecar {
             read::apply(text, &mut meshes)?;
@@ -175,13 +160,13 @@ impl Scene {
     /// # Errors
     /// A coordinate that is not finite or too large, two surfaces of one name, impossible
     /// surface properties, no face left.
-    pub fn from_meshes(meshes: Vec<SurfaceMesh>) -> Result<(Self, LoadReport), SceneError> {
+    pub fn from_meshes(meshes: Vec<SurfaceMesh>) -> Result<(Self, LoadReport)> {
         let mut report = LoadReport::default();
         let scene = Self::build(meshes, &mut report)?;
         Ok((scene, report))
     }
 
-    fn build(meshes: Vec<SurfaceMesh>, report: &mut LoadReport) -> Result<Self, SceneError> {
+    fn build(meshes: Vec<SurfaceMesh>, report: &mut LoadReport) -> Result<Self> {
         let meshes = read::repaired(meshes, report)?;
         let got = meshes.iter().map(|m| m.triangles_m.len()).sum::<usize>() as u64;
         if got > MAX_TRIANGLES {
@@ -251,7 +236,6 @@ impl Scene {
     }
 
     /// Bytes that triangles and hierarchies take, shared between copies.
-    #[must_use]
     pub fn geometry_bytes(&self) -> usize {
         let indices = self.geometry.triangles_of.iter().map(|t| size_of_val(&**t));
         let parts = self.geometry.parts.iter().map(Part::bytes);
@@ -275,7 +259,6 @@ impl Scene {
     }
 
     /// All surfaces; a [`SurfaceId`] is an index into them.
-    #[must_use]
     pub fn surfaces(&self) -> &[Surface] {
         &self.surfaces
     }
@@ -284,13 +267,11 @@ impl Scene {
     ///
     /// # Panics
     /// If the id is of another scene.
-    #[must_use]
     pub fn surface(&self, id: SurfaceId) -> &Surface {
         &self.surfaces[id.0]
     }
 
     /// The surface of that name.
-    #[must_use]
     pub fn find(&self, name: &str) -> Option<SurfaceId> {
         self.surfaces
             .iter()
@@ -299,7 +280,6 @@ impl Scene {
     }
 
     /// Triangles in the scene.
-    #[must_use]
     pub fn triangle_count(&self) -> usize {
         self.geometry.triangles_of.iter().map(Vec::len).sum()
     }
@@ -311,7 +291,7 @@ impl Scene {
     pub fn triangles_m(
         &self,
         id: SurfaceId,
-    ) -> Result<impl ExactSizeIterator<Item = [DVec3; 3]> + '_, SceneError> {
+    ) -> Result<impl ExactSizeIterator<Item = [DVec3; 3]> + '_> {
         self.check(id)?;
         let part = self.geometry.part_of[id.0];
         let world_from_part = self.world_from_part[part];
@@ -324,7 +304,6 @@ impl Scene {
     }
 
     /// The box around everything at the present openings.
-    #[must_use]
     pub fn bounds(&self) -> Bounds {
         let mut bounds = Bounds {
             min_m: DVec3::INFINITY,
@@ -341,7 +320,6 @@ impl Scene {
     }
 
     /// Opening of a door (rad) or panel (m); `None` for what does not move.
-    #[must_use]
     pub fn opening(&self, id: SurfaceId) -> Option<f64> {
         self.surfaces.get(id.0)?.kind.range()?;
         Some(self.openings[id.0])
@@ -352,7 +330,7 @@ impl Scene {
     /// # Errors
     /// Not a number, outside the range of the surface, or a surface that does not move; the
     /// scene stays as it was.
-    pub fn set_opening(&mut self, id: SurfaceId, value: f64) -> Result<(), SceneError> {
+    pub fn set_opening(&mut self, id: SurfaceId, value: f64) -> Result<()> {
         let surface = &self.surfaces[self.check(id)?];
         let name = || surface.name.clone();
         let OpeningRange { min, max } = surface
@@ -391,7 +369,6 @@ impl Scene {
     ///
     /// Vertical means within [`VERTICAL_TOLERANCE_RAD`](crate::VERTICAL_TOLERANCE_RAD) of the z axis. Connected
     /// triangles of one surface merge while they stay in one plane.
-    #[must_use]
     pub fn vertical_facets(&self) -> Vec<Facet> {
         let touchable = self
             .surfaces
@@ -406,7 +383,7 @@ impl Scene {
         facets
     }
 
-    pub(crate) fn check(&self, id: SurfaceId) -> Result<usize, SceneError> {
+    pub(crate) fn check(&self, id: SurfaceId) -> Result<usize> {
         if id.0 < self.surfaces.len() {
             Ok(id.0)
         } else {

@@ -1,6 +1,6 @@
 //! What a scene is made of: named surfaces and how they may move.
 
-use crate::error::{SceneError, finite};
+use crate::error::{Result, SceneError, finite};
 use crate::mechanics::{MOST, Mechanics, SLIDING, TURNING};
 use crate::part::triangle::{COORDINATE_LIMIT_M, is_usable};
 use glam::{DMat3, DVec3};
@@ -33,40 +33,31 @@ pub enum SurfaceKind {
         mechanics: Mechanics,
     },
     /// Slides along a line; the opening is a distance, zero as modelled in the file.
-    SlidingPanel {
-        /// Unit direction of a positive opening.
+    Sliding {
+        /// What it is.
+        part: SlidingPart,
+        /// Unit direction of a positive opening: out of what holds a drawer, into what holds a button.
         direction: DVec3,
         /// Smallest opening, m; not positive.
         min_m: f64,
         /// Largest opening, m; not negative.
         max_m: f64,
-        /// How it slides when it is pushed.
-        mechanics: Mechanics,
-    },
-    /// Slides out of what holds it along a line; the opening is a distance, zero as modelled in the file.
-    Drawer {
-        /// Unit direction of a positive opening: out.
-        direction: DVec3,
-        /// Smallest opening, m; not positive.
-        min_m: f64,
-        /// Largest opening, m; not negative.
-        max_m: f64,
-        /// How it slides when it is pulled or pushed.
-        mechanics: Mechanics,
-    },
-    /// Is pressed along a line; the opening is its travel, zero as modelled in the file.
-    Button {
-        /// Unit direction in which it is pressed.
-        direction: DVec3,
-        /// Smallest travel, m; not positive.
-        min_m: f64,
-        /// Largest travel, m; not negative.
-        max_m: f64,
-        /// How it moves when it is pressed, its click among it.
+        /// How it slides when it is pushed or pulled; the click of a button among it.
         mechanics: Mechanics,
     },
     /// Fixed; rays hit it, but it is never offered to a hand (floor, pedestal).
     Untouchable,
+}
+
+/// What slides along a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SlidingPart {
+    /// A panel, beside what it covers.
+    Panel,
+    /// A drawer, out of what holds it.
+    Drawer,
+    /// A button, which is pressed.
+    Button,
 }
 
 /// A named surface: one group (`o` or `g`) of the OBJ.
@@ -97,7 +88,6 @@ pub struct OpeningRange {
 
 impl Surface {
     /// Is a hand meant to touch it?
-    #[must_use]
     pub fn touchable(&self) -> bool {
         self.kind != SurfaceKind::Untouchable
     }
@@ -105,20 +95,20 @@ impl Surface {
 
 impl SurfaceKind {
     /// The word for the kind in a sidecar.
-    #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Static => "static",
             Self::RevolvingDoor { .. } => "revolving_door",
-            Self::SlidingPanel { .. } => "sliding_panel",
-            Self::Drawer { .. } => "drawer",
-            Self::Button { .. } => "button",
+            Self::Sliding { part, .. } => match part {
+                SlidingPart::Panel => "sliding_panel",
+                SlidingPart::Drawer => "drawer",
+                SlidingPart::Button => "button",
+            },
             Self::Untouchable => "untouchable",
         }
     }
 
     /// Range of the opening; `None` for what does not move.
-    #[must_use]
     pub const fn range(&self) -> Option<OpeningRange> {
         match *self {
             Self::RevolvingDoor {
@@ -127,9 +117,7 @@ impl SurfaceKind {
                 min: min_rad,
                 max: max_rad,
             }),
-            Self::SlidingPanel { min_m, max_m, .. }
-            | Self::Drawer { min_m, max_m, .. }
-            | Self::Button { min_m, max_m, .. } => Some(OpeningRange {
+            Self::Sliding { min_m, max_m, .. } => Some(OpeningRange {
                 min: min_m,
                 max: max_m,
             }),
@@ -138,13 +126,11 @@ impl SurfaceKind {
     }
 
     /// How it moves when it is pushed; `None` for what does not move.
-    #[must_use]
     pub const fn mechanics(&self) -> Option<&Mechanics> {
         match self {
-            Self::RevolvingDoor { mechanics, .. }
-            | Self::SlidingPanel { mechanics, .. }
-            | Self::Drawer { mechanics, .. }
-            | Self::Button { mechanics, .. } => Some(mechanics),
+            Self::RevolvingDoor { mechanics, .. } | Self::Sliding { mechanics, .. } => {
+                Some(mechanics)
+            }
             Self::Static | Self::Untouchable => None,
         }
     }
@@ -160,9 +146,7 @@ impl SurfaceKind {
                 let rotation = DMat3::from_axis_angle(hinge_axis, opening);
                 Pose::from_parts_unchecked(rotation, hinge_point_m - rotation * hinge_point_m)
             }
-            Self::SlidingPanel { direction, .. }
-            | Self::Drawer { direction, .. }
-            | Self::Button { direction, .. } => Pose::IDENTITY.at(direction * opening),
+            Self::Sliding { direction, .. } => Pose::IDENTITY.at(direction * opening),
             Self::Static | Self::Untouchable => Pose::IDENTITY,
         }
     }
@@ -179,10 +163,8 @@ impl SurfaceKind {
                 *hinge_point_m = outer_from_inner.transform_point(*hinge_point_m);
                 *hinge_axis = outer_from_inner.transform_vector(*hinge_axis);
             }
-            Self::SlidingPanel { direction, .. }
-            | Self::Drawer { direction, .. }
-            | Self::Button { direction, .. } => {
-                *direction = outer_from_inner.transform_vector(*direction)
+            Self::Sliding { direction, .. } => {
+                *direction = outer_from_inner.transform_vector(*direction);
             }
             Self::Static | Self::Untouchable => {}
         }
@@ -191,7 +173,7 @@ impl SurfaceKind {
 }
 
 /// Rejects a surface with impossible numbers and makes its axes unit vectors.
-pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
+pub(crate) fn validated(mut surface: Surface) -> Result<Surface> {
     let Surface {
         name,
         kind,
@@ -216,21 +198,15 @@ pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
         axis.try_normalize()
             .ok_or_else(|| fail(what, axis.length(), "a direction of non-zero length"))
     };
-    let range = |what, min: f64, max: f64, limit: f64, wanted| {
-        let usable = -limit <= min && min <= 0.0 && 0.0 <= max && max <= limit;
-        if usable {
-            Ok(())
-        } else {
-            Err(fail(
-                what,
-                if min <= 0.0 && min >= -limit {
-                    max
-                } else {
-                    min
-                },
-                wanted,
-            ))
+    let range = |min: f64, max: f64, limit: f64, wanted| {
+        let what = "opening range";
+        if !(-limit..=0.0).contains(&min) {
+            return Err(fail(what, min, wanted));
         }
+        if !(0.0..=limit).contains(&max) {
+            return Err(fail(what, max, wanted));
+        }
+        Ok(())
     };
     not_negative("roughness", *roughness)?;
     not_negative("contact_stiffness_n_per_m", *contact_stiffness_n_per_m)?;
@@ -243,55 +219,26 @@ pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
             mechanics,
         } => {
             finite("hinge_point_m", *hinge_point_m)?;
-            if let Some(value) = hinge_point_m
-                .to_array()
-                .into_iter()
-                .find(|x| !is_usable(*x))
-            {
-                return Err(fail(
-                    "hinge_point_m",
-                    value,
-                    "at most 1e9 m from the origin",
-                ));
+            let coordinates = hinge_point_m.to_array();
+            if let Some(value) = coordinates.into_iter().find(|x| !is_usable(*x)) {
+                let wanted = "at most 1e9 m from the origin";
+                return Err(fail("hinge_point_m", value, wanted));
             }
             *hinge_axis = unit("hinge_axis", *hinge_axis)?;
-            let turn = std::f64::consts::TAU;
-            range(
-                "opening range",
-                *min_rad,
-                *max_rad,
-                turn,
-                "an interval around zero, within one turn",
-            )?;
+            let wanted = "an interval around zero, within one turn";
+            range(*min_rad, *max_rad, std::f64::consts::TAU, wanted)?;
             mechanics.validate(name, &TURNING)?;
         }
-        SurfaceKind::SlidingPanel {
+        SurfaceKind::Sliding {
             direction,
             min_m,
             max_m,
             mechanics,
-        }
-        | SurfaceKind::Drawer {
-            direction,
-            min_m,
-            max_m,
-            mechanics,
-        }
-        | SurfaceKind::Button {
-            direction,
-            min_m,
-            max_m,
-            mechanics,
+            ..
         } => {
             *direction = unit("direction", *direction)?;
-            let limit = COORDINATE_LIMIT_M;
-            range(
-                "opening range",
-                *min_m,
-                *max_m,
-                limit,
-                "a finite interval around zero",
-            )?;
+            let wanted = "a finite interval around zero";
+            range(*min_m, *max_m, COORDINATE_LIMIT_M, wanted)?;
             mechanics.validate(name, &SLIDING)?;
         }
         SurfaceKind::Static | SurfaceKind::Untouchable => {}

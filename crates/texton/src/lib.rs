@@ -13,7 +13,7 @@ mod picture;
 pub mod print;
 pub mod roughness;
 
-pub use error::TextonError;
+pub use error::{Result, TextonError};
 pub use glam;
 pub use hwall_numeric::ArgumentError;
 
@@ -32,9 +32,7 @@ pub use roughness::{
     TemporalFrequency, Vibration, roughness_models, score_order,
 };
 // Which orientation and speed stand for which roughness.
-pub use levels::{
-    Calibration, CalibrationNode, Encoding, Level, LevelTable, Violation, discriminable,
-};
+pub use levels::{Calibration, CalibrationNode, Encoding, Level, LevelTable, discriminable};
 // From wanted roughnesses to a texture and its levels.
 pub use design::{
     Compression, DesignCandidate, DesignLevel, DesignRequest, DeviceLimits, GivenUp, LevelPath,

@@ -1,6 +1,6 @@
 //! Reading channels of OpenEXR pictures.
 
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use crate::height::MOST_PIXELS;
 use exr::error::Error;
 use exr::meta::header::Header;
@@ -34,10 +34,7 @@ pub(crate) fn failed(name: impl Display, error: &Error) -> TextonError {
 }
 
 /// Reads a picture, unless its headers ask for more samples than are allowed or than a file of its size can hold. `name`: for errors.
-pub(crate) fn read_bounded(
-    mut file: impl BufRead + Seek,
-    name: impl Display,
-) -> Result<Picture, TextonError> {
+pub(crate) fn read_bounded(mut file: impl BufRead + Seek, name: impl Display) -> Result<Picture> {
     let meta = MetaData::read_from_buffered(&mut file, false);
     let meta = meta.map_err(|error| failed(&name, &error))?;
     let pixels =
@@ -88,7 +85,7 @@ pub(crate) fn choose<'a>(
     all: &[PictureChannel<'a>],
     wanted: Option<&str>,
     known: &[&str],
-) -> Result<PictureChannel<'a>, TextonError> {
+) -> Result<PictureChannel<'a>> {
     let named = |name: &str| {
         all.iter()
             .find(|c| c.channel.name.eq_case_insensitive(name))

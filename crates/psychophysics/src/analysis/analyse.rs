@@ -5,7 +5,7 @@ use super::art::{ArtEffect, aligned_rank_transform};
 use super::assumptions::{Assumptions, Warning, pooled_unequal};
 use super::means::{CellMean, cell_means};
 use super::posthoc::{Adjustment, Comparison, art_contrasts, pairwise};
-use crate::error::PsychophysicsError;
+use crate::error::Result;
 use crate::study::{Factor, LeftOut, Normalisation, Study};
 use serde::Serialize;
 
@@ -101,7 +101,7 @@ pub struct FactorSummary {
 ///
 /// # Errors
 /// As [`Study::normalise`], [`anova()`], [`aligned_rank_transform`] and [`pairwise`].
-pub fn analyse(study: &Study, config: &AnalysisConfig) -> Result<Analysis, PsychophysicsError> {
+pub fn analyse(study: &Study, config: &AnalysisConfig) -> Result<Analysis> {
     let (given, study) = (study, &study.normalise(config.normalisation)?);
     let names: Vec<&str> = study.within().iter().map(|f| f.name.as_str()).collect();
     let assumptions = Assumptions::of(study, given);
@@ -178,7 +178,6 @@ impl Analysis {
     ///
     /// # Panics
     /// Never: every part has names and numbers that JSON can hold.
-    #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("names and numbers only")
     }

@@ -13,7 +13,7 @@
 use super::contrasts::Contrasts;
 use super::ratio::Ratio;
 use super::sphericity::{Covariance, Mauchly, Sphericity};
-use crate::error::PsychophysicsError;
+use crate::error::{PsychophysicsError, Result};
 use crate::study::Study;
 use crate::tails::f_tail;
 
@@ -84,13 +84,13 @@ pub struct Effect {
 ///
 /// # Errors
 /// Fewer than two subjects, in all or in a group; all values the same.
-pub fn anova(study: &Study, errors: ErrorModel) -> Result<Vec<Effect>, PsychophysicsError> {
+pub fn anova(study: &Study, errors: ErrorModel) -> Result<Vec<Effect>> {
     let design = Design::of(study)?;
     check_varies(study)?;
     Ok(design.test(study.values(), errors))
 }
 
-pub(super) fn check_varies(study: &Study) -> Result<(), PsychophysicsError> {
+pub(super) fn check_varies(study: &Study) -> Result<()> {
     let values = study.values();
     if values.iter().any(|v| *v != values[0]) {
         return Ok(());
@@ -136,7 +136,7 @@ struct Stratum {
 }
 
 impl Design {
-    pub(crate) fn of(study: &Study) -> Result<Self, PsychophysicsError> {
+    pub(crate) fn of(study: &Study) -> Result<Self> {
         let group_sizes = study.group_sizes();
         let got = group_sizes.iter().copied().min().unwrap_or(0);
         if got < 2 {

@@ -1,7 +1,7 @@
 //! Aligned rank transform: ranks that leave interactions intact.
 
 use super::anova::{Design, Effect, ErrorModel, check_varies};
-use crate::error::PsychophysicsError;
+use crate::error::{PsychophysicsError, Result};
 use crate::samples::average_ranks;
 use crate::study::Study;
 
@@ -31,10 +31,7 @@ pub struct ArtEffect {
 ///
 /// # Errors
 /// As [`anova`](super::anova())'s; groups of different size.
-pub fn aligned_rank_transform(
-    study: &Study,
-    errors: ErrorModel,
-) -> Result<Vec<ArtEffect>, PsychophysicsError> {
+pub fn aligned_rank_transform(study: &Study, errors: ErrorModel) -> Result<Vec<ArtEffect>> {
     let design = Design::of(study)?;
     check_varies(study)?;
     let aligner = Aligner::of(study, equal_group_size(study)?);
@@ -60,7 +57,7 @@ pub fn aligned_rank_transform(
 ///
 /// # Errors
 /// Groups of different size.
-pub(super) fn equal_group_size(study: &Study) -> Result<usize, PsychophysicsError> {
+pub(super) fn equal_group_size(study: &Study) -> Result<usize> {
     let group_sizes = study.group_sizes();
     let smallest = group_sizes.iter().copied().min().unwrap_or(0);
     let largest = group_sizes.iter().copied().max().unwrap_or(0);

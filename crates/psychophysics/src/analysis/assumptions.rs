@@ -1,6 +1,7 @@
 //! Check of what the tests assume: normal residuals, symmetric and continuous values.
 
 use super::anova::{Effect, ErrorModel};
+use crate::numbers::probability;
 use crate::samples::{ShapiroWilk, shapiro_wilk, tie_sizes};
 use crate::study::Study;
 
@@ -13,45 +14,39 @@ const MOST_TIED: f64 = 0.05;
 const DOUBT: f64 = 0.05;
 
 /// Something that a reader of the results should know.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields hold")]
 pub enum Warning {
-    /// Residuals are skewed: aligned ranks find effects that are not there (Luepsen 2017, Tsandilas
-    /// and Casiez 2024). Logarithms or the geometric normalisation help estimates of magnitude.
-    Skewed {
-        /// Third standardised moment of the residuals.
-        skewness: f64,
-    },
-    /// Few different values: aligned ranks find effects that are not there.
+    /// Residuals are skewed (third standardised moment): aligned ranks find effects that are not there (Luepsen 2017,
+    /// Tsandilas and Casiez 2024). Logarithms or the geometric normalisation help estimates of magnitude.
+    #[error("residuals are skewed ({skewness:.2}), aligned ranks find effects that are not there")]
+    Skewed { skewness: f64 },
+    /// Few different values, of which two are equal with the probability `tied`: aligned ranks find effects that are not there.
+    #[error(
+        "{values} values are only {distinct} different ones, aligned ranks find effects that are not there"
+    )]
     Discrete {
-        /// Different values.
         distinct: usize,
-        /// All values.
         values: usize,
-        /// Probability that two values are equal.
         tied: f64,
     },
-    /// Residuals are not normal; F is robust to that, its p less so.
-    NotNormal {
-        /// Of Shapiro and Wilk's test.
-        p: f64,
-    },
+    /// Residuals are not normal (Shapiro and Wilk's test); F is robust to that, its p less so.
+    #[error("residuals are not normal (p = {})", probability(Some(*p)))]
+    NotNormal { p: f64 },
     /// Mauchly's test rejects sphericity of an effect: read `p_gg` or `p_hf`, not `p`.
-    NotSpherical {
-        /// The effect.
-        effect: String,
-        /// Of Mauchly's test.
-        p: f64,
-        /// Greenhouse and Geisser's ε.
-        gg: f64,
-    },
-    /// Effects are tested against pooled errors although their own errors differ in size: subjects
-    /// differ in their effects, so p values are too small for the larger ones.
-    PooledUnequal {
-        /// Largest over smallest mean square of the errors pooled.
-        ratio: f64,
-    },
+    #[error(
+        "{effect} is not spherical (Mauchly's p = {}), read its corrected p (GG ε = {gg:.3})",
+        probability(Some(*p))
+    )]
+    NotSpherical { effect: String, p: f64, gg: f64 },
+    /// Effects are tested against pooled errors although their own errors differ in size (`ratio` of the largest mean square to
+    /// the smallest): subjects differ in their effects, so p values are too small for the larger ones.
+    #[error(
+        "the errors that are pooled differ {ratio:.1} times in mean square, p of the noisier effects is too small"
+    )]
+    PooledUnequal { ratio: f64 },
 }
 
 /// Diagnostics of a study.

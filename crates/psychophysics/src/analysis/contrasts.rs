@@ -79,37 +79,3 @@ fn helmert(k: usize) -> Vec<f64> {
     }
     matrix
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{Contrasts, helmert};
-
-    #[test]
-    fn rows_are_orthonormal() {
-        for k in 2..8 {
-            let m = helmert(k);
-            for a in 0..k {
-                for b in 0..k {
-                    let dot: f64 = (0..k).map(|j| m[a * k + j] * m[b * k + j]).sum();
-                    assert!((dot - f64::from(u8::from(a == b))).abs() < 1e-14);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn effects_share_out_all_coefficients_and_the_length() {
-        let contrasts = Contrasts::new(&[3, 2, 4]);
-        let mut members: Vec<usize> = (0..8).flat_map(|m| contrasts.members(m).to_vec()).collect();
-        members.sort_unstable();
-        assert_eq!(members, (0..24).collect::<Vec<_>>());
-        assert_eq!(contrasts.members(0b101).len(), 2 * 3);
-        let before: Vec<f64> = (0..24).map(|i| f64::from(i * i % 17)).collect();
-        let mut after = before.clone();
-        contrasts.apply(&mut after, &mut [0.0; 24]);
-        let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-        assert!((length(&before) - length(&after)).abs() < 1e-9);
-        let mean = before.iter().sum::<f64>() / 24_f64.sqrt();
-        assert!((after[0] - mean).abs() < 1e-12);
-    }
-}

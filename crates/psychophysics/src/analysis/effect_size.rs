@@ -3,7 +3,7 @@
 use super::analyse::Analysis;
 use super::anova::{Effect, ErrorModel};
 use super::ratio::Ratio;
-use crate::error::{PsychophysicsError, inner_probability};
+use crate::error::{Result, inner_probability};
 use crate::tails::{noncentral_f_cdf, noncentral_t_cdf};
 use hwall_numeric::check::{finite, that};
 
@@ -42,7 +42,7 @@ impl EffectSize {
     ///
     /// # Errors
     /// A confidence outside (0, 1).
-    pub fn of(effect: &Effect, confidence: f64) -> Result<Option<Self>, PsychophysicsError> {
+    pub fn of(effect: &Effect, confidence: f64) -> Result<Option<Self>> {
         inner_probability("confidence", confidence)?;
         let (Ratio::Finite(f), Some(partial_eta2)) = (effect.f, effect.partial_eta2) else {
             return Ok(None);
@@ -69,7 +69,7 @@ impl Analysis {
     ///
     /// # Errors
     /// A confidence outside (0, 1).
-    pub fn effect_sizes(&self, confidence: f64) -> Result<Vec<EffectSize>, PsychophysicsError> {
+    pub fn effect_sizes(&self, confidence: f64) -> Result<Vec<EffectSize>> {
         let sizes = self.effects.iter().map(|e| EffectSize::of(e, confidence));
         Ok(sizes
             .collect::<Result<Vec<_>, _>>()?
@@ -86,11 +86,7 @@ impl Analysis {
 /// # Errors
 /// A number that is not finite, or whose `t = dz √pairs` is beyond 200; fewer than two pairs; a confidence outside (0, 1), or so
 /// near to 1 that an end would lie beyond a noncentrality of 1000.
-pub fn cohen_dz_interval(
-    dz: f64,
-    pairs: usize,
-    confidence: f64,
-) -> Result<[f64; 2], PsychophysicsError> {
+pub fn cohen_dz_interval(dz: f64, pairs: usize, confidence: f64) -> Result<[f64; 2]> {
     inner_probability("confidence", confidence)?;
     finite("dz", dz)?;
     that(
@@ -113,8 +109,8 @@ pub fn cohen_dz_interval(
     let mut ends = [0.0; 2];
     for (end, p) in ends.iter_mut().zip([1.0 - tail, tail]) {
         let off = |delta: f64| noncentral_t_cdf(t, df, delta) - p;
-        let mut low = (t - reach).max(-MOST_DELTA);
-        let mut high = (t + reach).min(MOST_DELTA);
+        let low = (t - reach).max(-MOST_DELTA);
+        let high = (t + reach).min(MOST_DELTA);
         let inside = off(low) >= 0.0 && off(high) <= 0.0;
         that(
             inside,
@@ -122,18 +118,7 @@ pub fn cohen_dz_interval(
             confidence,
             "less: an end of the interval is out of reach",
         )?;
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if off(middle) > 0.0 {
-                low = middle;
-            } else {
-                high = middle;
-            }
-            if high - low <= 1e-13 * (1.0 + t.abs()) {
-                break;
-            }
-        }
-        *end = 0.5 * (low + high) / n.sqrt();
+        *end = halved([low, high], off, |_| 1e-13 * (1.0 + t.abs())) / n.sqrt();
     }
     Ok(ends)
 }
@@ -150,6 +135,15 @@ fn falling_root(of: impl Fn(f64) -> f64) -> Option<f64> {
             return None;
         }
     }
+    Some(halved([low, high], of, |high| 1e-13 * high))
+}
+
+/// Where a falling function passes zero between two places, to within `accuracy` of the upper one.
+fn halved(
+    [mut low, mut high]: [f64; 2],
+    of: impl Fn(f64) -> f64,
+    accuracy: impl Fn(f64) -> f64,
+) -> f64 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if of(middle) > 0.0 {
@@ -157,9 +151,9 @@ fn falling_root(of: impl Fn(f64) -> f64) -> Option<f64> {
         } else {
             high = middle;
         }
-        if high - low <= 1e-13 * high {
+        if high - low <= accuracy(high) {
             break;
         }
     }
-    Some(0.5 * (low + high))
+    0.5 * (low + high)
 }

@@ -1,6 +1,6 @@
 //! Means with confidence intervals, of cells and of levels.
 
-use crate::error::{PsychophysicsError, inner_probability};
+use crate::error::{PsychophysicsError, Result, inner_probability};
 use crate::study::Study;
 use crate::tails::t_quantile_two_sided;
 
@@ -32,11 +32,7 @@ pub struct CellMean {
 ///
 /// # Errors
 /// A factor within subjects that the study does not have; a confidence outside (0, 1).
-pub fn cell_means(
-    study: &Study,
-    factors: &[&str],
-    confidence: f64,
-) -> Result<Vec<CellMean>, PsychophysicsError> {
+pub fn cell_means(study: &Study, factors: &[&str], confidence: f64) -> Result<Vec<CellMean>> {
     inner_probability("confidence", confidence)?;
     for factor in factors {
         if study.within().iter().all(|f| f.name != *factor) {

@@ -3,7 +3,7 @@
 use super::anova::{Design, ErrorModel, check_varies};
 use super::art::{Aligner, equal_group_size};
 use super::ratio::Ratio;
-use crate::error::{PsychophysicsError, inner_probability};
+use crate::error::{PsychophysicsError, Result, inner_probability};
 use crate::samples::{Wilcoxon, average_ranks, signed_rank_of};
 use crate::study::Study;
 use crate::tails::{t_quantile_two_sided, t_tail_two_sided};
@@ -75,7 +75,6 @@ pub struct Comparison {
 
 impl Comparison {
     /// The p value adjusted for the number of comparisons.
-    #[must_use]
     pub const fn p_adjusted(&self, how: Adjustment) -> Option<f64> {
         match how {
             Adjustment::Bonferroni => self.p_bonferroni,
@@ -94,11 +93,7 @@ impl Comparison {
 ///
 /// # Errors
 /// A factor that the study does not have; a confidence outside (0, 1); as [`anova`](super::anova()).
-pub fn pairwise(
-    study: &Study,
-    factors: &[&str],
-    confidence: f64,
-) -> Result<Vec<Comparison>, PsychophysicsError> {
+pub fn pairwise(study: &Study, factors: &[&str], confidence: f64) -> Result<Vec<Comparison>> {
     let compared = ComparedFactors::of(study, factors, confidence)?;
     Ok(compared.compare(study, study.values(), None))
 }
@@ -119,7 +114,7 @@ pub fn art_contrasts(
     factors: &[&str],
     errors: ErrorModel,
     confidence: f64,
-) -> Result<Vec<Comparison>, PsychophysicsError> {
+) -> Result<Vec<Comparison>> {
     let compared = ComparedFactors::of(study, factors, confidence)?;
     let aligner = Aligner::of(study, equal_group_size(study)?);
     // All effects among the factors compared make up the main effect of their combination.
@@ -164,7 +159,7 @@ struct Sample {
 }
 
 impl ComparedFactors {
-    fn of(study: &Study, factors: &[&str], confidence: f64) -> Result<Self, PsychophysicsError> {
+    fn of(study: &Study, factors: &[&str], confidence: f64) -> Result<Self> {
         inner_probability("confidence", confidence)?;
         let design = Design::of(study)?;
         check_varies(study)?;

@@ -1,6 +1,6 @@
 //! Balanced Latin squares.
 
-use crate::error::PsychophysicsError;
+use crate::error::Result;
 use hwall_numeric::check::that;
 
 /// Conditions of a square, at most: it has as many entries as their square, twice that for odd numbers.
@@ -17,7 +17,7 @@ const MOST_CONDITIONS: usize = 2000;
 ///
 /// # Errors
 /// No condition, or more than 2000.
-pub fn balanced_latin_square(conditions: usize) -> Result<Vec<Vec<usize>>, PsychophysicsError> {
+pub fn balanced_latin_square(conditions: usize) -> Result<Vec<Vec<usize>>> {
     check_conditions(conditions)?;
     Ok((0..row_count(conditions))
         .map(|row| square_row(conditions, row))
@@ -25,7 +25,7 @@ pub fn balanced_latin_square(conditions: usize) -> Result<Vec<Vec<usize>>, Psych
 }
 
 /// Refuses squares that are empty or too large.
-pub(super) fn check_conditions(conditions: usize) -> Result<(), PsychophysicsError> {
+pub(super) fn check_conditions(conditions: usize) -> Result<()> {
     let holds = (1..=MOST_CONDITIONS).contains(&conditions);
     let what = "conditions of a Latin square";
     that(holds, what, conditions as f64, "1 to 2000")?;

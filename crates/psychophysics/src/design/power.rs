@@ -2,7 +2,7 @@
 
 use super::random::generator;
 use crate::analysis::{Aligner, Design, Effect, ErrorModel};
-use crate::error::{PsychophysicsError, inner_probability};
+use crate::error::{PsychophysicsError, Result, inner_probability};
 use crate::samples::average_ranks;
 use crate::study::{Factor, LEAST_SIZE, MOST_SIZE, Study, count_cells};
 use crate::tails::normal_quantile;
@@ -84,7 +84,7 @@ pub struct EffectPower {
 /// # Errors
 /// A count of zero, more than 1e7 values in a study, a negative standard deviation, that within
 /// subjects zero, a wrong number of means, pooled errors with a correction.
-pub fn power(study: &PowerStudy) -> Result<Vec<EffectPower>, PsychophysicsError> {
+pub fn power(study: &PowerStudy) -> Result<Vec<EffectPower>> {
     let population = Population::of(study)?;
     let mut found = vec![0_usize; population.design.effects().len()];
     for number in 0..study.studies {
@@ -114,7 +114,7 @@ struct Population<'a> {
 }
 
 impl<'a> Population<'a> {
-    fn of(study: &'a PowerStudy) -> Result<Self, PsychophysicsError> {
+    fn of(study: &'a PowerStudy) -> Result<Self> {
         for (what, count) in [("subjects", study.subjects), ("studies", study.studies)] {
             that(count > 0, what, count as f64, "at least 1")?;
         }

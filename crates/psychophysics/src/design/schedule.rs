@@ -2,7 +2,7 @@
 
 use super::latin::{check_conditions, row_count, square_row};
 use super::random::generator;
-use crate::error::PsychophysicsError;
+use crate::error::{PsychophysicsError, Result};
 use crate::study::{Factor, count_cells};
 use hwall_numeric::check::that;
 use rand::seq::SliceRandom;
@@ -57,7 +57,6 @@ pub struct ScheduledTrial {
 
 impl Schedule {
     /// Number of conditions.
-    #[must_use]
     pub fn conditions(&self) -> usize {
         count_cells(&self.factors)
     }
@@ -67,7 +66,7 @@ impl Schedule {
     /// # Errors
     /// No factor, level, subject or round; more than 1e8 trials, or than 2000 conditions in a Latin
     /// square; a factor with the name of another or of a column of the script.
-    pub fn trials(&self) -> Result<Vec<ScheduledTrial>, PsychophysicsError> {
+    pub fn trials(&self) -> Result<Vec<ScheduledTrial>> {
         self.validate()?;
         let mut trials = Vec::with_capacity(self.subjects * self.rounds * self.conditions());
         for subject in 0..self.subjects {
@@ -80,7 +79,7 @@ impl Schedule {
     ///
     /// # Errors
     /// As [`Schedule::trials`].
-    pub fn trials_of(&self, subject: usize) -> Result<Vec<ScheduledTrial>, PsychophysicsError> {
+    pub fn trials_of(&self, subject: usize) -> Result<Vec<ScheduledTrial>> {
         self.validate()?;
         let mut trials = Vec::new();
         if subject < self.subjects {
@@ -94,7 +93,7 @@ impl Schedule {
     ///
     /// # Errors
     /// As [`Schedule::trials`].
-    pub fn validate(&self) -> Result<(), PsychophysicsError> {
+    pub fn validate(&self) -> Result<()> {
         for (what, count) in [
             ("factors", self.factors.len()),
             ("conditions", self.conditions()),
@@ -144,7 +143,6 @@ impl Schedule {
     }
 
     /// Level of every factor in a condition; `None` unless it is one of [`Schedule::conditions`].
-    #[must_use]
     pub fn levels(&self, mut condition: usize) -> Option<Vec<&str>> {
         if condition >= self.conditions() {
             return None;
@@ -164,7 +162,7 @@ impl Schedule {
     ///
     /// # Errors
     /// As [`Schedule::trials`]', and an output that cannot be written.
-    pub fn write_csv(&self, output: impl Write) -> Result<(), PsychophysicsError> {
+    pub fn write_csv(&self, output: impl Write) -> Result<()> {
         let trials = self.trials()?;
         let mut writer = csv::Writer::from_writer(output);
         let write = |writer: &mut csv::Writer<_>, row: Vec<String>| writer.write_record(row);

@@ -1,6 +1,6 @@
 //! The just noticeable difference, from answers to which of two stimuli is the greater.
 
-use crate::error::PsychophysicsError;
+use crate::error::{PsychophysicsError, Result};
 use crate::tails::{chi2_tail, normal_cdf, normal_quantile};
 use hwall_numeric::check::{finite, that};
 use std::f64::consts::TAU;
@@ -51,7 +51,6 @@ pub struct Psychometric {
 
 impl Psychometric {
     /// Share of "greater" at a stimulus.
-    #[must_use]
     pub fn share(&self, stimulus: f64) -> f64 {
         self.sigmoid.at((stimulus - self.pse) / self.scale)
     }
@@ -99,10 +98,7 @@ const LAST_STEP: f64 = 1e-8;
 /// # Errors
 /// More "greater" than trials. No finite fit: fewer than two stimuli, answers that change from all "less" to
 /// all "greater" at once, answers that do not rise with the stimulus. A fit that does not converge.
-pub fn fit_psychometric(
-    answers: &[PairAnswers],
-    sigmoid: Sigmoid,
-) -> Result<Psychometric, PsychophysicsError> {
+pub fn fit_psychometric(answers: &[PairAnswers], sigmoid: Sigmoid) -> Result<Psychometric> {
     for a in answers {
         finite("stimulus", a.stimulus)?;
         let holds = a.greater <= a.trials && a.trials > 0;
@@ -129,17 +125,55 @@ pub fn fit_psychometric(
             answers: *a,
         })
         .collect();
+    let (line, information, best) = most_likely(&points, sigmoid)?;
+    // The slope found for a flat function is rounding of either sign.
+    if line.slope <= 1e-9 {
+        let why = "the answers do not rise with the stimulus";
+        return Err(PsychophysicsError::NoFit { why });
+    }
+    let (a, b) = (line.offset, line.slope);
+    let determinant = information.determinant();
+    let aa = information.slope / determinant;
+    let ab = -information.both / determinant;
+    let bb = information.offset / determinant;
+    // pse = −a / b and scale = 1 / b in standardised stimuli.
+    let pse_variance = (aa + 2.0 * ab * (-a / b) + bb * (a / b).powi(2)) / (b * b);
+    let scale = sd / b;
+    let jnd = scale * sigmoid.three_quarters();
+    let saturated: f64 = answers
+        .iter()
+        .map(|a| {
+            let (k, n) = (f64::from(a.greater), f64::from(a.trials));
+            let part = |k: f64| if k > 0.0 { k * (k / n).ln() } else { 0.0 };
+            part(k) + part(n - k)
+        })
+        .sum();
+    let deviance = (2.0 * (saturated - best)).max(0.0);
+    Ok(Psychometric {
+        sigmoid,
+        pse: mean - sd * a / b,
+        pse_se: sd * pse_variance.sqrt(),
+        scale,
+        jnd,
+        jnd_se: jnd * bb.sqrt() / b,
+        deviance,
+        deviance_p: (answers.len() > 2).then(|| chi2_tail(deviance, answers.len() as f64 - 2.0)),
+    })
+}
+
+/// The most likely line by Fisher's scoring, with its information and its log likelihood.
+fn most_likely(points: &[Point], sigmoid: Sigmoid) -> Result<(Line, Information, f64)> {
     let mut line = Line {
         offset: 0.0,
         slope: 1.0,
     };
-    let mut best = log_likelihood(&points, sigmoid, line);
+    let mut best = log_likelihood(points, sigmoid, line);
     let mut information = Information::default();
     let mut moved = f64::INFINITY;
     for _ in 0..MOST_STEPS {
         let mut score = [0.0; 2];
         information = Information::default();
-        for Point { x, answers } in &points {
+        for Point { x, answers } in points {
             let z = line.at(*x);
             let (share, slope) = (sigmoid.at(z), sigmoid.slope(z));
             let variance = (share * sigmoid.at(-z)).max(f64::MIN_POSITIVE);
@@ -160,7 +194,7 @@ pub fn fit_psychometric(
                 offset: line.offset + share * step[0],
                 slope: line.slope + share * step[1],
             };
-            let value = log_likelihood(&points, sigmoid, next);
+            let value = log_likelihood(points, sigmoid, next);
             if value >= best || share < 1e-6 {
                 (line, best) = (next, value.max(best));
                 break;
@@ -176,20 +210,7 @@ pub fn fit_psychometric(
         let steps = MOST_STEPS;
         return Err(PsychophysicsError::NotConverged { steps });
     }
-    // The slope found for a flat function is rounding of either sign.
-    if line.slope <= 1e-9 {
-        let why = "the answers do not rise with the stimulus";
-        return Err(PsychophysicsError::NoFit { why });
-    }
-    let fit = Fit {
-        sigmoid,
-        mean,
-        sd,
-        line,
-        information,
-        log_likelihood: best,
-    };
-    Ok(fit.describe(answers))
+    Ok((line, information, best))
 }
 
 /// Answers at a standardised stimulus.
@@ -239,51 +260,6 @@ impl Information {
     }
 }
 
-/// A fit to stimuli standardised by their mean and standard deviation.
-struct Fit {
-    sigmoid: Sigmoid,
-    mean: f64,
-    sd: f64,
-    line: Line,
-    information: Information,
-    log_likelihood: f64,
-}
-
-impl Fit {
-    fn describe(&self, answers: &[PairAnswers]) -> Psychometric {
-        let (mean, sd, sigmoid) = (self.mean, self.sd, self.sigmoid);
-        let (a, b) = (self.line.offset, self.line.slope);
-        let determinant = self.information.determinant();
-        let aa = self.information.slope / determinant;
-        let ab = -self.information.both / determinant;
-        let bb = self.information.offset / determinant;
-        // pse = −a / b and scale = 1 / b in standardised stimuli.
-        let pse_variance = (aa + 2.0 * ab * (-a / b) + bb * (a / b).powi(2)) / (b * b);
-        let scale = sd / b;
-        let jnd = scale * sigmoid.three_quarters();
-        let saturated: f64 = answers
-            .iter()
-            .map(|a| {
-                let (k, n) = (f64::from(a.greater), f64::from(a.trials));
-                let part = |k: f64| if k > 0.0 { k * (k / n).ln() } else { 0.0 };
-                part(k) + part(n - k)
-            })
-            .sum();
-        let deviance = (2.0 * (saturated - self.log_likelihood)).max(0.0);
-        Psychometric {
-            sigmoid,
-            pse: mean - sd * a / b,
-            pse_se: sd * pse_variance.sqrt(),
-            scale,
-            jnd,
-            jnd_se: jnd * bb.sqrt() / b,
-            deviance,
-            deviance_p: (answers.len() > 2)
-                .then(|| chi2_tail(deviance, answers.len() as f64 - 2.0)),
-        }
-    }
-}
-
 fn log_likelihood(points: &[Point], sigmoid: Sigmoid, line: Line) -> f64 {
     let ln = |z: f64| sigmoid.at(z).max(f64::MIN_POSITIVE).ln();
     let parts = points.iter().map(|Point { x, answers }| {
@@ -301,7 +277,7 @@ fn log_likelihood(points: &[Point], sigmoid: Sigmoid, line: Line) -> f64 {
 }
 
 /// Without overlap of "less" and "greater" the steepest function is the most likely one.
-fn refuse_separated(answers: &[PairAnswers]) -> Result<(), PsychophysicsError> {
+fn refuse_separated(answers: &[PairAnswers]) -> Result<()> {
     let ends = |kept: &dyn Fn(&PairAnswers) -> bool| {
         let stimuli = || answers.iter().filter(|a| kept(a)).map(|a| a.stimulus);
         (

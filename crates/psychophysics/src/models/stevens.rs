@@ -1,6 +1,6 @@
 //! Stevens' power law: magnitudes grow as a power of the stimulus.
 
-use crate::error::{PsychophysicsError, inner_probability};
+use crate::error::{PsychophysicsError, Result, inner_probability};
 use crate::tails::t_quantile_two_sided;
 use hwall_numeric::check::positive;
 
@@ -34,7 +34,6 @@ pub struct PowerLaw {
 
 impl PowerLaw {
     /// The magnitude that the law gives for a stimulus.
-    #[must_use]
     pub fn magnitude(&self, stimulus: f64) -> f64 {
         self.constant * stimulus.powf(self.exponent)
     }
@@ -49,10 +48,7 @@ impl PowerLaw {
 ///
 /// # Errors
 /// Fewer than three answers, numbers that are not positive, equal stimuli, a confidence outside (0, 1).
-pub fn stevens_fit(
-    answers: &[MagnitudeAnswer],
-    confidence: f64,
-) -> Result<PowerLaw, PsychophysicsError> {
+pub fn stevens_fit(answers: &[MagnitudeAnswer], confidence: f64) -> Result<PowerLaw> {
     inner_probability("confidence", confidence)?;
     for answer in answers {
         positive("stimulus", answer.stimulus)?;

@@ -1,6 +1,6 @@
 //! QUEST+: every trial where its answer is expected to tell most.
 
-use crate::error::PsychophysicsError;
+use crate::error::{PsychophysicsError, Result};
 use crate::models::Sigmoid;
 use hwall_numeric::check::{all_finite, finite, that};
 use std::sync::Arc;
@@ -45,7 +45,7 @@ impl QuestGrid {
         }
     }
 
-    fn validate(&self) -> Result<(), PsychophysicsError> {
+    fn validate(&self) -> Result<()> {
         for (what, values) in [
             ("stimuli", &self.stimuli),
             ("thresholds", &self.thresholds),
@@ -132,7 +132,7 @@ impl QuestPlus {
     ///
     /// # Errors
     /// A grid that is empty, too large or outside its range.
-    pub fn new(grid: QuestGrid) -> Result<Self, PsychophysicsError> {
+    pub fn new(grid: QuestGrid) -> Result<Self> {
         grid.validate()?;
         let mut observers = Vec::new();
         for &threshold in &grid.thresholds {
@@ -175,7 +175,6 @@ impl QuestPlus {
     }
 
     /// Place of the stimulus whose answer leaves the least entropy in the mean, the first of equal ones.
-    #[must_use]
     pub const fn next_place(&self) -> usize {
         self.next
     }
@@ -187,19 +186,6 @@ impl QuestPlus {
             .enumerate()
             .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         best.map_or(0, |(place, _)| place)
-    }
-
-    /// That stimulus.
-    #[must_use]
-    pub fn next_stimulus(&self) -> f64 {
-        let stimulus = self.table.grid.stimuli.get(self.next);
-        stimulus.copied().unwrap_or_default()
-    }
-
-    /// Entropy that is left in the mean after a trial with the stimulus of a place, nat.
-    #[must_use]
-    pub fn expected_entropy(&self, place: usize) -> f64 {
-        self.left_after(place, self.known())
     }
 
     /// `Σ p ln p` over the observers.
@@ -223,7 +209,7 @@ impl QuestPlus {
     ///
     /// # Errors
     /// No such place; an answer that no observer of the grid could give.
-    pub fn answer(&mut self, place: usize, right: bool) -> Result<(), PsychophysicsError> {
+    pub fn answer(&mut self, place: usize, right: bool) -> Result<()> {
         let count = self.table.grid.stimuli.len();
         that(
             place < count,
@@ -251,7 +237,7 @@ impl QuestPlus {
     ///
     /// # Errors
     /// A confidence outside (0, 1).
-    pub fn estimate(&self, confidence: f64) -> Result<QuestEstimate, PsychophysicsError> {
+    pub fn estimate(&self, confidence: f64) -> Result<QuestEstimate> {
         crate::error::inner_probability("confidence", confidence)?;
         let mean = |of: &dyn Fn(&Observer) -> f64| -> f64 {
             let parts = self.table.observers.iter().zip(&self.posterior);

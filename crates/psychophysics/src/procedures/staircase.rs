@@ -1,6 +1,6 @@
 //! Staircases: easier after a wrong answer, harder after some right ones.
 
-use crate::error::PsychophysicsError;
+use crate::error::Result;
 use crate::tails::t_quantile_two_sided;
 use hwall_numeric::check::{finite, positive, that};
 
@@ -41,13 +41,12 @@ impl StaircaseConfig {
     /// Share of right answers at the stimulus to which it converges: where harder and easier balance.
     ///
     /// `p^n step_down = (1 - p^n) step_up`. Source: Levitt 1971 for equal steps, Kaernbach 1991 for `n` = 1.
-    #[must_use]
     pub fn target_share(&self) -> f64 {
         let balance = self.step_up / (self.step_up + self.step_down);
         balance.powf(1.0 / f64::from(self.down_after))
     }
 
-    fn validate(&self) -> Result<(), PsychophysicsError> {
+    fn validate(&self) -> Result<()> {
         finite("start", self.start)?;
         let [low, high] = self.range;
         finite("range", low)?;
@@ -99,7 +98,7 @@ impl Staircase {
     ///
     /// # Errors
     /// Rules outside their range.
-    pub fn new(config: StaircaseConfig) -> Result<Self, PsychophysicsError> {
+    pub fn new(config: StaircaseConfig) -> Result<Self> {
         config.validate()?;
         Ok(Self {
             config,
@@ -112,7 +111,6 @@ impl Staircase {
     }
 
     /// The stimulus to present now; `None` at the end.
-    #[must_use]
     pub fn stimulus(&self) -> Option<f64> {
         (self.reversals.len() < self.config.reversals).then_some(self.stimulus)
     }
@@ -149,13 +147,11 @@ impl Staircase {
     }
 
     /// Trials so far.
-    #[must_use]
     pub const fn trials(&self) -> usize {
         self.trials
     }
 
     /// Stimuli at which the direction changed.
-    #[must_use]
     pub fn reversals(&self) -> &[f64] {
         &self.reversals
     }
@@ -164,10 +160,7 @@ impl Staircase {
     ///
     /// # Errors
     /// A confidence outside (0, 1).
-    pub fn estimate(
-        &self,
-        confidence: f64,
-    ) -> Result<Option<StaircaseEstimate>, PsychophysicsError> {
+    pub fn estimate(&self, confidence: f64) -> Result<Option<StaircaseEstimate>> {
         crate::error::inner_probability("confidence", confidence)?;
         let fine = self.reversals.get(self.config.coarse_reversals..);
         let fine = fine.unwrap_or_default();

@@ -1,6 +1,6 @@
 //! Point of subjective equality, just noticeable difference and Weber fraction, with intervals.
 
-use crate::error::{PsychophysicsError, inner_probability};
+use crate::error::{Result, inner_probability};
 use crate::models::{PairAnswers, Psychometric, Sigmoid, fit_psychometric};
 use crate::tails::normal_quantile;
 use hwall_numeric::check::positive;
@@ -33,7 +33,7 @@ pub fn threshold(
     sigmoid: Sigmoid,
     reference: f64,
     confidence: f64,
-) -> Result<Threshold, PsychophysicsError> {
+) -> Result<Threshold> {
     inner_probability("confidence", confidence)?;
     positive("reference", reference)?;
     let function = fit_psychometric(answers, sigmoid)?;

@@ -1,19 +1,17 @@
 //! The sections of a report.
 
 use super::document::Document;
-use super::numbers::{missing, number, probability, share};
 use crate::analysis::{Adjustment, Analysis, Comparison, Effect, ErrorModel, FactorSummary};
+use crate::numbers::{missing, number, probability, share};
 use crate::study::Normalisation;
 
 impl Analysis {
     /// Tables in plain text, columns aligned.
-    #[must_use]
     pub fn to_text(&self) -> String {
         self.report(false)
     }
 
     /// The same tables in Markdown.
-    #[must_use]
     pub fn to_markdown(&self) -> String {
         self.report(true)
     }
@@ -40,14 +38,21 @@ impl Analysis {
                 first.cell
             ));
         }
-        for errors in [ErrorModel::Strata, ErrorModel::Pooled] {
-            let effects = self.effects.iter().filter(|e| e.errors == errors);
-            anova_table(&mut out, errors, &effects.collect::<Vec<_>>());
-        }
-        for errors in [ErrorModel::Strata, ErrorModel::Pooled] {
-            let effects = self.art.iter().map(|a| &a.effect);
-            let effects = effects.filter(|e| e.errors == errors);
-            rank_table(&mut out, errors, &effects.collect::<Vec<_>>());
+        let ranks: Vec<&Effect> = self.art.iter().map(|a| &a.effect).collect();
+        let effects: Vec<&Effect> = self.effects.iter().collect();
+        let (variance, aligned) = ("Analysis of variance", "Aligned rank transform");
+        for (title, effects, errors, columns) in [
+            (
+                variance,
+                &effects,
+                ErrorModel::Strata,
+                &[EFFECT, SPHERICITY][..],
+            ),
+            (variance, &effects, ErrorModel::Pooled, &[EFFECT]),
+            (aligned, &ranks, ErrorModel::Strata, &[RANKS]),
+            (aligned, &ranks, ErrorModel::Pooled, &[RANKS]),
+        ] {
+            effect_table(&mut out, title, effects, errors, &columns.concat());
         }
         if let Some(how) = self.adjustment {
             let own: Vec<&Comparison> = self.posthoc.iter().collect();
@@ -176,71 +181,58 @@ impl Analysis {
     }
 }
 
-fn anova_table(out: &mut Document, errors: ErrorModel, effects: &[&Effect]) {
-    if effects.is_empty() {
+/// The head of a column, and its cell of an effect.
+type Column = (&'static str, fn(&Effect) -> String);
+
+/// Of the analysis of variance.
+const EFFECT: &[Column] = &[
+    ("effect", |e| e.name.clone()),
+    ("SS", |e| number(e.ss)),
+    ("SS error", |e| number(e.ss_error)),
+    DEGREES,
+    F,
+    P,
+    PARTIAL_ETA2,
+    ("gen. η²", |e| share(e.generalized_eta2)),
+];
+
+/// Of its strata, besides.
+const SPHERICITY: &[Column] = &[
+    ("ε GG", |e| share(e.gg)),
+    ("p GG", |e| probability(e.p_gg)),
+    ("ε HF", |e| share(e.hf)),
+    ("p HF", |e| probability(e.p_hf)),
+    ("Mauchly's p", |e| probability(e.mauchly.map(|m| m.p))),
+];
+
+/// Of aligned ranks.
+const RANKS: &[Column] = &[("effect", |e| e.name.clone()), DEGREES, F, P, PARTIAL_ETA2];
+
+const DEGREES: Column = ("df", |e| format!("{}, {}", e.df1, e.df2));
+const F: Column = ("F", |e| {
+    e.f.finite().map_or_else(|| e.f.to_string(), number)
+});
+const P: Column = ("p", |e| probability(e.p));
+const PARTIAL_ETA2: Column = ("partial η²", |e| share(e.partial_eta2));
+
+/// The effects of one error model, if there are any.
+fn effect_table(
+    out: &mut Document,
+    title: &str,
+    effects: &[&Effect],
+    errors: ErrorModel,
+    columns: &[Column],
+) {
+    let own: Vec<_> = effects.iter().filter(|e| e.errors == errors).collect();
+    if own.is_empty() {
         return;
     }
-    out.heading(2, &format!("Analysis of variance, {}", words(errors)));
-    let mut header = vec![
-        "effect",
-        "SS",
-        "SS error",
-        "df",
-        "F",
-        "p",
-        "partial η²",
-        "gen. η²",
-    ];
-    let strata = errors == ErrorModel::Strata;
-    if strata {
-        header.extend(["ε GG", "p GG", "ε HF", "p HF", "Mauchly's p"]);
-    }
-    let rows = effects.iter().map(|e| {
-        let mut row = vec![
-            e.name.clone(),
-            number(e.ss),
-            number(e.ss_error),
-            format!("{}, {}", e.df1, e.df2),
-            e.f.finite().map_or_else(|| e.f.to_string(), number),
-            probability(e.p),
-            share(e.partial_eta2),
-            share(e.generalized_eta2),
-        ];
-        if strata {
-            row.extend([
-                share(e.gg),
-                probability(e.p_gg),
-                share(e.hf),
-                probability(e.p_hf),
-            ]);
-            row.push(probability(e.mauchly.map(|m| m.p)));
-        }
-        row
-    });
-    out.table(&header, &rows.collect::<Vec<_>>());
-}
-
-fn rank_table(out: &mut Document, errors: ErrorModel, effects: &[&Effect]) {
-    if effects.is_empty() {
-        return;
-    }
-    out.heading(2, &format!("Aligned rank transform, {}", words(errors)));
-    let rows = effects.iter().map(|e| {
-        vec![
-            e.name.clone(),
-            format!("{}, {}", e.df1, e.df2),
-            e.f.finite().map_or_else(|| e.f.to_string(), number),
-            probability(e.p),
-            share(e.partial_eta2),
-        ]
-    });
-    let header = ["effect", "df", "F", "p", "partial η²"];
-    out.table(&header, &rows.collect::<Vec<_>>());
-}
-
-const fn words(errors: ErrorModel) -> &'static str {
-    match errors {
+    let words = match errors {
         ErrorModel::Strata => "each effect against its own error (strata)",
         ErrorModel::Pooled => "all effects within subjects against one pooled error",
-    }
+    };
+    out.heading(2, &format!("{title}, {words}"));
+    let header: Vec<&str> = columns.iter().map(|column| column.0).collect();
+    let row = |e: &&&Effect| columns.iter().map(|column| column.1(e)).collect();
+    out.table(&header, &own.iter().map(row).collect::<Vec<_>>());
 }

@@ -2,7 +2,7 @@
 
 use super::factor::{Factor, Groups, MOST_FACTORS, count_cells};
 use super::missing::LeftOut;
-use crate::error::PsychophysicsError;
+use crate::error::{PsychophysicsError, Result};
 
 /// Bounds on the size of the largest value: sphericity takes fourth powers, also of rounding errors.
 pub(crate) const MOST_SIZE: f64 = 1e60;
@@ -13,17 +13,17 @@ pub(crate) const LEAST_SIZE: f64 = 1e-60;
 /// Shape: subjects × cells; the last factor within subjects varies fastest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
-    subjects: Vec<String>,
-    within: Vec<Factor>,
-    between: Option<Groups>,
-    values: Vec<f64>,
-    rounds: usize,
+    pub(super) subjects: Vec<String>,
+    pub(super) within: Vec<Factor>,
+    pub(super) between: Option<Groups>,
+    pub(super) values: Vec<f64>,
+    pub(super) rounds: usize,
     /// The smallest single answer behind each value.
-    least: Vec<TrialAnswer>,
-    value_name: String,
-    left_out: Vec<LeftOut>,
+    pub(super) least: Vec<TrialAnswer>,
+    pub(super) value_name: String,
+    pub(super) left_out: Vec<LeftOut>,
     /// Rows of the table that do not count.
-    invalid_rows: usize,
+    pub(super) invalid_rows: usize,
 }
 
 /// The answer of a single trial, and its line in the table.
@@ -31,19 +31,6 @@ pub struct Study {
 pub(super) struct TrialAnswer {
     pub(super) value: f64,
     pub(super) line: u64,
-}
-
-/// The parts of a study as a reader collects them.
-pub(super) struct StudyParts {
-    pub(super) subjects: Vec<String>,
-    pub(super) within: Vec<Factor>,
-    pub(super) between: Option<Groups>,
-    pub(super) values: Vec<f64>,
-    pub(super) rounds: usize,
-    pub(super) least: Vec<TrialAnswer>,
-    pub(super) value_name: String,
-    pub(super) left_out: Vec<LeftOut>,
-    pub(super) invalid_rows: usize,
 }
 
 impl Study {
@@ -56,7 +43,7 @@ impl Study {
         within: Vec<Factor>,
         between: Option<Groups>,
         values: Vec<f64>,
-    ) -> Result<Self, PsychophysicsError> {
+    ) -> Result<Self> {
         let cells = count_cells(&within);
         let subjects = between
             .as_ref()
@@ -72,7 +59,7 @@ impl Study {
         let least = least
             .map(|(&value, line)| TrialAnswer { value, line })
             .collect();
-        Self::from_parts(StudyParts {
+        Self {
             subjects: (1..=subjects).map(|s| s.to_string()).collect(),
             within,
             between,
@@ -82,18 +69,20 @@ impl Study {
             value_name: "value".to_owned(),
             left_out: Vec::new(),
             invalid_rows: 0,
-        })
+        }
+        .checked()
     }
 
-    pub(super) fn from_parts(parts: StudyParts) -> Result<Self, PsychophysicsError> {
-        let got = parts.within.len();
+    /// The study as a reader collected it, if it can be analysed.
+    pub(super) fn checked(self) -> Result<Self> {
+        let got = self.within.len();
         // One factor is enough, if it is between subjects.
-        if got == 0 && parts.between.is_none() || got > MOST_FACTORS {
+        if got == 0 && self.between.is_none() || got > MOST_FACTORS {
             let most = MOST_FACTORS;
             return Err(PsychophysicsError::FactorCount { got, most });
         }
-        let between = parts.between.as_ref().map(|g| &g.factor);
-        for factor in parts.within.iter().chain(between) {
+        let factors: Vec<&Factor> = self.within.iter().chain(self.group_factor()).collect();
+        for factor in &factors {
             if factor.levels.len() < 2 {
                 return Err(PsychophysicsError::OneLevel {
                     factor: factor.name.clone(),
@@ -101,39 +90,26 @@ impl Study {
                 });
             }
         }
-        let mut names: Vec<&str> = Vec::with_capacity(MOST_FACTORS + 1);
-        for factor in parts.within.iter().chain(between) {
-            if names.contains(&factor.name.as_str()) {
+        for (place, factor) in factors.iter().enumerate() {
+            if factors[..place].iter().any(|f| f.name == factor.name) {
                 let factor = factor.name.clone();
                 return Err(PsychophysicsError::FactorTwice { factor });
             }
-            names.push(&factor.name);
         }
-        if parts.values.is_empty() {
+        if self.values.is_empty() {
             return Err(PsychophysicsError::NoRows);
         }
-        let study = Self {
-            subjects: parts.subjects,
-            within: parts.within,
-            between: parts.between,
-            values: parts.values,
-            rounds: parts.rounds,
-            least: parts.least,
-            value_name: parts.value_name,
-            left_out: parts.left_out,
-            invalid_rows: parts.invalid_rows,
-        };
-        let wanted = study.subjects.len().saturating_mul(study.cells());
-        if study.values.len() != wanted {
+        let wanted = self.subjects.len().saturating_mul(self.cells());
+        if self.values.len() != wanted {
             return Err(PsychophysicsError::Length {
                 what: "values",
-                got: study.values.len(),
+                got: self.values.len(),
                 wanted,
             });
         }
-        if let Some(groups) = &study.between {
+        if let Some(groups) = &self.between {
             let count = groups.factor.levels.len();
-            let sizes = study.group_sizes();
+            let sizes = self.group_sizes();
             if groups.of_subject.iter().any(|&g| g >= count) || sizes.contains(&0) {
                 return Err(PsychophysicsError::Length {
                     what: "groups with subjects",
@@ -142,12 +118,12 @@ impl Study {
                 });
             }
         }
-        study.check_scale()?;
-        Ok(study)
+        self.check_scale()?;
+        Ok(self)
     }
 
     /// Refuses values whose sums of squares overflow or underflow.
-    pub(super) fn check_scale(&self) -> Result<(), PsychophysicsError> {
+    pub(super) fn check_scale(&self) -> Result<()> {
         let sizes = self.values.iter().map(|v| v.abs()).zip(&self.least);
         let Some((size, least)) = sizes.max_by(|a, b| a.0.total_cmp(&b.0)) else {
             return Ok(());
@@ -170,70 +146,56 @@ impl Study {
         }
     }
 
-    /// The same, read from a table with this many rows that do not count.
-    pub(super) fn with_invalid_rows(self, invalid_rows: usize) -> Self {
-        Self {
-            invalid_rows,
-            ..self
-        }
-    }
-
     /// Rows of the table that were left out because they do not count, as [`Columns::valid`](super::Columns::valid) says.
-    #[must_use]
     pub const fn invalid_rows(&self) -> usize {
         self.invalid_rows
     }
 
     /// Subjects who were left out, with [`Missing::CompleteCases`](super::Missing::CompleteCases).
-    #[must_use]
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
     }
 
     /// Names of the subjects, in order of appearance.
-    #[must_use]
     pub fn subjects(&self) -> &[String] {
         &self.subjects
     }
 
     /// The factors within subjects.
-    #[must_use]
     pub fn within(&self) -> &[Factor] {
         &self.within
     }
 
     /// The factor between subjects, if any.
-    #[must_use]
     pub const fn between(&self) -> Option<&Groups> {
         self.between.as_ref()
     }
 
     /// All factors: first that between subjects, then those within.
     pub fn factors(&self) -> impl Iterator<Item = &Factor> {
-        let between = self.between.as_ref().map(|g| &g.factor);
-        between.into_iter().chain(&self.within)
+        self.group_factor().into_iter().chain(&self.within)
+    }
+
+    fn group_factor(&self) -> Option<&Factor> {
+        self.between.as_ref().map(|groups| &groups.factor)
     }
 
     /// All values: subject by subject, the last factor fastest.
-    #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
     /// Name of the column of values.
-    #[must_use]
     pub fn value_name(&self) -> &str {
         &self.value_name
     }
 
     /// Number of combinations of levels within subjects.
-    #[must_use]
     pub fn cells(&self) -> usize {
         count_cells(&self.within)
     }
 
     /// Number of trials averaged into each value.
-    #[must_use]
     pub const fn rounds(&self) -> usize {
         self.rounds
     }
@@ -249,7 +211,6 @@ impl Study {
     }
 
     /// Number of subjects in each group; of all, without a factor between subjects.
-    #[must_use]
     pub fn group_sizes(&self) -> Vec<usize> {
         let Some(groups) = &self.between else {
             return vec![self.subjects.len()];
@@ -264,7 +225,6 @@ impl Study {
     }
 
     /// Level of every factor within subjects in a cell.
-    #[must_use]
     pub fn levels_of(&self, mut cell: usize) -> Vec<usize> {
         let mut levels = vec![0; self.within.len()];
         for (level, factor) in levels.iter_mut().zip(&self.within).rev() {
@@ -275,7 +235,6 @@ impl Study {
     }
 
     /// A cell in words: `orientation=45, velocity=20`.
-    #[must_use]
     pub fn cell_name(&self, cell: usize) -> String {
         let levels = self.levels_of(cell);
         let named = self.within.iter().zip(levels);
@@ -283,10 +242,5 @@ impl Study {
             .map(|(f, l)| format!("{}={}", f.name, f.levels[l]))
             .collect();
         words.join(", ")
-    }
-
-    /// The smallest single answer behind each value.
-    pub(super) fn least(&self) -> &[TrialAnswer] {
-        &self.least
     }
 }

@@ -1,7 +1,7 @@
 //! Magnitude estimates of all subjects on one scale.
 
 use super::complete::Study;
-use crate::error::PsychophysicsError;
+use crate::error::{PsychophysicsError, Result};
 
 /// How the answers of the subjects are brought to one scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -31,7 +31,7 @@ impl Study {
     /// # Errors
     /// A negative answer; for the geometric mean also a zero; for the arithmetic mean a subject whose
     /// answers are all zero; results outside the range of [`Study::from_values`].
-    pub fn normalise(&self, how: Normalisation) -> Result<Self, PsychophysicsError> {
+    pub fn normalise(&self, how: Normalisation) -> Result<Self> {
         if how == Normalisation::None {
             return Ok(self.clone());
         }
@@ -62,9 +62,9 @@ impl Study {
     }
 
     /// Refuses answers that are not magnitudes.
-    fn check_ratios(&self, without_zero: bool) -> Result<(), PsychophysicsError> {
+    fn check_ratios(&self, without_zero: bool) -> Result<()> {
         let cells = self.cells();
-        for (at, (&mean, least)) in self.values().iter().zip(self.least()).enumerate() {
+        for (at, (&mean, least)) in self.values().iter().zip(&self.least).enumerate() {
             let wanted = if without_zero && mean == 0.0 {
                 "above zero"
             } else if least.value < 0.0 {

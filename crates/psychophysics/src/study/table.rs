@@ -1,9 +1,9 @@
 //! Reading a study from a long table: one row per trial, columns by name.
 
-use super::complete::{MOST_SIZE, Study, StudyParts, TrialAnswer};
+use super::complete::{MOST_SIZE, Study, TrialAnswer};
 use super::factor::{Factor, Groups};
 use super::missing::{LeftOut, Missing};
-use crate::error::PsychophysicsError;
+use crate::error::{PsychophysicsError, Result};
 use hwall_files::{Row, Table};
 use std::collections::HashMap;
 use std::io::Read;
@@ -95,7 +95,7 @@ impl Study {
     ///
     /// # Errors
     /// Missing, double or empty cells and cells that are not numbers, with line and column.
-    pub fn from_csv_str(text: &str, columns: &Columns) -> Result<Self, PsychophysicsError> {
+    pub fn from_csv_str(text: &str, columns: &Columns) -> Result<Self> {
         Self::read_csv(text.as_bytes(), columns)
     }
 
@@ -103,10 +103,7 @@ impl Study {
     ///
     /// # Errors
     /// As there, and a file that cannot be read.
-    pub fn from_csv_path(
-        path: impl AsRef<Path>,
-        columns: &Columns,
-    ) -> Result<Self, PsychophysicsError> {
+    pub fn from_csv_path(path: impl AsRef<Path>, columns: &Columns) -> Result<Self> {
         let path = path.as_ref();
         let bytes = std::fs::read(path);
         let bytes =
@@ -118,19 +115,21 @@ impl Study {
     ///
     /// # Errors
     /// As there, and a stream that cannot be read.
-    pub fn read_csv(source: impl Read, columns: &Columns) -> Result<Self, PsychophysicsError> {
-        let mut source = source;
+    pub fn read_csv(mut source: impl Read, columns: &Columns) -> Result<Self> {
         let mut bytes = Vec::new();
         source
             .read_to_end(&mut bytes)
             .map_err(|error| PsychophysicsError::io("table", &error))?;
         let (trials, invalid_rows) = read_trials(&bytes, columns)?;
-        Ok(assemble(trials, columns)?.with_invalid_rows(invalid_rows))
+        Ok(Self {
+            invalid_rows,
+            ..assemble(trials, columns)?
+        })
     }
 }
 
 /// The rows that count, and the number of the others.
-fn read_trials(bytes: &[u8], columns: &Columns) -> Result<(Vec<Trial>, usize), PsychophysicsError> {
+fn read_trials(bytes: &[u8], columns: &Columns) -> Result<(Vec<Trial>, usize)> {
     let mut table = Table::new(bytes)?;
     let header = table.header().to_vec();
     let mut taken = vec![false; header.len()];
@@ -189,7 +188,7 @@ fn read_trials(bytes: &[u8], columns: &Columns) -> Result<(Vec<Trial>, usize), P
 }
 
 /// Does the row count? `place`: line and column, for the error.
-fn counts(text: &str, (line, column): (u64, &str)) -> Result<bool, PsychophysicsError> {
+fn counts(text: &str, (line, column): (u64, &str)) -> Result<bool> {
     let is = |words: [&str; 3]| words.iter().any(|word| text.eq_ignore_ascii_case(word));
     if is(["true", "yes", "1"]) {
         return Ok(true);
@@ -210,7 +209,7 @@ pub(super) fn answer_of(
     place: usize,
     header: &[String],
     missing: Missing,
-) -> Result<Option<f64>, PsychophysicsError> {
+) -> Result<Option<f64>> {
     let line = row.line();
     let value = match row.number(place) {
         Ok(None) if missing == Missing::CompleteCases => return Ok(None),
@@ -230,7 +229,7 @@ pub(super) fn answer_of(
     Ok(Some(value))
 }
 
-pub(super) fn find(header: &[String], column: &str) -> Result<usize, PsychophysicsError> {
+pub(super) fn find(header: &[String], column: &str) -> Result<usize> {
     let places = |same: &dyn Fn(&str) -> bool| -> Vec<usize> {
         (0..header.len()).filter(|&i| same(&header[i])).collect()
     };
@@ -300,7 +299,7 @@ impl Levels {
     }
 }
 
-pub(super) fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, PsychophysicsError> {
+pub(super) fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study> {
     let subjects = Levels::appeared(trials.iter().map(|t| &t.subject));
     let level = |f: usize| Levels::ordered(trials.iter().map(move |t| &t.levels[f]));
     let levels: Vec<Levels> = (0..columns.within.len()).map(level).collect();
@@ -346,8 +345,7 @@ pub(super) fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, P
     let (mut left_out, mut complete) = (Vec::new(), Vec::new());
     for (subject, name) in subjects.names.iter().enumerate() {
         let first_slot = each.saturating_mul(subject as u128);
-        let own = first_slot..first_slot.saturating_add(each);
-        let mut own = own;
+        let mut own = first_slot..first_slot.saturating_add(each);
         let Some(first) = own.find(|slot| !taken.contains_key(slot)) else {
             complete.push(subject);
             continue;
@@ -396,7 +394,7 @@ pub(super) fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, P
         })
         .unzip();
     let factor = |(name, levels): (&String, Levels)| Factor::new(name, levels.names);
-    Study::from_parts(StudyParts {
+    Study {
         subjects: complete
             .iter()
             .map(|s| subjects.names[*s].clone())
@@ -409,7 +407,8 @@ pub(super) fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, P
         value_name: columns.value.clone(),
         left_out,
         invalid_rows: 0,
-    })
+    }
+    .checked()
 }
 
 fn words(names: &[&String], axes: &[&Levels], mut index: u128) -> String {
@@ -423,7 +422,7 @@ fn words(names: &[&String], axes: &[&Levels], mut index: u128) -> String {
     words.join(", ")
 }
 
-fn groups(name: &str, trials: &[Trial], subjects: &Levels) -> Result<Groups, PsychophysicsError> {
+fn groups(name: &str, trials: &[Trial], subjects: &Levels) -> Result<Groups> {
     let levels = Levels::ordered(trials.iter().map(|t| &t.group));
     let mut seen: Vec<Option<(usize, u64)>> = vec![None; subjects.len()];
     for trial in trials {

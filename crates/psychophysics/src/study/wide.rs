@@ -2,7 +2,7 @@
 
 use super::complete::Study;
 use super::table::{Columns, Trial, answer_of, assemble, find};
-use crate::error::PsychophysicsError;
+use crate::error::{PsychophysicsError, Result};
 use hwall_files::{Row, Table};
 
 /// A column of answers: where it stands, and the level of every factor.
@@ -25,7 +25,7 @@ impl Study {
         text: impl AsRef<[u8]>,
         columns: &Columns,
         joint: &str,
-    ) -> Result<Self, PsychophysicsError> {
+    ) -> Result<Self> {
         let mut table = Table::new(text.as_ref())?;
         let header = table.header().to_vec();
         let answers = answer_columns(&header, columns, joint)?;
@@ -71,7 +71,7 @@ impl Study {
         text: impl AsRef<[u8]>,
         columns: &Columns,
         joint: &str,
-    ) -> Result<Vec<String>, PsychophysicsError> {
+    ) -> Result<Vec<String>> {
         let header = Table::new(text.as_ref())?.header().to_vec();
         let taken = answer_columns(&header, columns, joint)?;
         Ok(taken
@@ -81,11 +81,7 @@ impl Study {
     }
 }
 
-fn answer_columns(
-    header: &[String],
-    columns: &Columns,
-    joint: &str,
-) -> Result<Vec<AnswerColumn>, PsychophysicsError> {
+fn answer_columns(header: &[String], columns: &Columns, joint: &str) -> Result<Vec<AnswerColumn>> {
     let refused = |why: &'static str| PsychophysicsError::Wide { why };
     if !columns.rounds.is_empty() {
         return Err(refused("it has no rounds"));

@@ -134,35 +134,18 @@ fn scripts_are_read_back() {
 
 #[test]
 fn empty_schedules_are_refused() {
-    let base = schedule(TrialOrder::BalancedLatinSquare);
-    for wrong in [
-        Schedule {
-            subjects: 0,
-            ..base.clone()
-        },
-        Schedule {
-            rounds: 0,
-            ..base.clone()
-        },
-        Schedule {
-            factors: vec![Factor::new("a", (0..3000).map(|l| l.to_string())); 7],
-            ..base.clone()
-        },
-        Schedule {
-            factors: vec![],
-            ..base.clone()
-        },
-        Schedule {
-            factors: vec![Factor::new("a", [""; 0])],
-            ..base.clone()
-        },
-        Schedule {
-            factors: vec![Factor::new("a", (0..2001).map(|l| l.to_string()))],
-            subjects: 1,
-            rounds: 1,
-            ..base
-        },
-    ] {
+    let levels = |n: usize| Factor::new("a", (0..n).map(|l| l.to_string()));
+    let spoil: [&dyn Fn(&mut Schedule); 6] = [
+        &|s| s.subjects = 0,
+        &|s| s.rounds = 0,
+        &|s| s.factors = vec![levels(3000); 7],
+        &|s| s.factors = vec![],
+        &|s| s.factors = vec![levels(0)],
+        &|s| (s.factors, s.subjects, s.rounds) = (vec![levels(2001)], 1, 1),
+    ];
+    for spoil in spoil {
+        let mut wrong = schedule(TrialOrder::BalancedLatinSquare);
+        spoil(&mut wrong);
         assert!(wrong.trials().is_err() && wrong.write_csv(Vec::new()).is_err());
     }
 }

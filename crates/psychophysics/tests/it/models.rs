@@ -2,7 +2,8 @@
 
 use hwall_psychophysics::{
     ErrorModel, Factor, MagnitudeAnswer, PairAnswers, PowerStudy, PowerTest, PsychophysicsError,
-    Sigmoid, fit_psychometric, normal_cdf, power, stevens_fit,
+    Sigmoid, fit_psychometric, noncentral_t_cdf, normal_cdf, power, stevens_fit,
+    t_quantile_two_sided,
 };
 use hwall_testkit::Sampler;
 
@@ -27,28 +28,13 @@ fn population(means: Vec<f64>, sizes: &[usize]) -> PowerStudy {
 #[test]
 fn two_levels_have_the_power_of_a_t_test() {
     let found = power(&population(vec![0.0, 0.5], &[2])).expect("power");
-    let want = paired_t_power(16, 0.5 / 2_f64.sqrt());
+    let t = t_quantile_two_sided(0.05, 15.0);
+    let shift = 0.5 / 2_f64.sqrt() * 4.0;
+    let want = 1.0 - noncentral_t_cdf(t, 15.0, shift) + noncentral_t_cdf(-t, 15.0, shift);
     assert!(
         found[0].ci_low < want && want < found[0].ci_high,
         "{found:?}, {want}"
     );
-}
-
-/// `P(|T'| > t)` of the noncentral t by averaging over the estimated variance.
-fn paired_t_power(n: usize, dz: f64) -> f64 {
-    let df = (n - 1) as f64;
-    let t = hwall_psychophysics::t_quantile_two_sided(0.05, df);
-    let shift = dz * (n as f64).sqrt();
-    let (mut sum, mut weight) = (0.0, 0.0);
-    // u is the χ of df degrees of freedom.
-    for i in 1..40_000 {
-        let u = f64::from(i) * 3e-4 * df.sqrt();
-        let density = ((df - 1.0) * u.ln() - 0.5 * u * u).exp();
-        let edge = t * u / df.sqrt();
-        sum += density * (normal_cdf(shift - edge) + normal_cdf(-shift - edge));
-        weight += density;
-    }
-    sum / weight
 }
 
 #[test]
@@ -123,65 +109,25 @@ fn power_has_one_answer_a_seed() {
 #[test]
 fn impossible_populations_are_refused() {
     let base = population(vec![0.0, 0.5], &[2]);
-    for wrong in [
-        PowerStudy {
-            subjects: 1,
-            ..base.clone()
-        },
-        PowerStudy {
-            subjects: 0,
-            ..base.clone()
-        },
-        PowerStudy {
-            studies: 0,
-            ..base.clone()
-        },
-        PowerStudy {
-            within_sd: 0.0,
-            ..base.clone()
-        },
-        PowerStudy {
-            between_sd: -1.0,
-            ..base.clone()
-        },
-        PowerStudy {
-            level_sd: f64::NAN,
-            ..base.clone()
-        },
-        PowerStudy {
-            alpha: 1.0,
-            ..base.clone()
-        },
-        PowerStudy {
-            means: vec![0.0; 3],
-            ..base.clone()
-        },
-        PowerStudy {
-            means: vec![0.0, f64::NAN],
-            ..base.clone()
-        },
-        PowerStudy {
-            within: vec![],
-            means: vec![],
-            ..base.clone()
-        },
-        PowerStudy {
-            subjects: usize::MAX,
-            ..base.clone()
-        },
-        PowerStudy {
-            subjects: 5_000_001,
-            ..base.clone()
-        },
-        PowerStudy {
-            within_sd: 1e200,
-            ..base.clone()
-        },
-        PowerStudy {
-            between_sd: f64::INFINITY,
-            ..base.clone()
-        },
-    ] {
+    let spoil: [fn(&mut PowerStudy); 14] = [
+        |s| s.subjects = 1,
+        |s| s.subjects = 0,
+        |s| s.studies = 0,
+        |s| s.within_sd = 0.0,
+        |s| s.between_sd = -1.0,
+        |s| s.level_sd = f64::NAN,
+        |s| s.alpha = 1.0,
+        |s| s.means = vec![0.0; 3],
+        |s| s.means = vec![0.0, f64::NAN],
+        |s| (s.within, s.means) = (vec![], vec![]),
+        |s| s.subjects = usize::MAX,
+        |s| s.subjects = 5_000_001,
+        |s| s.within_sd = 1e200,
+        |s| s.between_sd = f64::INFINITY,
+    ];
+    for spoil in spoil {
+        let mut wrong = base.clone();
+        spoil(&mut wrong);
         assert!(power(&wrong).is_err(), "{wrong:?}");
     }
     let corrected = PowerStudy {
@@ -331,20 +277,14 @@ fn answers_without_a_fit_are_refused() {
     no_fit(&[(1.0, 0.0), (2.0, 0.0)]);
     no_fit(&[(1.0, 0.9), (2.0, 0.5), (3.0, 0.1)]);
     no_fit(&[(1.0, 0.5), (2.0, 0.5), (3.0, 0.5)]);
-    for (greater, trials) in [(3, 2), (0, 0)] {
+    for (stimulus, greater, trials) in [(1.0, 3, 2), (1.0, 0, 0), (f64::NAN, 1, 2)] {
         let answers = [PairAnswers {
-            stimulus: 1.0,
+            stimulus,
             greater,
             trials,
         }];
         assert!(fit_psychometric(&answers, Sigmoid::Logistic).is_err());
     }
-    let nan = [PairAnswers {
-        stimulus: f64::NAN,
-        greater: 1,
-        trials: 2,
-    }];
-    assert!(fit_psychometric(&nan, Sigmoid::Logistic).is_err());
 }
 
 /// Answers that are nearly separated, with so many trials that scoring steps past the answer.

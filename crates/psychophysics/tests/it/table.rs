@@ -91,32 +91,28 @@ fn cells_are_refused_by_line_and_column() {
         let line = 4;
         assert_eq!(error, PsychophysicsError::NotANumber { line, column, text });
     }
-    assert_eq!(
-        with(5, "eve,,w,2,3").to_string(),
-        "line 5, column \"a\" is empty"
-    );
-    assert_eq!(
-        with(5, "eve,1,w,2").to_string(),
-        "line 5: 4 cells, the header has 5"
-    );
-    assert_eq!(
-        with(5, "eve,1,w,2,\"1,5\"").to_string(),
-        "line 5, column \"y\": \"1,5\" is not a finite number"
-    );
+    for (row, error) in [
+        ("eve,,w,2,3", "line 5, column \"a\" is empty"),
+        ("eve,1,w,2", "line 5: 4 cells, the header has 5"),
+        (
+            "eve,1,w,2,\"1,5\"",
+            "line 5, column \"y\": \"1,5\" is not a finite number",
+        ),
+    ] {
+        assert_eq!(with(5, row).to_string(), error);
+    }
 }
 
 #[test]
 fn lines_count_as_in_an_editor() {
     for (end, blank) in [("\n", "\n\n\n"), ("\r\n", "\r\n\r\n\r\n"), ("\r", "\r\r\r")] {
-        let mut rows = rows();
-        rows[4] = "eve,1,w,2,?".to_owned();
-        let text = rows.join(end).replacen(end, blank, 1);
-        let error = Study::from_csv_str(&text, &columns()).expect_err("refused");
-        assert!(error.to_string().starts_with("line 7, "), "{error}");
-        rows[4] = "eve,1,w".to_owned();
-        let text = rows.join(end).replacen(end, blank, 1);
-        let error = Study::from_csv_str(&text, &columns()).expect_err("refused");
-        assert!(error.to_string().starts_with("line 7: 3 cells"), "{error}");
+        for (row, start) in [("eve,1,w,2,?", "line 7, "), ("eve,1,w", "line 7: 3 cells")] {
+            let mut rows = rows();
+            rows[4] = row.to_owned();
+            let text = rows.join(end).replacen(end, blank, 1);
+            let error = Study::from_csv_str(&text, &columns()).expect_err("refused");
+            assert!(error.to_string().starts_with(start), "{error}");
+        }
     }
 }
 
@@ -162,22 +158,20 @@ fn headers_are_refused() {
         rows[0] = text.to_owned();
         read(&rows).expect_err("refused").to_string()
     };
-    assert_eq!(
-        header("who,a,c,round,y"),
-        "no column \"b\" in the header \"who,a,c,round,y\""
-    );
-    assert_eq!(
-        header("who,A,B,b,y"),
-        "no column \"round\" in the header \"who,A,B,b,y\""
-    );
-    assert_eq!(
-        header("who,a,b,b,y"),
-        "column \"b\" occurs 2 times in the header"
-    );
-    assert_eq!(
-        header(""),
-        "no column \"who\" in the header \"eve,1,x,1,12\""
-    );
+    for (text, error) in [
+        (
+            "who,a,c,round,y",
+            "no column \"b\" in the header \"who,a,c,round,y\"",
+        ),
+        (
+            "who,A,B,b,y",
+            "no column \"round\" in the header \"who,A,B,b,y\"",
+        ),
+        ("who,a,b,b,y", "column \"b\" occurs 2 times in the header"),
+        ("", "no column \"who\" in the header \"eve,1,x,1,12\""),
+    ] {
+        assert_eq!(header(text), error);
+    }
     assert_eq!(
         Study::from_csv_str("", &columns()),
         Err(PsychophysicsError::Table(TableError::Empty))

@@ -39,17 +39,6 @@ pub enum BoardPart {
     },
 }
 
-impl BoardPart {
-    /// Any part of the dissertation's board of 200 x 200 mm.
-    #[must_use]
-    pub const fn any_of_200_mm() -> Self {
-        Self::Any {
-            half_width_m: 0.1,
-            half_height_m: 0.1,
-        }
-    }
-}
-
 /// What the exact solver is asked for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExactConfig {

@@ -13,7 +13,7 @@ use super::images::{family_of_images, mirrored_rolls};
 use super::interval::Interval;
 use super::reachability::LineReachability;
 use super::search::{FamilyVerdict, LineSearch};
-use crate::error::ReachabilityError;
+use crate::error::Result;
 use crate::plane::PlaneLine;
 use crate::wall::WallLine;
 use hwall_kinematics::{BranchSet, SrsArm};
@@ -52,7 +52,7 @@ impl ExactSolver {
     /// # Errors
     /// An accuracy outside its range, a roll that is NaN or infinite, an empty list of rolls,
     /// a negative extent.
-    pub fn new(arm: &SrsArm, config: &ExactConfig) -> Result<Self, ReachabilityError> {
+    pub fn new(arm: &SrsArm, config: &ExactConfig) -> Result<Self> {
         let family = ArmFamily::new(arm, config)?;
         Ok(Self { family })
     }
@@ -65,20 +65,14 @@ impl ExactSolver {
     /// For the wall at heading 0 that stands for those at the given headings, rad, and with `mirror` for their mirror
     /// images: what is proven holds for all of them. `None` where they have no angle of some joint in common, or no
     /// mirror.
-    pub(crate) fn of_images(
-        &self,
-        headings: &[f64],
-        mirror: bool,
-    ) -> Result<Option<Self>, ReachabilityError> {
-        let rolls = if mirror {
-            let rolls = mirrored_rolls(self.arm(), self.rolls_rad());
+    pub(crate) fn of_images(&self, headings: &[f64], mirror: bool) -> Result<Option<Self>> {
+        let mut rolls = None;
+        if mirror {
+            rolls = mirrored_rolls(self.arm(), self.rolls_rad());
             if rolls.is_none() {
                 return Ok(None);
             }
-            rolls
-        } else {
-            None
-        };
+        }
         let images = family_of_images(self.arm(), headings, rolls.as_deref())?;
         Ok(images.map(|(narrow, wide)| {
             let family = self.family.with_limits_of(narrow, wide);
@@ -97,7 +91,7 @@ impl ExactSolver {
     ///
     /// # Errors
     /// A line so far away that its points are not finite.
-    pub fn line(&self, line: &WallLine) -> Result<LineReachability, ReachabilityError> {
+    pub fn line(&self, line: &WallLine) -> Result<LineReachability> {
         self.plane_line(&(*line).into())
     }
 
@@ -105,10 +99,10 @@ impl ExactSolver {
     ///
     /// # Errors
     /// As for [`line`](Self::line).
-    pub fn plane_line(&self, line: &PlaneLine) -> Result<LineReachability, ReachabilityError> {
-        let found = self.search(line, |search| search.run(false))?;
+    pub fn plane_line(&self, line: &PlaneLine) -> Result<LineReachability> {
+        let found = LineSearch::new(&self.family, line)?.run(false);
         // A single arm agrees with itself.
-        Ok(found.unwrap_or_default())
+        Ok(self.touched(found.unwrap_or_default()))
     }
 
     /// As [`line`](Self::line), but `None` where the family's arms differ. With `mirror` only
@@ -117,8 +111,9 @@ impl ExactSolver {
         &self,
         line: &WallLine,
         mirror: bool,
-    ) -> Result<Option<LineReachability>, ReachabilityError> {
-        self.search(&(*line).into(), |search| search.run(mirror))
+    ) -> Result<Option<LineReachability>> {
+        let found = LineSearch::new(&self.family, &(*line).into())?.run(mirror);
+        Ok(found.map(|found| self.touched(found)))
     }
 
     /// As [`line_of_family`](Self::line_of_family), with branches that mean nothing.
@@ -126,26 +121,18 @@ impl ExactSolver {
         &self,
         line: &WallLine,
         mirror: bool,
-    ) -> Result<Option<LineReachability>, ReachabilityError> {
-        self.search(&(*line).into(), |search| {
-            search.run_without_branches(mirror)
-        })
+    ) -> Result<Option<LineReachability>> {
+        let mut search = LineSearch::new(&self.family, &(*line).into())?;
+        let found = search.run_without_branches(mirror);
+        Ok(found.map(|found| self.touched(found)))
     }
 
-    fn search(
-        &self,
-        line: &PlaneLine,
-        run: impl FnOnce(&mut LineSearch) -> Option<LineReachability>,
-    ) -> Result<Option<LineReachability>, ReachabilityError> {
-        let half_width_m = self.family.half_width_m;
-        let found = run(&mut LineSearch::new(&self.family, line)?);
-        Ok(found.map(|found| {
-            if half_width_m > 0.0 {
-                found.dilated(half_width_m)
-            } else {
-                found
-            }
-        }))
+    /// Where any part of the board counts, every point within its half width.
+    fn touched(&self, found: LineReachability) -> LineReachability {
+        match self.family.half_width_m {
+            half_width_m if half_width_m > 0.0 => found.dilated(half_width_m),
+            _ => found,
+        }
     }
 
     /// All branches that provably hold every proven point of a stretch of a line at one roll: the
@@ -154,11 +141,7 @@ impl ExactSolver {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn branches_along(
-        &self,
-        line: &WallLine,
-        span: Interval,
-    ) -> Result<HeldStretch, ReachabilityError> {
+    pub fn branches_along(&self, line: &WallLine, span: Interval) -> Result<HeldStretch> {
         finite("lo_m", span.lo_m)?;
         finite("hi_m", span.hi_m)?;
         if self.family.is_free() {
@@ -181,7 +164,7 @@ impl ExactSolver {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn is_reachable(&self, line: &WallLine, s_m: f64) -> Result<bool, ReachabilityError> {
+    pub fn is_reachable(&self, line: &WallLine, s_m: f64) -> Result<bool> {
         finite("s_m", s_m)?;
         let search = LineSearch::new(&self.family, &(*line).into())?;
         Ok(search.verdict_within(s_m, self.family.half_width_m) == FamilyVerdict::Reachable)
@@ -208,7 +191,6 @@ impl ExactSolver {
     }
 
     /// Accuracy of the ends, m.
-    #[must_use]
     pub const fn accuracy_m(&self) -> f64 {
         self.family.accuracy_m
     }

@@ -1,7 +1,7 @@
 //! A solver's arm with its freedoms, or a family of arms that differ in their limits only.
 
 use super::config::{BoardPart, ExactConfig, Roll};
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use hwall_kinematics::{JointLimit, SrsArm};
 use hwall_numeric::check::{finite, non_negative, positive, that};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -49,7 +49,7 @@ impl Freedom {
 
 impl ArmFamily {
     /// One arm; checks what is asked for.
-    pub(super) fn new(arm: &SrsArm, config: &ExactConfig) -> Result<Self, ReachabilityError> {
+    pub(super) fn new(arm: &SrsArm, config: &ExactConfig) -> Result<Self> {
         let accuracy_m = positive("accuracy_m", config.accuracy_m)?;
         let size = size_m(arm);
         that(

@@ -9,7 +9,7 @@
 //! is proven. Nothing is assumed of the limits.
 
 use super::family::size_m;
-use crate::error::ReachabilityError;
+use crate::error::Result;
 use hwall_kinematics::{JointLimit, SrsArm};
 use std::f64::consts::{PI, TAU};
 
@@ -64,7 +64,7 @@ pub(super) fn family_of_images(
     arm: &SrsArm,
     headings: &[f64],
     mirrored_rolls: Option<&[f64]>,
-) -> Result<Option<(SrsArm, SrsArm)>, ReachabilityError> {
+) -> Result<Option<(SrsArm, SrsArm)>> {
     let (mut narrow, mut wide) = (*arm.limits(), *arm.limits());
     for joint in [0, 2, 4, 6] {
         let Some(forbidden) = Arc::forbidden_by(arm.limits()[joint]) else {

@@ -6,7 +6,7 @@
 //! The true margin is larger: see the README for by how much.
 
 use super::family::size_m;
-use crate::error::ReachabilityError;
+use crate::error::Result;
 use hwall_kinematics::{Pose, PoseRegion, RegionVerdict, SrsArm};
 use hwall_numeric::check::non_negative;
 
@@ -28,7 +28,7 @@ pub fn position_margin_m(
     arm: &SrsArm,
     base_from_tool: &Pose,
     cone_rad: f64,
-) -> Result<Option<f64>, ReachabilityError> {
+) -> Result<Option<f64>> {
     non_negative("cone_rad", cone_rad)?;
     let size = size_m(arm);
     let largest = largest_proven(0.05, |share| {
@@ -47,7 +47,7 @@ pub fn orientation_margin_rad(
     arm: &SrsArm,
     base_from_tool: &Pose,
     radius_m: f64,
-) -> Result<Option<f64>, ReachabilityError> {
+) -> Result<Option<f64>> {
     non_negative("radius_m", radius_m)?;
     Ok(largest_proven(0.1, |angle_rad| {
         let region = PoseRegion::ball(*base_from_tool, radius_m, angle_rad);

@@ -2,7 +2,7 @@
 
 use super::exact::ExactSolver;
 use super::family::size_m;
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::wall::{WallPlane, WallPoint};
 
 /// Distance of the lines of the first sweep, relative to the arm's length: parts of the reachable set that are
@@ -22,11 +22,7 @@ impl ExactSolver {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn nearest_reachable(
-        &self,
-        plane: &WallPlane,
-        at: WallPoint,
-    ) -> Result<Option<WallPoint>, ReachabilityError> {
+    pub fn nearest_reachable(&self, plane: &WallPlane, at: WallPoint) -> Result<Option<WallPoint>> {
         if self.is_reachable(&plane.line(at.z_m), at.s_m)? {
             return Ok(Some(at));
         }
@@ -80,7 +76,7 @@ impl ExactSolver {
         plane: &WallPlane,
         z_m: f64,
         at: WallPoint,
-    ) -> Result<Option<WallPoint>, ReachabilityError> {
+    ) -> Result<Option<WallPoint>> {
         let found = self.line(&plane.line(z_m))?;
         let points = found.intervals.iter().map(|i| {
             let inside = self.accuracy_m().min(0.5 * i.span.length_m());

@@ -3,7 +3,7 @@
 use super::family::{ArmFamily, Freedom, size_m};
 use super::interval::{Interval, united, without};
 use super::reachability::{Hold, LineReachability, Piece};
-use crate::error::ReachabilityError;
+use crate::error::Result;
 use crate::plane::PlaneLine;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionVerdict};
@@ -77,7 +77,7 @@ pub(super) struct LineSearch<'a> {
 }
 
 impl<'a> LineSearch<'a> {
-    pub(super) fn new(family: &'a ArmFamily, line: &PlaneLine) -> Result<Self, ReachabilityError> {
+    pub(super) fn new(family: &'a ArmFamily, line: &PlaneLine) -> Result<Self> {
         finite("height_m", line.height_m)?;
         let poses = family.freedoms.iter();
         let poses = poses.map(|f| line.board_pose(0.0, f.roll));
@@ -99,13 +99,11 @@ impl<'a> LineSearch<'a> {
     pub(super) fn run(&mut self, mirror: bool) -> Option<LineReachability> {
         let mut found = self.run_without_branches(mirror)?;
         // Cells keep the first branches they meet; where those have none in common, all are looked for.
-        if !self.family.is_free() {
-            for i in found.intervals.iter_mut().filter(|i| i.branches.is_empty()) {
-                i.branches = self.branches_along(i.span).branches;
-            }
-        } else {
-            for interval in &mut found.intervals {
+        for interval in &mut found.intervals {
+            if self.family.is_free() {
                 interval.branches = BranchSet::EMPTY;
+            } else if interval.branches.is_empty() {
+                interval.branches = self.branches_along(interval.span).branches;
             }
         }
         Some(found)
@@ -122,12 +120,7 @@ impl<'a> LineSearch<'a> {
             self.domain(0.0)
         };
         for Interval { lo_m: lo, hi_m: hi } in without(&possible, &certain) {
-            self.pieces.push(Piece {
-                lo,
-                hi,
-                reachable: false,
-                proven: None,
-            });
+            self.push_band(lo, hi, FamilyVerdict::Unreachable);
         }
         for Interval { lo_m: lo, hi_m: hi } in certain {
             let lo = if mirror { lo.max(0.0) } else { lo };
@@ -283,11 +276,8 @@ impl<'a> LineSearch<'a> {
     }
 
     fn region(&self, region: &PoseRegion) -> CellVerdict {
-        match self
-            .family
-            .narrow
-            .region_verdict_between(&self.family.wide, region)
-        {
+        let ArmFamily { narrow, wide, .. } = self.family;
+        match narrow.region_verdict_between(wide, region) {
             RegionVerdict::Reachable(branches) => {
                 CellVerdict::Reachable(Hold { roll: 0, branches })
             }
@@ -372,24 +362,22 @@ impl<'a> LineSearch<'a> {
         if left.verdict != right.verdict {
             return self.settle_end(left, right);
         }
-        let middle = 0.5 * (lo + hi);
         let most = if self.family.is_free() {
             MOST_UNDECIDED_FREE
         } else {
             MOST_UNDECIDED
         };
-        let too_small = hi - lo <= 0.5 * self.family.accuracy_m || middle <= lo || middle >= hi;
-        if too_small || self.undecided > most {
-            self.pieces.push(Piece {
-                lo,
-                hi,
-                reachable: left.verdict == FamilyVerdict::Reachable,
-                proven: None,
-            });
-            return true;
-        }
-        let at_middle = self.probe(middle);
-        self.settle(left, at_middle) && self.settle(at_middle, right)
+        self.settle_halves(left, right, self.undecided > most)
+    }
+
+    /// Appends an unproven band.
+    fn push_band(&mut self, lo: f64, hi: f64, verdict: FamilyVerdict) {
+        self.pieces.push(Piece {
+            lo,
+            hi,
+            reachable: verdict == FamilyVerdict::Reachable,
+            proven: None,
+        });
     }
 
     /// Appends the cell if it is proven as a whole.
@@ -428,12 +416,7 @@ impl<'a> LineSearch<'a> {
         self.pieces[first..].reverse();
         for (lo, hi, verdict) in [(inner, end, left.verdict), (end, outer, right.verdict)] {
             if hi > lo {
-                self.pieces.push(Piece {
-                    lo,
-                    hi,
-                    reachable: verdict == FamilyVerdict::Reachable,
-                    proven: None,
-                });
+                self.push_band(lo, hi, verdict);
             }
         }
         self.grow(outer, right)
@@ -487,9 +470,9 @@ impl<'a> LineSearch<'a> {
                 let first = self.pieces.len();
                 let near = Probe { s: near, ..to };
                 let settled = if sign > 0.0 {
-                    self.settle_between(near, to)
+                    self.settle_halves(near, to, false)
                 } else {
-                    self.settle_between(to, near)
+                    self.settle_halves(to, near, false)
                 };
                 if sign < 0.0 {
                     self.pieces[first..].reverse();
@@ -500,17 +483,13 @@ impl<'a> LineSearch<'a> {
         true
     }
 
-    /// As [`settle`](Self::settle), for a cell that is known to be undecided as a whole.
-    fn settle_between(&mut self, left: Probe, right: Probe) -> bool {
-        let middle = 0.5 * (left.s + right.s);
-        if right.s - left.s <= 0.5 * self.family.accuracy_m || middle <= left.s || middle >= right.s
-        {
-            self.pieces.push(Piece {
-                lo: left.s,
-                hi: right.s,
-                reachable: left.verdict == FamilyVerdict::Reachable,
-                proven: None,
-            });
+    /// Settles both halves of a cell that is undecided as a whole; a cell that is too small to halve is a band.
+    fn settle_halves(&mut self, left: Probe, right: Probe, give_up: bool) -> bool {
+        let (lo, hi) = (left.s, right.s);
+        let middle = 0.5 * (lo + hi);
+        let too_small = hi - lo <= 0.5 * self.family.accuracy_m || middle <= lo || middle >= hi;
+        if too_small || give_up {
+            self.push_band(lo, hi, left.verdict);
             return true;
         }
         let at_middle = self.probe(middle);

@@ -6,8 +6,8 @@
 use super::grid::{WallGrid, checked_line_count};
 use super::keep_out::KeepOut;
 use super::reachability_map::ReachabilityMap;
-use crate::binary_file::BinaryFormat;
-use crate::error::ReachabilityError;
+use crate::binary_file::{BinaryFileError, BinaryFormat};
+use crate::error::{ReachabilityError, Result};
 use crate::line::{ExactConfig, Interval, LineReachability, ReachableInterval};
 use hwall_kinematics::{BranchSet, SrsArm, SrsParameters};
 use serde::{Deserialize, Serialize};
@@ -35,19 +35,16 @@ struct StoredLine {
 
 impl ReachabilityMap {
     /// The map as bytes.
-    #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let lines = self.lines().map(|index| StoredLine {
-            intervals: self
-                .intervals(index)
-                .iter()
-                .map(|i| (i.span.lo_m, i.span.hi_m, i.branches.bits()))
-                .collect(),
-            unknown: self
-                .unknown(index)
-                .iter()
-                .map(|band| (band.lo_m, band.hi_m))
-                .collect(),
+        let lines = self.lines().map(|index| {
+            let intervals = self.intervals(index).iter();
+            let unknown = self.unknown(index).iter();
+            StoredLine {
+                intervals: intervals
+                    .map(|i| (i.span.lo_m, i.span.hi_m, i.branches.bits()))
+                    .collect(),
+                unknown: unknown.map(|band| (band.lo_m, band.hi_m)).collect(),
+            }
         });
         let body = Body {
             arm: *self.arm().parameters(),
@@ -63,11 +60,11 @@ impl ReachabilityMap {
     ///
     /// # Errors
     /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReachabilityError> {
-        let malformed = |what| ReachabilityError::MalformedFile { what };
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let malformed = |what| BinaryFileError::Malformed { what };
         let body: Body = FORMAT.from_bytes(bytes)?;
         if checked_line_count(&body.walls)? != body.lines.len() {
-            return Err(malformed("count of lines"));
+            return Err(malformed("count of lines").into());
         }
         let arm = SrsArm::new(body.arm)?;
         for keep_out in &body.keep_out {
@@ -83,7 +80,7 @@ impl ReachabilityMap {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ReachabilityError> {
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
         hwall_files::write(path, self.to_bytes())
             .map_err(|error| ReachabilityError::file(path, &error))
@@ -93,7 +90,7 @@ impl ReachabilityMap {
     ///
     /// # Errors
     /// A file that cannot be read, or as [`from_bytes`](Self::from_bytes).
-    pub fn load(path: impl AsRef<Path>) -> Result<Self, ReachabilityError> {
+    pub fn load(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let bytes = std::fs::read(path).map_err(|error| ReachabilityError::file(path, &error))?;
         Self::from_bytes(&bytes)
@@ -150,20 +147,14 @@ impl StoredLine {
         };
         let sound = apart(&mut self.intervals.iter().map(|i| (i.0, i.1)))
             && apart(&mut self.unknown.iter().copied());
+        let interval = |&(lo, hi, branches): &(f64, f64, u8)| ReachableInterval {
+            span: Interval::new(lo, hi),
+            branches: BranchSet::from_bits(branches),
+        };
+        let band = |&(lo, hi): &(f64, f64)| Interval::new(lo, hi);
         sound.then(|| LineReachability {
-            intervals: self
-                .intervals
-                .iter()
-                .map(|&(lo, hi, branches)| ReachableInterval {
-                    span: Interval::new(lo, hi),
-                    branches: BranchSet::from_bits(branches),
-                })
-                .collect(),
-            unknown: self
-                .unknown
-                .iter()
-                .map(|&(lo, hi)| Interval::new(lo, hi))
-                .collect(),
+            intervals: self.intervals.iter().map(interval).collect(),
+            unknown: self.unknown.iter().map(band).collect(),
         })
     }
 }

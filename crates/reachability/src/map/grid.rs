@@ -1,6 +1,6 @@
 //! Which lines a map holds: headings, planes and heights.
 
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::line::Interval;
 use crate::steps::{MOST_LINES, Steps, too_many};
 use crate::wall::{WallLine, WallPlane};
@@ -26,7 +26,6 @@ impl WallGrid {
     /// `0.926 - 0.05 k` m and 31 heights at `-0.26 + 0.05 j` m each ([H-Wall], IV.8).
     ///
     /// Its normals are `(cos g, -sin g, 0)`, so the headings are -g, from -45 to 45 degrees.
-    #[must_use]
     pub fn dissertation() -> Vec<Self> {
         let steps = |first, step, count| Steps::new(first, step, count).expect("constants");
         (0..7)
@@ -47,12 +46,7 @@ impl WallGrid {
     ///
     /// # Errors
     /// NaN or infinity, a normal that is not horizontal, a step that is not positive.
-    pub fn for_wall(
-        point_m: DVec3,
-        normal: DVec3,
-        heights: Interval,
-        step_m: f64,
-    ) -> Result<Self, ReachabilityError> {
+    pub fn for_wall(point_m: DVec3, normal: DVec3, heights: Interval, step_m: f64) -> Result<Self> {
         let plane = WallPlane::through(point_m, normal)?;
         positive("step", step_m)?;
         let (low, high) = (heights.lo_m, heights.hi_m);
@@ -79,10 +73,7 @@ impl WallGrid {
     ///
     /// # Errors
     /// No points, NaN or infinity.
-    pub fn within(
-        self,
-        points_m: impl IntoIterator<Item = DVec3>,
-    ) -> Result<Self, ReachabilityError> {
+    pub fn within(self, points_m: impl IntoIterator<Item = DVec3>) -> Result<Self> {
         let along = WallPlane::new(self.heading_rad, 0.0)?.along();
         let mut span: Option<Interval> = None;
         for point in points_m {
@@ -100,7 +91,6 @@ impl WallGrid {
     }
 
     /// How many lines.
-    #[must_use]
     pub fn line_count(&self) -> usize {
         self.distances.count() * self.heights.count()
     }
@@ -109,12 +99,12 @@ impl WallGrid {
     ///
     /// # Errors
     /// NaN or infinity in the heading.
-    pub fn plane(&self, index: usize) -> Result<WallPlane, ReachabilityError> {
+    pub fn plane(&self, index: usize) -> Result<WallPlane> {
         WallPlane::new(self.heading_rad, self.distances.at(index))
     }
 
     /// All lines, plane by plane, height by height.
-    pub(crate) fn lines(&self) -> Result<Vec<WallLine>, ReachabilityError> {
+    pub(crate) fn lines(&self) -> Result<Vec<WallLine>> {
         let mut lines = Vec::with_capacity(self.line_count());
         for index in 0..self.distances.count() {
             let plane = self.plane(index)?;
@@ -124,8 +114,42 @@ impl WallGrid {
     }
 }
 
+/// The lines of a grid among those of a map.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct GridLines {
+    pub(crate) grid: WallGrid,
+    pub(crate) normal: DVec3,
+    /// Number of its first line.
+    pub(crate) first: usize,
+}
+
+impl GridLines {
+    pub(crate) fn new(grid: WallGrid, first: usize) -> Result<Self> {
+        let normal = WallPlane::new(grid.heading_rad, 0.0)?.normal();
+        Ok(Self {
+            grid,
+            normal,
+            first,
+        })
+    }
+
+    /// Plane and height of the line nearest to a point, within half a step.
+    #[inline]
+    pub(crate) fn nearest(&self, point_m: DVec3) -> Option<[usize; 2]> {
+        let distance = self.normal.x * point_m.x + self.normal.y * point_m.y;
+        let plane = self.grid.distances.nearest(distance)?;
+        Some([plane, self.grid.heights.nearest(point_m.z)?])
+    }
+
+    /// Number of a line.
+    #[inline]
+    pub(crate) fn number(&self, [plane, height]: [usize; 2]) -> usize {
+        self.first + plane * self.grid.heights.count() + height
+    }
+}
+
 /// Rejects grids that do not fit, before anything is allocated for them.
-pub(crate) fn checked_line_count(walls: &[WallGrid]) -> Result<usize, ReachabilityError> {
+pub(crate) fn checked_line_count(walls: &[WallGrid]) -> Result<usize> {
     if walls.is_empty() {
         return Err(ReachabilityError::Empty { what: "walls" });
     }

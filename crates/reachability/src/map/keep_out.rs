@@ -5,7 +5,7 @@
 //! zonotope, which a capsule rounds by a ball (`zonotope.rs`).
 
 use super::zonotope::{Path, Zonotope, hull};
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::line::Interval;
 use crate::wall::WallLine;
 use glam::{DMat3, DVec3};
@@ -48,7 +48,7 @@ impl KeepOutBox {
         name: impl Into<String>,
         base_from_box: Pose,
         half_extents_m: DVec3,
-    ) -> Result<Self, ReachabilityError> {
+    ) -> Result<Self> {
         for half in half_extents_m.to_array() {
             positive("half extent of a keep-out box", half)?;
         }
@@ -63,11 +63,7 @@ impl KeepOutBox {
     ///
     /// # Errors
     /// NaN, infinity, or a maximum that is not above its minimum.
-    pub fn from_corners(
-        name: impl Into<String>,
-        min_m: DVec3,
-        max_m: DVec3,
-    ) -> Result<Self, ReachabilityError> {
+    pub fn from_corners(name: impl Into<String>, min_m: DVec3, max_m: DVec3) -> Result<Self> {
         let centre = Pose::from_translation(min_m * 0.5 + max_m * 0.5)?;
         Self::new(name, centre, max_m * 0.5 - min_m * 0.5)
     }
@@ -77,11 +73,7 @@ impl KeepOutBox {
     ///
     /// # Errors
     /// NaN, infinity or a size that is not positive.
-    pub fn pedestal(
-        half_depth_x_m: f64,
-        half_width_y_m: f64,
-        height_m: f64,
-    ) -> Result<Self, ReachabilityError> {
+    pub fn pedestal(half_depth_x_m: f64, half_width_y_m: f64, height_m: f64) -> Result<Self> {
         let (x, y) = (half_depth_x_m, half_width_y_m);
         Self::from_corners(
             "pedestal",
@@ -91,21 +83,8 @@ impl KeepOutBox {
     }
 
     /// Its name, for messages.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
-    }
-
-    /// Its centre and axes.
-    #[must_use]
-    pub const fn base_from_box(&self) -> Pose {
-        self.base_from_box
-    }
-
-    /// Half of its extents along its own axes, m.
-    #[must_use]
-    pub const fn half_extents_m(&self) -> DVec3 {
-        self.half_extents_m
     }
 
     /// Where on a line the load would overlap the box: sorted, disjoint **open** intervals of s, m,
@@ -121,7 +100,7 @@ impl KeepOutBox {
         carried: &Carried,
         line: &WallLine,
         roll_rad: f64,
-    ) -> Result<Vec<Interval>, ReachabilityError> {
+    ) -> Result<Vec<Interval>> {
         finite("height_m", line.height_m)?;
         finite("roll_rad", roll_rad)?;
         let rotation = line.plane.board_rotation(roll_rad);
@@ -146,30 +125,13 @@ impl KeepOutBox {
         Ok(blocked)
     }
 
-    /// Does the load overlap the box when the tool is at a pose? Touching is no overlap.
-    ///
-    /// Error and errors: as for [`KeepOutBox::blocked_on_line`].
-    pub fn blocks_pose(
-        &self,
-        carried: &Carried,
-        base_from_tool: &Pose,
-    ) -> Result<bool, ReachabilityError> {
-        // A line along which nothing moves is blocked everywhere or nowhere.
-        let path = Path {
-            start: base_from_tool.position_m(),
-            step: DVec3::ZERO,
-        };
-        let [plate, rest] = self.overlaps(carried, base_from_tool.rotation(), path)?;
-        Ok(plate.is_some() || rest.is_some())
-    }
-
     /// For the plate, and for the last link or (with nothing carried) the tool point.
     fn overlaps(
         &self,
         carried: &Carried,
         rotation: DMat3,
         tool: Path,
-    ) -> Result<[Option<Interval>; 2], ReachabilityError> {
+    ) -> Result<[Option<Interval>; 2]> {
         carried.validate()?;
         let centre = self.base_from_box.position_m();
         let norm = |v: DVec3| v.abs().element_sum();
@@ -228,7 +190,7 @@ impl Carried {
     ///
     /// # Errors
     /// The first value outside its range.
-    pub fn validate(&self) -> Result<(), ReachabilityError> {
+    pub fn validate(&self) -> Result<()> {
         if let Some(plate) = self.plate {
             positive("half_width_m", plate.half_width_m)?;
             positive("half_height_m", plate.half_height_m)?;
@@ -322,7 +284,7 @@ pub(super) fn blocked(
     keep_out: &[KeepOut],
     line: &WallLine,
     rolls_rad: impl Iterator<Item = f64>,
-) -> Result<Vec<Interval>, ReachabilityError> {
+) -> Result<Vec<Interval>> {
     let mut blocked = Vec::new();
     for roll_rad in rolls_rad {
         for KeepOut { solid, carried } in keep_out {

@@ -13,7 +13,7 @@ mod wall_maps;
 mod zonotope;
 
 pub use grid::WallGrid;
-pub(crate) use grid::checked_line_count;
+pub(crate) use grid::{GridLines, checked_line_count};
 pub use keep_out::{Capsule, Carried, KeepOut, KeepOutBox, Plate};
 #[cfg(feature = "exr")]
 pub use picture::PictureConfig;

@@ -1,7 +1,7 @@
 //! Maps as multi-layer OpenEXR pictures: one layer for each plane.
 
 use super::reachability_map::{LineIndex, ReachabilityMap};
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::line::{Interval, size_m};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
@@ -43,7 +43,7 @@ impl ReachabilityMap {
     ///
     /// # Errors
     /// A pixel that is not positive, an empty or NaN span, too many pixels.
-    pub fn to_exr(&self, config: &PictureConfig) -> Result<Vec<u8>, ReachabilityError> {
+    pub fn to_exr(&self, config: &PictureConfig) -> Result<Vec<u8>> {
         let pixel_m = positive("pixel_m", config.pixel_m)?;
         let longest = size_m(self.arm());
         let span = config.span_m.unwrap_or(Interval::new(-longest, longest));
@@ -78,7 +78,9 @@ impl ReachabilityMap {
         let mut bytes = Cursor::new(Vec::new());
         // Written to memory by one thread, so that the blocks are always in the same order.
         let written = image.write().non_parallel().to_buffered(&mut bytes);
-        written.map_err(|_| ReachabilityError::MalformedFile { what: "picture" })?;
+        written.map_err(|error| ReachabilityError::Picture {
+            message: error.to_string(),
+        })?;
         Ok(bytes.into_inner())
     }
 
@@ -86,11 +88,7 @@ impl ReachabilityMap {
     ///
     /// # Errors
     /// As [`to_exr`](Self::to_exr), or a file that cannot be written.
-    pub fn write_exr(
-        &self,
-        path: impl AsRef<Path>,
-        config: &PictureConfig,
-    ) -> Result<(), ReachabilityError> {
+    pub fn write_exr(&self, path: impl AsRef<Path>, config: &PictureConfig) -> Result<()> {
         let path = path.as_ref();
         hwall_files::write(path, self.to_exr(config)?)
             .map_err(|error| ReachabilityError::file(path, &error))

@@ -1,6 +1,6 @@
 //! The lines of a plane at any inclination.
 
-use crate::error::ReachabilityError;
+use crate::error::Result;
 use crate::line::{ExactConfig, ExactSolver, LineReachability};
 use crate::plane::{Plane, PlaneLine};
 use crate::steps::Steps;
@@ -40,12 +40,7 @@ impl PlaneMap {
     ///
     /// # Errors
     /// What [`ExactSolver::new`] and [`ExactSolver::plane_line`] refuse.
-    pub fn build(
-        arm: &SrsArm,
-        config: &ExactConfig,
-        plane: Plane,
-        heights: Steps,
-    ) -> Result<Self, ReachabilityError> {
+    pub fn build(arm: &SrsArm, config: &ExactConfig, plane: Plane, heights: Steps) -> Result<Self> {
         let solver = ExactSolver::new(arm, config)?;
         let lines = heights
             .iter()
@@ -59,7 +54,6 @@ impl PlaneMap {
     }
 
     /// The plane.
-    #[must_use]
     pub const fn plane(&self) -> &Plane {
         &self.plane
     }
@@ -72,7 +66,6 @@ impl PlaneMap {
 
     /// Can a board be held at the point of the plane nearest to this one, as the nearest line has it? `None` more than half
     /// a step beyond the lines, or for NaN.
-    #[must_use]
     pub fn look_up(&self, point_m: DVec3) -> Option<bool> {
         let WallPoint { s_m, z_m } = self.plane.project(point_m).at;
         let line = self.lines.get(self.heights.nearest(z_m)?)?;
@@ -81,7 +74,6 @@ impl PlaneMap {
 
     /// Reachable area between the first line and the last, m²: the lines' lengths by the trapezoidal rule, so the border
     /// lines count half and one line alone has none. Error: at an edge that leans, of second order in the step.
-    #[must_use]
     pub fn area_m2(&self) -> f64 {
         let lengths = self.lines.iter().map(LineReachability::length_m);
         self.heights.integral(lengths)

@@ -1,18 +1,17 @@
 //! Reachability maps: the intervals of every line of some walls, and look-ups in them.
 
-use super::grid::WallGrid;
+use super::grid::{GridLines, WallGrid};
 use super::keep_out::{Carried, KeepOut, KeepOutBox, Plate, blocked};
 use super::symmetry;
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::line::{
     BoardPart, ExactConfig, ExactSolver, Interval, LineReachability, ReachableInterval, Roll,
     total_m,
 };
-use crate::progress::{Monitor, Progress};
+use crate::progress::{Monitor, silent};
 use crate::wall::{WallLine, WallPlane, WallPoint};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
-use std::ops::ControlFlow;
 
 /// Square of the cosine of the angle within which a look-up finds walls: half of the
 /// dissertation's 15 degrees, and a little more for rounding.
@@ -80,7 +79,7 @@ pub struct ReachabilityMap {
     solver: ExactSolver,
     arm: SrsArm,
     config: ExactConfig,
-    walls: Vec<Wall>,
+    walls: Vec<GridLines>,
     /// x and y of the walls' normals, side by side for look-ups.
     normals: Vec<[f64; 2]>,
     /// Where the intervals and the bands of each line begin; one more than there are lines.
@@ -89,13 +88,6 @@ pub struct ReachabilityMap {
     unknown: Vec<Interval>,
     keep_out: Vec<KeepOut>,
     report: BuildReport,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-struct Wall {
-    grid: WallGrid,
-    normal: DVec3,
-    first_line: usize,
 }
 
 /// Equal in everything but how they were made.
@@ -113,12 +105,8 @@ impl ReachabilityMap {
     ///
     /// # Errors
     /// A configuration or grid that makes no sense, or more lines than fit.
-    pub fn build(
-        arm: &SrsArm,
-        config: &ExactConfig,
-        walls: Vec<WallGrid>,
-    ) -> Result<Self, ReachabilityError> {
-        Self::build_monitored(arm, config, walls, &|_: Progress| ControlFlow::Continue(()))
+    pub fn build(arm: &SrsArm, config: &ExactConfig, walls: Vec<WallGrid>) -> Result<Self> {
+        Self::build_monitored(arm, config, walls, &silent)
     }
 
     /// As [`build`](Self::build), with reports of its progress; the monitor can cancel it.
@@ -130,7 +118,7 @@ impl ReachabilityMap {
         config: &ExactConfig,
         walls: Vec<WallGrid>,
         monitor: &Monitor,
-    ) -> Result<Self, ReachabilityError> {
+    ) -> Result<Self> {
         let solved = symmetry::solve(arm, config, &walls, monitor)?;
         let report = BuildReport {
             lines: solved.lines.len(),
@@ -150,17 +138,12 @@ impl ReachabilityMap {
         grids: Vec<WallGrid>,
         lines: &[LineReachability],
         keep_out: Vec<KeepOut>,
-    ) -> Result<Self, ReachabilityError> {
+    ) -> Result<Self> {
         let mut walls = Vec::with_capacity(grids.len());
         let mut first_line = 0;
         for grid in grids {
-            let normal = WallPlane::new(grid.heading_rad, 0.0)?.normal();
             let count = grid.line_count();
-            walls.push(Wall {
-                grid,
-                normal,
-                first_line,
-            });
+            walls.push(GridLines::new(grid, first_line)?);
             first_line += count;
         }
         let mut starts = Vec::with_capacity(lines.len() + 1);
@@ -192,11 +175,7 @@ impl ReachabilityMap {
     ///
     /// # Errors
     /// NaN or infinity in what is carried, or a map where any part of the board counts.
-    pub fn with_keep_out(
-        self,
-        boxes: Vec<KeepOutBox>,
-        carried: Carried,
-    ) -> Result<Self, ReachabilityError> {
+    pub fn with_keep_out(self, boxes: Vec<KeepOutBox>, carried: Carried) -> Result<Self> {
         if self.config.board_part != BoardPart::Middle {
             return Err(ReachabilityError::NotBoardMiddle);
         }
@@ -227,7 +206,7 @@ impl ReachabilityMap {
                 None => Ok(found),
             }
         });
-        let lines: Vec<LineReachability> = lines.collect::<Result<_, ReachabilityError>>()?;
+        let lines: Vec<LineReachability> = lines.collect::<Result<_>>()?;
         let walls = self.walls().cloned().collect();
         let mut map = Self::from_lines(&self.arm, &self.config, walls, &lines, keep_out)?;
         map.report = self.report;
@@ -235,31 +214,26 @@ impl ReachabilityMap {
     }
 
     /// The boxes that it keeps out of, each with what is carried past it.
-    #[must_use]
     pub fn keep_out(&self) -> &[KeepOut] {
         &self.keep_out
     }
 
     /// The arm it was made for, with its tool.
-    #[must_use]
     pub const fn arm(&self) -> &SrsArm {
         &self.arm
     }
 
     /// What the solver was asked for.
-    #[must_use]
     pub const fn config(&self) -> &ExactConfig {
         &self.config
     }
 
     /// How it was made; empty for a map from a file.
-    #[must_use]
     pub const fn report(&self) -> BuildReport {
         self.report
     }
 
     /// The solver behind it, for lines that it does not hold.
-    #[must_use]
     pub const fn solver(&self) -> &ExactSolver {
         &self.solver
     }
@@ -290,7 +264,6 @@ impl ReachabilityMap {
     }
 
     /// Where a line is; `None` for an index that the map does not hold.
-    #[must_use]
     pub fn line(&self, index: LineIndex) -> Option<WallLine> {
         self.flat(index)?;
         let grid = &self.walls[index.wall].grid;
@@ -299,7 +272,6 @@ impl ReachabilityMap {
     }
 
     /// The reachable intervals of a line, sorted; none for an index that the map does not hold.
-    #[must_use]
     #[inline]
     pub fn intervals(&self, index: LineIndex) -> &[ReachableInterval] {
         match self.flat(index) {
@@ -309,7 +281,6 @@ impl ReachabilityMap {
     }
 
     /// The bands of a line where nothing is proven, sorted.
-    #[must_use]
     pub fn unknown(&self, index: LineIndex) -> &[Interval] {
         match self.flat(index) {
             Some(i) => &self.unknown[self.starts[i][1] as usize..self.starts[i + 1][1] as usize],
@@ -323,7 +294,6 @@ impl ReachabilityMap {
     /// `None` where no line is near: for a heading further than 7.5 degrees from all walls, more
     /// than half a step outside the planes or heights, or for NaN. The verdict is that of the
     /// nearest line: for the point itself see [`is_reachable`](Self::is_reachable).
-    #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<LookUp> {
         // The best heading first, without a branch in the loop; squared, so that a normal of any
         // length will do. NaN and a normal without direction find nothing.
@@ -362,7 +332,7 @@ impl ReachabilityMap {
     ///
     /// # Errors
     /// NaN or infinity, a normal that is not horizontal.
-    pub fn is_reachable(&self, point_m: DVec3, normal: DVec3) -> Result<bool, ReachabilityError> {
+    pub fn is_reachable(&self, point_m: DVec3, normal: DVec3) -> Result<bool> {
         let plane = WallPlane::through(point_m, normal)?;
         let at = plane.project(point_m).at;
         let line = plane.line(at.z_m);
@@ -379,7 +349,6 @@ impl ReachabilityMap {
     ///
     /// It stays `inset_m` away from the ends of its interval (in the middle of a shorter one), so
     /// that a board sent there is not at its very limit.
-    #[must_use]
     pub fn nearest_on_lines(
         &self,
         wall: usize,
@@ -411,7 +380,6 @@ impl ReachabilityMap {
     }
 
     /// Lengths of all lines together.
-    #[must_use]
     pub fn lengths(&self) -> MapLengths {
         MapLengths {
             reachable_m: total_m(self.intervals.iter().map(|i| i.span.length_m())),
@@ -420,7 +388,6 @@ impl ReachabilityMap {
     }
 
     /// Memory held, bytes.
-    #[must_use]
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.starts)
             + size_of_val(&*self.intervals)
@@ -432,12 +399,11 @@ impl ReachabilityMap {
     /// The nearest line of one wall.
     #[inline]
     fn nearest_of(&self, wall: usize, point_m: DVec3) -> Option<LineIndex> {
-        let w = &self.walls[wall];
-        let distance = w.normal.x * point_m.x + w.normal.y * point_m.y;
+        let [plane, height] = self.walls[wall].nearest(point_m)?;
         Some(LineIndex {
             wall,
-            plane: w.grid.distances.nearest(distance)?,
-            height: w.grid.heights.nearest(point_m.z)?,
+            plane,
+            height,
         })
     }
 
@@ -446,6 +412,6 @@ impl ReachabilityMap {
         let wall = self.walls.get(index.wall)?;
         let heights = wall.grid.heights.count();
         let inside = index.plane < wall.grid.distances.count() && index.height < heights;
-        inside.then(|| wall.first_line + index.plane * heights + index.height)
+        inside.then(|| wall.number([index.plane, index.height]))
     }
 }

@@ -1,31 +1,28 @@
 //! Why the unreachable part of a wall is unreachable.
 
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::line::{ExactSolver, Interval};
 use crate::wall::WallPlane;
-use hwall_kinematics::{SrsArm, Unreachable, Verdict};
+use hwall_kinematics::Verdict;
 use hwall_numeric::check::{finite, positive};
 
 /// Counts of sampled points of a wall by verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ReachabilityReasons {
-    /// Reachable.
-    pub reachable: usize,
-    /// Beyond the stretched arm.
-    pub too_far: usize,
-    /// Nearer than the links can fold.
-    pub too_near: usize,
-    /// Joint 4 would have to pass its limit.
-    pub elbow_limit: usize,
-    /// Joints 1 to 3 cannot, at any arm angle.
-    pub shoulder_limit: usize,
-    /// Joints 5 to 7 cannot, at any arm angle.
-    pub wrist_limit: usize,
-    /// Shoulder and wrist can, but not at the same arm angle.
-    pub arm_angle_conflict: usize,
-    /// Another reason.
-    pub other: usize,
+    counts: [usize; NAMES.len()],
 }
+
+/// What the counts count: names as in [`Unreachable::name`](hwall_kinematics::Unreachable::name), and any other reason.
+const NAMES: [&str; 8] = [
+    "reachable",
+    "too_far",
+    "too_near",
+    "elbow_limit",
+    "shoulder_limit",
+    "wrist_limit",
+    "arm_angle_conflict",
+    "other",
+];
 
 /// More samples than this are refused.
 const MOST_SAMPLES: u128 = 100_000_000;
@@ -45,7 +42,7 @@ impl ReachabilityReasons {
         s: Interval,
         z: Interval,
         spacing_m: f64,
-    ) -> Result<Self, ReachabilityError> {
+    ) -> Result<Self> {
         positive("spacing_m", spacing_m)?;
         let count = |span: Interval| {
             let steps = finite("extent in steps", span.length_m() / spacing_m)?;
@@ -60,53 +57,34 @@ impl ReachabilityReasons {
             });
         }
         let mut reasons = Self::default();
+        let roll_rad = solver.first_roll_rad();
         for row in 0..rows {
             let line = plane.line(z.lo_m + spacing_m * row as f64);
             for column in 0..columns {
                 let s_m = s.lo_m + spacing_m * column as f64;
-                if solver.is_reachable(&line, s_m)? {
-                    reasons.reachable += 1;
+                let name = if solver.is_reachable(&line, s_m)? {
+                    NAMES[0]
                 } else {
-                    let pose = line.board_pose(s_m, solver.first_roll_rad())?;
-                    reasons.add(solver.arm(), &pose);
-                }
+                    match solver.arm().verdict(&line.board_pose(s_m, roll_rad)?) {
+                        Verdict::Reachable(_) => NAMES[0],
+                        Verdict::Unreachable(reason) => reason.name(),
+                    }
+                };
+                let place = NAMES.iter().position(|known| *known == name);
+                reasons.counts[place.unwrap_or(NAMES.len() - 1)] += 1;
             }
         }
         Ok(reasons)
     }
 
-    fn add(&mut self, arm: &SrsArm, pose: &hwall_kinematics::Pose) {
-        let count = match arm.verdict(pose) {
-            Verdict::Reachable(_) => &mut self.reachable,
-            Verdict::Unreachable(Unreachable::TooFar { .. }) => &mut self.too_far,
-            Verdict::Unreachable(Unreachable::TooNear { .. }) => &mut self.too_near,
-            Verdict::Unreachable(Unreachable::ElbowLimit { .. }) => &mut self.elbow_limit,
-            Verdict::Unreachable(Unreachable::ShoulderLimit) => &mut self.shoulder_limit,
-            Verdict::Unreachable(Unreachable::WristLimit) => &mut self.wrist_limit,
-            Verdict::Unreachable(Unreachable::ArmAngleConflict) => &mut self.arm_angle_conflict,
-            Verdict::Unreachable(_) => &mut self.other,
-        };
-        *count += 1;
-    }
-
     /// Points in all.
-    #[must_use]
     pub fn total(&self) -> usize {
-        self.rows().iter().map(|row| row.1).sum()
+        self.counts.iter().sum()
     }
 
-    /// Names (as in [`Unreachable::name`]) and counts, for tables.
-    #[must_use]
-    pub const fn rows(&self) -> [(&'static str, usize); 8] {
-        [
-            ("reachable", self.reachable),
-            ("too_far", self.too_far),
-            ("too_near", self.too_near),
-            ("elbow_limit", self.elbow_limit),
-            ("shoulder_limit", self.shoulder_limit),
-            ("wrist_limit", self.wrist_limit),
-            ("arm_angle_conflict", self.arm_angle_conflict),
-            ("other", self.other),
-        ]
+    /// Names (as in [`Unreachable::name`](hwall_kinematics::Unreachable::name)) and counts, for tables: reachable, too far, too near, out of reach by the limits of
+    /// elbow, shoulder or wrist, shoulder and wrist not at the same arm angle, and any other reason.
+    pub fn rows(&self) -> [(&'static str, usize); NAMES.len()] {
+        std::array::from_fn(|i| (NAMES[i], self.counts[i]))
     }
 }

@@ -5,7 +5,7 @@
 //! by itself.
 
 use super::grid::{WallGrid, checked_line_count};
-use crate::error::ReachabilityError;
+use crate::error::Result;
 use crate::line::{ExactConfig, ExactSolver, LineReachability, sectors};
 use crate::progress::{Monitor, map_indexed};
 use crate::wall::WallPlane;
@@ -33,7 +33,7 @@ pub(super) fn solve(
     config: &ExactConfig,
     walls: &[WallGrid],
     monitor: &Monitor,
-) -> Result<Solved, ReachabilityError> {
+) -> Result<Solved> {
     let count = checked_line_count(walls)?;
     let direct = ExactSolver::new(arm, config)?;
     // Which line stands for which.
@@ -129,7 +129,7 @@ fn families(
     headings: &[f64],
     sector_of: &[usize],
     mirror: bool,
-) -> Result<Vec<Option<ExactSolver>>, ReachabilityError> {
+) -> Result<Vec<Option<ExactSolver>>> {
     let mut of_sector = vec![Vec::new(); sector_of.iter().max().map_or(0, |last| last + 1)];
     for (heading, sector) in headings.iter().zip(sector_of) {
         of_sector[*sector].push(*heading);

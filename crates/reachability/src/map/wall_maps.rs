@@ -2,7 +2,7 @@
 
 use super::grid::WallGrid;
 use super::reachability_map::{LineIndex, ReachabilityMap};
-use crate::error::ReachabilityError;
+use crate::error::Result;
 use crate::line::{ExactConfig, Interval, Roll};
 use crate::wall::WallPoint;
 use glam::DVec3;
@@ -96,11 +96,7 @@ impl WallMaps {
     /// # Errors
     /// A facet that is not finite, not vertical or without an outline, a setting outside its range,
     /// or more lines than a map holds.
-    pub fn build(
-        arm: &SrsArm,
-        facets: &[WallFacet],
-        config: WallMapsConfig,
-    ) -> Result<Self, ReachabilityError> {
+    pub fn build(arm: &SrsArm, facets: &[WallFacet], config: WallMapsConfig) -> Result<Self> {
         let g = arm.geometry();
         let longest_m =
             g.d_se_m + g.d_ew_m + g.d_wf_m + arm.flange_from_tool().position_m().length();
@@ -141,13 +137,11 @@ impl WallMaps {
     }
 
     /// The map of all walls, two for each facet; `None` where no facet is near enough.
-    #[must_use]
     pub const fn map(&self) -> Option<&ReachabilityMap> {
         self.map.as_ref()
     }
 
     /// The facets that were near enough, as they were given.
-    #[must_use]
     pub fn facets(&self) -> &[WallFacet] {
         &self.facets
     }
@@ -156,7 +150,6 @@ impl WallMaps {
     ///
     /// The answer comes from the nearest line first; where that line is out of reach at the place,
     /// the place itself is asked for.
-    #[must_use]
     pub fn present(&self, point_m: DVec3, normal: DVec3) -> Presented {
         let looked_up = |map: &ReachabilityMap| map.look_up(point_m, normal);
         let Some((map, found)) = self.map.as_ref().and_then(|m| Some((m, looked_up(m)?))) else {
@@ -176,7 +169,6 @@ impl WallMaps {
     }
 
     /// Reachable stretches of all lines by their ends, base frame, m; for drawing.
-    #[must_use]
     pub fn stretches(&self) -> Vec<[DVec3; 2]> {
         let Some(map) = &self.map else {
             return Vec::new();

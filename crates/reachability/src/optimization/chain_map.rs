@@ -1,10 +1,10 @@
 //! The lines of whole walls, for any arm.
 
 use super::solver::{LineExtremes, OptimizationSolver};
-use crate::error::ReachabilityError;
-use crate::map::{LEAST_COSINE_SQUARED, WallGrid, checked_line_count};
+use crate::error::Result;
+use crate::map::{GridLines, LEAST_COSINE_SQUARED, WallGrid, checked_line_count};
 use crate::progress::{Monitor, Progress};
-use crate::wall::{WallLine, WallPlane};
+use crate::wall::WallLine;
 use glam::DVec3;
 
 /// What a chain reaches of some walls: one interval a line, as optimization finds it.
@@ -30,15 +30,8 @@ use glam::DVec3;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainMap {
-    walls: Vec<Wall>,
+    walls: Vec<GridLines>,
     lines: Vec<(WallLine, Option<LineExtremes>)>,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-struct Wall {
-    grid: WallGrid,
-    normal: DVec3,
-    first_line: usize,
 }
 
 impl ChainMap {
@@ -51,23 +44,19 @@ impl ChainMap {
         solver: &OptimizationSolver,
         walls: Vec<WallGrid>,
         monitor: &Monitor,
-    ) -> Result<Self, ReachabilityError> {
+    ) -> Result<Self> {
         let mut lines = Vec::with_capacity(checked_line_count(&walls)?);
         let total = walls.iter().map(|grid| grid.distances.count()).sum();
         let mut done = 0;
         let mut own = Vec::with_capacity(walls.len());
         for grid in walls {
-            let (plane, first_line) = (WallPlane::new(grid.heading_rad, 0.0)?, lines.len());
+            let first_line = lines.len();
             for plane in grid.lines()?.chunks(grid.heights.count()) {
                 let found = solver.sweep(plane, &mut |_| monitor(Progress { done, total }))?;
                 lines.extend(plane.iter().copied().zip(found));
                 done += 1;
             }
-            own.push(Wall {
-                grid,
-                normal: plane.normal(),
-                first_line,
-            });
+            own.push(GridLines::new(grid, first_line)?);
         }
         Ok(Self { walls: own, lines })
     }
@@ -84,16 +73,15 @@ impl ChainMap {
     ///
     /// `None` where no line is near: for a heading further than 7.5 degrees from all walls, more than half a step outside the
     /// planes or heights, or for NaN. Beyond the ends of a wall nothing is reachable.
-    #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<bool> {
         let across = normal.x * normal.x + normal.y * normal.y;
-        let along = |wall: &Wall| wall.normal.dot(normal);
-        let is_near = |wall: &&Wall| {
+        let along = |wall: &GridLines| wall.normal.dot(normal);
+        let is_near = |wall: &&GridLines| {
             along(wall) > 0.0 && along(wall).powi(2) >= LEAST_COSINE_SQUARED * across
         };
         let walls = self.walls.iter().filter(is_near);
         let near = walls.filter_map(|wall| {
-            let line = wall.line(point_m)?;
+            let line = wall.number(wall.nearest(point_m)?);
             let s_m = wall.normal.x * point_m.y - wall.normal.y * point_m.x;
             let is_on_wall = wall.grid.span_m.is_none_or(|span| span.contains(s_m));
             (!s_m.is_nan()).then_some((is_on_wall, along(wall), line, s_m))
@@ -108,10 +96,9 @@ impl ChainMap {
 
     /// Area of what was found within the walls' ends and between their first and last heights, m², of all their planes: the
     /// lines' lengths by the trapezoidal rule, as [`PlaneMap::area_m2`](crate::PlaneMap::area_m2) counts.
-    #[must_use]
     pub fn area_m2(&self) -> f64 {
-        let area = |wall: &Wall| -> f64 {
-            let lines = &self.lines[wall.first_line..][..wall.grid.line_count()];
+        let area = |wall: &GridLines| -> f64 {
+            let lines = &self.lines[wall.first..][..wall.grid.line_count()];
             let length = |found: &LineExtremes| {
                 let own = found.interval();
                 let span = wall.grid.span_m.unwrap_or(own);
@@ -125,14 +112,5 @@ impl ChainMap {
                 .sum()
         };
         self.walls.iter().map(area).sum()
-    }
-}
-
-impl Wall {
-    /// The line nearest to a point, within half a step.
-    fn line(&self, point_m: DVec3) -> Option<usize> {
-        let plane = self.grid.distances.nearest(self.normal.dot(point_m))?;
-        let height = self.grid.heights.nearest(point_m.z)?;
-        Some(self.first_line + plane * self.grid.heights.count() + height)
     }
 }

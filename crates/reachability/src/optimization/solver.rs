@@ -10,7 +10,7 @@
 //! arms; this one takes any arm that has a forward map and a Jacobian.
 
 use super::ascent::Ascent;
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::line::Interval;
 use crate::progress::Progress;
 use crate::wall::WallLine;
@@ -85,7 +85,6 @@ pub struct LineExtremes {
 
 impl LineExtremes {
     /// From one end to the other, as if there were no hole between.
-    #[must_use]
     pub const fn interval(&self) -> Interval {
         Interval::new(self.lo.s_m, self.hi.s_m)
     }
@@ -115,7 +114,7 @@ impl OptimizationSolver {
     ///
     /// # Errors
     /// No or too many starts, no steps, tolerances that are not positive, a roll that is NaN.
-    pub fn new(chain: &Chain, config: OptimizationConfig) -> Result<Self, ReachabilityError> {
+    pub fn new(chain: &Chain, config: OptimizationConfig) -> Result<Self> {
         if config.starts == 0 {
             return Err(ReachabilityError::Empty { what: "starts" });
         }
@@ -154,7 +153,7 @@ impl OptimizationSolver {
     ///
     /// # Errors
     /// NaN or infinity in the line.
-    pub fn line(&self, line: &WallLine) -> Result<Option<LineExtremes>, ReachabilityError> {
+    pub fn line(&self, line: &WallLine) -> Result<Option<LineExtremes>> {
         let mut search = MultiStart::new(self, line)?;
         search.random_starts();
         Ok(search.found())
@@ -170,7 +169,7 @@ impl OptimizationSolver {
         &self,
         lines: &[WallLine],
         monitor: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<Vec<Option<LineExtremes>>, ReachabilityError> {
+    ) -> Result<Vec<Option<LineExtremes>>> {
         let mut searches = Vec::with_capacity(lines.len());
         let passes = if self.config.warm_start { 3 } else { 1 };
         let total = passes * lines.len();
@@ -216,7 +215,7 @@ struct MultiStart<'a> {
 }
 
 impl<'a> MultiStart<'a> {
-    fn new(solver: &'a OptimizationSolver, line: &WallLine) -> Result<Self, ReachabilityError> {
+    fn new(solver: &'a OptimizationSolver, line: &WallLine) -> Result<Self> {
         finite("height_m", line.height_m)?;
         // The line itself chooses its starts, so that its result does not depend on other lines.
         let parts = [

@@ -10,12 +10,11 @@ use super::scores::PlacementScores;
 use super::search;
 use super::size_limits::{MOST_BOARDS, MOST_CANDIDATES, MOST_HEADINGS, refuse_above};
 use super::target::Target;
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::line::Roll;
-use crate::progress::{Monitor, Progress, map_indexed};
+use crate::progress::{map_indexed, silent};
 use hwall_kinematics::SrsArm;
 use hwall_numeric::check::finite;
-use std::ops::ControlFlow;
 
 /// Scores every position and heading, and finds the best.
 ///
@@ -48,29 +47,13 @@ pub fn place_base(
     arm: &SrsArm,
     targets: &[Target],
     config: &PlacementConfig,
-) -> Result<PlacementScores, ReachabilityError> {
-    place_base_monitored(arm, targets, config, &|_: Progress| {
-        ControlFlow::Continue(())
-    })
-}
-
-/// As [`place_base`], with reports of its progress, first of the positions scored, then of those
-/// searched for the best margins; the monitor can cancel it.
-///
-/// # Errors
-/// As [`place_base`], or [`ReachabilityError::Cancelled`].
-pub fn place_base_monitored(
-    arm: &SrsArm,
-    targets: &[Target],
-    config: &PlacementConfig,
-    monitor: &Monitor,
-) -> Result<PlacementScores, ReachabilityError> {
+) -> Result<PlacementScores> {
     check(targets, config)?;
     let problem = PlacementProblem::new(arm, targets, config)?;
     let columns = config.x.count();
     let positions = columns * config.y.count();
-    let counts = map_indexed(positions, monitor, |position| problem.score(position))?.concat();
-    let best = search::best(&problem, &counts, monitor)?;
+    let counts = map_indexed(positions, &silent, |position| problem.score(position))?.concat();
+    let best = search::best(&problem, &counts)?;
     Ok(PlacementScores {
         config: config.clone(),
         total: targets.len(),
@@ -80,7 +63,7 @@ pub fn place_base_monitored(
 }
 
 /// Rejects what makes no sense or does not fit, before anything is allocated for it.
-fn check(targets: &[Target], config: &PlacementConfig) -> Result<(), ReachabilityError> {
+fn check(targets: &[Target], config: &PlacementConfig) -> Result<()> {
     for (what, is_empty) in [
         ("targets", targets.is_empty()),
         ("headings", config.headings_rad.is_empty()),

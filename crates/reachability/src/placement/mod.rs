@@ -8,7 +8,7 @@ mod search;
 mod size_limits;
 mod target;
 
-pub use base::{place_base, place_base_monitored};
+pub use base::place_base;
 pub use config::PlacementConfig;
 pub use scores::{Placement, PlacementCell, PlacementScores};
 pub use target::Target;

@@ -3,7 +3,7 @@
 use super::config::PlacementConfig;
 use super::scores::Placement;
 use super::target::Target;
-use crate::error::ReachabilityError;
+use crate::error::Result;
 use crate::line::{ExactConfig, ExactSolver, Freedom, position_margin_m, size_m};
 use crate::steps::Steps;
 use crate::wall::WallPlane;
@@ -59,7 +59,7 @@ impl<'a> PlacementProblem<'a> {
         arm: &SrsArm,
         targets: &'a [Target],
         config: &'a PlacementConfig,
-    ) -> Result<Self, ReachabilityError> {
+    ) -> Result<Self> {
         let exact = ExactConfig {
             accuracy_m: 1e-6 * size_m(arm),
             roll: config.roll.clone(),
@@ -146,7 +146,7 @@ impl<'a> PlacementProblem<'a> {
     }
 
     /// How many targets a position reaches, at each heading.
-    pub(super) fn score(&self, position: usize) -> Result<Vec<u32>, ReachabilityError> {
+    pub(super) fn score(&self, position: usize) -> Result<Vec<u32>> {
         let base = self.base_m(position);
         let mut counts = vec![0; self.at_heading.len()];
         let mut open = Vec::with_capacity(counts.len());
@@ -219,22 +219,12 @@ impl<'a> PlacementProblem<'a> {
         })
     }
 
-    fn reaches(
-        &self,
-        base: DVec3,
-        heading: usize,
-        target: usize,
-    ) -> Result<bool, ReachabilityError> {
+    fn reaches(&self, base: DVec3, heading: usize, target: usize) -> Result<bool> {
         let solver = &self.at_heading[heading];
         Ok(self.may_serve(base, target) && self.reaches_with(solver, base, target)?)
     }
 
-    fn reaches_with(
-        &self,
-        solver: &ExactSolver,
-        base: DVec3,
-        target: usize,
-    ) -> Result<bool, ReachabilityError> {
+    fn reaches_with(&self, solver: &ExactSolver, base: DVec3, target: usize) -> Result<bool> {
         if self.has_arcs {
             let point = self.targets[target].point_m - base;
             let plane = WallPlane::through(point, self.walls[target].normal())?;
@@ -253,12 +243,7 @@ impl<'a> PlacementProblem<'a> {
     }
 
     /// The largest margin of the rolls, m; `None` where the target is out of reach.
-    fn margin_m(
-        &self,
-        base: DVec3,
-        heading: usize,
-        target: usize,
-    ) -> Result<Option<f64>, ReachabilityError> {
+    fn margin_m(&self, base: DVec3, heading: usize, target: usize) -> Result<Option<f64>> {
         if !self.may_serve(base, target) {
             return Ok(None);
         }
@@ -282,7 +267,7 @@ impl<'a> PlacementProblem<'a> {
         heading: usize,
         order: &[usize],
         to_beat: f64,
-    ) -> Result<Worst, ReachabilityError> {
+    ) -> Result<Worst> {
         let mut worst = Worst {
             margin_m: f64::INFINITY,
             target: order[0],
@@ -327,7 +312,7 @@ impl<'a> PlacementProblem<'a> {
         position: usize,
         heading: usize,
         reachable: usize,
-    ) -> Result<Placement, ReachabilityError> {
+    ) -> Result<Placement> {
         let base = self.base_m(position);
         let (mut worst, mut sum, mut reached) = (f64::INFINITY, 0.0, 0);
         for target in 0..self.targets.len() {

@@ -6,8 +6,8 @@
 
 use super::problem::{BETTER, PlacementProblem};
 use super::scores::{Placement, most};
-use crate::error::ReachabilityError;
-use crate::progress::{Monitor, Progress, map_indexed};
+use crate::error::Result;
+use crate::progress::{map_indexed, silent};
 use std::cmp::Reverse;
 
 /// At least this many positions are searched before the margin to beat is updated.
@@ -22,11 +22,7 @@ struct Searched {
 }
 
 /// The best positions with their margins; `counts` position by position, heading by heading.
-pub(super) fn best(
-    problem: &PlacementProblem,
-    counts: &[u32],
-    monitor: &Monitor,
-) -> Result<Vec<Placement>, ReachabilityError> {
+pub(super) fn best(problem: &PlacementProblem, counts: &[u32]) -> Result<Vec<Placement>> {
     let headings = problem.config().headings_rad.len();
     let most_at = |position: usize| most(&counts[position * headings..][..headings]);
     let mut positions: Vec<usize> = (0..counts.len() / headings).collect();
@@ -43,8 +39,6 @@ pub(super) fn best(
         problem,
         counts,
         order: (0..problem.target_count()).collect(),
-        monitor,
-        progress: Progress { done: 0, total },
     };
     let mut found = search.run(&positions[..sure], sure)?;
     let tied = &positions[sure..total];
@@ -58,8 +52,7 @@ pub(super) fn best(
             worst_m: 0.0,
         }));
     }
-    let done = |_: Progress| monitor(Progress { done: total, total });
-    let mut best = map_indexed(found.len(), &done, |i| {
+    let mut best = map_indexed(found.len(), &silent, |i| {
         let Searched {
             position, heading, ..
         } = found[i];
@@ -80,17 +73,11 @@ struct Search<'a> {
     counts: &'a [u32],
     /// Targets, those that decided lately first.
     order: Vec<usize>,
-    monitor: &'a Monitor<'a>,
-    progress: Progress,
 }
 
 impl Search<'_> {
     /// The `wanted` positions with the largest worst margins.
-    fn run(
-        &mut self,
-        positions: &[usize],
-        wanted: usize,
-    ) -> Result<Vec<Searched>, ReachabilityError> {
+    fn run(&mut self, positions: &[usize], wanted: usize) -> Result<Vec<Searched>> {
         let mut kept: Vec<Searched> = Vec::new();
         for batch in scattered(positions).chunks(BATCH.max(wanted)) {
             // The same for a whole batch, so that the number of threads changes nothing.
@@ -98,15 +85,9 @@ impl Search<'_> {
                 Some(last) => last.worst_m,
                 None => 0.0,
             };
-            let Progress { done, total } = self.progress;
-            let monitor = |p: Progress| {
-                let done = done + p.done;
-                (self.monitor)(Progress { done, total })
-            };
-            let found = map_indexed(batch.len(), &monitor, |i| {
+            let found = map_indexed(batch.len(), &silent, |i| {
                 self.best_heading(batch[i], to_beat)
             })?;
-            self.progress.done += batch.len();
             for (searched, decisive) in found {
                 kept.extend(searched);
                 decisive.into_iter().for_each(|t| self.ask_first(t));
@@ -126,7 +107,7 @@ impl Search<'_> {
         &self,
         position: usize,
         to_beat: f64,
-    ) -> Result<(Option<Searched>, Vec<usize>), ReachabilityError> {
+    ) -> Result<(Option<Searched>, Vec<usize>)> {
         let base = self.problem.base_m(position);
         let headings = self.problem.config().headings_rad.len();
         let counts = &self.counts[position * headings..][..headings];

@@ -1,7 +1,7 @@
 //! Places that the arm is to reach.
 
 use super::size_limits::{MOST_BOARDS, refuse_above};
-use crate::error::ReachabilityError;
+use crate::error::Result;
 use crate::line::Interval;
 use crate::wall::WallPlane;
 use glam::DVec3;
@@ -34,7 +34,7 @@ impl Target {
         width_m: f64,
         heights: Interval,
         spacing_m: f64,
-    ) -> Result<Vec<Self>, ReachabilityError> {
+    ) -> Result<Vec<Self>> {
         let plane = WallPlane::through(middle_m, normal)?;
         non_negative("width_m", width_m)?;
         positive("spacing_m", spacing_m)?;

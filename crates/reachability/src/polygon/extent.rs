@@ -1,6 +1,6 @@
 //! How far from the base anything can be in reach.
 
-use crate::error::ReachabilityError;
+use crate::error::Result;
 use crate::line::{ExactSolver, Interval};
 use crate::wall::{WallPlane, WallPoint};
 use glam::DVec3;
@@ -19,7 +19,7 @@ pub(super) fn extent(
     solver: &ExactSolver,
     plane: &WallPlane,
     clip: Option<Interval>,
-) -> Result<Option<Extent>, ReachabilityError> {
+) -> Result<Option<Extent>> {
     let family = solver.family();
     let arm = &family.wide;
     let longest = arm.shoulder_wrist_range().longest_m;

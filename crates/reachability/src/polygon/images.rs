@@ -4,7 +4,7 @@
 //! images are asked one by one, and only images that really differ end the trace: each answer is proven for all.
 
 use super::rings::Line;
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::line::{ExactSolver, LineReachability};
 use crate::wall::{WallPlane, WallPoint};
 use glam::DVec3;
@@ -33,7 +33,7 @@ struct Wall {
 }
 
 impl Wall {
-    fn new(plane: WallPlane, solver: &ExactSolver) -> Result<Self, ReachabilityError> {
+    fn new(plane: WallPlane, solver: &ExactSolver) -> Result<Self> {
         let origin = WallPoint::new(0.0, 0.0);
         let poses = solver
             .rolls_rad()
@@ -109,7 +109,7 @@ pub(super) struct Images {
 
 impl Images {
     /// A wall that stands for itself alone.
-    pub(super) fn none(solver: &ExactSolver, plane: WallPlane) -> Result<Self, ReachabilityError> {
+    pub(super) fn none(solver: &ExactSolver, plane: WallPlane) -> Result<Self> {
         Ok(Self {
             wall: Wall::new(plane, solver)?,
             solver: solver.clone(),
@@ -125,7 +125,7 @@ impl Images {
         solver: &ExactSolver,
         headings: &[f64],
         distance_m: f64,
-    ) -> Result<Option<Self>, ReachabilityError> {
+    ) -> Result<Option<Self>> {
         if is_searched(solver) {
             return Ok(None);
         }

@@ -9,13 +9,12 @@ use super::rings::Contour;
 use super::strips::Strips;
 use super::triangulation::triangulate;
 use super::wall_polygon::{WallPolygon, edges, nested, signed_area_m2};
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::line::{ExactSolver, Interval, sectors, size_m};
-use crate::progress::{Progress, map_indexed};
+use crate::progress::{map_indexed, silent};
 use crate::wall::{WallPlane, WallPoint};
 use hwall_numeric::check::{finite, positive, that};
 use std::collections::{HashMap, HashSet};
-use std::ops::ControlFlow;
 
 /// A plane is searched along at least this many lines.
 const LEAST_LINES: f64 = 16.0;
@@ -43,15 +42,12 @@ const REPAIRS: usize = 4;
 #[derive(Debug, Clone)]
 pub struct WallRegion {
     plane: WallPlane,
-    accuracy_m: f64,
-    clip_m: Option<Interval>,
     polygons: Vec<WallPolygon>,
     vertices: Vec<WallPoint>,
     triangles: Vec<[u32; 3]>,
     strips: Strips,
     proof: Option<RegionProof>,
     lines: usize,
-    slivers: usize,
 }
 
 impl WallRegion {
@@ -66,8 +62,7 @@ impl WallRegion {
         solver: &ExactSolver,
         planes: &[WallPlane],
         config: &PolygonConfig,
-    ) -> Result<Vec<Self>, ReachabilityError> {
-        let silent = |_: Progress| ControlFlow::Continue(());
+    ) -> Result<Vec<Self>> {
         let groups = alike(planes);
         let found = map_indexed(groups.len(), &silent, |i| {
             let headings: Vec<f64> = groups[i].iter().map(|plane| plane.heading_rad()).collect();
@@ -115,7 +110,7 @@ impl WallRegion {
         solver: &ExactSolver,
         plane: &WallPlane,
         config: &PolygonConfig,
-    ) -> Result<Self, ReachabilityError> {
+    ) -> Result<Self> {
         match Self::of_images(solver, &[plane.heading_rad()], plane.distance_m(), config)? {
             Some(region) => Ok(Self {
                 plane: *plane,
@@ -129,7 +124,7 @@ impl WallRegion {
         solver: &ExactSolver,
         plane: &WallPlane,
         config: &PolygonConfig,
-    ) -> Result<Self, ReachabilityError> {
+    ) -> Result<Self> {
         let solver = solver.with_accuracy(LINE_SHARE * config.accuracy_m);
         match Self::trace(&Images::none(&solver, *plane)?, config) {
             Ok(region) => Ok(region),
@@ -146,7 +141,7 @@ impl WallRegion {
         headings: &[f64],
         distance_m: f64,
         config: &PolygonConfig,
-    ) -> Result<Option<Self>, ReachabilityError> {
+    ) -> Result<Option<Self>> {
         let solver = solver.with_accuracy(LINE_SHARE * config.accuracy_m);
         let Some(images) = Images::of_headings(&solver, headings, distance_m)? else {
             return Ok(None);
@@ -205,52 +200,44 @@ impl WallRegion {
             rings,
             strips,
             lines,
-            slivers,
+            ..
         } = contour;
         let polygons = nested(rings);
         let rings = || polygons.iter().flat_map(WallPolygon::rings);
         let triangles = triangulate(rings())?;
         Ok(Self {
             plane: *images.plane(),
-            accuracy_m,
-            clip_m,
             vertices: rings().flatten().copied().collect(),
             polygons,
             triangles,
             strips,
             proof,
             lines,
-            slivers,
         })
     }
 
     /// The wall.
-    #[must_use]
     pub const fn plane(&self) -> WallPlane {
         self.plane
     }
 
     /// The connected parts; empty where nothing, or only a point or a line, is in reach.
-    #[must_use]
     pub fn polygons(&self) -> &[WallPolygon] {
         &self.polygons
     }
 
     /// Corners of [`triangles`](Self::triangles): those of all rings, in order.
-    #[must_use]
     pub fn vertices(&self) -> &[WallPoint] {
         &self.vertices
     }
 
     /// Triangles that cover the polygons, counter-clockwise, as indices of
     /// [`vertices`](Self::vertices): a constrained Delaunay triangulation, for drawing and sums.
-    #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
     /// Area, m²: the sum over the triangles.
-    #[must_use]
     pub fn area_m2(&self) -> f64 {
         let corner = |&i: &u32| self.vertices[i as usize];
         let area = |t: &[u32; 3]| signed_area_m2(&[corner(&t[0]), corner(&t[1]), corner(&t[2])]);
@@ -258,74 +245,25 @@ impl WallRegion {
     }
 
     /// Is the point in one of the polygons? Their outlines belong to them; NaN is nowhere.
-    #[must_use]
     pub fn contains(&self, at: WallPoint) -> bool {
         self.strips.contains(at)
     }
 
     /// The point of the polygons nearest to `at`: itself where they contain it, `None` where there
     /// are no polygons, or for NaN.
-    #[must_use]
     pub fn nearest(&self, at: WallPoint) -> Option<WallPoint> {
         self.strips.nearest(at)
     }
 
-    /// Proves that polygons and arm agree wherever the outline is further than `beyond_m` away:
-    /// that no island, hole or branch of the outline wider than that was missed.
-    ///
-    /// `solver` is the one that the region was made with. A free roll, or any part of the board
-    /// instead of its middle, makes proofs harder, not wrong: more is then left unproven.
-    ///
-    /// # Errors
-    /// A distance that is not positive, or below ten times the accuracy.
-    pub fn prove(
-        &self,
-        solver: &ExactSolver,
-        beyond_m: f64,
-    ) -> Result<RegionProof, ReachabilityError> {
-        positive("beyond_m", beyond_m)?;
-        that(
-            beyond_m >= 10.0 * self.accuracy_m,
-            "beyond_m",
-            beyond_m,
-            "at least ten times the accuracy of the polygons",
-        )?;
-        let Some(extent) = extent(solver, &self.plane, self.clip_m)? else {
-            return Ok(RegionProof::default());
-        };
-        let rings = self.polygons.iter().flat_map(WallPolygon::rings);
-        let edges: Vec<[WallPoint; 2]> = rings.flat_map(edges).collect();
-        let region = TracedRegion {
-            strips: &self.strips,
-            edges: &edges,
-            extent,
-        };
-        Ok(prove(&Images::none(solver, self.plane)?, &region, beyond_m))
-    }
-
-    /// [`PolygonConfig::accuracy_m`] that was asked for, m.
-    #[must_use]
-    pub const fn accuracy_m(&self) -> f64 {
-        self.accuracy_m
-    }
-
     /// What was proven while the region was made, `None` if that was not asked for or nothing is
     /// near enough to be in reach.
-    #[must_use]
     pub const fn proof(&self) -> Option<&RegionProof> {
         self.proof.as_ref()
     }
 
     /// Lines that were solved.
-    #[must_use]
     pub const fn line_count(&self) -> usize {
         self.lines
-    }
-
-    /// Islands and holes lower than the accuracy, each met by one line only; they are left out.
-    #[must_use]
-    pub const fn sliver_count(&self) -> usize {
-        self.slivers
     }
 }
 
@@ -368,7 +306,7 @@ fn heights(points: &[WallPoint], apart_m: f64) -> Vec<f64> {
     heights
 }
 
-fn checked_clip(clip: Option<Interval>) -> Result<Option<Interval>, ReachabilityError> {
+fn checked_clip(clip: Option<Interval>) -> Result<Option<Interval>> {
     if let Some(Interval { lo_m, hi_m }) = clip {
         finite("lowest height", lo_m)?;
         finite("highest height", hi_m)?;

@@ -1,6 +1,6 @@
 //! Constrained Delaunay triangulation of rings.
 
-use crate::error::ReachabilityError;
+use crate::error::{ReachabilityError, Result};
 use crate::wall::WallPoint;
 use spade::handles::FixedFaceHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
@@ -14,7 +14,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 /// Rings that cross or meet.
 pub(super) fn triangulate<'a>(
     rings: impl Iterator<Item = &'a [WallPoint]>,
-) -> Result<Vec<[u32; 3]>, ReachabilityError> {
+) -> Result<Vec<[u32; 3]>> {
     let mut points = Vec::new();
     let mut edges = Vec::new();
     for ring in rings {

@@ -41,19 +41,9 @@ fn a_layer_a_plane_with_its_place_and_shares() {
     assert_eq!(image.layer_data.len(), 6);
     for (number, layer) in image.layer_data.iter().enumerate() {
         let (wall, plane) = (number / 3, number % 3);
-        let name = layer
-            .attributes
-            .layer_name
-            .as_ref()
-            .expect("named")
-            .to_string();
+        let [name, comment] = [&layer.attributes.layer_name, &layer.attributes.comments]
+            .map(|text| text.as_ref().expect("given").to_string());
         assert_eq!(name, format!("wall{}.plane{plane:02}", wall + 1));
-        let comment = layer
-            .attributes
-            .comments
-            .as_ref()
-            .expect("commented")
-            .to_string();
         let value = |key: &str| -> f64 {
             let line = comment
                 .lines()
@@ -71,16 +61,10 @@ fn a_layer_a_plane_with_its_place_and_shares() {
         let rows = if wall == 0 { 6 } else { 4 };
         assert_eq!((layer.size.x(), layer.size.y()), (90, rows));
         let channel = |name: &str| -> Vec<f32> {
-            let found = layer
-                .channel_data
-                .list
-                .iter()
-                .find(|c| c.name.to_string() == name);
-            found
-                .expect("a channel")
-                .sample_data
-                .values_as_f32()
-                .collect()
+            let mut channels = layer.channel_data.list.iter();
+            let found = channels.find(|c| c.name.to_string() == name);
+            let samples = &found.expect("a channel").sample_data;
+            samples.values_as_f32().collect()
         };
         let (reachable, unproven) = (channel("reachable"), channel("unproven"));
         for row in 0..rows {

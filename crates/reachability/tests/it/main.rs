@@ -2,11 +2,13 @@
 
 mod common;
 mod exact;
+mod exact_choices;
 #[cfg(feature = "exr")]
 mod exr;
 mod forged_map;
 mod keep_out;
 mod map;
+mod margins;
 mod optimization;
 mod placement;
 mod placement_requests;

@@ -1,11 +1,12 @@
-//! Maps: symmetry against line by line, look-ups, margins, files.
+//! Maps: symmetry against line by line, look-ups, files.
 
+use crate::common::{ANY_PART, exact_config, steps};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{JointLimit, Pose, SrsArm};
 use hwall_reachability::{
-    ArgumentError, BoardPart, Carried, ExactConfig, ExactSolver, Interval, KeepOutBox, LineIndex,
-    MapLengths, Plate, ReachabilityError, ReachabilityMap, ReachabilityReasons, Roll, Steps,
-    WallGrid, WallPlane, WallPoint, orientation_margin_rad, position_margin_m,
+    ArgumentError, BinaryFileError, Carried, ExactConfig, ExactSolver, Interval, KeepOutBox,
+    LineIndex, Plate, ReachabilityError, ReachabilityMap, Roll, Steps, WallGrid, WallPlane,
+    WallPoint,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -13,19 +14,22 @@ use std::ops::ControlFlow;
 
 const SEED: u64 = 5;
 
-fn steps(first: f64, step: f64, count: usize) -> Steps {
-    Steps::new(first, step, count).expect("valid")
+fn wall(heading_rad: f64, distances: Steps, heights: Steps) -> WallGrid {
+    WallGrid {
+        heading_rad,
+        distances,
+        heights,
+        span_m: None,
+    }
 }
 
 /// Few lines, all kinds of headings.
 fn small_grid() -> Vec<WallGrid> {
     [-45.0, 0.0, 15.0, 90.0, 135.0, 180.0, -179.0_f64]
         .iter()
-        .map(|heading| WallGrid {
-            heading_rad: heading.to_radians(),
-            distances: steps(0.85, -0.19, 8),
-            heights: steps(-0.26, 0.21, 8),
-            span_m: None,
+        .map(|heading| {
+            let (distances, heights) = (steps(0.85, -0.19, 8), steps(-0.26, 0.21, 8));
+            wall(heading.to_radians(), distances, heights)
         })
         .collect()
 }
@@ -91,11 +95,7 @@ fn symmetry_switches_off_where_limits_matter() {
         limits[joint] = limit;
         let arm = SrsArm::iiwa7().with_limits(limits).expect("valid");
         for roll in [Roll::Fixed(0.0), Roll::Fixed(0.7), Roll::Free] {
-            let config = ExactConfig {
-                roll,
-                accuracy_m: 1e-5,
-                ..ExactConfig::default()
-            };
+            let config = exact_config(|c| (c.roll, c.accuracy_m) = (roll, 1e-5));
             let map = check_against_lines(&arm, &config, small_grid());
             if joint == 0 && limit.min_rad == limit.max_rad {
                 assert!(map.report().singly > 0, "{:?}", map.report());
@@ -112,11 +112,7 @@ fn symmetry_with_tools() {
     for tool in [straight, tilted] {
         let arm = SrsArm::iiwa7().with_tool(tool);
         for roll in [Roll::Fixed(FRAC_PI_2), Roll::quarter_turns()] {
-            let config = ExactConfig {
-                roll,
-                ..ExactConfig::default()
-            };
-            check_against_lines(&arm, &config, small_grid());
+            check_against_lines(&arm, &exact_config(|c| c.roll = roll), small_grid());
         }
     }
 }
@@ -128,6 +124,9 @@ fn look_ups_find_the_nearest_line() {
         &ExactConfig::default(),
         WallGrid::dissertation(),
     );
+    assert!(map.to_bytes().len() < 1_000_000);
+    let lengths = map.lengths();
+    assert!(lengths.unknown_m < 1e-5 * lengths.reachable_m);
     let mut sampler = Sampler::new(SEED);
     let (mut found, mut agree) = (0, 0);
     for _ in 0..20_000 {
@@ -258,73 +257,14 @@ fn the_nearest_reachable_point() {
             .is_err()
     );
     // From the lines of a map: half a step of height less exact.
-    let wall = WallGrid {
-        heading_rad: 0.0,
-        distances: steps(0.526, 0.05, 1),
-        heights: steps(-0.26, 0.05, 31),
-        span_m: None,
-    };
-    let map = build(&arm, &ExactConfig::default(), vec![wall]);
+    let one = wall(0.0, steps(0.526, 0.05, 1), steps(-0.26, 0.05, 31));
+    let map = build(&arm, &ExactConfig::default(), vec![one]);
     let at = WallPoint::new(0.9, 0.35);
     let near = map.nearest_on_lines(0, 0, at, 0.0).expect("some");
     assert!((near.distance_m(at) - (0.9 - radius)).abs() < 0.025);
     let inset = map.nearest_on_lines(0, 0, at, 0.01).expect("some");
     assert!((near.s_m - inset.s_m - 0.01).abs() < 1e-9);
     assert_eq!(map.nearest_on_lines(0, 7, at, 0.0), None);
-}
-
-#[test]
-fn margins_are_proven() {
-    let arm = SrsArm::iiwa7();
-    let mut sampler = Sampler::new(SEED);
-    let facing = WallPlane::new(0.0, 0.0)
-        .expect("finite")
-        .board_rotation(0.0);
-    let (mut some, mut none) = (0, 0);
-    for _ in 0..600 {
-        let at = sampler.point_in_box(DVec3::new(-0.4, -0.9, -0.3), DVec3::new(0.95, 0.9, 1.3));
-        let pose = Pose::new(facing, at).expect("finite");
-        let radius = position_margin_m(&arm, &pose, 0.02).expect("finite");
-        let angle = orientation_margin_rad(&arm, &pose, 0.005).expect("finite");
-        if !arm.is_reachable(&pose) {
-            assert_eq!((radius, angle), (None, None));
-            none += 1;
-            continue;
-        }
-        for (radius, cone) in radius
-            .map(|r| (r, 0.02))
-            .into_iter()
-            .chain(angle.map(|a| (0.005, a)))
-        {
-            some += 1;
-            for _ in 0..30 {
-                let turn = DMat3::from_axis_angle(sampler.unit_vector(), cone);
-                let off = at + sampler.unit_vector() * radius;
-                let moved = Pose::new(turn * facing, off).expect("finite");
-                assert!(arm.is_reachable(&moved), "{at} {radius} {cone}");
-            }
-        }
-    }
-    assert!(some > 300 && none > 100, "{some} {none}");
-    let pose = Pose::new(facing, DVec3::new(0.6, 0.0, 0.5)).expect("finite");
-    assert!(position_margin_m(&arm, &pose, f64::NAN).is_err());
-    assert!(position_margin_m(&arm, &pose, -1.0).is_err());
-    assert!(orientation_margin_rad(&arm, &pose, f64::INFINITY).is_err());
-}
-
-#[test]
-fn reasons_add_up() {
-    let solver = ExactSolver::new(&SrsArm::iiwa7(), &ExactConfig::default()).expect("valid");
-    let plane = WallPlane::new(0.3, 0.1).expect("finite");
-    let (s, z) = (Interval::new(-1.0, 1.0), Interval::new(-0.3, 1.3));
-    let reasons = ReachabilityReasons::of_wall(&solver, &plane, s, z, 0.05).expect("counted");
-    assert_eq!(reasons.total(), 41 * 33);
-    assert!(reasons.reachable > 0 && reasons.too_far > 0 && reasons.elbow_limit > 0);
-    assert!(ReachabilityReasons::of_wall(&solver, &plane, s, z, 0.0).is_err());
-    assert!(matches!(
-        ReachabilityReasons::of_wall(&solver, &plane, s, z, 1e-9),
-        Err(ReachabilityError::TooMany { .. })
-    ));
 }
 
 #[test]
@@ -355,26 +295,14 @@ fn grids_that_make_no_sense_are_refused_before_memory_is_taken() {
     assert!((down.at(10) - 0.0).abs() < 1e-12);
     // 1e9 lines in all, each list alone small enough.
     let many = steps(0.0, 1e-5, 31_623);
-    let wall = WallGrid {
-        heading_rad: 0.0,
-        distances: many,
-        heights: many,
-        span_m: None,
-    };
     let arm = SrsArm::iiwa7();
-    let built = ReachabilityMap::build(&arm, &ExactConfig::default(), vec![wall.clone()]);
-    assert!(
-        matches!(built, Err(ReachabilityError::TooMany { count, .. }) if count > 1_000_000_000)
-    );
-    let empty = ReachabilityMap::build(&arm, &ExactConfig::default(), vec![]);
+    let built = |walls| ReachabilityMap::build(&arm, &ExactConfig::default(), walls);
+    let many = built(vec![wall(0.0, many, many)]);
+    assert!(matches!(many, Err(ReachabilityError::TooMany { count, .. }) if count > 1_000_000_000));
+    let empty = built(vec![]);
     assert!(matches!(empty, Err(ReachabilityError::Empty { .. })));
-    let nan = WallGrid {
-        heading_rad: f64::NAN,
-        distances: steps(0.5, 0.1, 1),
-        heights: steps(0.5, 0.1, 1),
-        span_m: None,
-    };
-    assert!(ReachabilityMap::build(&arm, &ExactConfig::default(), vec![nan]).is_err());
+    let one = steps(0.5, 0.1, 1);
+    assert!(built(vec![wall(f64::NAN, one, one)]).is_err());
     assert!(WallGrid::for_wall(DVec3::X, DVec3::X, Interval::new(0.0, 1e9), 1e-3).is_err());
     assert!(WallGrid::for_wall(DVec3::X, DVec3::X, Interval::new(0.0, f64::NAN), 0.1).is_err());
     assert!(WallGrid::for_wall(DVec3::X, DVec3::Z, Interval::new(0.0, 1.0), 0.1).is_err());
@@ -402,10 +330,7 @@ fn building_tells_how_far_it_is_and_can_be_stopped() {
 fn files_bring_back_the_same_map() {
     let tool = Pose::from_translation(DVec3::Z * 0.02).expect("finite");
     let arm = SrsArm::iiwa7().with_tool(tool);
-    let config = ExactConfig {
-        roll: Roll::quarter_turns(),
-        ..ExactConfig::default()
-    };
+    let config = exact_config(|c| c.roll = Roll::quarter_turns());
     let map = build(&arm, &config, small_grid());
     let bytes = map.to_bytes();
     let again = ReachabilityMap::from_bytes(&bytes).expect("read");
@@ -446,13 +371,8 @@ fn boxes_are_kept_out_of() {
         DVec3::new(0.8, 0.25, 0.2),
     )
     .expect("solid");
-    let walls = vec![WallGrid {
-        heading_rad: 0.2,
-        distances: steps(0.7, -0.1, 4),
-        heights: steps(-0.2, 0.05, 20),
-        span_m: None,
-    }];
-    let free = build(&arm, &ExactConfig::default(), walls);
+    let walls = wall(0.2, steps(0.7, -0.1, 4), steps(-0.2, 0.05, 20));
+    let free = build(&arm, &ExactConfig::default(), vec![walls]);
     let map = free
         .clone()
         .with_keep_out(vec![table.clone()], carried)
@@ -465,12 +385,12 @@ fn boxes_are_kept_out_of() {
     let (mut blocked, mut kept) = (0, 0);
     for index in map.lines() {
         let line = map.line(index).expect("of the map");
+        let hits = table.blocked_on_line(&carried, &line, 0.0).expect("finite");
         for _ in 0..60 {
             let s = sampler.uniform(-0.9, 0.9);
             let within =
                 |map: &ReachabilityMap| map.intervals(index).iter().any(|i| i.span.contains(s));
-            let pose = line.board_pose(s, 0.0).expect("finite");
-            let hit = table.blocks_pose(&carried, &pose).expect("finite");
+            let hit = hits.iter().any(|span| span.contains(s));
             assert_eq!(within(&map), within(&free) && !hit, "{index:?} {s}");
             let exact = map
                 .is_reachable(line.point_m(s), line.plane.normal())
@@ -498,11 +418,7 @@ fn boxes_are_kept_out_of() {
     for map in [&map, &twice] {
         assert!(!map.is_reachable(within, normal).expect("finite"));
     }
-    let anywhere = ExactConfig {
-        board_part: BoardPart::any_of_200_mm(),
-        accuracy_m: 1e-3,
-        ..ExactConfig::default()
-    };
+    let anywhere = exact_config(|c| (c.board_part, c.accuracy_m) = (ANY_PART, 1e-3));
     let wall = WallGrid::for_wall(DVec3::X * 0.5, DVec3::X, Interval::new(0.3, 0.3), 0.1)
         .expect("vertical");
     let map = build(&arm, &anywhere, vec![wall]);
@@ -526,59 +442,40 @@ fn any_number_of_threads_gives_the_same_bytes() {
 }
 
 #[test]
-fn the_dissertations_map_fits_a_megabyte() {
-    let map = build(
-        &SrsArm::iiwa7(),
-        &ExactConfig::default(),
-        WallGrid::dissertation(),
-    );
-    assert!(map.to_bytes().len() < 1_000_000);
-    let MapLengths {
-        reachable_m: reachable,
-        unknown_m: unknown,
-    } = map.lengths();
-    assert!(unknown < 1e-5 * reachable, "{unknown} of {reachable}");
-}
-
-#[test]
 fn bad_files_are_named() {
+    use BinaryFileError::{Damaged, Foreign, Newer, WrongLength};
     let mut walls = small_grid();
     walls.truncate(1);
     let bytes = build(&SrsArm::iiwa7(), &ExactConfig::default(), walls).to_bytes();
+    let refused = |bytes: &[u8]| match ReachabilityMap::from_bytes(bytes) {
+        Err(ReachabilityError::MapFile(error)) => error,
+        other => panic!("{other:?}"),
+    };
     // Every truncation, and a byte more.
     for length in 0..bytes.len() {
-        let error = ReachabilityMap::from_bytes(&bytes[..length]).expect_err("truncated");
-        let expected = if length < 8 {
-            matches!(error, ReachabilityError::ForeignFile)
-        } else {
-            matches!(error, ReachabilityError::WrongFileLength { .. })
+        let error = refused(&bytes[..length]);
+        let expected = match length {
+            0..8 => error == Foreign,
+            _ => matches!(error, WrongLength { .. }),
         };
         assert!(expected, "{length}: {error}");
     }
-    let mut longer = bytes.clone();
-    longer.push(0);
-    assert!(matches!(
-        ReachabilityMap::from_bytes(&longer),
-        Err(ReachabilityError::WrongFileLength { .. })
-    ));
+    let longer = [&bytes[..], &[0]].concat();
+    assert!(matches!(refused(&longer), WrongLength { .. }));
     // Every byte changed.
     for at in 0..bytes.len() {
         let mut damaged = bytes.clone();
         damaged[at] ^= 0x40;
-        let error = ReachabilityMap::from_bytes(&damaged).expect_err("damaged");
+        let error = refused(&damaged);
         let expected = match at {
-            0..8 => matches!(error, ReachabilityError::ForeignFile),
-            8..10 => matches!(error, ReachabilityError::NewerFile { .. }),
-            10..18 => matches!(error, ReachabilityError::WrongFileLength { .. }),
-            _ => matches!(error, ReachabilityError::DamagedFile { .. }),
+            0..8 => error == Foreign,
+            8..10 => matches!(error, Newer { .. }),
+            10..18 => matches!(error, WrongLength { .. }),
+            _ => matches!(error, Damaged { .. }),
         };
         assert!(expected, "{at}: {error}");
     }
-    // Foreign ones.
     for foreign in [&b""[..], b"solid", &[0; 64], b"wall,plane,height\n"] {
-        assert_eq!(
-            ReachabilityMap::from_bytes(foreign).expect_err("foreign"),
-            ReachabilityError::ForeignFile
-        );
+        assert_eq!(refused(foreign), Foreign);
     }
 }

@@ -1,19 +1,14 @@
 //! The optimization-based solver against the exact one, and on arms that have no closed form.
 
+use crate::common::line;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{Chain, ChainJoint, JointLimit, Pose, SrsArm};
 use hwall_reachability::{
     ChainMap, ExactConfig, ExactSolver, Interval, LineExtremes, OptimizationConfig,
     OptimizationSolver, Progress, ReachabilityError, ReachabilityMap, WallGrid, WallLine,
-    WallPlane, WallProjection,
+    WallProjection,
 };
 use std::ops::ControlFlow;
-
-fn line(heading_deg: f64, distance_m: f64, height_m: f64) -> WallLine {
-    WallPlane::new(heading_deg.to_radians(), distance_m)
-        .expect("finite")
-        .line(height_m)
-}
 
 fn solver(chain: &Chain, starts: usize) -> OptimizationSolver {
     let config = OptimizationConfig {
@@ -83,24 +78,6 @@ fn never_beyond_the_exact_ends_and_nearly_always_at_them() {
         }
     }
     assert!(ends > 80 && right * 100 >= ends * 98, "{right} of {ends}");
-}
-
-#[test]
-fn more_starts_never_find_less() {
-    let chain = Chain::iiwa7();
-    let solvers = [1, 2, 4, 8].map(|starts| solver(&chain, starts));
-    for line in some_lines().into_iter().step_by(3) {
-        let mut before: Option<(f64, f64)> = None;
-        for solver in &solvers {
-            let found = solver.line(&line).expect("finite");
-            let now = found.map(|f| (f.lo.s_m, f.hi.s_m));
-            if let Some((lo, hi)) = before {
-                let (lower, higher) = now.expect("found with fewer starts");
-                assert!(lower <= lo && higher >= hi, "{line:?}");
-            }
-            before = now;
-        }
-    }
 }
 
 #[test]
@@ -305,18 +282,6 @@ fn an_arm_a_thousand_times_smaller() {
     let here = here.expect("finite").expect("reachable");
     let there = there.expect("finite").expect("reachable");
     assert!((here.hi.s_m / scale - there.hi.s_m).abs() < 1e-6);
-}
-
-#[test]
-fn lines_out_of_reach_have_no_extremes() {
-    let solver = solver(&Chain::iiwa7(), 3);
-    for line in [
-        line(0.0, 2.0, 0.3),
-        line(0.0, 0.5, 3.0),
-        line(0.0, 1e9, 1e9),
-    ] {
-        assert_eq!(solver.line(&line).expect("finite"), None);
-    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Planes at any inclination: a vertical one is a wall bit by bit, others are never wrong outside their bands.
 
+use crate::common::{ANY_PART, exact_solver};
 use glam::DVec3;
 use hwall_kinematics::{Pose, SrsArm};
 use hwall_reachability::{
@@ -11,18 +12,8 @@ use hwall_testkit::Sampler;
 #[test]
 fn a_vertical_plane_is_a_wall_bit_by_bit() {
     let arm = SrsArm::iiwa7();
-    for config in [
-        ExactConfig::default(),
-        ExactConfig {
-            accuracy_m: 1e-4,
-            board_part: BoardPart::Any {
-                half_width_m: 0.1,
-                half_height_m: 0.1,
-            },
-            ..ExactConfig::default()
-        },
-    ] {
-        let solver = ExactSolver::new(&arm, &config).unwrap();
+    for board_part in [BoardPart::Middle, ANY_PART] {
+        let solver = exact_solver(&arm, |c| (c.accuracy_m, c.board_part) = (1e-4, board_part));
         for (heading, distance, height) in [(0.0, 0.526, 0.34), (0.7, 0.3, 0.9), (-2.0, -0.2, 0.1)]
         {
             let wall = WallPlane::new(heading, distance).unwrap().line(height);
@@ -63,11 +54,7 @@ fn outside_their_bands_lines_are_never_wrong() {
     let mut sampler = Sampler::new(11);
     let (mut tested, mut reachable) = (0, 0);
     for roll in [Roll::Fixed(0.3), Roll::quarter_turns()] {
-        let config = ExactConfig {
-            roll: roll.clone(),
-            ..ExactConfig::default()
-        };
-        let solver = ExactSolver::new(&arm, &config).unwrap();
+        let solver = exact_solver(&arm, |c| c.roll = roll.clone());
         for _ in 0..60 {
             let origin =
                 sampler.point_in_box(DVec3::new(-0.6, -0.6, -0.2), DVec3::new(0.6, 0.6, 1.0));

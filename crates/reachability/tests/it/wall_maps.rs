@@ -3,8 +3,8 @@
 use glam::DVec3;
 use hwall_kinematics::{Pose, SrsArm};
 use hwall_reachability::{
-    ArgumentError, ExactConfig, Interval, Presented, ReachabilityError, WallFacet, WallMaps,
-    WallMapsConfig, WallPlane,
+    ArgumentError, Interval, Presented, ReachabilityError, WallFacet, WallMaps, WallMapsConfig,
+    WallPlane,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::FRAC_PI_2;
@@ -141,23 +141,14 @@ fn bad_walls_and_settings_are_errors() {
     bare.outline_m.clear();
     let error = build(bare, WallMapsConfig::default()).expect_err("no outline");
     assert!(matches!(error, ReachabilityError::Empty { .. }));
-    for config in [
-        WallMapsConfig {
-            spacing_m: 0.0,
-            ..WallMapsConfig::default()
-        },
-        WallMapsConfig {
-            inset_m: f64::NAN,
-            ..WallMapsConfig::default()
-        },
-        WallMapsConfig {
-            exact: ExactConfig {
-                accuracy_m: -1.0,
-                ..ExactConfig::default()
-            },
-            ..WallMapsConfig::default()
-        },
-    ] {
+    let spoil: [fn(&mut WallMapsConfig); 3] = [
+        |c| c.spacing_m = 0.0,
+        |c| c.inset_m = f64::NAN,
+        |c| c.exact.accuracy_m = -1.0,
+    ];
+    for spoil in spoil {
+        let mut config = WallMapsConfig::default();
+        spoil(&mut config);
         let error = build(good.clone(), config).expect_err("bad setting");
         let out = matches!(
             error,

@@ -132,35 +132,19 @@ fn shifts_beyond_the_thresholds_are_refused_by_name_and_the_nearest_is_given() {
     let thresholds = ReachThresholds::default();
     let (start, seen) = (DVec3::new(1.0, 0.0, 0.7), DVec3::new(0.5, 0.1, 0.9));
     let frame = ReachFrame::new(start, seen).unwrap();
-    for (what, shift) in [
-        (
-            "horizontal angle",
-            ReachShift {
-                horizontal_rad: -0.1,
-                ..ReachShift::NONE
-            },
-        ),
-        (
-            "vertical angle",
-            ReachShift {
-                vertical_rad: 0.1,
-                ..ReachShift::NONE
-            },
-        ),
-        (
-            "gain",
-            ReachShift {
-                gain: 1.2,
-                ..ReachShift::NONE
-            },
-        ),
-    ] {
+    let beyond: [(&str, fn(&mut ReachShift)); 3] = [
+        ("horizontal angle", |s| s.horizontal_rad = -0.1),
+        ("vertical angle", |s| s.vertical_rad = 0.1),
+        ("gain", |s| s.gain = 1.2),
+    ];
+    for (what, change) in beyond {
+        let mut shift = ReachShift::NONE;
+        change(&mut shift);
         let board = frame.real_goal_m(&shift);
-        let error = RedirectedReach::new(start, seen, board, DVec3::X, &thresholds).unwrap_err();
-        assert!(
-            matches!(error, RedirectionError::Noticed { what: w, .. } if w == what),
-            "{error}"
-        );
+        match RedirectedReach::new(start, seen, board, DVec3::X, &thresholds) {
+            Err(RedirectionError::Noticed { what: found, .. }) => assert_eq!(found, what),
+            other => panic!("{other:?}"),
+        }
         let board = frame.real_goal_m(&thresholds.nearest(&shift));
         assert!(RedirectedReach::new(start, seen, board, DVec3::X, &thresholds).is_ok());
     }
@@ -178,17 +162,12 @@ fn no_reach_and_numbers_that_make_no_sense_are_errors() {
     let (start, seen) = (DVec3::new(1.0, 0.0, 0.7), DVec3::new(0.5, 0.0, 0.7));
     let new =
         |start, seen, board, normal| RedirectedReach::new(start, seen, board, normal, &thresholds);
-    let none = new(start, start, start, DVec3::X).unwrap_err();
-    assert!(matches!(none, RedirectionError::NoReach { .. }), "{none}");
-    let behind = new(start, seen, seen, DVec3::NEG_X).unwrap_err();
-    assert!(
-        matches!(behind, RedirectionError::NotBefore { .. }),
-        "{behind}"
-    );
-    assert!(matches!(
-        new(start, seen, seen, DVec3::ZERO),
-        Err(RedirectionError::Geometry(_))
-    ));
+    let none = new(start, start, start, DVec3::X);
+    assert!(matches!(none, Err(RedirectionError::NoReach { .. })));
+    let behind = new(start, seen, seen, DVec3::NEG_X);
+    assert!(matches!(behind, Err(RedirectionError::NotBefore { .. })));
+    let flat = new(start, seen, seen, DVec3::ZERO);
+    assert!(matches!(flat, Err(RedirectionError::Geometry(_))));
     let reach = new(start, seen, seen, DVec3::X).unwrap();
     for bad in [f64::NAN, f64::INFINITY] {
         let point = DVec3::new(0.0, bad, 0.0);
@@ -198,28 +177,16 @@ fn no_reach_and_numbers_that_make_no_sense_are_errors() {
         assert!(new(start, seen, seen, point).is_err());
         assert!(reach.virtual_hand(point).is_err());
     }
-    for wrong in [
-        ReachThresholds {
-            gain: [0.0, 1.0],
-            ..thresholds
-        },
-        ReachThresholds {
-            gain: [1.1, 1.2],
-            ..thresholds
-        },
-        ReachThresholds {
-            gain: [0.9, f64::NAN],
-            ..thresholds
-        },
-        ReachThresholds {
-            horizontal_rad: -0.1,
-            ..thresholds
-        },
-        ReachThresholds {
-            vertical_rad: f64::NAN,
-            ..thresholds
-        },
-    ] {
+    let spoil: [fn(&mut ReachThresholds); 5] = [
+        |t| t.gain = [0.0, 1.0],
+        |t| t.gain = [1.1, 1.2],
+        |t| t.gain = [0.9, f64::NAN],
+        |t| t.horizontal_rad = -0.1,
+        |t| t.vertical_rad = f64::NAN,
+    ];
+    for spoil in spoil {
+        let mut wrong = thresholds;
+        spoil(&mut wrong);
         assert!(wrong.validate().is_err(), "{wrong:?}");
     }
     // Straight up and straight down are reaches too.

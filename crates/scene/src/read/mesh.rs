@@ -1,6 +1,6 @@
 //! Triangles on their way into a scene: checks and repairs.
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::part::triangle::{self, Triangle, is_usable};
 use crate::surface::{Surface, validated};
 use glam::DVec3;
@@ -40,7 +40,6 @@ pub struct LoadReport {
 
 impl LoadReport {
     /// Was nothing left out and nothing mended?
-    #[must_use]
     pub fn is_clean(&self) -> bool {
         *self == Self::default()
     }
@@ -50,7 +49,7 @@ impl LoadReport {
 pub(crate) fn repaired(
     meshes: Vec<SurfaceMesh>,
     report: &mut LoadReport,
-) -> Result<Vec<SurfaceMesh>, SceneError> {
+) -> Result<Vec<SurfaceMesh>> {
     let all = meshes
         .iter()
         .flat_map(|mesh| coordinates(&mesh.triangles_m));

@@ -2,7 +2,7 @@
 
 use super::materials::Libraries;
 use super::mesh::{LoadReport, SurfaceMesh};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::part::triangle::is_usable;
 use crate::surface::Surface;
 use glam::DVec3;
@@ -35,7 +35,7 @@ impl Default for LoadLimits {
 ///
 /// # Errors
 /// A file that cannot be read, has more bytes than the limit, or is neither UTF-8 nor free of control bytes; named.
-pub fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, SceneError> {
+pub fn read_text(path: &Path, limits: &LoadLimits) -> Result<String> {
     let io = |e: std::io::Error| SceneError::Io {
         path: path.display().to_string(),
         kind: e.kind(),
@@ -78,7 +78,7 @@ pub(crate) fn parse(
     text: &str,
     directory: Option<&Path>,
     limits: &LoadLimits,
-) -> Result<(Vec<SurfaceMesh>, LoadReport), SceneError> {
+) -> Result<(Vec<SurfaceMesh>, LoadReport)> {
     let got = text.len() as u64;
     if got > limits.max_bytes {
         return Err(SceneError::TooLarge {
@@ -153,7 +153,7 @@ struct Group {
 }
 
 impl Check<'_> {
-    fn line(&mut self, number: usize, line: &str) -> Result<(), SceneError> {
+    fn line(&mut self, number: usize, line: &str) -> Result<()> {
         let mut words = line.split_whitespace();
         let Some(keyword) = words.next() else {
             return Ok(());
@@ -251,11 +251,7 @@ impl Check<'_> {
         (groups.into_iter().map(mesh).collect(), report)
     }
 
-    fn vertex<'a>(
-        &mut self,
-        line: usize,
-        values: impl Iterator<Item = &'a str>,
-    ) -> Result<(), SceneError> {
+    fn vertex<'a>(&mut self, line: usize, values: impl Iterator<Item = &'a str>) -> Result<()> {
         let malformed = || SceneError::ObjLine { line, keyword: "v" };
         let numbers: Vec<f64> = values
             .map(str::parse)
@@ -276,11 +272,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn face<'a>(
-        &mut self,
-        line: usize,
-        corners: impl Iterator<Item = &'a str>,
-    ) -> Result<(), SceneError> {
+    fn face<'a>(&mut self, line: usize, corners: impl Iterator<Item = &'a str>) -> Result<()> {
         let vertices = self.vertices.len();
         self.polygon.clear();
         for corner in corners {

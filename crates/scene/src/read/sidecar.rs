@@ -1,9 +1,9 @@
 //! The TOML file beside an OBJ, which says what its surfaces are.
 
 use super::mesh::SurfaceMesh;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::mechanics::{Mechanics, SurfaceClick, SurfaceDetent};
-use crate::surface::SurfaceKind;
+use crate::surface::{SlidingPart, SurfaceKind};
 use glam::DVec3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -81,7 +81,7 @@ struct ClickEntry {
 }
 
 /// Gives the surfaces the properties the sidecar names.
-pub(crate) fn apply(text: &str, meshes: &mut [SurfaceMesh]) -> Result<(), SceneError> {
+pub(crate) fn apply(text: &str, meshes: &mut [SurfaceMesh]) -> Result<()> {
     let Sidecar {
         default_kind,
         mut surface,
@@ -225,13 +225,13 @@ impl Faults<'_> {
         }
     }
 
-    fn needed<T>(&self, key: &'static str, value: Option<T>) -> Result<T, SceneError> {
+    fn needed<T>(&self, key: &'static str, value: Option<T>) -> Result<T> {
         value.ok_or_else(|| self.missing(key))
     }
 }
 
 impl DetentEntry {
-    fn read(&self, faults: &Faults) -> Result<SurfaceDetent, SceneError> {
+    fn read(&self, faults: &Faults) -> Result<SurfaceDetent> {
         let turning = [
             ("detents.position_deg", self.position_deg),
             ("detents.half_width_deg", self.half_width_deg),
@@ -263,7 +263,7 @@ impl DetentEntry {
 
 impl Entry {
     /// Of a kind that has been checked for stray keys: what is there is for it.
-    fn mechanics(&self, faults: &Faults) -> Result<Mechanics, SceneError> {
+    fn mechanics(&self, faults: &Faults) -> Result<Mechanics> {
         let detents = self.detents.iter().flatten();
         Ok(Mechanics {
             inertia: self.inertia_kg_m2.or(self.mass_kg),
@@ -283,7 +283,7 @@ impl Entry {
     }
 }
 
-fn kind(surface: &str, entry: &Entry, kind: Kind) -> Result<SurfaceKind, SceneError> {
+fn kind(surface: &str, entry: &Entry, kind: Kind) -> Result<SurfaceKind> {
     let faults = Faults { surface, kind };
     if let Some(key) = entry.stray(kind) {
         return Err(faults.stray(key));
@@ -307,24 +307,15 @@ fn kind(surface: &str, entry: &Entry, kind: Kind) -> Result<SurfaceKind, SceneEr
     }
     let [min_m, max_m] = faults.needed("range_m", entry.range_m)?;
     let direction = vector(entry.direction, "direction")?;
-    Ok(match kind {
-        Kind::Drawer => SurfaceKind::Drawer {
-            direction,
-            min_m,
-            max_m,
-            mechanics,
+    Ok(SurfaceKind::Sliding {
+        part: match kind {
+            Kind::Drawer => SlidingPart::Drawer,
+            Kind::Button => SlidingPart::Button,
+            _ => SlidingPart::Panel,
         },
-        Kind::Button => SurfaceKind::Button {
-            direction,
-            min_m,
-            max_m,
-            mechanics,
-        },
-        _ => SurfaceKind::SlidingPanel {
-            direction,
-            min_m,
-            max_m,
-            mechanics,
-        },
+        direction,
+        min_m,
+        max_m,
+        mechanics,
     })
 }

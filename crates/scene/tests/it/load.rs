@@ -1,11 +1,9 @@
 //! What becomes of meshes and of OBJ files: clean ones, repairable ones and bad ones.
 
+use crate::common::plain_surface;
 use crate::common::temp_file::TempFile;
 use glam::DVec3;
-use hwall_scene::{
-    FileFrame, LoadLimits, LoadReport, Scene, SceneError, Surface, SurfaceId, SurfaceKind,
-    SurfaceMesh,
-};
+use hwall_scene::{FileFrame, LoadLimits, LoadReport, Scene, SceneError, SurfaceId, SurfaceKind};
 use std::io::ErrorKind;
 
 const TRIANGLE: &str = "o wall\nv 1 0 0\nv 1 1 0\nv 1 0 1\nf 1 2 3\n";
@@ -32,47 +30,35 @@ fn bad_numbers_and_indices_are_named_with_their_line() {
         (f64::NEG_INFINITY, "-1e999"),
         (2e9, "2e9"),
     ] {
-        assert_eq!(
-            error(&format!("v 0 0 0\nv 1 {text} 0\n")),
-            SceneError::ObjVertex { line: 2, value }
-        );
+        let expected = SceneError::ObjVertex { line: 2, value };
+        assert_eq!(error(&format!("v 0 0 0\nv 1 {text} 0\n")), expected);
     }
-    let nan = error("v 0 nan 0\n");
-    assert!(
-        matches!(nan, SceneError::ObjVertex { line: 1, value } if value.is_nan()),
-        "{nan}"
-    );
     for bad in [
         "v 1 2",
         "v 1 2 x",
         "v",
+        "v 0 nan 0",
         "v 1 2 3 0",
         "v 1 2 3 4 5",
         "v 1,0 2 3",
         "v 1 2 3 nan",
     ] {
         let e = error(&format!("# comment\n{bad}\n"));
-        assert!(
-            matches!(
-                e,
-                SceneError::ObjLine {
-                    line: 2,
-                    keyword: "v"
-                } | SceneError::ObjVertex { line: 2, .. }
-            ),
-            "{bad}: {e}"
-        );
+        let expected = match e {
+            SceneError::ObjLine { line, keyword } => (line, keyword) == (2, "v"),
+            SceneError::ObjVertex { line, .. } => line == 2,
+            _ => false,
+        };
+        assert!(expected, "{bad}: {e}");
     }
+    let out_of_range = |line, index, vertices| SceneError::ObjIndex {
+        line,
+        index,
+        vertices,
+    };
     for index in [0, 4, -4, i64::MAX, i64::MIN] {
         let e = error(&format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {index}\n"));
-        assert_eq!(
-            e,
-            SceneError::ObjIndex {
-                line: 4,
-                index,
-                vertices: 3
-            }
-        );
+        assert_eq!(e, out_of_range(4, index, 3));
     }
     for bad in [
         "f a b c",
@@ -87,14 +73,7 @@ fn bad_numbers_and_indices_are_named_with_their_line() {
         );
     }
     // Indices count what stands above the face.
-    assert_eq!(
-        error("f 1 2 3\nv 0 0 0\n"),
-        SceneError::ObjIndex {
-            line: 1,
-            index: 1,
-            vertices: 0
-        }
-    );
+    assert_eq!(error("f 1 2 3\nv 0 0 0\n"), out_of_range(1, 1, 0));
 }
 
 #[test]
@@ -129,44 +108,26 @@ fn what_holds_no_scene_is_an_error() {
 
 #[test]
 fn limits_hold() {
-    let file = TempFile::new("limits.obj", TRIANGLE.as_bytes());
-    let limits = LoadLimits {
+    let bytes = LoadLimits {
         max_bytes: 20,
         ..LoadLimits::default()
     };
-    let e = Scene::from_obj_file_within(&file.0, None, &limits).unwrap_err();
-    assert_eq!(
-        e,
-        in_file(
-            &file,
-            SceneError::TooLarge {
-                what: "bytes",
-                got: 21,
-                limit: 20
-            }
-        )
-    );
-    let limits = LoadLimits {
+    let one = LoadLimits {
         max_triangles: 1,
         ..LoadLimits::default()
     };
-    assert!(Scene::from_obj_file_within(&file.0, None, &limits).is_ok());
-    let quad = TempFile::new(
-        "quad.obj",
-        b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n",
-    );
-    let e = Scene::from_obj_file_within(&quad.0, None, &limits).unwrap_err();
-    assert_eq!(
-        e,
-        in_file(
-            &quad,
-            SceneError::TooLarge {
-                what: "triangles",
-                got: 2,
-                limit: 1
-            }
-        )
-    );
+    let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    for (text, limits, refused) in [
+        (TRIANGLE, bytes, Some(("bytes", 21, 20))),
+        (TRIANGLE, one, None),
+        (quad, one, Some(("triangles", 2, 1))),
+    ] {
+        let file = TempFile::new("limits.obj", text.as_bytes());
+        let read = Scene::from_obj_file_in(&file.0, None, &FileFrame::default(), &limits);
+        let refused = refused
+            .map(|(what, got, limit)| in_file(&file, SceneError::TooLarge { what, got, limit }));
+        assert_eq!(read.err(), refused);
+    }
 }
 
 #[test]
@@ -207,13 +168,8 @@ fn repairs_are_listed() {
     assert_eq!(report, expected);
     assert!(!report.is_clean());
     assert_eq!(scene.surfaces().len(), 3);
-    assert_eq!(
-        load("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nf 1 1 2\n")
-            .unwrap()
-            .1
-            .empty_surfaces,
-        ["b"]
-    );
+    let (_, report) = load("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nf 1 1 2\n").unwrap();
+    assert_eq!(report.empty_surfaces, ["b"]);
 }
 
 #[test]
@@ -222,13 +178,8 @@ fn groups_are_surfaces_whatever_happens_in_between() {
     let (scene, _) = load(obj).unwrap();
     let names: Vec<_> = scene.surfaces().iter().map(|s| s.name.as_str()).collect();
     assert_eq!(names, [hwall_scene::UNNAMED, "north wall", "roof"]);
-    assert_eq!(
-        scene
-            .triangles_m(scene.find("north wall").unwrap())
-            .unwrap()
-            .len(),
-        2
-    );
+    let wall = scene.find("north wall").unwrap();
+    assert_eq!(scene.triangles_m(wall).unwrap().len(), 2);
     assert_eq!(scene.find("south wall"), None);
 }
 
@@ -253,14 +204,8 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
         let library = TempFile::new("bad.mtl", bad.as_bytes());
         let file = TempFile::new("bad.obj", obj(&library).as_bytes());
         let (scene, report) = Scene::from_obj_file(&file.0, None).unwrap();
-        assert_eq!(
-            (
-                report.missing_material_libraries.len(),
-                report.missing_materials.len()
-            ),
-            (1, 1),
-            "{bad}"
-        );
+        assert_eq!(report.missing_material_libraries.len(), 1, "{bad}");
+        assert_eq!(report.missing_materials.len(), 1, "{bad}");
         assert_eq!(scene.surfaces()[0].color_rgb, None);
         assert_eq!(scene.surfaces()[0].material.as_deref(), Some("red"));
     }
@@ -359,28 +304,14 @@ fn a_file_ten_kilometres_off_keeps_its_digits() {
         .ray_cast(DVec3::new(10_001.0, 5000.25, 0.25), DVec3::NEG_X)
         .unwrap()
         .unwrap();
-    assert!(
-        (hit.point_m.x - 10_000.000_1).abs() < 1e-11,
-        "{}",
-        hit.point_m.x
-    );
-}
-
-fn surface(name: &str, triangles_m: Vec<[DVec3; 3]>) -> SurfaceMesh {
-    SurfaceMesh {
-        surface: Surface {
-            name: name.to_owned(),
-            ..Surface::default()
-        },
-        triangles_m,
-    }
+    assert!((hit.point_m.x - 10_000.000_1).abs() < 1e-11, "{hit:?}");
 }
 
 /// They made the tree builder of the hierarchy recurse 5,000 deep.
 #[test]
 fn thousands_of_identical_triangles() {
     let t = [DVec3::ZERO, DVec3::X, DVec3::Y];
-    let (scene, report) = Scene::from_meshes(vec![surface("pile", vec![t; 5000])]).unwrap();
+    let (scene, report) = Scene::from_meshes(vec![plain_surface("pile", vec![t; 5000])]).unwrap();
     assert_eq!((report.duplicate_faces, scene.triangle_count()), (4999, 1));
     let hit = scene
         .ray_cast(DVec3::new(0.2, 0.2, 1.0), DVec3::NEG_Z)
@@ -402,19 +333,12 @@ fn thousands_of_coinciding_boxes() {
         ]
     };
     let (scene, report) =
-        Scene::from_meshes(vec![surface("pile", (0..n).map(pile).collect())]).unwrap();
+        Scene::from_meshes(vec![plain_surface("pile", (0..n).map(pile).collect())]).unwrap();
     assert!(report.is_clean() && scene.triangle_count() == n as usize);
     for x in [0.1, 0.5] {
-        assert!(
-            scene
-                .ray_cast(DVec3::new(x, 0.2, 1.0), DVec3::NEG_Z)
-                .unwrap()
-                .is_some()
-        );
-        let closest = scene
-            .closest_point(DVec3::new(x, 0.2, 0.5), 1.0)
-            .unwrap()
-            .unwrap();
+        let above = DVec3::new(x, 0.2, 0.5);
+        assert!(scene.ray_cast(above, DVec3::NEG_Z).unwrap().is_some());
+        let closest = scene.closest_point(above, 1.0).unwrap().unwrap();
         assert_eq!(closest.distance_m, 0.5);
     }
 }
@@ -426,25 +350,17 @@ fn detail_far_below_single_precision_stays_closest_exactly() {
         let at = DVec3::new(f64::from(i % 40), f64::from(i / 40), 0.0) * 1e-3;
         [at, at + DVec3::X * 1e-3, at + DVec3::Y * 1e-3]
     };
-    let far = [
-        DVec3::splat(9e8),
-        DVec3::new(9e8, 0.0, 0.0),
-        DVec3::new(0.0, 9e8, 0.0),
-    ];
+    let far = [DVec3::ONE, DVec3::X, DVec3::Y].map(|corner| corner * 9e8);
     let meshes = vec![
-        surface("detail", (0..1600).map(small).collect()),
-        surface("far", vec![far]),
+        plain_surface("detail", (0..1600).map(small).collect()),
+        plain_surface("far", vec![far]),
     ];
     let (scene, _) = Scene::from_meshes(meshes).unwrap();
     let detail = scene.find("detail").unwrap();
-    let closest = scene
-        .project_on(detail, DVec3::new(0.0202, 0.0202, 0.5))
-        .unwrap();
+    let above = DVec3::new(0.0202, 0.0202, 0.5);
+    let closest = scene.project_on(detail, above).unwrap();
     assert!((closest.distance_m - 0.5).abs() < 1e-6, "{closest:?}");
-    let near = scene
-        .closest_point(DVec3::new(0.0202, 0.0202, 0.5), 1.0)
-        .unwrap()
-        .unwrap();
+    let near = scene.closest_point(above, 1.0).unwrap().unwrap();
     assert_eq!(near.surface, detail);
 }
 
@@ -452,18 +368,18 @@ fn detail_far_below_single_precision_stays_closest_exactly() {
 fn meshes_in_memory_are_checked_too() {
     let t = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let nan = [DVec3::ZERO, DVec3::new(f64::NAN, 0.0, 0.0), DVec3::Y];
-    let e = Scene::from_meshes(vec![surface("a", vec![t, nan])]).unwrap_err();
+    let e = Scene::from_meshes(vec![plain_surface("a", vec![t, nan])]).unwrap_err();
     assert!(
         matches!(&e, SceneError::Parameter { value, .. } if value.is_nan()),
         "{e}"
     );
-    let e = Scene::from_meshes(vec![surface("a", vec![t]), surface("a", vec![t])]).unwrap_err();
-    assert_eq!(
-        e,
-        SceneError::DuplicateSurface {
-            name: "a".to_owned()
-        }
-    );
+    let e = Scene::from_meshes(vec![
+        plain_surface("a", vec![t]),
+        plain_surface("a", vec![t]),
+    ])
+    .unwrap_err();
+    let name = "a".to_owned();
+    assert_eq!(e, SceneError::DuplicateSurface { name });
 }
 
 /// The area of all triangles of a scene, m².
@@ -478,29 +394,13 @@ fn area_m2(scene: &Scene) -> f64 {
 fn concave_polygons_are_cut_without_overlap_from_any_corner() {
     let l_shape = [[1, 2], [-1, 2], [-1, 0], [0, 0], [0, 1], [1, 1]];
     // A wall of 2 by 2.5 m with a doorway of 0.8 by 2 m.
-    let door = [
-        [-10, 0],
-        [-4, 0],
-        [-4, 20],
-        [4, 20],
-        [4, 0],
-        [10, 0],
-        [10, 25],
-        [-10, 25],
-    ];
+    let door_y = [-10, -4, -4, 4, 4, 10, 10, -10];
+    let door_z = [0, 0, 20, 20, 0, 0, 25, 25];
+    let door: [[i32; 2]; 8] = std::array::from_fn(|i| [door_y[i], door_z[i]]);
     // A window in a wall, with a bridge to it.
-    let window = [
-        [0, 0],
-        [4, 0],
-        [4, 4],
-        [0, 4],
-        [0, 0],
-        [1, 1],
-        [1, 3],
-        [3, 3],
-        [3, 1],
-        [1, 1],
-    ];
+    let window_y = [0, 4, 4, 0, 0, 1, 1, 3, 3, 1];
+    let window_z = [0, 0, 4, 4, 0, 1, 3, 3, 1, 1];
+    let window: [[i32; 2]; 10] = std::array::from_fn(|i| [window_y[i], window_z[i]]);
     for (corners, scale, expected_m2) in [
         (&l_shape[..], 1.0, 3.0),
         (&door[..], 0.1, 5.0 - 1.6),
@@ -545,13 +445,15 @@ fn what_windows_and_scanners_write_is_read() {
         assert!((area_m2(&scene) - 2.0).abs() < 1e-9);
         scene.surfaces()[0].name.clone()
     };
-    assert_eq!(named(&format!("\u{feff}{wall}")), "wall");
-    assert_eq!(named(&wall.replace('\n', "\r")), "wall");
-    assert_eq!(named(&wall.replace('\n', "\r\n")), "wall");
-    assert_eq!(named(&wall.replace("1 1\n", "1 1 0.2 0.3 0.4 1\n")), "wall");
+    for text in [
+        format!("\u{feff}{wall}"),
+        wall.replace('\n', "\r"),
+        wall.replace('\n', "\r\n"),
+        wall.replace("1 1\n", "1 1 0.2 0.3 0.4 1\n"),
+    ] {
+        assert_eq!(named(&text), "wall");
+    }
     let latin = TempFile::new("latin.obj", &[b"# Geb\xe4ude\n", wall.as_bytes()].concat());
-    assert_eq!(
-        Scene::from_obj_file(&latin.0, None).unwrap().0.surfaces()[0].name,
-        "wall"
-    );
+    let (scene, _) = Scene::from_obj_file(&latin.0, None).unwrap();
+    assert_eq!(scene.surfaces()[0].name, "wall");
 }

@@ -1,6 +1,8 @@
 //! Rays and closest points against brute force over all triangles in f64.
 
-use crate::common::{Triangle, brute_distance, brute_ray, bumpy, room, soup, triangles};
+use crate::common::{
+    Triangle, brute_closest, brute_distance, brute_ray, bumpy, room, soup, triangles,
+};
 use glam::{DQuat, DVec3};
 use hwall_scene::{Pose, Scene};
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
@@ -106,35 +108,28 @@ fn a_fine_surface_seen_from_afar() {
 #[test]
 fn closest_points_are_those_of_brute_force() {
     for (scale, offset) in PLACES {
-        let scene = soup(5, 300, scale, offset);
+        let mut scene = soup(5, 300, scale, offset);
+        let door = scene.find("door").unwrap();
+        scene.set_opening(door, -0.7).unwrap();
         let all = triangles(&scene);
         let mut sampler = Sampler::new(6);
         for _ in 0..1000 {
             let p = offset + sampler.unit_vector() * sampler.uniform(0.0, 3.0) * scale;
-            let distance = |accept: &dyn Fn(usize) -> bool| {
-                all.iter()
-                    .filter(|(id, _)| accept(id.0))
-                    .map(|(_, t)| brute_distance(p, t))
-                    .fold(f64::INFINITY, f64::min)
-            };
             let tol = Tol::abs(tolerance(scale, offset));
             let any = scene.closest_point(p, f64::INFINITY).unwrap().unwrap();
-            assert_close!(any.distance_m, distance(&|_| true), tol);
+            assert_close!(any.distance_m, brute_closest(&all, p, |_| true), tol);
             assert_close!(any.point_m.distance(p), any.distance_m, tol);
             assert!(
                 any.normal.dot(p - any.point_m) >= 0.0,
                 "normal away from the point"
             );
             let touchable = scene.closest_touchable(p, f64::INFINITY).unwrap().unwrap();
-            assert!(scene.surface(touchable.surface).touchable());
-            assert_close!(
-                touchable.distance_m,
-                distance(&|id| scene.surfaces()[id].touchable()),
-                tol
-            );
-            let door = scene.find("door").unwrap();
+            let wanted = |id| scene.surface(id).touchable();
+            assert!(wanted(touchable.surface));
+            assert_close!(touchable.distance_m, brute_closest(&all, p, wanted), tol);
             let projected = scene.project_on(door, p).unwrap();
-            assert_close!(projected.distance_m, distance(&|id| id == door.0), tol);
+            let expected = brute_closest(&all, p, |id| id == door);
+            assert_close!(projected.distance_m, expected, tol);
             // The limit excludes what lies beyond it and nothing else.
             let (near, wide) = (
                 any.distance_m * 0.999,
@@ -178,25 +173,20 @@ fn placing_moves_everything_and_changes_nothing_else() {
         for _ in 0..1000 {
             let (origin, direction) = ray(&mut sampler, 1.0, DVec3::ZERO);
             let here = scene.ray_cast(origin, direction).unwrap();
-            let there = placed
-                .ray_cast(
-                    pose.transform_point(origin),
-                    pose.transform_vector(direction),
-                )
-                .unwrap();
+            let (origin, direction) = (
+                pose.transform_point(origin),
+                pose.transform_vector(direction),
+            );
+            let there = placed.ray_cast(origin, direction).unwrap();
             assert_eq!(here.is_some(), there.is_some());
             if let (Some(here), Some(there)) = (here, there) {
                 assert_eq!((here.surface, here.outside), (there.surface, there.outside));
-                assert_close!(
+                let (point_m, normal) = (
                     pose.transform_point(here.point_m),
-                    there.point_m,
-                    Tol::abs(1e-12)
-                );
-                assert_close!(
                     pose.transform_vector(here.normal),
-                    there.normal,
-                    Tol::abs(1e-12)
                 );
+                assert_close!(point_m, there.point_m, Tol::abs(1e-12));
+                assert_close!(normal, there.normal, Tol::abs(1e-12));
             }
         }
     }

@@ -34,70 +34,44 @@ fn sidecar_mistakes_are_named() {
     let missing = with(&format!(
         "{door}hinge_point_m = [0, 0, 0]\nrange_deg = [0, 1]"
     ));
-    assert!(
-        matches!(
-            missing,
-            SceneError::SidecarMissingKey {
-                key: "hinge_axis",
-                ..
-            }
-        ),
-        "{missing}"
-    );
-    let stray = with("[surface.wall]\nrange_deg = [0, 90]");
-    assert!(
-        matches!(
-            stray,
-            SceneError::SidecarStrayKey {
-                key: "range_deg",
-                kind: "static",
-                ..
-            }
-        ),
-        "{stray}"
-    );
-    let stray = with(&format!("{door}direction = [0, 0, 1]"));
-    assert!(
-        matches!(
-            stray,
-            SceneError::SidecarStrayKey {
-                key: "direction",
-                ..
-            }
-        ),
-        "{stray}"
-    );
-    let hinge = "hinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, 2]\n";
-    for (keys, what) in [
-        ("range_deg = [10, 90]", "opening range"),
-        ("range_deg = [90, 0]", "opening range"),
-        ("range_deg = [0, nan]", "opening range"),
-        ("range_deg = [0, 720]", "opening range"),
-        ("range_deg = [0, 90]\nroughness = -1", "roughness"),
+    let SceneError::SidecarMissingKey { key, .. } = missing else {
+        panic!("{missing}");
+    };
+    assert_eq!(key, "hinge_axis");
+    let direction = format!("{door}direction = [0, 0, 1]");
+    for (text, expected) in [
         (
-            "range_deg = [0, 90]\ndamping_n_m_s_per_rad = inf",
+            "[surface.wall]\nrange_deg = [0, 90]",
+            ["range_deg", "static"],
+        ),
+        (direction.as_str(), ["direction", "revolving_door"]),
+    ] {
+        let stray = with(text);
+        let SceneError::SidecarStrayKey { key, kind, .. } = stray else {
+            panic!("{stray}");
+        };
+        assert_eq!([key, kind], expected);
+    }
+    for (axis, keys, named) in [
+        (2, "[10, 90]", "opening range"),
+        (2, "[90, 0]", "opening range"),
+        (2, "[0, nan]", "opening range"),
+        (2, "[0, 720]", "opening range"),
+        (2, "[0, 90]\nroughness = -1", "roughness"),
+        (
+            2,
+            "[0, 90]\ndamping_n_m_s_per_rad = inf",
             "damping_n_m_s_per_rad",
         ),
+        (0, "[0, 9]", "hinge_axis"),
     ] {
-        let e = with(&format!("{door}{hinge}{keys}"));
-        assert!(
-            matches!(&e, SceneError::Parameter { what: w, .. } if *w == what),
-            "{keys}: {e}"
-        );
+        let hinge = format!("hinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, {axis}]\n");
+        let e = with(&format!("{door}{hinge}range_deg = {keys}"));
+        let SceneError::Parameter { what, .. } = e else {
+            panic!("{keys}: {e}");
+        };
+        assert_eq!(what, named);
     }
-    let no_axis = with(&format!(
-        "{door}hinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, 0]\nrange_deg = [0, 9]"
-    ));
-    assert!(
-        matches!(
-            no_axis,
-            SceneError::Parameter {
-                what: "hinge_axis",
-                ..
-            }
-        ),
-        "{no_axis}"
-    );
 }
 
 #[test]
@@ -165,107 +139,65 @@ fn the_mechanics_of_all_kinds_are_read() {
     assert_eq!(SurfaceKind::Static.mechanics(), None);
 }
 
+/// What is wrong with a kind, and what the error names.
+const MISTAKES: &str = r#"
+door   | inertia_kg_m2 = 0 | inertia_kg_m2
+door   | inertia_kg_m2 = nan | inertia_kg_m2
+door   | friction_n_m = -1 | friction_n_m
+door   | rest_deg = inf | rest_deg
+door   | restitution = 1.5 | restitution
+door   | mass_kg = 1 | mass_kg
+door   | friction_n = 1 | friction_n
+door   | click = { start_m = 0, snap_m = 1, force_n = 1 } | click
+door   | detents = [{ position_deg = 0, torque_n_m = 1 }] | detents.half_width_deg
+door   | detents = [{ position_deg = 0, half_width_deg = 0, torque_n_m = 1 }] | detents.half_width_deg
+door   | detents = [{ position_m = 0 }] | detents.position_m
+door   | detents = [{ depth = 0 }] | depth
+panel  | mass_kg = -1 | mass_kg
+panel  | stiffness_n_per_m = nan | stiffness_n_per_m
+panel  | inertia_kg_m2 = 1 | inertia_kg_m2
+panel  | click = { start_m = 0, snap_m = 1, force_n = 1 } | click
+drawer | hinge_axis = [0, 0, 1] | hinge_axis
+drawer | friction_n = inf | friction_n
+drawer | detents = [{ position_m = 0, half_width_m = 1, force_n = -1 }] | detents.force_n
+drawer | detents = [{ position_m = 0, half_width_m = 1, torque_n_m = 1 }] | detents.torque_n_m
+button | click = { start_m = 0.1, snap_m = 0.1, force_n = 1 } | click.snap_m
+button | click = { start_m = 0, snap_m = 1, release_m = 2, force_n = 1 } | click.release_m
+button | click = { start_m = nan, snap_m = 1, force_n = 1 } | click.start_m
+button | click = { start_m = 0, snap_m = 1, force_n = -1 } | click.force_n
+button | click = { start_m = 0, force_n = 1 } | snap_m
+button | click = { start_m = 0, snap_m = 1, force_n = 1, noise = 2 } | noise
+none   | kind = "static"; restitution = 1 | restitution
+none   | kind = "static"; mass_kg = 1 | mass_kg
+none   | kind = "untouchable"; detents = [] | detents
+none   | kind = "drawer"; direction = [1, 0, 0] | range_m
+none   | kind = "button"; range_m = [0, 1] | direction
+none   | kind = "drawer"; direction = [0, 0, 0]; range_m = [0, 1] | direction
+none   | kind = "button"; direction = [0, 0, 1]; range_m = [0.1, 1] | opening range
+"#;
+
 #[test]
 fn mistakes_in_mechanics_are_named() {
-    let door = "kind = \"revolving_door\"\nhinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, 1]\nrange_deg = [0, 90]";
-    let [panel, drawer, button] = ["sliding_panel", "drawer", "button"]
-        .map(|kind| format!("kind = {kind:?}\ndirection = [1, 0, 0]\nrange_m = [0, 1]"));
-    let (panel, drawer, button) = (panel.as_str(), drawer.as_str(), button.as_str());
-    for (kind, keys, named) in [
-        (door, "inertia_kg_m2 = 0", "inertia_kg_m2"),
-        (door, "inertia_kg_m2 = nan", "inertia_kg_m2"),
-        (door, "friction_n_m = -1", "friction_n_m"),
-        (door, "rest_deg = inf", "rest_deg"),
-        (door, "restitution = 1.5", "restitution"),
-        (door, "mass_kg = 1", "mass_kg"),
-        (door, "friction_n = 1", "friction_n"),
-        (
-            door,
-            "click = { start_m = 0, snap_m = 1, force_n = 1 }",
-            "click",
-        ),
-        (
-            door,
-            "detents = [{ position_deg = 0, torque_n_m = 1 }]",
-            "detents.half_width_deg",
-        ),
-        (
-            door,
-            "detents = [{ position_deg = 0, half_width_deg = 0, torque_n_m = 1 }]",
-            "detents.half_width_deg",
-        ),
-        (door, "detents = [{ position_m = 0 }]", "detents.position_m"),
-        (door, "detents = [{ depth = 0 }]", "depth"),
-        (panel, "mass_kg = -1", "mass_kg"),
-        (panel, "stiffness_n_per_m = nan", "stiffness_n_per_m"),
-        (panel, "inertia_kg_m2 = 1", "inertia_kg_m2"),
-        (
-            panel,
-            "click = { start_m = 0, snap_m = 1, force_n = 1 }",
-            "click",
-        ),
-        (drawer, "hinge_axis = [0, 0, 1]", "hinge_axis"),
-        (drawer, "friction_n = inf", "friction_n"),
-        (
-            drawer,
-            "detents = [{ position_m = 0, half_width_m = 1, force_n = -1 }]",
-            "detents.force_n",
-        ),
-        (
-            drawer,
-            "detents = [{ position_m = 0, half_width_m = 1, torque_n_m = 1 }]",
-            "detents.torque_n_m",
-        ),
-        (
-            button,
-            "click = { start_m = 0.1, snap_m = 0.1, force_n = 1 }",
-            "click.snap_m",
-        ),
-        (
-            button,
-            "click = { start_m = 0, snap_m = 1, release_m = 2, force_n = 1 }",
-            "click.release_m",
-        ),
-        (
-            button,
-            "click = { start_m = nan, snap_m = 1, force_n = 1 }",
-            "click.start_m",
-        ),
-        (
-            button,
-            "click = { start_m = 0, snap_m = 1, force_n = -1 }",
-            "click.force_n",
-        ),
-        (button, "click = { start_m = 0, force_n = 1 }", "snap_m"),
-        (
-            button,
-            "click = { start_m = 0, snap_m = 1, force_n = 1, noise = 2 }",
-            "noise",
-        ),
-        ("kind = \"static\"", "restitution = 1", "restitution"),
-        ("kind = \"static\"", "mass_kg = 1", "mass_kg"),
-        ("kind = \"untouchable\"", "detents = []", "detents"),
-        ("kind = \"drawer\"", "direction = [1, 0, 0]", "range_m"),
-        ("kind = \"button\"", "range_m = [0, 1]", "direction"),
-        (
-            "kind = \"drawer\"",
-            "direction = [0, 0, 0]\nrange_m = [0, 1]",
-            "direction",
-        ),
-        (
-            "kind = \"button\"",
-            "direction = [0, 0, 1]\nrange_m = [0.1, 1]",
-            "opening range",
-        ),
-    ] {
-        let sidecar = format!("[surface.wall]\n{kind}\n{keys}");
+    for mistake in MISTAKES.trim().lines() {
+        let words: Vec<&str> = mistake.split(" | ").collect();
+        let [kind, keys, named] = words[..] else {
+            panic!("{mistake}");
+        };
+        let start = match kind.trim() {
+            "door" => {
+                "kind = \"revolving_door\"; hinge_point_m = [0, 0, 0]; hinge_axis = [0, 0, 1]; range_deg = [0, 90]"
+            }
+            "panel" => "kind = \"sliding_panel\"; direction = [1, 0, 0]; range_m = [0, 1]",
+            "drawer" => "kind = \"drawer\"; direction = [1, 0, 0]; range_m = [0, 1]",
+            "button" => "kind = \"button\"; direction = [1, 0, 0]; range_m = [0, 1]",
+            _ => "",
+        };
+        let sidecar = format!("[surface.wall]\n{start}\n{keys}").replace("; ", "\n");
         let error = Scene::from_obj_str(TRIANGLE, Some(&sidecar)).expect_err(&sidecar);
-        assert!(error.to_string().contains(named), "{keys}: {error}");
-        assert!(
-            error.to_string().contains("wall")
-                || matches!(error, SceneError::SidecarMalformed { .. }),
-            "{error}"
-        );
+        let text = error.to_string();
+        assert!(text.contains(named), "{mistake}: {text}");
+        let malformed = matches!(error, SceneError::SidecarMalformed { .. });
+        assert!(text.contains("wall") || malformed, "{text}");
     }
 }
 

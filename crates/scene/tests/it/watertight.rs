@@ -28,12 +28,9 @@ fn leaks(scene: &Scene, scale: f64, offset: DVec3, rays: usize, seed: u64) -> us
             1 => target + DVec3::new(1.0, 0.0, 1.0) * scale,
             _ => offset + DVec3::Z * 2.0 * scale + sampler.unit_vector() * scale,
         };
-        leaks += usize::from(scene.ray_cast(origin, target - origin).unwrap().is_none());
-        leaks += usize::from(
-            !scene
-                .any_hit(origin, target - origin, f64::INFINITY)
-                .unwrap(),
-        );
+        let way = target - origin;
+        leaks += usize::from(scene.ray_cast(origin, way).unwrap().is_none());
+        leaks += usize::from(!scene.any_hit(origin, way, f64::INFINITY).unwrap());
         cast += 1;
     }
     leaks

@@ -1,6 +1,6 @@
 //! What a printer and a device can do.
 
-use crate::error::TextonError;
+use crate::error::Result;
 use hwall_numeric::check::{finite, non_negative, positive, that};
 
 /// A way to print.
@@ -21,7 +21,6 @@ impl PrintProcess {
     /// Sources: the tables of design rules of two printing services, Protolabs Network ("3D printing design rules": clearance,
     /// smallest feature, tolerance) and Fathom ("Additive technologies design guidelines": the same and the thickness of a layer),
     /// read in 2026; where they differ, the more careful number. The height of three layers is this crate's own rule.
-    #[must_use]
     pub const fn limits(self) -> ProcessLimits {
         let (gap, breadth, layer, tolerance) = match self {
             Self::Fdm => (0.5, 2.0, 0.25, 0.3),
@@ -51,7 +50,7 @@ pub struct ProcessLimits {
 }
 
 impl ProcessLimits {
-    pub(super) fn validate(&self) -> Result<(), TextonError> {
+    pub(super) fn validate(&self) -> Result<()> {
         positive("least_gap_mm", self.least_gap_mm)?;
         positive("least_radius_mm", self.least_radius_mm)?;
         positive("least_height_mm", self.least_height_mm)?;
@@ -88,7 +87,7 @@ impl Default for DeviceLimits {
 }
 
 impl DeviceLimits {
-    pub(super) fn validate(&self) -> Result<(), TextonError> {
+    pub(super) fn validate(&self) -> Result<()> {
         let [low, high] = self.angle_deg;
         let holds = 0.0 <= low && low <= high && high <= 90.0;
         that(holds, "angle_deg", low, "a range within 0 to 90")?;

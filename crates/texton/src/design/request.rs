@@ -1,8 +1,8 @@
 //! What is wanted, and how roughness is predicted.
 
 use super::limits::{DeviceLimits, PrintProcess, ProcessLimits};
-use crate::error::TextonError;
-use crate::geometry::{ScanAngle, Texture};
+use crate::error::{Result, TextonError};
+use crate::geometry::Texture;
 use crate::levels::Calibration;
 use crate::roughness::RoughnessModel;
 use hwall_numeric::check::{finite, positive, that};
@@ -66,7 +66,7 @@ impl MagnitudeScale {
         texture: &Texture,
         calibration: &Calibration,
         finger_mm_per_s: f64,
-    ) -> Result<Self, TextonError> {
+    ) -> Result<Self> {
         let mut points = Vec::new();
         for node in calibration.nodes() {
             let speed = node.speed_mm_per_s + finger_mm_per_s;
@@ -105,7 +105,7 @@ impl MagnitudeScale {
         })
     }
 
-    fn validate(&self) -> Result<(), TextonError> {
+    fn validate(&self) -> Result<()> {
         for (what, value) in [("gain", self.gain), ("exponent", self.exponent)] {
             let holds = (1e-6..=1e6).contains(&value);
             that(holds, what, value, "1e-6 to 1e6")?;
@@ -186,7 +186,7 @@ impl<'a> DesignRequest<'a> {
         }
     }
 
-    pub(super) fn validate(&self) -> Result<(), TextonError> {
+    pub(super) fn validate(&self) -> Result<()> {
         let levels = self.wanted.levels();
         let count = levels.len() as f64;
         let holds = (1..=MOST_LEVELS).contains(&levels.len());
@@ -218,9 +218,4 @@ impl<'a> DesignRequest<'a> {
     pub(super) fn steps_between(&self, less: f64, more: f64) -> f64 {
         (more / less).ln().abs() / self.weber_fraction.ln_1p()
     }
-}
-
-/// The angle of a number of degrees within the device's range.
-pub(super) fn angle(deg: f64) -> Result<ScanAngle, TextonError> {
-    ScanAngle::from_deg(deg)
 }

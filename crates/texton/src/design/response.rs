@@ -1,8 +1,8 @@
 //! How rough one texture feels over angle and speed.
 
 use super::limits::DeviceLimits;
-use super::request::{DesignRequest, MagnitudeScale, RoughnessSource, angle};
-use crate::geometry::Texture;
+use super::request::{DesignRequest, MagnitudeScale, RoughnessSource};
+use crate::geometry::{ScanAngle, Texture};
 use crate::levels::Calibration;
 use crate::roughness::{Prediction, Quantity, RoughnessModel};
 
@@ -52,7 +52,7 @@ impl<'a> Response<'a> {
 
     /// `None` where nothing is predicted, or nothing above zero.
     pub(super) fn at(&self, deg: f64, speed_mm_per_s: f64) -> Option<Felt> {
-        let scan = angle(deg).ok()?;
+        let scan = ScanAngle::from_deg(deg).ok()?;
         let (magnitude, beyond) = match self {
             Self::Table(table) => (table.magnitude(scan, speed_mm_per_s).ok()?, None),
             Self::Model {

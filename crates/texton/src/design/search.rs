@@ -3,11 +3,11 @@
 use super::candidate::{DesignCandidate, DesignLevel, LevelPath};
 use super::given_up::GivenUp;
 use super::limits::ProcessLimits;
-use super::request::{Compression, DesignRequest, RoughnessSource, Wanted, angle};
+use super::request::{Compression, DesignRequest, RoughnessSource, Wanted};
 use super::response::{BeyondRange, Grid, Response};
 use super::solve::{Found, Scope};
-use crate::error::TextonError;
-use crate::geometry::{Layout, Radii, Texton, Texture};
+use crate::error::{Result, TextonError};
+use crate::geometry::{Layout, Radii, ScanAngle, Texton, Texture};
 
 /// Short radii that are tried besides the printer's smallest, mm: around those of the published patches.
 const RADII_MM: [f64; 3] = [0.75, 1.0, 1.5];
@@ -37,27 +37,11 @@ const ROUNDING: f64 = 1e-12;
 /// # Errors
 /// An argument outside its range. Not printable: a table's patch with smaller gaps or bumps than the printer makes.
 /// [`TextonError::RatioTooWide`] and [`TextonError::MagnitudeOutOfReach`] name the nearest that is possible.
-pub fn design(request: &DesignRequest<'_>) -> Result<Vec<DesignCandidate>, TextonError> {
+pub fn design(request: &DesignRequest<'_>) -> Result<Vec<DesignCandidate>> {
     request.validate()?;
     let textures = textures(request)?;
     let mut nearest = Nearest::default();
-    let mut candidates: Vec<DesignCandidate> = Vec::new();
-    for texture in &textures {
-        let response = Response::of(request, *texture);
-        let grid = Grid::of(&response, &request.device);
-        for scope in grid.scopes(ratio(request.wanted.levels())) {
-            let job = Job {
-                request,
-                texture,
-                response: &response,
-                grid: &grid,
-                scope,
-            };
-            if let Some(targets) = job.targets(1.0, &mut nearest) {
-                candidates.extend(job.candidate(&targets, 1.0));
-            }
-        }
-    }
+    let mut candidates = candidates_at(1.0, request, &textures, &mut nearest);
     if candidates.is_empty() {
         candidates = narrowed(request, &textures, nearest)?;
     }
@@ -102,7 +86,7 @@ fn narrowed(
     request: &DesignRequest<'_>,
     textures: &[Texture],
     nearest: Nearest,
-) -> Result<Vec<DesignCandidate>, TextonError> {
+) -> Result<Vec<DesignCandidate>> {
     let refusal = nearest.refusal(request);
     let wanted = ratio(request.wanted.levels());
     // Ratios are only ever narrowed: where they would fit, and have no levels all the same, predictions have gaps.
@@ -114,27 +98,39 @@ fn narrowed(
         return Err(refusal);
     }
     let power = nearest.ratio.ln() / wanted.ln();
-    let mut candidates = Vec::new();
-    for texture in textures {
-        let response = Response::of(request, *texture);
-        let grid = Grid::of(&response, &request.device);
-        for scope in grid.scopes(wanted.powf(power)) {
-            let job = Job {
-                request,
-                texture,
-                response: &response,
-                grid: &grid,
-                scope,
-            };
-            if let Some(targets) = job.targets(power, &mut Nearest::default()) {
-                candidates.extend(job.candidate(&targets, power));
-            }
-        }
-    }
+    let candidates = candidates_at(power, request, textures, &mut Nearest::default());
     if candidates.is_empty() {
         return Err(refusal);
     }
     Ok(candidates)
+}
+
+/// A candidate for each texture and each of its scopes that has all levels, their ratios taken to a power.
+fn candidates_at(
+    power: f64,
+    request: &DesignRequest<'_>,
+    textures: &[Texture],
+    nearest: &mut Nearest,
+) -> Vec<DesignCandidate> {
+    let asked = ratio(request.wanted.levels()).powf(power);
+    let mut candidates = Vec::new();
+    for texture in textures {
+        let response = &Response::of(request, *texture);
+        let grid = &Grid::of(response, &request.device);
+        for scope in grid.scopes(asked) {
+            let job = Job {
+                request,
+                texture,
+                response,
+                grid,
+                scope,
+            };
+            if let Some(targets) = job.targets(power, nearest) {
+                candidates.extend(job.candidate(&targets, power));
+            }
+        }
+    }
+    candidates
 }
 
 /// The nearest that is possible where the whole is not.
@@ -337,7 +333,7 @@ impl Job<'_> {
         let needed = |per: f64, most: f64| Some(jnd_ln / per).filter(|change| *change <= most);
         Some(DesignLevel {
             wanted,
-            scan: angle(deg).ok()?,
+            scan: ScanAngle::from_deg(deg).ok()?,
             speed_mm_per_s: speed,
             magnitude,
             jnd: self.request.weber_fraction * magnitude,
@@ -394,7 +390,7 @@ fn published_patch(printer: &ProcessLimits) -> Option<GivenUp> {
 }
 
 /// The textures that are tried: with a table its own, else all that the printer can make.
-fn textures(request: &DesignRequest<'_>) -> Result<Vec<Texture>, TextonError> {
+fn textures(request: &DesignRequest<'_>) -> Result<Vec<Texture>> {
     let printer = &request.printer;
     if let RoughnessSource::Table { texture, .. } = &request.source {
         let [_, short_mm] = texture.texton().radii().to_array();

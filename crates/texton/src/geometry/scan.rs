@@ -1,6 +1,6 @@
 //! The direction in which a finger crosses a texture.
 
-use crate::error::TextonError;
+use crate::error::Result;
 use hwall_numeric::check::finite;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -32,7 +32,7 @@ impl ScanAngle {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn from_rad(theta_rad: f64) -> Result<Self, TextonError> {
+    pub fn from_rad(theta_rad: f64) -> Result<Self> {
         finite("theta_rad", theta_rad)?;
         let half_turn = theta_rad.abs() % PI;
         let rad = half_turn.min(PI - half_turn);
@@ -48,7 +48,7 @@ impl ScanAngle {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn from_deg(theta_deg: f64) -> Result<Self, TextonError> {
+    pub fn from_deg(theta_deg: f64) -> Result<Self> {
         finite("theta_deg", theta_deg)?;
         let half_turn = theta_deg.abs() % 180.0;
         let deg = half_turn.min(180.0 - half_turn);
@@ -59,25 +59,21 @@ impl ScanAngle {
     }
 
     /// The angle, rad, from 0 to π/2.
-    #[must_use]
     pub const fn rad(self) -> f64 {
         self.rad
     }
 
     /// The angle, degrees, from 0 to 90.
-    #[must_use]
     pub fn deg(self) -> f64 {
         self.rad.to_degrees()
     }
 
     /// Its cosine: the share of the scan along the long axis.
-    #[must_use]
     pub const fn cos(self) -> f64 {
         self.cos
     }
 
     /// Its sine: the share along the short axis.
-    #[must_use]
     pub const fn sin(self) -> f64 {
         self.sin
     }

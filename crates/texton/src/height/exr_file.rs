@@ -4,7 +4,7 @@
 //! `height_unit`. The standard density (pixels per inch) is set as well, in single precision.
 
 use super::field::HeightField;
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use crate::picture::{channels, choose, failed, read_bounded};
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
@@ -36,7 +36,7 @@ impl HeightField {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_exr(&self, path: impl AsRef<Path>) -> Result<(), TextonError> {
+    pub fn write_exr(&self, path: impl AsRef<Path>) -> Result<()> {
         let heights = self
             .downward()
             .map(|(i, j)| self.pixel_mm(i as i64, j as i64) as f32);
@@ -49,7 +49,7 @@ impl HeightField {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_normal_exr(&self, path: impl AsRef<Path>) -> Result<(), TextonError> {
+    pub fn write_normal_exr(&self, path: impl AsRef<Path>) -> Result<()> {
         let normals: Vec<[f64; 3]> = self.downward().map(|(i, j)| self.normal(i, j)).collect();
         let channel = |axis: usize| normals.iter().map(|n| n[axis] as f32).collect();
         let channels = [("R", channel(0)), ("G", channel(1)), ("B", channel(2))];
@@ -73,7 +73,7 @@ impl HeightField {
         path: &Path,
         channels: [(&str, Vec<f32>); N],
         what: &str,
-    ) -> Result<(), TextonError> {
+    ) -> Result<()> {
         let mut attributes = LayerAttributes::named("patch");
         attributes.software_name = Some(Text::from(concat!(
             "hwall-texton ",
@@ -109,7 +109,7 @@ impl HeightField {
     /// # Errors
     /// A file that is missing, truncated, too large or not an EXR picture; no such channel; a pitch or unit that
     /// is neither stated nor given; a pixel that is not finite.
-    pub fn read_exr(path: impl AsRef<Path>, source: &HeightSource) -> Result<Self, TextonError> {
+    pub fn read_exr(path: impl AsRef<Path>, source: &HeightSource) -> Result<Self> {
         let path = path.as_ref();
         let file = std::fs::File::open(path).map_err(|error| TextonError::io(path, &error))?;
         let image = read_bounded(std::io::BufReader::new(file), path.display())?;

@@ -1,6 +1,6 @@
 //! Heights over a regular grid of places.
 
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use crate::mesh::{TriangleMesh, inside, outline};
 use crate::print::Patch;
 use glam::DVec2;
@@ -24,7 +24,7 @@ impl HeightField {
     ///
     /// # Errors
     /// A pitch that is not positive, an incomplete row, no pixels, a height that is not finite.
-    pub fn new(columns: usize, pitch_mm: f64, heights_mm: Vec<f32>) -> Result<Self, TextonError> {
+    pub fn new(columns: usize, pitch_mm: f64, heights_mm: Vec<f32>) -> Result<Self> {
         positive("pixel pitch, mm", pitch_mm)?;
         if columns == 0 || heights_mm.is_empty() || !heights_mm.len().is_multiple_of(columns) {
             return Err(TextonError::MapSize {
@@ -49,19 +49,16 @@ impl HeightField {
     }
 
     /// Columns and rows.
-    #[must_use]
     pub fn size(&self) -> [usize; 2] {
         [self.columns, self.heights_mm.len() / self.columns]
     }
 
     /// Distance of neighbouring pixels, mm.
-    #[must_use]
     pub const fn pitch_mm(&self) -> f64 {
         self.pitch_mm
     }
 
     /// All heights, mm, the lowest row first.
-    #[must_use]
     pub fn heights_mm(&self) -> &[f32] {
         &self.heights_mm
     }
@@ -76,7 +73,6 @@ impl HeightField {
 
     /// Height at a place, mm; linear between the middles of pixels, and constant from the outermost middles
     /// to the border. `None` outside. `at_mm`: from the lower left corner of the field.
-    #[must_use]
     pub fn height_at_mm(&self, at_mm: DVec2) -> Option<f64> {
         let size = self.size();
         let inside = |i: usize| at_mm[i] >= 0.0 && at_mm[i] <= size[i] as f64 * self.pitch_mm;
@@ -92,7 +88,6 @@ impl HeightField {
     }
 
     /// Unit normal of a pixel by central differences, one-sided at the border; z away from the plate.
-    #[must_use]
     pub fn normal(&self, column: usize, row: usize) -> [f64; 3] {
         let [columns, rows] = self.size();
         let (i, j) = (column as i64, row as i64);
@@ -120,7 +115,7 @@ impl HeightField {
     ///
     /// # Errors
     /// Fewer than 2 x 2 pixels; a thickness that is not positive; more than `max_triangles`.
-    pub fn mesh(&self, plate_mm: f64, max_triangles: u64) -> Result<TriangleMesh, TextonError> {
+    pub fn mesh(&self, plate_mm: f64, max_triangles: u64) -> Result<TriangleMesh> {
         positive("thickness of the plate, mm", plate_mm)?;
         let [columns, rows] = self.size();
         that(
@@ -187,7 +182,6 @@ impl HeightField {
 impl Patch {
     /// Height of the true surface above the plate, mm; `None` outside the patch and in its holes.
     /// Goes through every bump: for many places use [`Patch::height_field`].
-    #[must_use]
     pub fn height_at_mm(&self, at_mm: DVec2) -> Option<f64> {
         let size = self.spec().size_mm;
         let on_plate = (0..2).all(|i| at_mm[i] >= 0.0 && at_mm[i] <= size[i]);
@@ -208,7 +202,7 @@ impl Patch {
     ///
     /// # Errors
     /// A pitch that is not positive; no pixels or too many.
-    pub fn height_field(&self, pitch_mm: f64) -> Result<HeightField, TextonError> {
+    pub fn height_field(&self, pitch_mm: f64) -> Result<HeightField> {
         positive("pixel pitch, mm", pitch_mm)?;
         let count = self.spec().size_mm.map(|x| (x / pitch_mm).round());
         let pixels = pixel_count(count[0] * count[1])?;
@@ -237,7 +231,7 @@ impl Patch {
     }
 }
 
-fn pixel_count(pixels: f64) -> Result<usize, TextonError> {
+fn pixel_count(pixels: f64) -> Result<usize> {
     let holds = (1.0..=MOST_PIXELS as f64).contains(&pixels);
     Ok(that(holds, "pixels", pixels, "1 to 268435456")? as usize)
 }

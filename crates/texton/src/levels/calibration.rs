@@ -1,9 +1,8 @@
 //! How rough people found orientations and speeds, and which of these give a wanted roughness.
 
 use super::calibration_csv;
-use super::isotonic::isotonic_grid;
 use super::level::Level;
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use crate::geometry::ScanAngle;
 use hwall_numeric::check::{finite, that};
 use spade::{
@@ -97,7 +96,7 @@ impl Calibration {
     /// # Errors
     /// A speed outside 0 to 1e6 mm/s, a magnitude beyond 1e12, conditions that do not span an area or that are
     /// nearly but not quite the same.
-    pub fn from_rows(rows: impl IntoIterator<Item = Level>) -> Result<Self, TextonError> {
+    pub fn from_rows(rows: impl IntoIterator<Item = Level>) -> Result<Self> {
         let mut table: Vec<Level> = rows.into_iter().collect();
         for row in &table {
             let (speed, magnitude) = (row.speed_mm_per_s, row.magnitude);
@@ -135,11 +134,11 @@ impl Calibration {
     ///
     /// # Errors
     /// A missing column; a line that cannot be read, with its number; as [`Calibration::from_rows`].
-    pub fn from_csv(csv: impl Read) -> Result<Self, TextonError> {
+    pub fn from_csv(csv: impl Read) -> Result<Self> {
         Self::from_rows(calibration_csv::read(csv)?)
     }
 
-    fn from_nodes(nodes: Vec<CalibrationNode>) -> Result<Self, TextonError> {
+    fn from_nodes(nodes: Vec<CalibrationNode>) -> Result<Self> {
         let flat = TextonError::NoArea { nodes: nodes.len() };
         let bounds = |of: fn(&CalibrationNode) -> f64| {
             let values = nodes.iter().map(of);
@@ -174,13 +173,11 @@ impl Calibration {
     }
 
     /// The conditions, sorted by orientation, then speed.
-    #[must_use]
     pub fn nodes(&self) -> &[CalibrationNode] {
         &self.nodes
     }
 
     /// The conditions as levels to choose from.
-    #[must_use]
     pub fn levels(&self) -> Vec<Level> {
         let level = |node: &CalibrationNode| Level {
             scan: node.scan,
@@ -194,39 +191,13 @@ impl Calibration {
     ///
     /// # Errors
     /// A speed that is not finite; a point outside the hull of the nodes.
-    pub fn magnitude(&self, scan: ScanAngle, speed_mm_per_s: f64) -> Result<f64, TextonError> {
+    pub fn magnitude(&self, scan: ScanAngle, speed_mm_per_s: f64) -> Result<f64> {
         finite("speed_mm_per_s", speed_mm_per_s)?;
         self.interpolate(&self.mesh.natural_neighbor(), scan, speed_mm_per_s)
             .ok_or(TextonError::OutsideCalibration {
                 orientation_deg: scan.deg(),
                 speed_mm_per_s,
             })
-    }
-
-    /// The least orientation that has this magnitude at a speed.
-    ///
-    /// Error: 1e-12 of the range of orientations.
-    ///
-    /// # Errors
-    /// A magnitude that no orientation has at this speed, with the range of those that occur; a speed outside the
-    /// calibrated ones of every orientation, reported with the least orientation.
-    pub fn orientation_for(
-        &self,
-        magnitude: f64,
-        speed_mm_per_s: f64,
-    ) -> Result<ScanAngle, TextonError> {
-        finite("speed_mm_per_s", speed_mm_per_s)?;
-        let near = self.mesh.natural_neighbor();
-        let of = |scan| self.interpolate(&near, scan, speed_mm_per_s);
-        let stops = self.orientations();
-        // Angles between those of the nodes are always finite.
-        let angle = |deg| ScanAngle::from_deg(deg).unwrap_or(ScanAngle::ALONG);
-        let degrees: Vec<f64> = stops.iter().map(|scan| scan.deg()).collect();
-        let outside = TextonError::OutsideCalibration {
-            orientation_deg: self.scale.least[0],
-            speed_mm_per_s,
-        };
-        first_crossing(&degrees, magnitude, outside, |deg| of(angle(deg))).map(angle)
     }
 
     /// The least speed that has this magnitude at an orientation, mm/s.
@@ -236,7 +207,7 @@ impl Calibration {
     /// # Errors
     /// A magnitude that no speed has at this orientation, with the range of those that occur; an orientation
     /// outside the calibrated ones of every speed, reported with the least speed.
-    pub fn speed_for(&self, magnitude: f64, scan: ScanAngle) -> Result<f64, TextonError> {
+    pub fn speed_for(&self, magnitude: f64, scan: ScanAngle) -> Result<f64> {
         let near = self.mesh.natural_neighbor();
         let outside = TextonError::OutsideCalibration {
             orientation_deg: scan.deg(),
@@ -255,7 +226,7 @@ impl Calibration {
     ///
     /// # Errors
     /// A magnitude outside the range of the whole table.
-    pub fn level_for(&self, magnitude: f64) -> Result<Level, TextonError> {
+    pub fn level_for(&self, magnitude: f64) -> Result<Level> {
         finite("magnitude", magnitude)?;
         let measured = self.orientations();
         let degrees: Vec<f64> = measured.iter().map(|scan| scan.deg()).collect();
@@ -269,49 +240,6 @@ impl Calibration {
             speed_mm_per_s,
             magnitude,
         })
-    }
-
-    /// Pairs of neighbouring nodes, in orientation at one speed or in speed at one orientation, whose
-    /// magnitude falls.
-    #[must_use]
-    pub fn violations(&self) -> Vec<Violation> {
-        let mut by_speed = self.nodes.clone();
-        // Stable: orientations stay sorted within a speed.
-        by_speed.sort_by(|a, b| a.speed_mm_per_s.total_cmp(&b.speed_mm_per_s));
-        let over_speed = self.nodes.windows(2).filter(|w| w[0].scan == w[1].scan);
-        let over_orientation = by_speed
-            .windows(2)
-            .filter(|w| w[0].speed_mm_per_s == w[1].speed_mm_per_s);
-        over_orientation
-            .chain(over_speed)
-            .filter(|w| w[1].magnitude < w[0].magnitude)
-            .map(|w| Violation {
-                lower: w[0],
-                upper: w[1],
-            })
-            .collect()
-    }
-
-    /// The table closest to this one (least squares, weighted by rows) that never falls with orientation
-    /// or speed.
-    ///
-    /// # Errors
-    /// Nodes that do not form a full grid of orientations and speeds.
-    pub fn isotonic(&self) -> Result<Self, TextonError> {
-        let (rows, columns) = (self.orientations().len(), self.speeds_mm_per_s().len());
-        if rows * columns != self.nodes.len() {
-            return Err(TextonError::NoGrid {
-                orientations: rows,
-                speeds: columns,
-                nodes: self.nodes.len(),
-            });
-        }
-        let values: Vec<f64> = self.nodes.iter().map(|node| node.magnitude).collect();
-        let weights: Vec<f64> = self.nodes.iter().map(|node| node.rows as f64).collect();
-        let repaired = isotonic_grid(&values, &weights, columns);
-        let nodes = self.nodes.iter().zip(repaired);
-        let nodes = nodes.map(|(node, magnitude)| CalibrationNode { magnitude, ..*node });
-        Self::from_nodes(nodes.collect())
     }
 
     fn safest(
@@ -378,23 +306,6 @@ impl Calibration {
     }
 }
 
-/// A fall between two neighbouring nodes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Violation {
-    /// The node with the smaller angle or speed.
-    pub lower: CalibrationNode,
-    /// Its neighbour, which is less rough.
-    pub upper: CalibrationNode,
-}
-
-impl Violation {
-    /// By how much the magnitude falls.
-    #[must_use]
-    pub fn drop(&self) -> f64 {
-        self.lower.magnitude - self.upper.magnitude
-    }
-}
-
 fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| {
         (lo.min(v), hi.max(v))
@@ -417,7 +328,7 @@ fn first_crossing(
     wanted: f64,
     outside: TextonError,
     of: impl Fn(f64) -> Option<f64>,
-) -> Result<f64, TextonError> {
+) -> Result<f64> {
     finite("magnitude", wanted)?;
     let mut before: Option<(f64, f64)> = None;
     let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);

@@ -1,7 +1,7 @@
 //! The table of a study as CSV.
 
 use super::level::Level;
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use crate::geometry::ScanAngle;
 use hwall_files::{Row, Table};
 use std::io::{BufReader, Read};
@@ -9,7 +9,7 @@ use std::io::{BufReader, Read};
 const COLUMNS: [&str; 3] = ["orientation_deg", "velocity_mm_s", "value"];
 
 /// The rows of a CSV as levels, in its order.
-pub(super) fn read(csv: impl Read) -> Result<Vec<Level>, TextonError> {
+pub(super) fn read(csv: impl Read) -> Result<Vec<Level>> {
     let mut table = Table::new(BufReader::new(csv))?;
     let mut places = [0; 3];
     for (place, column) in places.iter_mut().zip(COLUMNS) {

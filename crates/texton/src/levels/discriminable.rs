@@ -1,6 +1,6 @@
 //! Levels that people tell apart.
 
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use hwall_numeric::check::{finite, that};
 
 /// Levels in a search, at most.
@@ -15,7 +15,7 @@ const MOST: usize = 128;
 /// # Errors
 /// More than 128 levels, a magnitude that is not finite, a pair of a level with itself or with a place
 /// beyond the list.
-pub fn discriminable(magnitudes: &[f64], pairs: &[[usize; 2]]) -> Result<Vec<usize>, TextonError> {
+pub fn discriminable(magnitudes: &[f64], pairs: &[[usize; 2]]) -> Result<Vec<usize>> {
     let n = magnitudes.len();
     that(n <= MOST, "number of levels", n as f64, "at most 128")?;
     for value in magnitudes {

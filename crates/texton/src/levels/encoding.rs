@@ -1,7 +1,7 @@
 //! Levels for virtual textures.
 
 use super::level::{Level, LevelTable};
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use hwall_numeric::check::finite;
 
 /// n virtual textures assigned to n of m levels, one to one, in the order of their roughness.
@@ -25,7 +25,7 @@ impl Encoding {
     ///
     /// # Errors
     /// No texture, more textures than levels, or a number that is not finite.
-    pub fn new(roughness: &[f64], levels: &[Level]) -> Result<Self, TextonError> {
+    pub fn new(roughness: &[f64], levels: &[Level]) -> Result<Self> {
         let n = roughness.len();
         if n == 0 || n > levels.len() {
             return Err(TextonError::TooFewLevels {
@@ -56,13 +56,11 @@ impl Encoding {
     }
 
     /// The level of a texture, by its place in the list given.
-    #[must_use]
     pub fn level(&self, texture: usize) -> Option<&Level> {
         self.levels.get(texture)
     }
 
     /// The level of the texture whose roughness is nearest, the smoother of two equally near ones; `None` for NaN.
-    #[must_use]
     pub fn level_for(&self, roughness: f64) -> Option<&Level> {
         if roughness.is_nan() {
             return None;
@@ -79,13 +77,11 @@ impl Encoding {
     }
 
     /// The chosen levels, from the smoothest.
-    #[must_use]
     pub fn levels(&self) -> &[Level] {
         self.table.levels()
     }
 
     /// Smallest difference of neighbouring magnitudes; `None` for one texture.
-    #[must_use]
     pub fn least_step(&self) -> Option<f64> {
         let steps = self.levels().windows(2);
         steps

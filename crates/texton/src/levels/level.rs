@@ -1,6 +1,6 @@
 //! An orientation and a speed that present a roughness, and a table of such levels.
 
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use crate::geometry::ScanAngle;
 use hwall_numeric::check::{finite, non_negative};
 
@@ -28,7 +28,7 @@ impl LevelTable {
     ///
     /// # Errors
     /// No level, a magnitude that is not finite, or a speed that is negative or not finite.
-    pub fn new(mut levels: Vec<Level>) -> Result<Self, TextonError> {
+    pub fn new(mut levels: Vec<Level>) -> Result<Self> {
         if levels.is_empty() {
             return Err(TextonError::TooFewLevels {
                 wanted: 1,
@@ -46,13 +46,11 @@ impl LevelTable {
     }
 
     /// The levels, from the smoothest.
-    #[must_use]
     pub fn levels(&self) -> &[Level] {
         &self.levels
     }
 
     /// The level whose magnitude is nearest, the smoother of two equally near ones; `None` for NaN.
-    #[must_use]
     pub fn nearest(&self, magnitude: f64) -> Option<&Level> {
         if magnitude.is_nan() {
             return None;

@@ -2,18 +2,16 @@
 //!
 //! # What a level is
 //!
-//! - A calibration is defined only within the convex hull of its conditions; `violations` reports where magnitude falls, and
-//!   `isotonic` repairs that.
+//! - A calibration is defined only within the convex hull of its conditions.
 //! - The speed of a level is that of the board against the scan: a resting finger feels v, one that scans at s feels s + v.
 
 mod calibration;
 mod calibration_csv;
 mod discriminable;
 mod encoding;
-mod isotonic;
 mod level;
 
-pub use calibration::{Calibration, CalibrationNode, Violation};
+pub use calibration::{Calibration, CalibrationNode};
 pub use discriminable::discriminable;
 pub use encoding::Encoding;
 pub use level::{Level, LevelTable};

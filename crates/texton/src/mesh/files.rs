@@ -1,7 +1,7 @@
 //! Meshes as STL and OBJ files.
 
 use super::triangle_mesh::TriangleMesh;
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use hwall_files::NewFile;
 use std::collections::HashMap;
 use std::fs::File;
@@ -27,7 +27,7 @@ impl TriangleMesh {
     ///
     /// # Errors
     /// Points or triangles that vanish in single precision; a file that cannot be written.
-    pub fn write_stl(&self, path: impl AsRef<Path>, format: StlFormat) -> Result<(), TextonError> {
+    pub fn write_stl(&self, path: impl AsRef<Path>, format: StlFormat) -> Result<()> {
         let path = path.as_ref();
         let triangles = self.single_precision()?;
         let write = || {
@@ -45,7 +45,7 @@ impl TriangleMesh {
     ///
     /// # Errors
     /// A file that cannot be read or is not STL; coordinates that are not finite.
-    pub fn read_stl(path: impl AsRef<Path>) -> Result<Self, TextonError> {
+    pub fn read_stl(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let read = File::open(path).and_then(|file| stl_io::read_stl(&mut BufReader::new(file)));
         let mesh = read.map_err(|error| TextonError::io(path, &error))?;
@@ -58,7 +58,7 @@ impl TriangleMesh {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_obj(&self, path: impl AsRef<Path>) -> Result<(), TextonError> {
+    pub fn write_obj(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
         let write = || {
             let mut file = NewFile::create(path)?;
@@ -77,7 +77,7 @@ impl TriangleMesh {
     }
 
     /// Corners in single precision, unless points or triangles vanish in it.
-    fn single_precision(&self) -> Result<Vec<[[f32; 3]; 3]>, TextonError> {
+    fn single_precision(&self) -> Result<Vec<[[f32; 3]; 3]>> {
         // Adding zero removes minus zeros, which readers that compare bits take for another number.
         let points: Vec<[f32; 3]> = self
             .points_mm()

@@ -1,6 +1,6 @@
 //! Triangle meshes and what makes them solids.
 
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use glam::DVec3;
 use hwall_numeric::check::finite;
 
@@ -36,14 +36,12 @@ pub struct MeshCheck {
 
 impl MeshCheck {
     /// Is every edge shared by exactly two triangles of the same orientation?
-    #[must_use]
     pub const fn is_watertight(&self) -> bool {
         self.triangles > 0 && self.open_edges == 0 && self.doubled_edges == 0
     }
 
     /// Is it the boundary of a solid: watertight, a surface at every point, oriented outward, without empty
     /// triangles? Triangles that pass through each other are not looked for.
-    #[must_use]
     pub fn is_solid(&self) -> bool {
         self.is_watertight()
             && self.pinched_points == 0
@@ -57,7 +55,7 @@ impl TriangleMesh {
     ///
     /// # Errors
     /// A coordinate that is not finite, or a triangle with an index beyond the points.
-    pub fn new(points_mm: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, TextonError> {
+    pub fn new(points_mm: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self> {
         for &value in points_mm.iter().flatten() {
             finite("coordinate, mm", value)?;
         }
@@ -86,13 +84,11 @@ impl TriangleMesh {
     }
 
     /// The points, mm.
-    #[must_use]
     pub fn points_mm(&self) -> &[[f64; 3]] {
         &self.points_mm
     }
 
     /// The triangles, as indices of points.
-    #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
@@ -103,7 +99,6 @@ impl TriangleMesh {
     }
 
     /// Volume enclosed, mm³, for a watertight mesh.
-    #[must_use]
     pub fn volume_mm3(&self) -> f64 {
         // From a point of the mesh, so that meshes far from the origin lose no digits.
         let Some(origin) = self.points_mm.first().map(|p| DVec3::from_array(*p)) else {
@@ -117,7 +112,6 @@ impl TriangleMesh {
     }
 
     /// Area of all triangles, mm².
-    #[must_use]
     pub fn area_mm2(&self) -> f64 {
         self.triangles
             .iter()
@@ -132,7 +126,6 @@ impl TriangleMesh {
     }
 
     /// Checks every edge and every point.
-    #[must_use]
     pub fn check(&self) -> MeshCheck {
         let edges = Edges::new(self);
         let mut doubled_edges = 0;
@@ -179,18 +172,6 @@ impl TriangleMesh {
             volume_mm3: self.volume_mm3(),
             area_mm2: self.area_mm2(),
         }
-    }
-
-    /// Lower and upper corner of the bounding box, mm; `None` without points.
-    #[must_use]
-    pub fn bounds_mm(&self) -> Option<[[f64; 3]; 2]> {
-        let first = *self.points_mm.first()?;
-        Some(self.points_mm.iter().fold([first; 2], |[low, high], p| {
-            [
-                std::array::from_fn(|i| low[i].min(p[i])),
-                std::array::from_fn(|i| high[i].max(p[i])),
-            ]
-        }))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Limits of the motion of a board.
 
 use super::scan_estimate::ScanConfig;
-use crate::error::TextonError;
+use crate::error::Result;
 use hwall_numeric::check::{non_negative, positive};
 
 /// Limits of the motion of a board, SI units.
@@ -51,7 +51,7 @@ impl MotionLimits {
     ///
     /// # Errors
     /// The first such setting; NaN is never accepted.
-    pub fn validate(&self) -> Result<(), TextonError> {
+    pub fn validate(&self) -> Result<()> {
         positive("speed_m_per_s", self.speed_m_per_s)?;
         positive("acceleration_m_per_s2", self.acceleration_m_per_s2)?;
         positive("stroke_m", self.stroke_m)?;

@@ -1,6 +1,6 @@
 //! The direction of a finger's scan.
 
-use crate::error::TextonError;
+use crate::error::Result;
 use glam::DVec2;
 use hwall_numeric::check::{finite, non_negative, positive};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -31,7 +31,7 @@ impl ScanConfig {
     ///
     /// # Errors
     /// The first of them.
-    pub fn validate(&self) -> Result<(), TextonError> {
+    pub fn validate(&self) -> Result<()> {
         positive("time_constant_s", self.time_constant_s)?;
         positive("least_speed_m_per_s", self.least_speed_m_per_s)?;
         positive("turn_rad_per_s", self.turn_rad_per_s)?;
@@ -55,7 +55,7 @@ impl ScanEstimator {
     ///
     /// # Errors
     /// As [`ScanConfig::validate`]; a direction that is not finite.
-    pub fn new(config: ScanConfig, direction_rad: f64) -> Result<Self, TextonError> {
+    pub fn new(config: ScanConfig, direction_rad: f64) -> Result<Self> {
         config.validate()?;
         let mut estimator = Self {
             config,
@@ -70,7 +70,7 @@ impl ScanEstimator {
     ///
     /// # Errors
     /// A direction that is not finite; the estimate then stays as it was.
-    pub fn expect(&mut self, direction_rad: f64) -> Result<(), TextonError> {
+    pub fn expect(&mut self, direction_rad: f64) -> Result<()> {
         finite("direction_rad", direction_rad)?;
         self.direction_rad = wrapped(direction_rad);
         self.velocity_m_per_s = DVec2::ZERO;
@@ -81,7 +81,7 @@ impl ScanEstimator {
     ///
     /// # Errors
     /// A velocity that is not finite; the estimate then stays as it was.
-    pub fn expect_from_approach(&mut self, velocity_m_per_s: DVec2) -> Result<(), TextonError> {
+    pub fn expect_from_approach(&mut self, velocity_m_per_s: DVec2) -> Result<()> {
         finite("speed of the approach", velocity_m_per_s.length())?;
         if velocity_m_per_s.length() >= self.config.least_speed_m_per_s {
             self.expect(velocity_m_per_s.to_angle())?;
@@ -93,7 +93,7 @@ impl ScanEstimator {
     ///
     /// # Errors
     /// NaN, infinity or a negative step; the estimate then stays as it was.
-    pub fn step(&mut self, dt_s: f64, velocity_m_per_s: DVec2) -> Result<f64, TextonError> {
+    pub fn step(&mut self, dt_s: f64, velocity_m_per_s: DVec2) -> Result<f64> {
         finite("speed of the finger", velocity_m_per_s.length())?;
         non_negative("dt_s", dt_s)?;
         let share = -(-dt_s / self.config.time_constant_s).exp_m1();
@@ -111,7 +111,6 @@ impl ScanEstimator {
     }
 
     /// The direction, rad, from -π to π.
-    #[must_use]
     pub const fn direction_rad(&self) -> f64 {
         self.direction_rad
     }

@@ -2,7 +2,7 @@
 
 use super::limits::MotionLimits;
 use super::scan_estimate::{ScanEstimator, wrapped};
-use crate::error::TextonError;
+use crate::error::Result;
 use crate::levels::Level;
 use glam::DVec2;
 use hwall_numeric::check::{finite, non_negative};
@@ -107,7 +107,7 @@ impl TextureMotion {
     ///
     /// # Errors
     /// As [`MotionLimits::validate`].
-    pub fn new(limits: MotionLimits) -> Result<Self, TextonError> {
+    pub fn new(limits: MotionLimits) -> Result<Self> {
         limits.validate()?;
         Ok(Self {
             limits,
@@ -129,7 +129,6 @@ impl TextureMotion {
     }
 
     /// The limits.
-    #[must_use]
     pub const fn limits(&self) -> &MotionLimits {
         &self.limits
     }
@@ -140,13 +139,11 @@ impl TextureMotion {
     }
 
     /// The direction of the scan, rad.
-    #[must_use]
     pub const fn scan_rad(&self) -> f64 {
         self.scan.direction_rad()
     }
 
     /// The roll for a level and the present scan, rad, from -π/2 to π/2; half a turn more feels the same.
-    #[must_use]
     pub fn roll_for(&self, level: &Level) -> f64 {
         nearest_half_turn(self.scan.direction_rad() + level.scan.rad(), 0.0)
     }
@@ -156,7 +153,7 @@ impl TextureMotion {
     ///
     /// # Errors
     /// NaN or infinity.
-    pub fn stands_at(&mut self, roll_rad: f64) -> Result<(), TextonError> {
+    pub fn stands_at(&mut self, roll_rad: f64) -> Result<()> {
         finite("roll_rad", roll_rad)?;
         self.stands_rad = Some(roll_rad);
         Ok(())
@@ -186,7 +183,6 @@ impl TextureMotion {
     }
 
     /// Is there a place left to ask about?
-    #[must_use]
     pub const fn is_probing(&self) -> bool {
         self.probing.is_some()
     }
@@ -227,7 +223,7 @@ impl TextureMotion {
         t_s: f64,
         finger: Option<FingerState>,
         level: &Level,
-    ) -> Result<MotionStep, TextonError> {
+    ) -> Result<MotionStep> {
         finite("t_s", t_s)?;
         non_negative("speed_mm_per_s", level.speed_mm_per_s)?;
         if let Some(finger) = finger {
@@ -247,7 +243,7 @@ impl TextureMotion {
         dt_s: f64,
         finger: &FingerState,
         level: &Level,
-    ) -> Result<MotionStep, TextonError> {
+    ) -> Result<MotionStep> {
         if !self.touched {
             self.touched = true;
             // Unless its roll was set the board stands as expected; a scan in another direction is adopted at

@@ -1,9 +1,9 @@
 //! One bump as triangles, within a wanted chord error.
 
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use crate::geometry::{Texton, TextonShape};
 use crate::mesh::{ChordSide, Tessellation, inside, outline as sides};
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 use hwall_numeric::ArgumentError;
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 #[derive(Debug, Clone)]
 pub(super) struct BumpMesh {
     /// The outline on the plate first, counter-clockwise.
-    pub(super) points: Vec<[f64; 3]>,
+    pub(super) points: Vec<DVec3>,
     /// How many of the points are the outline.
     pub(super) outline: usize,
     /// Counter-clockwise from outside.
@@ -22,7 +22,7 @@ pub(super) struct BumpMesh {
 pub(super) const FEWEST_AROUND: usize = 8;
 
 impl BumpMesh {
-    pub(super) fn new(texton: &Texton, ask: &Tessellation) -> Result<Self, TextonError> {
+    pub(super) fn new(texton: &Texton, ask: &Tessellation) -> Result<Self> {
         match texton.shape() {
             TextonShape::Hemiellipsoid => hemiellipsoid(texton, ask),
             TextonShape::TruncatedCone { .. } => cone(texton, ask),
@@ -40,21 +40,18 @@ const STEPS: usize = 128;
 /// `(1 - d) s(n)` below the parallel tangent plane, with `s(n) = 1 / |n / radii|`. The chord
 /// error is therefore the same in all directions along the sphere: the best triangles are those of
 /// an even mesh whose density follows `s`, round triangles of circumradius `√(2 ε / s)`.
-struct Stretch([f64; 3]);
+struct Stretch(DVec3);
 
 impl Stretch {
-    fn scale(&self, n: [f64; 3]) -> f64 {
-        let [x, y, z] = [0, 1, 2].map(|i| n[i] / self.0[i]);
-        1.0 / (x * x + y * y + z * z).sqrt()
+    fn scale(&self, n: DVec3) -> f64 {
+        1.0 / (n / self.0).length()
     }
 
     /// Bound of the chord error of a triangle given on the unit sphere (or just above it).
-    fn chord_error(&self, corners: [[f64; 3]; 3]) -> f64 {
+    fn chord_error(&self, corners: [DVec3; 3]) -> f64 {
         let n = cross(corners);
-        let long = length(n);
-        let n = n.map(|x| x / long);
-        let d: f64 = (0..3).map(|i| n[i] * corners[0][i]).sum();
-        (1.0 - d) * self.scale(n)
+        let n = n / n.length();
+        (1.0 - n.dot(corners[0])) * self.scale(n)
     }
 }
 
@@ -68,7 +65,7 @@ struct Meridians {
 
 impl Meridians {
     fn new(stretch: &Stretch) -> Self {
-        let [a, b, h] = stretch.0;
+        let DVec3 { x: a, y: b, z: h } = stretch.0;
         let flat = h / (a * b).sqrt();
         let elevations: Vec<f64> = (0..=STEPS)
             .map(|k| {
@@ -106,10 +103,10 @@ impl Meridians {
     }
 }
 
-fn direction(azimuth: f64, elevation: f64) -> [f64; 3] {
+fn direction(azimuth: f64, elevation: f64) -> DVec3 {
     let (sin, cos) = elevation.sin_cos();
     let (y, x) = azimuth.sin_cos();
-    [cos * x, cos * y, sin]
+    dvec3(cos * x, cos * y, sin)
 }
 
 /// Points around a ring of elevations, evenly spaced in the metric.
@@ -126,9 +123,7 @@ impl Ring {
         let mut total = 0.0;
         let steps = (0..n).map(|m| {
             let (p, q) = (at(m), at(m + 1));
-            let middle = [0, 1, 2].map(|i| 0.5 * (p[i] + q[i]));
-            let length: f64 = (0..3).map(|i| (q[i] - p[i]).powi(2)).sum::<f64>().sqrt();
-            total += length * stretch.scale(middle).sqrt();
+            total += q.distance(p) * stretch.scale(0.5 * (p + q)).sqrt();
             total
         });
         let way = std::iter::once(0.0).chain(steps).collect();
@@ -139,7 +134,7 @@ impl Ring {
         self.way[self.elevations.len()]
     }
 
-    fn points(&self, count: usize, phase: f64) -> impl Iterator<Item = [f64; 3]> {
+    fn points(&self, count: usize, phase: f64) -> impl Iterator<Item = DVec3> {
         let n = self.elevations.len();
         (0..count).map(move |i| {
             let wanted = self.length() * (i as f64 + phase) / count as f64;
@@ -152,9 +147,9 @@ impl Ring {
     }
 }
 
-fn hemiellipsoid(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, TextonError> {
+fn hemiellipsoid(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh> {
     let [a, b] = texton.radii().to_array();
-    let stretch = Stretch([a, b, texton.height_mm()]);
+    let stretch = Stretch(dvec3(a, b, texton.height_mm()));
     // With corners outside by the accuracy, chords may lie twice as deep.
     let (sag_mm, out_mm) = match ask.side {
         ChordSide::Inside => (ask.accuracy_mm, 0.0),
@@ -206,7 +201,7 @@ fn hemiellipsoid(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, Texton
 }
 
 /// Points on the upper unit sphere: the outline, the other rings, the top.
-fn place(rings: &[Ring], spacing: f64) -> (Vec<[f64; 3]>, usize) {
+fn place(rings: &[Ring], spacing: f64) -> (Vec<DVec3>, usize) {
     let mut points = Vec::new();
     let mut outline = 0;
     for (row, ring) in rings.iter().enumerate() {
@@ -214,14 +209,14 @@ fn place(rings: &[Ring], spacing: f64) -> (Vec<[f64; 3]>, usize) {
         if row == 0 {
             // Both ends of both axes belong to it, so that the bump has its full length and breadth.
             outline = 4 * ((around / 4.0).ceil() as usize).max(FEWEST_AROUND / 4);
-            points.extend(ring.points(outline, 0.0).map(|[x, y, _]| [x, y, 0.0]));
+            points.extend(ring.points(outline, 0.0).map(|p| p.with_z(0.0)));
         } else {
             let count = (around.ceil() as usize).max(3);
             let phase = if row % 2 == 1 { 0.5 } else { 0.0 };
             points.extend(ring.points(count, phase));
         }
     }
-    points.push([0.0, 0.0, 1.0]);
+    points.push(DVec3::Z);
     (points, outline)
 }
 
@@ -229,10 +224,10 @@ fn place(rings: &[Ring], spacing: f64) -> (Vec<[f64; 3]>, usize) {
 /// with the bound of the chord error.
 fn connect(
     stretch: &Stretch,
-    mut sphere: Vec<[f64; 3]>,
+    mut sphere: Vec<DVec3>,
     outline: usize,
     out_mm: f64,
-) -> Result<(BumpMesh, f64), TextonError> {
+) -> Result<(BumpMesh, f64)> {
     let mut triangles = delaunay(&sphere, outline)?;
     for _ in 0..RELAXATIONS {
         relax(stretch, &mut sphere, outline, &triangles);
@@ -241,21 +236,17 @@ fn connect(
     // Otherwise a point of the second row lies outside the chords of the first.
     let fits = triangles.len() == 2 * sphere.len() - outline - 2;
     // Along the normals of the ellipsoid, which are n / radii.
-    let moved: Vec<[f64; 3]> = sphere
-        .iter()
-        .map(|n| {
-            let out = out_mm * stretch.scale(*n);
-            [0, 1, 2].map(|i| n[i] * (1.0 + out / stretch.0[i].powi(2)))
-        })
-        .collect();
+    let outwards = |n: &DVec3| {
+        let out = out_mm * stretch.scale(*n);
+        n * (1.0 + out / (stretch.0 * stretch.0))
+    };
+    let moved: Vec<DVec3> = sphere.iter().map(outwards).collect();
     let error_mm = triangles
         .iter()
         .map(|t| stretch.chord_error(t.map(|i| moved[i as usize])))
         .fold(if fits { out_mm } else { f64::INFINITY }, f64::max);
-    let [a, b, h] = stretch.0;
-    let points = moved.iter().map(|[x, y, z]| [a * x, b * y, h * z]);
     let bump = BumpMesh {
-        points: points.collect(),
+        points: moved.iter().map(|p| stretch.0 * p).collect(),
         outline,
         triangles,
     };
@@ -263,11 +254,11 @@ fn connect(
 }
 
 /// Triangles of points on the upper unit sphere, the outline first.
-fn delaunay(sphere: &[[f64; 3]], outline: usize) -> Result<Vec<[u32; 3]>, TextonError> {
+fn delaunay(sphere: &[DVec3], outline: usize) -> Result<Vec<[u32; 3]>> {
     // The stereographic projection preserves circles, so Delaunay there is Delaunay on the sphere.
     let flat: Vec<[f64; 2]> = sphere
         .iter()
-        .map(|[x, y, z]| [x / (1.0 + z), y / (1.0 + z)])
+        .map(|p| (p.truncate() / (1.0 + p.z)).to_array())
         .collect();
     inside(&flat, &sides(0, outline as u32).collect::<Vec<_>>())
 }
@@ -278,40 +269,28 @@ const RELAXATIONS: usize = 4;
 /// Moves all points except the outline and the top to the mean of the circumcentres around them, weighted by
 /// area and the square of the wanted density: towards triangles of equal size and shape in the metric
 /// [Chen 2004].
-fn relax(stretch: &Stretch, sphere: &mut [[f64; 3]], outline: usize, triangles: &[[u32; 3]]) {
-    let mut sums = vec![[0.0; 3]; sphere.len()];
+fn relax(stretch: &Stretch, sphere: &mut [DVec3], outline: usize, triangles: &[[u32; 3]]) {
+    let mut sums = vec![DVec3::ZERO; sphere.len()];
     for triangle in triangles {
         let n = cross(triangle.map(|i| sphere[i as usize]));
         // The circumcentre on the sphere is the normal; this one is as long as the area.
-        let weight = (stretch.scale(n) * length(n)).powi(2);
+        let weight = (stretch.scale(n) * n.length()).powi(2);
         for &i in triangle {
-            for (sum, n) in sums[i as usize].iter_mut().zip(n) {
-                *sum += weight * n;
-            }
+            sums[i as usize] += weight * n;
         }
     }
     let top = sphere.len() - 1;
     for (at, sum) in sphere.iter_mut().zip(sums).take(top).skip(outline) {
-        let long = length(sum);
         // Circumcentres next to the outline may lie below it.
-        if long > 0.0 && sum[2] > 0.0 {
-            *at = sum.map(|x| x / long);
+        if sum.length() > 0.0 && sum.z > 0.0 {
+            *at = sum / sum.length();
         }
     }
 }
 
 /// Normal of a triangle, as long as twice its area.
-fn cross([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
-    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
-    [
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    ]
-}
-
-fn length(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
 }
 
 /// Ratio of the chord error between the samples of a strip to that at the samples, at most.
@@ -322,9 +301,9 @@ const BETWEEN_SAMPLES: f64 = 1.02;
 /// The straight lines of the side join points at the same share of the angle around both ellipses;
 /// as these are not similar, the side is twisted between the lines, and a strip split into two
 /// triangles is off by an error of first order. More rows cost less than more points around.
-fn cone(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, TextonError> {
+fn cone(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh> {
     let [a, b] = texton.radii().to_array();
-    let bend = Stretch([a, b, b]);
+    let bend = Stretch(dvec3(a, b, b));
     let even = Ring::new(&bend, vec![0.0; MERIDIANS]);
     let least = even.length() / (8.0 * ask.accuracy_mm).sqrt();
     let least = 4 * ((least / 4.0).ceil() as usize).max(FEWEST_AROUND / 4);
@@ -336,7 +315,7 @@ fn cone(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, TextonError> {
             .as_ref()
             .is_none_or(|(fewest, _)| triangles(count) < *fewest)
         {
-            let unit: Vec<[f64; 3]> = even.points(count, 0.0).collect();
+            let unit: Vec<DVec3> = even.points(count, 0.0).collect();
             let (bump, error_mm) = strips(texton, &unit, rows)?;
             if error_mm <= ask.accuracy_mm {
                 best = Some((triangles(count), bump));
@@ -365,7 +344,7 @@ fn cone(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, TextonError> {
 }
 
 /// The cone over points of the unit circle, with its chord error.
-fn strips(texton: &Texton, unit: &[[f64; 3]], rows: usize) -> Result<(BumpMesh, f64), TextonError> {
+fn strips(texton: &Texton, unit: &[DVec3], rows: usize) -> Result<(BumpMesh, f64)> {
     let [a, b] = texton.radii().to_array();
     let [c, d] = texton.top_radii().to_array();
     let n = unit.len();
@@ -374,7 +353,7 @@ fn strips(texton: &Texton, unit: &[[f64; 3]], rows: usize) -> Result<(BumpMesh, 
         let t = row as f64 / rows as f64;
         let (x_mm, y_mm) = (a + t * (c - a), b + t * (d - b));
         let z_mm = t * texton.height_mm();
-        points.extend(unit.iter().map(|[x, y, _]| [x_mm * x, y_mm * y, z_mm]));
+        points.extend(unit.iter().map(|p| dvec3(x_mm * p.x, y_mm * p.y, z_mm)));
     }
     let mut triangles = Vec::with_capacity(n * (2 * rows + 1));
     let mut worst: f64 = 0.0;
@@ -393,7 +372,7 @@ fn strips(texton: &Texton, unit: &[[f64; 3]], rows: usize) -> Result<(BumpMesh, 
         }
     }
     let first = (rows * n) as u32;
-    let top: Vec<[f64; 2]> = unit.iter().map(|[x, y, _]| [c * x, d * y]).collect();
+    let top: Vec<[f64; 2]> = unit.iter().map(|p| [c * p.x, d * p.y]).collect();
     let top = inside(&top, &sides(0, n as u32).collect::<Vec<_>>())?;
     triangles.extend(top.into_iter().map(|t| t.map(|i| first + i)));
     let bump = BumpMesh {
@@ -405,14 +384,14 @@ fn strips(texton: &Texton, unit: &[[f64; 3]], rows: usize) -> Result<(BumpMesh, 
 }
 
 /// Largest distance from the side of a cone over evenly spread points of a triangle, mm.
-fn sampled_mm(texton: &Texton, corners: [[f64; 3]; 3]) -> f64 {
+fn sampled_mm(texton: &Texton, corners: [DVec3; 3]) -> f64 {
     const N: usize = 6;
     let mut worst: f64 = 0.0;
     for i in 0..=N {
         for j in 0..=N - i {
             let share = [i, j, N - i - j].map(|k| k as f64 / N as f64);
-            let p = [0, 1, 2].map(|axis| (0..3).map(|k| share[k] * corners[k][axis]).sum());
-            worst = worst.max(texton.side_distance_mm(DVec3::from_array(p)));
+            let p = (0..3).map(|k| share[k] * corners[k]).sum();
+            worst = worst.max(texton.side_distance_mm(p));
         }
     }
     worst

@@ -15,7 +15,6 @@ impl Patch {
     ///
     /// `mesh`: of this patch, in its frame, also one from a file or another tool. Each triangle above the
     /// plate is compared with the bump nearest to it.
-    #[must_use]
     pub fn chord_error_mm(&self, mesh: &TriangleMesh) -> f64 {
         let texton = self.texture().texton();
         let [a, b] = texton.radii().to_array();
@@ -28,12 +27,11 @@ impl Patch {
         }
         let mut worst: f64 = 0.0;
         for triangle in mesh.triangles() {
-            let corners = triangle.map(|i| mesh.points_mm()[i as usize]);
-            if corners.iter().all(|p| p[2] <= 0.0) {
+            let corners = triangle.map(|i| DVec3::from(mesh.points_mm()[i as usize]));
+            if corners.iter().all(|p| p.z <= 0.0) {
                 continue;
             }
-            let [x, y] = [0, 1].map(|i| corners.iter().map(|p| p[i]).sum::<f64>() / 3.0);
-            let middle = DVec2::new(x, y);
+            let middle = corners.iter().sum::<DVec3>().truncate() / 3.0;
             let [column, row] = place(middle);
             let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j]));
             let away = |c: &DVec2| ((c.x - middle.x) / a).hypot((c.y - middle.y) / b);
@@ -48,10 +46,9 @@ impl Patch {
             for i in 0..=ALONG {
                 for j in 0..=ALONG - i {
                     let share = [i, j, ALONG - i - j].map(|k| k as f64 / ALONG as f64);
-                    let [px, py, pz] = [0, 1, 2]
-                        .map(|axis| (0..3).map(|k| share[k] * corners[k][axis]).sum::<f64>());
-                    let at = DVec3::new(px - centre.x, py - centre.y, pz);
-                    let above = (pz - height_mm).abs();
+                    let at =
+                        (0..3).map(|k| share[k] * corners[k]).sum::<DVec3>() - centre.extend(0.0);
+                    let above = (at.z - height_mm).abs();
                     let on_top = texton.shape() != TextonShape::Hemiellipsoid
                         && (at.x / top.long_mm).hypot(at.y / top.short_mm) <= 1.0;
                     let side = texton.side_distance_mm(at);

@@ -1,6 +1,6 @@
 //! A patch: a plate with bumps, in tiles that fit a printer.
 
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use crate::geometry::{Texture, closest_on};
 use glam::DVec2;
 use hwall_numeric::check::{finite, positive, that};
@@ -62,7 +62,7 @@ impl PatchSpec {
         }
     }
 
-    fn validate(&self) -> Result<(), TextonError> {
+    fn validate(&self) -> Result<()> {
         positive("width of the patch, mm", self.size_mm[0])?;
         positive("length of the patch, mm", self.size_mm[1])?;
         positive("thickness of the plate, mm", self.plate_mm)?;
@@ -182,7 +182,7 @@ impl Patch {
     /// # Errors
     /// Sizes that are not positive; holes across borders or each other; no bump that fits;
     /// more than 2e7 tiles or places; a first bump more than 2e7 pitches left of or below the plate.
-    pub fn new(texture: Texture, spec: PatchSpec) -> Result<Self, TextonError> {
+    pub fn new(texture: Texture, spec: PatchSpec) -> Result<Self> {
         spec.validate()?;
         let plate = Rectangle::plate(spec.size_mm);
         let [width_mm, length_mm] = spec.size_mm;
@@ -252,19 +252,16 @@ impl Patch {
     }
 
     /// The texture.
-    #[must_use]
     pub const fn texture(&self) -> &Texture {
         &self.texture
     }
 
     /// What it was made from.
-    #[must_use]
     pub const fn spec(&self) -> &PatchSpec {
         &self.spec
     }
 
     /// How many bumps there are, and how many were left out.
-    #[must_use]
     pub const fn counts(&self) -> BumpCounts {
         self.counts
     }
@@ -275,7 +272,6 @@ impl Patch {
     }
 
     /// Volume of the true shape, mm³: plate and bumps without holes.
-    #[must_use]
     pub fn volume_mm3(&self) -> f64 {
         let [x, y] = self.spec.size_mm;
         let holes: f64 = self.spec.holes.iter().map(|h| h.diameter_mm.powi(2)).sum();
@@ -284,14 +280,12 @@ impl Patch {
     }
 
     /// Share of the patch that bumps cover.
-    #[must_use]
     pub fn coverage(&self) -> f64 {
         let [x, y] = self.spec.size_mm;
         self.bumps.len() as f64 * self.texture.texton().base_area_mm2() / (x * y)
     }
 
     /// The tiles as patches of their own. Tiles without bumps are plain plates.
-    #[must_use]
     pub fn tiles(&self) -> Vec<Tile> {
         let tiles = self.rectangles();
         let cut = |tile: &Rectangle| {

@@ -28,115 +28,43 @@ impl Default for Printer {
 }
 
 /// Something that will not come out as designed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields hold")]
 pub enum Finding {
     /// Neighbouring bumps merge.
-    Gap {
-        /// Between the bumps, mm.
-        gap_mm: f64,
-        /// Wanted, mm.
-        least_mm: f64,
-    },
+    #[error("gap between bumps {gap_mm:.4} mm, wanted {least_mm} mm")]
+    Gap { gap_mm: f64, least_mm: f64 },
     /// Bumps too low.
-    Height {
-        /// Of the bumps, mm.
-        height_mm: f64,
-        /// Wanted, mm.
-        least_mm: f64,
-    },
+    #[error("bumps {height_mm:.4} mm high, wanted {least_mm} mm")]
+    Height { height_mm: f64, least_mm: f64 },
     /// A flat top, or a bump, too narrow.
-    Breadth {
-        /// Across the short axis, mm.
-        breadth_mm: f64,
-        /// Wanted, mm.
-        least_mm: f64,
-    },
+    #[error("bumps {breadth_mm:.4} mm broad at the top, wanted {least_mm} mm")]
+    Breadth { breadth_mm: f64, least_mm: f64 },
     /// Sides too steep.
-    Steepness {
-        /// Against the plate, rad.
-        steepest_rad: f64,
-        /// Allowed, rad.
-        most_rad: f64,
-    },
+    #[error("sides of {:.1} degrees, allowed {:.1}", steepest_rad.to_degrees(), most_rad.to_degrees())]
+    Steepness { steepest_rad: f64, most_rad: f64 },
     /// A plate too thin.
-    Plate {
-        /// Its thickness, mm.
-        plate_mm: f64,
-        /// Wanted, mm.
-        least_mm: f64,
-    },
+    #[error("plate {plate_mm} mm thick, wanted {least_mm} mm")]
+    Plate { plate_mm: f64, least_mm: f64 },
     /// A tile that does not fit the printer, either way round.
-    Tile {
-        /// Its size, mm.
-        size_mm: [f64; 2],
-        /// The printer's, mm.
-        bed_mm: [f64; 2],
-    },
+    #[error("a tile of {} x {} mm does not fit a printer of {} x {} mm", size_mm[0], size_mm[1], bed_mm[0], bed_mm[1])]
+    Tile { size_mm: [f64; 2], bed_mm: [f64; 2] },
     /// Bumps left out where a border would have cut them: the texture has a gap there.
+    #[error(
+        "bumps left out: {at_border} at the border, {at_tile} between tiles, {at_hole} at holes"
+    )]
     LeftOut {
-        /// At the border of the plate.
         at_border: usize,
-        /// At borders between tiles.
         at_tile: usize,
-        /// At mounting holes.
         at_hole: usize,
     },
 }
 
 impl Finding {
     /// Does it keep the patch from being printed as designed? Otherwise it is a note.
-    #[must_use]
     pub const fn is_fault(&self) -> bool {
         !matches!(self, Self::LeftOut { .. })
-    }
-}
-
-impl std::fmt::Display for Finding {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match *self {
-            Self::Gap { gap_mm, least_mm } => {
-                write!(f, "gap between bumps {gap_mm:.4} mm, wanted {least_mm} mm")
-            }
-            Self::Height {
-                height_mm,
-                least_mm,
-            } => write!(f, "bumps {height_mm:.4} mm high, wanted {least_mm} mm"),
-            Self::Breadth {
-                breadth_mm,
-                least_mm,
-            } => write!(
-                f,
-                "bumps {breadth_mm:.4} mm broad at the top, wanted {least_mm} mm"
-            ),
-            Self::Steepness {
-                steepest_rad,
-                most_rad,
-            } => write!(
-                f,
-                "sides of {:.1} degrees, allowed {:.1}",
-                steepest_rad.to_degrees(),
-                most_rad.to_degrees()
-            ),
-            Self::Plate { plate_mm, least_mm } => {
-                write!(f, "plate {plate_mm} mm thick, wanted {least_mm} mm")
-            }
-            Self::Tile {
-                size_mm: [x, y],
-                bed_mm: [w, l],
-            } => write!(
-                f,
-                "a tile of {x} x {y} mm does not fit a printer of {w} x {l} mm"
-            ),
-            Self::LeftOut {
-                at_border,
-                at_tile,
-                at_hole,
-            } => write!(
-                f,
-                "bumps left out: {at_border} at the border, {at_tile} between tiles, {at_hole} at holes"
-            ),
-        }
     }
 }
 
@@ -147,7 +75,6 @@ impl Patch {
     /// What will not come out as designed on a printer; for the released patch only the bumps left out.
     ///
     /// Overlapping bumps do not occur: [`Texture::new`](crate::geometry::Texture::new) refuses them.
-    #[must_use]
     pub fn print_check(&self, printer: &Printer) -> Vec<Finding> {
         let texton = self.texture().texton();
         let least_mm = printer.least_feature_mm;

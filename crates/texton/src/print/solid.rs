@@ -7,7 +7,7 @@
 use super::bump_mesh::{BumpMesh, FEWEST_AROUND};
 use super::cell::{Cells, Corner};
 use super::patch::{Bump, LEAST_GAP_MM, MountingHole, Patch, Rectangle};
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 use crate::mesh::{ChordSide, Tessellation, TriangleMesh, inside, outline};
 use glam::DVec2;
 use std::collections::HashSet;
@@ -42,7 +42,7 @@ impl Patch {
     ///
     /// # Errors
     /// As [`Patch::mesh`], except for the number.
-    pub fn triangle_count(&self, ask: &Tessellation) -> Result<u64, TextonError> {
+    pub fn triangle_count(&self, ask: &Tessellation) -> Result<u64> {
         Ok(self.plan(ask)?.triangles(self.bumps().len()))
     }
 
@@ -55,7 +55,7 @@ impl Patch {
     /// # Errors
     /// An accuracy outside 0.001 to 1 mm; bumps that touch, which meet in a point and do not bound a solid;
     /// more triangles than allowed.
-    pub fn mesh(&self, ask: &Tessellation) -> Result<TriangleMesh, TextonError> {
+    pub fn mesh(&self, ask: &Tessellation) -> Result<TriangleMesh> {
         let plan = self.plan(ask)?;
         let count = plan.triangles(self.bumps().len());
         if count > ask.max_triangles.min(u64::from(u32::MAX)) {
@@ -73,7 +73,7 @@ impl Patch {
         for (bump, has_cell) in self.bumps().iter().zip(&plan.has_cell) {
             let first = points.len() as u32;
             let DVec2 { x, y } = bump.centre_mm;
-            points.extend(plan.bump.points.iter().map(|p| [x + p[0], y + p[1], p[2]]));
+            points.extend(plan.bump.points.iter().map(|p| [x + p.x, y + p.y, p.z]));
             triangles.extend(plan.bump.triangles.iter().map(|t| t.map(|i| first + i)));
             if let Some(corners) = has_cell.then(|| with_cell.next()).flatten() {
                 let sides = plan.sides as u32;
@@ -124,7 +124,7 @@ impl Patch {
         triangles: &mut Vec<[u32; 3]>,
         plate: OutlinePoints,
         holes: &[OutlinePoints],
-    ) -> Result<(), TextonError> {
+    ) -> Result<()> {
         let mut below = Rest::default();
         for &OutlinePoints { first, count } in std::iter::once(&plate).chain(holes) {
             let low = points.len() as u32;
@@ -147,7 +147,7 @@ impl Patch {
         Ok(())
     }
 
-    fn plan(&self, ask: &Tessellation) -> Result<Plan, TextonError> {
+    fn plan(&self, ask: &Tessellation) -> Result<Plan> {
         ask.validate()?;
         let texton = self.texture().texton();
         let (grow_mm, gap_mm) = match ask.side {
@@ -185,14 +185,14 @@ impl Patch {
         Ok(plan)
     }
 
-    fn plan_cells(&self, cells: &Cells, plan: &mut Plan) -> Result<(), TextonError> {
+    fn plan_cells(&self, cells: &Cells, plan: &mut Plan) -> Result<()> {
         let corners = cells.around(0, 0).map(|c| cells.at_mm(c).to_array());
         let mut around: Vec<[f64; 2]> = corners.collect();
         plan.sides = around.len();
         let half = [0, 1].map(|i| around.iter().map(|p| p[i]).fold(0.0, f64::max));
         let half = DVec2::from_array(half);
         let flat = plan.bump.points[..plan.bump.outline].iter();
-        around.extend(flat.map(|[x, y, _]| [*x, *y]));
+        around.extend(flat.map(|p| [p.x, p.y]));
         let (sides, n) = (plan.sides as u32, plan.bump.outline as u32);
         let outlines: Vec<[u32; 2]> = outline(0, sides).chain(outline(sides, n)).collect();
         plan.cell = inside(&around, &outlines)?;
@@ -323,7 +323,7 @@ impl Rest {
         }
     }
 
-    fn triangles(self) -> Result<Vec<[u32; 3]>, TextonError> {
+    fn triangles(self) -> Result<Vec<[u32; 3]>> {
         let triangles = inside(&self.flat, &self.sides)?;
         Ok(triangles
             .into_iter()

@@ -2,7 +2,7 @@
 
 use super::model::{ModelInfo, Prediction, RoughnessModel};
 use super::skin::Skin;
-use crate::error::TextonError;
+use crate::error::Result;
 use crate::geometry::{ScanAngle, Texture};
 use glam::{DVec2, dvec2};
 use hwall_numeric::check::{non_negative, positive};
@@ -78,7 +78,7 @@ impl RoughnessModel for SpatialVariation {
         texture: &Texture,
         scan: ScanAngle,
         speed_mm_per_s: f64,
-    ) -> Result<Prediction, TextonError> {
+    ) -> Result<Prediction> {
         non_negative("speed_mm_per_s", speed_mm_per_s)?;
         positive("apart_mm", self.apart_mm)?;
         let skin = Skin::new(self.blur_mm)?;
@@ -142,7 +142,7 @@ impl RoughnessModel for Vibration {
         texture: &Texture,
         scan: ScanAngle,
         speed_mm_per_s: f64,
-    ) -> Result<Prediction, TextonError> {
+    ) -> Result<Prediction> {
         non_negative("speed_mm_per_s", speed_mm_per_s)?;
         positive("peak_hz", self.peak_hz)?;
         let skin = Skin::new(self.blur_mm)?;

@@ -1,6 +1,6 @@
 //! The roughness of a virtual surface: one number, or an image over it.
 
-use crate::error::TextonError;
+use crate::error::{Result, TextonError};
 #[cfg(feature = "exr")]
 use crate::picture::{channels, choose, read_bounded};
 use glam::DVec2;
@@ -19,7 +19,6 @@ pub enum SurfaceRoughness {
 
 impl SurfaceRoughness {
     /// The roughness at texture coordinates u, v; `None` for NaN and infinity, also where it is uniform.
-    #[must_use]
     pub fn at(&self, uv: DVec2) -> Option<f64> {
         match self {
             Self::Uniform(value) => uv.is_finite().then_some(*value),
@@ -41,7 +40,7 @@ impl RoughnessMap {
     ///
     /// # Errors
     /// No pixels; a number of pixels other than `width x height`; a pixel that is not finite.
-    pub fn new(width: usize, height: usize, values: Vec<f32>) -> Result<Self, TextonError> {
+    pub fn new(width: usize, height: usize, values: Vec<f32>) -> Result<Self> {
         if values.is_empty() || width.checked_mul(height) != Some(values.len()) {
             return Err(TextonError::MapSize {
                 width,
@@ -69,7 +68,7 @@ impl RoughnessMap {
     /// A file that is not an OpenEXR image, is cut off or is too large; one without such a channel; as
     /// [`RoughnessMap::new`].
     #[cfg(feature = "exr")]
-    pub fn from_exr(file: impl Read + Seek) -> Result<Self, TextonError> {
+    pub fn from_exr(file: impl Read + Seek) -> Result<Self> {
         let image = read_bounded(std::io::BufReader::new(file), "roughness map")?;
         let all = channels(&image);
         let chosen = choose(&all, None, &["roughness", "Y", "R"])?;
@@ -78,7 +77,6 @@ impl RoughnessMap {
     }
 
     /// Columns and rows.
-    #[must_use]
     pub const fn size(&self) -> [usize; 2] {
         [self.width, self.height]
     }
@@ -88,7 +86,6 @@ impl RoughnessMap {
     ///
     /// u runs to the right and v upwards (as in OBJ files), from 0 to 1 over the image; outside, the value at
     /// the border continues.
-    #[must_use]
     pub fn at(&self, uv: DVec2) -> Option<f64> {
         if !uv.is_finite() {
             return None;

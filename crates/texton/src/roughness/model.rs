@@ -1,6 +1,6 @@
 //! What every model of roughness gives: predictions, and what is known about the model.
 
-use crate::error::TextonError;
+use crate::error::Result;
 use crate::geometry::{ScanAngle, Texture};
 
 /// Predicts how rough a texture feels under a moving finger.
@@ -20,7 +20,7 @@ pub trait RoughnessModel: Send + Sync {
         texture: &Texture,
         scan: ScanAngle,
         speed_mm_per_s: f64,
-    ) -> Result<Prediction, TextonError>;
+    ) -> Result<Prediction>;
 }
 
 /// What is known about a model.
@@ -62,7 +62,6 @@ pub enum Prediction {
 
 impl Prediction {
     /// The number, within the range or not.
-    #[must_use]
     pub const fn value(&self) -> Option<f64> {
         match *self {
             Self::Within(value) | Self::Beyond { value, .. } => Some(value),
@@ -71,7 +70,6 @@ impl Prediction {
     }
 
     /// Is it within the model's range?
-    #[must_use]
     pub const fn is_within(&self) -> bool {
         matches!(self, Self::Within(_))
     }

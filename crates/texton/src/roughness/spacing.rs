@@ -1,7 +1,7 @@
 //! Models that use only distances within a texture.
 
 use super::model::{ModelInfo, Prediction, Quantity, RangedInput, RoughnessModel};
-use crate::error::TextonError;
+use crate::error::Result;
 use crate::geometry::{ScanAngle, Texture};
 use hwall_numeric::check::{non_negative, positive};
 
@@ -30,7 +30,7 @@ impl RoughnessModel for GrooveRidge {
         texture: &Texture,
         scan: ScanAngle,
         speed_mm_per_s: f64,
-    ) -> Result<Prediction, TextonError> {
+    ) -> Result<Prediction> {
         non_negative("speed_mm_per_s", speed_mm_per_s)?;
         let Some(spacing_mm) = texture.spacing_mm(scan) else {
             return Ok(Prediction::Undefined(Quantity::SpacingMm));
@@ -87,7 +87,7 @@ impl RoughnessModel for InvertedU {
         texture: &Texture,
         scan: ScanAngle,
         speed_mm_per_s: f64,
-    ) -> Result<Prediction, TextonError> {
+    ) -> Result<Prediction> {
         positive("peak_mm", self.peak_mm)?;
         by_spacing(texture, scan, speed_mm_per_s, [1.3, 6.2], |d| {
             1.0 - (d / self.peak_mm).ln().powi(2)
@@ -116,7 +116,7 @@ impl RoughnessModel for MonotoneSpacing {
         texture: &Texture,
         scan: ScanAngle,
         speed_mm_per_s: f64,
-    ) -> Result<Prediction, TextonError> {
+    ) -> Result<Prediction> {
         by_spacing(texture, scan, speed_mm_per_s, [1.5, 8.5], |d| d)
     }
 }
@@ -142,7 +142,7 @@ impl RoughnessModel for TemporalFrequency {
         texture: &Texture,
         scan: ScanAngle,
         speed_mm_per_s: f64,
-    ) -> Result<Prediction, TextonError> {
+    ) -> Result<Prediction> {
         non_negative("speed_mm_per_s", speed_mm_per_s)?;
         if speed_mm_per_s == 0.0 {
             return Ok(Prediction::Undefined(Quantity::FrequencyHz));
@@ -165,7 +165,7 @@ fn by_spacing(
     speed_mm_per_s: f64,
     range: [f64; 2],
     roughness: impl Fn(f64) -> f64,
-) -> Result<Prediction, TextonError> {
+) -> Result<Prediction> {
     non_negative("speed_mm_per_s", speed_mm_per_s)?;
     let Some(d) = texture.spacing_mm(scan) else {
         return Ok(Prediction::Undefined(Quantity::SpacingMm));

@@ -3,7 +3,7 @@
 use super::afferent::{AfferentPairs, SpatialVariation, Vibration};
 use super::model::RoughnessModel;
 use super::spacing::{GrooveRidge, InvertedU, MonotoneSpacing, TemporalFrequency};
-use crate::error::TextonError;
+use crate::error::Result;
 use crate::geometry::{ScanAngle, Texture};
 use hwall_numeric::check::that;
 
@@ -44,7 +44,6 @@ pub struct Tally {
 
 impl Tally {
     /// Are all as wanted?
-    #[must_use]
     pub const fn is_full(self) -> bool {
         self.hits == self.of
     }
@@ -80,20 +79,17 @@ pub struct OrderScore {
 
 impl OrderScore {
     /// Is every pair of orientations in order, and are those of one rank closer to each other than the ranks?
-    #[must_use]
     pub fn reproduces_orientation(&self) -> bool {
         self.orientation.is_full() && self.plateau < 1.0
     }
 
     /// Is every pair of speeds in order?
-    #[must_use]
     pub fn reproduces_speed(&self) -> bool {
         self.speed.is_full()
     }
 }
 
 /// Every model of this crate with its defaults.
-#[must_use]
 pub fn roughness_models() -> Vec<Box<dyn RoughnessModel>> {
     let variation = |pairs| SpatialVariation {
         pairs,
@@ -119,7 +115,7 @@ pub fn score_order(
     model: &dyn RoughnessModel,
     texture: &Texture,
     study: &StudyOrder,
-) -> Result<OrderScore, TextonError> {
+) -> Result<OrderScore> {
     that(
         study.ranks.len() == study.orientations_deg.len(),
         "number of ranks",

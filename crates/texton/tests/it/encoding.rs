@@ -1,19 +1,14 @@
 //! Levels for virtual textures: one to one, in order, evenly spread; and what people tell apart.
 
+use crate::common::bumps::level;
 use glam::{DVec2, dvec2};
 use hwall_testkit::Sampler;
 use hwall_texton::{
-    Encoding, Level, LevelTable, RoughnessMap, ScanAngle, SurfaceRoughness, TextonError,
-    discriminable,
+    Encoding, Level, LevelTable, RoughnessMap, SurfaceRoughness, TextonError, discriminable,
 };
 
 fn levels(magnitudes: &[f64]) -> Vec<Level> {
-    let level = |magnitude: &f64| Level {
-        scan: ScanAngle::ACROSS,
-        speed_mm_per_s: 10.0,
-        magnitude: *magnitude,
-    };
-    magnitudes.iter().map(level).collect()
+    magnitudes.iter().map(|m| level(90.0, 10.0, *m)).collect()
 }
 
 fn magnitudes(encoding: &Encoding) -> Vec<f64> {

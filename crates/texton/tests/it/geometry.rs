@@ -1,7 +1,7 @@
 //! Which textures there can be.
 
-use crate::common::bumps::{hemiellipsoids, radii};
-use hwall_texton::{Layout, ScanAngle, Texton, TextonError, Texture};
+use crate::common::bumps::{hemiellipsoids, radii, staggered};
+use hwall_texton::{ScanAngle, TextonError, Texture};
 use std::f64::consts::FRAC_PI_2;
 
 #[test]
@@ -17,28 +17,13 @@ fn bumps_may_touch_but_not_overlap() {
             ..
         })
     ));
-    let bump = Texton::hemiellipsoid(radii(3.0, 1.0), 0.7).unwrap();
-    let staggered = |short_mm| {
-        Texture::new(
-            bump,
-            Layout::Staggered {
-                long_mm: 6.2,
-                short_mm,
-            },
-        )
-    };
-    assert!(staggered(1.75).is_ok());
-    assert!(staggered(1.6).is_err());
+    assert!(staggered(6.2, 1.75).is_ok());
+    assert!(staggered(6.2, 1.6).is_err());
 }
 
 #[test]
 fn scans_all_but_along_an_axis_meet_what_those_along_it_meet() {
-    let bump = Texton::hemiellipsoid(radii(3.0, 1.0), 0.7).unwrap();
-    let layout = Layout::Staggered {
-        long_mm: 6.5,
-        short_mm: 2.2,
-    };
-    for texture in [Texture::released(), Texture::new(bump, layout).unwrap()] {
+    for texture in [Texture::released(), staggered(6.5, 2.2).unwrap()] {
         let met = |rad: f64| texture.encounter(ScanAngle::from_rad(rad).unwrap());
         let same = |rad: f64, axis: ScanAngle| {
             let (near, exact) = (met(rad).unwrap(), texture.encounter(axis).unwrap());
@@ -90,12 +75,7 @@ fn round_bumps_feel_alike_in_every_direction() {
 
 #[test]
 fn staggered_rows_are_met_where_they_stand() {
-    let bump = Texton::hemiellipsoid(radii(3.0, 1.0), 0.7).unwrap();
-    let layout = Layout::Staggered {
-        long_mm: 6.5,
-        short_mm: 2.2,
-    };
-    let texture = Texture::new(bump, layout).unwrap();
+    let texture = staggered(6.5, 2.2).unwrap();
     let least = texture.least_spaced_rad();
     assert!((least.to_degrees() - 19.39).abs() < 0.01);
     let row = |rad: f64| {

@@ -1,37 +1,26 @@
 //! Height fields: heights of the true surface, pictures that read back, pictures that do not.
 
+use crate::common::bumps::sized;
+use crate::common::scratch::Scratch;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
     SmallVec, WritableImage,
 };
 use glam::{DVec2, dvec2};
-use hwall_texton::{HeightField, HeightSource, Patch, PatchSpec, TextonError, Texture};
-use std::path::{Path, PathBuf};
-
-/// A folder of its own for each test, removed at the end.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str) -> Self {
-        let name = format!("hwall-texton-{}-{name}", std::process::id());
-        let folder = std::env::temp_dir().join(name);
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
+use hwall_texton::{HeightField, HeightSource, Patch, TextonError, Texture};
+use std::path::Path;
 
 fn patch() -> Patch {
-    let spec = PatchSpec {
-        size_mm: [20.0, 10.0],
-        ..PatchSpec::default()
-    };
-    Patch::new(Texture::released(), spec).unwrap()
+    Patch::new(Texture::released(), sized([20.0, 10.0])).unwrap()
+}
+
+/// Heights of a unit on a grid of 0.01 mm.
+fn hundredths(unit_mm: f64) -> HeightSource {
+    HeightSource {
+        pitch_mm: Some(0.01),
+        unit_mm: Some(unit_mm),
+        channel: None,
+    }
 }
 
 /// A picture of someone else's, without metadata.
@@ -80,7 +69,7 @@ fn heights_are_those_of_the_surface() {
 #[test]
 fn pictures_read_back_to_the_bit() {
     let scratch = Scratch::new("read-back");
-    let path = scratch.0.join("patch.exr");
+    let path = scratch.file("patch.exr");
     let field = patch().height_field(0.1).unwrap();
     field.write_exr(&path).unwrap();
     let first = std::fs::read(&path).unwrap();
@@ -104,7 +93,7 @@ fn pictures_read_back_to_the_bit() {
 #[test]
 fn normals_are_unit_and_point_away() {
     let scratch = Scratch::new("normals");
-    let path = scratch.0.join("normals.exr");
+    let path = scratch.file("normals.exr");
     let field = patch().height_field(0.05).unwrap();
     field.write_normal_exr(&path).unwrap();
     let blue = HeightSource {
@@ -127,7 +116,7 @@ fn normals_are_unit_and_point_away() {
 #[test]
 fn measured_pictures_are_read_with_what_is_given() {
     let scratch = Scratch::new("foreign");
-    let path = scratch.0.join("scan.exr");
+    let path = scratch.file("scan.exr");
     foreign(
         &path,
         (3, 2),
@@ -140,12 +129,7 @@ fn measured_pictures_are_read_with_what_is_given() {
             name: "pixel pitch"
         })
     );
-    let source = HeightSource {
-        pitch_mm: Some(0.01),
-        unit_mm: Some(1e-3),
-        channel: None,
-    };
-    let field = HeightField::read_exr(&path, &source).unwrap();
+    let field = HeightField::read_exr(&path, &hundredths(1e-3)).unwrap();
     // The lowest row first.
     assert_eq!(
         field.heights_mm(),
@@ -159,13 +143,8 @@ fn measured_pictures_are_read_with_what_is_given() {
 #[test]
 fn wrong_pictures_are_refused() {
     let scratch = Scratch::new("wrong");
-    let path = scratch.0.join("x.exr");
-    let source = HeightSource {
-        pitch_mm: Some(0.01),
-        unit_mm: Some(1.0),
-        channel: None,
-    };
-    let read = || HeightField::read_exr(&path, &source);
+    let path = scratch.file("x.exr");
+    let read = || HeightField::read_exr(&path, &hundredths(1.0));
     assert!(matches!(read(), Err(TextonError::File { .. })));
     foreign(&path, (2, 1), &[("R", vec![0.0; 2]), ("G", vec![0.0; 2])]);
     assert!(matches!(read(), Err(TextonError::Channel { .. })));
@@ -206,16 +185,12 @@ fn wrong_pictures_are_refused() {
 #[test]
 fn a_height_field_becomes_a_solid() {
     let patch = patch();
-    let mesh = patch
-        .height_field(0.1)
-        .unwrap()
-        .mesh(1.0, 1_000_000)
-        .unwrap();
-    let check = mesh.check();
+    let field = patch.height_field(0.1).unwrap();
+    let check = field.mesh(1.0, 1_000_000).unwrap().check();
     assert!(check.is_solid(), "{check:?}");
     let thin = HeightField::new(1, 0.1, vec![0.0; 3]).unwrap();
     assert!(thin.mesh(1.0, 1_000).is_err());
-    let few = patch.height_field(0.1).unwrap().mesh(1.0, 1_000);
+    let few = field.mesh(1.0, 1_000);
     assert!(matches!(few, Err(TextonError::TooManyTriangles { .. })));
 }
 
@@ -223,7 +198,7 @@ fn a_height_field_becomes_a_solid() {
 #[test]
 fn a_small_file_cannot_ask_for_much_memory() {
     let scratch = Scratch::new("bomb");
-    let path = scratch.0.join("x.exr");
+    let path = scratch.file("x.exr");
     let names: Vec<String> = (0..8).map(|i| format!("c{i}")).collect();
     let channels: Vec<(&str, Vec<f32>)> =
         names.iter().map(|n| (n.as_str(), vec![0.0; 4])).collect();
@@ -238,9 +213,8 @@ fn a_small_file_cannot_ask_for_much_memory() {
     }
     std::fs::write(&path, &bytes).unwrap();
     let source = HeightSource {
-        pitch_mm: Some(0.01),
-        unit_mm: Some(1.0),
         channel: Some("c0".to_owned()),
+        ..hundredths(1.0)
     };
     let error = HeightField::read_exr(&path, &source).unwrap_err();
     assert!(error.to_string().contains("samples"), "{error}");

@@ -1,51 +1,22 @@
 //! Meshes of patches: solids, accurate, of the right volume, also when read back from files.
 
-use crate::common::bumps::{hemiellipsoids, radii};
+use crate::common::bumps::{hemiellipsoids, radii, sized, staggered};
 use crate::common::refusals::refused;
+use crate::common::scratch::Scratch;
 use glam::dvec2;
 use hwall_texton::{
     ChordSide, Layout, MountingHole, Patch, PatchSpec, StlFormat, Tessellation, Texton,
     TextonError, Texture, TriangleMesh,
 };
 use std::io::ErrorKind;
-use std::path::PathBuf;
-
-/// A file of its own for each test, removed at the end.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str) -> Self {
-        let name = format!("hwall-texton-{}-{name}", std::process::id());
-        Self(std::env::temp_dir().join(name))
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
 
 fn patch(texture: Texture, size_mm: [f64; 2]) -> Patch {
-    let spec = PatchSpec {
-        size_mm,
-        ..PatchSpec::default()
-    };
-    Patch::new(texture, spec).unwrap()
+    Patch::new(texture, sized(size_mm)).unwrap()
 }
 
 fn cones() -> Texture {
     let texton = Texton::truncated_cone(radii(3.0, 1.0), 0.7).unwrap();
-    let layout = Layout::Rectangular {
-        long_mm: 6.2,
-        short_mm: 2.2,
-    };
-    Texture::new(texton, layout).unwrap()
-}
-
-fn staggered(long_mm: f64, short_mm: f64) -> Texture {
-    let texton = Texton::hemiellipsoid(radii(3.0, 1.0), 0.7).unwrap();
-    Texture::new(texton, Layout::Staggered { long_mm, short_mm }).unwrap()
+    Texture::new(texton, *Texture::released().layout()).unwrap()
 }
 
 /// A solid, within the error asked for, with the volume that this error allows.
@@ -81,10 +52,16 @@ fn the_released_patch_at_10_um() {
     assert!(check.triangles <= 1_200_000, "{}", check.triangles);
     let off = patch.volume_mm3() - check.volume_mm3;
     assert!(off > 0.0 && off < 0.01 * check.area_mm2, "{off}");
+    let points = || mesh.points_mm().iter().map(|p| glam::DVec3::from(*p));
     assert_eq!(
-        mesh.bounds_mm().unwrap(),
-        [[0.0, 0.0, -1.0], [200.0, 200.0, 0.7]]
+        points().reduce(glam::DVec3::min),
+        Some(glam::dvec3(0.0, 0.0, -1.0))
     );
+    assert_eq!(
+        points().reduce(glam::DVec3::max),
+        Some(glam::dvec3(200.0, 200.0, 0.7))
+    );
+    assert_eq!(patch.mesh(&Tessellation::default()).unwrap(), mesh);
 }
 
 #[test]
@@ -104,9 +81,9 @@ fn every_texture_keeps_every_accuracy() {
         ("tall", tall),
         ("thin", thin),
         ("cones", cones()),
-        ("staggered", staggered(6.2, 1.8)),
-        ("staggered flat", staggered(13.0, 1.2)),
-        ("staggered square", staggered(8.7, 1.45)),
+        ("staggered", staggered(6.2, 1.8).unwrap()),
+        ("staggered flat", staggered(13.0, 1.2).unwrap()),
+        ("staggered square", staggered(8.7, 1.45).unwrap()),
     ] {
         let size_mm = if name == "thin" {
             [90.0, 6.0]
@@ -119,21 +96,6 @@ fn every_texture_keeps_every_accuracy() {
             let what = format!("{name} at {accuracy_mm} mm");
             assert_good(&patch, &ask, &what);
         }
-    }
-}
-
-#[test]
-fn one_bump_at_1_um_and_at_1_mm() {
-    for texture in [Texture::released(), cones()] {
-        let patch = patch(texture, [7.0, 3.0]);
-        assert_eq!(patch.counts().placed, 1);
-        let fine = assert_good(&patch, &Tessellation::with_accuracy_mm(0.001), "1 um");
-        let coarse = assert_good(&patch, &Tessellation::with_accuracy_mm(1.0), "1 mm");
-        assert!(coarse.triangles().len() < 60 && fine.triangles().len() > 1_000);
-        // Eight points around: length and breadth are those of the bump.
-        let high: Vec<&[f64; 3]> = coarse.points_mm().iter().filter(|p| p[2] >= 0.0).collect();
-        assert!(high.iter().any(|p| (p[0] - 6.1).abs() < 1e-12));
-        assert!(high.iter().any(|p| p[2] == 0.7));
     }
 }
 
@@ -170,9 +132,8 @@ fn touching_bumps_bound_no_solid() {
     ));
     // A lone bump touches nothing.
     let spec = PatchSpec {
-        size_mm: [7.0, 3.0],
         first_mm: Some(dvec2(3.5, 1.5)),
-        ..PatchSpec::default()
+        ..sized([7.0, 3.0])
     };
     let alone = Patch::new(touching, spec).unwrap();
     assert_good(&alone, &Tessellation::default(), "alone");
@@ -197,10 +158,9 @@ fn touching_bumps_bound_no_solid() {
 fn a_patch_cut_by_tile_borders_leaves_bumps_out() {
     for restart in [true, false] {
         let spec = PatchSpec {
-            size_mm: [64.0, 30.0],
             tile_mm: Some([25.0, 13.0]),
             restart,
-            ..PatchSpec::default()
+            ..sized([64.0, 30.0])
         };
         let patch = Patch::new(Texture::released(), spec).unwrap();
         let counts = patch.counts();
@@ -239,7 +199,7 @@ fn mounting_holes_go_through_and_push_bumps_aside() {
         hole(25.0, 25.0, 9.0),
         hole(6.2, 30.0, 0.3),
     ];
-    for texture in [Texture::released(), staggered(6.2, 1.8)] {
+    for texture in [Texture::released(), staggered(6.2, 1.8).unwrap()] {
         let patch = Patch::new(texture, spec(holes.clone())).unwrap();
         assert!(patch.counts().at_hole > 10);
         assert_good(&patch, &Tessellation::default(), "four holes");
@@ -257,11 +217,7 @@ fn mounting_holes_go_through_and_push_bumps_aside() {
 
 #[test]
 fn a_million_bumps_are_counted_before_memory_is_taken() {
-    let spec = PatchSpec {
-        size_mm: [6_200.0, 2_200.0],
-        ..PatchSpec::default()
-    };
-    let patch = Patch::new(Texture::released(), spec).unwrap();
+    let patch = patch(Texture::released(), [6_200.0, 2_200.0]);
     assert_eq!(patch.counts().placed, 1_000_000);
     let ask = Tessellation::default();
     let triangles = patch.triangle_count(&ask).unwrap();
@@ -271,13 +227,7 @@ fn a_million_bumps_are_counted_before_memory_is_taken() {
         patch.mesh(&ask),
         Err(TextonError::TooManyTriangles { triangles, limit })
     );
-    let ten = Patch::new(
-        Texture::released(),
-        PatchSpec {
-            size_mm: [6.2e4, 2.2e5],
-            ..PatchSpec::default()
-        },
-    );
+    let ten = Patch::new(Texture::released(), sized([6.2e4, 2.2e5]));
     assert_eq!(refused(ten), "places of the grid");
 }
 
@@ -285,19 +235,15 @@ fn a_million_bumps_are_counted_before_memory_is_taken() {
 fn long_thin_tiles_and_far_first_bumps_are_bounded() {
     let new = |spec: PatchSpec| Patch::new(Texture::released(), spec);
     let refused = |spec: PatchSpec| refused(new(spec).map(|patch| patch.counts()));
-    let thin = |restart: bool| PatchSpec {
-        size_mm: [10.0, 1e7],
-        tile_mm: Some([1e9, 1e-3]),
-        restart,
-        ..PatchSpec::default()
-    };
-    assert_eq!(refused(thin(true)), "tiles");
-    assert_eq!(refused(thin(false)), "tiles");
-    let line = PatchSpec {
-        size_mm: [1e-9, 1e12],
-        ..PatchSpec::default()
-    };
-    assert_eq!(refused(line), "places of the grid");
+    for restart in [true, false] {
+        let thin = PatchSpec {
+            tile_mm: Some([1e9, 1e-3]),
+            restart,
+            ..sized([10.0, 1e7])
+        };
+        assert_eq!(refused(thin), "tiles");
+    }
+    assert_eq!(refused(sized([1e-9, 1e12])), "places of the grid");
     let first = |first_mm: [f64; 2]| PatchSpec {
         first_mm: Some(first_mm.into()),
         ..PatchSpec::default()
@@ -310,7 +256,7 @@ fn long_thin_tiles_and_far_first_bumps_are_bounded() {
         Err(TextonError::NoBumps { .. })
     ));
     // The same bumps from a grid that begins far outside.
-    for texture in [Texture::released(), staggered(6.2, 1.8)] {
+    for texture in [Texture::released(), staggered(6.2, 1.8).unwrap()] {
         let [x, y] = texture.layout().pitch_mm();
         let near = Patch::new(texture, PatchSpec::default()).unwrap();
         let far = first([0.5 * x - 1e6 * x, 0.5 * y - 1e6 * y]);
@@ -335,28 +281,10 @@ fn wrong_questions_are_refused() {
         assert_eq!(refused(mesh), "accuracy_mm");
     }
     for size_mm in [[0.0, 50.0], [f64::NAN, 50.0], [50.0, f64::INFINITY]] {
-        let spec = PatchSpec {
-            size_mm,
-            ..PatchSpec::default()
-        };
-        assert!(Patch::new(Texture::released(), spec).is_err());
+        assert!(Patch::new(Texture::released(), sized(size_mm)).is_err());
     }
-    let small = PatchSpec {
-        size_mm: [5.0, 5.0],
-        ..PatchSpec::default()
-    };
-    let none = Patch::new(Texture::released(), small);
+    let none = Patch::new(Texture::released(), sized([5.0, 5.0]));
     assert!(matches!(none, Err(TextonError::NoBumps { .. })));
-}
-
-#[test]
-fn the_same_patch_gives_the_same_mesh() {
-    let mesh = || {
-        Patch::released()
-            .mesh(&Tessellation::with_accuracy_mm(0.1))
-            .unwrap()
-    };
-    assert_eq!(mesh(), mesh());
 }
 
 /// An independent look at the edges: each as often one way as the other, and once.
@@ -389,17 +317,21 @@ fn volume(mesh: &stl_io::IndexedMesh) -> f64 {
 
 #[test]
 fn stl_files_are_watertight_for_an_independent_reader() {
+    let scratch = Scratch::new("stl");
     for (name, patch) in [
         ("released", Patch::released()),
         ("cones", patch(cones(), [50.0, 50.0])),
-        ("staggered", patch(staggered(6.2, 1.8), [50.0, 50.0])),
+        (
+            "staggered",
+            patch(staggered(6.2, 1.8).unwrap(), [50.0, 50.0]),
+        ),
     ] {
         let ask = Tessellation::with_accuracy_mm(if name == "released" { 0.2 } else { 0.01 });
         let mesh = patch.mesh(&ask).unwrap();
         for format in [StlFormat::Binary, StlFormat::Ascii] {
-            let scratch = Scratch::new(&format!("{name}-{format:?}.stl"));
-            mesh.write_stl(&scratch.0, format).unwrap();
-            let mut file = std::io::BufReader::new(std::fs::File::open(&scratch.0).unwrap());
+            let path = scratch.file("patch.stl");
+            mesh.write_stl(&path, format).unwrap();
+            let mut file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
             let read = stl_io::read_stl(&mut file).unwrap();
             assert_eq!(read.faces.len(), mesh.triangles().len());
             assert_eq!(read.vertices.len(), mesh.points_mm().len());
@@ -408,7 +340,7 @@ fn stl_files_are_watertight_for_an_independent_reader() {
             assert!((volume(&read) - patch.volume_mm3()).abs() < ask.accuracy_mm * area_mm2);
             assert!((volume(&read) - mesh.volume_mm3()).abs() < 1e-5 * area_mm2);
             // And with our own check, of points, too.
-            let ours = TriangleMesh::read_stl(&scratch.0).unwrap();
+            let ours = TriangleMesh::read_stl(&path).unwrap();
             assert!(ours.check().is_solid());
             assert!(patch.chord_error_mm(&ours) < ask.accuracy_mm + 2e-5);
         }
@@ -420,21 +352,17 @@ fn obj_files_hold_every_digit() {
     let mesh = patch(Texture::released(), [20.0, 10.0])
         .mesh(&Tessellation::default())
         .unwrap();
-    let scratch = Scratch::new("patch.obj");
-    mesh.write_obj(&scratch.0).unwrap();
-    let text = std::fs::read_to_string(&scratch.0).unwrap();
-    let mut points = Vec::new();
-    let mut triangles = Vec::new();
+    let scratch = Scratch::new("obj");
+    let path = scratch.file("patch.obj");
+    mesh.write_obj(&path).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
     for line in text.lines() {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("v") => {
-                let numbers: Vec<f64> = words.map(|w| w.parse().unwrap()).collect();
-                points.push([numbers[0], numbers[1], numbers[2]]);
-            }
-            Some("f") => {
-                let numbers: Vec<u32> = words.map(|w| w.parse::<u32>().unwrap() - 1).collect();
-                triangles.push([numbers[0], numbers[1], numbers[2]]);
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words[..] {
+            ["v", ..] => points.push([1, 2, 3].map(|i| words[i].parse().unwrap())),
+            ["f", ..] => {
+                triangles.push([1, 2, 3].map(|i| words[i].parse::<u32>().unwrap() - 1));
             }
             _ => {}
         }
@@ -446,8 +374,9 @@ fn obj_files_hold_every_digit() {
 fn what_single_precision_cannot_hold_is_not_written() {
     let points = vec![[1e6, 0.0, 0.0], [1e6 + 1e-3, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mesh = TriangleMesh::new(points, vec![[0, 1, 2]]).unwrap();
-    let scratch = Scratch::new("single.stl");
-    let written = mesh.write_stl(&scratch.0, StlFormat::Binary);
+    let scratch = Scratch::new("single");
+    let path = scratch.file("single.stl");
+    let written = mesh.write_stl(&path, StlFormat::Binary);
     assert_eq!(written, Err(TextonError::SinglePrecision { count: 2 }));
     let nowhere = std::path::Path::new("no such folder/x.stl");
     let refused = TriangleMesh::default().write_stl(nowhere, StlFormat::Binary);
@@ -458,9 +387,9 @@ fn what_single_precision_cannot_hold_is_not_written() {
             ..
         })
     ));
-    std::fs::write(&scratch.0, "no STL at all").unwrap();
+    std::fs::write(&path, "no STL at all").unwrap();
     assert!(matches!(
-        TriangleMesh::read_stl(&scratch.0),
+        TriangleMesh::read_stl(&path),
         Err(TextonError::File { .. })
     ));
 }

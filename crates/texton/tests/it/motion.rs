@@ -1,5 +1,6 @@
 //! The texture under a finger: turned to the scan, moved against it, within the limits, in hard cases.
 
+use crate::common::bumps;
 use crate::common::refusals::refused;
 use glam::DVec2;
 use hwall_testkit::Sampler;
@@ -12,11 +13,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const DT_S: f64 = 1e-3;
 
 fn level(deg: f64, speed_mm_per_s: f64) -> Level {
-    Level {
-        scan: ScanAngle::from_deg(deg).unwrap(),
-        speed_mm_per_s,
-        magnitude: 0.0,
-    }
+    bumps::level(deg, speed_mm_per_s, 0.0)
 }
 
 fn finger(point_m: DVec2, velocity_m_per_s: DVec2) -> Option<FingerState> {
@@ -172,15 +169,6 @@ fn a_board_that_stands_elsewhere_turns_from_there() {
 }
 
 #[test]
-fn a_level_without_speed_leaves_the_board_where_it_is() {
-    let mut run = Run::new();
-    let step = run.run(200, &level(90.0, 0.0), |_| rest());
-    assert_eq!(step.displacement_m, DVec2::ZERO);
-    assert_eq!(step.relative_speed_m_per_s, 0.0);
-    assert_eq!(step.limited, None);
-}
-
-#[test]
 fn the_stroke_ends_in_a_stop_and_a_finger_that_turns_round_gives_it_back() {
     let limits = MotionLimits {
         stroke_m: 0.03,
@@ -245,6 +233,10 @@ fn out_of_contact_the_board_returns_and_only_then() {
     let away = run.run(500, &slow, |_| rest()).displacement_m;
     let step = run.run(500, &level(30.0, 0.0), |_| rest());
     assert!(step.displacement_m.length() >= away.length() && step.velocity_m_per_s == DVec2::ZERO);
+    // So does a board that never moved.
+    let step = Run::new().run(200, &level(90.0, 0.0), |_| rest());
+    assert_eq!((step.displacement_m, step.limited), (DVec2::ZERO, None));
+    assert_eq!(step.relative_speed_m_per_s, 0.0);
 }
 
 #[test]
@@ -364,19 +356,15 @@ fn bad_input_changes_nothing_and_clocks_that_stand_or_run_back_move_nothing() {
     let before = run.run(50, &one, |_| rest());
     let now = run.t_s;
     let nan = DVec2::new(f64::NAN, 0.0);
-    assert!(run.motion.step(f64::NAN, rest(), &one).is_err());
-    assert!(
-        run.motion
-            .step(now, finger(nan, DVec2::ZERO), &one)
-            .is_err()
-    );
-    assert!(
-        run.motion
-            .step(now, finger(DVec2::ZERO, nan), &one)
-            .is_err()
-    );
-    assert!(run.motion.step(now, rest(), &level(0.0, f64::NAN)).is_err());
-    assert!(run.motion.step(now, rest(), &level(0.0, -1.0)).is_err());
+    for (t_s, finger, level) in [
+        (f64::NAN, rest(), one),
+        (now, finger(nan, DVec2::ZERO), one),
+        (now, finger(DVec2::ZERO, nan), one),
+        (now, rest(), level(0.0, f64::NAN)),
+        (now, rest(), level(0.0, -1.0)),
+    ] {
+        assert!(run.motion.step(t_s, finger, &level).is_err());
+    }
     for t_s in [now - DT_S, now - DT_S, now - 10.0] {
         let step = run.motion.step(t_s, rest(), &one).unwrap();
         assert_eq!(step.displacement_m, before.displacement_m);
@@ -388,90 +376,27 @@ fn bad_input_changes_nothing_and_clocks_that_stand_or_run_back_move_nothing() {
 
 #[test]
 fn settings_outside_their_ranges_are_named() {
-    let good = MotionLimits::default();
-    for (bad, name) in [
+    let margin = "half_face_m less margin_m";
+    let cases: [(fn(&mut MotionLimits), &str); 11] = [
+        (|l| l.speed_m_per_s = 0.0, "speed_m_per_s"),
         (
-            MotionLimits {
-                speed_m_per_s: 0.0,
-                ..good
-            },
-            "speed_m_per_s",
-        ),
-        (
-            MotionLimits {
-                acceleration_m_per_s2: f64::NAN,
-                ..good
-            },
+            |l| l.acceleration_m_per_s2 = f64::NAN,
             "acceleration_m_per_s2",
         ),
-        (
-            MotionLimits {
-                stroke_m: -1.0,
-                ..good
-            },
-            "stroke_m",
-        ),
-        (
-            MotionLimits {
-                margin_m: 0.1,
-                ..good
-            },
-            "half_face_m less margin_m",
-        ),
-        (
-            MotionLimits {
-                margin_m: -0.1,
-                ..good
-            },
-            "margin_m",
-        ),
-        (
-            MotionLimits {
-                margin_m: f64::NAN,
-                ..good
-            },
-            "half_face_m less margin_m",
-        ),
-        (
-            MotionLimits {
-                half_face_m: [0.1, 0.0],
-                ..good
-            },
-            "half_face_m",
-        ),
-        (
-            MotionLimits {
-                turn_rad_per_s: f64::INFINITY,
-                ..good
-            },
-            "turn_rad_per_s",
-        ),
-        (
-            MotionLimits {
-                return_speed_m_per_s: 0.0,
-                ..good
-            },
-            "return_speed_m_per_s",
-        ),
-        (
-            MotionLimits {
-                max_step_s: 0.0,
-                ..good
-            },
-            "max_step_s",
-        ),
-        (
-            MotionLimits {
-                scan: ScanConfig {
-                    time_constant_s: 0.0,
-                    ..good.scan
-                },
-                ..good
-            },
-            "time_constant_s",
-        ),
-    ] {
-        assert_eq!(refused(TextureMotion::new(bad)), name);
+        (|l| l.stroke_m = -1.0, "stroke_m"),
+        (|l| l.margin_m = 0.1, margin),
+        (|l| l.margin_m = -0.1, "margin_m"),
+        (|l| l.margin_m = f64::NAN, margin),
+        (|l| l.half_face_m = [0.1, 0.0], "half_face_m"),
+        (|l| l.turn_rad_per_s = f64::INFINITY, "turn_rad_per_s"),
+        (|l| l.return_speed_m_per_s = 0.0, "return_speed_m_per_s"),
+        (|l| l.max_step_s = 0.0, "max_step_s"),
+        (|l| l.scan.time_constant_s = 0.0, "time_constant_s"),
+    ];
+    for (spoil, name) in cases {
+        let mut limits = MotionLimits::default();
+        spoil(&mut limits);
+        assert_eq!(refused(TextureMotion::new(limits)), name);
     }
 }
 

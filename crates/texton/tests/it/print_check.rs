@@ -1,6 +1,6 @@
 //! What a printer cannot make is found before it tries.
 
-use crate::common::bumps::{hemiellipsoids, radii};
+use crate::common::bumps::{hemiellipsoids, radii, staggered};
 use glam::dvec2;
 use hwall_texton::{Finding, Patch, PatchSpec, Printer, Texton, Texture};
 
@@ -62,12 +62,7 @@ fn gaps_heights_plates_and_sides_are_looked_at() {
 #[test]
 fn gaps_are_those_of_the_closest_points() {
     // Halfway between two bumps that stand askew, by a search over both outlines.
-    let texton = Texton::hemiellipsoid(radii(3.0, 1.0), 0.7).unwrap();
-    let layout = hwall_texton::Layout::Staggered {
-        long_mm: 6.6,
-        short_mm: 1.8,
-    };
-    let texture = Texture::new(texton, layout).unwrap();
+    let texture = staggered(6.6, 1.8).unwrap();
     let points: Vec<[f64; 2]> = (0..2_000)
         .map(|i| f64::from(i) * std::f64::consts::TAU / 2_000.0)
         .map(|t| [3.0 * t.cos(), t.sin()])

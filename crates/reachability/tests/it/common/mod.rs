@@ -1,12 +1,40 @@
-//! What the tests of base placement share.
+//! What the tests share.
+
+pub(crate) mod lines;
+pub(crate) mod solids;
 
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
-use hwall_reachability::{PlacementConfig, PlacementScores, Steps, Target, place_base};
+use hwall_reachability::{
+    BoardPart, ExactConfig, ExactSolver, PlacementConfig, PlacementScores, Steps, Target, WallLine,
+    WallPlane, place_base,
+};
 use hwall_testkit::Sampler;
 use std::f64::consts::PI;
 
 pub(crate) const SEED: u64 = 11;
+
+/// Any point of the board of the examples, 200 mm square.
+pub(crate) const ANY_PART: BoardPart = BoardPart::Any {
+    half_width_m: 0.1,
+    half_height_m: 0.1,
+};
+
+/// The settings with some changed.
+pub(crate) fn exact_config(change: impl FnOnce(&mut ExactConfig)) -> ExactConfig {
+    let mut config = ExactConfig::default();
+    change(&mut config);
+    config
+}
+
+pub(crate) fn exact_solver(arm: &SrsArm, change: impl FnOnce(&mut ExactConfig)) -> ExactSolver {
+    ExactSolver::new(arm, &exact_config(change)).expect("valid")
+}
+
+pub(crate) fn line(heading_deg: f64, distance_m: f64, height_m: f64) -> WallLine {
+    let plane = WallPlane::new(heading_deg.to_radians(), distance_m);
+    plane.expect("finite").line(height_m)
+}
 
 pub(crate) fn steps(first: f64, step: f64, count: usize) -> Steps {
     Steps::new(first, step, count).expect("valid")

@@ -3,7 +3,9 @@
 pub(crate) mod temp_file;
 
 use glam::DVec3;
-use hwall_scene::{Mechanics, Scene, Surface, SurfaceId, SurfaceKind, SurfaceMesh};
+use hwall_scene::{
+    ArgumentError, Mechanics, Scene, SceneError, Surface, SurfaceId, SurfaceKind, SurfaceMesh,
+};
 use hwall_testkit::Sampler;
 
 pub(crate) type Triangle = [DVec3; 3];
@@ -50,6 +52,38 @@ pub(crate) fn brute_distance(p: DVec3, t: &Triangle) -> f64 {
         p.distance(a + d * ((p - a).dot(d) / d.length_squared()).clamp(0.0, 1.0))
     };
     side(0).min(side(1)).min(side(2))
+}
+
+/// Smallest distance of a point to the triangles of some surfaces.
+pub(crate) fn brute_closest(
+    all: &[(SurfaceId, Triangle)],
+    p: DVec3,
+    accept: impl Fn(SurfaceId) -> bool,
+) -> f64 {
+    let kept = all.iter().filter(|(id, _)| accept(*id));
+    kept.map(|(_, t)| brute_distance(p, t))
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// A surface of some triangles that does not move.
+pub(crate) fn plain_surface(name: &str, triangles_m: Vec<Triangle>) -> SurfaceMesh {
+    let surface = Surface {
+        name: name.to_owned(),
+        ..Surface::default()
+    };
+    SurfaceMesh {
+        surface,
+        triangles_m,
+    }
+}
+
+#[track_caller]
+pub(crate) fn assert_non_finite<T: std::fmt::Debug>(answer: Result<T, SceneError>) {
+    let expected = matches!(
+        answer,
+        Err(SceneError::Argument(ArgumentError::NonFinite { .. }))
+    );
+    assert!(expected, "{answer:?}");
 }
 
 /// All triangles of a scene where they are now, with their surface.
@@ -117,16 +151,8 @@ pub(crate) fn bumpy(n: usize, seed: u64, scale: f64, offset: DVec3) -> Scene {
             [[a, b, c], [a, c, d]]
         })
         .collect();
-    let surface = Surface {
-        name: "sheet".to_owned(),
-        ..Surface::default()
-    };
-    Scene::from_meshes(vec![SurfaceMesh {
-        surface,
-        triangles_m,
-    }])
-    .unwrap()
-    .0
+    let sheet = plain_surface("sheet", triangles_m);
+    Scene::from_meshes(vec![sheet]).unwrap().0
 }
 
 /// The room of the examples; `None` where only this crate was lifted out.

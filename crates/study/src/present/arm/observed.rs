@@ -9,7 +9,7 @@ use hwall::hand::Tracking;
 use hwall::haptics::ContactState;
 use hwall::kinematics::JointPositions;
 use hwall::numeric::check::{positive, that};
-use hwall::scene::{SurfaceId, SurfaceKind};
+use hwall::scene::{SlidingPart, SurfaceId, SurfaceKind};
 use hwall::{Cycle, Event, EventKind, Session};
 
 /// Means begin so long after the touch, s: the motion is settled. As on the simulated arm.
@@ -105,7 +105,10 @@ pub(super) const fn kind_of(kind: &SurfaceKind) -> Option<Surface> {
     match kind {
         SurfaceKind::Static => Some(Surface::Wall),
         SurfaceKind::RevolvingDoor { .. } => Some(Surface::Door),
-        SurfaceKind::SlidingPanel { .. } => Some(Surface::Panel),
+        SurfaceKind::Sliding {
+            part: SlidingPart::Panel,
+            ..
+        } => Some(Surface::Panel),
         _ => None,
     }
 }

@@ -2,3 +2,4 @@
 
 pub(crate) mod bumps;
 pub(crate) mod refusals;
+pub(crate) mod scratch;

@@ -1,12 +1,12 @@
 //! Numbers as text.
 
 /// Stands for a number that does not exist.
-pub(super) fn missing() -> String {
+pub(crate) fn missing() -> String {
     "–".to_owned()
 }
 
 /// With five digits; whole numbers without decimals.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let size = value.abs();
     if value == value.round() && size < 1e6 {
         format!("{value:.0}")
@@ -18,7 +18,7 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-pub(super) fn probability(p: Option<f64>) -> String {
+pub(crate) fn probability(p: Option<f64>) -> String {
     p.map_or_else(missing, |p| {
         if p >= 0.001 || p == 0.0 {
             format!("{p:.4}")
@@ -28,6 +28,6 @@ pub(super) fn probability(p: Option<f64>) -> String {
     })
 }
 
-pub(super) fn share(value: Option<f64>) -> String {
+pub(crate) fn share(value: Option<f64>) -> String {
     value.map_or_else(missing, |v| format!("{v:.4}"))
 }
