@@ -93,7 +93,6 @@ impl ArmArgs {
             room: self.room.clone(),
             level: self.arm_level,
             watch_frozen: self.watch_frozen,
-            trial: ArmTrialConfig::default(),
         }))
     }
 }
@@ -113,8 +112,6 @@ pub struct ArmOptions {
     pub level: ArmLevel,
     /// Does a hand that stands quite still count as lost?
     pub watch_frozen: bool,
-    /// How long a trial may take.
-    pub trial: ArmTrialConfig,
 }
 
 /// Ready for a controller: scene, session and both addresses are there.
@@ -122,7 +119,6 @@ pub struct WaitingArm {
     server: BridgeServer,
     client: FriClient,
     session: Session<DeterministicPredictor>,
-    trial: ArmTrialConfig,
     /// What had to be repaired in the scene.
     pub remarks: Vec<String>,
 }
@@ -191,7 +187,6 @@ impl WaitingArm {
             server,
             client,
             session,
-            trial: options.trial,
             remarks,
         })
     }
@@ -236,7 +231,8 @@ impl WaitingArm {
             driven: Driven::new(bridge, begun_s, f64::INFINITY),
             holds: Holds::default(),
         };
-        let stage = ArmStage::start(ArmKind::Fri, self.session, self.client, room, self.trial)?;
+        let trial = ArmTrialConfig::default();
+        let stage = ArmStage::start(ArmKind::Fri, self.session, self.client, room, trial)?;
         Ok(LedArm {
             stage,
             server: self.server,
