@@ -195,7 +195,7 @@ fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> an
         ends: Arc::new(AtomicBool::new(false)),
         silent: Arc::new(AtomicBool::new(false)),
     };
-    let page = world.page(waiting.server().address())?;
+    let page = world.page(waiting.server.address())?;
     let controller = world.controller(waiting.fri_address()?)?;
     let mut arm = waiting.connect(PATIENCE)?;
 

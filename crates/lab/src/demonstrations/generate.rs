@@ -3,7 +3,7 @@
 //! They have the shape of real recordings, so that whatever learns from one or is judged by it takes the
 //! other as well; the module `files` writes both.
 
-use crate::demonstrations::targets::{Panel, Places, Targets};
+use crate::demonstrations::targets::{Panel, Places, TargetBox, Targets};
 use crate::report::named;
 use anyhow::{Context, ensure};
 use glam::DVec3;
@@ -109,11 +109,11 @@ impl DemonstrationConfig {
                 reaches: 13 * 125,
             },
             test: PartSize::default(),
-            targets: Targets::Box {
+            targets: Targets::Box(TargetBox {
                 low_m: DVec3::new(0.45, -0.35, 0.60),
                 high_m: DVec3::new(0.60, 0.45, 1.10),
                 normal: DVec3::X,
-            },
+            }),
             points: vec![HandPoint::Palm, HandPoint::Index],
             gaze: false,
             arm_reaction_s: None,

@@ -8,13 +8,17 @@ use hwall_testkit::Sampler;
 pub enum Behind {
     /// A wall that stands.
     Wall,
-    /// Something with mass that can be pushed: mass in kg, friction in N s/m.
-    Mass {
-        /// kg.
-        mass_kg: f64,
-        /// N s/m.
-        friction_n_s_per_m: f64,
-    },
+    /// Something with mass that can be pushed.
+    Mass(Mass),
+}
+
+/// A mass with friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mass {
+    /// kg.
+    pub mass_kg: f64,
+    /// N s/m.
+    pub friction_n_s_per_m: f64,
 }
 
 /// A hand: a mass on the spring and damper of an arm, with a skin that only pushes.
@@ -87,10 +91,10 @@ impl Contact {
         };
         let behind = match causality == Causality::Impedance && s.bool() {
             true => Behind::Wall,
-            false => Behind::Mass {
+            false => Behind::Mass(Mass {
                 mass_kg: decades(s, 0.1, 20.0),
                 friction_n_s_per_m: decades(s, 0.1, 20.0),
-            },
+            }),
         };
         let mass_kg = decades(s, 0.3, 2.0);
         let (arm_n_per_m, skin_n_per_m) = (decades(s, 50.0, 500.0), decades(s, 300.0, 3000.0));
@@ -111,7 +115,7 @@ impl Contact {
         let ratio = match (behind, s.bool()) {
             (Behind::Wall, true) => 0.0,
             (Behind::Wall, false) => s.uniform(0.0, 0.3),
-            (Behind::Mass { .. }, _) => s.uniform(0.1, 0.5),
+            (Behind::Mass(_), _) => s.uniform(0.1, 0.5),
         };
         Self {
             causality,
@@ -128,13 +132,12 @@ impl Contact {
             },
             behind: match (causality, behind) {
                 // A door that swings long would do so for good reasons.
-                (Causality::Admittance, Behind::Mass { mass_kg, .. }) => {
-                    let critical = (0.1 * stiffness_n_per_m * mass_kg).sqrt();
-                    let friction_n_s_per_m = 2.0 * s.uniform(0.1, 1.0) * critical;
-                    Behind::Mass {
-                        mass_kg,
-                        friction_n_s_per_m,
-                    }
+                (Causality::Admittance, Behind::Mass(mass)) => {
+                    let critical = (0.1 * stiffness_n_per_m * mass.mass_kg).sqrt();
+                    Behind::Mass(Mass {
+                        friction_n_s_per_m: 2.0 * s.uniform(0.1, 1.0) * critical,
+                        ..mass
+                    })
                 }
                 _ => behind,
             },

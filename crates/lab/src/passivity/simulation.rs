@@ -293,27 +293,18 @@ impl Environment {
                 (-k * position_m - b * velocity).clamp(-MOST_N, 0.0)
             }
             (Causality::Impedance, Behind::Wall) => 0.0,
-            (
-                Causality::Impedance,
-                Behind::Mass {
-                    mass_kg,
-                    friction_n_s_per_m,
-                },
-            ) => {
+            (Causality::Impedance, Behind::Mass(mass)) => {
                 let off_m = position_m - self.position_m;
                 let pull = k * off_m + b * (velocity - self.velocity_m_per_s);
                 let force_n = pull.clamp(-MOST_N, MOST_N);
-                let friction = friction_n_s_per_m * self.velocity_m_per_s;
-                self.velocity_m_per_s += (force_n - friction) / mass_kg * period_s;
+                let friction_n = mass.friction_n_s_per_m * self.velocity_m_per_s;
+                self.velocity_m_per_s += (force_n - friction_n) / mass.mass_kg * period_s;
                 self.position_m += self.velocity_m_per_s * period_s;
                 -force_n
             }
             (Causality::Admittance, behind) => {
                 let (mass_kg, friction) = match behind {
-                    Behind::Mass {
-                        mass_kg,
-                        friction_n_s_per_m,
-                    } => (mass_kg, friction_n_s_per_m),
+                    Behind::Mass(mass) => (mass.mass_kg, mass.friction_n_s_per_m),
                     Behind::Wall => (f64::INFINITY, 0.0),
                 };
                 // Noise alone moves nothing.
@@ -335,7 +326,7 @@ impl Environment {
     fn stored_j(&self, contact: &Contact, wanted: f64) -> f64 {
         let k = contact.stiffness_n_per_m;
         let moving_j = match contact.behind {
-            Behind::Mass { mass_kg, .. } => 0.5 * mass_kg * self.velocity_m_per_s.powi(2),
+            Behind::Mass(mass) => 0.5 * mass.mass_kg * self.velocity_m_per_s.powi(2),
             Behind::Wall => 0.0,
         };
         let spring_j = match contact.causality {

@@ -116,7 +116,8 @@ pub struct ArmOptions {
 
 /// Ready for a controller: scene, session and both addresses are there.
 pub struct WaitingArm {
-    server: BridgeServer,
+    /// The page that brings hands.
+    pub server: BridgeServer,
     client: FriClient,
     session: Session<DeterministicPredictor>,
     /// What had to be repaired in the scene.
@@ -127,14 +128,8 @@ pub struct WaitingArm {
 pub struct LedArm {
     /// What presents the trials. It ends before the server does.
     pub stage: ArmStage,
-    server: BridgeServer,
-}
-
-impl LedArm {
     /// The page that brings hands.
-    pub const fn server(&self) -> &BridgeServer {
-        &self.server
-    }
+    pub server: BridgeServer,
 }
 
 impl WaitingArm {
@@ -189,11 +184,6 @@ impl WaitingArm {
             session,
             remarks,
         })
-    }
-
-    /// The page that brings hands.
-    pub const fn server(&self) -> &BridgeServer {
-        &self.server
     }
 
     /// Where the controller is listened for.

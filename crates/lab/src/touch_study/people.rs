@@ -69,7 +69,7 @@ pub fn run(
     writeln!(
         out,
         "hands: open {}\nwaiting for an FRI controller at {}",
-        waiting.server().url(),
+        waiting.server.url(),
         waiting.fri_address()?
     )?;
     let mut arm = waiting.connect(CONTROLLER_WITHIN)?;
