@@ -8,7 +8,7 @@ use hwall_lab::documents::Destination;
 use hwall_lab::feel::document;
 use hwall_lab::feel::rig::{Render, Rig, Way};
 use hwall_lab::feel::single::{HandKind, SinglePush, report};
-use hwall_lab::feel::study::{self, Request};
+use hwall_lab::feel::study;
 use hwall_lab::feel::subject::of_scene;
 use hwall_stage::exit;
 use hwall_stage::input::file_plan::FilePlan;
@@ -106,10 +106,9 @@ fn identify(args: &Args) -> anyhow::Result<()> {
     let documents = args.destination.open("out/feel")?;
     let style = ProgressStyle::with_template("objects {wide_bar} {percent} %")?;
     let bar = ProgressBar::new(1000).with_style(style);
-    let request = Request { seed: args.seed };
-    let results = study::study(&request, |share| bar.set_position((1e3 * share) as u64))?;
+    let results = study::run(args.seed, |share| bar.set_position((1e3 * share) as u64))?;
     bar.finish_and_clear();
-    let path = document::write(&request, &results, &documents)?;
-    let text = document::text(&results);
+    let path = document::write(args.seed, &results, &documents)?;
+    let text = document::text(&results)?;
     writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")
 }

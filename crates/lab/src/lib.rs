@@ -11,7 +11,9 @@ struct Pages;
 
 pub mod architecture;
 pub mod documents;
+pub mod pages;
 pub mod report;
+mod spans;
 
 pub mod attack;
 pub mod bip;

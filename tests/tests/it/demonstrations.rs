@@ -89,8 +89,8 @@ fn a_filter_learns_from_the_files_where_joints_end() {
     {
         assert_eq!(run.samples, made.labelled.frames.len());
         let response = made.response.as_ref().unwrap();
-        let last = response.joints_rad.len() - 1;
-        let truth = response.joints_rad[last][0];
+        let last = response.len() - 1;
+        let truth = response[last].joints_rad[0];
         assert_eq!(run.truth[18], Some(truth));
     }
 }
@@ -145,8 +145,8 @@ fn reaches_are_labelled_as_they_are_and_the_arm_is_mostly_there() {
             assert!(tip_m.distance(d.labelled.contact_m) < 0.03);
         }
         let response = d.response.as_ref().unwrap();
-        assert_eq!(response.joints_rad.len(), d.labelled.frames.len());
-        let board = response.base_from_board.last().unwrap();
+        assert_eq!(response.len(), d.labelled.frames.len());
+        let board = response.last().unwrap().base_from_board;
         let at = board.inverse().transform_point(d.labelled.contact_m);
         in_place += usize::from(at.z.abs() < 0.01 && at.truncate().abs().max_element() < 0.1);
     }

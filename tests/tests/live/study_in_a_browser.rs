@@ -5,6 +5,7 @@ use anyhow::{Context, ensure};
 use hwall_bridge::QuestionServer;
 use hwall_lab::touch_study::people;
 use hwall_lab::touch_study::settings::ProtocolArgs;
+use hwall_study::{ArmKind, SimulatedStage};
 use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::Path;
@@ -26,7 +27,7 @@ fn a_person_judges_three_conditions() -> anyhow::Result<()> {
         seed: Some(2),
         ..ProtocolArgs::default()
     };
-    let study = people::open(&folder, Some(1), &protocol)?;
+    let study = people::open(ArmKind::Simulated, &folder, Some(1), &protocol)?;
     let server = QuestionServer::start(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)), Vec::new())?;
     let url = server.url();
     let visitor = std::thread::spawn(move || Command::new("node").arg(script).arg(url).output());
@@ -36,7 +37,8 @@ fn a_person_judges_three_conditions() -> anyhow::Result<()> {
         Ok(_) => Duration::from_secs(60),
         Err(_) => Duration::from_millis(10),
     };
-    people::by_page(&folder, study, &server, patience, &mut said)?;
+    let mut stage = SimulatedStage::new()?;
+    people::by_page(&folder, study, &mut stage, &server, patience, &mut said)?;
     let said = String::from_utf8(said)?;
     let output = visitor.join().ok().context("the visitor's thread")?;
     let text = output.as_ref().map_or(String::new(), |o| {

@@ -14,8 +14,8 @@ use hwall_lab::touch_study::people;
 use hwall_lab::touch_study::settings::ProtocolArgs;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_study::{
-    Answer, ArmKind, ArmTrialConfig, Ask, Durability, Fault, Presenter, Respondent, Stimulus,
-    Study, StudyError, conduct,
+    Answer, ArmKind, Ask, Durability, Fault, Presenter, Respondent, Stimulus, Study, StudyError,
+    conduct,
 };
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::path::Path;
@@ -173,7 +173,7 @@ fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> an
         catch_per_block: Some(0),
         ..ProtocolArgs::default()
     };
-    let open = || people::open_on(ArmKind::Fri, &folder, Some(1), &flags);
+    let open = || people::open(ArmKind::Fri, &folder, Some(1), &flags);
     let mut study = open()?;
     let options = ArmOptions {
         fri: FriClientConfig {
@@ -188,7 +188,6 @@ fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> an
         scene: None,
         level: ArmLevel::Servo,
         watch_frozen: false,
-        trial: ArmTrialConfig::default(),
     };
     let waiting = WaitingArm::prepare(&options, study.protocol())?;
     let world = World {
@@ -196,7 +195,7 @@ fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> an
         ends: Arc::new(AtomicBool::new(false)),
         silent: Arc::new(AtomicBool::new(false)),
     };
-    let page = world.page(waiting.server().address())?;
+    let page = world.page(waiting.server.address())?;
     let controller = world.controller(waiting.fri_address()?)?;
     let mut arm = waiting.connect(PATIENCE)?;
 
@@ -215,7 +214,7 @@ fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> an
             .is_some_and(|l| l.contains("\"arm\":\"fri\""))
     );
     // The simulated arm does not go on with it.
-    let refused = people::open(&folder, None, &flags)
+    let refused = people::open(ArmKind::Simulated, &folder, None, &flags)
         .err()
         .context("refused")?;
     ensure!(

@@ -2,12 +2,12 @@
 
 use crate::bip::trajectories::{Trajectory, TrajectorySet};
 use crate::demonstrations::generate::{
-    DemonstrationConfig, Part, Response, SimulatedReach, generate,
+    ArmAtFrame, DemonstrationConfig, Part, SimulatedReach, generate,
 };
 use anyhow::{Context, ensure};
+use glam::DVec3;
 use hwall_hand::{HandPoint, LabelledReach, Recording, write_recordings};
-use hwall_stage::numbers;
-use hwall_stage::numbers::counted;
+use hwall_stage::numbers::{self, counted};
 use std::path::Path;
 
 /// All hands, in the format of recordings: `person,trial,t,palm_x,...,target_x,...,contact`.
@@ -50,12 +50,12 @@ pub fn write(folder: &Path, made: &[SimulatedReach]) -> anyhow::Result<()> {
     write_recordings(&mut file, &recordings).with_context(|| hands.display().to_string())?;
     file.finish()?;
     let points = common_points(made.iter().map(|d| &d.labelled));
-    for part in [Part::Train, Part::Test] {
+    for part in Part::ALL {
         let of_part = made.iter().filter(|d| d.part == part);
         let reaches: Vec<_> = of_part
             .map(|d| MotionSource {
                 reach: &d.labelled,
-                response: d.response.as_ref(),
+                response: d.response.as_deref(),
             })
             .collect();
         let set = motions_of(&reaches, &points, part)?;
@@ -84,7 +84,7 @@ pub struct MotionSource<'a> {
     /// The hand.
     pub reach: &'a LabelledReach,
     /// The arm at the frames of the reach.
-    pub response: Option<&'a Response>,
+    pub response: Option<&'a [ArmAtFrame]>,
 }
 
 /// Reaches as motions: time from the start of the reach, these points of
@@ -115,14 +115,14 @@ pub fn motions_of(
         let name = format!("{}/{}", name(&reach.person), name(&reach.trial));
         let mut rows = hand_rows(reach, points, part);
         if let Some(response) = response.filter(|_| with_arm) {
-            let entries = response.joints_rad.len();
+            let entries = response.len();
             ensure!(
                 entries == rows.len(),
                 "{name}: {entries} entries of the arm beside {} frames",
                 rows.len()
             );
-            for (row, joints) in rows.iter_mut().zip(&response.joints_rad) {
-                row.extend(joints.0.map(Some));
+            for (row, arm) in rows.iter_mut().zip(response) {
+                row.extend(arm.joints_rad.0.map(Some));
             }
         }
         let from_s = reach.frames.first().map_or(0.0, |f| f.t_s);
@@ -134,13 +134,10 @@ pub fn motions_of(
             rows,
         })
     };
+    let motions = reaches.iter().enumerate().map(motion);
     Ok(TrajectorySet {
         columns,
-        trajectories: reaches
-            .iter()
-            .enumerate()
-            .map(motion)
-            .collect::<anyhow::Result<_>>()?,
+        trajectories: motions.collect::<anyhow::Result<_>>()?,
     })
 }
 
@@ -168,27 +165,22 @@ pub fn write_motions(folder: &Path, set: &TrajectorySet, part: Part) -> anyhow::
 fn hand_rows(reach: &LabelledReach, points: &[HandPoint], part: Part) -> Vec<Vec<Option<f64>>> {
     let mut rows = vec![Vec::with_capacity(3 * points.len() + 7); reach.frames.len()];
     for &point in points {
-        let seen: Vec<(f64, glam::DVec3)> = reach
-            .frames
-            .iter()
-            .filter_map(|f| Some((f.t_s, f.point(point)?)))
-            .collect();
+        let frames = reach.frames.iter();
+        let seen = frames.filter_map(|f| Some((f.t_s, f.point(point)?)));
+        let seen: Vec<(f64, DVec3)> = seen.collect();
         for (row, frame) in rows.iter_mut().zip(&reach.frames) {
             let value = match part {
                 Part::Test => frame.point(point),
                 Part::Train => between(&seen, frame.t_s),
             };
-            row.extend(match value {
-                Some(point_m) => point_m.to_array().map(Some),
-                None => [None; 3],
-            });
+            row.extend(value.map_or([None; 3], |point_m| point_m.to_array().map(Some)));
         }
     }
     rows
 }
 
 /// On the straight line between the neighbours in time, at the ends the nearest one.
-fn between(seen: &[(f64, glam::DVec3)], t_s: f64) -> Option<glam::DVec3> {
+fn between(seen: &[(f64, DVec3)], t_s: f64) -> Option<DVec3> {
     let next = seen.partition_point(|&(at_s, _)| at_s < t_s);
     match (next.checked_sub(1).map(|i| seen[i]), seen.get(next)) {
         (_, Some(&(at_s, point_m))) if at_s == t_s => Some(point_m),

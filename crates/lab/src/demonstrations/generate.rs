@@ -3,7 +3,8 @@
 //! They have the shape of real recordings, so that whatever learns from one or is judged by it takes the
 //! other as well; the module `files` writes both.
 
-use crate::demonstrations::targets::{Panel, Places, Targets};
+use crate::demonstrations::targets::{Panel, Places, TargetBox, Targets};
+use crate::report::named;
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use hwall::{Controller, Surroundings, TargetControl, drive};
@@ -49,7 +50,7 @@ pub struct DemonstrationConfig {
 }
 
 /// How many reaches by how many people, shared out evenly.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PartSize {
     /// Different people.
     pub people: usize,
@@ -107,15 +108,12 @@ impl DemonstrationConfig {
                 people: 13,
                 reaches: 13 * 125,
             },
-            test: PartSize {
-                people: 0,
-                reaches: 0,
-            },
-            targets: Targets::Box {
+            test: PartSize::default(),
+            targets: Targets::Box(TargetBox {
                 low_m: DVec3::new(0.45, -0.35, 0.60),
                 high_m: DVec3::new(0.60, 0.45, 1.10),
                 normal: DVec3::X,
-            },
+            }),
             points: vec![HandPoint::Palm, HandPoint::Index],
             gaze: false,
             arm_reaction_s: None,
@@ -145,10 +143,8 @@ impl DemonstrationConfig {
             (1e-3..=0.1).contains(&period),
             "tracker_s is {period}, not within 0.001 to 0.1"
         );
-        for (name, value) in [
-            ("before_s", self.before_s),
-            ("arm_reaction_s", self.arm_reaction_s.unwrap_or(0.0)),
-        ] {
+        let reaction_s = self.arm_reaction_s.unwrap_or(0.0);
+        for (name, value) in [("before_s", self.before_s), ("arm_reaction_s", reaction_s)] {
             ensure!(
                 value >= 0.0 && value.is_finite(),
                 "{name} is {value}, not finite and at least 0"
@@ -158,22 +154,13 @@ impl DemonstrationConfig {
     }
 }
 
-/// What a reach is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
-    /// To learn from.
-    Train,
-    /// To be judged by.
-    Test,
-}
-
-impl Part {
-    /// As files and people are named.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Train => "train",
-            Self::Test => "test",
-        }
+named! {
+    /// What a reach is for, by the names of files and people.
+    pub enum Part {
+        /// To learn from.
+        Train = "train",
+        /// To be judged by.
+        Test = "test",
     }
 }
 
@@ -191,16 +178,16 @@ pub struct SimulatedReach {
     /// From the start of the movement to the contact.
     pub labelled: LabelledReach,
     /// The arm at the times of the frames of `labelled`, if there is one.
-    pub response: Option<Response>,
+    pub response: Option<Vec<ArmAtFrame>>,
 }
 
-/// How the arm moves during a reach, one entry a frame.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Response {
+/// The arm at one frame of the tracker.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmAtFrame {
     /// Joint angles, rad.
-    pub joints_rad: Vec<JointPositions>,
+    pub joints_rad: JointPositions,
     /// Where the board is: its origin in the middle of the face, z towards the person.
-    pub base_from_board: Vec<Pose>,
+    pub base_from_board: Pose,
 }
 
 /// Makes demonstrations, those to learn from first; person by person, in order of time.
@@ -245,20 +232,17 @@ fn record(
     (person, number): (&str, usize),
 ) -> anyhow::Result<SimulatedReach> {
     let truth = sequence.touches()[trial];
-    let rests_from_s = match trial {
-        0 => 0.0,
-        _ => sequence.touches()[trial - 1].end_s,
-    };
+    let before = trial.checked_sub(1).map(|last| sequence.touches()[last]);
+    let rests_from_s = before.map_or(0.0, |before| before.end_s);
     let first_s = (truth.start_s - config.before_s).max(rests_from_s);
     let frame_at = |t_s: f64| (t_s / config.tracker_s).ceil() as usize;
-    let mut samples = Vec::new();
-    let mut frames = Vec::new();
+    let (mut samples, mut frames) = (Vec::new(), Vec::new());
     let (first, last) = (frame_at(first_s), frame_at(truth.contact_s));
-    let states = match config.arm_reaction_s {
-        Some(reaction_s) => arm_states(sequence, &truth, board, config, reaction_s, first..=last)?,
-        None => Vec::new(),
-    };
-    let mut response = config.arm_reaction_s.map(|_| Response::default());
+    let states = config
+        .arm_reaction_s
+        .map(|reaction_s| arm_states(sequence, &truth, board, config, reaction_s, first..=last));
+    let states = states.transpose()?;
+    let mut response = states.as_ref().map(|_| Vec::new());
     for k in first..=last {
         let t_s = k as f64 * config.tracker_s;
         let tracked = sequence.tracked(t_s);
@@ -271,11 +255,8 @@ fn record(
         });
         if (truth.start_s..=truth.contact_s).contains(&t_s) {
             frames.push(frame);
-            if let Some(response) = &mut response {
-                response.joints_rad.push(states[k - first].joints);
-                response
-                    .base_from_board
-                    .push(states[k - first].base_from_board);
+            if let (Some(response), Some(states)) = (&mut response, &states) {
+                response.push(states[k - first]);
             }
         }
     }
@@ -308,12 +289,6 @@ fn record(
     })
 }
 
-/// The arm at one sample of the tracker.
-struct ArmAtSample {
-    joints: JointPositions,
-    base_from_board: Pose,
-}
-
 /// Where the arm waits: its board upright, 8 cm behind the wall, in the middle of it.
 pub(crate) const WAITS_DEG: [f64; 7] = [0.0, 0.0, 0.0, -110.0, 0.0, -20.0, 90.0];
 
@@ -326,7 +301,7 @@ fn arm_states(
     config: &DemonstrationConfig,
     reaction_s: f64,
     samples: RangeInclusive<usize>,
-) -> anyhow::Result<Vec<ArmAtSample>> {
+) -> anyhow::Result<Vec<ArmAtFrame>> {
     let (first, last) = samples.into_inner();
     let control = TargetControl::new(&SrsArm::iiwa7(), board, RendererConfig::default())?;
     let servo = ServoConfig {
@@ -344,12 +319,13 @@ fn arm_states(
         touch: *touch,
         told_s: from_s - reaction_s,
     };
+    let finger = HandContact {
+        half_extent_m: board.half_width_m,
+        ..HandContact::default()
+    };
     let mut person = PressingPerson {
         sequence,
-        finger: HandContact {
-            half_extent_m: board.half_width_m,
-            ..HandContact::default()
-        },
+        finger,
         from_s,
         step_s: config.tracker_s / per_sample as f64,
         next_step: 0,
@@ -357,12 +333,10 @@ fn arm_states(
         kept: Vec::with_capacity(last + 1 - first),
         is_kept: |step: usize| step.is_multiple_of(per_sample) && from + step / per_sample >= first,
     };
-    drive(
-        &mut guided,
-        &mut servo,
-        &mut person,
-        |_, servo, person, cycle| person.press(servo, cycle.t_s),
-    )?;
+    let (arm, hand) = (&mut servo, &mut person);
+    drive(&mut guided, arm, hand, |_, arm, hand, cycle| {
+        hand.press(arm, cycle.t_s)
+    })?;
     Ok(person.kept)
 }
 
@@ -396,7 +370,7 @@ struct PressingPerson<'a, K> {
     next_step: usize,
     steps: usize,
     /// The arm at the steps to be kept.
-    kept: Vec<ArmAtSample>,
+    kept: Vec<ArmAtFrame>,
     is_kept: K,
 }
 
@@ -408,8 +382,8 @@ impl<K: Fn(usize) -> bool> Surroundings<ServoArm> for PressingPerson<'_, K> {
         }
         self.next_step += 1;
         if (self.is_kept)(step) {
-            self.kept.push(ArmAtSample {
-                joints: arm.q(),
+            self.kept.push(ArmAtFrame {
+                joints_rad: arm.q(),
                 base_from_board: arm.pose(),
             });
         }

@@ -19,14 +19,18 @@ pub enum Targets {
     /// Upright panels, where the arm can present its board: evenly over the reachable parts.
     Panels(Vec<Panel>),
     /// Evenly in a box, reachable or not.
-    Box {
-        /// Lowest corner, m.
-        low_m: DVec3,
-        /// Highest corner, m.
-        high_m: DVec3,
-        /// Normal of the surfaces touched, towards the person.
-        normal: DVec3,
-    },
+    Box(TargetBox),
+}
+
+/// Places between two corners.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetBox {
+    /// Lowest corner, m.
+    pub low_m: DVec3,
+    /// Highest corner, m.
+    pub high_m: DVec3,
+    /// Normal of the surfaces touched, towards the person.
+    pub normal: DVec3,
 }
 
 /// An upright rectangle.
@@ -46,11 +50,7 @@ pub struct Panel {
 pub(super) enum Places {
     /// A map and the reachable stretches of its lines.
     Lines(Box<ReachabilityMap>, Vec<Stretch>),
-    Box {
-        low_m: DVec3,
-        high_m: DVec3,
-        normal: DVec3,
-    },
+    Box(TargetBox),
 }
 
 pub(super) struct Stretch {
@@ -66,20 +66,13 @@ impl Places {
     pub(super) fn new(targets: &Targets, board: &Board) -> anyhow::Result<Self> {
         match targets {
             Targets::Panels(panels) => Self::reachable(panels, board),
-            Targets::Box {
-                low_m,
-                high_m,
-                normal,
-            } => {
+            Targets::Box(within) => {
+                let (low_m, high_m) = (within.low_m, within.high_m);
                 ensure!(
-                    low_m.is_finite() && high_m.is_finite() && low_m.cmple(*high_m).all(),
+                    low_m.is_finite() && high_m.is_finite() && low_m.cmple(high_m).all(),
                     "the box from {low_m} to {high_m} m is empty or not finite"
                 );
-                Ok(Self::Box {
-                    low_m: *low_m,
-                    high_m: *high_m,
-                    normal: *normal,
-                })
+                Ok(Self::Box(*within))
             }
         }
     }
@@ -133,13 +126,9 @@ impl Places {
 
     fn draw(&self, sampler: &mut Sampler) -> anyhow::Result<TouchPlan> {
         match self {
-            Self::Box {
-                low_m,
-                high_m,
-                normal,
-            } => Ok(TouchPlan {
-                target_m: sampler.point_in_box(*low_m, *high_m),
-                normal: *normal,
+            Self::Box(within) => Ok(TouchPlan {
+                target_m: sampler.point_in_box(within.low_m, within.high_m),
+                normal: within.normal,
             }),
             Self::Lines(map, stretches) => {
                 let found = (0..MOST_DRAWS).find_map(|_| near_a_line(map, stretches, sampler));

@@ -3,7 +3,8 @@
 use super::ends::{EndError, EndErrors, SHARES};
 use super::study::{Led, Request, Results, TOLD_AT, ToldApart};
 use crate::documents::Documents;
-use crate::report::{Column, Gap, fill, page, percent_of, quantiles, table_of};
+use crate::pages::write_tables;
+use crate::report::{Column, Gap, fill, percent_of, quantiles, table_of, titled};
 use hwall_stage::run::judged::judge::Outcome;
 use hwall_testkit::MarkdownTable;
 use std::path::PathBuf;
@@ -13,43 +14,30 @@ pub const NAME: &str = "END-TO-END.md";
 
 /// Where the middle of the face would be, by how much of the reach was seen: median and nine of ten, mm.
 fn ends_table(ends: &[EndErrors]) -> MarkdownTable {
-    let shares = SHARES.map(|share| format!("{:.0} %", 100.0 * share));
-    let last = [
-        "gap, mm",
-        "tilt, degrees",
-        "90 % regions hold at 50 / 100 %, %",
-    ];
-    let columns = std::iter::once("middle of the face, mm".to_owned()).chain(shares);
-    let mut table = MarkdownTable::new(columns.chain(last.map(str::to_owned)));
-    for of in ends {
-        let mut cells = vec![of.name.clone()];
-        for errors in &of.at {
-            cells.push(median_and_most(errors, 1e3, |e| Some(e.middle_m)));
-        }
-        let end = &of.at[SHARES.len() - 1];
-        cells.push(median_and_most(end, 1e3, |e| Some(e.gap_m)));
-        let tilt = |e: &EndError| e.tilt_rad.map(f64::to_degrees);
-        cells.push(median_and_most(end, 1.0, tilt));
-        let held = |errors: &[EndError]| {
-            let known: Vec<bool> = errors.iter().filter_map(|e| e.is_in_region).collect();
-            let inside = known.iter().filter(|inside| **inside).count();
-            match known.len() {
-                0 => "-".to_owned(),
-                count => format!("{:.0}", 100.0 * inside as f64 / count as f64),
-            }
-        };
-        cells.push(format!("{} / {}", held(&of.at[1]), held(end)));
+    let shares = SHARES
+        .map(|share| format!("{:.0} %", 100.0 * share))
+        .join(" | ");
+    let mut table = titled(&format!(
+        "middle of the face, mm | {shares} | gap, mm | tilt, degrees | 90 % regions hold at 50 / 100 %, %"
+    ));
+    let held = |errors: &[EndError]| {
+        let known = || errors.iter().filter_map(|e| e.is_in_region);
+        percent(known().filter(|inside| *inside).count(), known().count())
+    };
+    for EndErrors { name, at } in ends {
+        let end = &at[SHARES.len() - 1];
+        let mut cells = vec![name.clone()];
+        cells.extend(
+            at.each_ref()
+                .map(|errors| pair(errors.iter().map(|e| e.middle_m), 1e3)),
+        );
+        cells.push(pair(end.iter().map(|e| e.gap_m), 1e3));
+        let tilts = end.iter().filter_map(|e| e.tilt_rad);
+        cells.push(pair(tilts.map(f64::to_degrees), 1.0));
+        cells.push(format!("{} / {}", held(&at[1]), held(end)));
         table.row(cells);
     }
     table
-}
-
-fn median_and_most(
-    errors: &[EndError],
-    factor: f64,
-    of: impl Fn(&EndError) -> Option<f64>,
-) -> String {
-    pair(errors.iter().filter_map(of), factor)
 }
 
 /// Median and nine of ten.
@@ -62,10 +50,12 @@ fn pair(values: impl Iterator<Item = f64>, factor: f64) -> String {
 }
 
 fn tasks_table(told: &[ToldApart]) -> MarkdownTable {
-    let shares = TOLD_AT.map(|share| format!("right after {:.0} %, %", 100.0 * share));
-    let columns = ["task".to_owned(), "reaches".to_owned()].into_iter();
-    let last = "middle of the face at the end, mm".to_owned();
-    let mut table = MarkdownTable::new(columns.chain(shares).chain([last]));
+    let shares = TOLD_AT
+        .map(|share| format!("right after {:.0} %, %", 100.0 * share))
+        .join(" | ");
+    let mut table = titled(&format!(
+        "task | reaches | {shares} | middle of the face at the end, mm"
+    ));
     for one in told {
         let mut cells = vec![one.task.name().to_owned(), one.reaches.to_string()];
         cells.extend(one.right.map(|right| percent(right, one.reaches)));
@@ -96,11 +86,11 @@ fn touches_table(led: &[Led]) -> MarkdownTable {
         }
     };
     let of = |led: &Led, factor: f64, number: fn(&Outcome) -> f64| {
-        pair(
-            led.touches.iter().map(|touch| number(&touch.outcome)),
-            factor,
-        )
+        let outcomes = led.touches.iter().map(|touch| &touch.outcome);
+        pair(outcomes.map(number), factor)
     };
+    let tilt_deg = |outcome: &Outcome| outcome.tilt_rad.to_degrees();
+    let inferring = |led: &Led| format!("{:.0}", 100.0 * led.inferring);
     let predicted = |led: &Led| match quantiles(led.predicted_us.iter().copied(), [0.5, 0.99]) {
         [median, _] if median.is_nan() => "-".to_owned(),
         [median, most] => format!("{median:.1} / {most:.0}"),
@@ -120,13 +110,9 @@ fn touches_table(led: &[Led]) -> MarkdownTable {
         ("led there before, median, ms", &|led| led_before(led)),
         ("gap, mm", &|led| of(led, 1e3, |o| o.gap_m)),
         ("beside the middle, mm", &|led| of(led, 1e3, |o| o.offset_m)),
-        ("tilt, degrees", &|led| {
-            of(led, 1.0, |o| o.tilt_rad.to_degrees())
-        }),
+        ("tilt, degrees", &|led| of(led, 1.0, tilt_deg)),
         ("prediction, us, median / p99", &|led| predicted(led)),
-        ("of frames, %", &|led| {
-            format!("{:.0}", 100.0 * led.inferring)
-        }),
+        ("of frames, %", &|led| inferring(led)),
     ];
     columns.extend(last);
     table_of(led, &columns)
@@ -158,11 +144,6 @@ pub fn write(
     results: &Results,
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
-    let text = text(request, results)?;
-    let page = page(
-        include_str!("document.md"),
-        request.seed,
-        &[("tables", &text)],
-    )?;
-    documents.write(NAME, &page)
+    let (template, text) = (include_str!("document.md"), text(request, results)?);
+    write_tables(documents, NAME, template, request.seed, &text)
 }

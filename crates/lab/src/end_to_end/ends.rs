@@ -1,6 +1,5 @@
 //! How far the presented face is from where it should be.
 
-use glam::DVec3;
 use hwall_contact::{ContactEstimate, ContactEstimator};
 use hwall_stage::person::responses::Answered;
 
@@ -24,14 +23,18 @@ pub(super) struct EndError {
 const REGION_90: f64 = 6.251;
 
 impl EndError {
-    fn of_face(point_m: DVec3, normal: Option<DVec3>, answered: &Answered) -> Self {
-        let off = point_m - answered.target.point_m;
+    /// `turned`: does the normal of the estimate belong to the answer?
+    fn new(estimate: &ContactEstimate, turned: bool, answered: &Answered) -> Self {
+        let wanted_m = answered.target.point_m;
+        let off = estimate.point_m - wanted_m;
         let truth = answered.target.normal.normalize_or_zero();
+        let normal = estimate.normal.filter(|_| turned);
+        let away = estimate.distance_squared(wanted_m);
         Self {
             middle_m: off.length(),
             gap_m: off.dot(truth).abs(),
             tilt_rad: normal.map(|normal| normal.angle_between(truth)),
-            is_in_region: None,
+            is_in_region: away.map(|away| away <= REGION_90),
         }
     }
 }
@@ -60,27 +63,17 @@ impl EndErrors {
                 continue;
             };
             let lasts_s = answered.reach.contact_s - first.t_s;
-            let mut estimates: Vec<(f64, Option<ContactEstimate>)> = Vec::new();
-            for frame in frames {
-                estimates.push((frame.t_s - first.t_s, estimator.step(frame)));
-            }
+            let estimates = frames
+                .iter()
+                .map(|frame| (frame.t_s - first.t_s, estimator.step(frame)));
+            let estimates: Vec<(f64, Option<ContactEstimate>)> = estimates.collect();
             for (share, errors) in SHARES.into_iter().zip(&mut at) {
                 let by = estimates.partition_point(|(t_s, _)| *t_s <= share * lasts_s);
                 let newest = by.checked_sub(1).and_then(|i| estimates[i].1);
-                errors.extend(newest.map(|estimate| {
-                    let normal = estimate.normal.filter(|_| turned);
-                    let error = EndError::of_face(estimate.point_m, normal, answered);
-                    let away = estimate.distance_squared(answered.target.point_m);
-                    EndError {
-                        is_in_region: away.map(|away| away <= REGION_90),
-                        ..error
-                    }
-                }));
+                errors.extend(newest.map(|estimate| EndError::new(&estimate, turned, answered)));
             }
         }
-        Self {
-            name: name.into(),
-            at,
-        }
+        let name = name.into();
+        Self { name, at }
     }
 }

@@ -75,13 +75,12 @@ pub fn run(request: &Request, mut progress: impl FnMut(&str, f64)) -> anyhow::Re
     progress("demonstrations", 0.0);
     let learnt = answered(&scenery, Task::Touch, 0..PEOPLE, TOUCHES)?;
     let held_out = answered(&scenery, Task::Touch, PEOPLE..PEOPLE + HELD_OUT, REACHES)?;
-    let (ends, components) = ends(&scenery, &learnt, &held_out, |share| {
-        progress("ends", share)
-    })?;
+    let told = |share| progress("ends", share);
+    let (ends, components) = ends(&scenery, &learnt, &held_out, told)?;
     let told_apart = told_apart(&scenery, |share| progress("tasks", share))?;
-    let led = touches::run(&scenery, &KINDS, request.touches, request.seed, |share| {
-        progress("touches", share);
-    })?;
+    let (touches, seed) = (request.touches, request.seed);
+    let told = |share| progress("touches", share);
+    let led = touches::run(&scenery, &KINDS, touches, seed, told)?;
     Ok(Results {
         demonstrations: learnt.len(),
         held_out: held_out.len(),
@@ -147,10 +146,8 @@ fn told_apart(
         let is_there = |one: &Answered| {
             surface.is_none_or(|name| scenery.scene.surface(one.surface).name == name)
         };
-        for (people, all) in [
-            (0..PEOPLE, &mut learnt),
-            (PEOPLE..PEOPLE + HELD_OUT, &mut judged),
-        ] {
+        let held_out = PEOPLE..PEOPLE + HELD_OUT;
+        for (people, all) in [(0..PEOPLE, &mut learnt), (held_out, &mut judged)] {
             let made = answered(&scenery, task, people, TOUCHES)?;
             all.extend(made.into_iter().filter(is_there));
         }
@@ -172,16 +169,13 @@ fn told_apart(
             let (mut known, mut end_m) = (false, f64::NAN);
             for frame in &one.reach.frames {
                 let share = (frame.t_s - first.t_s) / lasts_s;
-                while due.peek().is_some_and(|(at, _)| **at < share) {
-                    if let Some((_, right)) = due.next() {
-                        *right += usize::from(known);
-                    }
+                while let Some((_, right)) = due.next_if(|(at, _)| **at < share) {
+                    *right += usize::from(known);
                 }
                 if let Some(estimate) = estimator.step(frame) {
                     end_m = estimate.point_m.distance(one.target.point_m);
-                    known = estimator
-                        .posterior()
-                        .is_some_and(|posterior| posterior.tasks[task as usize] > 0.5);
+                    let posterior = estimator.posterior();
+                    known = posterior.is_some_and(|of| of.tasks[task as usize] > 0.5);
                 }
             }
             for (_, right) in due {

@@ -1,22 +1,22 @@
-//! The tables of the study, and the whole of docs/ENVIRONMENTS.md.
+//! The tables of the study, the file of its touches, and the whole of docs/ENVIRONMENTS.md.
 
 use crate::documents::Documents;
 use crate::environment::figures;
 use crate::environment::modes::Mode;
-use crate::environment::outcome::OutOfReach;
-use crate::environment::speed::Cost;
+use crate::environment::outcome::{OutOfReach, Outcome, Touch, UsedShift};
 use crate::environment::study::{Request, Results, Row};
-use crate::environment::summary::Summary;
-use crate::environment::touch_file;
-use crate::report::{Column, page, percent_of, table_of};
+use crate::pages::{costs, write_tables};
+use crate::report::{Column, percent_of, quantiles, table_of};
 use hwall_arrival::WaitingPosture;
-use hwall_testkit::{MarkdownTable, format_ns};
-use std::path::PathBuf;
+use hwall_testkit::MarkdownTable;
+use std::path::{Path, PathBuf};
 
 /// The name of the document.
 pub const NAME: &str = "ENVIRONMENTS.md";
 /// The folder of its figures.
 const FIGURES: &str = "environments";
+/// A board within this of the wall's heading is parallel to it, rad: as in the judgement of the main job.
+const PARALLEL_RAD: f64 = 0.035;
 
 fn number(value: f64, decimals: usize) -> String {
     match value.is_nan() {
@@ -25,61 +25,109 @@ fn number(value: f64, decimals: usize) -> String {
     }
 }
 
-fn percent(part: usize, of: usize) -> String {
-    percent_of(part, of, 1, "none")
+/// A quantile as a cell.
+fn cell(values: impl IntoIterator<Item = f64>, at: f64, decimals: usize) -> String {
+    number(quantiles(values, [at])[0], decimals)
 }
 
-/// A row, and its touches in numbers.
-type Judged<'a> = (&'a Row, Summary);
+fn is_in_reach(touch: &Touch) -> bool {
+    !matches!(touch.outcome, Outcome::OutOfReach(_))
+}
+
+fn is_in_time(touch: &Touch) -> bool {
+    touch.outcome == Outcome::InTime
+}
+
+fn count(row: &Row, what: impl Fn(&Touch) -> bool) -> usize {
+    row.touches.iter().filter(|touch| what(touch)).count()
+}
+
+/// A share of the touches of a row, per cent.
+fn percent(row: &Row, what: impl Fn(&Touch) -> bool) -> String {
+    percent_of(count(row, what), row.touches.len(), 1, "none")
+}
+
+fn in_reach(row: &Row) -> impl Iterator<Item = &Touch> {
+    row.touches.iter().filter(|touch| is_in_reach(touch))
+}
+
+/// Angles between board and wall of the touches within reach, degrees.
+fn residual(row: &Row) -> impl Iterator<Item = f64> + '_ {
+    in_reach(row).map(|t| t.residual_rad.abs().to_degrees())
+}
+
+/// Angles by which the avatar had been turned, degrees.
+fn turned(row: &Row) -> impl Iterator<Item = f64> + '_ {
+    let touches = row.touches.iter();
+    touches.map(|t| t.turned_rad.abs().to_degrees())
+}
+
+/// The shifts that brought touches in time.
+fn used(row: &Row) -> impl Iterator<Item = UsedShift> + '_ {
+    row.touches.iter().filter_map(|t| t.used)
+}
+
+fn shift_mm(row: &Row) -> impl Iterator<Item = f64> + '_ {
+    used(row).map(|used| 1e3 * used.offset_m)
+}
+
+/// The larger angle of each shift, degrees.
+fn shift_deg(row: &Row) -> impl Iterator<Item = f64> + '_ {
+    used(row).map(|UsedShift { shift, .. }| {
+        let [across, up] = [shift.horizontal_rad, shift.vertical_rad];
+        across.abs().to_degrees().max(up.abs().to_degrees())
+    })
+}
 
 fn hand(row: &Row) -> String {
     if row.shifted { "shifted" } else { "as it is" }.to_owned()
 }
 
 /// The first cells of every row.
-fn head<'a>() -> [Column<'a, &'a Judged<'a>>; 3] {
+fn head<'a>() -> [Column<'a, &'a Row>; 3] {
     [
-        ("person", &|(row, _)| row.person.name().to_owned()),
-        ("orientation", &|(row, _)| row.mode.name().to_owned()),
-        ("hand", &|(row, _)| hand(row)),
+        ("person", &|row| row.person.name().to_owned()),
+        ("orientation", &|row| row.mode.name().to_owned()),
+        ("hand", &|row| hand(row)),
     ]
 }
 
 /// How many touches are presented in time, and how parallel.
-fn outcomes(rows: &[Judged<'_>]) -> MarkdownTable {
-    let columns: [Column<'_, &Judged<'_>>; 11] = [
-        ("in time, %", &|(_, s)| percent(s.in_time, s.all)),
-        ("in time and parallel, %", &|(_, s)| {
-            percent(s.in_time_parallel, s.all)
-        }),
-        ("late, %", &|(_, s)| percent(s.in_reach - s.in_time, s.all)),
-        ("out of reach, %", &|(_, s)| {
-            percent(s.all - s.in_reach, s.all)
-        }),
-        ("in time, of those within reach, %", &|(_, s)| {
-            percent(s.in_time, s.in_reach)
-        }),
-        ("residual angle: median", &|(_, s)| {
-            number(s.residual_deg[0], 1)
-        }),
-        ("p90", &|(_, s)| number(s.residual_deg[1], 1)),
-        ("max, degrees", &|(_, s)| number(s.residual_deg[2], 1)),
-        ("avatar turned: median", &|(_, s)| {
-            number(s.turned_deg[0], 1)
-        }),
-        ("p90", &|(_, s)| number(s.turned_deg[1], 1)),
-        ("max, degrees", &|(_, s)| number(s.turned_deg[2], 1)),
+fn outcomes(rows: &[Row]) -> MarkdownTable {
+    let parallel = |t: &Touch| is_in_time(t) && t.residual_rad.abs() <= PARALLEL_RAD;
+    let late = |t: &Touch| is_in_reach(t) && !is_in_time(t);
+    let of_reached = |row: &Row| {
+        let reached = in_reach(row).count();
+        percent_of(count(row, is_in_time), reached, 1, "none")
+    };
+    let columns: [Column<'_, &Row>; 11] = [
+        ("in time, %", &|row| percent(row, is_in_time)),
+        ("in time and parallel, %", &|row| percent(row, parallel)),
+        ("late, %", &|row| percent(row, late)),
+        ("out of reach, %", &|row| percent(row, |t| !is_in_reach(t))),
+        ("in time, of those within reach, %", &|row| of_reached(row)),
+        ("residual angle: median", &|row| cell(residual(row), 0.5, 1)),
+        ("p90", &|row| cell(residual(row), 0.9, 1)),
+        ("max, degrees", &|row| cell(residual(row), 1.0, 1)),
+        ("avatar turned: median", &|row| cell(turned(row), 0.5, 1)),
+        ("p90", &|row| cell(turned(row), 0.9, 1)),
+        ("max, degrees", &|row| cell(turned(row), 1.0, 1)),
     ];
     table_of(rows, &[&head()[..], &columns].concat())
 }
 
 /// Why touches are out of reach.
-fn reasons(rows: &[Judged<'_>]) -> MarkdownTable {
+fn reasons(rows: &[Row]) -> MarkdownTable {
     let mut columns = head().to_vec();
-    columns.push(("touches", &|(_, s)| s.all.to_string()));
-    columns.push(("out of reach", &|(_, s)| (s.all - s.in_reach).to_string()));
-    let cells: [_; 8] =
-        std::array::from_fn(|k| move |(_, s): &&Judged<'_>| s.reasons[k].to_string());
+    columns.push(("touches", &|row| row.touches.len().to_string()));
+    columns.push(("out of reach", &|row| {
+        count(row, |t| !is_in_reach(t)).to_string()
+    }));
+    let cells = OutOfReach::NAMES.map(|name| {
+        let is_why =
+            move |t: &Touch| matches!(t.outcome, Outcome::OutOfReach(r) if r.name() == name);
+        move |row: &&Row| count(row, is_why).to_string()
+    });
     for (name, cell) in OutOfReach::NAMES.iter().zip(&cells) {
         columns.push((*name, cell));
     }
@@ -87,87 +135,81 @@ fn reasons(rows: &[Judged<'_>]) -> MarkdownTable {
 }
 
 /// What shifted hands add.
-fn shifts(rows: &[Judged<'_>]) -> MarkdownTable {
-    let more = |(row, s): &Judged<'_>| {
-        let same = |other: &Row| !other.shifted && other.mode == row.mode && other.way == row.way;
-        let without = rows.iter().find(|(other, _)| same(other));
-        without.map_or(f64::NAN, |(_, w)| {
-            100.0 * (s.in_time as f64 - w.in_time as f64) / s.all as f64
-        })
+fn shifts(rows: &[Row]) -> MarkdownTable {
+    let more = |row: &Row| {
+        let same = |other: &&Row| !other.shifted && other.mode == row.mode && other.way == row.way;
+        let [with, all] = [count(row, is_in_time), row.touches.len()].map(|n| n as f64);
+        let without = rows
+            .iter()
+            .find(same)
+            .map(|row| count(row, is_in_time) as f64);
+        without.map_or(f64::NAN, |without| 100.0 * (with - without) / all)
     };
-    let columns: [Column<'_, &Judged<'_>>; 11] = [
-        ("brought in time: late ones", &|(_, s)| {
-            s.from_late.to_string()
-        }),
-        ("out of reach", &|(_, s)| s.from_out_of_reach.to_string()),
+    // A touch that was late without a shift has a travel time without.
+    let brought = |row: &Row, late: bool| {
+        count(row, |t| t.used.is_some() && t.shortest_s.is_some() == late).to_string()
+    };
+    let gain = |row: &Row, at| cell(used(row).map(|used| used.shift.gain), at, 2);
+    let saved = |row: &Row| {
+        let ways = row.touches.iter().filter_map(|t| t.shortest_s);
+        let saved = ways.map(|[with, without]| 1.0 - with / without);
+        number(100.0 * quantiles(saved, [0.5])[0], 1)
+    };
+    let columns: [Column<'_, &Row>; 11] = [
+        ("brought in time: late ones", &|row| brought(row, true)),
+        ("out of reach", &|row| brought(row, false)),
         ("more in time, percentage points", &|row| {
             number(more(row), 1)
         }),
-        ("shift: median", &|(_, s)| number(s.shift_mm[0], 0)),
-        ("p90", &|(_, s)| number(s.shift_mm[1], 0)),
-        ("max, mm", &|(_, s)| number(s.shift_mm[2], 0)),
-        ("angle: median", &|(_, s)| number(s.shift_deg[0], 1)),
-        ("max, degrees", &|(_, s)| number(s.shift_deg[1], 1)),
-        ("gain: least", &|(_, s)| number(s.gain[0], 2)),
-        ("largest", &|(_, s)| number(s.gain[1], 2)),
+        ("shift: median", &|row| cell(shift_mm(row), 0.5, 0)),
+        ("p90", &|row| cell(shift_mm(row), 0.9, 0)),
+        ("max, mm", &|row| cell(shift_mm(row), 1.0, 0)),
+        ("angle: median", &|row| cell(shift_deg(row), 0.5, 1)),
+        ("max, degrees", &|row| cell(shift_deg(row), 1.0, 1)),
+        ("gain: least", &|row| gain(row, 0.0)),
+        ("largest", &|row| gain(row, 1.0)),
         (
             "travel time saved by the best shift, median of late ones, %",
-            &|(_, s)| number(100.0 * s.saved, 1),
+            &|row| saved(row),
         ),
     ];
-    let shifted = rows.iter().filter(|(row, _)| row.shifted);
+    let shifted = rows.iter().filter(|row| row.shifted);
     table_of(shifted, &[&head()[..2], &columns].concat())
 }
 
-fn costs(results: &Results) -> MarkdownTable {
-    let columns: [Column<'_, &Cost>; 3] = [
-        ("step", &|cost| cost.what.to_owned()),
-        ("median", &|cost| format_ns(cost.timing.median_ns)),
-        ("p99", &|cost| format_ns(cost.timing.p99_ns)),
-    ];
-    table_of(&results.speed, &columns)
-}
-
-/// All tables, as they are printed and written.
-pub fn text(results: &Results) -> String {
-    let rows: Vec<Judged<'_>> = results
-        .rows
-        .iter()
-        .map(|row| (row, Summary::new(&row.touches)))
-        .collect();
-    format!(
-        "{}.\n\n{}\n{}\n{}\n{}\n{}",
-        results.journey,
-        times(results, &rows),
-        outcomes(&rows),
-        reasons(&rows),
-        shifts(&rows),
-        costs(results)
-    )
-}
-
 /// How much time there is, and where the arm waits.
-fn times(results: &Results, rows: &[Judged<'_>]) -> MarkdownTable {
+fn times(results: &Results) -> MarkdownTable {
     let waits = |waiting: &WaitingPosture| waiting.q.0.map(|q| format!("{:.0}", q.to_degrees()));
-    let exact = rows
-        .iter()
-        .filter(|(row, _)| row.mode == Mode::Exact && !row.shifted);
-    let columns: [Column<'_, (&Judged<'_>, &WaitingPosture)>; 5] = [
-        ("person", &|((row, _), _)| row.person.name().to_owned()),
-        ("time for the arm's way: median", &|((_, s), _)| {
-            number(s.budget_s[0], 2)
+    let budget = |row: &Row, at| cell(row.touches.iter().map(|t| t.budget_s), at, 2);
+    let travel = |row: &Row| cell(in_reach(row).filter_map(|t| t.travel_s), 0.5, 2);
+    let columns: [Column<'_, (&Row, &WaitingPosture)>; 5] = [
+        ("person", &|(row, _)| row.person.name().to_owned()),
+        ("time for the arm's way: median", &|(row, _)| {
+            budget(row, 0.5)
         }),
-        ("less in one of ten, s", &|((_, s), _)| {
-            number(s.budget_s[1], 2)
-        }),
-        ("least time of the way, median, s", &|((_, s), _)| {
-            number(s.travel_s, 2)
-        }),
+        ("less in one of ten, s", &|(row, _)| budget(row, 0.1)),
+        ("least time of the way, median, s", &|(row, _)| travel(row)),
         ("the arm waits at, degrees", &|(_, waiting)| {
             waits(waiting).join(", ")
         }),
     ];
+    let rows = results.rows.iter();
+    let exact = rows.filter(|row| row.mode == Mode::Exact && !row.shifted);
     table_of(exact.zip(&results.waiting), &columns)
+}
+
+/// All tables, as they are printed and written.
+pub fn text(results: &Results) -> String {
+    let rows = &results.rows;
+    format!(
+        "{}.\n\n{}\n{}\n{}\n{}\n{}",
+        results.journey,
+        times(results),
+        outcomes(rows),
+        reasons(rows),
+        shifts(rows),
+        costs("step", &results.speed)
+    )
 }
 
 /// Writes the document and its figures.
@@ -184,13 +226,106 @@ pub fn write(
     figures::from_the_arm(&folder.join("arm.svg"), results)?;
     // Half a megabyte: not among the tracked documents.
     if documents.readme().is_none() {
-        touch_file::write(&documents.folder().join("touches.csv"), results)?;
+        write_touches(&documents.folder().join("touches.csv"), results)?;
     }
-    let text = text(results);
-    let page = page(
-        include_str!("document.md"),
-        request.seed,
-        &[("tables", &text)],
-    )?;
-    documents.write(NAME, &page)
+    let template = include_str!("document.md");
+    write_tables(documents, NAME, template, request.seed, &text(results))
+}
+
+const HEADER: &str = "person,number,surface,orientation,hand,outcome,reason,x_m,y_m,z_m,normal_deg,residual_deg,\
+                      turned_deg,budget_s,travel_s,shift_mm";
+
+/// Writes every touch as a row of touches.csv: places in the arm's base frame; empty where there is no such number.
+fn write_touches(path: &Path, results: &Results) -> anyhow::Result<()> {
+    let angle = |rad: f64| format!("{:.3}", rad.to_degrees());
+    let optional = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.4}"));
+    let mut file = hwall_stage::numbers::writer(Some(path))?;
+    file.write_record(HEADER.split(','))?;
+    for row in &results.rows {
+        let encounters = &results.ways[row.way].encounters;
+        for (number, (touch, encounter)) in (1..).zip(row.touches.iter().zip(encounters)) {
+            let (outcome, reason) = match touch.outcome {
+                Outcome::InTime => ("in_time", ""),
+                Outcome::Late => ("late", ""),
+                Outcome::OutOfReach(reason) => ("out_of_reach", reason.name()),
+            };
+            let surface = results.scene.surface(encounter.place.surface);
+            let [x, y, z] = touch.point_m.to_array().map(|v| format!("{v:.4}"));
+            file.write_record([
+                row.person.name().to_owned(),
+                i32::to_string(&number),
+                surface.name.clone(),
+                row.mode.name().to_owned(),
+                hand(row),
+                outcome.to_owned(),
+                reason.to_owned(),
+                x,
+                y,
+                z,
+                angle(touch.normal.truncate().to_angle()),
+                angle(touch.residual_rad),
+                angle(touch.turned_rad),
+                format!("{:.4}", touch.budget_s),
+                optional(touch.travel_s),
+                optional(touch.used.map(|used| 1e3 * used.offset_m)),
+            ])?;
+        }
+    }
+    file.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use hwall_kinematics::Unreachable;
+    use hwall_stage::person::kinds::PersonKind;
+
+    #[test]
+    fn every_touch_is_counted_once_and_nothing_is_no_number() {
+        let row = |touches| Row {
+            person: PersonKind::Plain,
+            mode: Mode::Exact,
+            shifted: false,
+            way: 0,
+            touches,
+        };
+        let cells = |table: MarkdownTable| -> Vec<String> {
+            let text = table.to_string();
+            let line = text.lines().nth(2).unwrap();
+            let cells = line.split('|').skip(4).map(|cell| cell.trim().to_owned());
+            cells.collect()
+        };
+        let none = cells(outcomes(&[row(Vec::new())]));
+        assert!(none[..11].iter().all(|cell| cell == "none"), "{none:?}");
+        let touch = |outcome| Touch {
+            outcome,
+            point_m: DVec3::ZERO,
+            normal: DVec3::X,
+            residual_rad: 0.1,
+            turned_rad: 0.0,
+            budget_s: 0.7,
+            travel_s: Some(0.5),
+            used: None,
+            shortest_s: None,
+        };
+        let every_reason = [
+            OutOfReach::NotSampled,
+            OutOfReach::ArmBeforeWall,
+            OutOfReach::Arm(Unreachable::TooFar { gap_m: 0.1 }),
+            OutOfReach::Arm(Unreachable::TooNear { gap_m: 0.1 }),
+            OutOfReach::Arm(Unreachable::ElbowLimit { gap_m: 0.1 }),
+            OutOfReach::Arm(Unreachable::ShoulderLimit),
+            OutOfReach::Arm(Unreachable::WristLimit),
+            OutOfReach::Arm(Unreachable::ArmAngleConflict),
+        ];
+        let mut touches: Vec<Touch> = every_reason.map(|r| touch(Outcome::OutOfReach(r))).to_vec();
+        touches.extend([touch(Outcome::Late), touch(Outcome::InTime)]);
+        let rows = [row(touches)];
+        let why = cells(reasons(&rows));
+        assert_eq!(why[..2], ["10", "8"]);
+        assert!(why[2..10].iter().all(|cell| cell == "1"), "{why:?}");
+        let shares = cells(outcomes(&rows));
+        assert_eq!(shares[..5], ["10.0", "0.0", "10.0", "80.0", "50.0"]);
+    }
 }

@@ -1,6 +1,6 @@
 //! Plan of the environment, and the touches as the arm meets them.
 
-use crate::environment::journey::Journey;
+use crate::environment::journey::{Encounter, Journey, Place};
 use crate::environment::modes::Mode;
 use crate::environment::outcome::{Outcome, Touch};
 use crate::environment::study::{Results, Row};
@@ -129,28 +129,26 @@ fn sheet(
 
 fn draw_line(
     chart: &mut Plan<'_, '_>,
-    points: Vec<(f64, f64)>,
+    points: impl IntoIterator<Item = (f64, f64)>,
     style: ShapeStyle,
 ) -> anyhow::Result<()> {
+    let points: Vec<_> = points.into_iter().collect();
     chart.series([PathElement::new(points, style)])?;
     Ok(())
 }
 
 /// The touches of the exact mode with shifts, of the last kind of people, and their journey.
 fn shown(results: &Results) -> anyhow::Result<(&Row, &Journey)> {
-    let row = results
-        .rows
-        .iter()
-        .rfind(|row| row.shifted && row.mode == Mode::Exact)
-        .context("nobody touched anything")?;
+    let mut rows = results.rows.iter();
+    let row = rows.rfind(|row| row.shifted && row.mode == Mode::Exact);
+    let row = row.context("nobody touched anything")?;
     Ok((row, &results.ways[row.way]))
 }
 
 fn shown_of(shown: usize, all: usize) -> String {
-    if shown < all {
-        format!("The first {shown} of {all} touches:")
-    } else {
-        format!("All {all} touches:")
+    match shown < all {
+        true => format!("The first {shown} of {all} touches:"),
+        false => format!("All {all} touches:"),
     }
 }
 
@@ -165,73 +163,55 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
     let extent = [bounds.min_m.truncate() - pad, bounds.max_m.truncate() + pad];
     let (row, journey) = shown(results)?;
     let touches = &row.touches[..row.touches.len().min(MOST_SHOWN)];
-    let title = format!(
-        "The environment from above: {} people, exact orientations",
-        row.person.name()
-    );
-    sheet(
-        path,
-        &title,
-        ["x, m", "y, m"],
-        extent,
-        |root, chart, legend| {
-            let [_, _, _, pink, yellow, sky, grey] = COLOURS;
-            // Walls: what of their triangles stands upright.
-            let styles = [
-                ("door", yellow.stroke_width(4)),
-                ("mirror", pink.stroke_width(4)),
-                ("", grey.stroke_width(2)),
-            ];
-            let mut seen = [false; 3];
-            let facets = results.scene.vertical_facets();
-            for facet in &facets {
-                let name = &results.scene.surface(facet.surface).name;
-                let kind = styles
-                    .iter()
-                    .position(|(prefix, _)| name.starts_with(prefix))
-                    .unwrap_or(2);
-                seen[kind] = true;
-                let along = DVec3::Z.cross(facet.normal);
-                let mut corners = facet.outline_m.clone();
-                corners.sort_by(|a, b| along.dot(*a).total_cmp(&along.dot(*b)));
-                if let [first, .., last] = &corners[..] {
-                    draw_line(chart, vec![pair(*first), pair(*last)], styles[kind].1)?;
-                }
+    let people = row.person.name();
+    let title = format!("The environment from above: {people} people, exact orientations");
+    let axes = ["x, m", "y, m"];
+    sheet(path, &title, axes, extent, |root, chart, legend| {
+        let [_, _, _, pink, yellow, sky, grey] = COLOURS;
+        // Walls: what of their triangles stands upright.
+        let styles = [
+            ("door", yellow.stroke_width(4)),
+            ("mirror", pink.stroke_width(4)),
+            ("", grey.stroke_width(2)),
+        ];
+        let mut seen = [false; 3];
+        let facets = results.scene.vertical_facets();
+        for facet in &facets {
+            let name = &results.scene.surface(facet.surface).name;
+            let kind = styles
+                .iter()
+                .position(|(prefix, _)| name.starts_with(prefix))
+                .unwrap_or(2);
+            seen[kind] = true;
+            let along = DVec3::Z.cross(facet.normal);
+            let mut corners = facet.outline_m.clone();
+            corners.sort_by(|a, b| along.dot(*a).total_cmp(&along.dot(*b)));
+            if let [first, .., last] = &corners[..] {
+                draw_line(chart, [*first, *last].map(pair), styles[kind].1)?;
             }
-            let way = sky.mix(0.55).stroke_width(1);
-            for (encounter, _) in journey.encounters.iter().zip(touches) {
-                let points = encounter
-                    .instants
-                    .iter()
-                    .step_by(8)
-                    .chain(encounter.instants.last());
-                let points = points.map(|a| (a.position_m.x, a.position_m.y)).collect();
-                draw_line(chart, points, way)?;
+        }
+        let way = sky.mix(0.55).stroke_width(1);
+        for Encounter { instants, .. } in &journey.encounters[..touches.len()] {
+            let points = instants.iter().step_by(8).chain(instants.last());
+            draw_line(chart, points.map(|a| a.stand.position_m.into()), way)?;
+        }
+        let reach = BLACK.mix(0.55).stroke_width(2);
+        for (encounter, touch) in journey.encounters.iter().zip(touches) {
+            let Place { stand, point_m, .. } = encounter.place;
+            draw_line(chart, [stand.position_m.into(), pair(point_m)], reach)?;
+            let at = chart.plotting_area().map_coordinate(&pair(point_m));
+            Mark::of(touch).draw(root, at)?;
+        }
+        for (kind, name) in [(2, "walls"), (1, "mirrors"), (0, "doors")] {
+            if seen[kind] {
+                legend.line(styles[kind].1, name)?;
             }
-            let reach = BLACK.mix(0.55).stroke_width(2);
-            for (encounter, touch) in journey.encounters.iter().zip(touches) {
-                let stand = encounter.stand.position_m;
-                draw_line(
-                    chart,
-                    vec![(stand.x, stand.y), pair(encounter.point_m)],
-                    reach,
-                )?;
-                let at = chart
-                    .plotting_area()
-                    .map_coordinate(&pair(encounter.point_m));
-                Mark::of(touch).draw(root, at)?;
-            }
-            for (kind, name) in [(2, "walls"), (1, "mirrors"), (0, "doors")] {
-                if seen[kind] {
-                    legend.line(styles[kind].1, name)?;
-                }
-            }
-            legend.line(sky.stroke_width(2), "way of the avatar")?;
-            legend.line(reach, "from where it stands to a touch")?;
-            legend.text(&shown_of(touches.len(), row.touches.len()), 0)?;
-            legend.marks(touches)
-        },
-    )
+        }
+        legend.line(sky.stroke_width(2), "way of the avatar")?;
+        legend.line(reach, "from where it stands to a touch")?;
+        legend.text(&shown_of(touches.len(), row.touches.len()), 0)?;
+        legend.marks(touches)
+    })
 }
 
 /// The touches in the base frame of the arm: where the walls of the environment come to stand.
@@ -246,13 +226,13 @@ pub(super) fn from_the_arm(path: &Path, results: &Results) -> anyhow::Result<()>
         let board = grey.mix(0.6).stroke_width(1);
         for touch in touches {
             let side = DVec3::Z.cross(touch.normal) * 0.06;
-            let ends = vec![pair(touch.point_m - side), pair(touch.point_m + side)];
-            draw_line(chart, ends, board)?;
+            let ends = [touch.point_m - side, touch.point_m + side];
+            draw_line(chart, ends.map(pair), board)?;
         }
         for touch in touches {
             let at = chart.plotting_area().map_coordinate(&pair(touch.point_m));
-            let inside =
-                (touch.point_m.truncate() - extent[0]).min(extent[1] - touch.point_m.truncate());
+            let point_m = touch.point_m.truncate();
+            let inside = (point_m - extent[0]).min(extent[1] - point_m);
             if inside.min_element() > 0.0 {
                 Mark::of(touch).draw(root, at)?;
             }

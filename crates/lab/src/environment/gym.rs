@@ -5,7 +5,6 @@ use glam::DVec2;
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
 use std::f64::consts::TAU;
-use std::fmt::Write;
 
 /// Side of the square floor, m.
 const SIDE_M: f64 = 20.0;
@@ -63,9 +62,8 @@ struct Block {
 /// No room for all of it.
 pub(super) fn of_seed(seed: u64) -> anyhow::Result<Scene> {
     let mut sampler = Sampler::new(seed ^ 0x6779_6d00);
-    let (mut obj, mut sidecar) = (Obj::default(), String::new());
-    obj.room();
-    sidecar.push_str("[surface.floor]\nkind = \"untouchable\"\n");
+    let mut obj = room();
+    let mut sidecar = "[surface.floor]\nkind = \"untouchable\"\n".to_owned();
     let mut blocks: Vec<Block> = Vec::new();
     for kind in &KINDS {
         for number in 1..=kind.count {
@@ -73,20 +71,42 @@ pub(super) fn of_seed(seed: u64) -> anyhow::Result<Scene> {
                 bail!("gym of seed {seed}: no room for {} {number}", kind.name);
             };
             let name = format!("{}_{number}", kind.name);
-            obj.block(&name, &block, kind);
+            obj += &format!("o {name}\n{}", block.sides(kind));
             if kind.name == "door" {
                 let hinge = block.middle_m - block.along * block.half_m;
-                writeln!(
-                    sidecar,
+                sidecar += &format!(
                     "[surface.{name}]\nkind = \"revolving_door\"\nhinge_point_m = [{}, {}, 0.0]\n\
-                     hinge_axis = [0.0, 0.0, 1.0]\nrange_deg = [-60.0, 60.0]",
+                     hinge_axis = [0.0, 0.0, 1.0]\nrange_deg = [-60.0, 60.0]\n",
                     hinge.x, hinge.y
-                )?;
+                );
             }
             blocks.push(block);
         }
     }
-    Ok(Scene::from_obj_str(&obj.text, Some(&sidecar))?.0)
+    Ok(Scene::from_obj_str(&obj, Some(&sidecar))?.0)
+}
+
+/// Floor and outer walls, seen from within.
+fn room() -> String {
+    let h = 0.5 * SIDE_M;
+    let corners = [[-h, -h], [h, -h], [h, h], [-h, h]].map(DVec2::from);
+    let mut obj = "o floor\n".to_owned() + &quad(corners.map(|corner| (corner, 0.0)));
+    for (side, name) in ["south", "east", "north", "west"].into_iter().enumerate() {
+        let wall = upright(corners[(side + 1) % 4], corners[side], HEIGHT_M);
+        obj += &format!("o {name}\n{wall}");
+    }
+    obj
+}
+
+/// From one corner to the next, counter-clockwise as seen from where a person stands.
+fn upright(a: DVec2, b: DVec2, top_m: f64) -> String {
+    quad([(a, 0.0), (b, 0.0), (b, top_m), (a, top_m)])
+}
+
+/// Places on the floor with their heights, in OBJ.
+fn quad(corners: [(DVec2, f64); 4]) -> String {
+    let vertices = corners.map(|(at, z)| format!("v {} {} {z}\n", at.x, at.y));
+    vertices.concat() + "f -4 -3 -2 -1\n"
 }
 
 /// A place away from all others; `None` if the one drawn is not.
@@ -120,74 +140,15 @@ impl Block {
             self.middle_m + self.along * (share * self.half_m)
         })
     }
-}
 
-/// OBJ text under way.
-#[derive(Default)]
-struct Obj {
-    text: String,
-    corners: usize,
-}
-
-impl Obj {
-    /// Corners counter-clockwise as seen from where a person stands.
-    fn quad(&mut self, corners: [[f64; 3]; 4]) {
-        for [x, y, z] in corners {
-            // Writing to a string does not fail.
-            let _ = writeln!(self.text, "v {x} {y} {z}");
-        }
-        let first = self.corners + 1;
-        let _ = writeln!(
-            self.text,
-            "f {} {} {} {}",
-            first,
-            first + 1,
-            first + 2,
-            first + 3
-        );
-        self.corners += 4;
-    }
-
-    fn object(&mut self, name: &str) {
-        let _ = writeln!(self.text, "o {name}");
-    }
-
-    /// Floor and outer walls, seen from within.
-    fn room(&mut self) {
-        let h = 0.5 * SIDE_M;
-        self.object("floor");
-        self.quad([[-h, -h, 0.0], [h, -h, 0.0], [h, h, 0.0], [-h, h, 0.0]]);
-        let corners = [[-h, -h], [h, -h], [h, h], [-h, h]];
-        for (side, name) in ["south", "east", "north", "west"].into_iter().enumerate() {
-            let ([ax, ay], [bx, by]) = (corners[side], corners[(side + 1) % 4]);
-            self.object(name);
-            self.quad([
-                [bx, by, 0.0],
-                [ax, ay, 0.0],
-                [ax, ay, HEIGHT_M],
-                [bx, by, HEIGHT_M],
-            ]);
-        }
-    }
-
-    fn block(&mut self, name: &str, block: &Block, kind: &Kind) {
-        self.object(name);
-        let (u, v) = (
-            block.along * block.half_m,
-            block.along.perp() * (0.5 * kind.thickness_m),
-        );
-        let m = block.middle_m;
+    /// Its four sides, in OBJ.
+    fn sides(&self, kind: &Kind) -> String {
+        let u = self.along * self.half_m;
+        let v = self.along.perp() * (0.5 * kind.thickness_m);
+        let m = self.middle_m;
         let corners = [m - u - v, m + u - v, m + u + v, m - u + v];
-        for side in 0..4 {
-            let (a, b) = (corners[side], corners[(side + 1) % 4]);
-            let top = kind.height_m;
-            self.quad([
-                [a.x, a.y, 0.0],
-                [b.x, b.y, 0.0],
-                [b.x, b.y, top],
-                [a.x, a.y, top],
-            ]);
-        }
+        let side = |k: usize| upright(corners[k], corners[(k + 1) % 4], kind.height_m);
+        (0..4).map(side).collect()
     }
 }
 

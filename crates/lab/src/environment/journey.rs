@@ -2,6 +2,7 @@
 
 use crate::environment::participant::RealPerson;
 use crate::environment::ways::{Avatar, Stand, Way, is_free};
+use crate::spans::ends;
 use anyhow::{anyhow, bail, ensure};
 use glam::{DVec2, DVec3};
 use hwall_scene::{Facet, Scene, SurfaceId};
@@ -39,19 +40,12 @@ const STARTS: usize = 20;
 /// Facets smaller than this are not aimed at, m² and m.
 const LEAST_FACET: [f64; 2] = [0.3, 0.4];
 
-/// One touch of the virtual world. World frame, unless said otherwise.
+/// One touch of the virtual world.
 #[derive(Debug, Clone)]
 pub(super) struct Encounter {
-    pub(super) surface: SurfaceId,
-    pub(super) point_m: DVec3,
-    /// Towards the person, horizontal.
-    pub(super) normal: DVec3,
-    /// Where the avatar stands.
-    pub(super) stand: Stand,
+    pub(super) place: Place,
     /// The avatar since the touch before.
     pub(super) instants: Vec<Avatar>,
-    /// The hand at rest, in the frame of the body: forward, left, above the floor, m.
-    pub(super) hand_m: DVec3,
     /// When the joystick is let go, the gaze has landed, the avatar stops, the hand starts, meets the surface, leaves it, s.
     pub(super) release_s: f64,
     pub(super) landed_s: f64,
@@ -84,13 +78,17 @@ struct Planner<'a> {
     sampler: Sampler,
 }
 
-/// A place to be touched, and where to stand for it.
-struct Choice {
-    surface: SurfaceId,
-    point_m: DVec3,
-    normal: DVec3,
-    stand: Stand,
-    hand_m: DVec3,
+/// What is touched, and from where. World frame, unless said otherwise.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub(super) surface: SurfaceId,
+    pub(super) point_m: DVec3,
+    /// Towards the person, horizontal.
+    pub(super) normal: DVec3,
+    /// Where the avatar stands.
+    pub(super) stand: Stand,
+    /// The hand at rest, in the frame of the body: forward, left, above the floor, m.
+    pub(super) hand_m: DVec3,
 }
 
 /// So many touches from a random place on.
@@ -106,19 +104,16 @@ pub(super) fn of_seed(
     seed: u64,
 ) -> anyhow::Result<Journey> {
     let floor_m = scene.bounds().min_m.z;
+    let [low_m, high_m] = TOUCH_HEIGHTS_M;
+    let [least_m2, least_m] = LEAST_FACET;
     let mut facets = scene.vertical_facets();
     facets.retain(|f| {
-        let touched = floor_m + TOUCH_HEIGHTS_M[0]..floor_m + TOUCH_HEIGHTS_M[1];
-        f.area_m2 >= LEAST_FACET[0]
-            && f.width_m >= LEAST_FACET[1]
-            && f.lowest_m < touched.end
-            && f.highest_m > touched.start
+        let is_large = f.area_m2 >= least_m2 && f.width_m >= least_m;
+        is_large && f.lowest_m < floor_m + high_m && f.highest_m > floor_m + low_m
     });
     ensure!(
         !facets.is_empty(),
-        "the scene has no vertical surface between {} and {} m above its lowest point",
-        TOUCH_HEIGHTS_M[0],
-        TOUCH_HEIGHTS_M[1]
+        "the scene has no vertical surface between {low_m} and {high_m} m above its lowest point"
     );
     let mut sampler = Sampler::new(seed ^ 0x7761_6c6b);
     let person = RealPerson::new(&mut sampler);
@@ -146,7 +141,7 @@ impl Planner<'_> {
             if number % TOUCHES_EACH == 0 {
                 mean_s = self.sampler.uniform(fast_s, slow_s);
             }
-            let (ways, choice) = self.next(at)?;
+            let (ways, place) = self.next(at)?;
             let (mut instants, mut release_s) = (Vec::new(), t_s);
             for way in &ways {
                 let [slow, fast] = SPEEDS_M_PER_S;
@@ -156,14 +151,10 @@ impl Planner<'_> {
                 instants.extend(travelled.0);
                 length_m += way.length_m();
                 if let Some(last) = instants.last() {
-                    t_s = last.t_s;
-                    at = Stand {
-                        position_m: last.position_m,
-                        heading_rad: last.heading_rad,
-                    };
+                    (t_s, at) = (last.t_s, last.stand);
                 }
             }
-            let encounter = self.touch(choice, instants, release_s, mean_s, config);
+            let encounter = self.touch(place, instants, release_s, mean_s, config);
             t_s = encounter.leaves_s;
             encounters.push(encounter);
         }
@@ -178,7 +169,7 @@ impl Planner<'_> {
     /// When things happen in a touch.
     fn touch(
         &mut self,
-        choice: Choice,
+        place: Place,
         instants: Vec<Avatar>,
         release_s: f64,
         mean_s: f64,
@@ -187,11 +178,9 @@ impl Planner<'_> {
         let stop_s = instants.last().map_or(release_s, |last| last.t_s);
         let [early, late] = STARTS_S;
         let start_s = stop_s + self.sampler.uniform(early, late);
-        let scatter =
-            |sampler: &mut Sampler, sd: f64| (1.0 + sd * sampler.normal()).clamp(0.6, 1.6);
-        let reach_s = mean_s * scatter(&mut self.sampler, 0.1);
+        let reach_s = mean_s * self.scattered(0.1);
         let [short, long] = config.gaze_lead_s;
-        let lead_s = self.sampler.uniform(short, long) * scatter(&mut self.sampler, 0.15);
+        let lead_s = self.sampler.uniform(short, long) * self.scattered(0.15);
         // The hand wants to go a little beyond the surface and meets it on the way.
         let [least, most] = config.press_depth_m;
         let depth_m = self.sampler.uniform(least, most);
@@ -204,12 +193,8 @@ impl Planner<'_> {
         let contact_s = (start_s + contact_share * reach_s).max(stop_s + 0.05);
         let [brief, lasting] = config.hold_s;
         Encounter {
-            surface: choice.surface,
-            point_m: choice.point_m,
-            normal: choice.normal,
-            stand: choice.stand,
+            place,
             instants,
-            hand_m: choice.hand_m,
             release_s,
             landed_s: start_s - lead_s + SACCADE_S,
             stop_s,
@@ -217,6 +202,11 @@ impl Planner<'_> {
             contact_s,
             leaves_s: contact_s + self.sampler.uniform(brief, lasting),
         }
+    }
+
+    /// A factor about 1 with a standard deviation.
+    fn scattered(&mut self, sd: f64) -> f64 {
+        (1.0 + sd * self.sampler.normal()).clamp(0.6, 1.6)
     }
 
     /// A place before a wall from which there is a way to another.
@@ -234,29 +224,29 @@ impl Planner<'_> {
 
     fn first(&mut self) -> anyhow::Result<Stand> {
         for _ in 0..MOST_DRAWS {
-            if let Some(choice) = self.choice()? {
-                return Ok(choice.stand);
+            if let Some(place) = self.place()? {
+                return Ok(place.stand);
             }
         }
         bail!("no place before a wall is free: nobody can stand there")
     }
 
     /// The next touch and the ways to it.
-    fn next(&mut self, from: Stand) -> anyhow::Result<(Vec<Way>, Choice)> {
+    fn next(&mut self, from: Stand) -> anyhow::Result<(Vec<Way>, Place)> {
         let (mut at, mut ways) = (from.position_m, Vec::new());
         for draw in 1..=MOST_DRAWS {
-            if let Some(choice) = self.choice()? {
-                let far_m = choice.stand.position_m.distance(at);
-                let way = Way::new(at, choice.stand);
+            if let Some(place) = self.place()? {
+                let far_m = place.stand.position_m.distance(at);
+                let way = Way::new(at, place.stand);
                 if far_m > 0.8 && far_m < 9.0 && way.is_free(self.scene, self.floor_m)? {
                     ways.push(way);
-                    return Ok((ways, choice));
+                    return Ok((ways, place));
                 }
             }
             if draw % DRAWS_BEFORE_VIA == 0
                 && let Some(way) = self.stroll(at)?
             {
-                at = way.end_m();
+                at = way.end.position_m;
                 ways.push(way);
             }
         }
@@ -281,23 +271,17 @@ impl Planner<'_> {
     }
 
     /// Any place of any facet that can be touched from where nothing is in the way.
-    fn choice(&mut self) -> anyhow::Result<Option<Choice>> {
+    fn place(&mut self) -> anyhow::Result<Option<Place>> {
         let facet = &self.facets[self.sampler.index(self.facets.len())];
         let normal = DVec3::new(facet.normal.x, facet.normal.y, 0.0).normalize();
         let along = DVec3::Z.cross(normal);
-        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-        for corner in &facet.outline_m {
-            let s = along.dot(*corner);
-            (least, most) = (least.min(s), most.max(s));
-        }
+        let (least, most) = ends(facet.outline_m.iter().map(|corner| along.dot(*corner)));
         if most - least < 2.0 * INSET_M {
             return Ok(None);
         }
         let [low, high] = TOUCH_HEIGHTS_M.map(|h| self.floor_m + h);
-        let (low, high) = (
-            low.max(facet.lowest_m + INSET_M),
-            high.min(facet.highest_m - INSET_M),
-        );
+        let low = low.max(facet.lowest_m + INSET_M);
+        let high = high.min(facet.highest_m - INSET_M);
         if low >= high {
             return Ok(None);
         }
@@ -305,9 +289,8 @@ impl Planner<'_> {
         let foot = normal * normal.dot(facet.point_m) + along * s;
         let point_m = DVec3::new(foot.x, foot.y, self.sampler.uniform(low, high));
         let surface = facet.surface;
-        let near = self
-            .scene
-            .closest_touchable(point_m + normal * 0.01, 0.02)?;
+        let before_m = point_m + normal * 0.01;
+        let near = self.scene.closest_touchable(before_m, 0.02)?;
         if near.is_none_or(|c| c.surface != surface || c.normal.dot(normal) < 0.99) {
             return Ok(None);
         }
@@ -318,11 +301,7 @@ impl Planner<'_> {
         let position_m = point_m.truncate() + away * self.sampler.uniform(near_m, far_m);
         let heading_rad = (-away).to_angle() + FACING_RAD * self.sampler.normal();
         let mut scattered = |middle: f64| middle + HAND_SCATTER_M * self.sampler.normal();
-        let hand_m = DVec3::new(
-            scattered(HAND_M.x),
-            scattered(HAND_M.y),
-            scattered(HAND_M.z),
-        );
+        let hand_m = DVec3::from(HAND_M.to_array().map(&mut scattered));
         let hand = position_m + DVec2::from_angle(heading_rad).rotate(hand_m.truncate());
         let before_m = (hand - point_m.truncate()).dot(normal.truncate());
         if before_m < LEAST_REACH_M || !is_free(self.scene, self.floor_m, position_m, 0.25)? {
@@ -332,14 +311,15 @@ impl Planner<'_> {
         if !self.scene.visible(eyes, point_m)? {
             return Ok(None);
         }
-        Ok(Some(Choice {
+        let stand = Stand {
+            position_m,
+            heading_rad,
+        };
+        Ok(Some(Place {
             surface,
             point_m,
             normal,
-            stand: Stand {
-                position_m,
-                heading_rad,
-            },
+            stand,
             hand_m,
         }))
     }
@@ -358,19 +338,22 @@ mod tests {
             assert_eq!(journey.encounters.len(), 30);
             let mut last_s = 0.0;
             for e in &journey.encounters {
-                let on = scene.closest_touchable(e.point_m, 1e-6).unwrap().unwrap();
-                assert_eq!(on.surface, e.surface);
+                let point_m = e.place.point_m;
+                let on = scene.closest_touchable(point_m, 1e-6).unwrap().unwrap();
+                assert_eq!(on.surface, e.place.surface);
                 assert!(last_s <= e.instants[0].t_s && e.instants[0].t_s < e.release_s);
                 assert!(
                     e.release_s < e.stop_s && e.stop_s < e.contact_s && e.contact_s < e.leaves_s
                 );
                 assert!(e.landed_s < e.start_s && e.start_s < e.contact_s);
                 last_s = e.leaves_s;
-                assert!((0.45..0.75).contains(&e.stand.position_m.distance(e.point_m.truncate())));
+                let away_m = e.place.stand.position_m.distance(point_m.truncate());
+                assert!((0.45..0.75).contains(&away_m));
             }
             let again = of_seed(&scene, &PersonConfig::default(), 30, seed).unwrap();
-            let points = |j: &Journey| j.encounters.iter().map(|e| e.point_m).collect::<Vec<_>>();
-            assert_eq!(points(&again), points(&journey));
+            for (a, b) in again.encounters.iter().zip(&journey.encounters) {
+                assert_eq!(a.place.point_m, b.place.point_m);
+            }
         }
     }
 

@@ -10,6 +10,4 @@ mod participant;
 mod presenter;
 mod speed;
 pub mod study;
-mod summary;
-mod touch_file;
 mod ways;

@@ -54,8 +54,8 @@ pub(super) struct Placed {
     pub(super) hand_m: DVec3,
     /// From the board's heading to that of the wall, rad.
     pub(super) residual_rad: f64,
-    /// By how much the wall lies beyond the sampled orientations, rad.
-    pub(super) beyond_rad: Option<f64>,
+    /// Is there an orientation for the wall?
+    pub(super) is_served: bool,
     /// By how much the avatar was turned, rad.
     pub(super) turned_rad: f64,
 }
@@ -80,13 +80,8 @@ pub(super) fn placed(
             approach(scene, journey, orientations, encounter, turn)?;
         }
         let turned_rad = turn.map_or(0.0, |turn| turn.turned_rad());
-        placed.push(at_touch(
-            journey,
-            orientations,
-            encounter,
-            mode,
-            turned_rad,
-        )?);
+        let touch = at_touch(journey, orientations, encounter, mode, turned_rad)?;
+        placed.push(touch);
     }
     Ok(placed)
 }
@@ -102,7 +97,8 @@ fn approach(
     turn: &mut AvatarTurn,
 ) -> anyhow::Result<()> {
     let known_s = known_s(encounter);
-    let touched_rad = encounter.normal.truncate().to_angle() - encounter.stand.heading_rad;
+    let place = &encounter.place;
+    let touched_rad = place.normal.truncate().to_angle() - place.stand.heading_rad;
     let at_touch_rad = journey.person.at(encounter.stop_s).heading_rad + touched_rad;
     for avatar in &encounter.instants {
         let body = journey.person.at(avatar.t_s);
@@ -110,7 +106,7 @@ fn approach(
             Some(at_touch_rad)
         } else {
             let wall_rad = heading_ahead(scene, journey.floor_m, avatar)?;
-            wall_rad.map(|wall_rad| body.heading_rad + wall_rad - avatar.heading_rad)
+            wall_rad.map(|wall_rad| body.heading_rad + wall_rad - avatar.stand.heading_rad)
         };
         let wanted_rad = match seen_rad {
             Some(seen_rad) => orientations.snap(seen_rad)?.turn_rad,
@@ -134,8 +130,8 @@ pub(super) fn heading_ahead(
     floor_m: f64,
     avatar: &Avatar,
 ) -> anyhow::Result<Option<f64>> {
-    let origin_m = avatar.position_m.extend(floor_m + LOOK_M);
-    let ahead = DVec2::from_angle(avatar.heading_rad).extend(0.0);
+    let origin_m = avatar.stand.position_m.extend(floor_m + LOOK_M);
+    let ahead = DVec2::from_angle(avatar.stand.heading_rad).extend(0.0);
     let hit = scene.ray_cast(origin_m, ahead)?;
     let wall = hit.filter(|hit| {
         let upright = hit.normal.z.abs() < 0.02;
@@ -152,30 +148,28 @@ fn at_touch(
     turned_rad: f64,
 ) -> anyhow::Result<Placed> {
     let body = journey.person.at(encounter.stop_s);
-    let stand = &encounter.stand;
+    let (place, stand) = (&encounter.place, &encounter.place.stand);
     // An avatar that was turned is led by a person who turned the other way to go where they wanted.
     let base_from_world_rad = body.heading_rad - turned_rad - stand.heading_rad;
     let base_from_world = DVec2::from_angle(base_from_world_rad);
-    let seen = base_from_world.rotate(encounter.point_m.truncate() - stand.position_m);
+    let seen = base_from_world.rotate(place.point_m.truncate() - stand.position_m);
     let base_m = journey.floor_m + BASE_ABOVE_FLOOR_M;
     let facing = DVec2::from_angle(body.heading_rad - turned_rad);
-    let hand = facing.rotate(encounter.hand_m.truncate());
-    let wall_rad = wrapped_rad(encounter.normal.truncate().to_angle() + base_from_world_rad);
-    let (heading_rad, residual_rad, beyond_rad) = match mode {
-        Mode::Exact => (wall_rad, 0.0, None),
+    let hand = facing.rotate(place.hand_m.truncate());
+    let wall_rad = wrapped_rad(place.normal.truncate().to_angle() + base_from_world_rad);
+    let (heading_rad, residual_rad, is_served) = match mode {
+        Mode::Exact => (wall_rad, 0.0, true),
         Mode::Snapped | Mode::Turned | Mode::TurnedUnsteered => {
             let snapped = orientations.snap(wall_rad)?;
-            let beyond = snapped.turn_rad.abs() - 0.5 * orientations.step_rad();
-            let beyond = (!snapped.sampled).then_some(beyond);
-            (snapped.heading_rad, snapped.turn_rad, beyond)
+            (snapped.heading_rad, snapped.turn_rad, snapped.sampled)
         }
     };
     Ok(Placed {
-        point_m: (body.position_m + seen).extend(encounter.point_m.z - base_m),
+        point_m: (body.position_m + seen).extend(place.point_m.z - base_m),
         normal: DVec2::from_angle(heading_rad).extend(0.0),
-        hand_m: (body.position_m + hand).extend(encounter.hand_m.z - BASE_ABOVE_FLOOR_M),
+        hand_m: (body.position_m + hand).extend(place.hand_m.z - BASE_ABOVE_FLOOR_M),
         residual_rad,
-        beyond_rad,
+        is_served,
         turned_rad,
     })
 }
@@ -193,19 +187,10 @@ mod tests {
         let orientations = SampledOrientations::default();
         let all = Mode::ALL.map(|mode| placed(&scene, &journey, &orientations, mode).unwrap());
         let [snapped, turned, _, exact] = &all;
-        assert!(
-            exact
-                .iter()
-                .all(|p| p.residual_rad == 0.0 && p.beyond_rad.is_none())
-        );
-        let within = |p: &&Placed| p.beyond_rad.is_none();
+        assert!(exact.iter().all(|p| p.residual_rad == 0.0 && p.is_served));
         let mean = |all: &[Placed]| {
-            let kept: Vec<f64> = all
-                .iter()
-                .filter(within)
-                .map(|p| p.residual_rad.abs())
-                .collect();
-            kept.iter().sum::<f64>() / kept.len() as f64
+            let kept = || all.iter().filter(|p| p.is_served);
+            kept().map(|p| p.residual_rad.abs()).sum::<f64>() / kept().count() as f64
         };
         assert!(mean(turned) < 0.9 * mean(snapped));
         for (s, e) in snapped.iter().zip(exact) {
@@ -213,10 +198,8 @@ mod tests {
             let wall_rad = s.normal.truncate().to_angle() + s.residual_rad;
             let same = wrapped_rad(wall_rad - e.normal.truncate().to_angle());
             assert!(same.abs() < 1e-12 && s.point_m == e.point_m);
-            assert!(
-                s.beyond_rad.is_some()
-                    || s.residual_rad.abs() <= 0.5 * orientations.step_rad() + 1e-9
-            );
+            let half_rad = 0.5 * orientations.step_rad();
+            assert!(!s.is_served || s.residual_rad.abs() <= half_rad + 1e-9);
         }
         let most = TurnConfig::default().most_rad;
         assert!(turned.iter().all(|p| p.turned_rad.abs() <= most + 1e-12));

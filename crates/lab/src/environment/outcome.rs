@@ -8,15 +8,9 @@ use hwall_redirection::ReachShift;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OutOfReach {
     /// The wall is turned further than the last sampled orientation serves.
-    NotSampled {
-        /// By how much, rad.
-        beyond_rad: f64,
-    },
+    NotSampled,
     /// The arm's base would stand before the wall, where the person is, or in it.
-    ArmBeforeWall {
-        /// How far the base's axis is behind the wall, m.
-        behind_m: f64,
-    },
+    ArmBeforeWall,
     /// No part of the board that may be touched can be held there.
     Arm(Unreachable),
 }
@@ -37,8 +31,8 @@ impl OutOfReach {
     /// A short name for tables and files.
     pub const fn name(&self) -> &'static str {
         match self {
-            Self::NotSampled { .. } => "not_sampled",
-            Self::ArmBeforeWall { .. } => "arm_before_wall",
+            Self::NotSampled => "not_sampled",
+            Self::ArmBeforeWall => "arm_before_wall",
             Self::Arm(reason) => reason.name(),
         }
     }

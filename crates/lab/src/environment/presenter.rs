@@ -45,18 +45,11 @@ pub(super) struct Presenter<'a> {
     pub(super) thresholds: Option<ReachThresholds>,
 }
 
-/// Where the arm is: in its waiting posture, or on the way back to it from the touch before.
+/// The touch before: where the arm was then, and until when.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Course {
     q: JointPositions,
     free_s: f64,
-}
-
-/// A place for the board.
-#[derive(Clone, Copy)]
-struct Place {
-    point_m: DVec3,
-    normal: DVec3,
 }
 
 /// Time for the arm's way to a touch, s; below zero where the touch is known too late for any way.
@@ -65,39 +58,26 @@ pub(super) fn budget_s(encounter: &Encounter) -> f64 {
 }
 
 impl Presenter<'_> {
-    pub(super) fn course(&self) -> Course {
-        Course {
-            q: self.waiting,
-            free_s: f64::NEG_INFINITY,
-        }
-    }
-
-    /// The next touch.
+    /// The next touch; the arm waits before the first one.
     pub(super) fn present(
         &self,
-        course: &mut Course,
+        course: &mut Option<Course>,
         placed: &Placed,
         encounter: &Encounter,
     ) -> anyhow::Result<Touch> {
         let known_s = known_s(encounter);
         let budget_s = budget_s(encounter);
-        let back_s = self.least.limits().travel_time_s(&course.q, &self.waiting);
+        let limits = self.least.limits();
+        let is_back = |last: &Course| {
+            let back_s = limits.travel_time_s(&last.q, &self.waiting);
+            last.free_s + REACTION_S + back_s <= known_s
+        };
         // On its way back it is nearer than where it was: this errs on the slow side.
-        let from = if course.free_s + REACTION_S + back_s <= known_s {
-            self.waiting
-        } else {
-            course.q
-        };
-        let place = Place {
-            point_m: placed.point_m,
-            normal: placed.normal,
-        };
-        let unserved = placed
-            .beyond_rad
-            .map(|beyond_rad| OutOfReach::NotSampled { beyond_rad });
-        let way = match unserved {
-            Some(reason) => Err(reason),
-            None => self.way(place, &from)?,
+        let last = course.filter(|last| !is_back(last));
+        let from = last.map_or(self.waiting, |last| last.q);
+        let way = match placed.is_served {
+            true => self.way(placed.point_m, placed.normal, &from)?,
+            false => Err(OutOfReach::NotSampled),
         };
         let mut touch = Touch {
             outcome: outcome(&way, budget_s),
@@ -111,16 +91,16 @@ impl Presenter<'_> {
             shortest_s: None,
         };
         let mut end = way.ok().map(|way| way.q);
-        let may_help = touch.outcome != Outcome::InTime && unserved.is_none();
+        let may_help = touch.outcome != Outcome::InTime && placed.is_served;
         if let Some(thresholds) = self.thresholds.filter(|_| may_help) {
             let q = self.shifted(&mut touch, &thresholds, placed, encounter, &from, known_s)?;
             end = q.or(end);
         }
         if let Some(q) = end {
-            *course = Course {
+            *course = Some(Course {
                 q,
                 free_s: encounter.leaves_s,
-            };
+            });
         }
         Ok(touch)
     }
@@ -128,37 +108,40 @@ impl Presenter<'_> {
     /// The quickest way to a place, or why there is none.
     fn way(
         &self,
-        place: Place,
+        point_m: DVec3,
+        normal: DVec3,
         from: &JointPositions,
     ) -> anyhow::Result<Result<Quickest, OutOfReach>> {
-        let behind_m = place.normal.dot(place.point_m);
-        if behind_m < BEHIND_M {
-            return Ok(Err(OutOfReach::ArmBeforeWall { behind_m }));
+        if normal.dot(point_m) < BEHIND_M {
+            return Ok(Err(OutOfReach::ArmBeforeWall));
         }
-        let [found] = self.least.to_touch(place.point_m, place.normal, &[*from])?;
+        let [found] = self.least.to_touch(point_m, normal, &[*from])?;
         if let Some(way) = found {
             return Ok(Ok(way));
         }
-        if let Some(reason) = self.arm.unreachable(place.point_m, place.normal)? {
+        if let Some(reason) = self.arm.unreachable(point_m, normal)? {
             return Ok(Err(OutOfReach::Arm(reason)));
         }
         // The middle of the board can be held by an exact verdict, at an arm angle that the search did not try.
-        self.witnessed(place, from).map(Ok)
+        self.witnessed(point_m, normal, from).map(Ok)
     }
 
     /// The way to the configuration that an exact verdict gives.
-    fn witnessed(&self, place: Place, from: &JointPositions) -> anyhow::Result<Quickest> {
+    fn witnessed(
+        &self,
+        point_m: DVec3,
+        normal: DVec3,
+        from: &JointPositions,
+    ) -> anyhow::Result<Quickest> {
+        let arm = self.arm.closed_form().context("no closed form")?;
         let mut best: Option<Quickest> = None;
         for roll_rad in QUARTER_TURNS_RAD {
-            let pose = board_pose(place.point_m, place.normal, roll_rad)?;
-            let arm = self.arm.closed_form().context("no closed form")?;
+            let pose = board_pose(point_m, normal, roll_rad)?;
             if let Verdict::Reachable(witness) = arm.verdict(&pose) {
-                let time_s = self.least.limits().travel_time_s(from, &witness.q);
+                let q = witness.q;
+                let time_s = self.least.limits().travel_time_s(from, &q);
                 if best.is_none_or(|b| time_s < b.time_s) {
-                    best = Some(Quickest {
-                        time_s,
-                        q: witness.q,
-                    });
+                    best = Some(Quickest { time_s, q });
                 }
             }
         }
@@ -180,54 +163,50 @@ impl Presenter<'_> {
         let Ok(frame) = ReachFrame::new(hand_m, placed.point_m) else {
             return Ok(None);
         };
+        let (goal_m, normal) = (placed.point_m, placed.normal);
         let try_out = |direction: &[f64; 3], share: f64| -> anyhow::Result<_> {
             let shift = shift_of(thresholds, direction, share);
             let board_m = frame.real_goal_m(&shift);
             // A hand that is no longer before the board cannot be shifted to it.
-            let reach =
-                RedirectedReach::new(hand_m, placed.point_m, board_m, placed.normal, thresholds);
+            let reach = RedirectedReach::new(hand_m, goal_m, board_m, normal, thresholds);
             let Ok(reach) = reach else {
                 return Ok(None);
-            };
-            let place = Place {
-                point_m: board_m,
-                normal: placed.normal,
             };
             let used = UsedShift {
                 shift: *reach.shift(),
                 offset_m: reach.offset_m().length(),
             };
-            Ok(self.way(place, from)?.ok().map(|way| (way, used)))
+            let way = self.way(board_m, normal, from)?;
+            Ok(way.ok().map(|way| (way, used)))
         };
-        let mut best: Option<(&[f64; 3], (Quickest, UsedShift))> = None;
+        let mut best: Option<(&[f64; 3], Quickest, UsedShift)> = None;
         for direction in &DIRECTIONS {
-            let Some(found) = try_out(direction, 1.0)? else {
-                continue;
-            };
-            if best.is_none_or(|(_, (way, _))| found.0.time_s < way.time_s) {
-                best = Some((direction, found));
+            if let Some((way, used)) = try_out(direction, 1.0)?
+                && best.is_none_or(|(_, best, _)| way.time_s < best.time_s)
+            {
+                best = Some((direction, way, used));
             }
         }
-        let Some((direction, mut found)) = best else {
+        let Some((direction, mut way, mut used)) = best else {
             return Ok(None);
         };
-        touch.shortest_s = touch.travel_s.map(|alone_s| [found.0.time_s, alone_s]);
+        touch.shortest_s = touch.travel_s.map(|alone_s| [way.time_s, alone_s]);
         let in_time = |way: &Quickest| way.time_s <= touch.budget_s;
-        if !in_time(&found.0) {
+        if !in_time(&way) {
             return Ok(None);
         }
         let (mut least, mut most) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (least + most);
             match try_out(direction, middle)?.filter(|(way, _)| in_time(way)) {
-                Some(smaller) => (most, found) = (middle, smaller),
+                Some(smaller) => (most, (way, used)) = (middle, smaller),
                 None => least = middle,
             }
         }
         touch.outcome = Outcome::InTime;
-        touch.travel_s = Some(found.0.time_s);
-        touch.used = Some(found.1);
-        Ok(Some(found.0.q))
+        touch.travel_s = Some(way.time_s);
+        touch.used = Some(used);
+        Ok(Some(way.q))
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the steps of redirection cost, beside the questions to the arm.
 
 use crate::environment::journey::Journey;
-use crate::environment::modes::{Mode, heading_ahead, placed};
+use crate::environment::modes::{Mode, Placed, heading_ahead, placed};
 use glam::DVec3;
 use hwall_haptics::board_pose;
 use hwall_kinematics::JointPositions;
@@ -14,15 +14,6 @@ use hwall_stage::input::arms::BoardArm;
 use hwall_stage::run::judged::least_time::LeastTime;
 use hwall_testkit::{Sampler, Timing, time_batches, time_each};
 
-/// One step and its time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Cost {
-    /// What is done.
-    pub what: &'static str,
-    /// Median and 99 %, ns.
-    pub timing: Timing,
-}
-
 /// Measured one after the other, with touches of the journey.
 pub(super) fn costs(
     scene: &Scene,
@@ -30,7 +21,7 @@ pub(super) fn costs(
     arm: &BoardArm,
     least: &LeastTime<'_>,
     waiting: JointPositions,
-) -> anyhow::Result<Vec<Cost>> {
+) -> anyhow::Result<Vec<(&'static str, Timing)>> {
     let orientations = SampledOrientations::default();
     let touches = placed(scene, journey, &orientations, Mode::Exact)?;
     let count = touches.len();
@@ -67,48 +58,26 @@ pub(super) fn costs(
     let beside = time_batches(200, 100, |i| {
         reach.virtual_hand(*off_way.get(i % off_way.len().max(1)).unwrap_or(&board))
     });
-    let instants: Vec<_> = journey
-        .encounters
-        .iter()
-        .flat_map(|e| &e.instants)
-        .collect();
+    let encounters = journey.encounters.iter();
+    let instants: Vec<_> = encounters.flat_map(|e| &e.instants).collect();
     let rays = time_batches(100, 200, |i| {
         heading_ahead(scene, journey.floor_m, instants[i % instants.len()])
     });
     let mut costs = vec![
-        Cost {
-            what: "snap an orientation and turn the avatar, one step",
-            timing: snap,
-        },
-        Cost {
-            what: "shift the hand, on its way",
-            timing: on_way,
-        },
-        Cost {
-            what: "shift the hand, off its way, where less is shown",
-            timing: beside,
-        },
-        Cost {
-            what: "find the wall ahead, one ray",
-            timing: rays,
-        },
+        ("snap an orientation and turn the avatar, one step", snap),
+        ("shift the hand, on its way", on_way),
+        ("shift the hand, off its way, where less is shown", beside),
+        ("find the wall ahead, one ray", rays),
     ];
     if let Some(srs) = arm.closed_form() {
-        let poses: Result<Vec<_>, _> = touches
-            .iter()
-            .map(|t| board_pose(t.point_m, t.normal, 0.0))
-            .collect();
-        let poses = poses?;
-        costs.push(Cost {
-            what: "exact verdict of one board pose",
-            timing: time_batches(200, 200, |i| srs.is_reachable(&poses[i % count])),
-        });
+        let pose = |t: &Placed| board_pose(t.point_m, t.normal, 0.0);
+        let poses = touches.iter().map(pose).collect::<Result<Vec<_>, _>>()?;
+        let verdict = time_batches(200, 200, |i| srs.is_reachable(&poses[i % count]));
+        costs.push(("exact verdict of one board pose", verdict));
     }
-    costs.push(Cost {
-        what: "least time to a touch, brute force (study only)",
-        timing: time_each(count.min(60), |i| {
-            least.to_touch(touches[i].point_m, touches[i].normal, &[waiting])
-        }),
+    let ways = time_each(count.min(60), |i| {
+        least.to_touch(touches[i].point_m, touches[i].normal, &[waiting])
     });
+    costs.push(("least time to a touch, brute force (study only)", ways));
     Ok(costs)
 }

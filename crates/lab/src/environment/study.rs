@@ -1,15 +1,14 @@
 //! The runs of the study.
 
 use crate::environment::journey::{self, Journey};
-use crate::environment::modes::{self, BASE_ABOVE_FLOOR_M, Mode};
+use crate::environment::modes::{self, BASE_ABOVE_FLOOR_M, Mode, Placed};
 use crate::environment::outcome::Touch;
-use crate::environment::presenter::{self, Course, Presenter};
+use crate::environment::presenter::{self, Presenter};
 use crate::environment::{gym, speed};
+use crate::reach::arrival::extent;
 use crate::report::quantiles;
 use glam::DVec3;
-use hwall_arrival::{
-    BoardExtent, Surfaces, WaitingConfig, WaitingPosture, WeightedTarget, waiting_posture,
-};
+use hwall_arrival::{Surfaces, WaitingConfig, WaitingPosture, WeightedTarget, waiting_posture};
 use hwall_haptics::{Board, PlaceTolerance};
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_reachability::{Interval, Target, WallFacet};
@@ -20,6 +19,7 @@ use hwall_stage::numbers::counted;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::run::judged::least_time::LeastTime;
 use hwall_stage::setting::load_scene;
+use hwall_testkit::Timing;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
@@ -65,7 +65,7 @@ pub struct Results {
     /// What a scene holds and how far the avatar went.
     pub journey: String,
     /// What single steps cost.
-    pub speed: Vec<speed::Cost>,
+    pub speed: Vec<(&'static str, Timing)>,
     /// What the loader had to repair.
     pub remarks: Vec<String>,
     pub(super) scene: Scene,
@@ -115,25 +115,23 @@ pub fn run(request: &Request) -> anyhow::Result<Results> {
                 thresholds: shifted.then(ReachThresholds::default),
             })
         };
-        let kinds: Vec<(Mode, bool)> = [false, true]
-            .into_iter()
-            .flat_map(|shifted| Mode::ALL.map(|mode| (mode, shifted)))
-            .collect();
+        let both = [false, true].into_iter();
+        let kinds = both.flat_map(|shifted| Mode::ALL.map(|mode| (mode, shifted)));
+        let kinds: Vec<(Mode, bool)> = kinds.collect();
         let judged = |&(mode, shifted): &(Mode, bool)| -> anyhow::Result<Row> {
             let presenter = presenter(shifted)?;
             let placed = modes::placed(&results.scene, &way, &request.orientations, mode)?;
-            let mut course: Course = presenter.course();
-            let touches: anyhow::Result<Vec<Touch>> = placed
-                .iter()
-                .zip(&way.encounters)
+            let mut course = None;
+            let touches = placed.iter().zip(&way.encounters);
+            let touches = touches
                 .map(|(placed, encounter)| presenter.present(&mut course, placed, encounter))
-                .collect();
+                .collect::<anyhow::Result<Vec<Touch>>>()?;
             Ok(Row {
                 person,
                 way: number,
                 mode,
                 shifted,
-                touches: touches?,
+                touches,
             })
         };
         let rows: anyhow::Result<Vec<Row>> = kinds.par_iter().map(judged).collect();
@@ -161,21 +159,18 @@ fn rehearsed(
     let seed = request.seed ^ REHEARSAL;
     let journey = journey::of_seed(scene, &person.config(), REHEARSED, seed)?;
     let placed = modes::placed(scene, &journey, &request.orientations, Mode::Exact)?;
-    let target = |point_m: DVec3, normal: DVec3| WeightedTarget::from(Target { point_m, normal });
-    let targets: Vec<WeightedTarget> = placed
-        .iter()
-        .map(|placed| target(placed.point_m, placed.normal))
-        .collect();
+    let target = |placed: &Placed| {
+        let (point_m, normal) = (placed.point_m, placed.normal);
+        WeightedTarget::from(Target { point_m, normal })
+    };
+    let targets: Vec<WeightedTarget> = placed.iter().map(target).collect();
     let Some(srs) = arm.closed_form() else {
         anyhow::bail!(
             "--arm {}: this study needs an arm with a closed form",
             request.arm
         );
     };
-    let board = BoardExtent {
-        half_width_m: board.half_width_m,
-        half_height_m: board.half_height_m,
-    };
+    let board = extent(board);
     let budgets = journey.encounters.iter().map(presenter::budget_s);
     let config = WaitingConfig {
         budget_s: quantiles(budgets, [0.5])[0].max(LEAST_BUDGET_S),
@@ -202,21 +197,20 @@ fn rehearsed(
 fn described(request: &Request, scene: &Scene, way: &Journey) -> String {
     let bounds = scene.bounds();
     let size = bounds.max_m - bounds.min_m;
-    let what = match &request.scene {
-        Some(path) => path.file_name().map_or("the scene".to_owned(), |name| {
-            name.to_string_lossy().into_owned()
-        }),
-        None => format!("the gym of seed {}", request.seed),
+    let name = request.scene.as_ref().map(|path| path.file_name());
+    let what = match name {
+        Some(name) => name.unwrap_or("the scene".as_ref()).to_string_lossy(),
+        None => format!("the gym of seed {}", request.seed).into(),
     };
     let minutes = way.encounters.last().map_or(0.0, |e| e.leaves_s / 60.0);
-    let joystick = way.length_m;
     format!(
-        "{} in {what}, {:.1} x {:.1} m with {}; the avatar travels {joystick:.0} m in {minutes:.1} minutes, the \
+        "{} in {what}, {:.1} x {:.1} m with {}; the avatar travels {:.0} m in {minutes:.1} minutes, the \
          person stays within 0.3 m of one place before the arm ({})",
         counted(way.encounters.len(), "touch", "touches"),
         size.x,
         size.y,
         counted(scene.surfaces().len(), "surface", "surfaces"),
+        way.length_m,
         request.arm
     )
 }

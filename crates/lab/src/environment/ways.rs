@@ -18,8 +18,7 @@ const BODY_M: [f64; 3] = [0.4, 1.1, 1.6];
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Avatar {
     pub(super) t_s: f64,
-    pub(super) position_m: DVec2,
-    pub(super) heading_rad: f64,
+    pub(super) stand: Stand,
     pub(super) speed_m_per_s: f64,
     pub(super) turn_rad_per_s: f64,
 }
@@ -38,7 +37,7 @@ pub(super) struct Way {
     begin_rad: f64,
     /// Place, and length until there, m.
     points: Vec<(DVec2, f64)>,
-    end: Stand,
+    pub(super) end: Stand,
 }
 
 impl Way {
@@ -66,10 +65,6 @@ impl Way {
             points,
             end: to,
         }
-    }
-
-    pub(super) const fn end_m(&self) -> DVec2 {
-        self.end.position_m
     }
 
     pub(super) fn length_m(&self) -> f64 {
@@ -101,10 +96,9 @@ impl Way {
             .partition_point(|p| p.1 < length_m)
             .clamp(1, self.points.len() - 1);
         let ((a, a_m), (b, b_m)) = (self.points[next - 1], self.points[next]);
-        let share = if b_m > a_m {
-            ((length_m - a_m) / (b_m - a_m)).clamp(0.0, 1.0)
-        } else {
-            0.0
+        let share = match b_m > a_m {
+            true => ((length_m - a_m) / (b_m - a_m)).clamp(0.0, 1.0),
+            false => 0.0,
         };
         // The direction between the middles of two pieces is smooth enough for a turn rate.
         let heading = |from: usize| {
@@ -120,12 +114,12 @@ impl Way {
     pub(super) fn travelled(
         &self,
         from_s: f64,
-        heading_rad: f64,
+        from_rad: f64,
         most_m_per_s: f64,
     ) -> (Vec<Avatar>, f64) {
         let mut instants = Vec::new();
         let start_m = self.points[0].0;
-        let spin_rad = wrapped_rad(self.begin_rad - heading_rad);
+        let spin_rad = wrapped_rad(self.begin_rad - from_rad);
         let spin_s = spin_rad.abs() / SPIN_RAD_PER_S;
         let length_m = self.length_m();
         let a = ACCELERATION_M_PER_S2;
@@ -135,13 +129,13 @@ impl Way {
         let release_s = from_s + spin_s + ramp_s + cruise_s;
         let stop_s = release_s + ramp_s;
         let count = ((stop_s - from_s) / STEP_S).ceil() as usize;
-        let mut last_rad = heading_rad;
+        let mut last_rad = from_rad;
         for i in 0..=count {
             let t_s = (from_s + i as f64 * STEP_S).min(stop_s);
             let driven_s = t_s - from_s - spin_s;
-            let (position_m, heading, speed) = if driven_s <= 0.0 {
+            let (position_m, heading_rad, speed) = if driven_s <= 0.0 {
                 let turned = (t_s - from_s) * SPIN_RAD_PER_S;
-                (start_m, heading_rad + spin_rad.signum() * turned, 0.0)
+                (start_m, from_rad + spin_rad.signum() * turned, 0.0)
             } else {
                 let left_s = stop_s - t_s;
                 let (passed_m, speed) = if driven_s < ramp_s {
@@ -151,21 +145,24 @@ impl Way {
                 } else {
                     (length_m - 0.5 * a * left_s * left_s, a * left_s)
                 };
-                let (at, heading) = self.at(passed_m);
-                (at, heading, speed)
+                let (at_m, heading_rad) = self.at(passed_m);
+                (at_m, heading_rad, speed)
             };
-            let turned = wrapped_rad(heading - last_rad);
-            last_rad = heading;
+            let turned = wrapped_rad(heading_rad - last_rad);
+            last_rad = heading_rad;
+            let stand = Stand {
+                position_m,
+                heading_rad,
+            };
             instants.push(Avatar {
                 t_s,
-                position_m,
-                heading_rad: heading,
+                stand,
                 speed_m_per_s: speed,
                 turn_rad_per_s: if i == 0 { 0.0 } else { turned / STEP_S },
             });
         }
         if let Some(last) = instants.last_mut() {
-            (last.position_m, last.heading_rad) = (self.end.position_m, self.end.heading_rad);
+            last.stand = self.end;
         }
         (instants, release_s)
     }
@@ -184,8 +181,8 @@ pub(super) fn is_free(
     radius_m: f64,
 ) -> Result<bool, SceneError> {
     for height_m in BODY_M {
-        let middle = at.extend(floor_m + height_m);
-        if scene.closest_point(middle, radius_m)?.is_some() {
+        let middle_m = at.extend(floor_m + height_m);
+        if scene.closest_point(middle_m, radius_m)?.is_some() {
             return Ok(false);
         }
     }
@@ -207,13 +204,12 @@ mod tests {
             let (instants, release_s) = way.travelled(5.0, -2.0, most);
             let (first, last) = (instants[0], instants[instants.len() - 1]);
             assert_eq!(
-                (first.t_s, first.position_m, first.speed_m_per_s),
+                (first.t_s, first.stand.position_m, first.speed_m_per_s),
                 (5.0, DVec2::new(-1.0, 0.5), 0.0)
             );
-            assert!(last.position_m.distance(to.position_m) < 1e-12 && last.speed_m_per_s < 1e-9);
-            assert!((last.heading_rad - 2.0).abs() < 1e-12 && release_s < last.t_s);
+            assert!(last.stand == to && last.speed_m_per_s < 1e-9 && release_s < last.t_s);
             for pair in instants.windows(2) {
-                let way_m = pair[0].position_m.distance(pair[1].position_m);
+                let way_m = pair[0].stand.position_m.distance(pair[1].stand.position_m);
                 assert!(way_m <= most * STEP_S * 1.01 + 1e-6, "{way_m}");
                 assert!(pair[1].turn_rad_per_s.abs() < 8.0);
             }

@@ -1,21 +1,14 @@
 //! One run: an arm, a session, a hand with a mass, and a fault at a moment of a touch.
 
-use super::fault::{Fault, Input, Link, Spoiled};
+use super::fault::{Fault, Input, Link, Other, Phase, Spoiled};
 use super::number::WrongNumber;
-use super::outcome::{After, Outcome, Reached};
-use super::phase::Phase;
 use super::predictor::SpoiledPredictor;
 use super::script::{REST_M, Script, TARGET_M};
-use anyhow::{Context, bail};
+use anyhow::Context;
 use glam::DVec3;
 use hwall::hand::HandFrame;
-use hwall::haptics::safety::Channel;
-use hwall::haptics::{
-    Arm, ArmCommand, ArmState, Board, ContactLimits, HoldReason, SafeReason, SafeState,
-};
-use hwall::{
-    EventKind, Session, SessionConfig, SessionState, Walls, WallsConfig, session_supervisor,
-};
+use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
+use hwall::{Session, SessionConfig, SessionState, Walls, WallsConfig, session_supervisor};
 use hwall_fri::controller::FaultConfig;
 use hwall_geometry::Wrench;
 use hwall_kinematics::JointPositions;
@@ -30,14 +23,6 @@ use std::sync::Arc;
 /// Control period, s.
 pub(super) const DT_S: f64 = 1e-3;
 const TRACKER_S: f64 = 1.0 / 90.0;
-/// The fault lasts this long, s: long enough to see the board withdraw.
-const FAULT_S: f64 = 1.0;
-/// By then the session goes on by itself, s after the fault.
-const RECOVERED_S: f64 = 1.0;
-/// By then it goes on after a reset, s.
-const RESET_S: f64 = 0.6;
-/// A phase that has not come by then will not come, s.
-const LATEST_S: f64 = 9.0;
 /// A push above the limit of an impact, 280 N.
 const SPIKE_N: f64 = 400.0;
 /// No hand pushes like that.
@@ -56,18 +41,17 @@ const BESIDE_M: f64 = 0.3;
 
 /// Plus and minus one, ten times a second.
 pub(super) fn to_and_fro(since_s: f64) -> f64 {
-    if (since_s / 0.1) as i64 % 2 == 0 {
-        1.0
-    } else {
-        -1.0
+    match (since_s / 0.1) as i64 % 2 {
+        0 => 1.0,
+        _ => -1.0,
     }
 }
 
 /// What all runs share.
 pub(super) struct Setup {
     arm: BoardArm,
-    max_velocity_rad_per_s: [f64; 7],
-    pub(super) board: Board,
+    pub(super) max_velocity_rad_per_s: [f64; 7],
+    board: Board,
     wall: (Scene, Walls),
     rough: (Scene, Walls),
     door: (Scene, Walls),
@@ -99,10 +83,6 @@ impl Setup {
             arm,
             board,
         })
-    }
-
-    pub(super) const fn max_velocity_rad_per_s(&self) -> &[f64; 7] {
-        &self.max_velocity_rad_per_s
     }
 
     fn scene(&self, phase: Phase) -> &(Scene, Walls) {
@@ -153,10 +133,9 @@ impl Bench {
         let (scene, walls) = setup.scene(phase);
         let mut supervisor = session_supervisor();
         supervisor.head.frozen_s = Some(HEAD_FROZEN_S);
+        let board_level = level.unwrap_or(ArmLevel::Servo);
         let config = SessionConfig {
-            object_command: level
-                .unwrap_or(ArmLevel::Servo)
-                .object_command(&setup.arm, &setup.board)?,
+            object_command: board_level.object_command(&setup.arm, &setup.board)?,
             supervisor: Some(supervisor),
             ..SessionConfig::default()
         };
@@ -170,7 +149,6 @@ impl Bench {
         )?;
         let model = Arc::clone(session.control().arm());
         let start = walls.waiting.unwrap_or(setup.arm.start());
-        let hand = HandBodyConfig::default();
         let arm = match level {
             Some(level) => SimulatedArm::new(level, &setup.arm, model, &setup.board, start, seed)?,
             None => {
@@ -184,7 +162,7 @@ impl Bench {
         Ok(Self {
             arm,
             session,
-            hand: HandBody::new(hand, TARGET_M + REST_M, DVec3::ZERO)?,
+            hand: HandBody::new(HandBodyConfig::default(), TARGET_M + REST_M, DVec3::ZERO)?,
             script_is_over: false,
             script: Script::of(phase),
             phase,
@@ -208,27 +186,20 @@ impl Bench {
     pub(super) fn goes_again(&mut self, hurried: bool) -> bool {
         let over = self.t_s > self.script_from_s + self.script.end_s + 0.4;
         if over {
-            self.script_from_s = self.t_s;
-            let usual = Script::of(self.phase);
-            self.script = if hurried {
-                let [waits_s, takes_s] =
-                    [MOST_WAIT_S, MOST_REACH_S].map(|most_s| self.noise.uniform(LEAST_S, most_s));
-                let [y, z] = [BESIDE_M; 2].map(|most_m| self.noise.uniform(-most_m, most_m));
-                usual.hurried(waits_s, takes_s, DVec3::new(0.0, y, z))
-            } else {
-                usual
-            };
+            (self.script_from_s, self.script) = (self.t_s, Script::of(self.phase));
+        }
+        if over && hurried {
+            let mut drawn = |[low, high]: [f64; 2]| self.noise.uniform(low, high);
+            let [waits_s, takes_s] =
+                [[LEAST_S, MOST_WAIT_S], [LEAST_S, MOST_REACH_S]].map(&mut drawn);
+            let [y, z] = [[-BESIDE_M, BESIDE_M]; 2].map(&mut drawn);
+            self.script = self.script.hurried(waits_s, takes_s, DVec3::new(0.0, y, z));
         }
         over
     }
 
-    /// One control period. `fault`: what is wrong, and for how long it has been, s.
-    pub(super) fn cycle(&mut self, fault: Option<(Fault, f64)>) -> anyhow::Result<()> {
-        self.cycle_with(fault, None)
-    }
-
-    /// One control period with a fault, a wrong number, or both.
-    pub(super) fn cycle_with(
+    /// One control period with a fault, a wrong number, or both. `fault`: what is wrong, and for how long it has been, s.
+    pub(super) fn cycle(
         &mut self,
         fault: Option<(Fault, f64)>,
         number: Option<&WrongNumber>,
@@ -288,7 +259,7 @@ impl Bench {
         let (pose, twist) = (self.arm.pose(), self.arm.twist());
         self.hand_wrench = self.hand.step(DT_S, &pose, &twist, &drive)?;
         let mut wrench = self.hand_wrench;
-        if matches!(fault, Some((Fault::EdgePush, _))) {
+        if matches!(fault, Some((Fault::Other(Other::EdgePush), _))) {
             let force_n = pose.rotation().z_axis * -80.0;
             let lever_m = pose.rotation().x_axis * 0.099;
             wrench.force_n += force_n;
@@ -310,28 +281,22 @@ impl Bench {
     fn frame(&mut self, t_s: f64, fault: Option<(Fault, f64)>) -> HandFrame {
         let tip_m = self.hand.position_m();
         let mut noisy = |at: DVec3| {
-            at + NOISE_M
-                * DVec3::new(
-                    self.noise.normal(),
-                    self.noise.normal(),
-                    self.noise.normal(),
-                )
+            let noise = DVec3::from([(); 3].map(|()| self.noise.normal()));
+            at + NOISE_M * noise
         };
-        let tips_m =
-            [0.0, 0.0, 0.02, 0.04, 0.06].map(|y| Some(noisy(tip_m + DVec3::new(y, y, -0.5 * y))));
+        let fingers = [0.0, 0.0, 0.02, 0.04, 0.06];
+        let tips_m = fingers.map(|y| Some(noisy(tip_m + DVec3::new(y, y, -0.5 * y))));
         let palm_m = Some(noisy(tip_m + DVec3::new(0.12, 0.02, 0.0)));
         let mut head_m = self.head_m;
-        if let Some((Fault::PersonInTheWay, since_s)) = fault {
+        if let Some((Fault::Other(Other::PersonInTheWay), since_s)) = fault {
             // As fast as a person leans forward.
-            let before_m = self.arm.pose().position_m() + self.arm.pose().rotation().z_axis * 0.15;
-            let way = before_m - head_m;
+            let face = self.arm.pose();
+            let way = face.position_m() + face.rotation().z_axis * 0.15 - head_m;
             head_m += way.clamp_length_max(1.5 * since_s);
         }
-        let looks = t_s >= self.script_from_s + self.script.look_s;
-        let gaze = if looks {
-            self.script.target_m - head_m
-        } else {
-            DVec3::X
+        let gaze = match t_s >= self.script_from_s + self.script.look_s {
+            true => self.script.target_m - head_m,
+            false => DVec3::X,
         };
         HandFrame {
             palm_m,
@@ -390,9 +355,11 @@ impl Bench {
                 Spoiled::Missing => {}
             },
             // As torques of a push at the board, so that it does not depend on the posture how much it is.
-            Fault::TorqueSpike if since_s % 0.1 < 0.005 => self.push(&mut state, SPIKE_N),
-            Fault::ImplausibleForce => self.push(&mut state, IMPLAUSIBLE_N),
-            Fault::JointLimit => {
+            Fault::Other(Other::TorqueSpike) if since_s % 0.1 < 0.005 => {
+                self.push(&mut state, SPIKE_N);
+            }
+            Fault::Other(Other::ImplausibleForce) => self.push(&mut state, IMPLAUSIBLE_N),
+            Fault::Other(Other::JointLimit) => {
                 state.q[5] = self.session.control().arm().limits()[5].max_rad + 0.05;
             }
             _ => {}
@@ -415,23 +382,19 @@ impl Bench {
         }
     }
 
-    fn send(&mut self, command: ArmCommand, fault: Option<(Fault, f64)>) -> anyhow::Result<()> {
+    fn send(&mut self, mut command: ArmCommand, fault: Option<(Fault, f64)>) -> anyhow::Result<()> {
         match fault {
-            Some((Fault::Refused, _)) if command != ArmCommand::Hold => {
+            Some((Fault::Other(Other::Refused), _)) if command != ArmCommand::Hold => {
                 self.session.stop();
-                self.hand_to_arm(ArmCommand::Hold)?;
+                command = ArmCommand::Hold;
             }
-            Some((Fault::NotObeyed, since_s)) if command == ArmCommand::Hold => {
+            Some((Fault::Other(Other::NotObeyed), since_s)) if command == ArmCommand::Hold => {
                 let mut q: JointPositions = self.last_state.map_or(self.arm.q(), |state| state.q);
                 q[0] += 0.3 * since_s;
-                self.hand_to_arm(ArmCommand::Position(q))?;
+                command = ArmCommand::Position(q);
             }
-            _ => self.hand_to_arm(command)?,
+            _ => {}
         }
-        Ok(())
-    }
-
-    fn hand_to_arm(&mut self, command: ArmCommand) -> anyhow::Result<()> {
         match self.arm.command(command) {
             Err(error) if SimulatedArm::is_transient(&error) => self.session.refused(),
             taken => taken?,
@@ -441,17 +404,17 @@ impl Bench {
 
     /// Has the phase come?
     pub(super) fn is_in(&self, phase: Phase, held_s: f64, released: bool) -> bool {
-        let touched = self.session.state() == SessionState::Touched;
+        let state = self.session.state();
+        let touched = state == SessionState::Touched;
         match phase {
-            Phase::Waiting => self.t_s >= 0.6 && self.session.state() == SessionState::Waiting,
-            Phase::Approaching => {
-                let on_its_way = matches!(
-                    self.session.state(),
-                    SessionState::Approaching | SessionState::GettingReady
-                );
-                on_its_way && self.arm.twist().linear_m_per_s.length() > 0.1
-            }
-            Phase::InPlace => self.session.state() == SessionState::InPlace && held_s > 0.1,
+            Phase::Waiting => self.t_s >= 0.6 && state == SessionState::Waiting,
+            Phase::Approaching => match state {
+                SessionState::Approaching | SessionState::GettingReady => {
+                    self.arm.twist().linear_m_per_s.length() > 0.1
+                }
+                _ => false,
+            },
+            Phase::InPlace => state == SessionState::InPlace && held_s > 0.1,
             Phase::TouchedWall => touched && held_s > 0.2,
             Phase::TouchedDoor => {
                 let opened = |moving: hwall::MovingSurface| moving.position > 0.03;
@@ -499,148 +462,4 @@ fn spoiled_frame(
         _ => {}
     }
     Some(frame)
-}
-
-/// The safe state in force, and its name.
-pub(super) fn safe_state(
-    session: &Session<SpoiledPredictor>,
-    heads: bool,
-) -> (Reached, Option<String>) {
-    let safety = session.control().safety();
-    let reached = |state: SafeState| match state {
-        SafeState::Holding { .. } => Reached::Holding,
-        SafeState::Retreating { .. } => Reached::Retreating,
-        SafeState::Compliant { .. } => Reached::Compliant,
-        SafeState::Stopped { .. } => Reached::Stopped,
-        SafeState::Slowed { .. } => Reached::Slowed,
-        _ => Reached::WentOn,
-    };
-    match (session.state(), safety) {
-        (SessionState::Safe(state), _) => (reached(state), state.reason().map(reason_name)),
-        (SessionState::Holding(reason), safety) if reason != HoldReason::NoTarget => {
-            let state = reached(safety).max(Reached::Holding);
-            (state, Some(reason.name().to_owned()))
-        }
-        (_, SafeState::Slowed { reason }) => {
-            let is_head = matches!(
-                reason,
-                SafeReason::PersonNear {
-                    part: Channel::Head,
-                    ..
-                }
-            );
-            (
-                Reached::Slowed,
-                (heads && is_head).then(|| reason_name(reason)),
-            )
-        }
-        _ => (Reached::WentOn, None),
-    }
-}
-
-fn reason_name(reason: SafeReason) -> String {
-    match reason.channel() {
-        Some(channel) => format!("{} {}", reason.name(), channel.name()),
-        None => reason.name().to_owned(),
-    }
-}
-
-/// One combination.
-pub(super) fn run(
-    setup: &Setup,
-    (fault, phase, level): (Fault, Phase, ArmLevel),
-    seed: u64,
-) -> anyhow::Result<Outcome> {
-    let behind_fri = matches!(fault, Fault::Link(_));
-    let mut bench = Bench::new(setup, phase, (!behind_fri).then_some(level), seed)?;
-    let (mut last, mut since_s, mut released_s) = (bench.session.state(), 0.0, None);
-    loop {
-        let released = released_s.is_some_and(|at| bench.t_s - at > 0.05);
-        if bench.is_in(phase, bench.t_s - since_s, released) {
-            break;
-        }
-        bench.cycle(None)?;
-        if bench.session.state() != last {
-            (last, since_s) = (bench.session.state(), bench.t_s);
-        }
-        while let Some(event) = bench.session.next_event() {
-            if matches!(event.kind, EventKind::Released) {
-                released_s = Some(bench.t_s);
-            }
-        }
-        if bench.t_s > LATEST_S {
-            bail!("{} never comes ({level:?})", phase.name());
-        }
-    }
-    let began_s = bench.t_s;
-    let face = bench.arm.pose();
-    let limits = ContactLimits::default();
-    let mut outcome = Outcome {
-        fault,
-        phase,
-        level,
-        reached: Reached::WentOn,
-        reason: String::new(),
-        after_s: None,
-        most_n: 0.0,
-        pressed_s: 0.0,
-        meets_m_per_s: 0.0,
-        moved_m: 0.0,
-        outward_m: 0.0,
-        after: After::Stuck,
-    };
-    if matches!(fault, Fault::Stop | Fault::NotObeyed) {
-        bench.session.stop();
-    }
-    let mut pressed_s = 0.0;
-    let mut latched = false;
-    while bench.t_s - began_s < FAULT_S + RECOVERED_S + RESET_S {
-        let since_s = bench.t_s - began_s;
-        let lasts = since_s < FAULT_S;
-        let before = bench.hand.is_touching();
-        let outward = bench.arm.pose().rotation().z_axis;
-        let closing =
-            (bench.arm.twist().linear_m_per_s - bench.hand.velocity_m_per_s()).dot(outward);
-        bench.cycle(lasts.then_some((fault, since_s)))?;
-        if bench.hand.is_touching() && !before {
-            outcome.meets_m_per_s = outcome.meets_m_per_s.max(closing);
-        }
-        let force_n = bench.hand_wrench.force_n.length();
-        outcome.most_n = outcome.most_n.max(force_n);
-        pressed_s = if force_n > limits.lasting_force_n() {
-            pressed_s + DT_S
-        } else {
-            0.0
-        };
-        outcome.pressed_s = outcome.pressed_s.max(pressed_s);
-        if lasts {
-            let way = bench.arm.pose().position_m() - face.position_m();
-            outcome.moved_m = outcome.moved_m.max(way.length());
-            outcome.outward_m = outcome.outward_m.max(way.dot(face.rotation().z_axis));
-            let heads = fault == Fault::PersonInTheWay;
-            let (reached, name) = safe_state(&bench.session, heads);
-            outcome.reached = outcome.reached.max(reached);
-            if let (Some(name), None) = (name, outcome.after_s) {
-                (outcome.after_s, outcome.reason) = (Some(since_s), name);
-            }
-        } else if since_s >= FAULT_S + RECOVERED_S
-            && !latched
-            && bench.session.control().is_latched()
-        {
-            latched = true;
-            bench.session.reset();
-        }
-        while bench.session.next_event().is_some() {}
-    }
-    let goes_on = safe_state(&bench.session, false).0 <= Reached::Slowed;
-    if !goes_on {
-        let state = bench.session.state();
-        outcome.reason = format!("at the end {state:?}");
-    }
-    outcome.after = match (goes_on, latched) {
-        (true, false) => After::Recovered,
-        (true, true) => After::Latched,
-        (false, _) => After::Stuck,
-    };
-    Ok(outcome)
 }

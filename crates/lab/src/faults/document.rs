@@ -1,9 +1,9 @@
 //! The tables of the matrix, and the whole of docs/FAULTS.md.
 
+use super::fault::Phase;
 use super::figure;
 use super::impact::{Impact, SPEED_M_PER_S};
 use super::outcome::{Bounds, Outcome};
-use super::phase::Phase;
 use super::study::{Request, Results};
 use crate::documents::Documents;
 use crate::report::{Claim, Column, Gap, claims, page, table_of};

@@ -1,6 +1,5 @@
-//! What goes wrong.
+//! What goes wrong, and when.
 
-use super::phase::Phase;
 use crate::report::named;
 use hwall_fri::controller::FaultConfig;
 
@@ -79,6 +78,30 @@ impl Link {
     }
 }
 
+named! {
+    /// What is not the fault of an input.
+    pub enum Other {
+        /// 150 N m on one joint for 5 ms, ten times a second.
+        TorqueSpike = "torque spikes",
+        /// A force of 1.5 kN in the torques.
+        ImplausibleForce = "implausible force",
+        /// A joint is measured beyond its limit.
+        JointLimit = "joint beyond its limit",
+        /// A contact is predicted at the arm's own base.
+        SelfCollision = "target at the arm's own base",
+        /// 80 N at the edge of the face.
+        EdgePush = "push at the board's edge",
+        /// The head comes to 0.15 m in front of the face.
+        PersonInTheWay = "head before the board",
+        /// The driver takes no command but to hold.
+        Refused = "commands refused",
+        /// The arm turns a joint at 0.3 rad/s while it is told to hold.
+        NotObeyed = "a hold is not obeyed",
+        /// [`Session::stop`](hwall::Session::stop) is called.
+        Stop = "stop asked for",
+    }
+}
+
 /// A fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fault {
@@ -86,24 +109,8 @@ pub enum Fault {
     None,
     /// An input is spoiled.
     Spoiled(Input, Spoiled),
-    /// 150 N m on one joint for 5 ms, ten times a second.
-    TorqueSpike,
-    /// A force of 1.5 kN in the torques.
-    ImplausibleForce,
-    /// A joint is measured beyond its limit.
-    JointLimit,
-    /// A contact is predicted at the arm's own base.
-    SelfCollision,
-    /// 80 N at the edge of the face.
-    EdgePush,
-    /// The head comes to 0.15 m in front of the face.
-    PersonInTheWay,
-    /// The driver takes no command but to hold.
-    Refused,
-    /// The arm turns a joint at 0.3 rad/s while it is told to hold.
-    NotObeyed,
-    /// [`Session::stop`](hwall::Session::stop) is called.
-    Stop,
+    /// Something else is wrong.
+    Other(Other),
     /// The connection to an arm behind FRI. To other arms nothing happens.
     Link(Link),
 }
@@ -128,45 +135,23 @@ impl Fault {
             (Gaze, &[Frozen, Jumping, NotANumber, Missing]),
             (Target, &[Frozen, Jumping, NotANumber, Missing]),
         ];
-        let spoiled = rows
-            .into_iter()
-            .flat_map(|(input, kinds)| kinds.iter().map(move |kind| Self::Spoiled(input, *kind)));
-        let others = [
-            Self::TorqueSpike,
-            Self::ImplausibleForce,
-            Self::JointLimit,
-            Self::SelfCollision,
-            Self::EdgePush,
-            Self::PersonInTheWay,
-            Self::Refused,
-            Self::NotObeyed,
-            Self::Stop,
-        ];
-        [Self::None]
-            .into_iter()
-            .chain(spoiled)
-            .chain(others)
-            .chain(Link::ALL.map(Self::Link))
-            .collect()
+        let mut all = vec![Self::None];
+        for (input, kinds) in rows {
+            all.extend(kinds.iter().map(|kind| Self::Spoiled(input, *kind)));
+        }
+        all.extend(Other::ALL.map(Self::Other));
+        all.extend(Link::ALL.map(Self::Link));
+        all
     }
 
     /// For tables.
     pub fn name(self) -> String {
-        let (input, kind) = match self {
-            Self::None => return "none".to_owned(),
-            Self::TorqueSpike => return "torque spikes".to_owned(),
-            Self::ImplausibleForce => return "implausible force".to_owned(),
-            Self::JointLimit => return "joint beyond its limit".to_owned(),
-            Self::SelfCollision => return "target at the arm's own base".to_owned(),
-            Self::EdgePush => return "push at the board's edge".to_owned(),
-            Self::PersonInTheWay => return "head before the board".to_owned(),
-            Self::Refused => return "commands refused".to_owned(),
-            Self::NotObeyed => return "a hold is not obeyed".to_owned(),
-            Self::Stop => return "stop asked for".to_owned(),
-            Self::Link(link) => return link.name().to_owned(),
-            Self::Spoiled(input, kind) => (input, kind),
-        };
-        format!("{} {}", input.name(), kind.name())
+        match self {
+            Self::None => "none".to_owned(),
+            Self::Spoiled(input, kind) => format!("{} {}", input.name(), kind.name()),
+            Self::Other(other) => other.name().to_owned(),
+            Self::Link(link) => link.name().to_owned(),
+        }
     }
 
     /// Why no safe state is asked for in this phase; `None` if one is.
@@ -177,7 +162,8 @@ impl Fault {
             Self::None => "no fault",
             Self::Link(_) => "the client bounds its commands by what has arrived",
             Self::Spoiled(Gaze, _) => "the hand tells the place, or there is none",
-            Self::Spoiled(Frames | Fingertip | Palm | Head | Target, _) | Self::SelfCollision
+            Self::Spoiled(Frames | Fingertip | Palm | Head | Target, _)
+            | Self::Other(Other::SelfCollision)
                 if phase.is_touched() =>
             {
                 "a touch heeds the force alone"
@@ -186,7 +172,7 @@ impl Fault {
             Self::Spoiled(Target, Spoiled::NotANumber) if !matches!(phase, Phase::Waiting) => {
                 return None;
             }
-            Self::Spoiled(Target, _) | Self::SelfCollision => {
+            Self::Spoiled(Target, _) | Self::Other(Other::SelfCollision) => {
                 "the renderer goes where it can, within all limits"
             }
             Self::Spoiled(Fingertip, Spoiled::NotANumber | Spoiled::Missing | Frozen) => {
@@ -196,10 +182,42 @@ impl Fault {
             Self::Spoiled(Qd | Torque, Frozen) => "nothing is commanded from it, or the arm stands",
             Self::Spoiled(Torque, Spoiled::Missing) if !phase.is_touched() => "nothing is touched",
             Self::Spoiled(Frames, Jumping) => return None,
-            Self::PersonInTheWay if !matches!(phase, Phase::Approaching) => {
+            Self::Other(Other::PersonInTheWay) if !matches!(phase, Phase::Approaching) => {
                 "the board stands, or is slower than it may be near a head"
             }
             _ => return None,
         })
+    }
+}
+
+named! {
+    /// A phase of a touch.
+    pub enum Phase {
+        /// The arm is in its waiting posture.
+        Waiting = "waiting",
+        /// The board is on its way.
+        Approaching = "approaching",
+        /// The board stands where the hand will come.
+        InPlace = "in place",
+        /// The hand presses a wall.
+        TouchedWall = "touched wall",
+        /// The hand pushes a door open.
+        TouchedDoor = "touched door, opening",
+        /// The board slides under the hand to feel rough.
+        Sliding = "sliding texture",
+        /// The hand has just let go.
+        Released = "released",
+    }
+}
+
+impl Phase {
+    /// Does the hand press the board?
+    pub const fn is_touched(self) -> bool {
+        matches!(self, Self::TouchedWall | Self::TouchedDoor | Self::Sliding)
+    }
+
+    /// Does the board move?
+    pub const fn moves(self) -> bool {
+        matches!(self, Self::Approaching | Self::TouchedDoor | Self::Sliding)
     }
 }

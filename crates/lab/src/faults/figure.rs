@@ -1,7 +1,7 @@
 //! The matrix as a picture.
 
+use super::fault::Phase;
 use super::outcome::{Bounds, Outcome, Reached};
-use super::phase::Phase;
 use crate::report::figure::{Draw, figure};
 use hwall_stage::run::simulated_arm::ArmLevel;
 use plotters::prelude::*;

@@ -1,8 +1,9 @@
 //! A hand that hits the board in place at 2 m/s.
 
-use super::bench::{Bench, DT_S, Setup, safe_state};
+use super::bench::{Bench, DT_S, Setup};
+use super::fault::Phase;
 use super::outcome::{Bounds, Reached};
-use super::phase::Phase;
+use super::run::safe_state;
 use glam::DVec3;
 use hwall_sim::{HandBody, HandBodyConfig};
 use hwall_stage::run::simulated_arm::ArmLevel;
@@ -55,7 +56,7 @@ pub(super) fn run(
     let mut bench = Bench::new(setup, Phase::InPlace, Some(level), seed)?;
     // In place, and at rest there, before the hand of the script comes.
     while bench.t_s < 2.1 {
-        bench.cycle(None)?;
+        bench.cycle(None, None)?;
     }
     let face = bench.arm.pose();
     let outward: DVec3 = face.rotation().z_axis;
@@ -79,7 +80,7 @@ pub(super) fn run(
         reason: String::new(),
     };
     for _ in 0..(0.3 / DT_S) as usize {
-        bench.cycle(None)?;
+        bench.cycle(None, None)?;
         let force_n = bench.hand_wrench.force_n.length();
         impact.peak_n = impact.peak_n.max(force_n);
         let way = bench.arm.pose().position_m() - face.position_m();

@@ -1,6 +1,5 @@
 //! One wrong number in what a session is given.
 
-use glam::DVec3;
 use hwall::hand::HandFrame;
 use hwall::haptics::ArmState;
 use hwall_testkit::Sampler;
@@ -68,42 +67,34 @@ impl WrongNumber {
         }
     }
 
-    fn spoil(&self, number: &mut f64) {
-        *number = if self.replaces {
-            self.by
-        } else {
-            *number + self.by
-        };
-    }
-
-    fn spoil_point(&self, point: &mut Option<DVec3>, axis: usize) {
-        if let Some(point) = point {
-            self.spoil(&mut point[axis]);
+    fn spoil(&self, number: Option<&mut f64>) {
+        match number {
+            Some(number) if self.replaces => *number = self.by,
+            Some(number) => *number += self.by,
+            None => {}
         }
     }
 
     pub(super) fn spoil_state(&self, state: &mut ArmState) {
-        match self.place {
-            Place::Angle(joint) => self.spoil(&mut state.q.0[joint]),
-            Place::Velocity(joint) => self.spoil(&mut state.qd.0[joint]),
-            Place::Torque(joint) => {
-                if let Some(torque) = &mut state.external_torque {
-                    self.spoil(&mut torque.0[joint]);
-                }
-            }
-            Place::StateTime => self.spoil(&mut state.t_s),
-            _ => {}
-        }
+        let torques = state.external_torque.as_mut();
+        self.spoil(match self.place {
+            Place::Angle(joint) => Some(&mut state.q.0[joint]),
+            Place::Velocity(joint) => Some(&mut state.qd.0[joint]),
+            Place::Torque(joint) => torques.map(|torques| &mut torques.0[joint]),
+            Place::StateTime => Some(&mut state.t_s),
+            _ => None,
+        });
     }
 
     pub(super) fn spoil_frame(&self, frame: &mut HandFrame) {
-        match self.place {
-            Place::FrameTime => self.spoil(&mut frame.t_s),
-            Place::Palm(axis) => self.spoil_point(&mut frame.palm_m, axis),
-            Place::Tip(finger, axis) => self.spoil_point(&mut frame.tips_m[finger], axis),
-            Place::Head(axis) => self.spoil_point(&mut frame.head_m, axis),
-            Place::Gaze(axis) => self.spoil_point(&mut frame.gaze, axis),
-            _ => {}
-        }
+        let (point, axis) = match self.place {
+            Place::FrameTime => return self.spoil(Some(&mut frame.t_s)),
+            Place::Palm(axis) => (&mut frame.palm_m, axis),
+            Place::Tip(finger, axis) => (&mut frame.tips_m[finger], axis),
+            Place::Head(axis) => (&mut frame.head_m, axis),
+            Place::Gaze(axis) => (&mut frame.gaze, axis),
+            _ => return,
+        };
+        self.spoil(point.as_mut().map(|point| &mut point[axis]));
     }
 }

@@ -1,7 +1,6 @@
 //! What became of a fault.
 
-use super::fault::Fault;
-use super::phase::Phase;
+use super::fault::{Fault, Phase};
 use crate::report::named;
 use hwall_stage::run::simulated_arm::ArmLevel;
 
@@ -69,8 +68,6 @@ pub struct Outcome {
 pub struct Bounds {
     /// A safe state is reached within this, s: every input that no longer comes has aged by then.
     pub safe_s: f64,
-    /// Force that may last, N.
-    pub lasting_n: f64,
     /// Force of an impact, N.
     pub impact_n: f64,
     /// How long a force counts as an impact, s.

@@ -1,6 +1,6 @@
 //! A predictor that can be spoiled.
 
-use super::fault::{Fault, Input, Spoiled};
+use super::fault::{Fault, Input, Other, Spoiled};
 use glam::DVec3;
 use hwall_contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
@@ -39,24 +39,23 @@ impl Predictor for SpoiledPredictor {
             self.frozen.clone_from(&self.answers);
             return &self.answers;
         };
-        let put = |answers: &mut Vec<ContactPrediction>, point: &dyn Fn(DVec3) -> DVec3| {
-            for answer in answers {
+        let mut put = |point: &dyn Fn(DVec3) -> DVec3| {
+            for answer in &mut self.answers {
                 answer.point_m = point(answer.point_m);
             }
         };
         match fault {
-            Fault::Spoiled(Input::Target, Spoiled::Missing) => self.answers.clear(),
-            Fault::Spoiled(Input::Target, Spoiled::Frozen) => {
-                self.answers.clone_from(&self.frozen);
-            }
-            Fault::Spoiled(Input::Target, Spoiled::NotANumber) => {
-                put(&mut self.answers, &|_| DVec3::NAN);
-            }
-            Fault::Spoiled(Input::Target, Spoiled::Jumping) => {
-                let off_m = DVec3::Y * 0.2 * super::bench::to_and_fro(since_s);
-                put(&mut self.answers, &|at| at + off_m);
-            }
-            Fault::SelfCollision => put(&mut self.answers, &|_| BASE_M),
+            Fault::Spoiled(Input::Target, kind) => match kind {
+                Spoiled::Missing => self.answers.clear(),
+                Spoiled::Frozen => self.answers.clone_from(&self.frozen),
+                Spoiled::NotANumber => put(&|_| DVec3::NAN),
+                Spoiled::Jumping => {
+                    let off_m = DVec3::Y * 0.2 * super::bench::to_and_fro(since_s);
+                    put(&|at| at + off_m);
+                }
+                Spoiled::Stale => {}
+            },
+            Fault::Other(Other::SelfCollision) => put(&|_| BASE_M),
             _ => {}
         }
         &self.answers

@@ -1,10 +1,10 @@
 //! Faults and wrong numbers at random moments of touch after touch: does every command keep what is promised of it?
 
-use super::bench::{Bench, DT_S, Setup, safe_state};
-use super::fault::Fault;
+use super::bench::{Bench, DT_S, Setup};
+use super::fault::{Fault, Other, Phase};
 use super::number::WrongNumber;
 use super::outcome::Reached;
-use super::phase::Phase;
+use super::run::safe_state;
 use hwall::SessionState;
 use hwall::haptics::{ArmCommand, Planner, PlannerConfig};
 use hwall_kinematics::JointPositions;
@@ -81,148 +81,164 @@ struct Before {
 const MOST_FORWARD: u32 = 60;
 const MOST_INVERSE: u32 = 9;
 
-/// One cycle, and whether its command keeps its promises; answers whether a safe state is in force.
-fn cycle(
-    bench: &mut Bench,
-    max_velocity_rad_per_s: &[f64; 7],
-    before: &mut Option<Before>,
-    fault: Option<(Fault, f64)>,
-    number: Option<&WrongNumber>,
-) -> Result<bool, String> {
-    let from = bench.arm.q();
-    bench
-        .cycle_with(fault, number)
-        .map_err(|error| format!("the arm refused a command: {error:#}"))?;
-    // Whatever its link did: a servo that lags catches up a little faster.
-    if let SimulatedArm::Fri(_) = &bench.arm {
-        let to = bench.arm.q();
-        let moved_rad = zip(to.0, from.0).map(|(to, from)| (to - from).abs());
-        for (joint, (moved_rad, most)) in zip(moved_rad, max_velocity_rad_per_s).enumerate() {
-            let share = moved_rad / (most * DT_S);
-            if share > SERVO_SHARE {
-                return Err(format!("joint {} at {share} of its speed", joint + 1));
-            }
-        }
-    }
-    while bench.session.next_event().is_some() {}
-    let looks = bench.session.control().renderer().follower().looks();
-    if looks > PlannerConfig::default().looks + Planner::MOST_LOOKS {
-        return Err(format!("a call of the planner with {looks} looks at ways"));
-    }
-    let Asked { forward, inverse } = bench.asked;
-    if forward > MOST_FORWARD || inverse > MOST_INVERSE {
-        return Err(format!(
-            "a step with {forward} poses and {inverse} configurations"
-        ));
-    }
-    if let Some(before) = before {
-        before.cycles += 1;
-    }
-    let Some(command) = bench.command else {
-        return Ok(false);
-    };
-    match command {
-        ArmCommand::Position(q) => {
-            for (joint, limit) in bench.session.control().arm().limits().iter().enumerate() {
-                if !(q.0[joint] >= limit.min_rad - 1e-9 && q.0[joint] <= limit.max_rad + 1e-9) {
-                    return Err(format!("joint {} commanded to {}", joint + 1, q.0[joint]));
-                }
-                let Some(last) = before else { continue };
-                let step_rad = (q.0[joint] - last.q.0[joint]).abs();
-                let dt_s = DT_S * f64::from(last.cycles.min(CAUGHT_UP));
-                if step_rad > max_velocity_rad_per_s[joint] * dt_s * SLACK {
-                    return Err(format!("joint {}: a step of {step_rad} rad", joint + 1));
-                }
-            }
-            let apart_rad = q.max_abs_difference(&bench.arm.q());
-            let most_rad = before.map_or(BEGINS_RAD, |_| APART_RAD);
-            // The limits above are NaN's end.
-            if apart_rad > most_rad {
-                return Err(format!("{apart_rad} rad from the arm"));
-            }
-            // While the clock stands the command is repeated; a clock may also go on by its rounding.
-            let repeated = before.filter(|before| before.q.max_abs_difference(&q) <= ROUNDING_RAD);
-            *before = Some(repeated.unwrap_or(Before { q, cycles: 0 }));
-        }
-        ArmCommand::Torque(torque) => {
-            if torque.0.iter().any(|torque| !torque.is_finite()) {
-                return Err(format!("torques {torque:?}"));
-            }
-            *before = None;
-        }
-        // A hold, or what else ends the row of positions.
-        _ => *before = None,
-    }
-    Ok(command == ArmCommand::Hold || safe_state(&bench.session, true).0 > Reached::Slowed)
+/// A bench whose commands are watched.
+struct Watched {
+    bench: Bench,
+    max_velocity_rad_per_s: [f64; 7],
+    before: Option<Before>,
 }
 
-/// One run: some sound cycles, the disturbance, time to recover, a reset. True if a safe state was named.
-fn run(
-    bench: &mut Bench,
-    max_velocity_rad_per_s: &[f64; 7],
-    before: &mut Option<Before>,
-    disturbance: &Disturbance,
-    sound: usize,
-) -> Result<bool, String> {
-    let mut named = false;
-    let limits = max_velocity_rad_per_s;
-    for _ in 0..sound {
-        bench.goes_again(true);
-        cycle(bench, limits, before, None, None)?;
-        if bench.session.control().is_latched() {
-            let state = bench.session.state();
-            return Err(format!("latched without a fault: {state:?}"));
-        }
+impl Watched {
+    fn new(
+        setup: &Setup,
+        phase: Phase,
+        level: Option<ArmLevel>,
+        seed: u64,
+    ) -> anyhow::Result<Self> {
+        Ok(Self {
+            bench: Bench::new(setup, phase, level, seed)?,
+            max_velocity_rad_per_s: setup.max_velocity_rad_per_s,
+            before: None,
+        })
     }
-    if disturbance.fault == Some(Fault::Stop) {
-        bench.session.stop();
-    }
-    for k in 0..disturbance.cycles {
-        let fault = disturbance.fault.map(|fault| (fault, k as f64 * DT_S));
-        bench.goes_again(true);
-        named |= cycle(bench, limits, before, fault, disturbance.number.as_ref())?;
-    }
-    for _ in 0..AFTERWARDS {
-        bench.goes_again(true);
-        named |= cycle(bench, limits, before, None, None)?;
-    }
-    bench.reset();
-    for _ in 0..AFTER_RESET {
-        bench.goes_again(true);
-        cycle(bench, limits, before, None, None)?;
-    }
-    if bench.session.control().is_latched() {
-        return Err(format!(
-            "latched after a reset: {:?}",
-            bench.session.state()
-        ));
-    }
-    Ok(named)
-}
 
-/// A touch without a fault: is it served? A door that stays open is touched elsewhere than the hand expects.
-fn is_served(
-    bench: &mut Bench,
-    max_velocity_rad_per_s: &[f64; 7],
-    before: &mut Option<Before>,
-) -> Result<(), String> {
-    // The touch under way first.
-    let mut begun = 0;
-    for _ in 0..30_000 {
-        // Whoever wants to be served leaves the arm its time.
-        if bench.goes_again(false) {
-            begun += 1;
+    /// One cycle, and whether its command keeps its promises; answers whether a safe state is in force.
+    fn cycle(
+        &mut self,
+        fault: Option<(Fault, f64)>,
+        number: Option<&WrongNumber>,
+    ) -> Result<bool, String> {
+        let (bench, before) = (&mut self.bench, &mut self.before);
+        let max_velocity_rad_per_s = &self.max_velocity_rad_per_s;
+        let from = bench.arm.q();
+        bench
+            .cycle(fault, number)
+            .map_err(|error| format!("the arm refused a command: {error:#}"))?;
+        // Whatever its link did: a servo that lags catches up a little faster.
+        if let SimulatedArm::Fri(_) = &bench.arm {
+            let to = bench.arm.q();
+            let moved_rad = zip(to.0, from.0).map(|(to, from)| (to - from).abs());
+            for (joint, (moved_rad, most)) in zip(moved_rad, max_velocity_rad_per_s).enumerate() {
+                let share = moved_rad / (most * DT_S);
+                if share > SERVO_SHARE {
+                    return Err(format!("joint {} at {share} of its speed", joint + 1));
+                }
+            }
         }
-        cycle(bench, max_velocity_rad_per_s, before, None, None)?;
-        if begun == 1 && bench.session.state() == SessionState::Touched {
-            return Ok(());
+        while bench.session.next_event().is_some() {}
+        let looks = bench.session.control().renderer().follower().looks();
+        if looks > PlannerConfig::default().looks + Planner::MOST_LOOKS {
+            return Err(format!("a call of the planner with {looks} looks at ways"));
         }
-        if begun == 2 {
-            break;
+        let Asked { forward, inverse } = bench.asked;
+        if forward > MOST_FORWARD || inverse > MOST_INVERSE {
+            let asked = format!("{forward} poses and {inverse} configurations");
+            return Err(format!("a step with {asked}"));
+        }
+        if let Some(before) = before {
+            before.cycles += 1;
+        }
+        let Some(command) = bench.command else {
+            return Ok(false);
+        };
+        match command {
+            ArmCommand::Position(q) => {
+                for (joint, limit) in bench.session.control().arm().limits().iter().enumerate() {
+                    if !(q.0[joint] >= limit.min_rad - 1e-9 && q.0[joint] <= limit.max_rad + 1e-9) {
+                        return Err(format!("joint {} commanded to {}", joint + 1, q.0[joint]));
+                    }
+                    let Some(last) = before else { continue };
+                    let step_rad = (q.0[joint] - last.q.0[joint]).abs();
+                    let dt_s = DT_S * f64::from(last.cycles.min(CAUGHT_UP));
+                    if step_rad > max_velocity_rad_per_s[joint] * dt_s * SLACK {
+                        return Err(format!("joint {}: a step of {step_rad} rad", joint + 1));
+                    }
+                }
+                let apart_rad = q.max_abs_difference(&bench.arm.q());
+                let most_rad = before.map_or(BEGINS_RAD, |_| APART_RAD);
+                // The limits above are NaN's end.
+                if apart_rad > most_rad {
+                    return Err(format!("{apart_rad} rad from the arm"));
+                }
+                // While the clock stands the command is repeated; a clock may also go on by its rounding.
+                let repeated =
+                    before.filter(|before| before.q.max_abs_difference(&q) <= ROUNDING_RAD);
+                *before = Some(repeated.unwrap_or(Before { q, cycles: 0 }));
+            }
+            ArmCommand::Torque(torque) => {
+                if torque.0.iter().any(|torque| !torque.is_finite()) {
+                    return Err(format!("torques {torque:?}"));
+                }
+                *before = None;
+            }
+            // A hold, or what else ends the row of positions.
+            _ => *before = None,
+        }
+        Ok(command == ArmCommand::Hold || safe_state(&bench.session, true).0 > Reached::Slowed)
+    }
+
+    /// One run: some sound cycles, the disturbance, time to recover, a reset. True if a safe state was named.
+    fn run(&mut self, disturbance: &Disturbance, sound: usize) -> Result<bool, String> {
+        let mut named = false;
+        for _ in 0..sound {
+            self.hurried_cycle(None, None)?;
+            self.is_open("without a fault")?;
+        }
+        if disturbance.fault == Some(Fault::Other(Other::Stop)) {
+            self.bench.session.stop();
+        }
+        for k in 0..disturbance.cycles {
+            let fault = disturbance.fault.map(|fault| (fault, k as f64 * DT_S));
+            named |= self.hurried_cycle(fault, disturbance.number.as_ref())?;
+        }
+        for _ in 0..AFTERWARDS {
+            named |= self.hurried_cycle(None, None)?;
+        }
+        self.bench.reset();
+        for _ in 0..AFTER_RESET {
+            self.hurried_cycle(None, None)?;
+        }
+        self.is_open("after a reset")?;
+        Ok(named)
+    }
+
+    /// One cycle of a hand that touches again and again, in a hurry.
+    fn hurried_cycle(
+        &mut self,
+        fault: Option<(Fault, f64)>,
+        number: Option<&WrongNumber>,
+    ) -> Result<bool, String> {
+        self.bench.goes_again(true);
+        self.cycle(fault, number)
+    }
+
+    /// Nothing may be latched now.
+    fn is_open(&self, when: &str) -> Result<(), String> {
+        let session = &self.bench.session;
+        match session.control().is_latched() {
+            true => Err(format!("latched {when}: {:?}", session.state())),
+            false => Ok(()),
         }
     }
-    let state = bench.session.state();
-    Err(format!("the next touch is not served: {state:?}"))
+
+    /// A touch without a fault: is it served? A door that stays open is touched elsewhere than the hand expects.
+    fn is_served(&mut self) -> Result<(), String> {
+        // The touch under way first.
+        let mut begun = 0;
+        for _ in 0..30_000 {
+            // Whoever wants to be served leaves the arm its time.
+            begun += u32::from(self.bench.goes_again(false));
+            self.cycle(None, None)?;
+            if begun == 1 && self.bench.session.state() == SessionState::Touched {
+                return Ok(());
+            }
+            if begun == 2 {
+                break;
+            }
+        }
+        let state = self.bench.session.state();
+        Err(format!("the next touch is not served: {state:?}"))
+    }
 }
 
 /// `count` runs from number `first` on, on an arm of their own.
@@ -237,19 +253,17 @@ fn runs_of_an_arm(
     let level = [Some(ArmLevel::Servo), Some(ArmLevel::Torque), None][(arm / 3 % 3) as usize];
     let faults = Fault::all();
     let mut sampler = Sampler::new(seed.wrapping_mul(1_000_003).wrapping_add(first));
-    let limits = *setup.max_velocity_rad_per_s();
-    let mut bench = Bench::new(setup, phase, level, seed.wrapping_add(first))?;
-    let mut report = AttackReport::default();
     // A run begins with the arm under way: its first position is not the first after a hold.
-    let mut before = None;
+    let mut watched = Watched::new(setup, phase, level, seed.wrapping_add(first))?;
+    let mut report = AttackReport::default();
     for number in first..first + count {
         let disturbance = Disturbance::draw(&faults, level.is_none(), &mut sampler);
         let sound = 100 + sampler.index(1200);
         let start = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| {
-            let named = run(&mut bench, &limits, &mut before, &disturbance, sound)?;
+            let named = watched.run(&disturbance, sound)?;
             if number + 1 == first + count && phase != Phase::TouchedDoor {
-                is_served(&mut bench, &limits, &mut before)?;
+                watched.is_served()?;
             }
             Ok(named)
         }));
@@ -259,12 +273,9 @@ fn runs_of_an_arm(
             (report.slowest_ms, report.slowest) = (took_ms, number);
         }
         let what = match outcome {
-            Ok(Ok(true)) => {
-                report.refused += 1;
-                continue;
-            }
-            Ok(Ok(false)) => {
-                report.accepted += 1;
+            Ok(Ok(named)) => {
+                report.refused += u64::from(named);
+                report.accepted += u64::from(!named);
                 continue;
             }
             Ok(Err(what)) => what,
@@ -277,8 +288,7 @@ fn runs_of_an_arm(
             what,
             input,
         });
-        bench = Bench::new(setup, phase, level, seed.wrapping_add(number))?;
-        before = None;
+        watched = Watched::new(setup, phase, level, seed.wrapping_add(number))?;
     }
     Ok(report)
 }
@@ -307,13 +317,11 @@ fn attack_range(runs: Range<u64>, seed: u64) -> anyhow::Result<AttackReport> {
     let setup = Setup::new()?;
     let end = runs.end;
     let arms: Vec<u64> = runs.step_by(RUNS_OF_AN_ARM as usize).collect();
-    let reports = arms
-        .par_iter()
-        .map(|first| {
-            let count = RUNS_OF_AN_ARM.min(end - first);
-            runs_of_an_arm(&setup, (*first, count), seed)
-        })
-        .collect::<anyhow::Result<Vec<AttackReport>>>()?;
+    let runs = arms.par_iter().map(|first| {
+        let count = RUNS_OF_AN_ARM.min(end - first);
+        runs_of_an_arm(&setup, (*first, count), seed)
+    });
+    let reports = runs.collect::<anyhow::Result<Vec<AttackReport>>>()?;
     let mut all = AttackReport {
         name: "loop".to_owned(),
         ..AttackReport::default()

@@ -1,6 +1,6 @@
 //! What the hand does in a run: it looks, reaches, presses and leaves.
 
-use super::phase::Phase;
+use super::fault::Phase;
 use glam::DVec3;
 use hwall_sim::{HandDrive, minimum_jerk};
 
@@ -10,6 +10,7 @@ pub(super) const TARGET_M: DVec3 = DVec3::new(0.6, 0.02, 0.6);
 pub(super) const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
 
 /// When the hand does what, s.
+#[derive(Clone, Copy)]
 pub(super) struct Script {
     /// Where it touches, base frame, m.
     pub(super) target_m: DVec3,

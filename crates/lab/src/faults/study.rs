@@ -1,15 +1,16 @@
 //! All combinations, on all cores.
 
-use super::bench::{self, Setup};
-use super::fault::Fault;
+use super::bench::{HEAD_FROZEN_S, Setup};
+use super::fault::{Fault, Phase};
 use super::impact::{self, Impact, MASSES_KG, STIFFNESSES_N_PER_M};
 use super::outcome::{Bounds, Outcome};
-use super::phase::Phase;
+use super::run;
 use anyhow::bail;
 use hwall::haptics::ContactLimits;
 use hwall::session_supervisor;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,10 +37,8 @@ pub struct Results {
 impl Results {
     /// Combinations without a safe state in time.
     pub fn unsafe_ones(&self) -> impl Iterator<Item = &Outcome> {
-        let bounds = &self.bounds;
-        self.outcomes
-            .iter()
-            .filter(move |outcome| outcome.is_unsafe(bounds))
+        let outcomes = self.outcomes.iter();
+        outcomes.filter(|outcome| outcome.is_unsafe(&self.bounds))
     }
 }
 
@@ -52,15 +51,14 @@ pub fn bounds() -> Bounds {
     let supervisor = session_supervisor();
     // What no longer comes, and what no longer changes: the oldest that anything may be.
     let slowest_s = [
-        Some(supervisor.hand.max_age_s),
-        Some(supervisor.head.max_age_s),
-        Some(supervisor.largest_tick_s),
-        Some(super::bench::HEAD_FROZEN_S),
+        supervisor.hand.max_age_s,
+        supervisor.head.max_age_s,
+        supervisor.largest_tick_s,
+        HEAD_FROZEN_S,
     ];
-    let slowest_s = slowest_s.into_iter().flatten().fold(0.0, f64::max);
+    let slowest_s = slowest_s.into_iter().fold(0.0, f64::max);
     Bounds {
         safe_s: slowest_s + CYCLES_S,
-        lasting_n: limits.lasting_force_n(),
         impact_n: limits.impact_force_n(),
         impact_s: limits.transient_s,
         energy_j: limits.energy_j,
@@ -79,14 +77,11 @@ pub fn run(request: &Request, progress: impl Fn(usize, usize) + Sync) -> anyhow:
         let name = fault.name();
         request.only.as_ref().is_none_or(|only| name.contains(only))
     };
-    for level in &request.levels {
+    for &level in &request.levels {
         for fault in Fault::all().into_iter().filter(asked) {
             // Only a servo arm is behind FRI.
-            if matches!(fault, Fault::Link(_)) && *level != ArmLevel::Servo {
-                continue;
-            }
-            for phase in Phase::ALL {
-                jobs.push((fault, phase, *level));
+            if !matches!(fault, Fault::Link(_)) || level == ArmLevel::Servo {
+                jobs.extend(Phase::ALL.map(|phase| (fault, phase, level)));
             }
         }
     }
@@ -95,26 +90,22 @@ pub fn run(request: &Request, progress: impl Fn(usize, usize) + Sync) -> anyhow:
         let only = request.only.as_deref().unwrap_or_default();
         bail!("no fault contains {only:?}");
     }
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let outcomes = jobs
-        .par_iter()
-        .map(|job| {
-            let runs: anyhow::Result<Vec<Outcome>> = request
-                .seeds
-                .iter()
-                .map(|seed| bench::run(&setup, *job, *seed))
-                .collect();
-            let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            progress(done, jobs.len());
-            Ok(runs?.into_iter().reduce(Outcome::worse_of))
-        })
-        .collect::<anyhow::Result<Vec<Option<Outcome>>>>()?;
+    let done = AtomicUsize::new(0);
+    let worst = |job: &(Fault, Phase, ArmLevel)| {
+        let runs = request.seeds.iter();
+        let runs = runs.map(|seed| run::run(&setup, *job, *seed));
+        let runs = runs.collect::<anyhow::Result<Vec<Outcome>>>();
+        progress(1 + done.fetch_add(1, Ordering::Relaxed), jobs.len());
+        Ok(runs?.into_iter().reduce(Outcome::worse_of))
+    };
+    let outcomes = jobs.par_iter().map(worst);
+    let outcomes = outcomes.collect::<anyhow::Result<Vec<Option<Outcome>>>>()?;
     let seed = request.seeds.first().copied().unwrap_or(1);
     let mut impacts = Vec::new();
-    for level in &request.levels {
+    for &level in &request.levels {
         for mass_kg in MASSES_KG {
             for stiffness in STIFFNESSES_N_PER_M {
-                impacts.push(impact::run(&setup, (*level, mass_kg, stiffness), seed)?);
+                impacts.push(impact::run(&setup, (level, mass_kg, stiffness), seed)?);
             }
         }
     }

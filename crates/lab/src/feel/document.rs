@@ -1,132 +1,94 @@
 //! The tables of the study, and the whole of docs/FEEL.md.
 
 use super::figures;
-use super::push::{Hand, Profile, Push, run};
 use super::rig::{Rig, Way};
+use super::single::{HandKind, SinglePush};
 use super::stability::{Bound, FINGERS_N_PER_M, Held, SWING_M, SWINGS_ON_M};
-use super::study::{EXCITED_HZ, HELD_N, MOST_M, PUSHES, Request, Results, Row};
-use super::subject::{Kind, Subject, of_scene};
-use crate::documents::{Documents, written_by};
-use hwall_haptics::{ObjectPortConfig, ObjectRenderingConfig};
+use super::study::{EXCITED_HZ, HELD_N, MOST_M, PUSHES, Results, Row};
+use super::subject::{Kind, of_scene};
+use crate::documents::Documents;
+use crate::pages::costs;
+use crate::report::{Column, Gap, fill, page, percent_of, table_of, titled};
+use hwall_haptics::ObjectPortConfig;
 use hwall_stage::setting::load_scene;
-use hwall_testkit::{Machine, MarkdownTable, format_ns};
+use hwall_testkit::MarkdownTable;
 use std::path::PathBuf;
 
 /// The name of the document.
 pub const NAME: &str = "FEEL.md";
-/// Targets: largest errors of stiffness, and of inertia and damping.
-pub const TARGETS: [f64; 2] = [0.02, 0.05];
+/// Targets: largest errors of stiffness, inertia and damping.
+pub const TARGETS: [f64; 3] = [0.02, 0.05, 0.05];
 
-fn percent(felt: f64, asked: f64) -> String {
-    if asked > 0.0 {
-        format!("{:+.1}", 100.0 * (felt / asked - 1.0))
-    } else {
-        format!("({felt:+.2})")
+/// What is off, of stiffness, inertia and damping, and what remains unexplained.
+fn off<'a>() -> [Column<'a, &'a Row>; 4] {
+    fn percent(row: &Row, which: usize) -> String {
+        match (row.errors()[which], row.pairs()[which]) {
+            (Some(error), _) => format!("{:+.1}", 100.0 * error),
+            (None, (felt, _)) => format!("({felt:+.2})"),
+        }
+    }
+    [
+        ("stiffness off, %", &|row| percent(row, 0)),
+        ("inertia off, %", &|row| percent(row, 1)),
+        ("damping off, %", &|row| percent(row, 2)),
+        ("unexplained, %", &|row| {
+            format!("{:.1}", 100.0 * row.felt.unexplained)
+        }),
+    ]
+}
+
+fn held(row: &Row) -> String {
+    match row.held_m.is_finite() {
+        true => format!("{:.2}", 1e3 * row.held_m),
+        false => "none".to_owned(),
     }
 }
 
 /// One row for each object and way: the push that is worst for stiffness, inertia and damping together.
 #[must_use]
 pub fn table(rows: &[Row]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "arm, way",
-        "object",
-        "stiffness asked",
-        "inertia asked",
-        "damping asked",
-        "stiffness off, %",
-        "inertia off, %",
-        "damping off, %",
-        "unexplained, %",
-        "off its path, mm",
-        "held push off, mm",
-    ]);
-    for pushes in rows.chunks(PUSHES as usize) {
-        let Some(row) = pushes.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))) else {
-            continue;
-        };
-        let (asked, felt) = (&row.asked, &row.felt);
-        let held = if row.held_m.is_finite() {
-            format!("{:.2}", 1e3 * row.held_m)
-        } else {
-            "none".to_owned()
-        };
-        table.row([
-            row.way.name(),
-            format!("{:?}", row.kind).to_lowercase(),
-            asked.stiffness.to_string(),
-            asked.inertia.to_string(),
-            asked.damping.to_string(),
-            percent(felt.stiffness, asked.stiffness),
-            percent(felt.inertia, asked.inertia),
-            percent(felt.damping, asked.damping),
-            format!("{:.1}", 100.0 * felt.unexplained),
-            format!("{:.2}", 1e3 * row.off_path_m),
-            held,
-        ]);
-    }
-    table
+    let worst = rows
+        .chunks(PUSHES as usize)
+        .filter_map(|pushes| pushes.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))));
+    let asked: [Column<'_, &Row>; 5] = [
+        ("arm, way", &|row| row.way.name()),
+        ("object", &|row| format!("{:?}", row.kind).to_lowercase()),
+        ("stiffness asked", &|row| row.asked.stiffness.to_string()),
+        ("inertia asked", &|row| row.asked.inertia.to_string()),
+        ("damping asked", &|row| row.asked.damping.to_string()),
+    ];
+    let places: [Column<'_, &Row>; 2] = [
+        ("off its path, mm", &|row| {
+            format!("{:.2}", 1e3 * row.off_path_m)
+        }),
+        ("held push off, mm", &|row| held(row)),
+    ];
+    table_of(worst, &[&asked[..], &off(), &places].concat())
 }
 
 /// Largest error over its target.
 fn worst(row: &Row) -> f64 {
-    let (asked, felt) = (&row.asked, &row.felt);
-    [
-        (felt.stiffness, asked.stiffness, TARGETS[0]),
-        (felt.inertia, asked.inertia, TARGETS[1]),
-        (felt.damping, asked.damping, TARGETS[1]),
-    ]
-    .into_iter()
-    .filter(|(_, asked, _)| *asked > 0.0)
-    .map(|(felt, asked, target)| (felt / asked - 1.0).abs() / target)
-    .fold(0.0, f64::max)
+    let errors = row.errors().into_iter().zip(TARGETS);
+    let shares = errors.filter_map(|(error, target)| Some(error?.abs() / target));
+    shares.fold(0.0, f64::max)
 }
 
 /// What is to be shown, and whether it was.
 #[must_use]
 pub fn verdicts(rows: &[Row]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "arm, way",
-        "pushes",
-        "out of reach, periods",
-        "stiffness within 2 %",
-        "worst, %",
-        "inertia within 5 %",
-        "worst, %",
-        "damping within 5 %",
-        "worst, %",
-        "limited by the port, periods",
-    ]);
+    let mut table = titled(
+        "arm, way | pushes | out of reach, periods | stiffness within 2 % | worst, % | inertia within 5 % | worst, % \
+         | damping within 5 % | worst, % | limited by the port, periods",
+    );
     for way in Way::ALL {
         let own = || rows.iter().filter(move |row| row.way == way);
+        let unreachable: usize = own().map(|row| row.unreachable).sum();
         let mut cells = vec![way.name(), own().count().to_string()];
-        cells.push(own().map(|row| row.unreachable).sum::<usize>().to_string());
-        let errors: [(f64, Vec<f64>); 3] = [
-            (
-                TARGETS[0],
-                own()
-                    .filter(|row| row.asked.stiffness > 0.0)
-                    .map(|row| row.felt.stiffness / row.asked.stiffness - 1.0)
-                    .collect(),
-            ),
-            (
-                TARGETS[1],
-                own()
-                    .map(|row| row.felt.inertia / row.asked.inertia - 1.0)
-                    .collect(),
-            ),
-            (
-                TARGETS[1],
-                own()
-                    .map(|row| row.felt.damping / row.asked.damping - 1.0)
-                    .collect(),
-            ),
-        ];
-        for (target, errors) in errors {
+        cells.push(unreachable.to_string());
+        for (which, target) in TARGETS.into_iter().enumerate() {
+            let errors: Vec<f64> = own().filter_map(|row| row.errors()[which]).collect();
             let within = errors.iter().filter(|error| error.abs() <= target).count();
-            let worst = errors
-                .iter()
-                .fold(0.0, |most: f64, error| most.max(error.abs()));
+            let worst = errors.iter().map(|error| error.abs()).fold(0.0, f64::max);
             cells.push(format!("{within} of {}", errors.len()));
             cells.push(format!("{:.1}", 100.0 * worst));
         }
@@ -140,224 +102,103 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
     table
 }
 
-fn cause_table(results: &Results) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "the arm has",
-        "arm, way",
-        "object",
-        "stiffness off, %",
-        "inertia off, %",
-        "damping off, %",
-        "unexplained, %",
-        "held push off, mm",
-    ]);
-    for (spared, row) in &results.causes {
-        table.row([
-            spared.name().to_owned(),
-            row.way.name(),
-            match row.kind {
-                Kind::Door => "free door".to_owned(),
-                _ => "stiff panel".to_owned(),
-            },
-            percent(row.felt.stiffness, row.asked.stiffness),
-            percent(row.felt.inertia, row.asked.inertia),
-            percent(row.felt.damping, row.asked.damping),
-            format!("{:.1}", 100.0 * row.felt.unexplained),
-            if row.held_m.is_finite() {
-                format!("{:.2}", 1e3 * row.held_m)
-            } else {
-                "none".to_owned()
-            },
-        ]);
-    }
-    table
+fn cause_table(causes: &[Row]) -> MarkdownTable {
+    let object = |row: &Row| match row.kind {
+        Kind::Door => "free door".to_owned(),
+        _ => "stiff panel".to_owned(),
+    };
+    let head: [Column<'_, &Row>; 3] = [
+        ("the arm has", &|row| row.spared.name().to_owned()),
+        ("arm, way", &|row| row.way.name()),
+        ("object", &|row| object(row)),
+    ];
+    let last: [Column<'_, &Row>; 1] = [("held push off, mm", &|row| held(row))];
+    table_of(causes, &[&head[..], &off(), &last].concat())
 }
 
 fn bound_table(bounds: &[Bound]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "arm, way",
-        "hand, N/m",
-        "lightest stable panel, kg",
-        "over k t²",
-    ]);
-    for b in bounds {
-        table.row([
-            b.way.name(),
-            b.stiffness_n_per_m.to_string(),
-            format!("{:.2}", b.mass_kg),
-            format!("{:.2}", b.share),
-        ]);
-    }
-    table
+    let columns: [Column<'_, &Bound>; 4] = [
+        ("arm, way", &|b| b.way.name()),
+        ("hand, N/m", &|b| b.stiffness_n_per_m.to_string()),
+        ("lightest stable panel, kg", &|b| {
+            format!("{:.2}", b.mass_kg)
+        }),
+        ("over k t²", &|b| format!("{:.2}", b.share)),
+    ];
+    table_of(bounds, &columns)
 }
 
 fn held_table(held: &[Held]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "arm, way",
-        "finger, N/m",
-        "hands",
-        "most generated, J",
-        "beyond the reserve",
-        "swing on, %",
-    ]);
+    let mut table = titled(
+        "arm, way | finger, N/m | hands | most generated, J | beyond the reserve | swing on, %",
+    );
+    let reserve_j = ObjectPortConfig::default().reserve_j;
     for way in Way::ALL {
         for [low, high] in FINGERS_N_PER_M {
             let of_it = |h: &&Held| h.way == way && (low..high).contains(&h.stiffness_n_per_m);
             let all: Vec<_> = held.iter().filter(of_it).collect();
-            let beyond = all
-                .iter()
-                .filter(|h| h.generated_j > ObjectPortConfig::default().reserve_j);
-            let swings = all.iter().filter(|h| h.swing_m > SWINGS_ON_M).count();
+            let count = |what: &dyn Fn(&Held) -> bool| all.iter().filter(|h| what(h)).count();
+            let most_j = all.iter().map(|h| h.generated_j).fold(0.0, f64::max);
+            let swings = count(&|h| h.swing_m > SWINGS_ON_M);
             table.row([
                 way.name(),
                 format!("{low} to {high}"),
                 all.len().to_string(),
-                format!(
-                    "{:.3}",
-                    all.iter().map(|h| h.generated_j).fold(0.0, f64::max)
-                ),
-                beyond.count().to_string(),
-                format!("{:.1}", 100.0 * swings as f64 / all.len().max(1) as f64),
+                format!("{most_j:.3}"),
+                count(&|h| h.generated_j > reserve_j).to_string(),
+                percent_of(swings, all.len(), 1, "0.0"),
             ]);
         }
     }
     table
 }
 
-fn cost_table(results: &Results) -> MarkdownTable {
-    let mut table = MarkdownTable::new(["what", "median", "p99"]);
-    for (name, timing) in &results.costs {
-        table.row([
-            name.clone(),
-            format_ns(timing.median_ns),
-            format_ns(timing.p99_ns),
-        ]);
-    }
-    table
-}
-
 /// All tables, as they are printed and written.
-#[must_use]
-pub fn text(results: &Results) -> String {
-    let least_j = results
-        .rows
-        .iter()
-        .map(|row| row.least_given_j)
-        .fold(0.0, f64::min);
-    format!(
-        "## What is felt\n\n{PUSHES} different pushes at every object.\n\n{}\nThe worst push at each, by the largest error over its \
-         target:\n\n{}\n`(…)`: nothing was asked for, the value itself. The least that had been given to the board at \
-         any time, less what came back: {least_j:.1e} J.\n\n## What is whose error\n\n{}\n## Light objects, stiff hands\n\nThe lightest \
-         panel (spring 200 N/m) on which the board does not go on swinging by {} mm under a hand of 0.6 kg that leans on it; nothing \
-         is made heavier here.\n\n{}\nAs the product renders it: hands of 0.3 to 5 kg lean with 4 to 30 N on panels of 0.05 to 20 kg. \
-         *Generated*: what the board had given out beyond what the hand had put in, at any time; *swing on*: by more than {} mm after 3 s.\n\n{}\n## Cost\n\nOf one step at 1 kHz; nothing is \
-         allocated.\n\n{}",
-        verdicts(&results.rows),
-        table(&results.rows),
-        cause_table(results),
-        1e3 * SWING_M,
-        bound_table(&results.bounds),
-        1e3 * SWINGS_ON_M,
-        held_table(&results.held),
-        cost_table(results),
-    )
-}
-
-/// The push of the figures: 10 N for a second on the door of the built-in room.
 ///
 /// # Errors
-/// As for [`of_scene`].
-pub fn shown(rig: &Rig, seed: u64) -> anyhow::Result<(Subject, Vec<Push>)> {
-    let (scene, _) = load_scene(None)?;
-    let subject = of_scene(rig, &scene, None)?;
-    let push = |way| Push {
-        way,
-        hand: Hand::Profile(Profile {
-            mean_n: 10.0,
-            sines: Vec::new(),
-            until_s: 1.0,
-        }),
-        seconds: 3.0,
-        seed,
-        config: ObjectRenderingConfig::default(),
-    };
-    Ok((subject, Way::ALL.into_iter().map(push).collect()))
+/// None: the gaps are those of tables.md.
+pub fn text(results: &Results) -> anyhow::Result<String> {
+    let given_j = results.rows.iter().map(|row| row.least_given_j);
+    let least_j = given_j.fold(0.0, f64::min);
+    let gaps: [Gap<'_>; 10] = [
+        ("pushes", &PUSHES),
+        ("verdicts", &verdicts(&results.rows)),
+        ("objects", &table(&results.rows)),
+        ("least_j", &format!("{least_j:.1e}")),
+        ("causes", &cause_table(&results.causes)),
+        ("swing_mm", &(1e3 * SWING_M)),
+        ("bounds", &bound_table(&results.bounds)),
+        ("swings_on_mm", &(1e3 * SWINGS_ON_M)),
+        ("held", &held_table(&results.held)),
+        ("costs", &costs("what", &results.costs)),
+    ];
+    fill(include_str!("tables.md").trim_end(), &gaps)
 }
 
-/// Writes the document and its figures.
+/// Writes the document and its figures: that of a push shows 10 N for a second on the door of the built-in room.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn write(
-    request: &Request,
-    results: &Results,
-    documents: &Documents,
-) -> anyhow::Result<PathBuf> {
+pub fn write(seed: u64, results: &Results, documents: &Documents) -> anyhow::Result<PathBuf> {
     let folder = documents.figures("feel")?;
     let rig = Rig::new()?;
-    let (subject, pushes) = shown(&rig, request.seed)?;
-    let mut lines = Vec::new();
-    for push in &pushes {
-        lines.push((push.way.name(), run(&rig, &subject, push)?));
-    }
+    let (scene, _) = load_scene(None)?;
+    let subject = of_scene(&rig, &scene, None)?;
+    let push = SinglePush {
+        hand: HandKind::Profile,
+        force_n: 10.0,
+        seconds: 3.0,
+        seed,
+    };
+    let lines = push.run(&rig, &subject, &Way::ALL)?;
     figures::push(&folder.join("door.svg"), &subject, &lines)?;
     figures::errors(&folder.join("errors.svg"), &results.rows)?;
     figures::bounds(&folder.join("bounds.svg"), &results.bounds)?;
-    let text = format!(
-        "# Feel\n\nDoes a hand feel the door that was asked for? {}\n\n{}\n\n{}\n![A push at the door](figures/feel/door.svg)\n\n![Errors](figures/feel/errors.svg)\n\n\
-         ![Lightest stable mass](figures/feel/bounds.svg)\n\n{}",
-        written_by(),
-        Machine::detect(request.seed),
-        text(results),
-        explained(),
-    );
-    documents.write(NAME, &text)
-}
-
-/// How it was found, and what remains.
-fn explained() -> String {
-    format!(
-        "\
-## How it was found
-
-- **Arms**: an iiwa 7 with a board of 1 kg. *Servo*: positions followed after 22 ms, within the joints' accelerations and jerks; a
-  push does not bend it. *Torque*: rigid bodies, friction, rotors, delays of 5 and 1 ms, a torque loop of 2 ms, sensors with noise and
-  ripple, external torques of 25 Hz; it takes positions (*admittance*) or torques (*impedance*). The renderer sees the wrench
-  that the torque sensors say, never the true one.
-- **Pushes**: a force of up to 12 N on the middle of the face and five sines on top ({:?} Hz, random phases), scaled such that the
-  ideal object is accelerated by at most 1.8 m/s² at the face, which the arm can follow, and that the
-  sines move it by at most {} mm; 8 s. With smaller sines the errors at torque level grow: the sensors' ripple stays the same.
-- **Identified** from the true force and the true motion of the face: `m a + b v + k x + c = f` by least squares, both sides
-  seen through the same filter `(λ / (s + λ))³`, λ of 5 Hz, whose states give velocity and acceleration without differentiating. Units of a
-  door are N m/rad, kg m², N m s/rad, otherwise N/m, kg, N s/m. *Unexplained*: root mean square of what the three leave of the force.
-- **Limited by the port**: periods in which the account of energy between hand and board (a tank with a reserve of 0.05 J) cut a motion
-  against the hand; of all periods of the pushes and held pushes. None is meant to be.
-- **Held push**: {HELD_N} N for 4 s; distance of the face from where the ideal object stands, over the last half second.
-
-## What is done about the delays
-
-A delay `t` alone makes an object feel as if its damping were `b + k t` and its mass `m + b t + k t² / 2`: with 30 ms a spring of
-1000 N/m would feel like 30 N s/m of damping. So the face is led to where the object will be by then, by the object's own law and
-with a force that goes on changing as it does. What the hand does within the delay cannot be known: that is the
-error that is left, of the order of `(ω t)⁴ / 24` of the mass, and it is why light objects swing under stiff hands. All bounds that were
-found lie below `(k + 1000 N/m) t²`. The renderer raises lighter objects to that for a hand of 3000 N/m and says so in every step: 3.7 kg at
-servo level, 1.4 to 1.9 kg at torque level. A button of 50 g is not to be had from these arms. Under a hand that is
-felt to be stiffer than 3000 N/m the object becomes heavier still, within one delay: its inertia is raised to `k t²`, where `k` is the ratio of the
-changes of force to the changes of position. The speed against the hand is limited so that the account of energy covers the braking way.
-
-## What remains, and why
-
-- At servo level the targets hold. Where a push asks for all the acceleration that the arm has, joint by joint the servo's limits of
-  jerk lead the face off its path (see the column; 1 mm was aimed at).
-- Free objects are the hardest: their small motions at 3 Hz are tenths of a millimetre.
-- At torque level the ripple of the torque sensors (0.1 N m in each joint, twice in a turn of the wave generator) is some tenths
-  of a newton at the face that come and go within a centimetre of motion. It is most of what is unexplained in admittance (table of causes), and
-  at 200 N/m some tenths of a newton are the millimetres of a held push. A ripple that was measured joint by joint could be taken off; this is not done.
-- Impedance: the arm with its rotors is up to 28 kg at the face, against which 4000 N/m hold it.
-  Friction that is not known (a fifth of it, and breaking away) shows as damping of stiff objects: without friction that error
-  is gone. What is left then is the arm following its reference late, with 8.5 ms from torque to motion.
-",
-        EXCITED_HZ,
-        1e3 * MOST_M
-    )
+    let gaps: [Gap<'_>; 4] = [
+        ("tables", &text(results)?),
+        ("excited_hz", &format!("{EXCITED_HZ:?}")),
+        ("most_mm", &(1e3 * MOST_M)),
+        ("held_n", &HELD_N),
+    ];
+    documents.write(NAME, &page(include_str!("document.md"), seed, &gaps)?)
 }

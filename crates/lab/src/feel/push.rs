@@ -3,8 +3,8 @@
 use super::rig::{Rig, Way};
 use super::subject::Subject;
 use glam::DVec3;
-use hwall_haptics::{Arm, ObjectPath, ObjectRenderingConfig, PortLedger};
-use hwall_kinematics::{Pose, Unreachable, Wrench, WrenchConfig};
+use hwall_haptics::{Arm, ObjectRenderingConfig, PortLedger};
+use hwall_kinematics::{Pose, Wrench, WrenchConfig};
 use hwall_sim::{HandBody, HandBodyConfig, HandDrive};
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -30,6 +30,42 @@ pub enum Hand {
     },
 }
 
+impl Hand {
+    /// What it gives whatever the board does, N.
+    fn force_n(&self, t_s: f64) -> f64 {
+        match self {
+            Self::Profile(profile) => profile.force_n(t_s),
+            Self::Body { .. } => 0.0,
+        }
+    }
+
+    /// Where a hand with mass aims, behind where the face was at `first`.
+    fn aim(&self, first: &Pose, t_s: f64) -> HandDrive {
+        let Self::Body {
+            depth_m,
+            rise_s,
+            until_s,
+            ..
+        } = *self
+        else {
+            return HandDrive::Force(DVec3::ZERO);
+        };
+        let speed = depth_m / rise_s;
+        let (gone, velocity) = if t_s < rise_s {
+            (speed * t_s, speed)
+        } else if t_s < until_s {
+            (depth_m, 0.0)
+        } else {
+            (depth_m - speed * (t_s - until_s), -speed)
+        };
+        let inward = -first.rotation().z_axis;
+        HandDrive::Aim {
+            position_m: first.position_m() + inward * gone,
+            velocity_m_per_s: inward * velocity,
+        }
+    }
+}
+
 /// A force over time, N.
 #[derive(Debug, Clone)]
 pub struct Profile {
@@ -44,6 +80,15 @@ pub struct Profile {
 impl Profile {
     /// Time in which a push rises and falls, s.
     pub const RISE_S: f64 = 0.2;
+
+    /// A force without sines.
+    pub const fn held(mean_n: f64, until_s: f64) -> Self {
+        Self {
+            mean_n,
+            sines: Vec::new(),
+            until_s,
+        }
+    }
 
     /// The force at a time, N.
     #[must_use]
@@ -85,12 +130,8 @@ pub struct Sample {
     pub force_n: f64,
     /// What moves the object: of the true wrench, N m or N.
     pub generalized: f64,
-    /// What the renderer took it for.
-    pub measured: f64,
     /// Where the face is along the path, rad or m.
     pub position: f64,
-    /// Where the object of the renderer is.
-    pub object: f64,
     /// Where the object as asked for would be under the true force.
     pub ideal: f64,
     /// Distance of the face from the path, m.
@@ -104,7 +145,7 @@ pub struct Sample {
 }
 
 /// What became of a push.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Trace {
     /// One for each period.
     pub samples: Vec<Sample>,
@@ -112,8 +153,8 @@ pub struct Trace {
     pub inertia: f64,
     /// The energy between hand and board, as the rendering accounts for it.
     pub ledger: PortLedger,
-    /// Periods in which the arm could not go along, and the last reason.
-    pub unreachable: (usize, Option<Unreachable>),
+    /// Periods in which the arm could not go along.
+    pub unreachable: usize,
     /// Time of each control step (wrench estimate and rendering), ns.
     pub step_ns: Vec<f64>,
     /// Of the rendering alone, ns.
@@ -141,70 +182,49 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
             Some(HandBody::new(*config, before_m, DVec3::ZERO)?)
         }
     };
-    let mut trace = Trace {
-        samples: Vec::new(),
-        inertia: 0.0,
-        ledger: PortLedger::default(),
-        unreachable: (0, None),
-        step_ns: Vec::new(),
-        rendering_ns: Vec::new(),
-    };
+    let mut trace = Trace::default();
     let (mut given_j, mut ideal_given_j) = (0.0, 0.0);
     let steps = (push.seconds / PERIOD_S).round() as usize;
     for k in 0..steps {
         let t_s = k as f64 * PERIOD_S;
         let state = device.state()?;
         let began = Instant::now();
+        let config = WrenchConfig::default();
         let measured = match state.external_torque {
             Some(torque) => {
-                rig.kinematics
-                    .wrench_from_torques(&state.q, &torque, &WrenchConfig::default())?
-                    .wrench
+                let arm = &rig.kinematics;
+                arm.wrench_from_torques(&state.q, &torque, &config)?.wrench
             }
             None => Wrench::default(),
         };
         let estimated = Instant::now();
         let step = rendering.step(&mut rendered, &state, &measured, PERIOD_S)?;
-        trace
-            .rendering_ns
-            .push(estimated.elapsed().as_nanos() as f64);
-        trace.step_ns.push(began.elapsed().as_nanos() as f64);
-        if step.unreachable.is_some() {
-            trace.unreachable = (trace.unreachable.0 + 1, step.unreachable);
-        }
+        let since_ns = |began: Instant| began.elapsed().as_nanos() as f64;
+        trace.rendering_ns.push(since_ns(estimated));
+        trace.step_ns.push(since_ns(began));
+        trace.unreachable += usize::from(step.unreachable.is_some());
 
         let pose = device.pose();
-        let wrench = match (&push.hand, &mut body) {
-            (Hand::Profile(profile), _) => Wrench {
-                force_n: -pose.rotation().z_axis * profile.force_n(t_s),
+        let wrench = match (&mut body, &push.hand) {
+            (Some(body), hand) => {
+                let aim = hand.aim(&first, t_s);
+                body.step(PERIOD_S, &pose, &device.twist(), &aim)?
+            }
+            (None, hand) => Wrench {
+                force_n: -pose.rotation().z_axis * hand.force_n(t_s),
                 moment_n_m: DVec3::ZERO,
             },
-            (
-                Hand::Body {
-                    depth_m,
-                    rise_s,
-                    until_s,
-                    ..
-                },
-                Some(body),
-            ) => {
-                let twist = device.twist();
-                let aim = aim(&first, *depth_m, *rise_s, *until_s, t_s);
-                body.step(PERIOD_S, &pose, &twist, &aim)?
-            }
-            (Hand::Body { .. }, None) => Wrench::default(),
         };
         let generalized = path.generalized_force(pose.position_m(), &wrench);
-        let (position, off_path_m) = along(&path, &first, &pose);
+        let position = path.way_between(&first, &pose);
+        let there_m = path.moved(&first, position).position_m();
         trace.samples.push(Sample {
             t_s,
             force_n: -wrench.force_n.dot(pose.rotation().z_axis),
             generalized,
-            measured: step.force,
             position: at_start + position,
-            object: rendered.object.position(),
             ideal: ideal.position(),
-            off_path_m,
+            off_path_m: there_m.distance(pose.position_m()),
             given_j,
             ideal_given_j,
             torque_n_m: device.largest_torque_n_m().unwrap_or_else(|| {
@@ -219,11 +239,9 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
         ideal.step(generalized, PERIOD_S)?;
         ideal_given_j += generalized * (ideal.position() - before);
         let after = device.pose();
-        let turned = (
-            after.rotation() * pose.rotation().transpose(),
-            after.position_m() - pose.position_m(),
-        );
-        given_j += wrench.force_n.dot(turned.1) + wrench.moment_n_m.dot(small_rotation(turned.0));
+        let moved_m = after.position_m() - pose.position_m();
+        let turned = small_rotation(after.rotation() * pose.rotation().transpose());
+        given_j += wrench.force_n.dot(moved_m) + wrench.moment_n_m.dot(turned);
     }
     trace.inertia = rendered.object.inertia();
     trace.ledger = *rendering.ledger();
@@ -235,38 +253,4 @@ fn small_rotation(rotation: glam::DMat3) -> DVec3 {
     glam::DQuat::from_mat3(&rotation)
         .normalize()
         .to_scaled_axis()
-}
-
-fn aim(first: &Pose, depth_m: f64, rise_s: f64, until_s: f64, t_s: f64) -> HandDrive {
-    let inward = -first.rotation().z_axis;
-    let speed = depth_m / rise_s;
-    let (gone, velocity) = if t_s < rise_s {
-        (speed * t_s, speed)
-    } else if t_s < until_s {
-        (depth_m, 0.0)
-    } else {
-        (depth_m - speed * (t_s - until_s), -speed)
-    };
-    HandDrive::Aim {
-        position_m: first.position_m() + inward * gone,
-        velocity_m_per_s: inward * velocity,
-    }
-}
-
-/// How far something fixed to an object, first at one pose, has come along the path, rad or m, and its distance from it, m.
-fn along(path: &ObjectPath, first: &Pose, now: &Pose) -> (f64, f64) {
-    let by = match *path {
-        ObjectPath::Sliding { direction } => direction.dot(now.position_m() - first.position_m()),
-        ObjectPath::Turning {
-            hinge_point_m,
-            hinge_axis,
-        } => {
-            let flat =
-                |point_m: DVec3| (point_m - hinge_point_m).reject_from_normalized(hinge_axis);
-            let (a, b) = (flat(first.position_m()), flat(now.position_m()));
-            hinge_axis.dot(a.cross(b)).atan2(a.dot(b))
-        }
-    };
-    let there = path.moved(first, by);
-    (by, there.position_m().distance(now.position_m()))
 }

@@ -1,5 +1,6 @@
 //! A simulated arm with a board, at servo or torque level, and how it is told to go along with an object.
 
+use crate::report::named;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use hwall_haptics::{
@@ -32,19 +33,14 @@ pub struct Way {
 impl Way {
     /// All that exist: a servo knows no torques.
     pub const ALL: [Self; 3] = [
-        Self {
-            level: ArmLevel::Servo,
-            render: Render::Admittance,
-        },
-        Self {
-            level: ArmLevel::Torque,
-            render: Render::Admittance,
-        },
-        Self {
-            level: ArmLevel::Torque,
-            render: Render::Impedance,
-        },
+        Self::of(ArmLevel::Servo, Render::Admittance),
+        Self::of(ArmLevel::Torque, Render::Admittance),
+        Self::of(ArmLevel::Torque, Render::Impedance),
     ];
+
+    const fn of(level: ArmLevel, render: Render) -> Self {
+        Self { level, render }
+    }
 
     /// Those at a level, driven in a way; any for `None`.
     #[must_use]
@@ -62,32 +58,17 @@ impl Way {
     }
 }
 
-/// What the simulated arm at torque level is spared: which error is whose?
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Spared {
-    /// It has all its faults.
-    Nothing,
-    /// The torque sensors have no ripple.
-    Ripple,
-    /// The joints have no friction.
-    Friction,
-    /// Neither.
-    Both,
-}
-
-impl Spared {
-    /// From all faults to none of the two.
-    pub const ALL: [Self; 4] = [Self::Nothing, Self::Ripple, Self::Friction, Self::Both];
-
-    /// For tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Nothing => "as it is",
-            Self::Ripple => "no ripple of the torque sensors",
-            Self::Friction => "no friction",
-            Self::Both => "neither",
-        }
+named! {
+    /// What the simulated arm at torque level is spared: which error is whose?
+    pub enum Spared {
+        /// It has all its faults.
+        Nothing = "as it is",
+        /// The torque sensors have no ripple.
+        Ripple = "no ripple of the torque sensors",
+        /// The joints have no friction.
+        Friction = "no friction",
+        /// Neither.
+        Both = "neither",
     }
 }
 
@@ -196,19 +177,16 @@ impl Rig {
             }
             (ArmLevel::Torque, Render::Impedance) => {
                 let arm = TorqueConfig::default();
-                let dry = arm
-                    .friction
-                    .map(|friction| KNOWN_SHARE * friction.coulomb_n_m);
-                let left = 1.0 - arm.friction_compensation.share;
+                let compensated = arm.friction_compensation;
+                let dry = arm.friction.map(|joint| KNOWN_SHARE * joint.coulomb_n_m);
+                let left = 1.0 - compensated.share;
+                let friction = FrictionLeft {
+                    slow_n_m: dry,
+                    moving_n_m: dry.map(|dry| left * dry),
+                    between_rad_per_s: [compensated.off_rad_per_s, compensated.full_rad_per_s],
+                };
                 let impedance = ImpedanceConfig {
-                    friction: FrictionLeft {
-                        slow_n_m: dry,
-                        moving_n_m: dry.map(|dry| left * dry),
-                        between_rad_per_s: [
-                            arm.friction_compensation.off_rad_per_s,
-                            arm.friction_compensation.full_rad_per_s,
-                        ],
-                    },
+                    friction,
                     rotor_inertia_kg_m2: arm.felt_rotor_inertia_kg_m2(),
                     ..ImpedanceConfig::default()
                 };

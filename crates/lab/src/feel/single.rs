@@ -1,9 +1,10 @@
 //! One push at one object in several ways: pushes, a figure, a table.
 
 use super::figures;
-use super::push::{Hand, Profile, Push, Trace, run};
+use super::push::{Hand, Profile, Push, Sample, Trace, run};
 use super::rig::{Rig, Way};
 use super::subject::Subject;
+use crate::report::titled;
 use clap::ValueEnum;
 use hwall_haptics::ObjectRenderingConfig;
 use hwall_sim::HandBodyConfig;
@@ -59,11 +60,7 @@ impl SinglePush {
     fn hand(&self) -> Hand {
         let until_s = self.seconds / 3.0;
         match self.hand {
-            HandKind::Profile => Hand::Profile(Profile {
-                mean_n: self.force_n,
-                sines: Vec::new(),
-                until_s,
-            }),
+            HandKind::Profile => Hand::Profile(Profile::held(self.force_n, until_s)),
             HandKind::Body => Hand::Body {
                 config: HandBodyConfig::default(),
                 depth_m: self.force_n / HandBodyConfig::default().arm_stiffness_n_per_m + 0.1,
@@ -93,44 +90,32 @@ pub fn report(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyh
 }
 
 fn table(lines: &[(String, Trace)]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "arm, way",
-        "peak force, N",
-        "opened",
-        "ideal",
-        "largest difference",
-        "rms",
-        "given, J",
-        "returned, J",
-        "largest joint torque, N m",
-        "inertia as rendered",
-        "held back, steps",
-        "step p50, us",
-        "p99, us",
-    ]);
+    let mut table = titled(
+        "arm, way | peak force, N | opened | ideal | largest difference | rms | given, J | returned, J | largest joint torque, N m \
+         | inertia as rendered | held back, steps | step p50, us | p99, us",
+    );
     for (name, trace) in lines {
-        let most = |f: &dyn Fn(usize) -> f64| (0..trace.samples.len()).map(f).fold(0.0, f64::max);
-        let s = &trace.samples;
-        let off = |i: usize| 1e3 * (s[i].position - s[i].ideal).abs();
-        let squares: f64 = (0..s.len()).map(|i| off(i).powi(2)).sum();
+        let all = &trace.samples;
+        let most = |f: &dyn Fn(&Sample) -> f64| all.iter().map(f).fold(0.0, f64::max);
+        let off = |s: &Sample| 1e3 * (s.position - s.ideal).abs();
+        let squares: f64 = all.iter().map(|s| off(s).powi(2)).sum();
         let gained = |sign: f64| -> f64 {
-            s.windows(2)
-                .map(|p| (sign * (p[1].given_j - p[0].given_j)).max(0.0))
-                .sum()
+            let steps = all.windows(2).map(|p| p[1].given_j - p[0].given_j);
+            steps.map(|step_j| (sign * step_j).max(0.0)).sum()
         };
         let timing = Timing::from_samples_ns(trace.step_ns.clone());
         table.row([
             name.clone(),
-            format!("{:.1}", most(&|i| s[i].force_n)),
-            format!("{:.1}", 1e3 * most(&|i| s[i].position.abs())),
-            format!("{:.1}", 1e3 * most(&|i| s[i].ideal.abs())),
+            format!("{:.1}", most(&|s| s.force_n)),
+            format!("{:.1}", 1e3 * most(&|s| s.position.abs())),
+            format!("{:.1}", 1e3 * most(&|s| s.ideal.abs())),
             format!("{:.2}", most(&off)),
-            format!("{:.2}", (squares / s.len() as f64).sqrt()),
+            format!("{:.2}", (squares / all.len() as f64).sqrt()),
             format!("{:.3}", gained(1.0)),
             format!("{:.3}", gained(-1.0)),
-            format!("{:.1}", most(&|i| s[i].torque_n_m)),
+            format!("{:.1}", most(&|s| s.torque_n_m)),
             format!("{:.2}", trace.inertia),
-            trace.unreachable.0.to_string(),
+            trace.unreachable.to_string(),
             format!("{:.1}", 1e-3 * timing.median_ns),
             format!("{:.1}", 1e-3 * timing.p99_ns),
         ]);

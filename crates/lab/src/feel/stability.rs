@@ -1,6 +1,6 @@
 //! Light objects under stiff hands: where does the board begin to swing by itself?
 
-use super::push::{Hand, Push, Trace, run};
+use super::push::{Hand, Push, run};
 use super::rig::{Rig, Way};
 use super::subject::{Kind, made};
 use hwall_haptics::{ObjectConfig, ObjectPortConfig, ObjectRenderingConfig, PassivityMethod};
@@ -64,10 +64,9 @@ pub fn bounds(rig: &Rig, seed: u64) -> anyhow::Result<Vec<Bound>> {
             }
             while high / low > 1.1 {
                 let middle = (low * high).sqrt();
-                if stable(middle)? {
-                    high = middle;
-                } else {
-                    low = middle;
+                match stable(middle)? {
+                    true => high = middle,
+                    false => low = middle,
                 }
             }
             let delay_s = rig.delay_s(way);
@@ -95,16 +94,13 @@ pub fn at_random(rig: &Rig, count: usize, seed: u64) -> anyhow::Result<Vec<Held>
             let stiffness_n_per_m = log(300.0, 75e3);
             let mass_kg = log(0.3, 5.0);
             let arm_stiffness_n_per_m = log(100.0, 3000.0).min(stiffness_n_per_m);
+            let critical = |stiffness: f64| (mass_kg * stiffness).sqrt();
             let hand = HandBodyConfig {
                 mass_kg,
                 arm_stiffness_n_per_m,
-                arm_damping_n_s_per_m: 2.0
-                    * log(0.1, 1.0)
-                    * (mass_kg * arm_stiffness_n_per_m).sqrt(),
+                arm_damping_n_s_per_m: 2.0 * log(0.1, 1.0) * critical(arm_stiffness_n_per_m),
                 finger_stiffness_n_per_m: stiffness_n_per_m,
-                finger_damping_n_s_per_m: 2.0
-                    * log(0.01, 0.3)
-                    * (mass_kg * stiffness_n_per_m).sqrt(),
+                finger_damping_n_s_per_m: 2.0 * log(0.01, 0.3) * critical(stiffness_n_per_m),
                 ..HandBodyConfig::default()
             };
             let (stiffness, inertia) = (log(150.0, 2000.0), log(0.05, 20.0));
@@ -115,23 +111,13 @@ pub fn at_random(rig: &Rig, count: usize, seed: u64) -> anyhow::Result<Vec<Held>
                 ..ObjectConfig::new(inertia)
             };
             let force_n = log(4.0, 30.0);
-            let (trace, swing_m) = leant_on(
-                rig,
-                way,
-                asked,
-                hand,
-                force_n,
-                ObjectRenderingConfig::default(),
-                seed + index as u64,
-            )?;
-            let given = trace
-                .iter()
-                .flat_map(|trace| &trace.samples)
-                .map(|sample| sample.given_j);
+            let config = ObjectRenderingConfig::default();
+            let number = seed + index as u64;
+            let [swing_m, generated_j] = leant_on(rig, way, asked, hand, force_n, config, number)?;
             held.push(Held {
                 way,
                 stiffness_n_per_m,
-                generated_j: -given.fold(0.0, f64::min),
+                generated_j,
                 swing_m,
             });
         }
@@ -167,11 +153,11 @@ fn pressed(
         },
         ..ObjectRenderingConfig::default()
     };
-    Ok(leant_on(rig, way, asked, hand, 8.0, config, seed)?.1)
+    Ok(leant_on(rig, way, asked, hand, 8.0, config, seed)?[0])
 }
 
-/// A hand leans on a panel with a force for 4 s; the trace, and what is left of the swing, m. A simulation that overflows, or an arm
-/// thrown out of its reach, has no trace and swings without end.
+/// A hand leans on a panel with a force for 4 s: what is left of the swing, m, and the most that the board had given out at any time
+/// beyond what the hand had put in, J. A simulation that overflows, or an arm thrown out of its reach, swings without end.
 fn leant_on(
     rig: &Rig,
     way: Way,
@@ -180,7 +166,7 @@ fn leant_on(
     force_n: f64,
     config: ObjectRenderingConfig,
     seed: u64,
-) -> anyhow::Result<(Option<Trace>, f64)> {
+) -> anyhow::Result<[f64; 2]> {
     let compliance = 1.0 / hand.arm_stiffness_n_per_m
         + 1.0 / asked.stiffness
         + 1.0 / hand.finger_stiffness_n_per_m;
@@ -198,12 +184,10 @@ fn leant_on(
         config,
     };
     let Ok(trace) = run(rig, &subject, &push) else {
-        return Ok((None, f64::INFINITY));
+        return Ok([f64::INFINITY, 0.0]);
     };
     let last = || trace.samples.iter().rev().take(1000).map(|s| s.position);
-    let (low, high) = (
-        last().fold(f64::MAX, f64::min),
-        last().fold(f64::MIN, f64::max),
-    );
-    Ok((Some(trace), high - low))
+    let swing_m = last().fold(f64::MIN, f64::max) - last().fold(f64::MAX, f64::min);
+    let given_j = trace.samples.iter().map(|sample| sample.given_j);
+    Ok([swing_m, -given_j.fold(0.0, f64::min)])
 }

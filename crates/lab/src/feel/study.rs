@@ -1,33 +1,24 @@
 //! The runs of the study: what is felt against what was asked for.
 
 use super::identify::{Felt, identify};
-use super::push::{Hand, PERIOD_S, Profile, Push, run};
+use super::push::{self, Hand, PERIOD_S, Profile, Push};
 use super::rig::{Rig, Spared, Way};
 use super::stability::{self, Bound, Held};
 use super::subject::{Kind, Subject, made};
 use hwall_haptics::{MovingObject, ObjectConfig, ObjectRenderingConfig, PortLedger};
 use hwall_testkit::{Sampler, Timing};
 
-/// What is asked for.
-#[derive(Debug, Clone, Copy)]
-pub struct Request {
-    /// Seed of the pushes and the sensors' noise.
-    pub seed: u64,
-}
-
 /// One object, rendered in one way.
 #[derive(Debug, Clone)]
 pub struct Row {
-    /// Of the push.
-    pub seed: u64,
+    /// What the arm was spared.
+    pub spared: Spared,
     /// How.
     pub way: Way,
     /// Which path.
     pub kind: Kind,
     /// As asked for.
     pub asked: ObjectConfig,
-    /// Inertia with which it was rendered.
-    pub inertia: f64,
     /// What was found.
     pub felt: Felt,
     /// Periods in which the arm could not go along.
@@ -44,13 +35,31 @@ pub struct Row {
     pub least_given_j: f64,
 }
 
+impl Row {
+    /// Stiffness, inertia and damping: what was felt, and what was asked for.
+    pub const fn pairs(&self) -> [(f64, f64); 3] {
+        let (felt, asked) = (&self.felt, &self.asked);
+        [
+            (felt.stiffness, asked.stiffness),
+            (felt.inertia, asked.inertia),
+            (felt.damping, asked.damping),
+        ]
+    }
+
+    /// Their relative errors; `None` where nothing was asked for.
+    pub fn errors(&self) -> [Option<f64>; 3] {
+        let error = |(felt, asked)| (asked > 0.0).then(|| felt / asked - 1.0);
+        self.pairs().map(error)
+    }
+}
+
 /// The whole study.
 #[derive(Debug, Clone)]
 pub struct Results {
     /// Every object, every way.
     pub rows: Vec<Row>,
     /// Which errors are whose: the stiffest and the freest objects at torque level.
-    pub causes: Vec<(Spared, Row)>,
+    pub causes: Vec<Row>,
     /// The lightest stable objects.
     pub bounds: Vec<Bound>,
     /// Light objects as they are rendered.
@@ -92,11 +101,11 @@ const DOORS: [[f64; 3]; 4] = [
 ];
 const BUTTONS: [[f64; 3]; 3] = [[400.0, 4.0, 25.0], [1000.0, 4.0, 40.0], [2000.0, 4.0, 60.0]];
 
-/// Runs everything; `progress` is told the share that is done.
+/// Runs everything from the seed of the pushes and the sensors' noise; `progress` is told the share that is done.
 ///
 /// # Errors
 /// A simulation that fails.
-pub fn study(request: &Request, mut progress: impl FnMut(f64)) -> anyhow::Result<Results> {
+pub fn run(seed: u64, mut progress: impl FnMut(f64)) -> anyhow::Result<Results> {
     let rig = Rig::new()?;
     let objects: Vec<(Kind, [f64; 3])> = [
         (Kind::Panel, &PANELS[..]),
@@ -110,7 +119,7 @@ pub fn study(request: &Request, mut progress: impl FnMut(f64)) -> anyhow::Result
     for (k, way) in Way::ALL.into_iter().enumerate() {
         let (mut step_ns, mut rendering_ns) = (Vec::new(), Vec::new());
         for (i, (kind, numbers)) in objects.iter().enumerate() {
-            for seed in request.seed..request.seed.saturating_add(PUSHES) {
+            for seed in seed..seed.saturating_add(PUSHES) {
                 let (row, times) = felt(&rig, way, *kind, *numbers, seed)?;
                 step_ns.extend(&times[0]);
                 rendering_ns.extend(&times[1]);
@@ -131,12 +140,12 @@ pub fn study(request: &Request, mut progress: impl FnMut(f64)) -> anyhow::Result
         };
         for way in &Way::ALL[1..] {
             for (kind, numbers) in [(Kind::Panel, PANELS[8]), (Kind::Door, DOORS[0])] {
-                causes.push((spared, felt(&rig, *way, kind, numbers, request.seed)?.0));
+                causes.push(felt(&rig, *way, kind, numbers, seed)?.0);
             }
         }
     }
-    let bounds = stability::bounds(&rig, request.seed)?;
-    let held = stability::at_random(&rig, stability::HANDS, request.seed)?;
+    let bounds = stability::bounds(&rig, seed)?;
+    let held = stability::at_random(&rig, stability::HANDS, seed)?;
     progress(1.0);
     Ok(Results {
         rows,
@@ -160,27 +169,21 @@ fn felt(
         ..ObjectConfig::new(inertia)
     };
     let subject = made(rig, kind, String::new(), asked.clone())?;
-    let hand = Hand::Profile(excitation(&subject, seed)?);
-    let config = ObjectRenderingConfig::default();
     let mut push = Push {
         way,
-        hand,
+        hand: Hand::Profile(excitation(&subject, seed)?),
         seconds: SECONDS,
         seed,
-        config,
+        config: ObjectRenderingConfig::default(),
     };
-    let trace = run(rig, &subject, &push)?;
+    let trace = push::run(rig, &subject, &push)?;
     let felt = identify(&trace.samples)?;
     let lever_m = subject.lever_m();
     let mut held_ledger = None;
     let held_m = if stiffness > 0.0 {
-        push.hand = Hand::Profile(Profile {
-            mean_n: HELD_N,
-            sines: Vec::new(),
-            until_s: f64::INFINITY,
-        });
+        push.hand = Hand::Profile(Profile::held(HELD_N, f64::INFINITY));
         push.seconds = 4.0;
-        let held = run(rig, &subject, &push)?;
+        let held = push::run(rig, &subject, &push)?;
         held_ledger = Some(held.ledger);
         let last = held.samples.iter().rev().take(500);
         last.map(|s| (s.position - s.ideal).abs() * lever_m)
@@ -188,25 +191,19 @@ fn felt(
     } else {
         f64::NAN
     };
-    let least = trace.samples.iter().map(|s| s.given_j).fold(0.0, f64::min);
-    let off = trace
-        .samples
-        .iter()
-        .map(|s| s.off_path_m)
-        .fold(0.0, f64::max);
+    let samples = || trace.samples.iter();
     let row = Row {
-        seed,
-        unreachable: trace.unreachable.0,
+        spared: rig.spared,
+        unreachable: trace.unreachable,
         way,
         kind,
         asked,
-        inertia: trace.inertia,
         felt,
         ledger: trace.ledger,
         held_ledger,
-        off_path_m: off,
+        off_path_m: samples().map(|s| s.off_path_m).fold(0.0, f64::max),
         held_m,
-        least_given_j: least,
+        least_given_j: samples().map(|s| s.given_j).fold(0.0, f64::min),
     };
     Ok((row, [trace.step_ns, trace.rendering_ns]))
 }
@@ -220,9 +217,8 @@ fn excitation(subject: &Subject, seed: u64) -> anyhow::Result<Profile> {
     // The mean bends a spring by 3 cm at the face, with 12 N at most.
     let mean_n = (0.03 * config.stiffness / (lever_m * lever_m)).min(12.0);
     let shape = Profile {
-        mean_n: 0.0,
         sines: sines.to_vec(),
-        until_s: f64::INFINITY,
+        ..Profile::held(0.0, f64::INFINITY)
     };
     let mut ideal = MovingObject::new(config.clone())?;
     let (mut most, mut farthest) = (0.0_f64, 0.0_f64);
@@ -236,6 +232,6 @@ fn excitation(subject: &Subject, seed: u64) -> anyhow::Result<Profile> {
     Ok(Profile {
         mean_n,
         sines: sines.map(|[a, hz, phase]| [a * scale, hz, phase]).to_vec(),
-        until_s: f64::INFINITY,
+        ..shape
     })
 }

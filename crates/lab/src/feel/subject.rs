@@ -27,12 +27,9 @@ impl Subject {
     /// Way of the middle of the face for each rad or m of the position, m.
     #[must_use]
     pub fn lever_m(&self) -> f64 {
-        let at_m = self.face.position_m();
-        self.object
-            .path
-            .velocity_at(at_m, 1.0)
-            .linear_m_per_s
-            .length()
+        let path = &self.object.path;
+        let per_unit = path.velocity_at(self.face.position_m(), 1.0);
+        per_unit.linear_m_per_s.length()
     }
 }
 
@@ -59,12 +56,8 @@ const LEVER_M: f64 = 0.6;
 pub fn made(rig: &Rig, kind: Kind, name: String, config: ObjectConfig) -> anyhow::Result<Subject> {
     let face = rig.kinematics.forward(&rig.start);
     let face = face.at(face.position_m() + OUT_M * face.rotation().z_axis);
-    let near = NearestConfig::default();
-    let mut scratch = rig.kinematics.scratch();
-    let start = rig
-        .kinematics
-        .nearest(&face, &rig.start, &near, &mut scratch)?
-        .q;
+    let (arm, near) = (&rig.kinematics, NearestConfig::default());
+    let start = arm.nearest(&face, &rig.start, &near, &mut arm.scratch())?.q;
     let inward = -face.rotation().z_axis;
     let path = match kind {
         Kind::Panel | Kind::Button => ObjectPath::sliding(inward)?,
@@ -147,10 +140,9 @@ fn held(
     let middle_m = (largest[0] + largest[1] + largest[2]) / 3.0;
     let normal = normal_of(largest).normalize();
     // The person stands on the other side of it than the arm.
-    let normal = if normal.dot(middle_m) < 0.0 {
-        -normal
-    } else {
-        normal
+    let normal = match normal.dot(middle_m) < 0.0 {
+        true => -normal,
+        false => normal,
     };
     let [right, up] = hwall_haptics::surface_axes(normal)?;
     let corners = || triangles.iter().flatten().map(|&p| p - middle_m);
@@ -163,7 +155,7 @@ fn held(
         let count = ((high - low) / STEP_M).floor().max(1.0) as usize;
         (1..count).map(move |k| low + STEP_M * k as f64)
     };
-    let mut best: Option<((u32, f64), Subject)> = None;
+    let mut best: Option<(u32, f64, JointPositions, Pose)> = None;
     for u in places(right) {
         for v in places(up) {
             let point_m = middle_m + right * u + up * v;
@@ -173,35 +165,32 @@ fn held(
             }
             for roll_rad in QUARTER_TURNS_RAD {
                 let face = board_pose(point_m, normal, roll_rad)?;
-                let way = if lever.dot(normal) < 0.0 {
-                    CARRIED
-                } else {
-                    -CARRIED
+                let way = match lever.dot(normal) < 0.0 {
+                    true => CARRIED,
+                    false => -CARRIED,
                 };
-                let Some((start, pieces, turned)) = carried(rig, &face, &path, config, way)? else {
+                let Some((start, pieces, turned)) = carried(rig, &face, &path, config, way) else {
                     continue;
                 };
-                let better = best.as_ref().is_none_or(|((most, least), _)| {
-                    pieces > *most || (pieces == *most && turned < *least)
+                let better = best.is_none_or(|(most, least, ..)| {
+                    pieces > most || (pieces == most && turned < least)
                 });
                 if better {
-                    let object = RenderedObject {
-                        object: MovingObject::new(config.clone())?,
-                        path,
-                    };
-                    let name = surface.name.clone();
-                    let subject = Subject {
-                        name,
-                        object,
-                        start,
-                        face,
-                    };
-                    best = Some(((pieces, turned), subject));
+                    best = Some((pieces, turned, start, face));
                 }
             }
         }
     }
-    Ok(best.map(|(_, subject)| subject))
+    let Some((.., start, face)) = best else {
+        return Ok(None);
+    };
+    let object = MovingObject::new(config.clone())?;
+    Ok(Some(Subject {
+        name: surface.name.clone(),
+        object: RenderedObject { object, path },
+        start,
+        face,
+    }))
 }
 
 /// Joints that hold the board at the start, how many pieces of the way they carry it on, and how far the farthest joint turns.
@@ -211,20 +200,17 @@ fn carried(
     path: &ObjectPath,
     config: &ObjectConfig,
     way: f64,
-) -> anyhow::Result<Option<(JointPositions, u32, f64)>> {
-    let mut scratch = rig.kinematics.scratch();
+) -> Option<(JointPositions, u32, f64)> {
+    let arm = &rig.kinematics;
+    let mut scratch = arm.scratch();
     let mut near = |pose: &Pose, from: &JointPositions, policy| {
         let config = NearestConfig {
             policy,
             ..NearestConfig::default()
         };
-        rig.kinematics
-            .nearest(pose, from, &config, &mut scratch)
-            .ok()
+        arm.nearest(pose, from, &config, &mut scratch).ok()
     };
-    let Some(start) = near(face, &rig.start, BranchPolicy::Any) else {
-        return Ok(None);
-    };
+    let start = near(face, &rig.start, BranchPolicy::Any)?;
     let (mut q, mut turned) = (start.q, 0.0_f64);
     let mut pieces = 0;
     for k in 1..=PIECES {
@@ -238,5 +224,5 @@ fn carried(
         (q, pieces) = (next.q, k);
         turned = turned.max(q.max_abs_difference(&start.q));
     }
-    Ok(Some((start.q, pieces, turned)))
+    Some((start.q, pieces, turned))
 }

@@ -8,13 +8,17 @@ use hwall_testkit::Sampler;
 pub enum Behind {
     /// A wall that stands.
     Wall,
-    /// Something with mass that can be pushed: mass in kg, friction in N s/m.
-    Mass {
-        /// kg.
-        mass_kg: f64,
-        /// N s/m.
-        friction_n_s_per_m: f64,
-    },
+    /// Something with mass that can be pushed.
+    Mass(Mass),
+}
+
+/// A mass with friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mass {
+    /// kg.
+    pub mass_kg: f64,
+    /// N s/m.
+    pub friction_n_s_per_m: f64,
 }
 
 /// A hand: a mass on the spring and damper of an arm, with a skin that only pushes.
@@ -81,18 +85,16 @@ impl Contact {
         let own =
             (seed ^ index.wrapping_mul(0x9e37_79b9_7f4a_7c15)).wrapping_mul(0xd134_2543_de82_ef95);
         let s = &mut Sampler::new(own);
-        let causality = if s.bool() {
-            Causality::Impedance
-        } else {
-            Causality::Admittance
+        let causality = match s.bool() {
+            true => Causality::Impedance,
+            false => Causality::Admittance,
         };
-        let behind = if causality == Causality::Impedance && s.bool() {
-            Behind::Wall
-        } else {
-            Behind::Mass {
+        let behind = match causality == Causality::Impedance && s.bool() {
+            true => Behind::Wall,
+            false => Behind::Mass(Mass {
                 mass_kg: decades(s, 0.1, 20.0),
                 friction_n_s_per_m: decades(s, 0.1, 20.0),
-            }
+            }),
         };
         let mass_kg = decades(s, 0.3, 2.0);
         let (arm_n_per_m, skin_n_per_m) = (decades(s, 50.0, 500.0), decades(s, 300.0, 3000.0));
@@ -104,7 +106,7 @@ impl Contact {
             skin_n_s_per_m: 2.0 * s.uniform(0.05, 0.3) * (skin_n_per_m * mass_kg).sqrt(),
             speed_m_per_s: s.uniform(0.05, 2.0),
             depth_m: s.uniform(0.005, 0.1),
-            release_s: if s.bool() { Some(0.6) } else { None },
+            release_s: s.bool().then_some(0.6),
         };
         let stiffness_n_per_m = decades(s, 100.0, 10_000.0);
         let mass_kg = decades(s, 0.3, 10.0);
@@ -113,7 +115,7 @@ impl Contact {
         let ratio = match (behind, s.bool()) {
             (Behind::Wall, true) => 0.0,
             (Behind::Wall, false) => s.uniform(0.0, 0.3),
-            (Behind::Mass { .. }, _) => s.uniform(0.1, 0.5),
+            (Behind::Mass(_), _) => s.uniform(0.1, 0.5),
         };
         Self {
             causality,
@@ -130,12 +132,13 @@ impl Contact {
             },
             behind: match (causality, behind) {
                 // A door that swings long would do so for good reasons.
-                (Causality::Admittance, Behind::Mass { mass_kg, .. }) => Behind::Mass {
-                    mass_kg,
-                    friction_n_s_per_m: 2.0
-                        * s.uniform(0.1, 1.0)
-                        * (0.1 * stiffness_n_per_m * mass_kg).sqrt(),
-                },
+                (Causality::Admittance, Behind::Mass(mass)) => {
+                    let critical = (0.1 * stiffness_n_per_m * mass.mass_kg).sqrt();
+                    Behind::Mass(Mass {
+                        friction_n_s_per_m: 2.0 * s.uniform(0.1, 1.0) * critical,
+                        ..mass
+                    })
+                }
                 _ => behind,
             },
             position_noise_m: s.uniform(0.0, 50e-6),

@@ -77,10 +77,9 @@ fn supervisor(torque_level: bool) -> Result<Timing, HapticsError> {
                 force_n: DVec3::new(-10.0, 0.0, 0.0),
                 moment_n_m: DVec3::ZERO,
             }),
-            command: if torque_level {
-                ArmCommand::Torque(JointTorques([1.0; 7]))
-            } else {
-                ArmCommand::Position(q)
+            command: match torque_level {
+                true => ArmCommand::Torque(JointTorques([1.0; 7])),
+                false => ArmCommand::Position(q),
             },
         })
     }))

@@ -4,9 +4,10 @@ use super::figures;
 use super::study::{FELT_J, LIMIT_CYCLE_M, NUMERICAL_J, Request, Results, Row};
 use super::z_width::{MASS_KG, Point};
 use crate::documents::Documents;
-use crate::report::{Claim, Column, claims, page, table_of};
+use crate::pages::{costs, write_tables};
+use crate::report::{Claim, Column, claims, table_of};
 use hwall_haptics::passivity::PassivityMethod;
-use hwall_testkit::{MarkdownTable, Timing, format_ns};
+use hwall_testkit::MarkdownTable;
 use std::path::PathBuf;
 
 /// The name of the document.
@@ -84,16 +85,6 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
     )
 }
 
-/// Median and tail of a cycle.
-pub fn cost_table(costs: &[(String, Timing)]) -> MarkdownTable {
-    let columns: [Column<'_, &(String, Timing)>; 3] = [
-        ("cycle of", &|(name, _)| name.clone()),
-        ("median", &|(_, timing)| format_ns(timing.median_ns)),
-        ("p99", &|(_, timing)| format_ns(timing.p99_ns)),
-    ];
-    table_of(costs, &columns)
-}
-
 /// All tables, as they are printed and written.
 pub fn text(request: &Request, results: &Results) -> String {
     format!(
@@ -107,7 +98,7 @@ pub fn text(request: &Request, results: &Results) -> String {
         verdicts(&results.rows),
         contact_table(&results.rows),
         stiffness_table(&results.points),
-        cost_table(&results.costs)
+        costs("cycle of", &results.costs)
     )
 }
 
@@ -123,11 +114,7 @@ pub fn write(
     let folder = documents.figures("passivity")?;
     figures::z_width(&folder.join("z_width.svg"), &results.points)?;
     figures::generated(&folder.join("generated.svg"), &results.rows)?;
+    let template = include_str!("document.md");
     let text = text(request, results);
-    let page = page(
-        include_str!("document.md"),
-        request.seed,
-        &[("tables", &text)],
-    )?;
-    documents.write(NAME, &page)
+    write_tables(documents, NAME, template, request.seed, &text)
 }

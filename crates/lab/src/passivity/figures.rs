@@ -2,7 +2,7 @@
 
 use super::study::Row;
 use super::z_width::{Point, SAMPLINGS};
-use crate::report::figure::{Axes, Mesh, Plot, figure};
+use crate::report::figure::{Axes, Mesh, Plot, figure, named_line};
 use hwall_haptics::passivity::Causality;
 use hwall_stage::figures::{COLOURS, Sign, legend, legend_beside, width_of};
 use plotters::prelude::*;
@@ -31,23 +31,12 @@ pub fn z_width(path: &Path, points: &[Point]) -> anyhow::Result<()> {
                 1e3 * sampling.period_s,
                 1e3 * sampling.delay_s
             );
-            chart
-                .line(line, colour.stroke_width(2))?
-                .label(name)
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(2))
-                });
-            let dots = own().map(|p| {
-                Circle::new(
-                    (p.damping_n_s_per_m, p.simulated_n_per_m),
-                    4,
-                    colour.filled(),
-                )
-            });
-            chart.series(dots)?;
+            let style = colour.stroke_width(2);
+            named_line(chart.line(line, style)?, name, style);
+            let dots = own().map(|p| (p.damping_n_s_per_m, p.simulated_n_per_m));
+            chart.series(dots.map(|at| Circle::new(at, 4, colour.filled())))?;
         }
-        legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
-        Ok(())
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)
     })
 }
 
@@ -65,11 +54,8 @@ const BESIDE: u32 = 220;
 /// A file that cannot be written.
 pub fn generated(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
     figure(path, (WIDTH + BESIDE, 760), |root| {
-        for (area, causality) in root
-            .split_evenly((2, 1))
-            .iter()
-            .zip([Causality::Impedance, Causality::Admittance])
-        {
+        let causalities = [Causality::Impedance, Causality::Admittance];
+        for (area, causality) in root.split_evenly((2, 1)).iter().zip(causalities) {
             let axes = Axes {
                 title: &format!("Energy generated in a contact: {causality:?}"),
                 names: ["energy, J", "contacts with no more, %"],
@@ -87,15 +73,14 @@ pub fn generated(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
             let mut keys = Vec::new();
             for (place, (row, colour)) in (0..).zip(own.iter().zip(COLOURS)) {
                 let width = width_of(place, own.len());
-                let line = row
-                    .generated_quantiles_j
+                let quantiles = &row.generated_quantiles_j;
+                let line = quantiles
                     .iter()
-                    .map(|(share, energy_j)| (energy_j.max(LEAST_J), 100.0 * share));
+                    .map(|(share, j)| (j.max(LEAST_J), 100.0 * share));
                 // To the right edge: who never generates more has all contacts there, too.
-                let most_j = row.generated_quantiles_j.last().map(|last| last.1);
+                let most_j = quantiles.last().map(|last| last.1);
                 let rest = most_j.map(|most_j| (MOST_J.max(most_j), 100.0));
-                let line = line.chain(rest);
-                chart.line(line, colour.stroke_width(width))?;
+                chart.line(line.chain(rest), colour.stroke_width(width))?;
                 keys.push((Sign::Line(width), colour, row.method.name()));
             }
             legend_beside(area, (WIDTH as i32, 50), keys)?;

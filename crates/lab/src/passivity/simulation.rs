@@ -4,7 +4,7 @@ use super::contact::{Behind, Contact};
 use super::linear::{Square, apply, exponential};
 use hwall_haptics::HapticsError;
 use hwall_haptics::passivity::{
-    Causality, HandBounds, PassivePort, PassivityMethod, PortConfig, PortInput,
+    Causality, HandBounds, PassivePort, PassivityMethod, PortConfig, PortInput, Sampling,
 };
 use hwall_testkit::Sampler;
 
@@ -34,16 +34,10 @@ const STOP_M: f64 = 0.05;
 pub struct Outcome {
     /// Most energy that had ever come out beyond what had gone in and what the device's friction took, J.
     pub generated_j: f64,
-    /// Most that was in it at once, J.
-    pub stored_j: f64,
     /// Swing that goes on, peak to peak, m: the least of the last four in the last 0.4 s, unless it dies out; 0 if there is none.
     pub swing_m: f64,
     /// Sum of what was taken off the commands over the sum of the commands.
     pub intrusion: f64,
-    /// Largest force of the hand, N.
-    pub peak_n: f64,
-    /// Deepest the device got, m.
-    pub deepest_m: f64,
 }
 
 /// Hand and device between two samples: `[x, v, x_hand, v_hand, command, goal of the hand, ∫F, 0]` for impedance, the device's
@@ -91,11 +85,9 @@ impl Motions {
     fn after(&self, contact: &Contact, before: &State) -> (State, f64) {
         let mut state = *before;
         state[6] = 0.0;
-        let touching = skin_n(contact, &state) > 0.0;
-        let of_skin = if touching {
-            &self.touching
-        } else {
-            &self.apart
+        let of_skin = match skin_n(contact, &state) > 0.0 {
+            true => &self.touching,
+            false => &self.apart,
         };
         state = apply(of_skin, &state);
         let moved_m = state[0] - before[0];
@@ -114,25 +106,25 @@ impl Motions {
 /// The derivative of the state.
 fn motion(contact: &Contact, touching: bool) -> Square<7> {
     let (m, b, hand) = (contact.mass_kg, contact.friction_n_s_per_m, contact.hand);
-    let (k, c) = if touching {
-        (hand.skin_n_per_m, hand.skin_n_s_per_m)
-    } else {
-        (0.0, 0.0)
+    let (k, c) = match touching {
+        true => (hand.skin_n_per_m, hand.skin_n_s_per_m),
+        false => (0.0, 0.0),
     };
     let mut a = [[0.0; 7]; 7];
     // The force of the skin on the device.
-    let skin = match contact.causality {
-        Causality::Impedance => [-k, -c, k, c, 0.0, 0.0, 0.0],
-        Causality::Admittance => [-k, 0.0, k, c, -c, 0.0, 0.0],
-    };
+    let skin;
     match contact.causality {
         Causality::Impedance => {
+            skin = [-k, -c, k, c, 0.0, 0.0, 0.0];
             a[0][1] = 1.0;
             a[1] = skin.map(|x| x / m);
             a[1][1] -= b / m;
             a[1][4] += 1.0 / m;
         }
-        Causality::Admittance => a[0][4] = 1.0,
+        Causality::Admittance => {
+            skin = [-k, 0.0, k, c, -c, 0.0, 0.0];
+            a[0][4] = 1.0;
+        }
     }
     a[2][3] = 1.0;
     a[3] = skin.map(|x| -x / hand.mass_kg);
@@ -145,21 +137,22 @@ fn motion(contact: &Contact, touching: bool) -> Square<7> {
 
 /// The settings of the port for a contact: what a user would know of the device.
 pub fn port_config(contact: &Contact, method: PassivityMethod) -> PortConfig {
+    let position_error_m = contact.position_error_m();
     let base = match contact.causality {
-        Causality::Impedance => PortConfig::impedance(contact.sampling, contact.mass_kg),
-        Causality::Admittance => PortConfig::admittance(contact.sampling, MOST_M_PER_S),
+        Causality::Impedance => PortConfig {
+            damping_n_s_per_m: contact.friction_n_s_per_m,
+            still_band: contact.stiffness_n_per_m * position_error_m,
+            ..PortConfig::impedance(contact.sampling, contact.mass_kg)
+        },
+        Causality::Admittance => PortConfig {
+            damping_n_s_per_m: 0.0,
+            still_band: 0.0,
+            ..PortConfig::admittance(contact.sampling, MOST_M_PER_S)
+        },
     };
     PortConfig {
         method,
-        damping_n_s_per_m: match contact.causality {
-            Causality::Impedance => contact.friction_n_s_per_m,
-            Causality::Admittance => 0.0,
-        },
-        position_error_m: contact.position_error_m(),
-        still_band: match contact.causality {
-            Causality::Impedance => contact.stiffness_n_per_m * contact.position_error_m(),
-            Causality::Admittance => 0.0,
-        },
+        position_error_m,
         force_error_n: contact.force_error_n(),
         hand: HandBounds {
             stiffness_n_per_m: contact.hand.skin_n_per_m,
@@ -194,16 +187,9 @@ fn follow(
     duration_s: f64,
 ) -> Result<Outcome, HapticsError> {
     let mut port = PassivePort::new(port_config(contact, method))?;
-    let sampling = contact.sampling;
-    let period_s = sampling.period_s;
-    let periods = sampling.delay_s / period_s;
-    let whole = (periods + 1e-9).floor();
-    let share = (periods - whole).max(0.0);
-    let whole = whole as usize;
-    let steps = [
-        Steps::new(contact, share * period_s),
-        Steps::new(contact, (1.0 - share) * period_s),
-    ];
+    let period_s = contact.sampling.period_s;
+    let (whole, parts_s) = delay_in_periods(&contact.sampling);
+    let steps = parts_s.map(|part_s| Steps::new(contact, part_s));
     let mut noise = Sampler::new(contact.seed);
     let mut state: State = [0.0; 7];
     state[3] = contact.hand.speed_m_per_s;
@@ -216,24 +202,17 @@ fn follow(
     let samples = (duration_s / period_s) as usize;
     for k in 0..samples {
         let t_s = k as f64 * period_s;
-        let released = contact
-            .hand
-            .release_s
-            .is_some_and(|release_s| t_s >= release_s);
-        state[5] = if released { -0.1 } else { contact.hand.depth_m };
-        let position_m = measured(
-            state[0],
-            contact.position_noise_m,
-            contact.position_step_m,
-            &mut noise,
-        );
-        let true_n = skin_n(contact, &state).max(0.0);
-        let hand_force_n = measured(
-            true_n,
-            contact.force_noise_n,
-            contact.force_step_n,
-            &mut noise,
-        );
+        state[5] = match contact.hand.release_s {
+            Some(release_s) if t_s >= release_s => -0.1,
+            _ => contact.hand.depth_m,
+        };
+        // A value as a sensor gives it.
+        let mut measured = |value: f64, most: f64, step: f64| {
+            ((value + noise.uniform(-most, most)) / step).round() * step
+        };
+        let force_n = skin_n(contact, &state).max(0.0);
+        let position_m = measured(state[0], contact.position_noise_m, contact.position_step_m);
+        let hand_force_n = measured(force_n, contact.force_noise_n, contact.force_step_n);
         let wanted = environment.wanted(contact, position_m, hand_force_n);
         let output = port.step(&PortInput {
             position_m,
@@ -251,19 +230,19 @@ fn follow(
             for _ in 0..steps.count {
                 let (after, generated_j) = steps.coarse.after(contact, &state);
                 let lets_go = skin_n(contact, &state) > 0.0 && skin_n(contact, &after) <= 0.0;
-                if lets_go {
-                    for _ in 0..PARTS {
-                        let (after, generated_j) = steps.fine.after(contact, &state);
-                        ledger.book(generated_j);
-                        state = after;
-                    }
-                } else {
+                if !lets_go {
+                    ledger.book(generated_j);
+                    state = after;
+                    continue;
+                }
+                for _ in 0..PARTS {
+                    let (after, generated_j) = steps.fine.after(contact, &state);
                     ledger.book(generated_j);
                     state = after;
                 }
             }
         }
-        ledger.look(t_s, &state, true_n);
+        ledger.look(t_s, state[0]);
     }
     Ok(ledger.outcome())
 }
@@ -281,9 +260,13 @@ fn skin_n(contact: &Contact, state: &State) -> f64 {
         + contact.hand.skin_n_s_per_m * (state[3] - velocity)
 }
 
-/// A value as a sensor gives it.
-fn measured(value: f64, noise: f64, step: f64, sampler: &mut Sampler) -> f64 {
-    ((value + sampler.uniform(-noise, noise)) / step).round() * step
+/// A delay in whole periods, and the two parts of a period between which a command changes, s.
+pub(super) fn delay_in_periods(sampling: &Sampling) -> (usize, [f64; 2]) {
+    let periods = sampling.delay_s / sampling.period_s;
+    let whole = (periods + 1e-9).floor();
+    let share = (periods - whole).max(0.0);
+    let parts_s = [share, 1.0 - share].map(|part| part * sampling.period_s);
+    (whole as usize, parts_s)
 }
 
 /// The virtual side.
@@ -306,41 +289,28 @@ impl Environment {
         let velocity = self.device_m_per_s;
         let (k, b) = (contact.stiffness_n_per_m, contact.damping_n_s_per_m);
         match (contact.causality, contact.behind) {
-            (Causality::Impedance, Behind::Wall) => {
-                if position_m > 0.0 {
-                    (-k * position_m - b * velocity).clamp(-MOST_N, 0.0)
-                } else {
-                    0.0
-                }
+            (Causality::Impedance, Behind::Wall) if position_m > 0.0 => {
+                (-k * position_m - b * velocity).clamp(-MOST_N, 0.0)
             }
-            (
-                Causality::Impedance,
-                Behind::Mass {
-                    mass_kg,
-                    friction_n_s_per_m,
-                },
-            ) => {
+            (Causality::Impedance, Behind::Wall) => 0.0,
+            (Causality::Impedance, Behind::Mass(mass)) => {
                 let off_m = position_m - self.position_m;
                 let pull = k * off_m + b * (velocity - self.velocity_m_per_s);
                 let force_n = pull.clamp(-MOST_N, MOST_N);
-                let friction = friction_n_s_per_m * self.velocity_m_per_s;
-                self.velocity_m_per_s += (force_n - friction) / mass_kg * period_s;
+                let friction_n = mass.friction_n_s_per_m * self.velocity_m_per_s;
+                self.velocity_m_per_s += (force_n - friction_n) / mass.mass_kg * period_s;
                 self.position_m += self.velocity_m_per_s * period_s;
                 -force_n
             }
             (Causality::Admittance, behind) => {
                 let (mass_kg, friction) = match behind {
-                    Behind::Mass {
-                        mass_kg,
-                        friction_n_s_per_m,
-                    } => (mass_kg, friction_n_s_per_m),
+                    Behind::Mass(mass) => (mass.mass_kg, mass.friction_n_s_per_m),
                     Behind::Wall => (f64::INFINITY, 0.0),
                 };
                 // Noise alone moves nothing.
-                let felt_n = if hand_force_n > 2.0 * contact.force_error_n() {
-                    hand_force_n
-                } else {
-                    0.0
+                let felt_n = match hand_force_n > 2.0 * contact.force_error_n() {
+                    true => hand_force_n,
+                    false => 0.0,
                 };
                 // A door: a spring of a tenth of the stiffness, and the stop.
                 let beyond_m = (self.position_m - STOP_M).max(0.0);
@@ -356,7 +326,7 @@ impl Environment {
     fn stored_j(&self, contact: &Contact, wanted: f64) -> f64 {
         let k = contact.stiffness_n_per_m;
         let moving_j = match contact.behind {
-            Behind::Mass { mass_kg, .. } => 0.5 * mass_kg * self.velocity_m_per_s.powi(2),
+            Behind::Mass(mass) => 0.5 * mass.mass_kg * self.velocity_m_per_s.powi(2),
             Behind::Wall => 0.0,
         };
         let spring_j = match contact.causality {
@@ -384,11 +354,8 @@ struct Ledger {
     last_part_s: f64,
     generated_j: f64,
     most_j: f64,
-    least_j: f64,
     wanted: f64,
     taken: f64,
-    peak_n: f64,
-    deepest_m: f64,
     /// The last turning point, the direction since, and the newest swings.
     turn_m: Option<f64>,
     last_m: f64,
@@ -402,7 +369,6 @@ impl Ledger {
     fn book(&mut self, generated_j: f64) {
         self.generated_j += generated_j;
         self.most_j = self.most_j.max(self.generated_j);
-        self.least_j = self.least_j.min(self.generated_j);
     }
 
     fn commands(&mut self, wanted: f64, command: f64) {
@@ -410,19 +376,16 @@ impl Ledger {
         self.taken += (wanted - command).abs();
     }
 
-    fn look(&mut self, t_s: f64, state: &State, force_n: f64) {
-        self.peak_n = self.peak_n.max(force_n);
-        self.deepest_m = self.deepest_m.max(state[0]);
+    fn look(&mut self, t_s: f64, x_m: f64) {
         if t_s < self.last_part_s {
             return;
         }
-        let x = state[0];
         let Some(turn_m) = self.turn_m else {
-            (self.turn_m, self.last_m) = (Some(x), x);
+            (self.turn_m, self.last_m) = (Some(x_m), x_m);
             return;
         };
-        let rises = x > self.last_m;
-        if rises != self.rising && x != self.last_m {
+        let rises = x_m > self.last_m;
+        if rises != self.rising && x_m != self.last_m {
             self.swings_m.rotate_right(1);
             self.swings_m[0] = (self.last_m - turn_m).abs();
             // The first turn is that of the window, not of the motion.
@@ -434,7 +397,7 @@ impl Ledger {
             (self.turn_m, self.rising) = (Some(self.last_m), rises);
             self.turns += 1;
         }
-        self.last_m = x;
+        self.last_m = x_m;
     }
 
     fn outcome(&self) -> Outcome {
@@ -443,15 +406,11 @@ impl Ledger {
             && least(&self.swings_m) > STILL_THERE * least(&self.first_swings_m);
         Outcome {
             generated_j: self.most_j,
-            stored_j: -self.least_j,
             swing_m: if goes_on { least(&self.swings_m) } else { 0.0 },
-            intrusion: if self.wanted > 0.0 {
-                self.taken / self.wanted
-            } else {
-                0.0
+            intrusion: match self.wanted > 0.0 {
+                true => self.taken / self.wanted,
+                false => 0.0,
             },
-            peak_n: self.peak_n,
-            deepest_m: self.deepest_m,
         }
     }
 }

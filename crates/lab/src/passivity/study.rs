@@ -4,8 +4,9 @@ use super::contact::Contact;
 use super::cost;
 use super::simulation::{self, Outcome};
 use super::z_width::{self, Point};
+use hwall_haptics::HapticsError;
 use hwall_haptics::passivity::{Causality, PassivityMethod};
-use hwall_testkit::Timing;
+use hwall_testkit::{Timing, quantile};
 use rayon::prelude::*;
 
 /// What is asked for.
@@ -45,9 +46,7 @@ pub struct Row {
     pub largest_swing_m: f64,
     /// Failed one way or the other: generating beyond what is numerical, or cycling.
     pub failed: usize,
-    /// Contacts that are passive and still without any method.
-    pub sound: usize,
-    /// Share of the commands that was taken off in those: mean, median, nine of ten.
+    /// Share of the commands that was taken off of contacts that are passive and still without any method: mean, median, nine of ten.
     pub intrusion: [f64; 3],
     /// Energy generated, of the contacts drawn: quantiles for the figure, J.
     pub generated_quantiles_j: Vec<(f64, f64)>,
@@ -76,23 +75,18 @@ type Kept = (Causality, [Outcome; 4]);
 /// As [`simulation::run`].
 pub fn run(request: &Request, progress: impl Fn(u64)) -> anyhow::Result<Results> {
     let points = z_width::points()?;
+    let followed = |index: u64| -> Result<Kept, HapticsError> {
+        let contact = Contact::draw(request.seed, index);
+        let [off, controller, tank, both] =
+            PassivityMethod::ALL.map(|method| simulation::run(&contact, method));
+        Ok((contact.causality, [off?, controller?, tank?, both?]))
+    };
     let mut kept: Vec<Kept> = Vec::with_capacity(request.contacts as usize);
     let mut done = 0;
     while done < request.contacts {
         let end = (done + BLOCK).min(request.contacts);
-        let block: Result<Vec<Kept>, _> = (done..end)
-            .into_par_iter()
-            .map(|index| {
-                let contact = Contact::draw(request.seed, index);
-                let [off, controller, tank, both] =
-                    PassivityMethod::ALL.map(|method| simulation::run(&contact, method));
-                Ok::<_, hwall_haptics::HapticsError>((
-                    contact.causality,
-                    [off?, controller?, tank?, both?],
-                ))
-            })
-            .collect();
-        kept.extend(block?);
+        let block = (done..end).into_par_iter().map(followed);
+        kept.extend(block.collect::<Result<Vec<Kept>, _>>()?);
         done = end;
         progress(done);
     }
@@ -119,13 +113,13 @@ fn row(kept: &[Kept], causality: Causality, method: PassivityMethod, place: usiz
     let outcomes = || own().map(move |(_, outcomes)| outcomes[place]);
     let count = |f: &dyn Fn(&Outcome) -> bool| outcomes().filter(f).count();
     let most = |f: &dyn Fn(&Outcome) -> f64| outcomes().map(|o| f(&o)).fold(0.0, f64::max);
-    let mut intrusion: Vec<f64> = own()
-        .filter(|(_, outcomes)| !failed(&outcomes[0]))
+    let sound = own().filter(|(_, outcomes)| !failed(&outcomes[0]));
+    let mut intrusion: Vec<f64> = sound
         .map(|(_, outcomes)| outcomes[place].intrusion)
         .collect();
     intrusion.sort_by(f64::total_cmp);
     let mean = intrusion.iter().sum::<f64>() / intrusion.len().max(1) as f64;
-    let at = |share: f64| hwall_testkit::quantile(&intrusion, share);
+    let at = |share: f64| quantile(&intrusion, share);
     let mut generated: Vec<f64> = outcomes().map(|o| o.generated_j).collect();
     generated.sort_by(f64::total_cmp);
     let shares = (0..=200).map(|i| f64::from(i) / 200.0);
@@ -139,10 +133,9 @@ fn row(kept: &[Kept], causality: Causality, method: PassivityMethod, place: usiz
         cycling: count(&|o| o.swing_m > LIMIT_CYCLE_M),
         largest_swing_m: most(&|o| o.swing_m),
         failed: count(&failed),
-        sound: intrusion.len(),
         intrusion: [mean, at(0.5), at(0.9)],
         generated_quantiles_j: shares
-            .map(|share| (share, hwall_testkit::quantile(&generated, share)))
+            .map(|share| (share, quantile(&generated, share)))
             .collect(),
     }
 }

@@ -1,29 +1,22 @@
 //! The largest stiffness that a sampled, delayed wall may have: by simulation, and by the formula.
 
 use super::linear::{Square, apply, exponential};
+use super::simulation::delay_in_periods;
 use hwall_haptics::HapticsError;
 use hwall_haptics::passivity::{Sampling, largest_stiffness_n_per_m};
 
 /// Period and delay of the curves, s: a torque interface, the same over a network, a slow one, and position control as of the
 /// released program of the dissertation (8 ms and 22 ms).
 pub const SAMPLINGS: [Sampling; 4] = [
-    Sampling {
-        period_s: 1e-3,
-        delay_s: 0.0,
-    },
-    Sampling {
-        period_s: 1e-3,
-        delay_s: 5e-3,
-    },
-    Sampling {
-        period_s: 4e-3,
-        delay_s: 10e-3,
-    },
-    Sampling {
-        period_s: 8e-3,
-        delay_s: 22e-3,
-    },
+    sampling(1e-3, 0.0),
+    sampling(1e-3, 5e-3),
+    sampling(4e-3, 10e-3),
+    sampling(8e-3, 22e-3),
 ];
+
+const fn sampling(period_s: f64, delay_s: f64) -> Sampling {
+    Sampling { period_s, delay_s }
+}
 
 /// Physical damping, N s/m.
 pub const DAMPINGS_N_S_PER_M: [f64; 9] = [0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
@@ -68,10 +61,9 @@ pub fn largest_stable(sampling: &Sampling, mass_kg: f64, damping_n_s_per_m: f64)
     let (mut low, mut high) = (1e-2_f64.ln(), 1e8_f64.ln());
     while high - low > 1e-4 {
         let middle = 0.5 * (low + high);
-        if dies_out(sampling, mass_kg, damping_n_s_per_m, middle.exp()) {
-            low = middle;
-        } else {
-            high = middle;
+        match dies_out(sampling, mass_kg, damping_n_s_per_m, middle.exp()) {
+            true => low = middle,
+            false => high = middle,
         }
     }
     low.exp()
@@ -80,21 +72,18 @@ pub fn largest_stable(sampling: &Sampling, mass_kg: f64, damping_n_s_per_m: f64)
 /// Does a mass that is pressed into the wall and let go come to rest? Exact between samples; the wall pulls too, so that it
 /// cannot lose contact. Its envelope is compared over many swings.
 pub fn dies_out(sampling: &Sampling, mass_kg: f64, damping: f64, stiffness_n_per_m: f64) -> bool {
-    let period_s = sampling.period_s;
-    let periods = sampling.delay_s / period_s;
-    let whole = (periods + 1e-9).floor();
-    let share = (periods - whole).max(0.0);
+    let (whole, parts_s) = delay_in_periods(sampling);
     // [x, v, f]
     let motion: Square<3> = [
         [0.0, 1.0, 0.0],
         [0.0, -damping / mass_kg, 1.0 / mass_kg],
         [0.0; 3],
     ];
-    let parts = [share, 1.0 - share].map(|part| exponential(&motion, part * period_s));
-    let mut forces = vec![0.0; whole as usize + 2];
+    let parts = parts_s.map(|part_s| exponential(&motion, part_s));
+    let mut forces = vec![0.0; whole + 2];
     let mut state = [1.0, 0.0, 0.0];
     let omega = (stiffness_n_per_m / mass_kg).sqrt();
-    let swing = std::f64::consts::TAU / (omega * period_s);
+    let swing = std::f64::consts::TAU / (omega * sampling.period_s);
     let window = (20.0 * swing).clamp(200.0, 200_000.0) as usize;
     let mut envelope = [0.0_f64; 2];
     for half in &mut envelope {
@@ -102,7 +91,7 @@ pub fn dies_out(sampling: &Sampling, mass_kg: f64, damping: f64, stiffness_n_per
             forces.rotate_right(1);
             forces[0] = -stiffness_n_per_m * state[0];
             for (part, step) in parts.iter().enumerate() {
-                state[2] = forces[whole as usize + 1 - part];
+                state[2] = forces[whole + 1 - part];
                 state = apply(step, &state);
             }
             let energy = mass_kg * state[1] * state[1] + stiffness_n_per_m * state[0] * state[0];

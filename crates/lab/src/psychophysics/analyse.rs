@@ -175,10 +175,8 @@ impl Args {
 /// # Errors
 /// A table that is not a complete study, a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let has_within = args
-        .factors
-        .iter()
-        .any(|f| Some(f.trim()) != args.between.as_deref());
+    let between = args.between.as_deref();
+    let has_within = args.factors.iter().any(|f| Some(f.trim()) != between);
     ensure!(
         has_within || args.svg.is_none(),
         "--svg needs a factor within subjects beside --between"
@@ -211,13 +209,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(folder) = &args.svg {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    for (path, text) in [
-        (&args.json, analysis.to_json() + "\n"),
-        (&args.markdown, analysis.to_markdown()),
-    ] {
-        if let Some(path) = path {
-            hwall_files::write(path, text).with_context(|| path.display().to_string())?;
-        }
+    let json = args.json.as_ref().zip(Some(analysis.to_json() + "\n"));
+    let markdown = args.markdown.as_ref().zip(Some(analysis.to_markdown()));
+    for (path, text) in json.into_iter().chain(markdown) {
+        hwall_files::write(path, text).with_context(|| path.display().to_string())?;
     }
     if let Some(folder) = &args.svg {
         let scaled = study.normalise(config.normalisation)?;
@@ -227,14 +222,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut text = analysis.to_text();
     for size in analysis.effect_sizes(config.confidence)? {
         let [low, high] = size.ci;
+        let errors = match size.errors == ErrorModel::Pooled {
+            true => "pooled error",
+            false => "own error",
+        };
         text += &format!(
-            "\n{}, {}: partial eta squared {:.4} in the sample; partial omega squared {:.4}, {}% interval {low:.4} to {high:.4}",
+            "\n{}, {errors}: partial eta squared {:.4} in the sample; partial omega squared {:.4}, {}% interval {low:.4} to {high:.4}",
             size.name,
-            if size.errors == ErrorModel::Pooled {
-                "pooled error"
-            } else {
-                "own error"
-            },
             size.partial_eta2,
             size.partial_omega2,
             100.0 * config.confidence

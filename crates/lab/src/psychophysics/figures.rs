@@ -1,11 +1,13 @@
 //! Figures of a study: means with intervals, and boxes of the subjects' values.
 
 use crate::report::figure::{Area, Chart, Draw, Plot, figure};
+use crate::spans::ends;
 use hwall_psychophysics::{CellMean, Groups, Study, cell_means};
 use hwall_stage::figures::{COLOURS, TEXT, plot_error};
 use hwall_testkit::quantile;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::ops::Range;
 use std::path::Path;
 
@@ -29,20 +31,17 @@ pub fn means(path: &Path, study: &Study, confidence: f64) -> anyhow::Result<()> 
     let of_lines = study.within().get(1).or(between);
     let lines = of_lines.map_or(1, |f| f.levels.len());
     let panels = if shown.len() == 1 { 1 } else { groups };
-    let ends = cells
-        .iter()
-        .flat_map(|c| [c.mean - c.ci_half_within, c.mean + c.ci_half_within]);
-    let y = widened(ends, 0.08);
+    let interval = |c: &CellMean| [-1.0, 1.0].map(|side| c.mean + side * c.ci_half_within);
+    let y = widened(cells.iter().flat_map(interval), 0.08);
     figure(path, (900, 460 * panels as u32), |root| {
         for (panel, area) in root.split_evenly((panels, 1)).iter().enumerate() {
             let group = between.filter(|_| panels > 1);
-            let group = group.map_or(String::new(), |g| {
-                format!(", {} {}", g.name, g.levels[panel])
-            });
+            let group = group.map(|g| format!(", {} {}", g.name, g.levels[panel]));
             let title = format!(
-                "Means of {} with {}% intervals (within subjects){group}",
+                "Means of {} with {}% intervals (within subjects){}",
                 study.value_name(),
-                100.0 * confidence
+                100.0 * confidence,
+                group.unwrap_or_default()
             );
             let area = area.below(&title)?;
             let (left, right) = area.split_horizontally(area.dim_in_pixel().0 - KEY_WIDTH);
@@ -53,8 +52,8 @@ pub fn means(path: &Path, study: &Study, confidence: f64) -> anyhow::Result<()> 
                     1 => line * first.levels.len() + level,
                     _ => (panel * first.levels.len() + level) * lines + line,
                 };
-                let own: Vec<&CellMean> =
-                    (0..first.levels.len()).map(|l| &cells[place(l)]).collect();
+                let own = (0..first.levels.len()).map(|level| &cells[place(level)]);
+                let own: Vec<&CellMean> = own.collect();
                 // Side by side, so that intervals do not hide each other.
                 let aside = 0.35 * (line as f64 - 0.5 * (lines - 1) as f64) / lines.max(4) as f64;
                 mean_line(&mut chart, &own, aside, COLOURS[line % COLOURS.len()])?;
@@ -75,10 +74,9 @@ fn mean_line(
     colour: RGBColor,
 ) -> anyhow::Result<()> {
     let points = || {
-        cells
-            .iter()
-            .enumerate()
-            .map(|(level, c)| (level as f64 + aside, c))
+        (0..)
+            .zip(cells)
+            .map(|(level, c)| (f64::from(level) + aside, c))
     };
     let curve = points().map(|(x, c)| (x, c.mean));
     chart.line(curve, colour.stroke_width(1))?;
@@ -98,9 +96,8 @@ fn mean_line(
 /// # Errors
 /// A file that cannot be written.
 pub fn boxes(path: &Path, study: &Study) -> anyhow::Result<()> {
-    let between = study
-        .between()
-        .map(|g| (&g.factor, group_samples(study, g)));
+    let groups = study.between();
+    let between = groups.map(|g| (&g.factor, group_samples(study, g)));
     let within = study.within().iter().enumerate();
     let within = within.map(|(place, factor)| (factor, level_samples(study, place)));
     let panels: Vec<_> = between.into_iter().chain(within).collect();
@@ -148,8 +145,7 @@ fn draw_box(chart: &mut LevelChart<'_, '_>, x: f64, sorted: &[f64]) -> anyhow::R
     let lines = lines.map(|(ends, width)| PathElement::new(ends, colour.stroke_width(width)));
     chart.series(lines)?;
     let beyond = sorted.iter().filter(|v| !near(v));
-    let beyond = beyond.map(|v| Circle::new((x, *v), 3, colour.stroke_width(1)));
-    chart.series(beyond)?;
+    chart.series(beyond.map(|v| Circle::new((x, *v), 3, colour.stroke_width(1))))?;
     Ok(())
 }
 
@@ -197,6 +193,7 @@ fn level_chart<'a, 'b>(
         .y_label_area_size(70)
         .build_cartesian_2d(-0.5..count as f64 - 0.5, y)
         .map_err(plot_error)?;
+    // The axes of other figures have numbers along x.
     chart
         .configure_mesh()
         .disable_x_mesh()
@@ -209,10 +206,7 @@ fn level_chart<'a, 'b>(
         .map_err(plot_error)?;
     // Labels of our own: the library does not put its labels at the levels.
     let (x_pixels, y_pixels) = chart.plotting_area().get_pixel_range();
-    let style = TextStyle::from(TEXT).pos(plotters::style::text_anchor::Pos::new(
-        plotters::style::text_anchor::HPos::Center,
-        plotters::style::text_anchor::VPos::Top,
-    ));
+    let style = TextStyle::from(TEXT).pos(Pos::new(HPos::Center, VPos::Top));
     let (left, top) = area.get_base_pixel();
     let width = f64::from(x_pixels.end - x_pixels.start);
     for (level, name) in levels.iter().enumerate() {
@@ -228,10 +222,8 @@ fn key(area: &Area<'_>, title: &str, names: &[String]) -> anyhow::Result<()> {
     area.write(title, TEXT, (8, 16))?;
     for (i, (name, colour)) in names.iter().zip(COLOURS.iter().cycle()).enumerate() {
         let y = 46 + 24 * i as i32;
-        let line = PathElement::new([(8, y), (32, y)], colour.stroke_width(2));
-        area.put(&line)?;
-        let dot = Circle::new((20, y), 4, colour.filled());
-        area.put(&dot)?;
+        area.put(&PathElement::new([(8, y), (32, y)], colour.stroke_width(2)))?;
+        area.put(&Circle::new((20, y), 4, colour.filled()))?;
         area.write(name, TEXT, (40, y - 8))?;
     }
     Ok(())
@@ -239,9 +231,7 @@ fn key(area: &Area<'_>, title: &str, names: &[String]) -> anyhow::Result<()> {
 
 /// From the smallest to the largest, and a share more on either side.
 fn widened(values: impl Iterator<Item = f64>, share: f64) -> Range<f64> {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (low.min(v), high.max(v))
-    });
+    let (low, high) = ends(values);
     let more = share * (high - low).max(1e-9 * high.abs()).max(f64::MIN_POSITIVE);
     low - more..high + more
 }

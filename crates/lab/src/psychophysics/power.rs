@@ -79,10 +79,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.effect.is_empty() && args.means.is_empty() {
         note("without --effect or --means all means are equal: these are rates of false alarms");
     }
-    let means = if args.means.is_empty() {
-        added(&within, &args.effect)?
-    } else {
-        args.means.clone()
+    let means = match args.means.is_empty() {
+        true => added(&within, &args.effect)?,
+        false => args.means.clone(),
     };
     let mut rows = Vec::new();
     for &subjects in &args.subjects {
@@ -94,10 +93,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             level_sd: args.level_sd,
             within_sd: args.within_sd,
             test: PowerTest {
-                errors: if args.pooled {
-                    ErrorModel::Pooled
-                } else {
-                    ErrorModel::Strata
+                errors: match args.pooled {
+                    true => ErrorModel::Pooled,
+                    false => ErrorModel::Strata,
                 },
                 ranks: args.art,
                 greenhouse_geisser: args.gg,
@@ -117,16 +115,18 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         hwall_files::write(path, text).with_context(|| path.display().to_string())?;
     }
     let mut table = MarkdownTable::new(["subjects", "effect", "power", "95% interval"]);
-    for (row, effect) in rows
-        .iter()
-        .flat_map(|r| r.effects.iter().map(move |e| (r, e)))
+    for Row {
+        subjects, effects, ..
+    } in &rows
     {
-        table.row([
-            row.subjects.to_string(),
-            effect.name.clone(),
-            format!("{:.4}", effect.power),
-            format!("{:.4} to {:.4}", effect.ci_low, effect.ci_high),
-        ]);
+        for effect in effects {
+            table.row([
+                subjects.to_string(),
+                effect.name.clone(),
+                format!("{:.4}", effect.power),
+                format!("{:.4} to {:.4}", effect.ci_low, effect.ci_high),
+            ]);
+        }
     }
     write!(io::stdout(), "{table}").context("standard output")
 }
@@ -157,10 +157,10 @@ fn added(within: &[Factor], effects: &[String]) -> anyhow::Result<Vec<f64>> {
     }
     let mut means = vec![0.0];
     for addition in &additions {
-        means = means
+        let sums = means
             .iter()
-            .flat_map(|mean| addition.iter().map(move |a| mean + a))
-            .collect();
+            .flat_map(|mean| addition.iter().map(move |a| mean + a));
+        means = sums.collect();
     }
     Ok(means)
 }

@@ -1,16 +1,14 @@
 //! How soon the arm is where people touch: the numbers, for the command line.
 
 use crate::report::{Column, quantiles, table_of};
-use anyhow::{Context, bail, ensure};
+use crate::spans::ends as span;
 use glam::DVec3;
-use hwall_arrival::reachability::{Interval, WallMaps};
-use hwall_arrival::{Atlas, AtlasWall, BoardExtent, PostureArrivals, TouchRange, WallShare};
+use hwall_arrival::{Atlas, AtlasWall, BoardExtent, PostureArrivals};
 use hwall_haptics::Board;
 use hwall_kinematics::{JointPositions, Pose};
 use hwall_scene::Scene;
 use hwall_stage::arms;
 use hwall_stage::input::floor_pose::FloorPose;
-use hwall_stage::input::scene_file;
 use hwall_testkit::{MarkdownTable, Timing, time_batches};
 
 /// The face of a board.
@@ -27,51 +25,6 @@ pub fn extent(board: &Board) -> BoardExtent {
 /// A pose that is not finite.
 pub fn in_base(scene: &Scene, base: FloorPose) -> anyhow::Result<Scene> {
     Ok(scene.placed(&Pose::from_affine(&base.outer_from_here().inverse())?))
-}
-
-pub use hwall::facets_of as facets;
-
-/// Where people touch, from the texts of the command line.
-pub struct TouchTexts<'a> {
-    /// `low,high`, m.
-    pub heights: &'a str,
-    /// `x,y,z,radius` of a ball, m.
-    pub near: Option<&'a str>,
-    /// Distance between places, m.
-    pub spacing_m: f64,
-    /// In proportion to the area instead of equally over the walls?
-    pub by_area: bool,
-}
-
-impl TouchTexts<'_> {
-    /// The range.
-    ///
-    /// # Errors
-    /// Anything but the numbers named.
-    pub fn parse(&self) -> anyhow::Result<TouchRange> {
-        let [low, high] = arms::parse_list::<2>(self.heights).context("--heights")?;
-        ensure!(
-            low <= high,
-            "--heights {}: {low} is above {high}",
-            self.heights
-        );
-        let near = self.near.map(arms::parse_list::<4>);
-        let ball = near
-            .transpose()
-            .context("--near")?
-            .map(|[x, y, z, radius_m]| (DVec3::new(x, y, z), radius_m));
-        Ok(TouchRange {
-            heights: Interval::new(low, high),
-            spacing_m: self.spacing_m,
-            share: if self.by_area {
-                WallShare::Area
-            } else {
-                WallShare::Equal
-            },
-            ball,
-            ..TouchRange::default()
-        })
-    }
 }
 
 /// A configuration from seven numbers in degrees.
@@ -112,10 +65,8 @@ pub fn posture_table(postures: &[(&str, PostureArrivals)]) -> MarkdownTable {
 /// One row for each wall of an atlas that can be touched.
 pub fn wall_table(walls: &[(String, &AtlasWall)]) -> MarkdownTable {
     let nodes = |wall: &AtlasWall| -> Vec<_> {
-        let places = wall.places();
-        places
-            .filter_map(|place| wall.node(place).copied())
-            .collect()
+        let nodes = wall.places().filter_map(|place| wall.node(place).copied());
+        nodes.collect()
     };
     let at = |wall: &AtlasWall, share: f64| {
         let times_s = nodes(wall).into_iter().map(|node| node.arrival_s);
@@ -154,10 +105,8 @@ pub fn named_walls<'a>(scene: &Scene, atlas: &'a Atlas) -> Vec<(String, &'a Atla
         let of_plane = facets.iter().filter_map(|facet| {
             let same = facet.normal.dot(plane.normal()) > 1.0 - SAME_M
                 && plane.project(facet.point_m).off_m.abs() < SAME_M;
-            let places = facet.outline_m.iter().map(|p| plane.along().dot(*p));
-            let (lo, hi) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), s| {
-                (lo.min(s), hi.max(s))
-            });
+            let outline = facet.outline_m.iter();
+            let (lo, hi) = span(outline.map(|p| plane.along().dot(*p)));
             let holds = lo - SAME_M <= ends[0] && ends[1] <= hi + SAME_M;
             (same && holds).then_some((hi - lo, facet))
         });
@@ -181,26 +130,18 @@ pub fn named_walls<'a>(scene: &Scene, atlas: &'a Atlas) -> Vec<(String, &'a Atla
 /// Names that stand once each, as far as what is `more` to say of them tells them apart; else they are numbered.
 fn told_apart<T>(named: Vec<(String, T)>, more: impl Fn(&T) -> [String; 2]) -> Vec<(String, T)> {
     let mut names: Vec<String> = named.iter().map(|(name, _)| name.clone()).collect();
-    let repeated = |names: &[String]| -> Vec<bool> {
-        let count = |name| names.iter().filter(|other| *other == name).count();
-        names.iter().map(|name| count(name) > 1).collect()
-    };
-    for place in 0..2 {
-        let all = repeated(&names);
-        for ((name, (_, of)), _) in names.iter_mut().zip(&named).zip(all).filter(|(_, r)| *r) {
-            *name += &more(of)[place];
+    let number = |at: usize| format!(" ({})", at + 1);
+    for step in 0..3 {
+        let before = names.clone();
+        let is_repeated = |name: &String| before.iter().filter(|other| *other == name).count() > 1;
+        for (at, (name, (_, of))) in names.iter_mut().zip(&named).enumerate() {
+            if is_repeated(&*name) {
+                *name += more(of).get(step).unwrap_or(&number(at));
+            }
         }
     }
-    let all = repeated(&names);
-    let numbers = (1..).zip(names.iter_mut().zip(all));
-    for (number, (name, _)) in numbers.filter(|(_, (_, repeated))| *repeated) {
-        *name += &format!(" ({number})");
-    }
-    names
-        .into_iter()
-        .zip(named)
-        .map(|(name, (_, of))| (name, of))
-        .collect()
+    let of = named.into_iter().map(|(_, of)| of);
+    names.into_iter().zip(of).collect()
 }
 
 /// How long look-ups take: at the nodes' places moved by a fraction of the spacing, so that four nodes count.
@@ -224,20 +165,6 @@ pub fn time_look_ups(atlas: &Atlas, slack_m: Option<f64>) -> Timing {
             None => atlas.look_up(point_m, normal),
         }
     })
-}
-
-/// Rejects a scene whose walls are all too far away, in words for the command line.
-///
-/// # Errors
-/// No wall near enough.
-pub fn check_maps(maps: &WallMaps, scene: &Scene) -> anyhow::Result<()> {
-    if maps.map().is_none() {
-        bail!(
-            "no wall of the scene is within the length of the arm ({})",
-            scene_file::looks_like(scene)
-        );
-    }
-    Ok(())
 }
 
 pub(super) fn percent(share: f64) -> String {

@@ -1,9 +1,10 @@
 //! The figure of arrival times: a panel for each wall, as the person sees it.
 
-use super::placement::shade;
+use super::shades::{Key, shade};
 use crate::report::figure::{Area, Draw, Plot, figure};
 use anyhow::ensure;
 use hwall_arrival::{AtlasWall, NodePlace};
+use hwall_reachability::Steps;
 use hwall_stage::figures::{TEXT, TITLE, plot_error};
 use hwall_testkit::quantile;
 use plotters::prelude::*;
@@ -49,7 +50,7 @@ struct Panel<'a> {
 
 impl<'a> Panel<'a> {
     fn new(name: &'a str, wall: &'a AtlasWall) -> Self {
-        let ends = |steps: &hwall_reachability::Steps| {
+        let ends = |steps: &Steps| {
             let half = 0.5 * steps.spacing_m();
             [steps.at(0) - half, steps.at(steps.count() - 1) + half]
         };
@@ -65,11 +66,9 @@ impl<'a> Panel<'a> {
         let pixels = |ends: [f64; 2]| (SCALE * (ends[1] - ends[0])).ceil() as u32;
         // Room for the name.
         let name = LETTER * self.name.chars().count() as u32;
+        let [left, right, top, bottom] = FRAME;
         let width = pixels(self.s_m).max(110).max(name);
-        (
-            width + FRAME[0] + FRAME[1],
-            pixels(self.z_m) + FRAME[2] + FRAME[3],
-        )
+        (width + left + right, pixels(self.z_m) + top + bottom)
     }
 
     /// Corners of a node's cell.
@@ -81,12 +80,11 @@ impl<'a> Panel<'a> {
     }
 
     /// The edge between neighbouring cells.
-    fn edge(&self, a: NodePlace, b: NodePlace) -> Vec<(f64, f64)> {
+    fn edge(&self, a: NodePlace, b: NodePlace) -> [(f64, f64); 2] {
         let [(s0, z0), (s1, z1)] = self.cell(a);
-        if a.row == b.row {
-            vec![(s1, z0), (s1, z1)]
-        } else {
-            vec![(s0, z1), (s1, z1)]
+        match a.row == b.row {
+            true => [(s1, z0), (s1, z1)],
+            false => [(s0, z1), (s1, z1)],
         }
     }
 }
@@ -97,11 +95,11 @@ impl<'a> Panel<'a> {
 /// No walls, a file that cannot be written.
 pub fn draw(path: &Path, shown: &ArrivalFigure) -> anyhow::Result<()> {
     ensure!(!shown.walls.is_empty(), "no wall to draw");
-    let panels: Vec<Panel> = shown
+    let panels = shown
         .walls
         .iter()
-        .map(|(name, wall)| Panel::new(name, wall))
-        .collect();
+        .map(|(name, wall)| Panel::new(name, wall));
+    let panels: Vec<Panel> = panels.collect();
     let times = shown.walls.iter().flat_map(|(_, wall)| {
         let nodes = wall.places().filter_map(|place| wall.node(place));
         nodes.map(|node| node.arrival_s)
@@ -113,39 +111,23 @@ pub fn draw(path: &Path, shown: &ArrivalFigure) -> anyhow::Result<()> {
     let most = (10.0 * quantile(&times_s, MOST_SHOWN)).ceil() / 10.0;
     let range = [least, most.max(least + 0.1)];
     let places = arranged(&panels);
-    let width = places
-        .iter()
-        .zip(&panels)
-        .map(|(at, p)| at.0 + p.size().0)
-        .max();
-    let height = places
-        .iter()
-        .zip(&panels)
-        .map(|(at, p)| at.1 + p.size().1)
-        .max();
-    let size = (
-        width.unwrap_or(0) + KEY,
-        height.unwrap_or(0).max(HEAD + 330),
-    );
+    let ends = places.iter().zip(&panels).map(|(at, panel)| {
+        let (w, h) = panel.size();
+        (at.0 + w, at.1 + h)
+    });
+    let (width, height) = ends.fold((0, 0), |(w, h), end| (w.max(end.0), h.max(end.1)));
+    let size = (width + KEY, height.max(HEAD + 330));
     figure(path, size, |root| {
-        let text =
-            |text: &str, style: (&'static str, u32), at: (i32, i32)| root.write(text, style, at);
-        text(
-            "How soon the board can be there, from the waiting posture",
-            TITLE,
-            (16, 10),
-        )?;
-        text(shown.waiting, TEXT, (16, 36))?;
+        let title = "How soon the board can be there, from the waiting posture";
+        root.write(title, TITLE, (16, 10))?;
+        root.write(shown.waiting, TEXT, (16, 36))?;
         for (at, panel) in places.into_iter().zip(&panels) {
-            let (w, h) = panel.size();
-            let area = root.clone().shrink((at.0, at.1), (w, h));
+            let area = root.clone().shrink(at, panel.size());
             draw_panel(&area, panel, shown, range)?;
         }
-        let key = root
-            .clone()
-            .shrink((size.0 - KEY, HEAD), (KEY, size.1 - HEAD));
-        draw_key(&key, range, shown.budget_s)?;
-        Ok(())
+        let key = (KEY, size.1 - HEAD);
+        let key = root.clone().shrink((size.0 - KEY, HEAD), key);
+        draw_key(&key, range, shown.budget_s)
     })
 }
 
@@ -203,19 +185,16 @@ fn draw_panel(
         .draw()
         .map_err(plot_error)?;
     let cells = wall.places().map(|place| {
-        let fill = wall
-            .node(place)
-            .map_or(HOLE, |node| colour(node.arrival_s, range));
+        let node = wall.node(place);
+        let fill = node.map_or(HOLE, |node| colour(node.arrival_s, range));
         Rectangle::new(panel.cell(place), fill.filled())
     });
     chart.series(cells)?;
     let holes = wall.places().filter(|&place| wall.node(place).is_none());
-    let hatches =
-        holes.map(|place| PathElement::new(panel.cell(place).to_vec(), HATCH.stroke_width(1)));
-    chart.series(hatches)?;
-    let blocked = wall
-        .places()
-        .filter(|&place| wall.node(place).is_some_and(|node| !node.clear));
+    let hatch = HATCH.stroke_width(1);
+    chart.series(holes.map(|place| PathElement::new(panel.cell(place), hatch)))?;
+    let is_blocked = |place: &NodePlace| wall.node(*place).is_some_and(|node| !node.clear);
+    let blocked = wall.places().filter(is_blocked);
     let dots = blocked.map(|place| {
         let [a, b] = panel.cell(place);
         let middle = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
@@ -224,72 +203,58 @@ fn draw_panel(
             + Circle::new((0, 0), 2, BLACK.stroke_width(1))
     });
     chart.series(dots)?;
-    let in_time = |place: NodePlace| {
-        wall.node(place)
-            .map(|node| node.arrival_s <= shown.budget_s)
-    };
+    let in_time = |place| Some(wall.node(place)?.arrival_s <= shown.budget_s);
     let neighbours = |place: NodePlace| {
-        let right = NodePlace {
-            column: place.column + 1,
-            ..place
-        };
-        let above = NodePlace {
-            row: place.row + 1,
-            ..place
-        };
-        [right, above].map(move |other| (place, other))
+        let (mut right, mut above) = (place, place);
+        right.column += 1;
+        above.row += 1;
+        [[place, right], [place, above]]
     };
-    let ends = wall
-        .places()
-        .flat_map(neighbours)
-        .filter(|&(a, b)| matches!((in_time(a), in_time(b)), (Some(x), Some(y)) if x != y))
-        .map(|(a, b)| PathElement::new(panel.edge(a, b), WHITE.stroke_width(3)));
-    chart.series(ends)?;
-    let seams = wall
-        .seams()
-        .map(|[a, b]| PathElement::new(panel.edge(a, b), SEAM.stroke_width(2)));
-    chart.series(seams)?;
+    let ends = wall.places().flat_map(neighbours);
+    let ends = ends.filter(|pair| {
+        let [a, b] = pair.map(in_time);
+        a.is_some() && b.is_some() && a != b
+    });
+    let edges =
+        |style: ShapeStyle| move |[a, b]: [NodePlace; 2]| PathElement::new(panel.edge(a, b), style);
+    chart.series(ends.map(edges(WHITE.stroke_width(3))))?;
+    chart.series(wall.seams().map(edges(SEAM.stroke_width(2))))?;
     Ok(())
 }
 
 fn draw_key(area: &Area, range: [f64; 2], budget_s: f64) -> anyhow::Result<()> {
     const TOP: i32 = 34;
     const STEPS: i32 = 60;
-    let label = |text: &str, y: i32| area.write(text, TEXT, (46, y));
+    let key = Key {
+        area,
+        signs: [14, 38],
+        words: 46,
+    };
     let y_of = |share: f64| TOP + (f64::from(3 * STEPS) * share) as i32;
-    label("time, s", 8)?;
+    key.label("time, s", 8)?;
     for i in 0..STEPS {
         let time_s = range[0] + (range[1] - range[0]) * (f64::from(i) + 0.5) / f64::from(STEPS);
         let y = TOP + 3 * i;
-        let bar = Rectangle::new([(14, y), (38, y + 3)], colour(time_s, range).filled());
-        area.put(&bar)?;
+        key.bar([y, y + 3], colour(time_s, range))?;
     }
     let tenths = (10.0 * (range[1] - range[0])).round() as i32;
     let every = (tenths / 6).max(1);
     for i in (0..=tenths).step_by(every as usize) {
         let time_s = range[0] + 0.1 * f64::from(i);
         let later = if i + every > tenths { " and later" } else { "" };
-        label(
-            &format!("{time_s:.1}{later}"),
-            y_of(f64::from(i) / f64::from(tenths)) - 8,
-        )?;
+        let y = y_of(f64::from(i) / f64::from(tenths)) - 8;
+        key.label(&format!("{time_s:.1}{later}"), y)?;
     }
     let y = TOP + 3 * STEPS + 24;
-    let line = |y: i32, style: ShapeStyle| PathElement::new(vec![(14, y), (38, y)], style);
-    area.put(&Rectangle::new(
-        [(14, y - 7), (38, y + 7)],
-        colour(range[0], range).filled(),
-    ))?;
-    area.put(&line(y, WHITE.stroke_width(3)))?;
-    label(&format!("within {budget_s:.2} s"), y - 9)?;
-    area.put(&line(y + 28, SEAM.stroke_width(2)))?;
-    label("seam", y + 19)?;
-    let hole = [(14, y + 49), (38, y + 63)];
-    area.put(&Rectangle::new(hole, HOLE.filled()))?;
-    let hatch = PathElement::new(vec![(14, y + 63), (38, y + 49)], HATCH.stroke_width(1));
-    area.put(&hatch)?;
-    label("out of reach", y + 47)?;
+    key.bar([y - 7, y + 7], colour(range[0], range))?;
+    key.line([y, y], WHITE.stroke_width(3))?;
+    key.label(&format!("within {budget_s:.2} s"), y - 9)?;
+    key.line([y + 28, y + 28], SEAM.stroke_width(2))?;
+    key.label("seam", y + 19)?;
+    key.bar([y + 49, y + 63], HOLE)?;
+    key.line([y + 63, y + 49], HATCH.stroke_width(1))?;
+    key.label("out of reach", y + 47)?;
     area.put(&Circle::new((26, y + 84), 2, BLACK.stroke_width(1)))?;
-    label("straight way", y + 72)?;
-    label("not clear", y + 88)
+    key.label("straight way", y + 72)?;
+    key.label("not clear", y + 88)
 }

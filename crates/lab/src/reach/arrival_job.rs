@@ -1,21 +1,25 @@
 //! How soon an arm is where people touch, and where it should wait: from the flags to the files.
 
 use super::arrival::{
-    TouchTexts, check_maps, configuration, degrees, extent as extent_of, facets, in_base,
-    named_walls, posture_table, time_look_ups, wall_table,
+    configuration, degrees, extent as extent_of, in_base, named_walls, posture_table,
+    time_look_ups, wall_table,
 };
 use super::arrival_figure::{self, ArrivalFigure};
-use anyhow::Context;
+use super::placement_job::heights;
+use anyhow::{Context, ensure};
+use glam::DVec3;
+use hwall::facets_of;
 use hwall_arrival::reachability::{WallMaps, WallMapsConfig};
 use hwall_arrival::{
-    Atlas, AtlasConfig, Surfaces, WaitingConfig, judge_posture, targets_of_maps, waiting_posture,
+    Atlas, AtlasConfig, Surfaces, TouchRange, WaitingConfig, WallShare, judge_posture,
+    targets_of_maps, waiting_posture,
 };
 use hwall_haptics::Board;
 use hwall_motion::{MotionConfig, MotionLimits};
-use hwall_stage::arms::NamedArm;
+use hwall_stage::arms::{self, NamedArm};
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::floor_pose::FloorPose;
-use hwall_stage::input::scene_file::SceneFlags;
+use hwall_stage::input::scene_file::{self, SceneFlags};
 use hwall_stage::numbers::counted;
 use hwall_stage::{note, setting};
 use std::io::Write;
@@ -63,6 +67,22 @@ pub struct ArrivalOptions {
     pub out: PathBuf,
 }
 
+/// Where people touch, from the flags.
+fn touches(options: &ArrivalOptions) -> anyhow::Result<TouchRange> {
+    let near = options.near.as_deref().map(arms::parse_list::<4>);
+    let near = near.transpose().context("--near")?;
+    Ok(TouchRange {
+        heights: heights(&options.heights)?,
+        spacing_m: 0.1,
+        share: match options.by_area {
+            true => WallShare::Area,
+            false => WallShare::Equal,
+        },
+        ball: near.map(|[x, y, z, radius_m]| (DVec3::new(x, y, z), radius_m)),
+        ..TouchRange::default()
+    })
+}
+
 /// Finds the posture, builds the atlas, writes the files and prints the tables.
 ///
 /// # Errors
@@ -74,31 +94,27 @@ pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()>
         .write("--save", options.save.as_deref())
         .check()?;
     let board = Board::default();
-    let arm = options
-        .arm
-        .closed_form()?
-        .with_tool(board.flange_from_board_face()?);
+    let face = board.flange_from_board_face()?;
+    let arm = options.arm.closed_form()?.with_tool(face);
     let base = options.base.as_deref().map(FloorPose::parse).transpose()?;
     let (scene, remarks) = setting::load_scene(options.scene.file())?;
     let scene = in_base(&scene, base.unwrap_or(FloorPose::ORIGIN))?;
     for remark in remarks {
         note(remark);
     }
-    let touches = TouchTexts {
-        heights: &options.heights,
-        near: options.near.as_deref(),
-        spacing_m: 0.1,
-        by_area: options.by_area,
-    };
     let config = WaitingConfig {
         budget_s: options.budget_s,
         slack_m: options.slack_m,
         ..WaitingConfig::default()
     };
-    let maps = WallMaps::build(&arm, &facets(&scene), WallMapsConfig::default())?;
-    check_maps(&maps, &scene)?;
+    let maps = WallMaps::build(&arm, &facets_of(&scene), WallMapsConfig::default())?;
+    ensure!(
+        maps.map().is_some(),
+        "no wall of the scene is within the length of the arm ({})",
+        scene_file::looks_like(&scene)
+    );
     let limits = MotionLimits::of_arm(&arm, &MotionConfig::default())?;
-    let targets = targets_of_maps(&maps, &touches.parse()?)?;
+    let targets = targets_of_maps(&maps, &touches(options)?)?;
     let surfaces = Surfaces::from_maps(&maps, config.clearance.margin_m)?;
     let extent = extent_of(&board);
     let start = Instant::now();
@@ -114,19 +130,11 @@ pub fn run(options: &ArrivalOptions, out: &mut impl Write) -> anyhow::Result<()>
         postures.push(("beside", judged(&q)?));
     }
     let start = Instant::now();
-    let atlas = Atlas::build(
-        &arm,
-        &maps,
-        extent,
-        &limits,
-        &waiting,
-        &AtlasConfig::default(),
-    )?;
+    let atlas_config = AtlasConfig::default();
+    let atlas = Atlas::build(&arm, &maps, extent, &limits, &waiting, &atlas_config)?;
     let atlas_took = start.elapsed().as_secs_f64();
-    let (plain, slack) = (
-        time_look_ups(&atlas, None).median_ns,
-        time_look_ups(&atlas, Some(options.slack_m)).median_ns,
-    );
+    let [plain, slack] =
+        [None, Some(options.slack_m)].map(|slack_m| time_look_ups(&atlas, slack_m).median_ns);
     let walls = named_walls(&scene, &atlas);
     std::fs::create_dir_all(&options.out).with_context(|| options.out.display().to_string())?;
     let figure = ArrivalFigure {

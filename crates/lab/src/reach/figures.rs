@@ -1,7 +1,8 @@
 //! Figures of reachability maps.
 
 use crate::reach::published::{Bounds, Comparison, Row};
-use crate::report::figure::{Axes, Draw, Mesh, Plot, USUAL, figure, tenths, whole};
+use crate::report::figure::{Axes, Draw, Mesh, Plot, USUAL, figure, named_line, tenths, whole};
+use crate::spans::ends;
 use anyhow::Context;
 use hwall_reachability::{LineIndex, WallGrid};
 use hwall_stage::figures::{COLOURS, legend};
@@ -49,21 +50,14 @@ pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> 
             grid.heading_rad.to_degrees() + 0.0
         );
         let root = root.below(&title)?;
-        let reach = intervals
-            .iter()
-            .flat_map(|i| i.s_m.map(f64::abs))
-            .fold(0.5, f64::max);
+        let places = intervals.iter().flat_map(|i| i.s_m.map(f64::abs));
+        let reach = places.fold(0.5, f64::max);
         let step = grid.heights.spacing_m();
-        let heights = || grid.heights.iter();
-        let low = heights().fold(f64::INFINITY, f64::min) - step;
-        let high = heights().fold(f64::NEG_INFINITY, f64::max) + step;
+        let (lowest, highest) = ends(grid.heights.iter());
+        let (low, high) = (lowest - step, highest + step);
         let blue = COLOURS[0];
-        for (plane, area) in root
-            .split_evenly((panel_rows, COLUMNS))
-            .into_iter()
-            .enumerate()
-            .take(shown)
-        {
+        let areas = root.split_evenly((panel_rows, COLUMNS));
+        for (plane, area) in areas.iter().enumerate().take(shown) {
             let caption = format!("n·p = {:.3} m", grid.distances.at(plane));
             let axes = Axes {
                 title: &caption,
@@ -75,15 +69,13 @@ pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> 
                 text: [SMALL, SMALL],
                 ..Axes::default()
             };
-            let mut chart = axes.on(&area, -1.05 * reach..1.05 * reach, low..high)?;
+            let mut chart = axes.on(area, -1.05 * reach..1.05 * reach, low..high)?;
             let bars = intervals.iter().filter(|i| i.plane == plane).map(|i| {
                 let z = grid.heights.at(i.height);
                 // An interval that is next to a point still shows.
                 let (lo, hi) = (i.s_m[0], i.s_m[1].max(i.s_m[0] + 0.004 * reach));
-                Rectangle::new(
-                    [(lo, z - 0.42 * step), (hi, z + 0.42 * step)],
-                    blue.filled(),
-                )
+                let corners = [(lo, z - 0.42 * step), (hi, z + 0.42 * step)];
+                Rectangle::new(corners, blue.filled())
             });
             chart.series(bars)?;
         }
@@ -113,20 +105,17 @@ pub fn comparison(path: &Path, comparisons: &[Comparison]) -> anyhow::Result<()>
             let share = |i: usize| 100.0 * (n - i) as f64 / n as f64;
             let curve = c.off_mm.iter().enumerate();
             let curve = curve.map(|(i, off)| (off.max(SMALLEST_MM), share(i)));
-            let dash = if file == 1 { 6 } else { 2 };
-            chart
-                .line(curve, colour.stroke_width(dash / 2 + 1))?
-                .label(format!("ori_{}", file + 1))
-                .legend(move |(x, y)| {
-                    PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
-                });
+            // The second file repeats the third.
+            let width = if file == 1 { 4 } else { 2 };
+            let series = chart.line(curve, colour.stroke_width(width))?;
+            let name = format!("ori_{}", file + 1);
+            named_line(series, name, colour.stroke_width(2));
         }
         for limit in [1.0, 10.0] {
             let mark = PathElement::new(vec![(limit, 0.0), (limit, 100.0)], BLACK.mix(0.4));
             chart.series([mark])?;
         }
-        legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-        Ok(())
+        legend(&mut chart, SeriesLabelPosition::UpperRight)
     })
 }
 
@@ -141,23 +130,21 @@ pub fn worst_plane(
     published: &[Bounds],
 ) -> anyhow::Result<()> {
     let heights = grids.first().context("no grids")?.heights;
-    let ends = |wall: usize, plane: usize, height: usize| {
+    let own_ends = |wall: usize, plane: usize, height: usize| {
         let line = LineIndex {
             wall,
             plane,
             height,
         };
         let own = rows.iter().filter(|r| r.line == line);
-        let (lo, hi) = own.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), r| {
-            (lo.min(r.y_mm[0]), hi.max(r.y_mm[1]))
-        });
+        let (lo, hi) = ends(own.flat_map(|r| r.y_mm));
         (lo <= hi).then_some([lo, hi])
     };
     let mut worst = (0.0, 0, 0);
     for (wall, bounds) in published.iter().enumerate() {
         for (line, theirs) in bounds.iter().enumerate() {
             let (plane, height) = (line / heights.count(), line % heights.count());
-            if let Some((ours, theirs)) = ends(wall, plane, height).zip(*theirs) {
+            if let Some((ours, theirs)) = own_ends(wall, plane, height).zip(*theirs) {
                 let off = (ours[0] - theirs[0]).abs().max((ours[1] - theirs[1]).abs());
                 if off > worst.0 {
                     worst = (off, wall, plane);
@@ -179,43 +166,31 @@ pub fn worst_plane(
             labels: [70, 52],
             ..Axes::default()
         };
-        let mut chart = axes.on(
-            root,
-            -1000.0..1000.0,
-            heights.at(0) - 0.1..heights.at(heights.count() - 1) + 0.1,
-        )?;
-        let (blue, orange) = (COLOURS[0], COLOURS[1]);
-        let bars = rows
+        let count = heights.count();
+        let (low, high) = (heights.at(0) - 0.1, heights.at(count - 1) + 0.1);
+        let mut chart = axes.on(root, -1000.0..1000.0, low..high)?;
+        let (blue, orange) = (COLOURS[0].mix(0.55), COLOURS[1]);
+        let own = rows
             .iter()
-            .filter(|r| r.line.wall == wall && r.line.plane == plane)
-            .map(|r| {
-                let z = heights.at(r.line.height);
-                Rectangle::new(
-                    [(r.y_mm[0], z - 0.02), (r.y_mm[1], z + 0.02)],
-                    blue.mix(0.55).filled(),
-                )
-            });
+            .filter(|r| r.line.wall == wall && r.line.plane == plane);
+        let bars = own.map(|r| {
+            let z = heights.at(r.line.height);
+            let corners = [(r.y_mm[0], z - 0.02), (r.y_mm[1], z + 0.02)];
+            Rectangle::new(corners, blue.filled())
+        });
         chart
             .series(bars)?
             .label("reachable (exact)")
-            .legend(move |(x, y)| {
-                Rectangle::new([(x, y - 5), (x + 18, y + 5)], blue.mix(0.55).filled())
-            });
-        let count = heights.count();
-        let marks = published[wall][plane * count..(plane + 1) * count]
-            .iter()
-            .enumerate();
-        let marks = marks
-            .filter_map(|(j, b)| b.map(|b| (j, b)))
-            .flat_map(|(j, b)| {
-                let z = heights.at(j);
-                b.map(|y| Circle::new((y, z), 4, orange.filled()))
-            });
+            .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 18, y + 5)], blue.filled()));
+        let theirs = &published[wall][plane * count..(plane + 1) * count];
+        let marks = theirs.iter().enumerate().flat_map(|(j, bounds)| {
+            let ends = bounds.iter().flatten();
+            ends.map(move |y| Circle::new((*y, heights.at(j)), 4, orange.filled()))
+        });
         chart
             .series(marks)?
             .label("published y_min and y_max")
             .legend(move |(x, y)| Circle::new((x + 9, y), 4, orange.filled()));
-        legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-        Ok(())
+        legend(&mut chart, SeriesLabelPosition::UpperRight)
     })
 }

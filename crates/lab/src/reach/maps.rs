@@ -5,12 +5,11 @@ use crate::reach::published::{self, Bounds, Comparison, Row};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_reachability::{
-    ExactConfig, LineIndex, OptimizationConfig, OptimizationSolver, ReachabilityMap, Roll, Steps,
-    WallGrid, WallLine,
+    ChainMap, ExactConfig, LineIndex, OptimizationConfig, OptimizationSolver, PictureConfig,
+    Progress, ReachabilityMap, Roll, Steps, WallGrid, WallLine,
 };
 use hwall_stage::arms::NamedArm;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::fmt::Write as _;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -49,16 +48,12 @@ impl Grid<'_> {
             };
             steps.with_context(|| format!("--{name} {text}"))
         };
-        let headings = if self.orientations.contains(':') {
-            let steps = steps("orientations", self.orientations)?;
-            steps.iter().collect()
-        } else {
-            numbers("orientations", self.orientations, ',')?
+        let headings = match self.orientations.contains(':') {
+            true => steps("orientations", self.orientations)?.iter().collect(),
+            false => numbers("orientations", self.orientations, ',')?,
         };
-        let (distances, heights) = (
-            steps("planes", self.planes)?,
-            steps("heights", self.heights)?,
-        );
+        let distances = steps("planes", self.planes)?;
+        let heights = steps("heights", self.heights)?;
         let grid = |heading: f64| WallGrid {
             heading_rad: heading.to_radians(),
             distances,
@@ -70,13 +65,13 @@ impl Grid<'_> {
 }
 
 fn numbers(name: &str, text: &str, separator: char) -> anyhow::Result<Vec<f64>> {
-    let parse = |part: &str| {
-        let value: f64 = part.trim().parse().ok()?;
-        value.is_finite().then_some(value)
-    };
-    let parts = text.split(separator);
-    let parsed = parts.map(|part| {
-        parse(part).with_context(|| format!("--{name} {text}: {part:?} is not a finite number"))
+    let parsed = text.split(separator).map(|part| {
+        let value = part
+            .trim()
+            .parse()
+            .ok()
+            .filter(|value: &f64| value.is_finite());
+        value.with_context(|| format!("--{name} {text}: {part:?} is not a finite number"))
     });
     parsed.collect()
 }
@@ -135,11 +130,8 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
     };
     let bar = progress();
     let start = Instant::now();
-    let map = ReachabilityMap::build_monitored(&arm, &config, request.grid.to_vec(), &|p| {
-        bar.set_length(p.total as u64);
-        bar.set_position(p.done as u64);
-        ControlFlow::Continue(())
-    })?;
+    let grid = request.grid.to_vec();
+    let map = ReachabilityMap::build_monitored(&arm, &config, grid, &|p| shown(&bar, p))?;
     let took = start.elapsed();
     bar.finish_and_clear();
     let mut solved = Solved::new(request.grid, took);
@@ -152,33 +144,27 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
     }
     let lengths = map.lengths();
     let (reachable, unknown) = (lengths.reachable_m, lengths.unknown_m);
-    let report = map.report();
-    solved.remarks.push(format!(
+    let remarks = &mut solved.remarks;
+    remarks.push(format!(
         "reachable {reachable:.1} m of line, without proof {:.1} mm ({:.1e} of it); {} lines solved, the others are their images",
         1e3 * unknown,
         unknown / reachable.max(f64::MIN_POSITIVE),
-        report.solved,
+        map.report().solved,
     ));
     if let Some(path) = request.map_csv {
         let mut file = hwall_stage::numbers::output(Some(path))?;
         map.write_csv(&mut file)?;
         file.finish()?;
-        solved
-            .remarks
-            .push(format!("map as CSV: {}", path.display()));
+        remarks.push(format!("map as CSV: {}", path.display()));
     }
     if let Some(path) = request.save {
         map.save(path)?;
         let kilobytes = map.to_bytes().len() / 1000;
-        solved
-            .remarks
-            .push(format!("map saved, {kilobytes} kB: {}", path.display()));
+        remarks.push(format!("map saved, {kilobytes} kB: {}", path.display()));
     }
     if let Some(path) = request.exr {
-        map.write_exr(path, &hwall_reachability::PictureConfig::default())?;
-        solved
-            .remarks
-            .push(format!("picture saved: {}", path.display()));
+        map.write_exr(path, &PictureConfig::default())?;
+        remarks.push(format!("picture saved: {}", path.display()));
     }
     Ok(solved)
 }
@@ -202,33 +188,24 @@ fn optimization(request: &Request) -> anyhow::Result<Solved> {
     let solver = OptimizationSolver::new(&chain, config)?;
     let bar = progress();
     let start = Instant::now();
-    let mut solved = Solved::new(request.grid, Duration::ZERO);
-    let planes: Vec<(usize, usize)> = request
-        .grid
-        .iter()
-        .enumerate()
-        .flat_map(|(wall, grid)| (0..grid.distances.count()).map(move |plane| (wall, plane)))
-        .collect();
-    bar.set_length(planes.len() as u64);
-    for (wall, plane) in planes {
-        let grid = &request.grid[wall];
-        let on_plane = grid.plane(plane)?;
-        let lines: Vec<WallLine> = grid.heights.iter().map(|z| on_plane.line(z)).collect();
-        let found = solver.sweep(&lines, &mut |_| ControlFlow::Continue(()))?;
-        for (height, (line, extremes)) in lines.iter().zip(found).enumerate() {
-            if let Some(extremes) = extremes {
+    let map = ChainMap::build(&solver, request.grid.to_vec(), &|p| shown(&bar, p))?;
+    let mut solved = Solved::new(request.grid, start.elapsed());
+    bar.finish_and_clear();
+    let mut lines = map.lines();
+    for (wall, grid) in request.grid.iter().enumerate() {
+        for plane in 0..grid.distances.count() {
+            for (height, (line, ends)) in lines.by_ref().take(grid.heights.count()).enumerate() {
                 let index = LineIndex {
                     wall,
                     plane,
                     height,
                 };
-                solved.push(index, line, [extremes.lo.s_m, extremes.hi.s_m]);
+                if let Some(ends) = ends {
+                    solved.push(index, line, [ends.lo.s_m, ends.hi.s_m]);
+                }
             }
         }
-        bar.inc(1);
     }
-    bar.finish_and_clear();
-    solved.took = start.elapsed();
     solved.remarks.push(format!(
         "{} starts a line; one interval a line, holes are not seen, nothing is proven",
         request.starts
@@ -257,6 +234,13 @@ pub(super) fn progress() -> ProgressBar {
     ProgressBar::new(0).with_style(style)
 }
 
+/// Shows on the bar how much is done.
+pub(super) fn shown(bar: &ProgressBar, progress: Progress) -> ControlFlow<()> {
+    bar.set_length(progress.total as u64);
+    bar.set_position(progress.done as u64);
+    ControlFlow::Continue(())
+}
+
 impl Solved {
     fn new(grid: &[WallGrid], took: Duration) -> Self {
         Self {
@@ -280,26 +264,21 @@ impl Solved {
 
 /// What was solved, how fast, and how it compares.
 pub fn summary(solved: &Solved, comparisons: Option<&[Comparison]>) -> String {
-    let mut text = String::new();
-    let ms = 1e3 * solved.took.as_secs_f64();
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        text,
-        "{} lines, {} intervals in {ms:.1} ms",
-        solved.lines,
-        solved.rows.len()
+    let (intervals, ms) = (solved.rows.len(), 1e3 * solved.took.as_secs_f64());
+    let mut text = format!(
+        "{} lines, {intervals} intervals in {ms:.1} ms\n",
+        solved.lines
     );
     for remark in &solved.remarks {
-        let _ = writeln!(text, "{remark}");
+        text += &format!("{remark}\n");
     }
     if let Some(comparisons) = comparisons {
-        let _ = write!(text, "\n{}", published::table(comparisons));
-        let (holes, reachable) = comparisons
-            .iter()
-            .fold((0.0, 0.0), |(h, r), c| (h + c.hole_m, r + c.reachable_m));
-        let _ = writeln!(
-            text,
-            "\nholes that one interval a line cannot hold: {holes:.0} m beside {reachable:.0} m reachable"
+        let sum = |of: fn(&Comparison) -> f64| comparisons.iter().map(of).sum::<f64>();
+        text += &format!(
+            "\n{}\nholes that one interval a line cannot hold: {:.0} m beside {:.0} m reachable\n",
+            published::table(comparisons),
+            sum(|c| c.hole_m),
+            sum(|c| c.reachable_m)
         );
     }
     text

@@ -10,3 +10,4 @@ pub mod maps;
 pub mod placement;
 pub mod placement_job;
 pub mod published;
+mod shades;

@@ -1,18 +1,17 @@
 //! Base placement from the command line: targets on the walls of a scene, the heat map, the table.
 
-use crate::report::figure::{Area, Draw, Plot, figure};
+use super::shades::{Key, shade};
+use crate::report::figure::{Area, Axes, Draw, Mesh, Plot, figure};
 use crate::report::{Column, table_of};
-use anyhow::{Context, ensure};
+use crate::spans::ends;
+use anyhow::ensure;
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
-use hwall_reachability::{
-    Interval, Placement, PlacementConfig, PlacementScores, Roll, Steps, Target,
-};
+use hwall_reachability::{Interval, Placement, PlacementScores, Steps, Target};
 use hwall_scene::{Facet, Scene, SurfaceId};
-use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
+use hwall_stage::figures::{COLOURS, TEXT};
 use hwall_testkit::MarkdownTable;
 use plotters::prelude::*;
-use std::f64::consts::TAU;
 use std::path::Path;
 
 /// Which parts of which walls are to be reached.
@@ -51,22 +50,15 @@ pub fn targets(scene: &Scene, wanted: &TargetChoice) -> anyhow::Result<Vec<Targe
         if low > high {
             continue;
         }
-        let middle = middle(&patch);
-        let all = Target::on_wall(
-            middle,
-            patch.normal,
-            patch.width_m,
-            Interval::new(low, high),
-            wanted.spacing_m,
-        )?;
-        let near = |point: DVec3| match wanted.near {
-            Some([x, y, radius]) => (point.x - x).hypot(point.y - y) <= radius,
-            None => true,
-        };
-        targets.extend(
-            all.into_iter()
-                .filter(|t| near(t.point_m) && on(&patch, t.point_m)),
-        );
+        let (normal, width_m, spacing_m) = (patch.normal, patch.width_m, wanted.spacing_m);
+        let heights = Interval::new(low, high);
+        let mut all = Target::on_wall(middle(&patch), normal, width_m, heights, spacing_m)?;
+        all.retain(|target| {
+            let at_m = target.point_m;
+            let is_near = |[x, y, radius]: [f64; 3]| (at_m.x - x).hypot(at_m.y - y) <= radius;
+            wanted.near.is_none_or(is_near) && on(&patch, at_m)
+        });
+        targets.extend(all);
     }
     ensure!(
         !targets.is_empty(),
@@ -88,25 +80,25 @@ pub fn left_out(scene: &Scene, wanted: &TargetChoice) -> Option<String> {
     };
     let mut reasons = [const { Vec::new() }; 3];
     for (id, surface) in scene.surfaces().iter().enumerate() {
-        let own: Vec<&Facet> = facets
+        let mut own = facets
             .iter()
             .filter(|f| f.surface == SurfaceId(id))
-            .collect();
-        let why = match (surface.touchable(), own.is_empty()) {
-            (false, _) => 0,
-            (true, true) => 1,
-            (true, false) if !own.into_iter().any(heights) => 2,
-            (true, false) => continue,
+            .peekable();
+        let why = match surface.touchable() {
+            false => 0,
+            true if own.peek().is_none() => 1,
+            true if !own.any(heights) => 2,
+            true => continue,
         };
         reasons[why].push(surface.name.as_str());
     }
     let words = ["must not be touched", "not upright", "not at these heights"];
-    let said: Vec<String> = reasons
+    let said = reasons
         .iter()
         .zip(words)
-        .filter(|(names, _)| !names.is_empty())
-        .map(|(names, why)| format!("{} ({why})", names.join(", ")))
-        .collect();
+        .filter(|(names, _)| !names.is_empty());
+    let said = said.map(|(names, why)| format!("{} ({why})", names.join(", ")));
+    let said: Vec<String> = said.collect();
     (!said.is_empty()).then(|| {
         format!(
             "no targets on {}; whether the arm meets them on its way is not looked at",
@@ -117,8 +109,8 @@ pub fn left_out(scene: &Scene, wanted: &TargetChoice) -> Option<String> {
 
 /// A line about targets that lie farther apart than one base serves; `None` where most may be in reach of one.
 pub fn too_far_apart(arm: &SrsArm, targets: &[Target]) -> Option<String> {
-    let corner = |pick: fn(DVec3, DVec3) -> DVec3| targets.iter().map(|t| t.point_m).reduce(pick);
-    let size = corner(DVec3::max)? - corner(DVec3::min)?;
+    let [low, high] = corners(targets)?;
+    let size = high - low;
     let reach_m = arm.shoulder_wrist_range().longest_m;
     (size.x.hypot(size.y) > 6.0 * reach_m).then(|| {
         format!(
@@ -129,55 +121,17 @@ pub fn too_far_apart(arm: &SrsArm, targets: &[Target]) -> Option<String> {
     })
 }
 
-/// Which base positions and headings are tried.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Search {
-    /// Distance between positions, m.
-    pub grid_m: f64,
-    /// Headings, evenly round the circle.
-    pub headings: u64,
-    /// Height of the base, m.
-    pub base_height_m: f64,
-    /// How far behind the wall of a target the base must stand, m; `None`: on any side.
-    pub least_behind_m: Option<f64>,
-}
-
-/// A search over all positions from which the arm may reach a target, with the board in quarter turns.
-///
-/// # Errors
-/// No targets, a distance that makes no grid.
-pub fn config(
-    arm: &SrsArm,
-    targets: &[Target],
-    search: &Search,
-) -> anyhow::Result<PlacementConfig> {
-    let far = DVec3::splat(arm.shoulder_wrist_range().longest_m + 0.2);
-    let corner = |pick: fn(DVec3, DVec3) -> DVec3| targets.iter().map(|t| t.point_m).reduce(pick);
-    let min = corner(DVec3::min).context("no targets")? - far;
-    let max = corner(DVec3::max).context("no targets")? + far;
-    let headings = (0..search.headings).map(|i| i as f64 * TAU / search.headings as f64);
-    Ok(PlacementConfig {
-        headings_rad: headings.collect(),
-        roll: Roll::quarter_turns(),
-        least_behind_m: search.least_behind_m,
-        ..PlacementConfig::new(
-            Steps::spanning(min.x, max.x, search.grid_m).context("--grid-m")?,
-            Steps::spanning(min.y, max.y, search.grid_m).context("--grid-m")?,
-            search.base_height_m,
-        )
-    })
+/// The corners of the box around the targets; `None` without targets.
+pub(super) fn corners(targets: &[Target]) -> Option<[DVec3; 2]> {
+    let points = || targets.iter().map(|target| target.point_m);
+    Some([points().reduce(DVec3::min)?, points().reduce(DVec3::max)?])
 }
 
 /// Halfway along the wall: the centre of area of a patch need not be that.
 fn middle(patch: &Facet) -> DVec3 {
     let along = DVec3::Z.cross(patch.normal).normalize_or_zero();
-    let places = patch
-        .outline_m
-        .iter()
-        .map(|p| (*p - patch.point_m).dot(along));
-    let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), s| {
-        (lo.min(s), hi.max(s))
-    });
+    let outline = patch.outline_m.iter();
+    let (low, high) = ends(outline.map(|p| (*p - patch.point_m).dot(along)));
     patch.point_m + along * (0.5 * (low + high))
 }
 
@@ -202,12 +156,8 @@ pub fn table(scores: &PlacementScores) -> MarkdownTable {
         |margin: Option<f64>| margin.map_or("none".to_owned(), |m| format!("{:.1} mm", 1e3 * m));
     let at = |p: &Placement| p.room_from_base.position_m();
     let reached = |p: &Placement| {
-        format!(
-            "{} of {} ({:.1} %)",
-            p.reachable,
-            p.total,
-            100.0 * p.share()
-        )
+        let percent = 100.0 * p.share();
+        format!("{} of {} ({percent:.1} %)", p.reachable, p.total)
     };
     let columns: [Column<'_, (usize, &Placement)>; 7] = [
         ("", &|(i, _)| i.to_string()),
@@ -249,22 +199,6 @@ pub fn csv(path: &Path, scores: &PlacementScores) -> anyhow::Result<()> {
     writer.flush()
 }
 
-/// From dark (0) to light (1), readable without colours too.
-pub(super) fn shade(share: f64) -> RGBColor {
-    let stops = [
-        (68, 1, 84),
-        (59, 82, 139),
-        (33, 145, 140),
-        (94, 201, 98),
-        (253, 231, 37),
-    ];
-    let at = share.clamp(0.0, 1.0) * 4.0;
-    let i = (at as usize).min(3);
-    let mix = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * (at - i as f64)) as u8;
-    let ((r, g, b), (s, h, c)) = (stops[i], stops[i + 1]);
-    RGBColor(mix(r, s), mix(g, h), mix(b, c))
-}
-
 /// Length of the line that shows a heading, m.
 const HEADING_M: f64 = 0.35;
 
@@ -279,8 +213,8 @@ pub fn heat_map(
     scores: &PlacementScores,
 ) -> anyhow::Result<()> {
     let config = scores.config();
-    let half = |steps: &hwall_reachability::Steps| 0.5 * steps.spacing_m();
-    let ends = |steps: &hwall_reachability::Steps| {
+    let half = |steps: &Steps| 0.5 * steps.spacing_m();
+    let ends = |steps: &Steps| {
         let (a, b) = (steps.at(0), steps.at(steps.count() - 1));
         (a.min(b) - half(steps), a.max(b) + half(steps))
     };
@@ -290,13 +224,15 @@ pub fn heat_map(
     let size = ((w + 220).max(560), h.max(260) + 120);
     figure(path, size, |root| {
         let (left, key) = root.split_horizontally(size.0 - 130);
-        let mut chart = ChartBuilder::on(&left)
-            .caption("Where to stand: share of the targets in reach", TITLE)
-            .margin(10)
-            .x_label_area_size(46)
-            .y_label_area_size(58)
-            .build_cartesian_2d(x0..x1, y0..y1)
-            .map_err(plot_error)?;
+        let axes = Axes {
+            title: "Where to stand: share of the targets in reach",
+            names: ["x in the scene, m", "y in the scene, m"],
+            labels: [58, 46],
+            margin: 10,
+            mesh: Mesh::None,
+            ..Axes::default()
+        };
+        let mut chart = axes.on(&left, x0..x1, y0..y1)?;
         let shares = scores.shares();
         // No place reaches all walls of a room, so the lightest shade stands for the best place.
         let most = shares.iter().copied().fold(0.0, f64::max);
@@ -304,34 +240,21 @@ pub fn heat_map(
         let (columns, hx, hy) = (config.x.count(), half(&config.x), half(&config.y));
         let cells = shares.iter().enumerate().map(|(i, share)| {
             let (x, y) = (config.x.at(i % columns), config.y.at(i / columns));
-            Rectangle::new(
-                [(x - hx, y - hy), (x + hx, y + hy)],
-                shade(relative(*share)).filled(),
-            )
+            let corners = [(x - hx, y - hy), (x + hx, y + hy)];
+            Rectangle::new(corners, shade(relative(*share)).filled())
         });
         chart.series(cells)?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .x_desc("x in the scene, m")
-            .y_desc("y in the scene, m")
-            .label_style(TEXT)
-            .draw()
-            .map_err(plot_error)?;
+        let wall = WHITE.mix(0.9).stroke_width(2);
         let inside = |p: DVec3| (x0..=x1).contains(&p.x) && (y0..=y1).contains(&p.y);
         for id in (0..scene.surfaces().len()).map(SurfaceId) {
             for [a, b, c] in scene.triangles_m(id)? {
                 let normal = (b - a).cross(c - a).normalize_or_zero();
                 let upright = normal.z.abs() < 0.02;
-                for (p, q) in [(a, b), (b, c), (c, a)] {
-                    let level = (p.z - q.z).abs() < 1e-6 && upright;
-                    if level && (inside(p) || inside(q)) {
-                        let clamp = |p: DVec3| (p.x.clamp(x0, x1), p.y.clamp(y0, y1));
-                        let line = PathElement::new(
-                            vec![clamp(p), clamp(q)],
-                            WHITE.mix(0.9).stroke_width(2),
-                        );
-                        chart.series([line])?;
+                for edge in [[a, b], [b, c], [c, a]] {
+                    let level = (edge[0].z - edge[1].z).abs() < 1e-6 && upright;
+                    if level && edge.into_iter().any(inside) {
+                        let ends = edge.map(|p| (p.x.clamp(x0, x1), p.y.clamp(y0, y1)));
+                        chart.series([PathElement::new(ends, wall)])?;
                     }
                 }
             }
@@ -358,27 +281,28 @@ pub fn heat_map(
                 + Text::new((i + 1).to_string(), (-4, -8), TEXT.into_font());
             chart.series([mark])?;
         }
-        draw_key(&key, most)?;
-        Ok(())
+        draw_key(&key, most)
     })
 }
 
 fn draw_key(area: &Area<'_>, most: f64) -> anyhow::Result<()> {
-    let label = |text: &str, y: i32| area.write(text, TEXT, (34, y));
+    let key = Key {
+        area,
+        signs: [8, 28],
+        words: 34,
+    };
     for i in 0..=40 {
         let y = 60 + 3 * (40 - i);
-        let bar = Rectangle::new([(8, y), (28, y + 3)], shade(f64::from(i) / 40.0).filled());
-        area.put(&bar)?;
+        key.bar([y, y + 3], shade(f64::from(i) / 40.0))?;
     }
-    label(&format!("{:.0} %", 100.0 * most), 56)?;
-    label(&format!("{:.0} %", 50.0 * most), 116)?;
-    label("0 %", 176)?;
-    let dot = Circle::new((18, 204), 3, COLOURS[1].filled());
-    area.put(&dot)?;
-    label("targets", 197)?;
+    key.label(&format!("{:.0} %", 100.0 * most), 56)?;
+    key.label(&format!("{:.0} %", 50.0 * most), 116)?;
+    key.label("0 %", 176)?;
+    area.put(&Circle::new((18, 204), 3, COLOURS[1].filled()))?;
+    key.label("targets", 197)?;
     area.put(&Circle::new((18, 228), 7, BLACK.stroke_width(1)))?;
-    label("best three", 221)?;
-    label("and headings", 237)
+    key.label("best three", 221)?;
+    key.label("and headings", 237)
 }
 
 #[cfg(test)]

@@ -1,17 +1,21 @@
 //! Base placement by coverage or by arrival: from its flags to its files.
 
-use super::arrival_placement::{self, ByArrival};
-use super::placement::{self, Search, TargetChoice};
+use super::arrival_placement;
+use super::placement::{self, TargetChoice};
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
+use glam::DVec3;
+use hwall_arrival::WaitingConfig;
 use hwall_haptics::Board;
-use hwall_reachability::{Interval, place_base};
+use hwall_kinematics::SrsArm;
+use hwall_reachability::{Interval, PlacementConfig, Roll, Steps, Target, place_base};
 use hwall_stage::arms::{self, NamedArm};
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::output::remove_outdated;
 use hwall_stage::input::scene_file::SceneFlags;
 use hwall_stage::numbers::{counted, whole_within};
 use hwall_stage::{note, setting};
+use std::f64::consts::TAU;
 use std::io::Write;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -96,6 +100,36 @@ pub enum Objective {
     Arrival,
 }
 
+/// A search over all positions from which the arm may reach a target, with the board in quarter turns.
+fn search(
+    options: &PlacementOptions,
+    arm: &SrsArm,
+    targets: &[Target],
+) -> anyhow::Result<PlacementConfig> {
+    let far = DVec3::splat(arm.shoulder_wrist_range().longest_m + 0.2);
+    let [low, high] = placement::corners(targets).context("no targets")?;
+    let (min, max, headings) = (low - far, high + far, options.headings);
+    let steps = |from, to| Steps::spanning(from, to, options.grid_m).context("--grid-m");
+    let (x, y) = (steps(min.x, max.x)?, steps(min.y, max.y)?);
+    let headings_rad = (0..headings).map(|i| i as f64 * TAU / headings as f64);
+    Ok(PlacementConfig {
+        headings_rad: headings_rad.collect(),
+        roll: Roll::quarter_turns(),
+        least_behind_m: options.behind_m.0,
+        ..PlacementConfig::new(x, y, options.base_height_m)
+    })
+}
+
+/// `low,high` in metres.
+///
+/// # Errors
+/// Anything else, or a low above the high.
+pub(super) fn heights(text: &str) -> anyhow::Result<Interval> {
+    let [low, high] = arms::parse_list::<2>(text).context("--heights")?;
+    ensure!(low <= high, "--heights {text}: {low} is above {high}");
+    Ok(Interval::new(low, high))
+}
+
 /// What coverage leaves, and what arrival leaves beside it.
 const BY_COVERAGE: [&str; 2] = ["placement.svg", "placements.csv"];
 const BY_ARRIVAL: [&str; 2] = ["placements_by_arrival.csv", "arrival.svg"];
@@ -115,35 +149,24 @@ pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<(
         .read_scene("--scene", options.scene.scene.as_deref())
         .write_into("--out", Some(&options.out), &names)
         .check()?;
-    if !by_arrival {
-        for (flag, value) in [
-            ("--budget-s", options.budget_s),
-            ("--slack-m", options.slack_m),
-        ] {
-            ensure!(
-                value.is_none(),
-                "{flag} says when a touch is in time: it needs --objective arrival"
-            );
-        }
+    let (budget_s, slack_m) = (options.budget_s, options.slack_m);
+    for (flag, value) in [("--budget-s", budget_s), ("--slack-m", slack_m)] {
+        ensure!(
+            by_arrival || value.is_none(),
+            "{flag} says when a touch is in time: it needs --objective arrival"
+        );
     }
-    let arm = options
-        .arm
-        .closed_form()?
-        .with_tool(Board::default().flange_from_board_face()?);
+    let face = Board::default().flange_from_board_face()?;
+    let arm = options.arm.closed_form()?.with_tool(face);
     let (scene, remarks) = setting::load_scene(options.scene.file())?;
     for remark in remarks {
         note(remark);
     }
-    let [low, high] = arms::parse_list::<2>(&options.heights).context("--heights")?;
-    ensure!(
-        low <= high,
-        "--heights {}: {low} is above {high}",
-        options.heights
-    );
+    let heights = heights(&options.heights)?;
     let near = options.near.as_deref().map(arms::parse_list::<3>);
     let choice = TargetChoice {
         surfaces: &options.surface,
-        heights: Interval::new(low, high),
+        heights,
         spacing_m: options.spacing_m,
         near: near.transpose().context("--near")?,
     };
@@ -154,24 +177,14 @@ pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<(
     if let (None, Some(remark)) = (&options.near, placement::too_far_apart(&arm, &targets)) {
         note(remark);
     }
-    let search = Search {
-        grid_m: options.grid_m,
-        headings: options.headings,
-        base_height_m: options.base_height_m,
-        least_behind_m: options.behind_m.0,
-    };
-    let config = placement::config(&arm, &targets, &search)?;
+    let config = search(options, &arm, &targets)?;
     let start = Instant::now();
     let scores = place_base(&arm, &targets, &config)?;
     let took = start.elapsed().as_secs_f64();
     std::fs::create_dir_all(&options.out).with_context(|| options.out.display().to_string())?;
-    placement::heat_map(
-        &options.out.join("placement.svg"),
-        &scene,
-        &targets,
-        &scores,
-    )?;
-    placement::csv(&options.out.join("placements.csv"), &scores)?;
+    let [figure, table] = BY_COVERAGE.map(|name| options.out.join(name));
+    placement::heat_map(&figure, &scene, &targets, &scores)?;
+    placement::csv(&table, &scores)?;
     let positions = config.x.count() * config.y.count();
     writeln!(
         out,
@@ -183,15 +196,12 @@ pub fn run(options: &PlacementOptions, out: &mut impl Write) -> anyhow::Result<(
         options.out.display()
     )?;
     if by_arrival {
-        let wanted = ByArrival {
-            arm: &arm,
-            scene: &scene,
-            targets: &targets,
-            config: &config,
-            budget_s: options.budget_s.unwrap_or(0.7),
-            slack_m: options.slack_m.unwrap_or(0.055),
+        let waiting = WaitingConfig {
+            budget_s: budget_s.unwrap_or(0.7),
+            slack_m: slack_m.unwrap_or(0.055),
+            ..WaitingConfig::default()
         };
-        let report = arrival_placement::run(&wanted, &options.out)?;
+        let report = arrival_placement::run(&arm, &scene, &targets, config, waiting, &options.out)?;
         writeln!(out, "{report}")?;
     } else if options.out.join(BY_ARRIVAL[0]).exists() {
         // An arrival.svg without these placements is `arrival_map`'s.

@@ -70,14 +70,12 @@ pub fn read(folder: &Path) -> anyhow::Result<Vec<Bounds>> {
             let path = folder.join(format!("ori_{file}.txt"));
             let text = std::fs::read_to_string(&path)
                 .with_context(|| format!("{}: a published map", path.display()))?;
-            let numbers: Vec<f64> = text
-                .split_whitespace()
-                .map(|word| {
-                    word.parse()
-                        .with_context(|| format!("{word:?} is not a number"))
-                })
-                .collect::<anyhow::Result<_>>()
-                .with_context(|| path.display().to_string())?;
+            let number = |word: &str| -> anyhow::Result<f64> {
+                let parsed = word.parse();
+                parsed.with_context(|| format!("{}: {word:?} is not a number", path.display()))
+            };
+            let numbers = text.split_whitespace().map(number);
+            let numbers: Vec<f64> = numbers.collect::<anyhow::Result<_>>()?;
             let expected = 2 * PLANES * HEIGHTS;
             ensure!(
                 numbers.len() == expected,
@@ -120,17 +118,11 @@ pub struct Comparison {
 
 /// Compares rows of the published grid with the published files, file by file.
 pub fn compare(rows: &[Row], published: &[Bounds]) -> Vec<Comparison> {
-    let mut ours: Vec<Vec<Vec<[f64; 2]>>> = published
-        .iter()
-        .map(|bounds| vec![Vec::new(); bounds.len()])
-        .collect();
+    let empty = |bounds: &Bounds| vec![Vec::new(); bounds.len()];
+    let mut ours: Vec<Vec<Vec<[f64; 2]>>> = published.iter().map(empty).collect();
     for row in rows {
-        let LineIndex {
-            wall,
-            plane,
-            height,
-        } = row.line;
-        ours[wall][plane * HEIGHTS + height].push(row.y_mm);
+        let line = row.line;
+        ours[line.wall][line.plane * HEIGHTS + line.height].push(row.y_mm);
     }
     let one = |(bounds, ours): (&Bounds, &Vec<Vec<[f64; 2]>>)| {
         let mut comparison = Comparison::default();
@@ -172,10 +164,8 @@ pub fn table(comparisons: &[Comparison]) -> MarkdownTable {
     }
     all.off_mm.sort_by(f64::total_cmp);
     let names = (1..=comparisons.len()).map(|i| format!("ori_{i}"));
-    for (name, c) in names
-        .chain(["all".to_owned()])
-        .zip(comparisons.iter().chain([&all]))
-    {
+    let names = names.chain(["all".to_owned()]);
+    for (name, c) in names.zip(comparisons.iter().chain([&all])) {
         let n = c.off_mm.len();
         let share =
             |count: usize, of: usize| format!("{:.1} %", 100.0 * count as f64 / of.max(1) as f64);

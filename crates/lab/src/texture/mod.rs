@@ -1,5 +1,6 @@
 //! Textured boards: the patch to print, and a finger on a board that slides.
 
+mod encounters;
 pub mod patch;
 pub mod patch_figures;
 pub mod trial;

@@ -1,30 +1,19 @@
 //! From the flags of a command line to a patch, its files and its tables.
 
-use crate::texture::patch_figures;
 use crate::texture::wanted::{PrinterKind, WantedArgs};
+use crate::texture::{encounters, patch_figures};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::numbers::counted;
-use hwall_testkit::{MarkdownTable, format_ns};
+use hwall_testkit::format_ns;
 use hwall_texton::{
-    ChordSide, Finding, Layout, MountingHole, Patch, PatchSpec, Printer, Radii, ScanAngle,
-    StlFormat, Tessellation, Texton, Texture, Tile, glam::DVec2,
+    ChordSide, Finding, Layout, MountingHole, Patch, PatchSpec, Printer, Radii, StlFormat,
+    Tessellation, Texton, Texture, Tile, glam::DVec2,
 };
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Orientations of the studies: 0, 45, atan 2, atan 3, 90 degrees.
-const ANGLES_DEG: [f64; 5] = [
-    0.0,
-    45.0,
-    63.434_948_822_922_01,
-    71.565_051_177_077_99,
-    90.0,
-];
-/// Speeds of the studies, mm/s.
-const SPEEDS_MM_PER_S: [f64; 5] = [0.0, 20.0, 40.0, 60.0, 80.0];
 
 /// What a bump looks like from the side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -110,21 +99,20 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
     );
     let ask = Tessellation {
         accuracy_mm: request.accuracy_mm,
-        side: if request.both_sides {
-            ChordSide::Both
-        } else {
-            ChordSide::Inside
+        side: match request.both_sides {
+            true => ChordSide::Both,
+            false => ChordSide::Inside,
         },
         ..Tessellation::default()
     };
     describe(&patch, out)?;
-    let tiles = if request.by_tile {
-        patch.tiles()
-    } else {
-        vec![Tile {
-            corner_mm: DVec2::ZERO,
-            patch: patch.clone(),
-        }]
+    let whole = || Tile {
+        corner_mm: DVec2::ZERO,
+        patch: patch.clone(),
+    };
+    let tiles = match request.by_tile {
+        true => patch.tiles(),
+        false => vec![whole()],
     };
     if let Some(folder) = &request.figures {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -134,12 +122,9 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
             let DVec2 { x, y } = corner_mm;
             writeln!(out, "\ntile {} at {x}, {y} mm", k + 1)?;
         }
-        let name = |path: &Path| {
-            if request.by_tile {
-                numbered(path, &format!("-{}", k + 1))
-            } else {
-                path.to_owned()
-            }
+        let name = |path: &Path| match request.by_tile {
+            true => numbered(path, &format!("-{}", k + 1)),
+            false => path.to_owned(),
         };
         mesh(request, patch, &ask, &name, out)?;
         if let Some(path) = request.exr.as_deref().map(&name) {
@@ -150,16 +135,12 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
             writeln!(out, "wrote {} and {}", path.display(), normals.display())?;
         }
     }
-    write!(
-        out,
-        "\n{}",
-        print_check(&patch, &texture, request.wanted.printer)
-    )?;
-    writeln!(out, "\n{}", encounters(&texture)?)?;
+    let check = print_check(&patch, &texture, request.wanted.printer);
+    writeln!(out, "\n{check}\n{}", encounters::table(&texture)?)?;
     if let Some(folder) = &request.figures {
         let (plan, spacing) = (folder.join(FIGURES[0]), folder.join(FIGURES[1]));
         patch_figures::plan(&plan, &patch)?;
-        patch_figures::spacing(&spacing, &texture)?;
+        encounters::figure(&spacing, &texture)?;
         writeln!(out, "wrote {} and {}", plan.display(), spacing.display())?;
     }
     Ok(())
@@ -177,48 +158,41 @@ fn numbered(path: &Path, more: &str) -> PathBuf {
 
 fn texture(request: &Request) -> anyhow::Result<Texture> {
     let preset = match request.preset.as_str() {
-        "released" => Texture::released(),
-        "study-1.5" => Texture::study_1_5(),
-        "study-2" => Texture::study_2(),
-        "study-2.5" => Texture::study_2_5(),
-        "study-3" => Texture::study_3(),
-        "spaced-3" => Texture::spaced_3_mm(),
-        numbers => {
-            let wanted = || {
-                format!(
-                    "--preset {numbers}: neither released, study-1.5, study-2, study-2.5, study-3, \
-                     spaced-3 nor RX,RY,H,PX,PY in mm"
-                )
-            };
-            let [a, b, height, long_mm, short_mm] = parse(numbers).with_context(wanted)?;
-            let layout = layout(request.grid, [long_mm, short_mm]);
-            let radii = Radii {
-                long_mm: a,
-                short_mm: b,
-            };
-            return Ok(Texture::new(bump(request.shape, radii, height)?, layout)?);
-        }
+        "released" => Some(Texture::released()),
+        "study-1.5" => Some(Texture::study_1_5()),
+        "study-2" => Some(Texture::study_2()),
+        "study-2.5" => Some(Texture::study_2_5()),
+        "study-3" => Some(Texture::study_3()),
+        "spaced-3" => Some(Texture::spaced_3_mm()),
+        _ => None,
     };
-    let texton = preset.texton();
-    let texton = bump(request.shape, texton.radii(), texton.height_mm())?;
-    Ok(Texture::new(
-        texton,
-        layout(request.grid, preset.layout().pitch_mm()),
-    )?)
-}
-
-fn bump(shape: Shape, radii: Radii, height_mm: f64) -> anyhow::Result<Texton> {
-    Ok(match shape {
+    let [long, short, height_mm, long_mm, short_mm] = match preset {
+        Some(preset) => {
+            let [long, short] = preset.texton().radii().to_array();
+            let [long_mm, short_mm] = preset.layout().pitch_mm();
+            [long, short, preset.texton().height_mm(), long_mm, short_mm]
+        }
+        None => parse(&request.preset).with_context(|| {
+            format!(
+                "--preset {}: neither released, study-1.5, study-2, study-2.5, study-3, \
+                 spaced-3 nor RX,RY,H,PX,PY in mm",
+                request.preset
+            )
+        })?,
+    };
+    let radii = Radii {
+        long_mm: long,
+        short_mm: short,
+    };
+    let texton = match request.shape {
         Shape::Ellipsoid => Texton::hemiellipsoid(radii, height_mm)?,
         Shape::Cone => Texton::truncated_cone(radii, height_mm)?,
-    })
-}
-
-const fn layout(grid: Grid, [long_mm, short_mm]: [f64; 2]) -> Layout {
-    match grid {
+    };
+    let layout = match request.grid {
         Grid::Rectangular => Layout::Rectangular { long_mm, short_mm },
         Grid::Staggered => Layout::Staggered { long_mm, short_mm },
-    }
+    };
+    Ok(Texture::new(texton, layout)?)
 }
 
 fn parse<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
@@ -287,34 +261,30 @@ fn describe(patch: &Patch, out: &mut impl Write) -> anyhow::Result<()> {
 fn print_check(patch: &Patch, texture: &Texture, kind: Option<PrinterKind>) -> String {
     let printer = Printer::default();
     let findings = patch.print_check(&printer);
-    let is_fault = |finding: &&Finding| finding.is_fault();
-    let mut faults: Vec<String> = findings
+    let (faults, notes): (Vec<Finding>, Vec<Finding>) =
+        findings.into_iter().partition(Finding::is_fault);
+    let is_sound = faults.is_empty();
+    let has_tile = faults
         .iter()
-        .filter(is_fault)
-        .map(Finding::to_string)
-        .collect();
-    let named: Vec<PrinterKind> = match kind {
-        Some(kind) => vec![kind],
-        None => PrinterKind::value_variants().to_vec(),
-    };
+        .chain(&notes)
+        .any(|f| matches!(f, Finding::Tile { .. }));
+    let mut faults: Vec<String> = faults.iter().map(Finding::to_string).collect();
+    let named = kind.map_or(PrinterKind::value_variants().to_vec(), |kind| vec![kind]);
+    let names: Vec<&str> = named.iter().map(|kind| kind.name()).collect();
     let mut able = Vec::new();
-    for kind in &named {
+    for (kind, name) in named.iter().zip(&names) {
         let lacks = kind.lacks(texture);
         if lacks.is_empty() {
-            able.push(kind.name());
+            able.push(*name);
         }
-        faults.extend(lacks.iter().map(|lack| format!("{}: {lack}", kind.name())));
+        faults.extend(lacks.iter().map(|lack| format!("{name}: {lack}")));
     }
     let by = kind.map_or("no printer chosen", PrinterKind::name);
-    let notes = findings.iter().filter(|finding| !finding.is_fault());
-    let is_sound = !findings.iter().any(Finding::is_fault);
+    let count = counted(faults.len(), "fault", "faults");
     let verdict = match (is_sound && !able.is_empty(), kind) {
         (true, Some(_)) => "can be printed as designed".to_owned(),
         (true, None) => format!("can be printed as designed by {}", able.join(", ")),
-        (false, _) => format!(
-            "cannot be printed as designed, {}",
-            counted(faults.len(), "fault", "faults")
-        ),
+        (false, _) => format!("cannot be printed as designed, {count}"),
     };
     let mut text = format!("print check, {by}: {verdict}\n");
     for fault in &faults {
@@ -323,18 +293,14 @@ fn print_check(patch: &Patch, texture: &Texture, kind: Option<PrinterKind>) -> S
     if is_sound && able.is_empty() {
         text += &format!(
             "  by the usual limits of {}; a printer of {} mm details could\n",
-            named
-                .iter()
-                .map(|k| k.name())
-                .collect::<Vec<_>>()
-                .join(", "),
+            names.join(", "),
             printer.least_feature_mm
         );
     }
     for note in notes {
         text += &format!("  note: {note}\n");
     }
-    if findings.iter().any(|f| matches!(f, Finding::Tile { .. })) {
+    if has_tile {
         text += "  --tile-mm cuts the patch into smaller tiles\n";
     }
     text
@@ -376,10 +342,9 @@ fn mesh(
         100.0 * off / patch.volume_mm3(),
     )?;
     if let Some(path) = request.stl.as_deref().map(name) {
-        let format = if request.ascii {
-            StlFormat::Ascii
-        } else {
-            StlFormat::Binary
+        let format = match request.ascii {
+            true => StlFormat::Ascii,
+            false => StlFormat::Binary,
         };
         mesh.write_stl(&path, format)?;
         writeln!(out, "wrote {}", path.display())?;
@@ -389,44 +354,6 @@ fn mesh(
         writeln!(out, "wrote {}", path.display())?;
     }
     Ok(())
-}
-
-/// What a finger meets, one row an orientation.
-fn encounters(texture: &Texture) -> anyhow::Result<String> {
-    let mut columns: Vec<String> = ["theta, deg", "w, mm", "d, mm", "mean encounter, mm"]
-        .map(str::to_owned)
-        .to_vec();
-    columns.extend(SPEEDS_MM_PER_S.map(|v| format!("{v} mm/s, Hz")));
-    columns.push("v / d at 80 mm/s, Hz".to_owned());
-    let mut table = MarkdownTable::new(columns);
-    let or_none = |value: Option<f64>, digits: usize| {
-        value.map_or("none".to_owned(), |v| format!("{v:.digits$}"))
-    };
-    for deg in ANGLES_DEG {
-        let scan = ScanAngle::from_deg(deg)?;
-        let mut row = vec![
-            format!("{deg:.2}"),
-            format!("{:.4}", texture.texton().width_mm(scan)),
-            or_none(texture.spacing_mm(scan), 4),
-            format!("{:.4}", texture.mean_encounter_mm(scan)),
-        ];
-        row.extend(
-            SPEEDS_MM_PER_S.map(|v| format!("{:.2}", texture.encounter_frequency_hz(scan, v))),
-        );
-        row.push(or_none(texture.ridge_frequency_hz(scan, 80.0), 2));
-        table.row(row);
-    }
-    let beyond = match texture.layout() {
-        Layout::Rectangular { .. } => "",
-        Layout::Staggered { .. } => {
-            " Where a scan passes the ends of the shifted bumps, d is that of the row after."
-        }
-    };
-    Ok(format!(
-        "{table}\nHz: bumps a second over all parallel scans, speed / mean encounter. d begins at {:.2} degrees; below, a \
-         scan through a bump's middle passes the ends of the next row.{beyond}",
-        texture.least_spaced_rad().to_degrees()
-    ))
 }
 
 #[cfg(test)]
@@ -466,6 +393,12 @@ mod tests {
         }
     }
 
+    fn said(request: &Request) -> String {
+        let mut text = Vec::new();
+        run(request, &mut text).unwrap();
+        String::from_utf8(text).unwrap()
+    }
+
     #[test]
     fn every_preset_prints_its_table() {
         for preset in [
@@ -477,55 +410,43 @@ mod tests {
             "spaced-3",
             "3,1,0.7,6.2,2.2",
         ] {
-            let mut text = Vec::new();
-            run(&request(preset), &mut text).unwrap();
-            let text = String::from_utf8(text).unwrap();
-            assert!(
-                text.contains("watertight: yes") && text.contains("63.43"),
-                "{text}"
-            );
+            let text = said(&request(preset));
+            let is_whole = text.contains("watertight: yes") && text.contains("63.43");
+            assert!(is_whole, "{text}");
         }
     }
 
     /// It said "0 faults" and then that the printer cannot print it.
     #[test]
     fn there_is_one_verdict_about_printing() {
-        let said = |printer: Option<PrinterKind>| {
-            let mut asked = request("released");
+        let by = |preset: &str, printer: Option<PrinterKind>| {
+            let mut asked = request(preset);
             asked.wanted.printer = printer;
-            let mut text = Vec::new();
-            run(&asked, &mut text).unwrap();
-            let text = String::from_utf8(text).unwrap();
+            let text = said(&asked);
             assert_eq!(text.matches("be printed as designed").count(), 1, "{text}");
             text
         };
-        let coarse = said(Some(PrinterKind::Fdm));
+        let coarse = by("released", Some(PrinterKind::Fdm));
         assert!(
             coarse.contains("print check, fdm: cannot") && coarse.contains("2 faults"),
             "{coarse}"
         );
         assert_eq!(coarse.matches("  fault: ").count(), 2);
         // Without a printer it could be printed, although each of them says no.
-        let any = said(None);
+        let any = by("released", None);
         assert!(any.contains("no printer chosen: cannot"), "{any}");
         let mut can: Vec<PrinterKind> = Vec::new();
         for kind in PrinterKind::value_variants() {
-            let alone = said(Some(*kind));
+            let alone = by("released", Some(*kind));
             can.extend((!alone.contains("cannot")).then_some(*kind));
             for fault in alone.lines().filter(|line| line.contains("fault: ")) {
                 assert!(any.contains(fault), "{any}");
             }
         }
         assert!(can.is_empty(), "{can:?}");
-        let mut wide = request("3,1,0.9,8,4");
-        wide.wanted.printer = None;
-        let mut text = Vec::new();
-        run(&wide, &mut text).unwrap();
-        let text = String::from_utf8(text).unwrap();
-        assert!(
-            text.contains("no printer chosen: can be printed as designed by fdm, sla, polyjet"),
-            "{text}"
-        );
+        let wide = by("3,1,0.9,8,4", None);
+        let can = "no printer chosen: can be printed as designed by fdm, sla, polyjet";
+        assert!(wide.contains(can), "{wide}");
     }
 
     #[test]

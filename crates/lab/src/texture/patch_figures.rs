@@ -1,9 +1,10 @@
-//! Figures of patches: from above and from the side, and spacing and width over orientation.
+//! The figure of a patch: from above and from the side.
 
-use crate::report::figure::{Axes, Draw, Mesh, Plot, USUAL, figure};
-use hwall_stage::figures::{COLOURS, TEXT, legend};
-use hwall_texton::{Patch, ScanAngle, Texture};
+use crate::report::figure::{Axes, Draw, Mesh, Plot, figure};
+use hwall_stage::figures::{COLOURS, TEXT};
+use hwall_texton::Patch;
 use plotters::prelude::*;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// Largest part of a patch drawn from above, mm: bumps stay visible.
@@ -32,17 +33,12 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
     let above = (part[1] * scale) as u32 + BELOW + 2 * MARGIN;
     let below = ((1.6 * height + plate) * scale).max(60.0) as u32 + BELOW + 34 + 2 * MARGIN;
     figure(path, (wide, above + below + 34), |root| {
-        let whole = if part == size {
-            ""
-        } else {
-            ", lower left corner"
+        let whole = match part == size {
+            true => "",
+            false => ", lower left corner",
         };
-        let title = format!(
-            "Patch of {} x {} mm, {} bumps{whole}",
-            size[0],
-            size[1],
-            patch.counts().placed
-        );
+        let ([x, y], bumps) = (size, patch.counts().placed);
+        let title = format!("Patch of {x} x {y} mm, {bumps} bumps{whole}");
         let root = root.below(&title)?;
         let (top, bottom) = root.split_vertically(above);
         let axes = Axes {
@@ -53,32 +49,23 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
             ..Axes::default()
         };
         let mut chart = axes.on(&top, 0.0..part[0], 0.0..part[1])?;
-        let seen: Vec<[f64; 2]> = patch
-            .centres_mm()
-            .map(|c| c.to_array())
-            .filter(|c| c[0] - a < part[0] && c[1] - b < part[1])
-            .collect();
+        let centres = patch.centres_mm().map(|c| c.to_array());
+        let seen = centres.filter(|c| c[0] - a < part[0] && c[1] - b < part[1]);
+        let seen: Vec<[f64; 2]> = seen.collect();
         let outlines = seen.iter().map(|[x, y]| {
             let point = |i: usize| {
-                let (sin, cos) = (std::f64::consts::TAU * i as f64 / AROUND as f64).sin_cos();
-                let inside = |v: f64, most: f64| v.min(most);
-                (inside(x + a * cos, part[0]), inside(y + b * sin, part[1]))
+                let (sin, cos) = (TAU * i as f64 / AROUND as f64).sin_cos();
+                ((x + a * cos).min(part[0]), (y + b * sin).min(part[1]))
             };
-            Polygon::new(
-                (0..AROUND).map(point).collect::<Vec<_>>(),
-                COLOURS[0].mix(0.75),
-            )
+            let outline: Vec<_> = (0..AROUND).map(point).collect();
+            Polygon::new(outline, COLOURS[0].mix(0.75))
         });
         chart.series(outlines)?;
         let holes = patch.spec().holes.iter();
         let holes = holes.filter(|h| h.centre_mm[0] < part[0] && h.centre_mm[1] < part[1]);
         let rings = holes.map(|h| {
             let radius = (0.5 * h.diameter_mm * scale) as i32;
-            Circle::new(
-                (h.centre_mm.x, h.centre_mm.y),
-                radius,
-                COLOURS[1].stroke_width(2),
-            )
+            Circle::new(h.centre_mm.into(), radius, COLOURS[1].stroke_width(2))
         });
         chart.series(rings)?;
         let tile = patch.spec().tile_mm.unwrap_or(size);
@@ -88,10 +75,8 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
         };
         let across = borders(0).map(|x| vec![(x, 0.0), (x, part[1])]);
         let along = borders(1).map(|y| vec![(0.0, y), (part[0], y)]);
-        let lines = across
-            .chain(along)
-            .map(|l| PathElement::new(l, BLACK.mix(0.5)));
-        chart.series(lines)?;
+        let lines = across.chain(along);
+        chart.series(lines.map(|line| PathElement::new(line, BLACK.mix(0.5))))?;
 
         let row = seen.iter().map(|c| c[1]).fold(f64::INFINITY, f64::min);
         let axes = Axes {
@@ -106,77 +91,12 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
         };
         let mut side = axes.on(&bottom, 0.0..part[0], -plate..1.6 * height)?;
         let steps = (part[0] / 0.02) as usize;
-        let mut cut: Vec<(f64, f64)> = (0..=steps)
-            .map(|i| part[0] * i as f64 / steps as f64)
-            .map(|x| (x, patch.height_at_mm([x, row].into()).unwrap_or(-plate)))
-            .collect();
+        let places = (0..=steps).map(|i| part[0] * i as f64 / steps as f64);
+        let height_at = |x: f64| patch.height_at_mm([x, row].into()).unwrap_or(-plate);
+        let mut cut: Vec<(f64, f64)> = places.map(|x| (x, height_at(x))).collect();
         cut.push((part[0], -plate));
         cut.push((0.0, -plate));
         side.series([Polygon::new(cut, COLOURS[0].mix(0.75))])?;
-        Ok(())
-    })
-}
-
-/// Spacing, mean encounter and width over orientation.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn spacing(path: &Path, texture: &Texture) -> anyhow::Result<()> {
-    type Curve<'a> = (&'a str, Box<dyn Fn(ScanAngle) -> Option<f64> + 'a>);
-    let curves: [Curve<'_>; 3] = [
-        (
-            "d: spacing of the ridges",
-            Box::new(|s| texture.spacing_mm(s)),
-        ),
-        (
-            "mean distance of encounters",
-            Box::new(|s| Some(texture.mean_encounter_mm(s))),
-        ),
-        ("w: width", Box::new(|s| Some(texture.texton().width_mm(s)))),
-    ];
-    let angles = (0..=900)
-        .map(|i| {
-            Ok((
-                f64::from(i) / 10.0,
-                ScanAngle::from_deg(f64::from(i) / 10.0)?,
-            ))
-        })
-        .collect::<anyhow::Result<Vec<_>>>()?;
-    let points = |curve: &Curve<'_>| -> Vec<(f64, f64)> {
-        angles
-            .iter()
-            .filter_map(|(deg, s)| Some((*deg, curve.1(*s)?)))
-            .collect()
-    };
-    let high = curves
-        .iter()
-        .flat_map(points)
-        .map(|p| p.1)
-        .fold(0.0, f64::max);
-    figure(path, USUAL, |root| {
-        let axes = Axes {
-            title: "What a straight scan meets",
-            names: ["angle of the scan from the long axis, degrees", "mm"],
-            ..Axes::default()
-        };
-        let mut chart = axes.on(root, 0.0..90.0, 0.0..1.25 * high)?;
-        for (curve, colour) in curves.iter().zip(COLOURS) {
-            let all = points(curve);
-            // A line only where neighbouring angles both have a value.
-            for run in all.chunk_by(|p, q| q.0 - p.0 < 0.15) {
-                chart.line(run.iter().copied(), colour.stroke_width(2))?;
-            }
-            let lone = all
-                .chunk_by(|p, q| q.0 - p.0 < 0.15)
-                .filter(|r| r.len() == 1);
-            chart
-                .series(lone.map(|r| Circle::new(r[0], 4, colour.filled())))?
-                .label(curve.0)
-                .legend(move |(x, y)| {
-                    PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
-                });
-        }
-        legend(&mut chart, SeriesLabelPosition::UpperRight)?;
         Ok(())
     })
 }

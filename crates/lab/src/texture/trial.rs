@@ -71,7 +71,7 @@ impl Trial {
 }
 
 /// What the board did in a trial.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Outcome {
     /// Speed of the level, m/s.
     pub wanted_m_per_s: f64,
@@ -205,10 +205,7 @@ pub fn run(
         wanted_m_per_s: wanted.length(),
         able_m_per_s2: able_m_per_s2.unwrap_or(0.0),
         felt_s: f64::NAN,
-        error: Vec::new(),
-        drift_m: 0.0,
-        turned_rad: 0.0,
-        slid_s: 0.0,
+        ..Outcome::default()
     };
     drive(
         &mut pressed,
@@ -340,12 +337,9 @@ pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
             outcomes.extend(run(&trial, MotionLimits::default(), servo, 0.25)?);
         }
         let percent = |value: f64| format!("{:.2} %", 100.0 * value);
-        let at = |ms: usize| -> ErrorStats {
-            ErrorStats::from_errors(
-                outcomes
-                    .iter()
-                    .map(|o| o.error.get(ms).copied().unwrap_or(f64::NAN)),
-            )
+        let at = |ms: usize| {
+            let errors = outcomes.iter().map(|o| o.error.get(ms).copied());
+            ErrorStats::from_errors(errors.map(|error| error.unwrap_or(f64::NAN)))
         };
         let late: Option<Vec<f64>> = outcomes.iter().map(Outcome::late).collect();
         let late = late.map(ErrorStats::from_errors);
@@ -356,19 +350,17 @@ pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
             format!("{soon} of {}", of.len())
         };
         let drift = outcomes.iter().map(|o| o.drift_m).fold(0.0, f64::max);
+        let finger = format!("{} mm/s", 1e3 * finger_m_per_s);
+        let [median_ms, most_ms] = [1e3 * felt.median, 1e3 * felt.max];
         let mut row = vec![
             format!("{speed_mm_per_s} mm/s"),
             match unexpected_deg {
-                0.0 => format!("{} mm/s", 1e3 * finger_m_per_s),
-                off => format!("{} mm/s, {off} degrees off", 1e3 * finger_m_per_s),
+                0.0 => finger,
+                off => format!("{finger}, {off} degrees off"),
             },
             outcomes.len().to_string(),
+            format!("{median_ms:.0} ms, {most_ms:.0} ms"),
         ];
-        row.push(format!(
-            "{:.0} ms, {:.0} ms",
-            1e3 * felt.median,
-            1e3 * felt.max
-        ));
         row.extend([20, 30, 40, 50, 100].map(|ms| percent(at(ms).median)));
         row.push(soon(true));
         row.push(soon(false));
@@ -391,9 +383,7 @@ mod tests {
                 able_m_per_s2: 10.0,
                 felt_s: 0.01,
                 error,
-                drift_m: 0.0,
-                turned_rad: 0.0,
-                slid_s: 0.0,
+                ..Outcome::default()
             };
             assert_eq!(outcome.is_soon(), outcome.late().is_some_and(|l| l <= SOON));
             outcome.late()

@@ -46,21 +46,18 @@ impl PrinterKind {
     pub fn lacks(self, texture: &Texture) -> Vec<String> {
         let limits = self.process().limits();
         let [_, short_mm] = texture.texton().radii().to_array();
+        let height_mm = texture.texton().height_mm();
         let parts = [
             ("gaps", texture.gap_mm(), limits.least_gap_mm),
             ("short radii", short_mm, limits.least_radius_mm),
-            (
-                "heights",
-                texture.texton().height_mm(),
-                limits.least_height_mm,
-            ),
+            ("heights", height_mm, limits.least_height_mm),
         ];
         let short = parts
-            .into_iter()
+            .iter()
             .filter(|(_, is, needs)| *is < needs * (1.0 - 1e-9));
-        short
-            .map(|(what, is, needs)| format!("{what} of {is:.2} mm, it needs {needs:.2} mm"))
-            .collect()
+        let said =
+            short.map(|(what, is, needs)| format!("{what} of {is:.2} mm, it needs {needs:.2} mm"));
+        said.collect()
     }
 }
 
@@ -199,15 +196,17 @@ fn describe(
     out: &mut impl Write,
 ) -> anyhow::Result<()> {
     let info = model.info();
-    writeln!(
-        out,
-        "by {} ({}; {})\n",
-        info.name, info.quantity, info.misfit
-    )?;
+    let (name, quantity, misfit) = (info.name, info.quantity, info.misfit);
+    writeln!(out, "by {name} ({quantity}; {misfit})\n")?;
     let or_none = |v: Option<f64>| v.map_or("none".to_owned(), |v| format!("{v:.2}"));
     let in_range = |c: &DesignCandidate| {
         let all = c.levels.len();
         format!("{} of {all}", all - beyond(c))
+    };
+    let path = |c: &DesignCandidate| match c.path {
+        LevelPath::Speed => "speed",
+        LevelPath::Angle => "angle",
+        LevelPath::Both => "both",
     };
     let radii = |c: &DesignCandidate| c.texture.texton().radii().to_array();
     let sizes = |[a, b]: [f64; 2]| format!("{a:.3} x {b:.3}");
@@ -218,14 +217,7 @@ fn describe(
             c.texture.texton().height_mm().to_string()
         }),
         ("pitch, mm", &|(_, c)| sizes(c.texture.layout().pitch_mm())),
-        ("varies", &|(_, c)| {
-            match c.path {
-                LevelPath::Speed => "speed",
-                LevelPath::Angle => "angle",
-                LevelPath::Both => "both",
-            }
-            .to_owned()
-        }),
+        ("varies", &|(_, c)| path(c).to_owned()),
         ("levels in range", &|(_, c)| in_range(c)),
         ("least step, jnd", &|(_, c)| or_none(c.least_step_jnd)),
         ("largest error, jnd", &|(_, c)| {
@@ -292,34 +284,24 @@ mod tests {
 
     #[test]
     fn every_printer_gets_a_texture_and_a_refusal_names_the_nearest() {
-        for printer in [PrinterKind::Fdm, PrinterKind::Sla, PrinterKind::Polyjet] {
+        for printer in PrinterKind::value_variants() {
             let mut text = Vec::new();
-            let texture = args(vec![1.0, 2.0, 4.0], printer).texture(&mut text);
+            let texture = args(vec![1.0, 2.0, 4.0], *printer).texture(&mut text);
             assert!(texture.unwrap().is_some());
             let text = String::from_utf8(text).unwrap();
-            assert!(
-                text.contains("candidate 5") && text.contains("given up"),
-                "{text}"
-            );
+            let is_whole = text.contains("candidate 5") && text.contains("given up");
+            assert!(is_whole, "{text}");
         }
         let refused = args(vec![1.0, 1e7], PrinterKind::Sla).texture(&mut Vec::new());
         let refused = format!("{:#}", refused.unwrap_err());
-        assert!(
-            refused.contains("the nearest that is possible"),
-            "{refused}"
-        );
+        let nearest = "the nearest that is possible";
+        assert!(refused.contains(nearest), "{refused}");
         let room = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/assets/room.obj");
         let of_scene = WantedArgs {
             for_scene: Some(room),
             ..args(Vec::new(), PrinterKind::Polyjet)
         };
-        let mut text = Vec::new();
-        let texture = of_scene.texture(&mut text);
-        assert!(
-            texture.unwrap().is_some(),
-            "{}",
-            String::from_utf8_lossy(&text)
-        );
+        assert!(of_scene.texture(&mut Vec::new()).unwrap().is_some());
         // A candidate that does not exist is refused before anything is printed.
         for candidate in [0, 6] {
             let mut text = Vec::new();
@@ -349,10 +331,7 @@ mod tests {
     #[test]
     fn a_printer_says_what_it_lacks() {
         assert_eq!(PrinterKind::Fdm.lacks(&Texture::released()).len(), 2);
-        assert!(
-            PrinterKind::Polyjet
-                .lacks(&Texture::spaced_3_mm())
-                .is_empty()
-        );
+        let coarse = Texture::spaced_3_mm();
+        assert!(PrinterKind::Polyjet.lacks(&coarse).is_empty());
     }
 }

@@ -93,7 +93,6 @@ impl ArmArgs {
             room: self.room.clone(),
             level: self.arm_level,
             watch_frozen: self.watch_frozen,
-            trial: ArmTrialConfig::default(),
         }))
     }
 }
@@ -113,16 +112,14 @@ pub struct ArmOptions {
     pub level: ArmLevel,
     /// Does a hand that stands quite still count as lost?
     pub watch_frozen: bool,
-    /// How long a trial may take.
-    pub trial: ArmTrialConfig,
 }
 
 /// Ready for a controller: scene, session and both addresses are there.
 pub struct WaitingArm {
-    server: BridgeServer,
+    /// The page that brings hands.
+    pub server: BridgeServer,
     client: FriClient,
     session: Session<DeterministicPredictor>,
-    trial: ArmTrialConfig,
     /// What had to be repaired in the scene.
     pub remarks: Vec<String>,
 }
@@ -131,14 +128,8 @@ pub struct WaitingArm {
 pub struct LedArm {
     /// What presents the trials. It ends before the server does.
     pub stage: ArmStage,
-    server: BridgeServer,
-}
-
-impl LedArm {
     /// The page that brings hands.
-    pub const fn server(&self) -> &BridgeServer {
-        &self.server
-    }
+    pub server: BridgeServer,
 }
 
 impl WaitingArm {
@@ -191,14 +182,8 @@ impl WaitingArm {
             server,
             client,
             session,
-            trial: options.trial,
             remarks,
         })
-    }
-
-    /// The page that brings hands.
-    pub const fn server(&self) -> &BridgeServer {
-        &self.server
     }
 
     /// Where the controller is listened for.
@@ -236,7 +221,8 @@ impl WaitingArm {
             driven: Driven::new(bridge, begun_s, f64::INFINITY),
             holds: Holds::default(),
         };
-        let stage = ArmStage::start(ArmKind::Fri, self.session, self.client, room, self.trial)?;
+        let trial = ArmTrialConfig::default();
+        let stage = ArmStage::start(ArmKind::Fri, self.session, self.client, room, trial)?;
         Ok(LedArm {
             stage,
             server: self.server,

@@ -1,7 +1,6 @@
 //! A study of touch from its protocol to its report, for the example `study`.
 
 pub mod arm;
-mod figures;
 mod outputs;
 pub mod people;
 pub mod settings;

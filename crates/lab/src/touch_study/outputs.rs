@@ -1,11 +1,15 @@
 //! Tables, report and figures of a study, beside its log.
 
-use super::figures;
 use crate::documents::quoted;
 use crate::psychophysics::figures as answers;
+use crate::report::figure::{Axes, Draw, Mesh, Plot, figure};
 use anyhow::Context;
 use hwall_psychophysics::Normalisation;
-use hwall_study::{Procedure, StudyRecord, StudyReport, write_attempts, write_trials};
+use hwall_stage::figures::COLOURS;
+use hwall_study::{
+    Procedure, StudyRecord, StudyReport, TrialKind, TrialRecord, write_attempts, write_trials,
+};
+use plotters::prelude::*;
 use std::path::Path;
 
 /// Writes `trials.csv`, `attempts.csv`, `report.md` and the figures, each whole or not at all; returns the report's text.
@@ -16,7 +20,7 @@ pub(super) fn write(folder: &Path, study: &StudyRecord, remarks: &str) -> anyhow
     tables(folder, study)?;
     let report = StudyReport::of(study)?;
     let mut shown = vec![("rendered.svg", "What was wanted beside what was rendered")];
-    figures::rendered(&folder.join("rendered.svg"), &study.trials)?;
+    rendered(&folder.join("rendered.svg"), &study.trials)?;
     if let Some(table) = &report.table {
         let how = match study.protocol.procedure {
             Procedure::Magnitude => Normalisation::Geometric,
@@ -76,10 +80,9 @@ fn again(folder: &Path, study: &StudyRecord, incomplete: bool) -> String {
         Procedure::Magnitude => "geometric",
         _ => "none",
     };
-    let missing = if incomplete {
-        " --missing complete"
-    } else {
-        ""
+    let missing = match incomplete {
+        true => " --missing complete",
+        false => "",
     };
     format!(
         "\n{AGAIN}\n\n```sh\ncargo run --release --example psychophysics -- analyse {} \
@@ -87,4 +90,43 @@ fn again(folder: &Path, study: &StudyRecord, incomplete: bool) -> String {
         quoted(&folder.join("trials.csv").display().to_string()),
         factors.join(",")
     )
+}
+
+/// Angle and speed of every trial that counts: rendered less wanted, over wanted. Practice and catch trials do not.
+///
+/// # Errors
+/// A file that cannot be written.
+fn rendered(path: &Path, records: &[TrialRecord]) -> anyhow::Result<()> {
+    let counts = |r: &&TrialRecord| r.is_valid() && r.trial.kind == TrialKind::Main;
+    // Wanted, and by how much it is off.
+    let points = |of: fn(&TrialRecord) -> Option<[f64; 2]>| -> Vec<(f64, f64)> {
+        let pairs = records.iter().filter(counts).filter_map(of);
+        pairs.map(|[wanted, is]| (wanted, is - wanted)).collect()
+    };
+    let angles = points(|r| Some([r.wanted.angle_deg, r.shown.rendered.angle_deg?]));
+    let speeds = points(|r| Some([r.wanted.speed_mm_per_s, r.shown.rendered.speed_mm_per_s?]));
+    let panels = [
+        (angles, ["wanted angle, degrees", "off by, degrees"], 95.0),
+        (speeds, ["wanted speed, mm/s", "off by, mm/s"], 105.0),
+    ];
+    figure(path, (900, 420), |root| {
+        let areas = root.below("Rendered less wanted, each trial that counts")?;
+        let areas = areas.split_evenly((1, 2));
+        for ((points, names, most), area) in panels.into_iter().zip(areas) {
+            let most = points.iter().map(|p| 1.05 * p.0).fold(most, f64::max);
+            let largest = points.iter().map(|p| p.1.abs()).fold(0.1, f64::max);
+            let axes = Axes {
+                names,
+                numbers: [Some(6), None],
+                labels: [64, 46],
+                margin: 12,
+                mesh: Mesh::Single,
+                ..Axes::default()
+            };
+            let mut chart = axes.on(&area, -5.0..most, -1.15 * largest..1.15 * largest)?;
+            let dot = COLOURS[0].mix(0.5).filled();
+            chart.series(points.into_iter().map(|at| Circle::new(at, 3, dot)))?;
+        }
+        Ok(())
+    })
 }

@@ -2,15 +2,14 @@
 
 use super::arm::{ArmOptions, WaitingArm};
 use super::outputs;
-use super::settings::ProtocolArgs;
-use anyhow::Context;
+use super::settings::{ProtocolArgs, resumed};
 use hwall_bridge::{Answering, Question, QuestionServer};
 use hwall_stage::numbers::counted;
 use hwall_study::{
     Answer, ArmKind, ArmStop, Ask, Durability, NextStep, Participants, Presenter, Procedure,
     Protocol, Respondent, SimulatedStage, Study, StudyError, conduct,
 };
-use std::io::{BufRead, Write};
+use std::io::{BufRead, ErrorKind, Write};
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -53,7 +52,7 @@ pub fn run(
     let begins = !Study::log_path(folder).exists();
     let Some(options) = setup.arm else {
         let mut stage = SimulatedStage::new()?;
-        let study = open(folder, subjects, protocol)?;
+        let study = open(ArmKind::Simulated, folder, subjects, protocol)?;
         announce(folder, &study, begins, out)?;
         writeln!(
             out,
@@ -62,7 +61,7 @@ pub fn run(
         return ask_with(folder, study, &mut stage, page, out);
     };
     let waiting = WaitingArm::prepare(&options, &protocol_of)?;
-    let study = open_on(ArmKind::Fri, folder, subjects, protocol)?;
+    let study = open(ArmKind::Fri, folder, subjects, protocol)?;
     announce(folder, &study, begins, out)?;
     for remark in &waiting.remarks {
         writeln!(out, "{remark}")?;
@@ -70,7 +69,7 @@ pub fn run(
     writeln!(
         out,
         "hands: open {}\nwaiting for an FRI controller at {}",
-        waiting.server().url(),
+        waiting.server.url(),
         waiting.fri_address()?
     )?;
     let mut arm = waiting.connect(CONTROLLER_WITHIN)?;
@@ -123,7 +122,7 @@ fn ask_with(
     match page {
         Some(server) => {
             writeln!(out, "open {}", server.url())?;
-            by_page_with(folder, study, presenter, &server, PATIENCE, out)
+            by_page(folder, study, presenter, &server, PATIENCE, out)
         }
         None => {
             let mut keyboard = Keyboard {
@@ -138,63 +137,24 @@ fn ask_with(
     }
 }
 
-/// The study of a folder on the simulated arm; a new one if it holds none, or one that was cut before anything was recorded.
+/// The study of a folder on this kind of arm; a new one if it holds none, or one that was cut before anything was recorded.
 ///
 /// # Errors
 /// As [`run`].
 pub fn open(
-    folder: &Path,
-    subjects: Option<usize>,
-    protocol: &ProtocolArgs,
-) -> anyhow::Result<Study> {
-    open_on(ArmKind::Simulated, folder, subjects, protocol)
-}
-
-/// As [`open`], on this kind of arm.
-///
-/// # Errors
-/// As [`run`].
-pub fn open_on(
     arm: ArmKind,
     folder: &Path,
     subjects: Option<usize>,
     protocol: &ProtocolArgs,
 ) -> anyhow::Result<Study> {
-    let name = || folder.display().to_string();
-    if Study::log_path(folder).exists() {
-        match Study::read(folder) {
-            Err(StudyError::NothingRecorded { .. }) => {}
-            Err(error) => return Err(error).with_context(name),
-            Ok(record) => {
-                // Before it is resumed, which its log would tell.
-                if record.participants != Participants::People {
-                    return Err(StudyError::OtherParticipants {
-                        stored: record.participants,
-                        asked: Participants::People,
-                    })
-                    .with_context(name);
-                }
-                if record.arm != arm {
-                    return Err(StudyError::OtherArm {
-                        stored: record.arm,
-                        asked: arm,
-                    })
-                    .with_context(name);
-                }
-                protocol
-                    .check_against(&record.protocol, subjects)
-                    .with_context(name)?;
-                return Study::resume(folder, Durability::Disk).with_context(name);
-            }
-        }
+    let (people, disk) = (Participants::People, Durability::Disk);
+    if Study::log_path(folder).exists()
+        && let Some(study) = resumed(folder, people, Some(arm), subjects, protocol, disk)?
+    {
+        return Ok(study);
     }
-    Ok(Study::create_on(
-        arm,
-        folder,
-        protocol.protocol(subjects.unwrap_or(Protocol::default().subjects))?,
-        Participants::People,
-        Durability::Disk,
-    )?)
+    let protocol = protocol.protocol(subjects.unwrap_or(Protocol::default().subjects))?;
+    Ok(Study::create_on(arm, folder, protocol, people, disk)?)
 }
 
 /// Asks on a page until the study is done, or nobody answers for so long; returns whether it is done.
@@ -202,21 +162,6 @@ pub fn open_on(
 /// # Errors
 /// As [`run`].
 pub fn by_page(
-    folder: &Path,
-    study: Study,
-    server: &QuestionServer,
-    patience: Duration,
-    out: &mut impl Write,
-) -> anyhow::Result<bool> {
-    let mut stage = SimulatedStage::new()?;
-    by_page_with(folder, study, &mut stage, server, patience, out)
-}
-
-/// As [`by_page`], with any presenter.
-///
-/// # Errors
-/// As [`run`].
-pub fn by_page_with(
     folder: &Path,
     study: Study,
     presenter: &mut dyn Presenter,
@@ -261,11 +206,21 @@ fn conduct_and_write(
 /// The tables, for whoever looks at a study under way, and should the session be killed.
 fn keep_tables(folder: &Path, study: &Study) -> Result<(), StudyError> {
     let written = outputs::tables(folder, &study.record());
-    written.map_err(|error| StudyError::File {
-        name: folder.display().to_string(),
-        kind: std::io::ErrorKind::Other,
-        message: format!("{error:#}"),
-    })
+    let name = folder.display().to_string();
+    written.map_err(|error| broken(name, ErrorKind::Other, format!("{error:#}")))
+}
+
+fn broken(name: impl Into<String>, kind: ErrorKind, message: String) -> StudyError {
+    let name = name.into();
+    StudyError::File {
+        name,
+        kind,
+        message,
+    }
+}
+
+fn of_terminal(error: std::io::Error) -> StudyError {
+    broken("terminal", error.kind(), error.to_string())
 }
 
 /// Questions on the terminal.
@@ -275,25 +230,16 @@ struct Keyboard<'a, R, W> {
     output: W,
 }
 
-fn broken(name: &str, error: &std::io::Error) -> StudyError {
-    StudyError::File {
-        name: name.to_owned(),
-        kind: error.kind(),
-        message: error.to_string(),
-    }
-}
-
 impl<R: BufRead, W: Write> Respondent for Keyboard<'_, R, W> {
     fn recorded(&mut self, study: &Study) -> Result<(), StudyError> {
         keep_tables(self.folder, study)
     }
 
     fn tell(&mut self, text: &str) -> Result<(), StudyError> {
-        writeln!(self.output, "{text}").map_err(|error| broken("terminal", &error))
+        writeln!(self.output, "{text}").map_err(of_terminal)
     }
 
     fn ask(&mut self, text: &str, ask: Ask) -> Result<Option<Answer>, StudyError> {
-        let failed = |error: std::io::Error| broken("terminal", &error);
         let began = Instant::now();
         loop {
             let hint = match ask {
@@ -302,31 +248,26 @@ impl<R: BufRead, W: Write> Respondent for Keyboard<'_, R, W> {
                 Ask::Procedure(Procedure::Likert { points }) => &format!("1 to {points}"),
                 Ask::Procedure(_) => "a number",
             };
-            write!(self.output, "{text} [{hint}] ").map_err(failed)?;
-            self.output.flush().map_err(failed)?;
+            write!(self.output, "{text} [{hint}] ").map_err(of_terminal)?;
+            self.output.flush().map_err(of_terminal)?;
             let mut line = String::new();
-            if self.input.read_line(&mut line).map_err(failed)? == 0 {
-                writeln!(self.output).map_err(failed)?;
+            if self.input.read_line(&mut line).map_err(of_terminal)? == 0 {
+                writeln!(self.output).map_err(of_terminal)?;
                 return Ok(None);
             }
             let answered_s = began.elapsed().as_secs_f64();
-            let procedure = match ask {
-                Ask::GoOn => {
-                    return Ok(Some(Answer {
-                        value: 1.0,
-                        answered_s,
-                    }));
-                }
-                Ask::Procedure(procedure) => procedure,
-            };
             let typed = line.trim();
-            let why = match typed.replace(',', ".").parse() {
-                Err(_) if typed.is_empty() => "nothing was typed".to_owned(),
-                Err(_) => format!("{typed:?} is not a number"),
-                Ok(value) => match procedure.check(value) {
-                    Ok(value) => return Ok(Some(Answer { value, answered_s })),
-                    Err(error) => error.to_string(),
-                },
+            let checked = match (ask, typed.replace(',', ".").parse()) {
+                (Ask::GoOn, _) => Ok(1.0),
+                (_, Err(_)) if typed.is_empty() => Err("nothing was typed".to_owned()),
+                (_, Err(_)) => Err(format!("{typed:?} is not a number")),
+                (Ask::Procedure(procedure), Ok(value)) => {
+                    procedure.check(value).map_err(|error| error.to_string())
+                }
+            };
+            let why = match checked {
+                Ok(value) => return Ok(Some(Answer { value, answered_s })),
+                Err(why) => why,
             };
             self.tell(&format!("Please try again: {why}."))?;
         }

@@ -3,7 +3,11 @@
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_stage::numbers::count_within;
-use hwall_study::{Procedure, Protocol, StudyFactor, TrialOrder};
+use hwall_study::{
+    ArmKind, Durability, Participants, Procedure, Protocol, Study, StudyError, StudyFactor,
+    TrialOrder,
+};
+use std::path::Path;
 
 /// Order of the conditions within a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -103,10 +107,8 @@ impl ProtocolArgs {
         compare("factors", both.map(factors));
         compare("subjects", both.map(|p| p.subjects.to_string()));
         compare("--repeats", both.map(|p| p.repeats.to_string()));
-        compare(
-            "--order",
-            both.map(|p| format!("{:?}", p.order).to_lowercase()),
-        );
+        let order = |p: &Protocol| format!("{:?}", p.order).to_lowercase();
+        compare("--order", both.map(order));
         compare("--procedure", both.map(|p| in_words(p.procedure)));
         compare("--practice", both.map(|p| p.practice.to_string()));
         compare("--catch", both.map(|p| p.catch_per_block.to_string()));
@@ -122,14 +124,13 @@ impl ProtocolArgs {
 
     /// A protocol with what was given in place of its own.
     fn applied_to(&self, base: &Protocol, subjects: Option<usize>) -> anyhow::Result<Protocol> {
-        let own = base.factors.iter().map(|f| f.name.clone());
-        let names: Vec<String> = match self.factors.is_empty() {
-            true => own.collect(),
-            false => self.factors.iter().map(|f| f.trim().to_owned()).collect(),
+        let names: Vec<&str> = match self.factors.is_empty() {
+            true => base.factors.iter().map(|f| f.name.as_str()).collect(),
+            false => self.factors.iter().map(|f| f.trim()).collect(),
         };
         let factors = if self.levels.is_empty() {
             let usual = Protocol::default();
-            let known = |name: &String| {
+            let known = |name: &&str| {
                 let mut all = base.factors.iter().chain(&usual.factors);
                 let found = all.find(|f| f.name == *name).cloned();
                 found.with_context(|| format!("--levels: none for {name:?}"))
@@ -142,10 +143,10 @@ impl ProtocolArgs {
                 "--levels: {lists} lists for {factors} factors ({}); write 0,45,90/20,60, and --factors if it is others",
                 names.join(",")
             );
-            let lists = names.iter().zip(&self.levels);
-            lists
-                .map(|(name, list)| StudyFactor::new(name, list.split(',').map(str::trim)))
-                .collect()
+            let factor = |(name, list): (&&str, &String)| {
+                StudyFactor::new(*name, list.split(',').map(str::trim))
+            };
+            names.iter().zip(&self.levels).map(factor).collect()
         };
         let procedure = match self.procedure {
             None => base.procedure,
@@ -183,6 +184,39 @@ impl ProtocolArgs {
             ..base.clone()
         })
     }
+}
+
+/// The study of a folder, if it is of these participants, of this kind of arm and of the settings that were given; `None` if it was cut
+/// before anything was recorded.
+///
+/// # Errors
+/// Anything else; a log that cannot be read.
+pub(super) fn resumed(
+    folder: &Path,
+    asked: Participants,
+    arm: Option<ArmKind>,
+    subjects: Option<usize>,
+    protocol: &ProtocolArgs,
+    durability: Durability,
+) -> anyhow::Result<Option<Study>> {
+    let read = || -> anyhow::Result<Option<Study>> {
+        let record = match Study::read(folder) {
+            Err(StudyError::NothingRecorded { .. }) => return Ok(None),
+            read => read?,
+        };
+        // Before it is resumed, which its log would tell.
+        let stored = record.participants;
+        if stored != asked {
+            return Err(StudyError::OtherParticipants { stored, asked }.into());
+        }
+        if let Some(asked) = arm.filter(|asked| *asked != record.arm) {
+            let stored = record.arm;
+            return Err(StudyError::OtherArm { stored, asked }.into());
+        }
+        protocol.check_against(&record.protocol, subjects)?;
+        Ok(Some(Study::resume(folder, durability)?))
+    };
+    read().with_context(|| folder.display().to_string())
 }
 
 fn in_words(procedure: Procedure) -> String {

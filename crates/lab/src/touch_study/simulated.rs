@@ -1,17 +1,16 @@
 //! A whole study with simulated participants.
 
 use super::outputs;
-use super::settings::ProtocolArgs;
-use anyhow::{Context, ensure};
+use super::settings::{ProtocolArgs, resumed};
+use anyhow::ensure;
 use hwall_stage::numbers::counted;
 use hwall_study::{
     Durability, NextStep, ParticipantConfig, Participants, SimulatedStage, Simulation, Study,
-    StudyError, promised_power, simulate_and_tell,
+    promised_power, simulate_and_tell,
 };
-use std::fmt::Write as _;
 use std::io::Write;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Studies drawn for the promised power.
@@ -40,56 +39,48 @@ pub struct Request<'a> {
 /// # Errors
 /// A protocol that cannot be run; a folder that holds another study or cannot be written.
 pub fn run(request: &Request<'_>, out: &mut impl Write) -> anyhow::Result<bool> {
-    let kept = request.out.map(Path::to_owned);
-    let folder = kept.clone().unwrap_or_else(passing);
-    if kept.is_none() {
-        // Of a program with the same number that was killed.
-        let _ = std::fs::remove_dir_all(&folder);
+    if let Some(folder) = request.out {
+        return run_in(folder, request, out);
     }
-    let result = run_in(&folder, request, out);
-    if kept.is_none() {
-        let _ = std::fs::remove_dir_all(&folder);
-    }
+    let passing = std::env::temp_dir().join(format!("hwall_study_{}", std::process::id()));
+    // Of a program with the same number that was killed.
+    let _ = std::fs::remove_dir_all(&passing);
+    let result = run_in(&passing, request, out);
+    let _ = std::fs::remove_dir_all(&passing);
     result
-}
-
-/// A folder for a study that is not kept.
-fn passing() -> PathBuf {
-    std::env::temp_dir().join(format!("hwall_study_{}", std::process::id()))
 }
 
 fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow::Result<bool> {
     let participants = Participants::Simulated {
         once_per_condition: request.once,
     };
-    let create = || -> anyhow::Result<Study> {
-        let protocol = request.protocol.protocol(request.subjects)?;
-        Ok(Study::create(
+    ensure!(
+        request.out.is_some() || !request.resume,
+        "--resume needs --out, the folder of the study"
+    );
+    let (subjects, system) = (request.subjects, Durability::System);
+    let there = match request.resume {
+        true => resumed(
             folder,
-            protocol,
             participants,
-            Durability::System,
-        )?)
+            None,
+            Some(subjects),
+            request.protocol,
+            system,
+        )?,
+        false => None,
     };
-    let mut study = if request.resume {
-        ensure!(
-            request.out.is_some(),
-            "--resume needs --out, the folder of the study"
-        );
-        match resumed(folder, request, participants)? {
-            Some(study) => {
-                let done = counted(study.trials().len(), "trial is", "trials are");
-                writeln!(out, "resumed: {done} done")?;
-                study
-            }
-            None => {
-                writeln!(out, "nothing was recorded there; the study begins anew")?;
-                create()?
-            }
-        }
-    } else {
-        create()?
+    if let Some(study) = &there {
+        let done = counted(study.trials().len(), "trial is", "trials are");
+        writeln!(out, "resumed: {done} done")?;
+    } else if request.resume {
+        writeln!(out, "nothing was recorded there; the study begins anew")?;
+    }
+    let create = || -> anyhow::Result<Study> {
+        let protocol = request.protocol.protocol(subjects)?;
+        Ok(Study::create(folder, protocol, participants, system)?)
     };
+    let mut study = there.map_or_else(create, Ok)?;
     let simulation = Simulation {
         participants: ParticipantConfig::default(),
         once_per_condition: request.once,
@@ -103,40 +94,32 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
     let presented = simulate_and_tell(&mut study, &stage, &simulation, &mut tell)?;
     if study.next_step() != NextStep::Done {
         outputs::tables(folder, &study.record())?;
-        let how = match request.out {
-            Some(_) => "; --resume goes on",
-            None => "",
-        };
-        writeln!(
-            out,
-            "stopped after {}, {} left{how}",
-            counted(presented, "trial", "trials"),
-            counted(study.left(), "is", "are")
-        )?;
+        let how = request.out.map_or("", |_| "; --resume goes on");
+        let done = counted(presented, "trial", "trials");
+        let left = counted(study.left(), "is", "are");
+        writeln!(out, "stopped after {done}, {left} left{how}")?;
         return Ok(request.kill_after == Some(presented));
     }
-    let mut remarks = String::from("\n## Simulated participants\n\n");
-    writeln!(
-        remarks,
-        "Nobody was asked. {} Power of this protocol for what was planted ({STUDIES} studies, by the logarithms of the answers):\n",
-        if request.once {
+    let how = match request.once {
+        true => {
             "Each condition was presented once by the session on the simulated arm, and its rendering used for all its trials."
-        } else {
-            "Each trial was presented by the session on the simulated arm."
         }
-    )?;
-    if study.protocol().procedure.is_two_intervals() {
-        remarks.truncate(remarks.find(" Power of this").unwrap_or(remarks.len()));
-        remarks.push('\n');
-    } else {
+        false => "Each trial was presented by the session on the simulated arm.",
+    };
+    let mut remarks = format!("\n## Simulated participants\n\nNobody was asked. {how}");
+    if !study.protocol().procedure.is_two_intervals() {
+        remarks += &format!(
+            " Power of this protocol for what was planted ({STUDIES} studies, by the logarithms of the answers):\n"
+        );
         for effect in promised_power(study.protocol(), &simulation.participants, STUDIES)? {
-            writeln!(
-                remarks,
-                "- {}: {:.3} ({:.3} to {:.3})",
-                effect.name, effect.power, effect.ci_low, effect.ci_high
-            )?;
+            let (low, high) = (effect.ci_low, effect.ci_high);
+            remarks += &format!(
+                "\n- {}: {:.3} ({low:.3} to {high:.3})",
+                effect.name, effect.power
+            );
         }
     }
+    remarks.push('\n');
     let text = outputs::write(folder, &study.record(), &remarks)?;
     match request.out {
         Some(_) => writeln!(out, "{text}\nwrote {}", folder.display())?,
@@ -147,31 +130,6 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         )?,
     }
     Ok(true)
-}
-
-/// The study of a folder, if its settings are those that were given; `None` if it was cut before anything was recorded.
-fn resumed(
-    folder: &Path,
-    request: &Request<'_>,
-    participants: Participants,
-) -> anyhow::Result<Option<Study>> {
-    let name = || folder.display().to_string();
-    let record = match Study::read(folder) {
-        Err(StudyError::NothingRecorded { .. }) => return Ok(None),
-        read => read.with_context(name)?,
-    };
-    if record.participants != participants {
-        return Err(StudyError::OtherParticipants {
-            stored: record.participants,
-            asked: participants,
-        })
-        .with_context(name);
-    }
-    let subjects = Some(request.subjects);
-    let flags = request.protocol.check_against(&record.protocol, subjects);
-    flags.with_context(name)?;
-    let study = Study::resume(folder, Durability::System).with_context(name)?;
-    Ok(Some(study))
 }
 
 #[cfg(test)]
@@ -192,6 +150,19 @@ mod tests {
         }
     }
 
+    /// Each condition presented once, in a folder.
+    fn request<'a>(protocol: &'a ProtocolArgs, subjects: usize, folder: &'a Path) -> Request<'a> {
+        Request {
+            subjects,
+            protocol,
+            out: Some(folder),
+            resume: false,
+            kill_after: None,
+            once: true,
+            stop: &NEVER,
+        }
+    }
+
     #[test]
     fn a_killed_study_ends_as_a_whole_one() {
         let args = args();
@@ -201,13 +172,9 @@ mod tests {
             let folder = root.join(name);
             let mut text = Vec::new();
             let request = Request {
-                subjects: 3,
-                protocol: &args,
-                out: Some(&folder),
                 resume,
                 kill_after,
-                once: true,
-                stop: &NEVER,
+                ..request(&args, 3, &folder)
             };
             assert!(run(&request, &mut text).unwrap());
             (folder, String::from_utf8(text).unwrap())
@@ -237,16 +204,7 @@ mod tests {
         };
         let root = std::env::temp_dir().join(format!("hwall_study_drawn_{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&root);
-        let request = Request {
-            subjects: 2,
-            protocol: &args,
-            out: Some(&root),
-            resume: false,
-            kill_after: None,
-            once: true,
-            stop: &NEVER,
-        };
-        assert!(run(&request, &mut Vec::new()).unwrap());
+        assert!(run(&request(&args, 2, &root), &mut Vec::new()).unwrap());
         let count = |file: &str, of: &str| {
             let text = std::fs::read_to_string(root.join(file)).unwrap();
             text.matches(of).count()
