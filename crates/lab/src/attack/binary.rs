@@ -1,7 +1,7 @@
 //! Readers of binary files: maps, atlases, meshes, pictures. Checksums are made right again, for they are against
 //! accidents only.
 
-use super::{Target, judged, promise};
+use super::{Reader, judged, promise};
 use glam::DVec3;
 use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_arrival::{Atlas, AtlasConfig, BoardExtent};
@@ -16,15 +16,15 @@ use std::path::PathBuf;
 const HEADER: usize = 18;
 const CHECKSUM: usize = 4;
 
-pub(super) fn map() -> anyhow::Result<Target> {
-    Ok(Target::new("map", vec![small_map()?], read_map))
+pub(super) fn map() -> anyhow::Result<Reader> {
+    Reader::new(vec![small_map()?], read_map)
 }
 
-pub(super) fn atlas() -> anyhow::Result<Target> {
-    Ok(Target::new("atlas", vec![small_atlas()?], read_atlas))
+pub(super) fn atlas() -> anyhow::Result<Reader> {
+    Reader::new(vec![small_atlas()?], read_atlas)
 }
 
-pub(super) fn stl() -> anyhow::Result<Target> {
+pub(super) fn stl() -> anyhow::Result<Reader> {
     let path = scratch("a.stl")?;
     let mesh = TriangleMesh::new(
         vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -35,19 +35,15 @@ pub(super) fn stl() -> anyhow::Result<Target> {
         mesh.write_stl(&path, format)?;
         meshes.push(std::fs::read(&path)?);
     }
-    Ok(Target::new("stl", meshes, move |bytes| {
-        read_stl(&path, bytes)
-    }))
+    Reader::new(meshes, move |bytes| read_stl(&path, bytes))
 }
 
-pub(super) fn exr() -> anyhow::Result<Target> {
+pub(super) fn exr() -> anyhow::Result<Reader> {
     let path = scratch("a.exr")?;
     let heights = (0..64).map(|i| 0.01 * i as f32).collect();
     HeightField::new(8, 0.1, heights)?.write_exr(&path)?;
     let picture = std::fs::read(&path)?;
-    Ok(Target::new("exr", vec![picture], move |bytes| {
-        read_exr(&path, bytes)
-    }))
+    Reader::new(vec![picture], move |bytes| read_exr(&path, bytes))
 }
 
 /// A file in a folder of this process: these readers want a path.
@@ -60,13 +56,10 @@ pub(super) fn scratch(name: &str) -> anyhow::Result<PathBuf> {
 /// Length and checksum made right.
 fn sealed(bytes: &[u8]) -> Vec<u8> {
     let mut sealed = bytes.to_vec();
-    let Some(end) = bytes
-        .len()
-        .checked_sub(CHECKSUM)
-        .filter(|end| *end >= HEADER)
-    else {
+    let end = bytes.len().saturating_sub(CHECKSUM);
+    if end < HEADER {
         return sealed;
-    };
+    }
     let length = (end - HEADER) as u64;
     sealed[10..HEADER].copy_from_slice(&length.to_le_bytes());
     let sum = crc32(&sealed[..end]);
@@ -178,13 +171,11 @@ fn read_exr(path: &PathBuf, bytes: &[u8]) -> Verdict {
     if std::fs::write(path, bytes).is_err() {
         return Verdict::Broken("no place for the file".to_owned());
     }
-    judged(
-        HeightField::read_exr(path, &HeightSource::default()),
-        |field| {
-            let finite = field.heights_mm().iter().all(|z| z.is_finite());
-            promise(finite, "a height that is not finite")
-        },
-    )
+    let read = HeightField::read_exr(path, &HeightSource::default());
+    judged(read, |field| {
+        let finite = field.heights_mm().iter().all(|z| z.is_finite());
+        promise(finite, "a height that is not finite")
+    })
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! Motions that stop on the way, suddenly or by and by, or that a filter joins late: how far the intervals of a bank can be trusted.
 
+use crate::bip::scores::INTERVALS;
 use crate::bip::setup::{Setup, TrainedModel};
 use crate::bip::trajectories::{Trajectory, TrajectorySet};
-use crate::report::named;
+use crate::report::{cells, named};
 use anyhow::Context;
-use hwall_bip::{Bank, BankConfig, Demonstration, Model, Observation, TrainingConfig};
+use hwall_bip::{Bank, BankConfig, Model, Observation, TrainingConfig};
 use hwall_testkit::{MarkdownTable, Sampler};
 
 /// Where a motion stops or is joined, as a share of its samples.
@@ -20,7 +21,7 @@ const TREMBLES_M: f64 = 1.5e-3;
 const SAMPLES_AFTER: [usize; 2] = [5, 10];
 const SHARES_LEFT: [f64; 2] = [0.25, 0.5];
 /// Half the width of a 90 % interval, standard deviations.
-const INTERVAL_90: f64 = 1.644_853_626_951;
+const INTERVAL_90: f64 = INTERVALS[1].half_width_sd;
 
 named! {
     /// What happens on the way.
@@ -89,12 +90,10 @@ pub fn table(
     set: &TrajectorySet,
     palm: &[usize],
 ) -> anyhow::Result<MarkdownTable> {
-    let moments = SAMPLES_AFTER.map(|k| format!("{k} samples after"));
-    let moments = moments
-        .into_iter()
-        .chain(SHARES_LEFT.map(|share| format!("{:.0} % of the rest seen", 100.0 * share)));
-    let first = ["interruption", "at"].map(str::to_owned);
-    let mut table = MarkdownTable::new(first.into_iter().chain(moments));
+    let samples = SAMPLES_AFTER.map(|k| format!("{k} samples after"));
+    let shares = SHARES_LEFT.map(|share| format!("{:.0} % of the rest seen", 100.0 * share));
+    let moments = samples.into_iter().chain(shares);
+    let mut table = MarkdownTable::new(cells(["interruption", "at"], moments));
     let banks = banks(setup, trained, set)?;
     for interruption in Interruption::ALL {
         for place in PLACES {
@@ -111,20 +110,18 @@ pub fn table(
                 run.follow(bank.clone(), &mut sampler, &mut tallies)
                     .with_context(|| trajectory.name.clone())?;
             }
-            let cells = tallies.map(|t| {
+            let own = tallies.map(|t| {
                 let motions = t.motions.max(1) as f64;
+                let held = t.held as f64 / t.values.max(1) as f64;
                 format!(
                     "{:.0} mm, {:.0} %, {:.0} %",
                     1e3 * t.palm_m / motions,
-                    100.0 * t.held as f64 / t.values.max(1) as f64,
+                    100.0 * held,
                     100.0 * t.time_held as f64 / motions
                 )
             });
-            let first = [
-                interruption.name().to_owned(),
-                format!("{:.0} %", 100.0 * place),
-            ];
-            table.row(first.into_iter().chain(cells));
+            let at = format!("{:.0} %", 100.0 * place);
+            table.row(cells([interruption.name(), &at], own));
         }
     }
     Ok(table)
@@ -132,19 +129,15 @@ pub fn table(
 
 /// A bank for each motion, of all others, with the noise and the tuning of all: one number each, in which one motion hardly counts.
 fn banks(setup: &Setup, trained: &TrainedModel, set: &TrajectorySet) -> anyhow::Result<Vec<Bank>> {
-    let demonstrations = set
-        .trajectories
-        .iter()
-        .map(Trajectory::to_demonstration)
-        .collect::<anyhow::Result<Vec<Demonstration>>>()?;
+    let demonstrations = set.to_demonstrations()?;
     let config = TrainingConfig::new(trained.model.groups().to_vec());
     let bank = BankConfig {
         filter: setup.filter(),
         ..BankConfig::default()
     };
-    let without = |out: usize| -> anyhow::Result<Bank> {
-        let others = demonstrations.iter().enumerate().filter(|(i, _)| *i != out);
-        let others: Vec<Demonstration> = others.map(|(_, d)| d.clone()).collect();
+    let without = |out: usize| {
+        let mut others = demonstrations.clone();
+        others.remove(out);
         let mut model = Model::train(&others, &config)?;
         if let Some(tuning) = trained.model.tuning() {
             model = model.with_tuning(tuning)?;
@@ -175,8 +168,7 @@ impl Run<'_> {
         let (places, after) = self.interruption.places(rows.len(), at);
         let count = places.len();
         let left = SHARES_LEFT.map(|share| (share * (count - 1 - after) as f64) as usize);
-        let due = SAMPLES_AFTER.into_iter().chain(left).map(|k| after + k);
-        let due: Vec<usize> = due.collect();
+        let due: Vec<usize> = SAMPLES_AFTER.into_iter().chain(left).collect();
         let trembles_m = match self.interruption {
             Interruption::Sudden | Interruption::Gradual => TREMBLES_M,
             Interruption::None | Interruption::JoinedLate => 0.0,
@@ -190,7 +182,11 @@ impl Run<'_> {
             }
             bank.predict(1.0)?;
             bank.observe(&Observation::new(self.observed, &values))?;
-            for (_, tally) in due.iter().zip(&mut *tallies).filter(|(due, _)| **due == k) {
+            for (_, tally) in due
+                .iter()
+                .zip(&mut *tallies)
+                .filter(|(due, _)| **due + after == k)
+            {
                 self.judge(&mut bank, (count - 1 - k) as f64, tally)?;
             }
         }
@@ -222,10 +218,10 @@ impl Run<'_> {
         tally.values += count;
         tally.palm_m += off.sqrt();
         tally.motions += 1;
-        let foreseen = bank.time_to_end();
-        tally.time_held += usize::from(
-            foreseen.is_some_and(|time| (time.mean - left).abs() <= INTERVAL_90 * time.sd),
-        );
+        let held = bank
+            .time_to_end()
+            .is_some_and(|time| (time.mean - left).abs() <= INTERVAL_90 * time.sd);
+        tally.time_held += usize::from(held);
         Ok(())
     }
 }

@@ -8,10 +8,15 @@ use hwall_hand::LabelledReach;
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// The estimates of one reach, frame by frame.
-struct ReachEstimates {
-    number: usize,
-    frames: Vec<TimedEstimate>,
+/// One fold: so many of the reaches are learnt from, the rest is judged.
+pub fn first_learnt(learnt: usize, reaches: usize) -> Split {
+    Split {
+        description: String::new(),
+        folds: vec![Fold {
+            train: (0..learnt).collect(),
+            test: (learnt..reaches).collect(),
+        }],
+    }
 }
 
 /// Trains a candidate on every fold, folds side by side, and then runs it over the reaches held out one after
@@ -23,7 +28,7 @@ pub fn run(
     candidate: &Candidate,
     reaches: &[LabelledReach],
     split: &Split,
-    rows: Option<&mut EstimateRows>,
+    mut rows: Option<&mut EstimateRows>,
 ) -> anyhow::Result<Scores> {
     let train = |fold: &Fold| -> anyhow::Result<(BoxedEstimator, Training)> {
         let learnt: Vec<&LabelledReach> = fold.train.iter().map(|&i| &reaches[i]).collect();
@@ -38,12 +43,16 @@ pub fn run(
     let folds = split.folds.par_iter().map(train);
     let trained: Vec<(BoxedEstimator, Training)> = folds.collect::<anyhow::Result<_>>()?;
     let training = trained.iter().map(|(_, training)| *training);
-    let training = training.max_by(|a, b| a.took_s.total_cmp(&b.took_s));
-    let mut estimates: Vec<Vec<ReachEstimates>> = Vec::new();
-    let mut adapting = Adapting::default();
-    for (fold, (mut estimator, _)) in split.folds.iter().zip(trained) {
-        let mut of_fold = Vec::new();
-        for &number in &fold.test {
+    let mut scores = Scores {
+        name: candidate.name.clone(),
+        role: candidate.role,
+        errors: Moment::all().map(|_| Vec::new()).collect(),
+        step_us: Vec::new(),
+        training: training.max_by(|a, b| a.took_s.total_cmp(&b.took_s)),
+        adapting: (candidate.role == Role::Learned).then(Adapting::default),
+    };
+    for (number, (fold, (mut estimator, _))) in split.folds.iter().zip(trained).enumerate() {
+        for reach in fold.test.iter().map(|&number| &reaches[number]) {
             estimator.begin();
             let timed = |frame| {
                 let start = Instant::now();
@@ -53,31 +62,7 @@ pub fn run(
                     took_us: 1e6 * start.elapsed().as_secs_f64(),
                 }
             };
-            of_fold.push(ReachEstimates {
-                number,
-                frames: reaches[number].frames.iter().map(timed).collect(),
-            });
-        }
-        if candidate.role == Role::Learned {
-            let mut follow = |tell| Evaluation::follow(&mut estimator, reaches, &fold.test, tell);
-            adapting.alone.reaches.extend(follow(false).reaches);
-            adapting.told.reaches.extend(follow(true).reaches);
-        }
-        estimates.push(of_fold);
-    }
-    let adapting = (candidate.role == Role::Learned).then_some(adapting);
-    let mut scores = Scores {
-        adapting,
-        name: candidate.name.clone(),
-        role: candidate.role,
-        errors: Moment::all().map(|_| Vec::new()).collect(),
-        step_us: Vec::new(),
-        training,
-    };
-    let mut rows = rows;
-    for (fold, of_fold) in estimates.iter().enumerate() {
-        for ReachEstimates { number, frames } in of_fold {
-            let reach = &reaches[*number];
+            let frames: Vec<TimedEstimate> = reach.frames.iter().map(timed).collect();
             for (moment, errors) in Moment::all().zip(&mut scores.errors) {
                 if let Some(frame) = moment.frame(reach) {
                     let estimate = frames[frame].estimate;
@@ -86,8 +71,13 @@ pub fn run(
             }
             scores.step_us.extend(frames.iter().map(|f| f.took_us));
             if let Some(rows) = &mut rows {
-                rows.add(&candidate.name, fold, reach, frames)?;
+                rows.add(&candidate.name, number, reach, &frames)?;
             }
+        }
+        if let Some(adapting) = &mut scores.adapting {
+            let mut follow = |tell| Evaluation::follow(&mut estimator, reaches, &fold.test, tell);
+            adapting.alone.reaches.extend(follow(false).reaches);
+            adapting.told.reaches.extend(follow(true).reaches);
         }
     }
     scores.step_us.sort_by(f64::total_cmp);

@@ -1,7 +1,7 @@
 //! Small multiples of time and error: one panel a knob or a room.
 
-use crate::report::figure::{Area, Draw, Plot, USUAL, figure};
-use hwall_stage::figures::{COLOURS, TEXT, legend, plot_error};
+use crate::report::figure::{Area, Axes, Draw, Plot, USUAL, figure};
+use hwall_stage::figures::{COLOURS, TEXT, legend};
 use hwall_testkit::format_ns;
 use plotters::prelude::*;
 use std::path::Path;
@@ -20,7 +20,7 @@ const BROWN: RGBColor = RGBColor(140, 86, 75);
 /// Both axes are logarithmic.
 pub struct Panel {
     /// Above it.
-    pub title: String,
+    pub title: &'static str,
     /// What is along x and along y.
     pub axes: [Axis; 2],
     /// Named lines, a colour each.
@@ -84,22 +84,37 @@ impl Axis {
     }
 }
 
-/// Draws panels row by row, with one legend each.
+impl Line {
+    /// A line.
+    pub fn new(name: impl Into<String>, points: Vec<Point>) -> Self {
+        let name = name.into();
+        Self { name, points }
+    }
+}
+
+impl Point {
+    /// A dot.
+    pub fn at(x: f64, y: f64) -> Self {
+        Self {
+            at: (x, y),
+            ..Self::default()
+        }
+    }
+}
+
+/// Draws panels side by side, each with a legend.
 ///
 /// # Errors
 /// A file that cannot be written, a number that has no logarithm.
-pub fn draw(path: &Path, title: &str, columns: usize, panels: &[Panel]) -> anyhow::Result<()> {
-    let rows = panels.len().div_ceil(columns);
-    let (width, height) = (PANEL.0 * columns as u32, PANEL.1 * rows as u32 + 40);
-    // A single panel has the size of the other figures.
-    let size = if panels.len() == 1 {
-        USUAL
-    } else {
-        (width, height)
+pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> anyhow::Result<()> {
+    let size = match panels.len() {
+        // A single panel has the size of the other figures.
+        1 => USUAL,
+        several => (PANEL.0 * several as u32, PANEL.1 + 40),
     };
     figure(path, size, |root| {
         let area = root.below(title)?;
-        let areas = area.split_evenly((rows, columns));
+        let areas = area.split_evenly((1, panels.len()));
         for (area, panel) in areas.iter().zip(panels) {
             panel.draw(area)?;
         }
@@ -134,24 +149,17 @@ impl Panel {
             let ticks = Axis::ticks(low, high);
             (low..high).log_scale().with_key_points(ticks)
         };
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, TEXT)
-            .margin(8)
-            .x_label_area_size(42)
-            .y_label_area_size(64)
-            .build_cartesian_2d(axis(x), axis(y))
-            .map_err(plot_error)?;
         let [x_axis, y_axis] = self.axes;
-        chart
-            .configure_mesh()
-            .x_desc(x_axis.name())
-            .y_desc(y_axis.name())
-            .x_label_formatter(&|x| x_axis.tick(*x))
-            .y_label_formatter(&|y| y_axis.tick(*y))
-            .label_style(SMALL)
-            .light_line_style(WHITE)
-            .draw()
-            .map_err(plot_error)?;
+        let axes = Axes {
+            title: self.title,
+            names: [x_axis.name(), y_axis.name()],
+            formats: [Some(&|x| x_axis.tick(*x)), Some(&|y| y_axis.tick(*y))],
+            labels: [64, 42],
+            margin: 8,
+            text: [TEXT, SMALL],
+            ..Axes::default()
+        };
+        let mut chart = axes.on(area, axis(x), axis(y))?;
         let mean_log = |line: &Line| {
             let sum: f64 = line.points.iter().map(|p| p.at.1.ln()).sum();
             sum / line.points.len() as f64
