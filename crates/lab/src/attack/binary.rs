@@ -2,6 +2,7 @@
 //! accidents only.
 
 use super::{Reader, judged, promise};
+use crc::{CRC_32_ISO_HDLC, Crc};
 use glam::DVec3;
 use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_arrival::{Atlas, AtlasConfig, BoardExtent};
@@ -15,6 +16,7 @@ use std::path::PathBuf;
 /// Bytes before the body of a map or an atlas, and of the checksum behind it.
 const HEADER: usize = 18;
 const CHECKSUM: usize = 4;
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 pub(super) fn map() -> anyhow::Result<Reader> {
     Reader::new(vec![small_map()?], read_map)
@@ -62,18 +64,9 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
     }
     let length = (end - HEADER) as u64;
     sealed[10..HEADER].copy_from_slice(&length.to_le_bytes());
-    let sum = crc32(&sealed[..end]);
+    let sum = CRC.checksum(&sealed[..end]);
     sealed[end..].copy_from_slice(&sum.to_le_bytes());
     sealed
-}
-
-/// CRC-32 as in ISO 3309, bit by bit.
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(u32::MAX, |sum, byte| {
-        (0..8).fold(sum ^ u32::from(*byte), |sum, _| {
-            (sum >> 1) ^ (0xEDB8_8320 & (sum & 1).wrapping_neg())
-        })
-    })
 }
 
 fn small_map() -> anyhow::Result<Vec<u8>> {
@@ -176,14 +169,4 @@ fn read_exr(path: &PathBuf, bytes: &[u8]) -> Verdict {
         let finite = field.heights_mm().iter().all(|z| z.is_finite());
         promise(finite, "a height that is not finite")
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_checksum_is_that_of_the_standard() {
-        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
-    }
 }

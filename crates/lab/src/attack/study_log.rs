@@ -2,6 +2,7 @@
 
 use super::binary::scratch;
 use super::{Reader, judged, promise};
+use crc::{CRC_32_ISCSI, Crc};
 use hwall_study::{
     Answer, Durability, EventLog, NextStep, Participants, Presentation, Procedure, Protocol,
     Rendered, Study, StudyError, StudyFactor, StudyReport, write_attempts, write_trials,
@@ -13,6 +14,7 @@ use std::path::Path;
 const HEAD: usize = 9;
 /// The checksum before the first line.
 const START: u32 = 0x4857_0001;
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
 pub(super) fn log() -> anyhow::Result<Reader> {
     let magnitude = protocol(Procedure::Magnitude, &["0", "90"]);
@@ -88,21 +90,15 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
             sealed.extend_from_slice(line);
             continue;
         };
-        sum = crc32c(sum.to_le_bytes().iter().chain(json));
+        let mut digest = CRC.digest();
+        digest.update(&sum.to_le_bytes());
+        digest.update(json);
+        sum = digest.finalize();
         sealed.extend_from_slice(format!("{sum:08x} ").as_bytes());
         sealed.extend_from_slice(json);
         sealed.extend_from_slice(feed);
     }
     sealed
-}
-
-/// CRC-32C as in RFC 3720, bit by bit.
-fn crc32c<'a>(bytes: impl Iterator<Item = &'a u8>) -> u32 {
-    !bytes.fold(u32::MAX, |sum, byte| {
-        (0..8).fold(sum ^ u32::from(*byte), |sum, _| {
-            (sum >> 1) ^ (0x82f6_3b78 & (0_u32.wrapping_sub(sum & 1)))
-        })
-    })
 }
 
 fn read(bytes: &[u8]) -> Verdict {

@@ -13,8 +13,11 @@ use serde::Serialize;
 use std::time::Instant;
 
 /// What is asked of a filter in the middle of a motion.
-trait Followed {
+pub trait Followed {
     /// Lets `dt` pass, then takes what was observed.
+    ///
+    /// # Errors
+    /// Whatever the filter refuses.
     fn step(&mut self, dt: f64, dofs: &[usize], values: &[f64]) -> Result<(), BipError>;
 
     /// Means of phase and phase velocity, 1/time, and their covariance.
@@ -22,6 +25,9 @@ trait Followed {
 
     /// Mean and variance of all degrees of freedom at phase 1; with `measured` of what will be measured: with the
     /// residual of held-out motions and the spread that made their intervals right.
+    ///
+    /// # Errors
+    /// Whatever the filter refuses.
     fn end(
         &mut self,
         measured: bool,
@@ -136,17 +142,18 @@ impl Runs {
 /// # Errors
 /// A filter that cannot be made; a filter that fails, with the motion and the sample.
 pub fn run(setup: &Setup, trained: &TrainedModel, tests: &TrajectorySet) -> anyhow::Result<Runs> {
-    let model = &trained.model;
+    let (model, observed) = (&trained.model, &trained.observed);
     let (filter, measured) = (setup.filter(), setup.predicts_measurements());
+    let period = model.sampling_period();
     match setup.mode {
         Mode::Exact => {
             let new = Filter::new(model, &filter)?;
-            run_all(|| new.clone(), measured, trained, tests)
+            follow(|| new.clone(), measured, observed, period, tests)
         }
         Mode::Bank => {
             let usual = BankConfig::default();
             let new = Bank::new(model, &BankConfig { filter, ..usual })?;
-            run_all(|| new.clone(), measured, trained, tests)
+            follow(|| new.clone(), measured, observed, period, tests)
         }
         Mode::Ensemble(members) => {
             let ensemble = EnsembleConfig {
@@ -155,27 +162,32 @@ pub fn run(setup: &Setup, trained: &TrainedModel, tests: &TrajectorySet) -> anyh
                 ..EnsembleConfig::default()
             };
             let new = EnsembleFilter::new(model, &ensemble)?;
-            run_all(|| new.clone(), measured, trained, tests)
+            follow(|| new.clone(), measured, observed, period, tests)
         }
         Mode::Compat => {
             // The default of the other filter.
-            let usual = 0.01 * model.phase_velocity().mean / model.sampling_period();
+            let usual = 0.01 * model.phase_velocity().mean / period;
             let process = setup.process_variance.unwrap_or(usual * usual);
             let prior = Prior {
                 noise: trained.noise.clone(),
                 ..model.to_prior()
             };
             let new = FullFilter::new(&prior, setup.phase_variance, process)?;
-            run_all(|| new.clone(), measured, trained, tests)
+            follow(|| new.clone(), measured, observed, period, tests)
         }
     }
 }
 
-/// `new` gives a filter that has not observed anything yet.
-fn run_all<F: Followed>(
+/// Filters every motion of a set; `new` gives a filter that has not observed anything yet, `period` is the step of a motion of one
+/// sample. Ends are those of what will be `measured`, or of the mean motion.
+///
+/// # Errors
+/// A filter that fails, with the motion and the sample.
+pub fn follow<F: Followed>(
     new: impl Fn() -> F,
     measured: bool,
-    trained: &TrainedModel,
+    observed: &[usize],
+    period: f64,
     tests: &TrajectorySet,
 ) -> anyhow::Result<Runs> {
     let (mut step_ns, mut query_ns) = (Vec::new(), Vec::new());
@@ -195,11 +207,11 @@ fn run_all<F: Followed>(
             truth: trajectory.rows[samples - 1].clone(),
             ..TestRun::default()
         };
-        let steps = trajectory.steps(trained.model.sampling_period());
+        let steps = trajectory.steps(period);
         for (k, (row, dt)) in trajectory.rows.iter().zip(steps).enumerate() {
             let present = |d: &usize| row[*d].map(|value| (*d, value));
-            let observed = trained.observed.iter().filter_map(present);
-            let (dofs, values): (Vec<usize>, Vec<f64>) = observed.unzip();
+            let present = observed.iter().filter_map(present);
+            let (dofs, values): (Vec<usize>, Vec<f64>) = present.unzip();
             let place = || format!("{}, sample {}", trajectory.name, k + 1);
             let step = timed(&mut step_ns, &mut || filter.step(dt, &dofs, &values));
             step.with_context(place)?;

@@ -54,17 +54,6 @@ pub struct Trajectory {
     pub rows: Vec<Vec<Option<f64>>>,
 }
 
-/// Which files of a folder to take where it holds both `train*.csv` and `test*.csv`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
-    /// All of them.
-    All,
-    /// Names that start with `train`.
-    Train,
-    /// Names that start with `test`.
-    Test,
-}
-
 /// Reads training and test motions, which must have the same columns. One folder may hold both.
 ///
 /// # Errors
@@ -75,12 +64,11 @@ pub fn read_both(train: &Path, test: &Path) -> anyhow::Result<TrainTest> {
         (Ok(a), Ok(b)) => a == b,
         _ => false,
     };
-    let both = same
-        && !csv_files(train, Part::Train)?.is_empty()
-        && !csv_files(test, Part::Test)?.is_empty();
+    let both =
+        same && !csv_files(train, "train")?.is_empty() && !csv_files(test, "test")?.is_empty();
     let [of_train, of_test] = match both {
-        true => [Part::Train, Part::Test],
-        false => [Part::All; 2],
+        true => ["train", "test"],
+        false => [""; 2],
     };
     let train = read(train, of_train)?;
     let mut test = read(test, of_test)?;
@@ -93,12 +81,12 @@ pub fn read_both(train: &Path, test: &Path) -> anyhow::Result<TrainTest> {
     Ok(TrainTest { train, test })
 }
 
-/// Reads the motions of a folder.
+/// Reads the motions of a folder whose files' names begin so.
 ///
 /// # Errors
 /// As [`read_both`].
-pub fn read(folder: &Path, part: Part) -> anyhow::Result<TrajectorySet> {
-    let files = csv_files(folder, part)?;
+pub fn read(folder: &Path, prefix: &str) -> anyhow::Result<TrajectorySet> {
+    let files = csv_files(folder, prefix)?;
     ensure!(!files.is_empty(), "{}: no CSV files", folder.display());
     let kinds = kinds(folder)?;
     let numbers = numbers_in_names(&files);
@@ -146,18 +134,13 @@ pub fn is_csv(path: &Path) -> bool {
 }
 
 /// CSV files by name.
-fn csv_files(folder: &Path, part: Part) -> anyhow::Result<Vec<PathBuf>> {
+fn csv_files(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
     let context = || folder.display().to_string();
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).with_context(context)? {
         let path = entry.with_context(context)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let wanted = match part {
-            Part::All => true,
-            Part::Train => name.starts_with("train"),
-            Part::Test => name.starts_with("test"),
-        };
-        if is_csv(&path) && wanted {
+        if is_csv(&path) && name.starts_with(prefix) {
             files.push(path);
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::contact::candidates::Role;
 use crate::contact::rows::number;
-use crate::contact::scores::{Adapting, Evaluation, REGIONS, Scores, Summary, TOUCHES};
+use crate::contact::scores::{Evaluation, REGIONS, Scores, Summary, TOUCHES, under_way};
 use crate::report::{Column, cells, grid, or_none, table_of, titled, yes_or_no};
 use hwall_contact::score::{BEFORE_S, Moment, SHARES};
 use hwall_stage::numbers;
@@ -85,13 +85,11 @@ pub fn overview(sets: &[(String, Vec<Scores>)]) -> String {
             best_baseline(scores, m).map_or(f64::NAN, |best| best.1)
         });
         row("learned", &|m| median_m(learned, m));
-        let Some(adapting) = &learned.adapting else {
+        let Some(of_told) = &learned.told else {
             continue;
         };
-        row(told, &|m| adapting.told.at(m).median_m);
-        for (what, evaluation, after) in
-            [("learned", &adapting.alone, 0), (told, &adapting.told, 5)]
-        {
+        row(told, &|m| of_told.at(m).median_m);
+        for (what, evaluation, after) in [("learned", &learned.alone, 0), (told, of_told, 5)] {
             let people = evaluation.by_person(after, under_way);
             let people = people.into_iter().filter(|(_, s)| s.count > 0);
             let mut people: Vec<Option<f64>> = people.map(|(_, s)| s.covered()).collect();
@@ -107,26 +105,22 @@ pub fn overview(sets: &[(String, Vec<Scores>)]) -> String {
     )
 }
 
-fn under_way(moment: Moment) -> bool {
-    matches!(moment, Moment::Share(share) if share < 0.95)
-}
-
 /// Of a share.
 fn percent(share: Option<f64>) -> String {
     or_none(share.map(|share| 100.0 * share), 0)
 }
 
 /// Error and coverage against touches made, with and without being told of them.
-pub fn curve(adapting: &Adapting) -> MarkdownTable {
+pub fn curve(alone: &Evaluation, told: &Evaluation) -> MarkdownTable {
     let mut table = titled(
         "touches made | reaches | mean error, mm | told of them | in 90 % regions, % | told of them",
     );
     for (from, to) in TOUCHES {
         let of = |e: &Evaluation| e.among(|r| (from..to).contains(&r.touches), under_way);
-        let reaches = adapting.told.reaches.iter();
+        let reaches = told.reaches.iter();
         let count = reaches.filter(|r| (from..to).contains(&r.touches)).count();
         if count > 0 {
-            let both = [&adapting.alone, &adapting.told].map(of);
+            let both = [alone, told].map(of);
             let [alone_mm, told_mm] = both.map(|s| format!("{:.1}", 1e3 * s.mean_m));
             let [alone, told] = both.map(|s| percent(s.covered()));
             let count = count.to_string();
@@ -147,11 +141,11 @@ pub fn range_of(from: usize, to: usize) -> String {
 
 /// All tables of one source, under fourth-level headings.
 pub fn markdown(scores: &[Scores]) -> String {
-    let adapting = scores.iter().find_map(|s| s.adapting.as_ref());
-    let learning = adapting.map_or_else(String::new, |adapting| {
+    let told = scores.iter().find_map(|s| Some((s, s.told.as_ref()?)));
+    let learning = told.map_or_else(String::new, |(s, told)| {
         format!(
             "\n#### The learned estimator against touches made by the same person, 30 to 90 % of the time\n\n{}",
-            curve(adapting)
+            curve(&s.alone, told)
         )
     });
     format!(
@@ -228,9 +222,9 @@ pub fn axis_cells(at: &Summary) -> [String; 4] {
 /// first that states them.
 fn same_time(scores: &[Scores], number: usize) -> Option<&str> {
     let times = |s: &Scores| -> Vec<Option<u64>> {
-        let errors = s.errors.iter().flatten();
+        let errors = s.alone.reaches.iter().flat_map(|r| &r.errors);
         errors
-            .map(|e| e.and_then(|e| e.time).map(|t| t.error_s.to_bits()))
+            .map(|e| Some(e.flatten()?.time?.error_s.to_bits()))
             .collect()
     };
     let own = times(&scores[number]);
@@ -332,7 +326,7 @@ pub fn distance_cells(at: &Summary, decimals: usize) -> impl Iterator<Item = Str
 mod tests {
     use super::*;
     use glam::DVec3;
-    use hwall_contact::score::{EstimateError, TimeError};
+    use hwall_contact::score::{EstimateError, JudgedReach, TimeError};
 
     fn scores(name: &str, role: Role, late_s: Option<f64>) -> Scores {
         let error = EstimateError {
@@ -348,10 +342,17 @@ mod tests {
         Scores {
             name: name.into(),
             role,
-            errors: vec![vec![Some(error)], vec![None]],
+            alone: Evaluation {
+                reaches: vec![JudgedReach {
+                    reach: 0,
+                    person: None,
+                    touches: 0,
+                    errors: vec![Some(Some(error)), Some(None)],
+                }],
+            },
+            told: None,
             step_us: vec![1.0],
             training: None,
-            adapting: None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::contact::figures::unit_square;
 use crate::report::figure::{Area, Axes, Chart, Draw, Mesh, Plot, figure};
-use crate::rooms::room::{Outline, Room};
+use crate::rooms::room::{Rectangle, Room};
 use crate::rooms::scores::Bin;
 use glam::{DMat3, DVec3};
 use hwall_contact::ContactPrediction;
@@ -84,8 +84,8 @@ pub fn scene(path: &Path, room: &Room, picture: &TouchPicture) -> anyhow::Result
         let root = root.below(&picture.title)?;
         let (drawings, below) = root.split_vertically(540);
         let (left, right) = drawings.split_horizontally(610);
-        let outlines: Vec<_> = room.outlines().collect();
-        let corners = outlines.iter().flat_map(|o| o.corners_m);
+        let corners = room.touchable.iter().chain(&room.barriers);
+        let corners = corners.flat_map(Rectangle::corners_m);
         let shown = corners.chain(picture.hand_m.iter().copied());
         let (low, high) = shown.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
             (low.min(p), high.max(p))
@@ -117,14 +117,22 @@ pub fn scene(path: &Path, room: &Room, picture: &TouchPicture) -> anyhow::Result
             };
             let mut chart = axes.on(area, x, y)?;
             let mut named = Vec::new();
-            for outline in &outlines {
-                surface(&mut chart, outline, view, &mut named)?;
+            let (thin, wide) = (
+                GREY.mix(0.8).stroke_width(2),
+                GREY.mix(0.35).stroke_width(6),
+            );
+            for (rectangles, style) in [(&room.touchable, thin), (&room.barriers, wide)] {
+                for rectangle in rectangles {
+                    surface(&mut chart, rectangle, style, view, &mut named)?;
+                }
             }
             touch(&mut chart, picture, view)?;
         }
         key(&below, picture)
     })
 }
+
+const GREY: RGBColor = COLOURS[6];
 
 type View = fn(DVec3) -> (f64, f64);
 
@@ -161,30 +169,26 @@ fn near(a: (i32, i32), b: (i32, i32)) -> bool {
 
 fn surface(
     chart: &mut Panel<'_, '_>,
-    outline: &Outline,
+    rectangle: &Rectangle,
+    style: ShapeStyle,
     view: View,
     named: &mut Vec<(i32, i32)>,
 ) -> anyhow::Result<()> {
-    let grey = COLOURS[6];
-    let mut around: Vec<(f64, f64)> = outline.corners_m.map(view).to_vec();
+    let mut around: Vec<(f64, f64)> = rectangle.corners_m().map(view).to_vec();
     around.push(around[0]);
-    let style = match outline.touchable {
-        true => grey.mix(0.8).stroke_width(2),
-        false => grey.mix(0.35).stroke_width(6),
-    };
     chart.series([PathElement::new(around.clone(), style)])?;
     // Beside the upper left corner.
     let low_x = around.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
     let high_y = around.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
     let text = TextStyle::from(("sans-serif", 13))
-        .color(&grey)
+        .color(&GREY)
         .pos(Pos::new(HPos::Left, VPos::Top));
     // Names at the same corner stand below each other.
     let at = chart.backend_coord(&(low_x, high_y));
     let below = named.iter().filter(|n| near(**n, at)).count() as i32;
     named.push(at);
     let offset =
-        EmptyElement::at((low_x, high_y)) + Text::new(outline.name, (4, 3 + 15 * below), text);
+        EmptyElement::at((low_x, high_y)) + Text::new(rectangle.name, (4, 3 + 15 * below), text);
     chart.series([offset])?;
     Ok(())
 }
@@ -262,19 +266,18 @@ fn key(area: &Area<'_>, picture: &TouchPicture) -> anyhow::Result<()> {
         area.write(&name, TEXT, (x + 34, 14))?;
         x += 270;
     }
-    let grey = COLOURS[6];
     let (y, place) = (58, |i: i32| 60 + 180 * i);
     let line = |from: i32, to: i32, style: ShapeStyle| {
         area.put(&PathElement::new([(from, y), (to, y)], style))
     };
-    area.put(&Circle::new((place(0) + 13, y), 5, grey.filled()))?;
+    area.put(&Circle::new((place(0) + 13, y), 5, GREY.filled()))?;
     let ring = circle(40, |sin, cos| {
         (place(0) + 13 + (13.0 * cos) as i32, y + (8.0 * sin) as i32)
     });
-    area.put(&PathElement::new(ring, grey.stroke_width(2)))?;
-    area.put(&TriangleMarker::new((place(2) + 13, y), 7, grey.filled()))?;
+    area.put(&PathElement::new(ring, GREY.stroke_width(2)))?;
+    area.put(&TriangleMarker::new((place(2) + 13, y), 7, GREY.filled()))?;
     for from in [0, 10, 20].map(|dash| place(3) + dash) {
-        line(from, from + 5, grey.stroke_width(1))?;
+        line(from, from + 5, GREY.stroke_width(1))?;
     }
     line(place(4), place(4) + 26, BLACK.stroke_width(2))?;
     area.put(&Cross::new((place(5) + 13, y), 8, BLACK.stroke_width(3)))?;

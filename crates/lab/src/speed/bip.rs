@@ -1,15 +1,15 @@
 //! Filters of motions: time of a step against the error of the predicted end.
 
 use crate::bip::reaches;
-use crate::bip::trajectories::TrainTest;
+use crate::bip::run::{TestRun, follow};
+use crate::bip::trajectories::{TrainTest, TrajectorySet};
 use crate::report::Gap;
 use crate::speed::page::section::{Figure, Section, quoted};
 use hwall_bip::{
-    Bank, BankConfig, Basis, Demonstration, EnsembleConfig, EnsembleFilter, EnsembleUpdate, Filter,
-    FilterConfig, Group, Model, MotionFilter, Observation, TrainingConfig, TuningConfig, tune,
+    Bank, BankConfig, Basis, EnsembleConfig, EnsembleFilter, EnsembleUpdate, Filter, FilterConfig,
+    Group, Model, MotionFilter, TrainingConfig, TuningConfig, tune,
 };
 use hwall_testkit::{ErrorStats, SpeedErrorTable, Timing};
-use std::time::Instant;
 
 /// As in the reference workload.
 const DEMONSTRATIONS: usize = 47;
@@ -20,8 +20,6 @@ const PALM: [usize; 3] = [0, 1, 2];
 const SEEN: f64 = 0.6;
 /// Functions where something else is varied.
 const QUOTED: usize = 8;
-/// Motions are repeated, so that times are those of many steps.
-const REPEATS: usize = 3;
 
 fn training(basis: Basis) -> TrainingConfig {
     TrainingConfig::new(vec![
@@ -31,39 +29,19 @@ fn training(basis: Basis) -> TrainingConfig {
 }
 
 /// Steps of all test motions, and distances of the predicted from the true end of the palm, m.
-struct Run {
-    timing: Timing,
-    errors: ErrorStats,
-}
-
-/// What one filter does over the test motions.
-fn run<F: MotionFilter + Clone>(tests: &[Demonstration], new: &F) -> anyhow::Result<Run> {
+fn run<F: MotionFilter + Clone>(
+    tests: &TrajectorySet,
+    new: &F,
+) -> anyhow::Result<(Timing, ErrorStats)> {
     let observed: Vec<usize> = (0..OBSERVED).collect();
-    let (mut times, mut errors) = (Vec::new(), Vec::new());
-    for repeat in 0..REPEATS {
-        for motion in tests {
-            let mut filter = new.clone();
-            let dt = motion.duration() / (motion.len() - 1) as f64;
-            let seen = (SEEN * motion.len() as f64).ceil() as usize;
-            for k in 0..seen {
-                let clock = Instant::now();
-                filter.predict(dt)?;
-                filter.observe(&Observation::new(&observed, &motion.sample(k)[..OBSERVED]))?;
-                times.push(clock.elapsed().as_nanos() as f64);
-            }
-            if repeat == 0 {
-                let truth = motion.sample(motion.len() - 1);
-                let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
-                filter.predict_at(1.0, &PALM, &mut mean, &mut variance)?;
-                let squares = PALM.map(|d| (mean[d] - truth[d]).powi(2));
-                errors.push(squares.iter().sum::<f64>().sqrt());
-            }
-        }
-    }
-    Ok(Run {
-        timing: Timing::from_samples_ns(times),
-        errors: ErrorStats::from_errors(errors),
-    })
+    let runs = follow(|| new.clone(), true, &observed, 1.0, tests)?;
+    let error = |run: &TestRun| {
+        let seen = (SEEN * run.samples as f64).ceil() as usize;
+        let truth = |d: usize| run.truth[d].unwrap_or(f64::NAN);
+        let off = PALM.map(|d| run.end[seen - 1][d] - truth(d));
+        off.iter().map(|x| x * x).sum::<f64>().sqrt()
+    };
+    Ok((runs.step, runs.tests.iter().map(error).collect()))
 }
 
 /// One prediction and one update of every kind of filter, on synthetic reaches.
@@ -72,10 +50,10 @@ fn run<F: MotionFilter + Clone>(tests: &[Demonstration], new: &F) -> anyhow::Res
 /// Whatever training and filtering refuse.
 pub fn filters(seed: u64) -> anyhow::Result<Section> {
     let TrainTest { train, test } = reaches::sets(seed, DEMONSTRATIONS, TESTS);
-    let (train, tests) = (train.to_demonstrations()?, test.to_demonstrations()?);
+    let (train, tests) = (train.to_demonstrations()?, test);
     let mut table = SpeedErrorTable::new("filters of motions", "setting");
-    let mut add = |method: &str, setting: String, run: &Run, note: String| {
-        table.row(method, setting, run.timing, (run.errors, "m"), note);
+    let mut add = |method: &str, setting: String, run: &(Timing, ErrorStats), note: String| {
+        table.row(method, setting, run.0, (run.1, "m"), note);
     };
     let state = |model: &Model| format!("state {}", 2 + model.rank());
     let plain = FilterConfig::default();
@@ -100,9 +78,9 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
         add("exact filter", setting, &exact, state(&model));
         if count == QUOTED {
             let what = "prediction and update, 18 of 25 values";
-            let median_mm = 1e3 * exact.errors.median;
+            let median_mm = 1e3 * exact.1.median;
             let error = format!("end foreseen to {median_mm:.0} mm (median) at 60 %");
-            summary.push(quoted("bip", what, &exact.timing, error));
+            summary.push(quoted("bip", what, &exact.0, error));
         }
     }
     for rank in [5, 10, 20, 30] {
@@ -131,7 +109,7 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
                 "the same by 8 hypotheses",
                 "recovers from pauses and changes of mind",
             );
-            summary.push(quoted("bip", what, &run.timing, error));
+            summary.push(quoted("bip", what, &run.0, error));
         }
     }
     for (update, name, sizes) in [

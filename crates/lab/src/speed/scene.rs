@@ -1,11 +1,11 @@
 //! Ray casts and closest points: speed against error, by the quality of the hierarchy.
 
 use crate::report::{Gap, titled};
+use crate::speed::page::multiples::{Axis, Line, Panel, Point};
 use crate::speed::page::section::{Figure, Section, batches, median_and_p99, quoted};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_scene::{Bounds, BuildQuality, Scene, Surface, SurfaceId, SurfaceMesh};
-use hwall_stage::figures;
 use hwall_testkit::{
     ErrorStats, Sampler, Timing, format_error, format_ns, time_batches, time_each,
 };
@@ -55,7 +55,7 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
         "closest point",
         "on one surface",
     ];
-    let mut lines = names.map(|name| (name.to_owned(), Vec::new()));
+    let mut lines = names.map(|name| Line::new(name, Vec::new()));
     let m_per_s = |timing: &Timing| format!("{:.2} M/s", 1e3 / timing.median_ns);
     for scene in &scenes {
         let oracle = Oracle::new(scene, seed);
@@ -99,7 +99,8 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
                 continue;
             }
             for (line, timing) in lines.iter_mut().zip([&along, &across, &near, &on_one]) {
-                line.1.push((triangles as f64, timing.median_ns));
+                let point = Point::at(triangles as f64, timing.median_ns);
+                line.points.push(point);
             }
             let quote = |what: &str, timing, error| {
                 let what = format!("{what}, {triangles} triangles");
@@ -118,14 +119,23 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
         ("elsewhere", &format_args!("{ELSEWHERE_M:.0e}")),
         ("table", &table),
     ];
-    let mut section = Section::of(include_str!("text/scene.md"), &gaps, summary)?;
-    if scenes.len() > 1 {
-        let title = "Scene queries at balanced quality: median time against size";
-        section.figure = Figure::new("rays.svg", title, move |path, title| {
-            figures::scaling(path, title, "triangles", &lines)
-        });
-    }
-    Ok(section)
+    let panel = Panel {
+        title: "",
+        axes: [
+            Axis::number("triangles"),
+            Axis::time("median time per call"),
+        ],
+        lines: lines.into(),
+    };
+    let figure = Figure {
+        name: "rays.svg",
+        title: "Scene queries at balanced quality: median time against size",
+        panels: vec![panel],
+    };
+    Ok(Section {
+        figure: (scenes.len() > 1).then_some(figure),
+        ..Section::of(include_str!("text/scene.md"), &gaps, summary)?
+    })
 }
 
 /// Millions of rays a second, all in one call.

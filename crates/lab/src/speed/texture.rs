@@ -1,7 +1,7 @@
 //! Triangles and time against chord error of the released patch.
 
 use crate::report::{Gap, titled};
-use crate::speed::page::multiples::{self, Axis, Line, Panel, Point};
+use crate::speed::page::multiples::{Axis, Line, Panel, Point};
 use crate::speed::page::section::{Figure, Section, quoted};
 use hwall_testkit::{format_ns, time_each};
 use hwall_texton::{ChordSide, Patch, PatchSpec, Tessellation, Texture};
@@ -58,24 +58,26 @@ pub fn tessellation() -> anyhow::Result<Section> {
         sizes.push(Line::new(name, size));
         times.push(Line::new(name, time));
     }
-    let error = Axis::Number("chord error measured, µm");
-    let panels = [
+    let error = Axis::number("chord error measured, µm");
+    let panels = vec![
         Panel {
             title: "Size",
-            axes: [error, Axis::Number("thousand triangles")],
+            axes: [error.clone(), Axis::number("thousand triangles")],
             lines: sizes,
         },
         Panel {
             title: "Time",
-            axes: [error, Axis::Time("time for the mesh")],
+            axes: [error, Axis::time("time for the mesh")],
             lines: times,
         },
     ];
     let title = "Released patch, 2,880 bumps: triangles and time against chord error";
     let gaps: [Gap<'_>; 1] = [("table", &table)];
     Ok(Section {
-        figure: Figure::new("speed_texton_mesh.svg", title, move |path, title| {
-            multiples::draw(path, title, &panels)
+        figure: Some(Figure {
+            name: "speed_texton_mesh.svg",
+            title,
+            panels,
         }),
         ..Section::of(include_str!("text/texture.md"), &gaps, summary)?
     })

@@ -54,9 +54,9 @@ pub fn write(
     let texts: String = sections.iter().map(|s| s.text.clone() + "\n").collect();
     let sets: Vec<_> = sections.into_iter().flat_map(|s| s.sets).collect();
     let mut adapting = sets.iter().filter_map(|(name, scores)| {
-        let adapting = scores.iter().find_map(|s| s.adapting.as_ref())?;
-        let enough = adapting.told.reaches.len() >= LEAST_FOR_A_CURVE;
-        let curve = tables::curve(adapting);
+        let (s, told) = scores.iter().find_map(|s| Some((s, s.told.as_ref()?)))?;
+        let enough = told.reaches.len() >= LEAST_FOR_A_CURVE;
+        let curve = tables::curve(&s.alone, told);
         enough.then(|| {
             format!("\n### What touches teach: {name}\n\n30 to 90 % of the time.\n\n{curve}")
         })

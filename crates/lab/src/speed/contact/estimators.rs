@@ -5,7 +5,7 @@ use crate::contact::run::{first_learnt, run};
 use crate::contact::scores::Scores;
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
 use crate::report::{Gap, titled};
-use crate::speed::page::multiples::{self, Axis, Line, Panel, Point};
+use crate::speed::page::multiples::{Axis, Line, Panel, Point};
 use crate::speed::page::section::{Figure, Section, median_and_p99, quoted};
 use anyhow::Context;
 use hwall_contact::score::Moment;
@@ -50,9 +50,7 @@ fn pooled(candidate: &Candidate, worlds: &[Vec<LabelledReach>]) -> anyhow::Resul
         match &mut pooled {
             None => pooled = Some(scores),
             Some(pooled) => {
-                for (all, more) in pooled.errors.iter_mut().zip(scores.errors) {
-                    all.extend(more);
-                }
+                pooled.alone.reaches.extend(scores.alone.reaches);
                 pooled.step_us.extend(scores.step_us);
             }
         }
@@ -99,11 +97,11 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
         let what = "where and when a reach ends, 47 demonstrations";
         summary = vec![quoted("contact", what, &timing, error)];
     }
-    let panels = [Panel {
+    let panels = vec![Panel {
         title: "",
         axes: [
-            Axis::Number("median error, mm"),
-            Axis::Time("time per sample: median (dot) to p99 (bar)"),
+            Axis::number("median error, mm"),
+            Axis::time("time per sample: median (dot) to p99 (bar)"),
         ],
         lines,
     }];
@@ -117,8 +115,10 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
         ("table", &table),
     ];
     Ok(Section {
-        figure: Figure::new("contact_estimators.svg", title, move |path, title| {
-            multiples::draw(path, title, &panels)
+        figure: Some(Figure {
+            name: "contact_estimators.svg",
+            title,
+            panels,
         }),
         ..Section::of(include_str!("../text/estimators.md"), &gaps, summary)?
     })

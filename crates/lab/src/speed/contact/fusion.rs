@@ -6,7 +6,7 @@ use crate::rooms::room::Room;
 use crate::rooms::scores::{TouchPredictions, summary};
 use crate::rooms::setting::counted_surfaces;
 use crate::speed::contact::estimators::{AT, SHARES};
-use crate::speed::page::multiples::{self, Axis, Line, Panel, Point};
+use crate::speed::page::multiples::{Axis, Line, Panel, Point};
 use crate::speed::page::section::{Figure, Section, median_and_p99, quoted};
 use hwall_contact::score::Moment;
 use hwall_contact::{Combination, FusedConfig, FusedPredictor, LearnedConfig, LearnedModel};
@@ -114,16 +114,16 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             surprises.push(Line::new(counted_surfaces(count), of_surface));
         }
     }
-    let time = Axis::Time("median time of a prediction");
-    let panels = [
+    let time = Axis::time("median time of a prediction");
+    let panels = vec![
         Panel {
             title: "point, at 70 % of the time",
-            axes: [time, Axis::Number("median error, mm")],
+            axes: [time.clone(), Axis::number("median error, mm")],
             lines: points,
         },
         Panel {
             title: "surface, at 50, 70 and 90 % of the time",
-            axes: [time, Axis::Number("log score")],
+            axes: [time, Axis::number("log score")],
             lines: surprises,
         },
     ];
@@ -136,8 +136,10 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
         ("table", &table),
     ];
     Ok(Section {
-        figure: Figure::new("contact_fusion.svg", title, move |path, title| {
-            multiples::draw(path, title, &panels)
+        figure: Some(Figure {
+            name: "contact_fusion.svg",
+            title,
+            panels,
         }),
         ..Section::of(include_str!("../text/fusion.md"), &gaps, summary_rows)?
     })

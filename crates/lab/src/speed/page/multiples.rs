@@ -2,7 +2,7 @@
 
 use crate::report::figure::{Area, Axes, Draw, Plot, USUAL, figure};
 use hwall_stage::figures::{COLOURS, TEXT, legend};
-use hwall_testkit::format_ns;
+use hwall_testkit::{SpeedErrorRow, format_ns};
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -27,13 +27,11 @@ pub struct Panel {
     pub lines: Vec<Line>,
 }
 
-/// What is along an axis, and how its ticks are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    /// Nanoseconds, written with the unit that suits.
-    Time(&'static str),
-    /// Plain numbers; the unit is in the name.
-    Number(&'static str),
+/// What is along an axis with its unit, and how its ticks are written.
+#[derive(Clone)]
+pub struct Axis {
+    name: String,
+    tick: fn(f64) -> String,
 }
 
 /// A named line.
@@ -56,31 +54,65 @@ pub struct Point {
 }
 
 impl Axis {
-    fn name(self) -> &'static str {
-        let (Self::Time(name) | Self::Number(name)) = self;
-        name
+    /// Nanoseconds, written with the unit that suits.
+    pub fn time(name: &str) -> Self {
+        let name = name.to_owned();
+        let tick = |ns| format_ns(ns).replace(".00", "").replace(".0", "");
+        Self { name, tick }
     }
 
-    fn tick(self, value: f64) -> String {
-        match self {
-            Self::Time(_) => format_ns(value).replace(".00", "").replace(".0", ""),
-            // Enough digits to tell ticks apart, and no more.
-            Self::Number(_) => format!("{}", (value * 1e4).round() / 1e4),
-        }
+    /// Plain numbers: enough digits to tell ticks apart, and no more.
+    pub fn number(name: &str) -> Self {
+        let name = name.to_owned();
+        let tick = |value: f64| format!("{}", (value * 1e4).round() / 1e4);
+        Self { name, tick }
     }
 
     /// Ticks of a logarithmic axis: decades, and 2 and 5 between them where there is room.
     fn ticks(low: f64, high: f64) -> Vec<f64> {
-        let steps: &[f64] = match (high / low).log10() {
-            d if d > 2.0 => &[1.0],
-            d if d > 0.7 => &[1.0, 2.0, 5.0],
-            _ => &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
+        let (every, steps): (i32, &[f64]) = match (high / low).log10() {
+            d if d > 8.0 => (3, &[1.0]),
+            d if d > 2.0 => (1, &[1.0]),
+            d if d > 0.7 => (1, &[1.0, 2.0, 5.0]),
+            _ => (1, &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0]),
         };
         let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
         decades
+            .filter(|d| d % every == 0)
             .flat_map(|d| steps.iter().map(move |s| s * 10f64.powi(d)))
             .filter(|t| (low..=high).contains(t))
             .collect()
+    }
+}
+
+/// Errors at or below this are drawn at it: a logarithmic axis has no zero.
+const SMALLEST_ERROR: f64 = 1e-17;
+
+impl Panel {
+    /// Median time up to p99 over the largest error in a unit, a line for each method.
+    pub fn of_errors(unit: &str, rows: &[SpeedErrorRow]) -> Self {
+        let mut lines: Vec<Line> = Vec::new();
+        for row in rows {
+            let error = row.errors.max.max(SMALLEST_ERROR);
+            let point = Point {
+                up_to: Some(row.p99_ns),
+                ..Point::at(error, row.median_ns)
+            };
+            match lines.iter_mut().find(|line| line.name == row.method) {
+                Some(line) => line.points.push(point),
+                None => lines.push(Line::new(&row.method, vec![point])),
+            }
+        }
+        let error = Axis {
+            name: format!("largest error, {unit}"),
+            tick: |error| format!("{error:.0e}"),
+        };
+        let time = Axis::time("time per call: median (dot) to p99 (bar)");
+        Self {
+            title: "",
+            axes: [error, time],
+            lines,
+        }
     }
 }
 
@@ -149,11 +181,11 @@ impl Panel {
             let ticks = Axis::ticks(low, high);
             (low..high).log_scale().with_key_points(ticks)
         };
-        let [x_axis, y_axis] = self.axes;
+        let [x_axis, y_axis] = &self.axes;
         let axes = Axes {
             title: self.title,
-            names: [x_axis.name(), y_axis.name()],
-            formats: [Some(&|x| x_axis.tick(*x)), Some(&|y| y_axis.tick(*y))],
+            names: [&x_axis.name, &y_axis.name],
+            formats: [Some(&|x| (x_axis.tick)(*x)), Some(&|y| (y_axis.tick)(*y))],
             labels: [64, 42],
             margin: 8,
             text: [TEXT, SMALL],

@@ -1,7 +1,7 @@
 //! One table of docs/SPEED-AGAINST-ERROR.md: its text, its figure, and what the summary quotes of it.
 
 use crate::report::{Gap, fill, titled};
-use hwall_stage::figures;
+use crate::speed::page::multiples::{self, Panel};
 use hwall_testkit::{MarkdownTable, SpeedErrorTable, Timing, format_ns, time_batches};
 use std::path::Path;
 
@@ -96,36 +96,26 @@ impl Calls {
     }
 }
 
-/// A picture beside a table.
+/// A picture beside a table: panels side by side.
 pub struct Figure {
-    name: &'static str,
-    title: &'static str,
-    draw: Box<Draw>,
+    pub(in crate::speed) name: &'static str,
+    pub(in crate::speed) title: &'static str,
+    pub(in crate::speed) panels: Vec<Panel>,
 }
 
-/// Draws into a file, with a title.
-type Draw = dyn Fn(&Path, &str) -> anyhow::Result<()>;
-
 impl Figure {
-    pub(in crate::speed) fn new(
-        name: &'static str,
-        title: &'static str,
-        draw: impl Fn(&Path, &str) -> anyhow::Result<()> + 'static,
-    ) -> Option<Self> {
-        let draw = Box::new(draw);
-        Some(Self { name, title, draw })
-    }
-
     /// Time over error, in a unit.
     pub(in crate::speed) fn speed_error(
         name: &'static str,
         title: &'static str,
-        unit: &'static str,
+        unit: &str,
         table: &SpeedErrorTable,
     ) -> Option<Self> {
-        let rows = table.rows().to_vec();
-        Self::new(name, title, move |path, title| {
-            figures::speed_error(path, title, unit, &rows)
+        let panels = vec![Panel::of_errors(unit, table.rows())];
+        Some(Self {
+            name,
+            title,
+            panels,
         })
     }
 
@@ -134,7 +124,7 @@ impl Figure {
     /// # Errors
     /// A file that cannot be written.
     pub fn draw(&self, folder: &Path) -> anyhow::Result<()> {
-        (self.draw)(&folder.join(self.name), self.title)
+        multiples::draw(&folder.join(self.name), self.title, &self.panels)
     }
 
     /// The Markdown that shows it.
