@@ -331,12 +331,12 @@ fn numbers_in_names_become_ids_only_where_all_differ() {
 #[test]
 fn steps_follow_the_time_stamps() {
     let timed = folder("timed", &[("a.csv", "t,x\n5,0\n5.1,1\n5.4,2\n5.5,3\n")]);
-    let set = trajectories::read(&timed, trajectories::Part::All).unwrap();
+    let set = trajectories::read(&timed, "").unwrap();
     let steps = set.trajectories[0].steps(9.0);
     for (got, want) in steps.iter().zip([0.1, 0.1, 0.3, 0.1]) {
         assert!((got - want).abs() < 1e-12, "{steps:?}");
     }
-    let set = trajectories::read(&good("steps"), trajectories::Part::All).unwrap();
+    let set = trajectories::read(&good("steps"), "").unwrap();
     assert_eq!(set.trajectories[0].steps(9.0), [1.0; 3]);
 }
 

@@ -258,7 +258,7 @@ fn a_real_recording_becomes_motions_of_what_it_holds() {
     let folder = folder("real");
     std::fs::create_dir_all(&folder).unwrap();
     files::write_motions(&folder, &train, Part::Train).unwrap();
-    let read = trajectories::read(&folder, trajectories::Part::All).unwrap();
+    let read = trajectories::read(&folder, "").unwrap();
     assert_eq!(read.columns, train.columns);
     assert_eq!(read.trajectories[0].rows, train.trajectories[0].rows);
 }

@@ -8,7 +8,7 @@ use hwall_contact::{
 };
 use hwall_hand::{GazeFilter, HandFilter, HandFilterConfig, LabelledReach};
 use hwall_lab::rooms::contenders::{Contender, SharedTraining};
-use hwall_lab::rooms::people::{Condition, StudySize, people, predictions};
+use hwall_lab::rooms::people::{Condition, StudySize, Telling, people, predictions};
 use hwall_lab::rooms::registration::{self, Displaced};
 use hwall_lab::rooms::room::Room;
 use hwall_lab::rooms::scores::{TouchPredictions, summary};
@@ -45,7 +45,8 @@ impl Setting {
 
     fn predictions(&self, mut contender: Contender) -> Vec<TouchPredictions> {
         let predictor = contender.predictor.as_mut();
-        predictions(predictor, &self.room, &self.participants).unwrap()
+        let nothing = Telling::Nothing;
+        predictions(predictor, &self.room, &self.participants, nothing).unwrap()
     }
 }
 
@@ -75,7 +76,8 @@ fn all_evidence_beats_each_alone_at_seventy_percent() {
     println!("{cast:?}\n{led:?}\n{regression:?}\n{fused:?}");
     assert!(all[3].len() > 80);
     assert!(fused.right >= 0.99 && fused.missed == 0.0);
-    assert!(fused.median_m < led.median_m.min(regression.median_m).min(0.02));
+    let [median_m, led_m, regression_m] = [fused, led, regression].map(|s| s.points.median_m);
+    assert!(median_m < led_m.min(regression_m).min(0.02));
     assert!(fused.right >= cast.right.max(regression.right));
     // Right for good a quarter of a second earlier than the ray cast, on the median.
     let mut gained_s: Vec<f64> = all[3]
@@ -171,7 +173,7 @@ fn regions_hold_what_they_say_at_every_moment() {
     for share in MOMENTS {
         let [learnt, normal] =
             [&learnt, &normal].map(|touches| summary(touches, Moment::Share(share)));
-        assert_eq!(learnt.median_m, normal.median_m);
+        assert_eq!(learnt.points.median_m, normal.points.median_m);
         let [learnt, normal] = [learnt, normal].map(|s| s.within.unwrap());
         println!("{share}: {learnt:?}, normal {normal:?}");
         for (k, stated) in REGION_SHARES.into_iter().enumerate() {

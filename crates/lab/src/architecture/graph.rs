@@ -1,33 +1,30 @@
-//! Crates, and who uses whom.
+//! The crates as their manifests describe them, and who uses whom.
 
+use anyhow::{Context, ensure};
+use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
-/// What a crate is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CrateKind {
-    /// A library that stands alone.
-    Published,
-    /// The library that composes the others.
-    Product,
-    /// Serves the project only.
-    Unpublished,
-    /// Unpublished, and used by tests and reports everywhere: drawn without arrows.
-    TestKit,
-}
+/// The package that composes the others; the names of the others begin with it and a dash.
+const PRODUCT: &str = "hwall";
+/// Tests and reports everywhere use it: neither it nor these arrows are drawn.
+const TEST_KIT: &str = "hwall-testkit";
+/// Packages of tests and command lines, beside `crates/`: their dev-dependencies count, they have no others.
+const BESIDE: [&str; 2] = ["examples", "tests"];
 
 /// A crate of the workspace.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CrateNode {
+pub struct Crate {
     /// Its name without the prefix of the workspace.
     pub name: String,
     /// What it is, in a few words.
     pub about: String,
-    /// What it is for.
-    pub kind: CrateKind,
+    /// `product`, `published` or `unpublished`: its class in the picture.
+    pub class: &'static str,
 }
 
 /// One crate uses another; both are indices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Use {
     /// Who uses.
     pub from: usize,
@@ -37,48 +34,102 @@ pub struct Use {
     pub optional: bool,
 }
 
-/// All of them.
+/// All crates, and who uses whom.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CrateGraph {
     /// The crates, by name.
-    pub nodes: Vec<CrateNode>,
+    pub crates: Vec<Crate>,
     /// In order.
     pub uses: Vec<Use>,
 }
 
+#[derive(Deserialize)]
+struct Manifest {
+    package: Package,
+    #[serde(default)]
+    dependencies: BTreeMap<String, toml::Value>,
+    #[serde(default, rename = "dev-dependencies")]
+    dev_dependencies: BTreeMap<String, toml::Value>,
+}
+
+#[derive(Deserialize)]
+struct Package {
+    name: String,
+    #[serde(default)]
+    description: String,
+    publish: Option<bool>,
+}
+
+/// Reads `crates/*`, `examples` and `tests` below the root of the project.
+///
+/// # Errors
+/// A manifest that cannot be read.
+pub fn read(root: &Path) -> anyhow::Result<CrateGraph> {
+    let folder = root.join("crates");
+    let context = || folder.display().to_string();
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(&folder)
+        .with_context(context)?
+        .map(|entry| entry.map(|entry| entry.path().join("Cargo.toml")))
+        .collect::<Result<_, _>>()
+        .with_context(context)?;
+    paths.retain(|path| path.is_file());
+    paths.extend(BESIDE.map(|name| root.join(name).join("Cargo.toml")));
+    let mut manifests = Vec::new();
+    for path in paths {
+        let context = || path.display().to_string();
+        let text = std::fs::read_to_string(&path).with_context(context)?;
+        let manifest: Manifest = toml::from_str(&text).with_context(context)?;
+        manifests.push(manifest);
+    }
+    manifests.retain(|manifest| manifest.package.name != TEST_KIT);
+    manifests.sort_by(|a, b| a.package.name.cmp(&b.package.name));
+    ensure!(!manifests.is_empty(), "{}: no crates", folder.display());
+    Ok(CrateGraph::of(&manifests))
+}
+
 impl CrateGraph {
-    /// The same without the arrows for which a longer way says the same: a way without options, unless the arrow is one.
-    pub fn reduced(&self) -> Self {
-        let says_more = |arrow: &&Use| {
-            let others = self.uses.iter().filter(|other| {
-                (other.from, other.to) != (arrow.from, arrow.to)
-                    && (arrow.optional || !other.optional)
-            });
-            let mut after: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-            for other in others {
-                after.entry(other.from).or_default().push(other.to);
+    fn of(manifests: &[Manifest]) -> Self {
+        let crates: Vec<Crate> = manifests.iter().map(|m| Crate::of(&m.package)).collect();
+        let mut uses = Vec::new();
+        for (from, manifest) in manifests.iter().enumerate() {
+            let used = match BESIDE.contains(&crates[from].name.as_str()) {
+                true => &manifest.dev_dependencies,
+                false => &manifest.dependencies,
+            };
+            for (to, other) in manifests.iter().enumerate() {
+                if let Some(dependency) = used.get(&other.package.name) {
+                    let optional = dependency.get("optional").and_then(toml::Value::as_bool);
+                    let optional = optional.unwrap_or(false);
+                    uses.push(Use { from, to, optional });
+                }
             }
-            let (mut seen, mut open) = (vec![false; self.nodes.len()], vec![arrow.from]);
+        }
+        Self { crates, uses }
+    }
+
+    /// The arrows for which no longer way says the same: a way without options, unless the arrow is one.
+    pub fn needed(&self) -> impl Iterator<Item = Use> {
+        let says_more = |arrow: &&Use| {
+            let (mut seen, mut open) = (vec![false; self.crates.len()], vec![arrow.from]);
             while let Some(node) = open.pop() {
-                for &next in after.get(&node).into_iter().flatten() {
-                    if !std::mem::replace(&mut seen[next], true) {
-                        open.push(next);
+                let onward = |other: &&Use| {
+                    other.from == node && other != arrow && (arrow.optional || !other.optional)
+                };
+                for other in self.uses.iter().filter(onward) {
+                    if !std::mem::replace(&mut seen[other.to], true) {
+                        open.push(other.to);
                     }
                 }
             }
             !seen[arrow.to]
         };
-        Self {
-            nodes: self.nodes.clone(),
-            uses: self.uses.iter().filter(says_more).copied().collect(),
-        }
+        self.uses.iter().filter(says_more).copied()
     }
 
     /// The layer of each crate, from 0 for those that use nothing: one above the highest that it uses. `None` for a circle.
     pub fn layers(&self) -> Option<Vec<usize>> {
-        let count = self.nodes.len();
-        let mut layers = vec![0; count];
-        for _ in 0..=count {
+        let mut layers = vec![0; self.crates.len()];
+        for _ in 0..=layers.len() {
             let mut settled = true;
             for arrow in &self.uses {
                 let least = layers[arrow.to] + 1;
@@ -90,5 +141,79 @@ impl CrateGraph {
             }
         }
         None
+    }
+}
+
+impl Crate {
+    fn of(package: &Package) -> Self {
+        let rest = package.name.strip_prefix(PRODUCT);
+        let short = rest.and_then(|rest| rest.strip_prefix('-'));
+        // What stands behind a colon is detail.
+        let about = package.description.split(": ").next().unwrap_or_default();
+        Self {
+            name: short.unwrap_or(&package.name).to_owned(),
+            about: about.to_owned(),
+            class: match package.publish {
+                _ if package.name == PRODUCT => "product",
+                Some(false) => "unpublished",
+                _ => "published",
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_crates_of_this_project_are_read() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let graph = read(&root).unwrap();
+        let index = |name: &str| graph.crates.iter().position(|c| c.name == name);
+        let used = |from: &str, to: &str| {
+            let (from, to) = (index(from).unwrap(), index(to).unwrap());
+            let arrow = graph.uses.iter().find(|u| (u.from, u.to) == (from, to));
+            arrow.map(|arrow| arrow.optional)
+        };
+        for (name, class) in [
+            ("hwall", "product"),
+            ("lab", "unpublished"),
+            ("motion", "published"),
+        ] {
+            assert_eq!(graph.crates[index(name).unwrap()].class, class);
+        }
+        assert_eq!(used("geometry", "numeric"), Some(false));
+        assert_eq!(used("hwall", "sim"), Some(true));
+        assert_eq!(used("numeric", "geometry"), None);
+        assert_eq!(used("examples", "stage"), Some(false));
+        assert_eq!(index("testkit"), None);
+    }
+
+    #[test]
+    fn an_arrow_stays_unless_a_longer_way_says_the_same() {
+        let node = |name: &str| Crate {
+            name: name.to_owned(),
+            about: String::new(),
+            class: "published",
+        };
+        let arrow = |from, to, optional| Use { from, to, optional };
+        let mut graph = CrateGraph {
+            crates: ["a", "b", "c", "d"].map(node).to_vec(),
+            uses: vec![
+                arrow(0, 1, false),
+                arrow(0, 2, false),
+                arrow(1, 2, false),
+                arrow(1, 3, true),
+                arrow(0, 3, false),
+                arrow(2, 3, true),
+            ],
+        };
+        let kept: Vec<_> = graph.needed().map(|u| (u.from, u.to)).collect();
+        // 1 -> 3 is optional and may go by 2; 0 -> 3 is not.
+        assert_eq!(kept, [(0, 1), (1, 2), (0, 3), (2, 3)]);
+        assert_eq!(graph.layers(), Some(vec![3, 2, 1, 0]));
+        graph.uses.push(arrow(3, 0, false));
+        assert_eq!(graph.layers(), None);
     }
 }

@@ -2,10 +2,6 @@
 
 mod drawing;
 mod graph;
-mod layout;
-mod manifests;
 
 pub use drawing::svg;
-pub use graph::{CrateGraph, CrateKind, CrateNode, Use};
-pub use layout::{Layout, Place};
-pub use manifests::read;
+pub use graph::{Crate, CrateGraph, Use, read};

@@ -1,7 +1,8 @@
 //! Readers of binary files: maps, atlases, meshes, pictures. Checksums are made right again, for they are against
 //! accidents only.
 
-use super::{Target, judged, promise};
+use super::{Reader, judged, promise};
+use crc::{CRC_32_ISO_HDLC, Crc};
 use glam::DVec3;
 use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_arrival::{Atlas, AtlasConfig, BoardExtent};
@@ -15,16 +16,17 @@ use std::path::PathBuf;
 /// Bytes before the body of a map or an atlas, and of the checksum behind it.
 const HEADER: usize = 18;
 const CHECKSUM: usize = 4;
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-pub(super) fn map() -> anyhow::Result<Target> {
-    Ok(Target::new("map", vec![small_map()?], read_map))
+pub(super) fn map() -> anyhow::Result<Reader> {
+    Reader::new(vec![small_map()?], read_map)
 }
 
-pub(super) fn atlas() -> anyhow::Result<Target> {
-    Ok(Target::new("atlas", vec![small_atlas()?], read_atlas))
+pub(super) fn atlas() -> anyhow::Result<Reader> {
+    Reader::new(vec![small_atlas()?], read_atlas)
 }
 
-pub(super) fn stl() -> anyhow::Result<Target> {
+pub(super) fn stl() -> anyhow::Result<Reader> {
     let path = scratch("a.stl")?;
     let mesh = TriangleMesh::new(
         vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -35,19 +37,15 @@ pub(super) fn stl() -> anyhow::Result<Target> {
         mesh.write_stl(&path, format)?;
         meshes.push(std::fs::read(&path)?);
     }
-    Ok(Target::new("stl", meshes, move |bytes| {
-        read_stl(&path, bytes)
-    }))
+    Reader::new(meshes, move |bytes| read_stl(&path, bytes))
 }
 
-pub(super) fn exr() -> anyhow::Result<Target> {
+pub(super) fn exr() -> anyhow::Result<Reader> {
     let path = scratch("a.exr")?;
     let heights = (0..64).map(|i| 0.01 * i as f32).collect();
     HeightField::new(8, 0.1, heights)?.write_exr(&path)?;
     let picture = std::fs::read(&path)?;
-    Ok(Target::new("exr", vec![picture], move |bytes| {
-        read_exr(&path, bytes)
-    }))
+    Reader::new(vec![picture], move |bytes| read_exr(&path, bytes))
 }
 
 /// A file in a folder of this process: these readers want a path.
@@ -60,27 +58,15 @@ pub(super) fn scratch(name: &str) -> anyhow::Result<PathBuf> {
 /// Length and checksum made right.
 fn sealed(bytes: &[u8]) -> Vec<u8> {
     let mut sealed = bytes.to_vec();
-    let Some(end) = bytes
-        .len()
-        .checked_sub(CHECKSUM)
-        .filter(|end| *end >= HEADER)
-    else {
+    let end = bytes.len().saturating_sub(CHECKSUM);
+    if end < HEADER {
         return sealed;
-    };
+    }
     let length = (end - HEADER) as u64;
     sealed[10..HEADER].copy_from_slice(&length.to_le_bytes());
-    let sum = crc32(&sealed[..end]);
+    let sum = CRC.checksum(&sealed[..end]);
     sealed[end..].copy_from_slice(&sum.to_le_bytes());
     sealed
-}
-
-/// CRC-32 as in ISO 3309, bit by bit.
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(u32::MAX, |sum, byte| {
-        (0..8).fold(sum ^ u32::from(*byte), |sum, _| {
-            (sum >> 1) ^ (0xEDB8_8320 & (sum & 1).wrapping_neg())
-        })
-    })
 }
 
 fn small_map() -> anyhow::Result<Vec<u8>> {
@@ -178,21 +164,9 @@ fn read_exr(path: &PathBuf, bytes: &[u8]) -> Verdict {
     if std::fs::write(path, bytes).is_err() {
         return Verdict::Broken("no place for the file".to_owned());
     }
-    judged(
-        HeightField::read_exr(path, &HeightSource::default()),
-        |field| {
-            let finite = field.heights_mm().iter().all(|z| z.is_finite());
-            promise(finite, "a height that is not finite")
-        },
-    )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_checksum_is_that_of_the_standard() {
-        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
-    }
+    let read = HeightField::read_exr(path, &HeightSource::default());
+    judged(read, |field| {
+        let finite = field.heights_mm().iter().all(|z| z.is_finite());
+        promise(finite, "a height that is not finite")
+    })
 }

@@ -13,46 +13,38 @@ use anyhow::bail;
 use hwall_testkit::{AttackReport, Verdict, attack};
 use std::path::PathBuf;
 
-/// Reads an input and checks what was read.
-type Read = Box<dyn Fn(&[u8]) -> Verdict>;
-
 /// What is attacked.
 pub struct Target {
     /// Name on the command line.
     pub name: &'static str,
-    kind: Kind,
+    /// `None`: the control loop, disturbed.
+    reader: Option<Reader>,
 }
 
-enum Kind {
-    /// A reader, what it promises, and inputs that it accepts.
-    Reader { good: Vec<Vec<u8>>, read: Read },
-    /// The control loop, disturbed.
-    Loop,
+/// A reader, what it promises, and inputs that it accepts.
+struct Reader {
+    good: Vec<Vec<u8>>,
+    read: Box<Read>,
+}
+
+/// Reads an input and checks what was read.
+type Read = dyn Fn(&[u8]) -> Verdict;
+
+impl Reader {
+    fn new(good: Vec<Vec<u8>>, read: impl Fn(&[u8]) -> Verdict + 'static) -> anyhow::Result<Self> {
+        let read = Box::new(read);
+        Ok(Self { good, read })
+    }
 }
 
 impl Target {
-    fn new(
-        name: &'static str,
-        good: Vec<Vec<u8>>,
-        read: impl Fn(&[u8]) -> Verdict + 'static,
-    ) -> Self {
-        Self {
-            name,
-            kind: Kind::Reader {
-                good,
-                read: Box::new(read),
-            },
-        }
-    }
-
     /// Gives a reader that many hostile inputs, or disturbs the loop in that many runs.
     ///
     /// # Errors
     /// A good input that is not accepted: the attack would prove nothing. A loop that cannot be set up.
     pub fn attack(&self, inputs: u64, runs: u64, seed: u64) -> anyhow::Result<AttackReport> {
-        let (good, read) = match &self.kind {
-            Kind::Reader { good, read } => (good, read),
-            Kind::Loop => return random::attack(runs, seed),
+        let Some(Reader { good, read }) = &self.reader else {
+            return random::attack(runs, seed);
         };
         for good in good {
             if read(good) != Verdict::Accepted {
@@ -63,62 +55,47 @@ impl Target {
     }
 }
 
-/// Names of the readers, and of what is no reader.
-const NAMES: [&str; 14] = [
-    "scene",
-    "hand",
-    "urdf",
-    "study",
-    "log",
-    "calibration",
-    "model",
-    "regions",
-    "map",
-    "atlas",
-    "stl",
-    "exr",
-    "session",
-    LOOP,
+/// The readers; some inputs to begin with take time to make.
+const READERS: [(&str, fn() -> anyhow::Result<Reader>); 13] = [
+    ("scene", text::scene),
+    ("hand", text::hand),
+    ("urdf", text::urdf),
+    ("study", text::study),
+    ("log", study_log::log),
+    ("calibration", text::calibration),
+    ("model", text::model),
+    ("regions", text::regions),
+    ("map", binary::map),
+    ("atlas", binary::atlas),
+    ("stl", binary::stl),
+    ("exr", binary::exr),
+    ("session", session::session),
 ];
 
 /// Name of the control loop among them.
 pub const LOOP: &str = "loop";
 
-/// All readers, or the one of this name.
+/// All readers and the loop, or the one of this name.
 ///
 /// # Errors
 /// No reader of that name; an input to begin with that cannot be made.
 pub fn targets(name: &str) -> anyhow::Result<Vec<Target>> {
-    if name == "all" {
-        return NAMES.into_iter().map(target).collect();
+    let mut targets = Vec::new();
+    for (own, reader) in READERS {
+        if [own, "all"].contains(&name) {
+            let reader = Some(reader()?);
+            targets.push(Target { name: own, reader });
+        }
     }
-    Ok(vec![target(name)?])
-}
-
-fn target(name: &str) -> anyhow::Result<Target> {
-    Ok(match name {
-        "scene" => text::scene(),
-        "hand" => text::hand(),
-        "urdf" => text::urdf(),
-        "study" => text::study(),
-        "log" => study_log::log()?,
-        "calibration" => text::calibration(),
-        "model" => text::model(),
-        "regions" => text::regions()?,
-        "map" => binary::map()?,
-        "atlas" => binary::atlas()?,
-        "stl" => binary::stl()?,
-        "exr" => binary::exr()?,
-        "session" => session::session()?,
-        LOOP => Target {
-            name: LOOP,
-            kind: Kind::Loop,
-        },
-        _ => bail!(
-            "--reader {name}: expected all or one of {}",
-            NAMES.join(", ")
-        ),
-    })
+    if [LOOP, "all"].contains(&name) {
+        let (name, reader) = (LOOP, None);
+        targets.push(Target { name, reader });
+    }
+    if targets.is_empty() {
+        let names = READERS.map(|(name, _)| name).join(", ");
+        bail!("--reader {name}: expected all or one of {names}, {LOOP}");
+    }
+    Ok(targets)
 }
 
 /// One run of the control loop once more, with the others on its arm.
@@ -172,5 +149,17 @@ fn judged<T, E>(read: Result<T, E>, check: impl FnOnce(T) -> Result<(), String>)
         Err(_) => Verdict::Refused,
         Ok(Ok(())) => Verdict::Accepted,
         Ok(Err(what)) => Verdict::Broken(what),
+    }
+}
+
+/// The same about a text.
+fn judged_text<T, E>(
+    bytes: &[u8],
+    read: impl FnOnce(&str) -> Result<T, E>,
+    check: impl FnOnce(T) -> Result<(), String>,
+) -> Verdict {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => judged(read(text), check),
+        Err(_) => Verdict::Refused,
     }
 }

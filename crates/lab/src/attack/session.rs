@@ -1,7 +1,7 @@
 //! Recordings of sessions. Checksums of chunks are taken away, for they are against accidents only.
 
 use super::binary::scratch;
-use super::{Target, judged, promise};
+use super::{Reader, judged, promise};
 use glam::DVec3;
 use hwall::geometry::Pose;
 use hwall::hand::HandFrame;
@@ -22,8 +22,8 @@ const HEAD: usize = 9;
 const CHUNK: u8 = 6;
 const SUM_AT: usize = 24;
 
-pub(super) fn session() -> anyhow::Result<Target> {
-    Ok(Target::new("session", vec![small_recording()?], read))
+pub(super) fn session() -> anyhow::Result<Reader> {
+    Reader::new(vec![small_recording()?], read)
 }
 
 /// One run of a few cycles, with everything that a recording may hold.

@@ -1,7 +1,8 @@
 //! Logs of studies. Their checksums are made right again, for they are against accidents only.
 
 use super::binary::scratch;
-use super::{Target, judged, promise};
+use super::{Reader, judged, promise};
+use crc::{CRC_32_ISCSI, Crc};
 use hwall_study::{
     Answer, Durability, EventLog, NextStep, Participants, Presentation, Procedure, Protocol,
     Rendered, Study, StudyError, StudyFactor, StudyReport, write_attempts, write_trials,
@@ -13,16 +14,13 @@ use std::path::Path;
 const HEAD: usize = 9;
 /// The checksum before the first line.
 const START: u32 = 0x4857_0001;
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
-pub(super) fn log() -> anyhow::Result<Target> {
+pub(super) fn log() -> anyhow::Result<Reader> {
     let magnitude = protocol(Procedure::Magnitude, &["0", "90"]);
     let staircase = protocol(Procedure::Staircase, &["10", "30", "60", "90"]);
     let good = [magnitude, staircase].into_iter().map(whole_log);
-    Ok(Target::new(
-        "log",
-        good.collect::<anyhow::Result<_>>()?,
-        read,
-    ))
+    Reader::new(good.collect::<anyhow::Result<_>>()?, read)
 }
 
 fn protocol(procedure: Procedure, levels: &[&str]) -> Protocol {
@@ -92,21 +90,15 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
             sealed.extend_from_slice(line);
             continue;
         };
-        sum = crc32c(sum.to_le_bytes().iter().chain(json));
+        let mut digest = CRC.digest();
+        digest.update(&sum.to_le_bytes());
+        digest.update(json);
+        sum = digest.finalize();
         sealed.extend_from_slice(format!("{sum:08x} ").as_bytes());
         sealed.extend_from_slice(json);
         sealed.extend_from_slice(feed);
     }
     sealed
-}
-
-/// CRC-32C as in RFC 3720, bit by bit.
-fn crc32c<'a>(bytes: impl Iterator<Item = &'a u8>) -> u32 {
-    !bytes.fold(u32::MAX, |sum, byte| {
-        (0..8).fold(sum ^ u32::from(*byte), |sum, _| {
-            (sum >> 1) ^ (0x82f6_3b78 & (0_u32.wrapping_sub(sum & 1)))
-        })
-    })
 }
 
 fn read(bytes: &[u8]) -> Verdict {
@@ -118,22 +110,13 @@ fn read(bytes: &[u8]) -> Verdict {
     judged(record(), |(study, events)| {
         promise(study.trials.len() <= events, "more trials than events")?;
         let numbers = study.trials.iter().filter_map(|trial| trial.answer);
-        promise(
-            numbers.clone().all(f64::is_finite),
-            "an answer that is none",
-        )?;
-        for (what, written) in [
-            (
-                "trials",
-                write_trials(&study.protocol, &study.trials, std::io::sink()),
-            ),
-            (
-                "attempts",
-                write_attempts(&study.protocol, &study.trials, std::io::sink()),
-            ),
-        ] {
-            written.map_err(|error| format!("{what} cannot be written: {error}"))?;
-        }
+        let finite = numbers.clone().all(f64::is_finite);
+        promise(finite, "an answer that is none")?;
+        let (protocol, trials) = (&study.protocol, &study.trials);
+        write_trials(protocol, trials, std::io::sink())
+            .map_err(|error| format!("trials cannot be written: {error}"))?;
+        write_attempts(protocol, trials, std::io::sink())
+            .map_err(|error| format!("attempts cannot be written: {error}"))?;
         let report = StudyReport::of(&study).map_err(|error| format!("no report: {error}"))?;
         promise(!report.to_markdown(&[]).is_empty(), "an empty report")
     })

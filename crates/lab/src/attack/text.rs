@@ -1,22 +1,16 @@
 //! Readers of text: scenes, recordings, arms, tables, models.
 
-use super::{Target, judged, promise};
+use super::{Reader, judged, judged_text, promise};
 use glam::DVec3;
 use hwall_bip::model_file::ModelFileError;
 use hwall_bip::{
     Basis, BipError, Demonstration, Filter, FilterConfig, Group, Model, Observation, TrainingConfig,
 };
-use hwall_contact::{
-    ContactError, ContactEstimate, ContactEstimator, FusedConfig, FusedPredictor, LabelledStream,
-    RegionModel, StreamContact, StreamFilters,
-};
-use hwall_hand::{
-    HandFilterConfig, HandFrame, HandPoint, LabelConfig, Recording, labelled_reaches,
-    read_recordings,
-};
+use hwall_contact::{ContactError, RegionModel};
+use hwall_hand::{LabelConfig, Recording, labelled_reaches, read_recordings};
 use hwall_kinematics::{Chain, KinematicsError};
 use hwall_psychophysics::{AnalysisConfig, Columns, Study, analyse};
-use hwall_scene::Scene;
+use hwall_scene::{Facet, Scene, SurfaceId};
 use hwall_testkit::{Sampler, Verdict};
 use hwall_texton::Calibration;
 
@@ -34,78 +28,46 @@ const ARM: &str = r#"<robot name="r" version="1.0"><!-- two joints --><link name
 <joint name="bc" type="prismatic"><parent link="b"/><child link="c"/><origin xyz="0.1 0 0"/><axis xyz="1 0 0"/><limit lower="0" upper="0.5" velocity="0.3" effort="80"/></joint>
 <joint name="cd" type="fixed"><parent link="c"/><child link="d"/><origin xyz="0 0 0.05" rpy="0 0 0.7"/></joint></robot>"#;
 
-pub(super) fn scene() -> Target {
+pub(super) fn scene() -> anyhow::Result<Reader> {
     let room = format!("{}{CUT}{}", ROOM.0, ROOM.1);
     let small = format!(
         "v 1 -1 0\nv 1 1 0\nv 1 1 2\nv 1 -1 2\no wall\nusemtl red\nf 1 2 3 4\nf -1 -2 -3{CUT}default_kind = \"static\"\n"
     );
-    let good = vec![room.into_bytes(), small.into_bytes()];
-    Target::new("scene", good, read_scene)
-}
-
-pub(super) fn hand() -> Target {
-    Target::new("hand", vec![hand_csv(false), hand_csv(true)], read_hand)
-}
-
-pub(super) fn urdf() -> Target {
-    Target::new("urdf", vec![ARM.as_bytes().to_vec()], read_urdf)
-}
-
-pub(super) fn study() -> Target {
-    Target::new("study", vec![study_csv(false), study_csv(true)], read_study)
-}
-
-pub(super) fn calibration() -> Target {
-    Target::new("calibration", vec![calibration_csv()], read_calibration)
-}
-
-pub(super) fn model() -> Target {
-    Target::new("model", models(), read_model)
-}
-
-pub(super) fn regions() -> anyhow::Result<Target> {
-    Ok(Target::new(
-        "regions",
-        vec![learnt_regions()?],
-        read_regions,
-    ))
+    Reader::new(vec![room.into_bytes(), small.into_bytes()], read_scene)
 }
 
 fn read_scene(bytes: &[u8]) -> Verdict {
-    let Ok(text) = std::str::from_utf8(bytes) else {
-        return Verdict::Refused;
+    let read = |text: &str| match text.split_once(CUT) {
+        Some((obj, sidecar)) => Scene::from_obj_str(obj, Some(sidecar)),
+        None => Scene::from_obj_str(text, None),
     };
-    let (obj, sidecar) = match text.split_once(CUT) {
-        Some((obj, sidecar)) => (obj, Some(sidecar)),
-        None => (text, None),
-    };
-    judged(Scene::from_obj_str(obj, sidecar), |(mut scene, _)| {
-        let opened: Vec<_> = scene.surfaces().iter().map(|s| s.name.clone()).collect();
-        let ids: Vec<_> = opened.iter().filter_map(|name| scene.find(name)).collect();
-        for id in ids {
+    judged_text(bytes, read, |(mut scene, _)| {
+        for id in (0..scene.surfaces().len()).map(SurfaceId) {
             if let Some(range) = scene.surface(id).kind.range() {
                 let _ = scene.set_opening(id, range.max);
             }
         }
+        let unit = |normal: DVec3| (normal.length() - 1.0).abs() < 1e-6;
         for p in [DVec3::ZERO, DVec3::new(0.3, 0.1, 0.7), DVec3::splat(-1e3)] {
             for direction in [DVec3::X, DVec3::new(-1.0, 0.3, 0.2)] {
                 if let Ok(Some(hit)) = scene.ray_cast(p, direction) {
-                    let unit = (hit.normal.length() - 1.0).abs() < 1e-6;
-                    promise(hit.point_m.is_finite() && unit, "a hit that is none")?;
+                    let holds = hit.point_m.is_finite() && unit(hit.normal);
+                    promise(holds, "a hit that is none")?;
                 }
             }
             if let Ok(Some(closest)) = scene.closest_point(p, f64::INFINITY) {
-                let unit = (closest.normal.length() - 1.0).abs() < 1e-6;
-                promise(
-                    closest.point_m.is_finite() && unit,
-                    "a closest point that is none",
-                )?;
+                let holds = closest.point_m.is_finite() && unit(closest.normal);
+                promise(holds, "a closest point that is none")?;
             }
         }
         let facets = scene.vertical_facets();
-        let finite = |f: &hwall_scene::Facet| f.point_m.is_finite() && f.area_m2.is_finite();
+        let finite = |f: &Facet| f.point_m.is_finite() && f.area_m2.is_finite();
         promise(facets.iter().all(finite), "a facet that is not finite")
     })
+}
+
+pub(super) fn hand() -> anyhow::Result<Reader> {
+    Reader::new(vec![hand_csv(false), hand_csv(true)], read_hand)
 }
 
 fn hand_csv(trials: bool) -> Vec<u8> {
@@ -116,16 +78,12 @@ fn hand_csv(trials: bool) -> Vec<u8> {
     for i in 0..80 {
         let t = f64::from(i) / 40.0;
         let x = 0.4 * (0.5 - 0.5 * (std::f64::consts::PI * t).cos());
-        let trial = if trials {
-            format!(",p{},{}", i % 2, i / 40)
-        } else {
-            String::new()
-        };
-        let contact = u8::from(i % 40 == 39);
-        text += &format!(
-            "{t},{x:.4},0.1,0.9,{:.4},0.12,0.93,1,0,0,{contact},n{trial}\n",
-            x + 0.08
-        );
+        let (tip, contact) = (x + 0.08, u8::from(i % 40 == 39));
+        text += &format!("{t},{x:.4},0.1,0.9,{tip:.4},0.12,0.93,1,0,0,{contact},n");
+        if trials {
+            text += &format!(",p{},{}", i % 2, i / 40);
+        }
+        text += "\n";
     }
     text.into_bytes()
 }
@@ -144,10 +102,8 @@ fn read_hand(bytes: &[u8]) -> Verdict {
         let again =
             read_recordings(&written[..]).map_err(|error| format!("not read again: {error}"))?;
         let samples = |all: &[Recording]| all.iter().map(|r| r.samples.len()).sum::<usize>();
-        promise(
-            samples(&again) == samples(&recordings),
-            "samples lost on the way",
-        )?;
+        let same = samples(&again) == samples(&recordings);
+        promise(same, "samples lost on the way")?;
         if let Some(recording) = recordings.first() {
             let _ = recording.resampled(0.01, 0.1);
         }
@@ -155,18 +111,22 @@ fn read_hand(bytes: &[u8]) -> Verdict {
     })
 }
 
-fn read_urdf(bytes: &[u8]) -> Verdict {
-    let Ok(text) = std::str::from_utf8(bytes) else {
-        return Verdict::Refused;
-    };
-    judged(Chain::from_urdf_str(text, None, None), |chain| {
-        let q = vec![0.1; chain.joint_count()];
-        match chain.forward(&q) {
-            Ok(pose) => promise(pose.position_m().is_finite(), "a pose that is not finite"),
-            Err(KinematicsError::Argument(_) | KinematicsError::Geometry(_)) => Ok(()),
-            Err(error) => Err(format!("no pose: {error}")),
-        }
+pub(super) fn urdf() -> anyhow::Result<Reader> {
+    Reader::new(vec![ARM.as_bytes().to_vec()], |bytes| {
+        let read = |text: &str| Chain::from_urdf_str(text, None, None);
+        judged_text(bytes, read, |chain| {
+            let q = vec![0.1; chain.joint_count()];
+            match chain.forward(&q) {
+                Ok(pose) => promise(pose.position_m().is_finite(), "a pose that is not finite"),
+                Err(KinematicsError::Argument(_) | KinematicsError::Geometry(_)) => Ok(()),
+                Err(error) => Err(format!("no pose: {error}")),
+            }
+        })
     })
+}
+
+pub(super) fn study() -> anyhow::Result<Reader> {
+    Reader::new(vec![study_csv(false), study_csv(true)], read_study)
 }
 
 fn study_csv(groups: bool) -> Vec<u8> {
@@ -178,12 +138,11 @@ fn study_csv(groups: bool) -> Vec<u8> {
             for velocity in [20, 40] {
                 let value =
                     f64::from(orientation) / 45.0 + 0.1 * f64::from(velocity) + sampler.normal();
-                let group = if groups {
-                    format!(",g{}", subject % 2)
-                } else {
-                    String::new()
-                };
-                text += &format!("s{subject},{orientation},{velocity},{value:.3}{group}\n");
+                text += &format!("s{subject},{orientation},{velocity},{value:.3}");
+                if groups {
+                    text += &format!(",g{}", subject % 2);
+                }
+                text += "\n";
             }
         }
     }
@@ -191,16 +150,11 @@ fn study_csv(groups: bool) -> Vec<u8> {
 }
 
 fn read_study(bytes: &[u8]) -> Verdict {
-    let plain = Columns::new("subject", ["orientation", "velocity"], "value");
-    let grouped = bytes
-        .split(|byte| *byte == b'\n')
-        .next()
-        .is_some_and(|header| header.ends_with(b"group"));
-    let columns = if grouped {
-        plain.with_between("group")
-    } else {
-        plain
-    };
+    let mut columns = Columns::new("subject", ["orientation", "velocity"], "value");
+    let header = bytes.split(|byte| *byte == b'\n').next();
+    if header.is_some_and(|header| header.ends_with(b"group")) {
+        columns = columns.with_between("group");
+    }
     judged(Study::read_csv(bytes, &columns), |study| {
         let config = AnalysisConfig {
             art: true,
@@ -215,6 +169,10 @@ fn read_study(bytes: &[u8]) -> Verdict {
         promise(p.all(possible), "a probability that is none")?;
         promise(!analysis.to_text().is_empty(), "no report")
     })
+}
+
+pub(super) fn calibration() -> anyhow::Result<Reader> {
+    Reader::new(vec![calibration_csv()], read_calibration)
 }
 
 fn calibration_csv() -> Vec<u8> {
@@ -234,19 +192,19 @@ fn read_calibration(bytes: &[u8]) -> Verdict {
             let found = calibration.magnitude(node.scan, node.speed_mm_per_s);
             let found = found.map_err(|error| format!("a node outside: {error}"))?;
             let off = (found - node.magnitude).abs();
-            promise(
-                off <= 1e-6 * (1.0 + node.magnitude.abs()),
-                "a node off its magnitude",
-            )?;
+            let on = off <= 1e-6 * (1.0 + node.magnitude.abs());
+            promise(on, "a node off its magnitude")?;
             if let Ok(level) = calibration.level_for(node.magnitude) {
-                promise(
-                    level.speed_mm_per_s.is_finite(),
-                    "a level that is not finite",
-                )?;
+                let finite = level.speed_mm_per_s.is_finite();
+                promise(finite, "a level that is not finite")?;
             }
         }
         Ok(())
     })
+}
+
+pub(super) fn model() -> anyhow::Result<Reader> {
+    Reader::new(models(), read_model)
 }
 
 /// Models of two bases, as files.
@@ -276,23 +234,32 @@ fn models() -> Vec<Vec<u8>> {
         .collect()
 }
 
+/// Reads a model; a digest that was forged is made right: it is against accidents only, so everything else must be checked as well.
+fn forged<T, E>(
+    text: &str,
+    read: impl Fn(&str) -> Result<T, E>,
+    file_error: impl Fn(&E) -> Option<&ModelFileError>,
+) -> Result<T, E> {
+    read(text).or_else(|error| match file_error(&error) {
+        Some(ModelFileError::Digest { stored, computed }) if !stored.is_empty() => {
+            read(&text.replacen(stored.as_str(), computed, 1))
+        }
+        _ => Err(error),
+    })
+}
+
 fn read_model(bytes: &[u8]) -> Verdict {
-    let Ok(text) = std::str::from_utf8(bytes) else {
-        return Verdict::Refused;
-    };
-    let mut read = Model::from_json(text);
-    // A forged digest: it is against accidents only, so everything else must be checked as well.
-    if let Err(BipError::File(ModelFileError::Digest { stored, computed })) = &read
-        && !stored.is_empty()
-    {
-        read = Model::from_json(&text.replacen(stored.as_str(), computed, 1));
+    fn file_error(error: &BipError) -> Option<&ModelFileError> {
+        match error {
+            BipError::File(error) => Some(error),
+            _ => None,
+        }
     }
-    judged(read, |model| {
+    let read = |text: &str| forged(text, Model::from_json, file_error);
+    judged_text(bytes, read, |model| {
         let again = Model::from_json(&model.to_json());
-        promise(
-            again.is_ok_and(|again| again == model),
-            "a model that cannot read its own file",
-        )?;
+        let same = again.is_ok_and(|again| again == model);
+        promise(same, "a model that cannot read its own file")?;
         let Ok(mut filter) = Filter::new(&model, &FilterConfig::default()) else {
             return Ok(());
         };
@@ -304,74 +271,29 @@ fn read_model(bytes: &[u8]) -> Verdict {
     })
 }
 
-/// The hand touches where it is.
-struct Here;
+/// As learnt from a few touches; the digest is made right by [`forged`].
+const REGIONS: &[u8] = include_bytes!("regions.json");
 
-impl ContactEstimator for Here {
-    fn begin(&mut self) {}
-
-    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
-        let point_m = frame.point(HandPoint::Index)?;
-        Some(ContactEstimate::of_point(frame.t_s, point_m))
-    }
-}
-
-/// Regions learnt from a hand that goes to a wall and back, as a file.
-fn learnt_regions() -> anyhow::Result<Vec<u8>> {
-    let wall = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 2\nv 0.6 -1 2\nf 1 2 3 4\n";
-    let (scene, _) = Scene::from_obj_str(wall, None)?;
-    let home_m = DVec3::new(0.1, 0.0, 1.0);
-    let (mut frames, mut contacts) = (Vec::new(), Vec::new());
-    for touch in 0..6_u8 {
-        let point_m = DVec3::new(0.6, 0.1 * f64::from(touch) - 0.3, 1.1);
-        for k in 0..150_u8 {
-            let t_s = 1.5 * f64::from(touch) + 0.01 * f64::from(k);
-            let gone = |from_s: f64| (f64::from(k).mul_add(0.01, -from_s) / 0.5).clamp(0.0, 1.0);
-            let way = |x: f64| x * x * x * (10.0 - 15.0 * x + 6.0 * x * x);
-            let mut frame = HandFrame::empty(t_s);
-            let at_m = home_m.lerp(point_m, way(gone(0.2)) - way(gone(0.8)));
-            frame.set_point(HandPoint::Index, Some(at_m));
-            frames.push(frame);
-        }
-        let contact_s = 1.5 * f64::from(touch) + 0.7;
-        contacts.push(StreamContact { point_m, contact_s });
-    }
-    let stream = LabelledStream {
-        frames: &frames,
-        contacts: &contacts,
-    };
-    let filters = StreamFilters {
-        hand: HandFilterConfig::simulated(),
-        ..StreamFilters::default()
-    };
-    let predictor = |_| FusedPredictor::new(Here, FusedConfig::default());
-    let model = RegionModel::fit_streams(&scene, &[stream], predictor, &filters)?;
-    Ok(model.to_json().into_bytes())
+pub(super) fn regions() -> anyhow::Result<Reader> {
+    Reader::new(vec![REGIONS.to_vec()], read_regions)
 }
 
 fn read_regions(bytes: &[u8]) -> Verdict {
-    let Ok(text) = std::str::from_utf8(bytes) else {
-        return Verdict::Refused;
-    };
-    let mut read = RegionModel::from_json(text);
-    // A forged digest: it is against accidents only, so everything else must be checked as well.
-    if let Err(ContactError::File(ModelFileError::Digest { stored, computed })) = &read
-        && !stored.is_empty()
-    {
-        read = RegionModel::from_json(&text.replacen(stored.as_str(), computed, 1));
+    fn file_error(error: &ContactError) -> Option<&ModelFileError> {
+        match error {
+            ContactError::File(error) => Some(error),
+            _ => None,
+        }
     }
-    judged(read, |model| {
+    let read = |text: &str| forged(text, RegionModel::from_json, file_error);
+    judged_text(bytes, read, |model| {
         let again = RegionModel::from_json(&model.to_json());
-        promise(
-            again.is_ok_and(|again| again == model),
-            "regions that cannot read their own file",
-        )?;
+        let same = again.is_ok_and(|again| again == model);
+        promise(same, "regions that cannot read their own file")?;
         for way_m in [0.0, 0.02, 0.3, 9.0] {
             let [a, b, c] = model.at(way_m).squared();
-            promise(
-                a > 0.0 && a <= b && b <= c && c.is_finite(),
-                "a size that is none",
-            )?;
+            let rises = a > 0.0 && a <= b && b <= c && c.is_finite();
+            promise(rises, "a size that is none")?;
         }
         Ok(())
     })

@@ -39,12 +39,10 @@ fn key(area: &Area<'_>, entries: &[(String, ShapeStyle)]) -> anyhow::Result<()> 
     let left = (area.dim_in_pixel().0 - KEY_WIDTH) as i32 + 14;
     for (i, (name, style)) in entries.iter().enumerate() {
         let y = 64 + 24 * i as i32;
-        if style.filled {
-            let band = Rectangle::new([(left, y - 7), (left + 24, y + 7)], *style);
-            area.put(&band)?;
-        } else {
-            let line = PathElement::new([(left, y), (left + 24, y)], *style);
-            area.put(&line)?;
+        let right = left + 24;
+        match style.filled {
+            true => area.put(&Rectangle::new([(left, y - 7), (right, y + 7)], *style))?,
+            false => area.put(&PathElement::new([(left, y), (right, y)], *style))?,
         }
         area.write(name, TEXT, (left + 32, y - 8))?;
     }
@@ -52,23 +50,17 @@ fn key(area: &Area<'_>, entries: &[(String, ShapeStyle)]) -> anyhow::Result<()> 
 }
 
 fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Result<()> {
-    let curves = |kind: Option<&str>, levels: &[f64]| -> Vec<Vec<(f64, f64)>> {
-        let own = || {
-            runs.iter()
-                .filter(|t| kind.is_none() || t.kind.as_deref() == kind)
+    let curve = |kind: Option<&str>, level: f64| -> Vec<(f64, f64)> {
+        let own = |t: &&TestRun| kind.is_none() || t.kind.as_deref() == kind;
+        let at = |percent| {
+            let own = runs.iter().filter(own);
+            let distances = Accuracy::at(own, set, percent).distances;
+            let known = !distances.is_empty();
+            known.then(|| (percent as f64, quantile(&distances, level)))
         };
-        let mut curves = vec![Vec::new(); levels.len()];
-        for percent in percents() {
-            let distances = Accuracy::at(own(), set, percent).distances;
-            for (curve, level) in curves.iter_mut().zip(levels) {
-                if !distances.is_empty() {
-                    curve.push((percent as f64, quantile(&distances, *level)));
-                }
-            }
-        }
-        curves
+        percents().filter_map(at).collect()
     };
-    let all = curves(None, &[0.05, 0.25, 0.5, 0.75, 0.95]);
+    let all = [0.05, 0.25, 0.5, 0.75, 0.95].map(|level| curve(None, level));
     let highest = all.iter().flatten().fold(0.0, |m: f64, p| m.max(p.1));
     let highest = if highest > 0.0 { highest } else { 1.0 };
     let floor = SMALLEST * highest;
@@ -112,7 +104,7 @@ fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Resu
     for (kind, colour) in kinds(runs).into_iter().zip(COLOURS[1..].iter().cycle()) {
         // Longer names would run out of the picture.
         let name: String = kind.chars().take(15).collect();
-        let median = curves(Some(kind), &[0.5]).concat();
+        let median = curve(Some(kind), 0.5);
         lines.push((format!("median, {name}"), median, colour.stroke_width(2)));
     }
     for (name, line, style) in lines {
@@ -153,13 +145,10 @@ pub fn coverage(path: &Path, sets: &[DofSet], runs: &[TestRun]) -> anyhow::Resul
                     .filter(|p| p.1.is_finite());
                 let style = colour.stroke_width(2);
                 chart.line(points, style)?;
-                names.push((
-                    format!("{:.0} %, {}", 100.0 * interval.share, set.name),
-                    style,
-                ));
+                let name = format!("{:.0} %, {}", 100.0 * interval.share, set.name);
+                names.push((name, style));
             }
         }
-        key(root, &names)?;
-        Ok(())
+        key(root, &names)
     })
 }

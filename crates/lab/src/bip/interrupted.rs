@@ -1,10 +1,13 @@
 //! Motions that stop on the way, suddenly or by and by, or that a filter joins late: how far the intervals of a bank can be trusted.
 
+use crate::bip::scores::INTERVALS;
 use crate::bip::setup::{Setup, TrainedModel};
 use crate::bip::trajectories::{Trajectory, TrajectorySet};
-use crate::report::named;
+use crate::report::{cells, named};
 use anyhow::Context;
-use hwall_bip::{Bank, BankConfig, Demonstration, Model, Observation, TrainingConfig};
+use hwall_bip::{
+    Bank, BankConfig, Demonstration, EndPrediction, EvaluationConfig, Model, TrainingConfig, follow,
+};
 use hwall_testkit::{MarkdownTable, Sampler};
 
 /// Where a motion stops or is joined, as a share of its samples.
@@ -20,7 +23,7 @@ const TREMBLES_M: f64 = 1.5e-3;
 const SAMPLES_AFTER: [usize; 2] = [5, 10];
 const SHARES_LEFT: [f64; 2] = [0.25, 0.5];
 /// Half the width of a 90 % interval, standard deviations.
-const INTERVAL_90: f64 = 1.644_853_626_951;
+const INTERVAL_90: f64 = INTERVALS[1].half_width_sd;
 
 named! {
     /// What happens on the way.
@@ -69,16 +72,6 @@ impl Interruption {
     }
 }
 
-/// What was foreseen at one moment.
-#[derive(Debug, Clone, Copy, Default)]
-struct Tally {
-    palm_m: f64,
-    held: usize,
-    values: usize,
-    time_held: usize,
-    motions: usize,
-}
-
 /// Each motion of a set is left out once and followed by a bank of the others, with an interruption at each of three places.
 ///
 /// # Errors
@@ -89,62 +82,65 @@ pub fn table(
     set: &TrajectorySet,
     palm: &[usize],
 ) -> anyhow::Result<MarkdownTable> {
-    let moments = SAMPLES_AFTER.map(|k| format!("{k} samples after"));
-    let moments = moments
-        .into_iter()
-        .chain(SHARES_LEFT.map(|share| format!("{:.0} % of the rest seen", 100.0 * share)));
-    let first = ["interruption", "at"].map(str::to_owned);
-    let mut table = MarkdownTable::new(first.into_iter().chain(moments));
+    let samples = SAMPLES_AFTER.map(|k| format!("{k} samples after"));
+    let shares = SHARES_LEFT.map(|share| format!("{:.0} % of the rest seen", 100.0 * share));
+    let moments = samples.into_iter().chain(shares);
+    let mut table = MarkdownTable::new(cells(["interruption", "at"], moments));
     let banks = banks(setup, trained, set)?;
+    let observed = &trained.observed;
+    let palm: Vec<usize> = (0..observed.len())
+        .filter(|&i| palm.contains(&observed[i]))
+        .collect();
     for interruption in Interruption::ALL {
         for place in PLACES {
-            let mut tallies = [Tally::default(); SAMPLES_AFTER.len() + SHARES_LEFT.len()];
+            let mut found = [const { Vec::new() }; SAMPLES_AFTER.len() + SHARES_LEFT.len()];
             let mut sampler = Sampler::new(7);
             for (trajectory, bank) in set.trajectories.iter().zip(&banks) {
-                let run = Run {
-                    trajectory,
-                    observed: &trained.observed,
-                    palm,
-                    interruption,
-                    place,
-                };
-                run.follow(bank.clone(), &mut sampler, &mut tallies)
-                    .with_context(|| trajectory.name.clone())?;
+                let foreseen =
+                    interruption.foreseen(place, trajectory, observed, bank, &mut sampler);
+                let foreseen = foreseen.with_context(|| trajectory.name.clone())?;
+                for (found, foreseen) in found.iter_mut().zip(foreseen) {
+                    found.extend(foreseen);
+                }
             }
-            let cells = tallies.map(|t| {
-                let motions = t.motions.max(1) as f64;
-                format!(
-                    "{:.0} mm, {:.0} %, {:.0} %",
-                    1e3 * t.palm_m / motions,
-                    100.0 * t.held as f64 / t.values.max(1) as f64,
-                    100.0 * t.time_held as f64 / motions
-                )
-            });
-            let first = [
-                interruption.name().to_owned(),
-                format!("{:.0} %", 100.0 * place),
-            ];
-            table.row(first.into_iter().chain(cells));
+            let at = format!("{:.0} %", 100.0 * place);
+            let own = found.map(|found| cell(&found, &palm));
+            table.row(cells([interruption.name(), &at], own));
         }
     }
     Ok(table)
 }
 
+/// Mean distance of the palm, and the shares of the ends and of the times that their intervals hold.
+fn cell(found: &[EndPrediction], palm: &[usize]) -> String {
+    let held = |z: f64| z.abs() <= INTERVAL_90;
+    let off_m: f64 = found.iter().map(|p| p.distance(palm)).sum();
+    let ends: Vec<f64> = found
+        .iter()
+        .flat_map(|p| (0..p.mean.len()).map(|i| p.z(i)))
+        .collect();
+    let ends_held = ends.iter().filter(|z| held(**z)).count();
+    let times_held = found.iter().filter(|p| p.time.is_some_and(|t| held(t.z())));
+    let motions = found.len().max(1) as f64;
+    format!(
+        "{:.0} mm, {:.0} %, {:.0} %",
+        1e3 * off_m / motions,
+        100.0 * ends_held as f64 / ends.len().max(1) as f64,
+        100.0 * times_held.count() as f64 / motions
+    )
+}
+
 /// A bank for each motion, of all others, with the noise and the tuning of all: one number each, in which one motion hardly counts.
 fn banks(setup: &Setup, trained: &TrainedModel, set: &TrajectorySet) -> anyhow::Result<Vec<Bank>> {
-    let demonstrations = set
-        .trajectories
-        .iter()
-        .map(Trajectory::to_demonstration)
-        .collect::<anyhow::Result<Vec<Demonstration>>>()?;
+    let demonstrations = set.to_demonstrations()?;
     let config = TrainingConfig::new(trained.model.groups().to_vec());
     let bank = BankConfig {
         filter: setup.filter(),
         ..BankConfig::default()
     };
-    let without = |out: usize| -> anyhow::Result<Bank> {
-        let others = demonstrations.iter().enumerate().filter(|(i, _)| *i != out);
-        let others: Vec<Demonstration> = others.map(|(_, d)| d.clone()).collect();
+    let without = |out: usize| {
+        let mut others = demonstrations.clone();
+        others.remove(out);
         let mut model = Model::train(&others, &config)?;
         if let Some(tuning) = trained.model.tuning() {
             model = model.with_tuning(tuning)?;
@@ -154,79 +150,59 @@ fn banks(setup: &Setup, trained: &TrainedModel, set: &TrajectorySet) -> anyhow::
     (0..demonstrations.len()).map(without).collect()
 }
 
-/// One motion, seen with an interruption.
-struct Run<'a> {
-    trajectory: &'a Trajectory,
-    observed: &'a [usize],
-    palm: &'a [usize],
-    interruption: Interruption,
-    place: f64,
-}
-
-impl Run<'_> {
-    fn follow(
-        &self,
-        mut bank: Bank,
+impl Interruption {
+    /// What a bank foresees of a motion that is interrupted at a place; `None` at moments after its end.
+    fn foreseen(
+        self,
+        place: f64,
+        trajectory: &Trajectory,
+        observed: &[usize],
+        bank: &Bank,
         sampler: &mut Sampler,
-        tallies: &mut [Tally],
-    ) -> anyhow::Result<()> {
-        let rows = &self.trajectory.rows;
-        let at = (self.place * rows.len() as f64) as usize;
-        let (places, after) = self.interruption.places(rows.len(), at);
+    ) -> anyhow::Result<Vec<Option<EndPrediction>>> {
+        let rows = &trajectory.rows;
+        let (last, dofs) = (rows.len() - 1, rows[0].len());
+        let (places, after) = self.places(rows.len(), (place * rows.len() as f64) as usize);
+        let trembles_m = match self {
+            Self::Sudden | Self::Gradual => TREMBLES_M,
+            Self::None | Self::JoinedLate => 0.0,
+        };
+        let value = |k: usize, dof: usize| rows[k.min(last)][dof].context("a missing value");
+        let mut values = Vec::with_capacity(places.len() * dofs);
+        for &place in &places {
+            let before = place as usize;
+            for dof in 0..dofs {
+                let (a, b) = (value(before, dof)?, value(before + 1, dof)?);
+                let trembles = observed.contains(&dof);
+                let off = if trembles { sampler.normal() } else { 0.0 };
+                values.push(a + (place - before as f64) * (b - a) + trembles_m * off);
+            }
+        }
+        let motion = Demonstration::from_samples(1.0, dofs, values)?;
         let count = places.len();
         let left = SHARES_LEFT.map(|share| (share * (count - 1 - after) as f64) as usize);
-        let due = SAMPLES_AFTER.into_iter().chain(left).map(|k| after + k);
-        let due: Vec<usize> = due.collect();
-        let trembles_m = match self.interruption {
-            Interruption::Sudden | Interruption::Gradual => TREMBLES_M,
-            Interruption::None | Interruption::JoinedLate => 0.0,
+        let due = SAMPLES_AFTER.into_iter().chain(left);
+        let due: Vec<f64> = due.map(|k| (after + k + 1) as f64 / count as f64).collect();
+        let mut fractions = due.clone();
+        fractions.retain(|fraction| *fraction <= 1.0);
+        fractions.sort_by(f64::total_cmp);
+        fractions.dedup();
+        let config = EvaluationConfig {
+            fractions,
+            observed: observed.to_vec(),
+            scored: observed.to_vec(),
         };
-        let mut values = Vec::with_capacity(self.observed.len());
-        for (k, place) in places.iter().enumerate() {
-            values.clear();
-            for dof in self.observed {
-                let value = self.at(*place, *dof)?;
-                values.push(value + trembles_m * sampler.normal());
-            }
-            bank.predict(1.0)?;
-            bank.observe(&Observation::new(self.observed, &values))?;
-            for (_, tally) in due.iter().zip(&mut *tallies).filter(|(due, _)| **due == k) {
-                self.judge(&mut bank, (count - 1 - k) as f64, tally)?;
-            }
+        let mut found = follow(&mut bank.clone(), 0, &motion, &config)?;
+        // Where it ends without trembling.
+        let end: Vec<f64> = observed
+            .iter()
+            .map(|&dof| value(last, dof))
+            .collect::<anyhow::Result<_>>()?;
+        for prediction in &mut found {
+            prediction.actual.clone_from(&end);
         }
-        Ok(())
-    }
-
-    /// A value between two samples.
-    fn at(&self, place: f64, dof: usize) -> anyhow::Result<f64> {
-        let rows = &self.trajectory.rows;
-        let before = place as usize;
-        let value = |k: usize| rows[k.min(rows.len() - 1)][dof].context("a missing value");
-        let (a, b) = (value(before)?, value(before + 1)?);
-        Ok(a + (place - before as f64) * (b - a))
-    }
-
-    fn judge(&self, bank: &mut Bank, left: f64, tally: &mut Tally) -> anyhow::Result<()> {
-        let count = self.observed.len();
-        let (mut mean, mut variance) = (vec![0.0; count], vec![0.0; count]);
-        bank.predict_at(1.0, self.observed, &mut mean, &mut variance)?;
-        let last = (self.trajectory.rows.len() - 1) as f64;
-        let mut off = 0.0;
-        for ((dof, mean), variance) in self.observed.iter().zip(&mean).zip(&variance) {
-            let error = (mean - self.at(last, *dof)?).abs();
-            tally.held += usize::from(error <= INTERVAL_90 * variance.sqrt());
-            if self.palm.contains(dof) {
-                off += error * error;
-            }
-        }
-        tally.values += count;
-        tally.palm_m += off.sqrt();
-        tally.motions += 1;
-        let foreseen = bank.time_to_end();
-        tally.time_held += usize::from(
-            foreseen.is_some_and(|time| (time.mean - left).abs() <= INTERVAL_90 * time.sd),
-        );
-        Ok(())
+        let at = |due: &f64| found.iter().find(|p| p.fraction == *due).cloned();
+        Ok(due.iter().map(at).collect())
     }
 }
 

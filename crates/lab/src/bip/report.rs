@@ -3,12 +3,12 @@
 use crate::bip::run::{Runs, TestRun};
 use crate::bip::scores::{Accuracy, DofSet, INTERVALS, dof_sets, kinds};
 use crate::bip::setup::{Mode, Setup, TrainedModel};
+use crate::report::{cells, titled};
 use anyhow::Context;
 use hwall_bip::BankConfig;
 use hwall_stage::numbers;
-use hwall_testkit::{MarkdownTable, format_ns};
+use hwall_testkit::{MarkdownTable, Timing, format_ns};
 use serde::Serialize;
-use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
@@ -25,62 +25,50 @@ pub fn tables(setup: &Setup, trained: &TrainedModel, runs: &Runs) -> String {
         accuracy(&all, &sets)
     );
     for kind in kinds(&runs.tests) {
-        let own: Vec<&TestRun> = all
-            .iter()
-            .copied()
-            .filter(|t| t.kind.as_deref() == Some(kind))
-            .collect();
-        // Formatting into a string cannot fail.
-        let _ = write!(
-            text,
-            "\n{kind} ({}):\n\n{}",
-            own.len(),
-            accuracy(&own, &sets)
-        );
+        let own = runs.of_kind(kind);
+        text += &format!("\n{kind} ({}):\n\n{}", own.len(), accuracy(&own, &sets));
     }
-    let _ = write!(text, "\n{}", costs(setup, trained, runs));
-    text
+    text + &format!("\n{}", costs(setup, trained, runs))
 }
 
 fn accuracy(runs: &[&TestRun], sets: &[DofSet]) -> MarkdownTable {
-    let mut columns = vec!["seen".to_owned()];
-    for DofSet { name, dofs, .. } in sets {
-        columns.push(format!("{name} ({}): mean", dofs.len()));
-        columns.extend(["median", "RMS distance", "in 50 %", "in 90 %"].map(str::to_owned));
-    }
-    let mut table = MarkdownTable::new(columns);
+    let titles = sets.iter().flat_map(|DofSet { name, dofs, .. }| {
+        let first = format!("{name} ({}): mean", dofs.len());
+        let others = ["median", "RMS distance", "in 50 %", "in 90 %"];
+        cells([&first], others.map(str::to_owned))
+    });
+    let mut table = MarkdownTable::new(cells(["seen"], titles));
     for percent in (10..=100).step_by(10) {
-        let mut row = vec![format!("{percent} %")];
-        for set in sets {
+        let own = sets.iter().flat_map(|set| {
             let a = Accuracy::at(runs.iter().copied(), set, percent);
             if a.distances.is_empty() {
-                row.extend(["unknown"; 3 + INTERVALS.len()].map(str::to_owned));
-                continue;
+                return ["unknown"; 3 + INTERVALS.len()].map(str::to_owned);
             }
-            row.extend([a.mean, a.median, a.rms_distance].map(short));
-            row.extend(a.covered.map(|share| format!("{:.0} %", 100.0 * share)));
-        }
-        table.row(row);
+            let [mean, median, rms] = [a.mean, a.median, a.rms_distance].map(short);
+            let [half, most] = a.covered.map(|share| format!("{:.0} %", 100.0 * share));
+            [mean, median, rms, half, most]
+        });
+        table.row(cells([&format!("{percent} %")], own));
     }
     table
 }
 
 fn costs(setup: &Setup, trained: &TrainedModel, runs: &Runs) -> MarkdownTable {
-    let mut table = MarkdownTable::new(["what", "value"]);
+    let mut table = titled("what | value");
     let mut row = |what: &str, value: String| {
         table.row([what.to_owned(), value]);
     };
-    let (dofs, state) = (trained.model.dofs(), state_size(setup, trained));
-    let demonstrations = trained.model.demonstrations();
+    let (model, state) = (&trained.model, state_size(setup, trained));
+    let (dofs, demonstrations) = (model.dofs(), model.demonstrations());
     row(
         "demonstrations, degrees of freedom, of them observed",
         format!("{demonstrations}, {dofs}, {}", trained.observed.len()),
     );
     row("state of the filter", state.to_string());
-    for group in trained.model.groups() {
+    for group in model.groups() {
         row(&format!("basis of {}", group.name), group.basis.to_string());
     }
-    if let Some(t) = trained.model.tuning() {
+    if let Some(t) = model.tuning() {
         row(
             "chosen by leave-one-out: noise variance, variance of the acceleration, spread, time that deviations last",
             format!(
@@ -90,29 +78,16 @@ fn costs(setup: &Setup, trained: &TrainedModel, runs: &Runs) -> MarkdownTable {
         );
     }
     let (kib, what) = memory_kib(setup, trained);
-    row(
-        "memory of one filter, estimated",
-        format!("{kib:.0} KiB ({what})"),
-    );
+    let memory = format!("{kib:.0} KiB ({what})");
+    row("memory of one filter, estimated", memory);
+    let time = |t: &Timing| [t.median_ns, t.p99_ns].map(format_ns).join(" / ");
     let steps = runs.step.count;
-    let time = |t: &hwall_testkit::Timing| {
-        let (median, p99) = (format_ns(t.median_ns), format_ns(t.p99_ns));
-        format!("{median} / {p99}")
-    };
-    row(
-        &format!("prediction and update, median / p99 of {steps}"),
-        time(&runs.step),
-    );
-    row(
-        &format!("end point, mean and variance of {dofs}, median / p99"),
-        time(&runs.query),
-    );
-    let negative: usize = runs
-        .tests
-        .iter()
-        .flat_map(|t| t.end_sd.iter().flatten())
-        .filter(|sd| sd.is_nan())
-        .count();
+    let what = format!("prediction and update, median / p99 of {steps}");
+    row(&what, time(&runs.step));
+    let what = format!("end point, mean and variance of {dofs}, median / p99");
+    row(&what, time(&runs.query));
+    let deviations = runs.tests.iter().flat_map(|t| t.end_sd.iter().flatten());
+    let negative = deviations.filter(|sd| sd.is_nan()).count();
     if negative > 0 {
         row("end points with a negative variance", negative.to_string());
     }
@@ -196,14 +171,10 @@ pub fn write_json(
     columns: &[String],
     runs: &Runs,
 ) -> anyhow::Result<()> {
+    let groups = trained.model.groups().iter();
     let file = File {
         convention: setup.mode.to_string(),
-        basis: trained
-            .model
-            .groups()
-            .iter()
-            .map(|g| format!("{}: {}", g.name, g.basis))
-            .collect(),
+        basis: groups.map(|g| format!("{}: {}", g.name, g.basis)).collect(),
         noise: setup.noise.to_string(),
         published: setup.trains_as_published(),
         rank: trained.model.rank(),

@@ -12,99 +12,67 @@ use hwall_testkit::Timing;
 use serde::Serialize;
 use std::time::Instant;
 
-/// The observed part of one sample.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct ObservedSample {
-    /// Degrees of freedom that have a value.
-    pub dofs: Vec<usize>,
-    /// The values.
-    pub values: Vec<f64>,
-}
-
-impl ObservedSample {
-    fn of(row: &[Option<f64>], observed: &[usize]) -> Self {
-        let present = |d: &usize| row[*d].map(|value| (*d, value));
-        let (dofs, values) = observed.iter().filter_map(present).unzip();
-        Self { dofs, values }
-    }
-}
-
-/// Phase and phase velocity: means and covariance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PhaseEstimate {
-    /// Mean of the phase.
-    pub phase: f64,
-    /// Mean of its velocity, 1/time.
-    pub velocity: f64,
-    /// Covariance of both.
-    pub covariance: [[f64; 2]; 2],
-}
-
-/// A filter in the middle of a motion.
-pub trait RunningFilter {
+/// What is asked of a filter in the middle of a motion.
+pub trait Followed {
     /// Lets `dt` pass, then takes what was observed.
     ///
     /// # Errors
     /// Whatever the filter refuses.
-    fn step(&mut self, dt: f64, observed: &ObservedSample) -> Result<(), BipError>;
+    fn step(&mut self, dt: f64, dofs: &[usize], values: &[f64]) -> Result<(), BipError>;
 
-    /// The present estimate of the phase.
-    fn phase_estimate(&mut self) -> PhaseEstimate;
+    /// Means of phase and phase velocity, 1/time, and their covariance.
+    fn phase(&mut self) -> ([f64; 2], [[f64; 2]; 2]);
 
-    /// Mean and variance of all degrees of freedom at phase 1.
+    /// Mean and variance of all degrees of freedom at phase 1; with `measured` of what will be measured: with the
+    /// residual of held-out motions and the spread that made their intervals right.
     ///
     /// # Errors
     /// Whatever the filter refuses.
-    fn end(&mut self, mean: &mut [f64], variance: &mut [f64]) -> Result<(), BipError>;
+    fn end(
+        &mut self,
+        measured: bool,
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError>;
 }
 
-/// A filter of the library. With `measured`, ends are those of what will be measured: with the
-/// residual of held-out motions and the spread that made their intervals right.
-struct LibraryFilter<F> {
-    filter: F,
-    measured: bool,
-}
-
-impl<F: MotionFilter> RunningFilter for LibraryFilter<F> {
-    fn step(&mut self, dt: f64, observed: &ObservedSample) -> Result<(), BipError> {
-        self.filter.predict(dt)?;
-        self.filter
-            .observe(&Observation::new(&observed.dofs, &observed.values))
+impl<F: MotionFilter> Followed for F {
+    fn step(&mut self, dt: f64, dofs: &[usize], values: &[f64]) -> Result<(), BipError> {
+        self.predict(dt)?;
+        self.observe(&Observation::new(dofs, values))
     }
 
-    fn phase_estimate(&mut self) -> PhaseEstimate {
-        PhaseEstimate {
-            phase: self.filter.phase(),
-            velocity: self.filter.phase_velocity(),
-            covariance: self.filter.phase_covariance(),
-        }
+    fn phase(&mut self) -> ([f64; 2], [[f64; 2]; 2]) {
+        let means = [MotionFilter::phase(self), self.phase_velocity()];
+        (means, self.phase_covariance())
     }
 
-    fn end(&mut self, mean: &mut [f64], variance: &mut [f64]) -> Result<(), BipError> {
+    fn end(
+        &mut self,
+        measured: bool,
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
         let all: Vec<usize> = (0..mean.len()).collect();
-        if self.measured {
-            self.filter.predict_at(1.0, &all, mean, variance)
-        } else {
-            self.filter.moments_at(1.0, &all, mean, variance)
+        match measured {
+            true => self.predict_at(1.0, &all, mean, variance),
+            false => self.moments_at(1.0, &all, mean, variance),
         }
     }
 }
 
-/// Its noise is that of the prior it was made from.
-impl RunningFilter for FullFilter {
-    fn step(&mut self, dt: f64, observed: &ObservedSample) -> Result<(), BipError> {
-        FullFilter::step(self, dt, &observed.dofs, &observed.values)
+/// Its noise is that of the prior it was made from; it knows the mean motion alone.
+impl Followed for FullFilter {
+    fn step(&mut self, dt: f64, dofs: &[usize], values: &[f64]) -> Result<(), BipError> {
+        FullFilter::step(self, dt, dofs, values)
     }
 
-    fn phase_estimate(&mut self) -> PhaseEstimate {
-        PhaseEstimate {
-            phase: self.phase(),
-            velocity: self.phase_velocity(),
-            covariance: self.phase_covariance(),
-        }
+    fn phase(&mut self) -> ([f64; 2], [[f64; 2]; 2]) {
+        let means = [FullFilter::phase(self), self.phase_velocity()];
+        (means, self.phase_covariance())
     }
 
-    fn end(&mut self, mean: &mut [f64], variance: &mut [f64]) -> Result<(), BipError> {
+    fn end(&mut self, _: bool, mean: &mut [f64], variance: &mut [f64]) -> Result<(), BipError> {
         let dofs = mean.len();
         for (dof, (mean, variance)) in mean.iter_mut().zip(variance).enumerate() {
             let unknown = || BipError::UnknownDof { dof, dofs };
@@ -115,52 +83,8 @@ impl RunningFilter for FullFilter {
     }
 }
 
-/// Makes filters that have not observed anything yet.
-type FilterFactory = Box<dyn Fn() -> Box<dyn RunningFilter>>;
-
-fn factory(setup: &Setup, trained: &TrainedModel) -> anyhow::Result<FilterFactory> {
-    let model = &trained.model;
-    let (config, measured) = (setup.filter(), setup.predicts_measurements());
-    Ok(match setup.mode {
-        Mode::Exact => clones_of(Filter::new(model, &config)?, measured),
-        Mode::Bank => {
-            let bank = BankConfig {
-                filter: config,
-                ..BankConfig::default()
-            };
-            clones_of(Bank::new(model, &bank)?, measured)
-        }
-        Mode::Ensemble(members) => {
-            let ensemble = EnsembleConfig {
-                members,
-                filter: config,
-                ..EnsembleConfig::default()
-            };
-            clones_of(EnsembleFilter::new(model, &ensemble)?, measured)
-        }
-        Mode::Compat => {
-            // The default of the other filter.
-            let usual = 0.01 * model.phase_velocity().mean / model.sampling_period();
-            let process = setup.process_variance.unwrap_or(usual * usual);
-            let prior = Prior {
-                noise: trained.noise.clone(),
-                ..model.to_prior()
-            };
-            let filter = FullFilter::new(&prior, setup.phase_variance, process)?;
-            Box::new(move || Box::new(filter.clone()))
-        }
-    })
-}
-
-fn clones_of<F: MotionFilter + Clone + 'static>(filter: F, measured: bool) -> FilterFactory {
-    Box::new(move || {
-        let filter = filter.clone();
-        Box::new(LibraryFilter { filter, measured })
-    })
-}
-
 /// One test motion: the filter's estimates after each sample, in the layout of the JSON file.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct TestRun {
     /// Number of the motion.
     pub id: u64,
@@ -205,71 +129,112 @@ pub struct Runs {
     pub query: Timing,
 }
 
+impl Runs {
+    /// The motions of a kind.
+    pub fn of_kind(&self, kind: &str) -> Vec<&TestRun> {
+        let own = |t: &&TestRun| t.kind.as_deref() == Some(kind);
+        self.tests.iter().filter(own).collect()
+    }
+}
+
 /// Filters every motion of a set, one after the other.
 ///
 /// # Errors
 /// A filter that cannot be made; a filter that fails, with the motion and the sample.
 pub fn run(setup: &Setup, trained: &TrainedModel, tests: &TrajectorySet) -> anyhow::Result<Runs> {
-    let factory = factory(setup, trained)?;
-    let (mut step_ns, mut query_ns) = (Vec::new(), Vec::new());
-    let tests = tests
-        .trajectories
-        .iter()
-        .map(|trajectory| {
-            let mut filter = factory();
-            let mut out = TestRun::new(trajectory);
-            let steps = trajectory.steps(trained.model.sampling_period());
-            for (k, (row, dt)) in trajectory.rows.iter().zip(steps).enumerate() {
-                let observed = ObservedSample::of(row, &trained.observed);
-                let clock = Instant::now();
-                let result = filter.step(dt, &observed);
-                step_ns.push(clock.elapsed().as_nanos() as f64);
-                let place = || format!("{}, sample {}", trajectory.name, k + 1);
-                result.with_context(place)?;
-                let (mut mean, mut variance) = (vec![0.0; row.len()], vec![0.0; row.len()]);
-                let clock = Instant::now();
-                let result = filter.end(&mut mean, &mut variance);
-                query_ns.push(clock.elapsed().as_nanos() as f64);
-                result.with_context(place)?;
-                out.push(filter.phase_estimate(), mean, &variance);
-            }
-            Ok(out)
-        })
-        .collect::<anyhow::Result<_>>()?;
-    Ok(Runs {
-        tests,
-        step: Timing::from_samples_ns(step_ns),
-        query: Timing::from_samples_ns(query_ns),
-    })
+    let (model, observed) = (&trained.model, &trained.observed);
+    let (filter, measured) = (setup.filter(), setup.predicts_measurements());
+    let period = model.sampling_period();
+    match setup.mode {
+        Mode::Exact => {
+            let new = Filter::new(model, &filter)?;
+            follow(|| new.clone(), measured, observed, period, tests)
+        }
+        Mode::Bank => {
+            let usual = BankConfig::default();
+            let new = Bank::new(model, &BankConfig { filter, ..usual })?;
+            follow(|| new.clone(), measured, observed, period, tests)
+        }
+        Mode::Ensemble(members) => {
+            let ensemble = EnsembleConfig {
+                members,
+                filter,
+                ..EnsembleConfig::default()
+            };
+            let new = EnsembleFilter::new(model, &ensemble)?;
+            follow(|| new.clone(), measured, observed, period, tests)
+        }
+        Mode::Compat => {
+            // The default of the other filter.
+            let usual = 0.01 * model.phase_velocity().mean / period;
+            let process = setup.process_variance.unwrap_or(usual * usual);
+            let prior = Prior {
+                noise: trained.noise.clone(),
+                ..model.to_prior()
+            };
+            let new = FullFilter::new(&prior, setup.phase_variance, process)?;
+            follow(|| new.clone(), measured, observed, period, tests)
+        }
+    }
 }
 
-impl TestRun {
-    fn new(trajectory: &Trajectory) -> Self {
+/// Filters every motion of a set; `new` gives a filter that has not observed anything yet, `period` is the step of a motion of one
+/// sample. Ends are those of what will be `measured`, or of the mean motion.
+///
+/// # Errors
+/// A filter that fails, with the motion and the sample.
+pub fn follow<F: Followed>(
+    new: impl Fn() -> F,
+    measured: bool,
+    observed: &[usize],
+    period: f64,
+    tests: &TrajectorySet,
+) -> anyhow::Result<Runs> {
+    let (mut step_ns, mut query_ns) = (Vec::new(), Vec::new());
+    let timed = |samples: &mut Vec<f64>, f: &mut dyn FnMut() -> Result<(), BipError>| {
+        let clock = Instant::now();
+        let result = f();
+        samples.push(clock.elapsed().as_nanos() as f64);
+        result
+    };
+    let mut one = |trajectory: &Trajectory| {
+        let mut filter = new();
         let samples = trajectory.rows.len();
-        Self {
+        let mut out = TestRun {
             id: trajectory.id,
             kind: trajectory.kind.clone(),
             samples,
-            phase: Vec::with_capacity(samples),
-            phase_vel: Vec::with_capacity(samples),
-            phase_variance: Vec::with_capacity(samples),
-            covariance: Vec::with_capacity(samples),
-            velocity_variance: Vec::with_capacity(samples),
-            end: Vec::with_capacity(samples),
-            end_sd: Vec::with_capacity(samples),
             truth: trajectory.rows[samples - 1].clone(),
+            ..TestRun::default()
+        };
+        let steps = trajectory.steps(period);
+        for (k, (row, dt)) in trajectory.rows.iter().zip(steps).enumerate() {
+            let present = |d: &usize| row[*d].map(|value| (*d, value));
+            let present = observed.iter().filter_map(present);
+            let (dofs, values): (Vec<usize>, Vec<f64>) = present.unzip();
+            let place = || format!("{}, sample {}", trajectory.name, k + 1);
+            let step = timed(&mut step_ns, &mut || filter.step(dt, &dofs, &values));
+            step.with_context(place)?;
+            let (mut mean, mut variance) = (vec![0.0; row.len()], vec![0.0; row.len()]);
+            let end = timed(&mut query_ns, &mut || {
+                filter.end(measured, &mut mean, &mut variance)
+            });
+            end.with_context(place)?;
+            let ([phase, velocity], [[p00, p01], [_, p11]]) = filter.phase();
+            out.phase.push(phase);
+            out.phase_vel.push(velocity);
+            out.phase_variance.push(p00);
+            out.covariance.push(p01);
+            out.velocity_variance.push(p11);
+            out.end.push(mean);
+            out.end_sd.push(variance.iter().map(|v| v.sqrt()).collect());
         }
-    }
-
-    fn push(&mut self, estimate: PhaseEstimate, mean: Vec<f64>, variance: &[f64]) {
-        let [[p00, p01], [_, p11]] = estimate.covariance;
-        self.phase.push(estimate.phase);
-        self.phase_vel.push(estimate.velocity);
-        self.phase_variance.push(p00);
-        self.covariance.push(p01);
-        self.velocity_variance.push(p11);
-        self.end.push(mean);
-        self.end_sd
-            .push(variance.iter().map(|v| v.sqrt()).collect());
-    }
+        anyhow::Ok(out)
+    };
+    let tests: anyhow::Result<_> = tests.trajectories.iter().map(&mut one).collect();
+    Ok(Runs {
+        tests: tests?,
+        step: Timing::from_samples_ns(step_ns),
+        query: Timing::from_samples_ns(query_ns),
+    })
 }

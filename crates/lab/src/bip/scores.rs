@@ -15,15 +15,18 @@ pub struct Interval {
 
 /// The intervals that are checked: 50 % and 90 %.
 pub const INTERVALS: [Interval; 2] = [
-    Interval {
-        share: 0.5,
-        half_width_sd: 0.674_489_750_196,
-    },
-    Interval {
-        share: 0.9,
-        half_width_sd: 1.644_853_626_951,
-    },
+    Interval::of(0.5, 0.674_489_750_196),
+    Interval::of(0.9, 1.644_853_626_951),
 ];
+
+impl Interval {
+    const fn of(share: f64, half_width_sd: f64) -> Self {
+        Self {
+            share,
+            half_width_sd,
+        }
+    }
+}
 
 /// Degrees of freedom that are judged together.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,10 +46,9 @@ impl DofSet {
         Self {
             name: name.to_owned(),
             dofs: dofs.to_vec(),
-            noise: if setup.predicts_measurements() {
-                vec![0.0; trained.noise.len()]
-            } else {
-                trained.noise.clone()
+            noise: match setup.predicts_measurements() {
+                true => vec![0.0; trained.noise.len()],
+                false => trained.noise.clone(),
             },
         }
     }
@@ -54,13 +56,12 @@ impl DofSet {
 
 /// The observed degrees of freedom and, if there are any, the others.
 pub fn dof_sets(setup: &Setup, trained: &TrainedModel) -> Vec<DofSet> {
-    let parts = [
-        ("observed", &trained.observed),
-        ("others", &trained.inferred),
-    ];
+    let TrainedModel {
+        observed, inferred, ..
+    } = trained;
+    let parts = [("observed", observed), ("others", inferred)].into_iter();
+    let parts = parts.filter(|(_, dofs)| !dofs.is_empty());
     parts
-        .into_iter()
-        .filter(|(_, dofs)| !dofs.is_empty())
         .map(|(name, dofs)| DofSet::of(setup, trained, name, dofs))
         .collect()
 }
@@ -117,12 +118,13 @@ impl Accuracy {
         }
         errors.sort_by(f64::total_cmp);
         distances.sort_by(f64::total_cmp);
-        let mean = |values: &mut dyn Iterator<Item = f64>, n: usize| values.sum::<f64>() / n as f64;
+        let (n, motions) = (errors.len() as f64, distances.len() as f64);
+        let squares: f64 = distances.iter().map(|x| x * x).sum();
         Self {
-            mean: mean(&mut errors.iter().copied(), errors.len()),
+            mean: errors.iter().sum::<f64>() / n,
             median: quantile(&errors, 0.5),
-            rms_distance: mean(&mut distances.iter().map(|x| x * x), distances.len()).sqrt(),
-            covered: covered.map(|count| count as f64 / errors.len() as f64),
+            rms_distance: (squares / motions).sqrt(),
+            covered: covered.map(|count| count as f64 / n),
             distances,
         }
     }

@@ -76,10 +76,8 @@ fn basis(text: &str) -> anyhow::Result<Basis> {
         let count: Option<usize> = word.parse().ok().filter(|n| (1..=100).contains(n));
         count.with_context(|| format!("{word:?} functions, expected 1 to 100"))
     };
-    let size = |word: &str| {
-        let size: Option<f64> = word.parse().ok().filter(|v| *v > 0.0 && *v < f64::INFINITY);
-        size.with_context(|| format!("{word:?} is not finite and positive"))
-    };
+    let size =
+        |word: &str| positive(word).with_context(|| format!("{word:?} is not finite and positive"));
     Ok(match words[..] {
         ["poly", n] => Basis::Polynomial { count: count(n)? },
         ["legendre", n] => Basis::Legendre { count: count(n)? },
@@ -102,6 +100,11 @@ fn basis(text: &str) -> anyhow::Result<Basis> {
     })
 }
 
+fn positive(word: &str) -> Option<f64> {
+    let number = word.parse().ok();
+    number.filter(|v| *v > 0.0 && *v < f64::INFINITY)
+}
+
 /// Which filter runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
@@ -119,11 +122,11 @@ impl FromStr for Mode {
     type Err = anyhow::Error;
 
     fn from_str(text: &str) -> anyhow::Result<Self> {
-        Ok(match text.split_once(':') {
-            None if text == "exact" => Self::Exact,
-            None if text == "compat" => Self::Compat,
-            None if text == "bank" => Self::Bank,
-            Some(("ensemble", members)) => {
+        Ok(match (text, text.strip_prefix("ensemble:")) {
+            ("exact", _) => Self::Exact,
+            ("compat", _) => Self::Compat,
+            ("bank", _) => Self::Bank,
+            (_, Some(members)) => {
                 let members: Option<usize> = members.parse().ok();
                 let members = members.filter(|n| (2..=MOST_MEMBERS).contains(n));
                 Self::Ensemble(members.context("an ensemble has 2 to 100000 members")?)
@@ -164,10 +167,8 @@ impl FromStr for Noise {
             "fit" => Self::Fit,
             "loo" => Self::HeldOut,
             _ => {
-                let factor: Option<f64> =
-                    text.parse().ok().filter(|v| *v > 0.0 && *v < f64::INFINITY);
                 let wanted = || format!("{text:?} is none of fit, loo, a positive number");
-                Self::FitTimes(factor.with_context(wanted)?)
+                Self::FitTimes(positive(text).with_context(wanted)?)
             }
         })
     }
@@ -231,22 +232,22 @@ impl Setup {
             );
         }
         let seen: Vec<bool> = (0..dofs).map(|d| observed.contains(&d)).collect();
-        let demonstrations = set
-            .trajectories
-            .iter()
-            .map(|t| t.to_demonstration())
-            .collect::<anyhow::Result<Vec<_>>>()?;
-        let mut groups = groups(&set.columns, &seen, self.first_basis());
+        let demonstrations = set.to_demonstrations()?;
+        let first = match self.basis {
+            BasisChoice::Given(basis) => basis,
+            // It stands in until a basis is chosen.
+            BasisChoice::Automatic => Basis::Legendre { count: 8 },
+        };
+        let mut groups = groups(&set.columns, &seen, first);
         if self.basis == BasisChoice::Automatic {
             let (criterion, config) = (Criterion::LeaveOneOut, SelectionConfig::default());
             let candidates = default_candidates();
             groups = select_groups(&demonstrations, &groups, &candidates, criterion, &config)
                 .context("choosing a basis")?;
         }
-        let mut config = if self.trains_as_published() {
-            TrainingConfig::published(groups)
-        } else {
-            TrainingConfig::new(groups)
+        let mut config = match self.trains_as_published() {
+            true => TrainingConfig::published(groups),
+            false => TrainingConfig::new(groups),
         };
         let tuned = self.noise == Noise::HeldOut && self.mode != Mode::Compat;
         let model = if tuned {
@@ -264,33 +265,21 @@ impl Setup {
             }
             Model::train(&demonstrations, &config).context("training")?
         };
-        let factor = model.tuning().map_or(1.0, |t| t.noise_factor);
-        let times = |noise: &[f64], factor: f64| noise.iter().map(|v| v * factor).collect();
-        let noise = match self.noise {
-            Noise::Fit => times(model.noise_fit(), 1.0),
-            Noise::FitTimes(factor) => times(model.noise_fit(), factor),
+        let (noise, factor) = match self.noise {
+            Noise::Fit => (model.noise_fit(), 1.0),
+            Noise::FitTimes(factor) => (model.noise_fit(), factor),
             Noise::HeldOut => {
                 let noise = model.noise_held_out();
-                times(
-                    noise.context("--noise loo needs two training files or more")?,
-                    factor,
-                )
+                let noise = noise.context("--noise loo needs two training files or more")?;
+                (noise, model.tuning().map_or(1.0, |t| t.noise_factor))
             }
         };
         Ok(TrainedModel {
-            model,
+            noise: noise.iter().map(|v| v * factor).collect(),
             observed: observed.clone(),
             inferred: (0..dofs).filter(|d| !seen[*d]).collect(),
-            noise,
+            model,
         })
-    }
-
-    /// The basis that was given, or the one that stands in until a basis is chosen.
-    fn first_basis(&self) -> Basis {
-        match self.basis {
-            BasisChoice::Given(basis) => basis,
-            BasisChoice::Automatic => Basis::Legendre { count: 8 },
-        }
     }
 
     /// Is the model trained as published? The published filter always is.
@@ -328,10 +317,9 @@ fn groups(columns: &[String], seen: &[bool], basis: Basis) -> Vec<Group> {
     runs.map(|run| {
         let name = format!("{}..{}", columns[first], columns[first + run.len() - 1]);
         first += run.len();
-        if run[0] {
-            Group::observed(&name, run.len(), basis)
-        } else {
-            Group::controlled(&name, run.len(), basis)
+        match run[0] {
+            true => Group::observed(&name, run.len(), basis),
+            false => Group::controlled(&name, run.len(), basis),
         }
     })
     .collect()

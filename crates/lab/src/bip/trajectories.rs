@@ -4,6 +4,7 @@ use crate::report::quantiles;
 use anyhow::{Context, bail, ensure};
 use hwall_bip::Demonstration;
 use hwall_stage::numbers::NumberReader;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The column that holds time stamps, s. It comes first or not at all.
@@ -27,6 +28,17 @@ pub struct TrajectorySet {
     pub trajectories: Vec<Trajectory>,
 }
 
+impl TrajectorySet {
+    /// As training data; missing values are errors.
+    ///
+    /// # Errors
+    /// A missing value, fewer than two samples.
+    pub fn to_demonstrations(&self) -> anyhow::Result<Vec<Demonstration>> {
+        let all = self.trajectories.iter();
+        all.map(Trajectory::to_demonstration).collect()
+    }
+}
+
 /// One motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
@@ -42,17 +54,6 @@ pub struct Trajectory {
     pub rows: Vec<Vec<Option<f64>>>,
 }
 
-/// Which files of a folder to take where it holds both `train*.csv` and `test*.csv`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
-    /// All of them.
-    All,
-    /// Names that start with `train`.
-    Train,
-    /// Names that start with `test`.
-    Test,
-}
-
 /// Reads training and test motions, which must have the same columns. One folder may hold both.
 ///
 /// # Errors
@@ -63,13 +64,11 @@ pub fn read_both(train: &Path, test: &Path) -> anyhow::Result<TrainTest> {
         (Ok(a), Ok(b)) => a == b,
         _ => false,
     };
-    let both = same
-        && !csv_files(train, Part::Train)?.is_empty()
-        && !csv_files(test, Part::Test)?.is_empty();
-    let [of_train, of_test] = if both {
-        [Part::Train, Part::Test]
-    } else {
-        [Part::All; 2]
+    let both =
+        same && !csv_files(train, "train")?.is_empty() && !csv_files(test, "test")?.is_empty();
+    let [of_train, of_test] = match both {
+        true => ["train", "test"],
+        false => [""; 2],
     };
     let train = read(train, of_train)?;
     let mut test = read(test, of_test)?;
@@ -82,35 +81,31 @@ pub fn read_both(train: &Path, test: &Path) -> anyhow::Result<TrainTest> {
     Ok(TrainTest { train, test })
 }
 
-/// Reads the motions of a folder.
+/// Reads the motions of a folder whose files' names begin so.
 ///
 /// # Errors
 /// As [`read_both`].
-pub fn read(folder: &Path, part: Part) -> anyhow::Result<TrajectorySet> {
-    let files = csv_files(folder, part)?;
+pub fn read(folder: &Path, prefix: &str) -> anyhow::Result<TrajectorySet> {
+    let files = csv_files(folder, prefix)?;
     ensure!(!files.is_empty(), "{}: no CSV files", folder.display());
-    let kinds = Kinds::read(folder)?;
+    let kinds = kinds(folder)?;
     let numbers = numbers_in_names(&files);
-    let mut set: Option<TrajectorySet> = None;
+    let mut set = TrajectorySet {
+        columns: Vec::new(),
+        trajectories: Vec::new(),
+    };
     for (i, file) in files.iter().enumerate() {
         let id = numbers.as_ref().map_or(i as u64, |n| n[i]);
         let (columns, mut trajectory) = read_file(file, id)?;
-        trajectory.kind = kinds.of(file);
-        match &mut set {
-            None => {
-                set = Some(TrajectorySet {
-                    columns,
-                    trajectories: vec![trajectory],
-                });
-            }
-            Some(set) => {
-                let first = &set.trajectories[0];
-                same_columns((first, &set.columns), (&trajectory, &columns))?;
-                set.trajectories.push(trajectory);
-            }
+        let name = file.file_name().unwrap_or_default();
+        trajectory.kind = kinds.get(name.to_string_lossy().as_ref()).cloned();
+        match set.trajectories.first() {
+            None => set.columns = columns,
+            Some(first) => same_columns((first, &set.columns), (&trajectory, &columns))?,
         }
+        set.trajectories.push(trajectory);
     }
-    set.context("no CSV files")
+    Ok(set)
 }
 
 fn same_columns(
@@ -132,22 +127,20 @@ fn same_columns(
     Ok(())
 }
 
+/// By the ending of the name, in capitals or not.
+pub fn is_csv(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+}
+
 /// CSV files by name.
-fn csv_files(folder: &Path, part: Part) -> anyhow::Result<Vec<PathBuf>> {
+fn csv_files(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
     let context = || folder.display().to_string();
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).with_context(context)? {
         let path = entry.with_context(context)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let wanted = match part {
-            Part::All => true,
-            Part::Train => name.starts_with("train"),
-            Part::Test => name.starts_with("test"),
-        };
-        let csv = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-        if csv && wanted {
+        if is_csv(&path) && name.starts_with(prefix) {
             files.push(path);
         }
     }
@@ -258,32 +251,21 @@ impl Trajectory {
     }
 }
 
-/// Kinds of motion from `workload_meta.json`, if there is one: entries with `file` and `kind`.
-struct Kinds(Vec<(String, String)>);
-
-impl Kinds {
-    fn read(folder: &Path) -> anyhow::Result<Self> {
-        let path = folder.join("workload_meta.json");
-        if !path.exists() {
-            return Ok(Self(Vec::new()));
-        }
-        let context = || path.display().to_string();
-        let text = std::fs::read_to_string(&path).with_context(context)?;
-        let meta: serde_json::Value = serde_json::from_str(&text).with_context(context)?;
-        let entry = |e: &serde_json::Value| {
-            let (file, kind) = (e["file"].as_str()?, e["kind"].as_str()?);
-            let file = Path::new(file).file_name()?.to_str()?;
-            Some((file.to_owned(), kind.to_owned()))
-        };
-        let tests = meta["test"].as_array();
-        Ok(Self(
-            tests.into_iter().flatten().filter_map(entry).collect(),
-        ))
+/// Kinds of motion by the names of files, from `workload_meta.json`, if there is one: entries with `file` and `kind`.
+fn kinds(folder: &Path) -> anyhow::Result<BTreeMap<String, String>> {
+    let path = folder.join("workload_meta.json");
+    if !path.exists() {
+        return Ok(BTreeMap::new());
     }
-
-    fn of(&self, file: &Path) -> Option<String> {
-        let name = file.file_name()?.to_str()?;
-        let found = self.0.iter().find(|(file, _)| file == name)?;
-        Some(found.1.clone())
-    }
+    let context = || path.display().to_string();
+    let text = std::fs::read_to_string(&path).with_context(context)?;
+    let meta: serde_json::Value = serde_json::from_str(&text).with_context(context)?;
+    let entry = |e: &serde_json::Value| {
+        let (file, kind) = (e["file"].as_str()?, e["kind"].as_str()?);
+        let file = Path::new(file).file_name()?.to_str()?;
+        Some((file.to_owned(), kind.to_owned()))
+    };
+    let tests = meta["test"].as_array().into_iter().flatten();
+    // The first entry of a file counts.
+    Ok(tests.rev().filter_map(entry).collect())
 }

@@ -1,21 +1,20 @@
 //! The dissertation's experiment on simulated people: 47 reaches to learn from, 30 to be judged by.
 
 use crate::contact::candidates::Candidate;
-use crate::contact::report::{Choice, Comparison, Section, compare};
-use crate::contact::run::run;
+use crate::contact::report::{Choice, Section, compare};
+use crate::contact::run::first_learnt;
 use crate::contact::scores::Scores;
 use crate::contact::tables;
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
 use crate::end_to_end::candidate::candidate;
+use crate::report::{cells, yes_or_no};
 use anyhow::ensure;
-use hwall_contact::score::Moment;
-use hwall_contact::score::{Fold, Split};
+use hwall_contact::score::{Moment, Split};
 use hwall_hand::LabelledReach;
 use hwall_sim::{Gesture, PersonConfig};
 use hwall_stage::numbers::counted;
 use hwall_testkit::MarkdownTable;
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// Mean errors in x, y and z over 30 targets, cm. Source: [H-Wall], chapter VI.
@@ -23,24 +22,8 @@ const DISSERTATION_MEAN_CM: [f64; 3] = [3.62, 5.43, 6.95];
 /// The largest of these errors, cm.
 const DISSERTATION_MAX_CM: [f64; 3] = [9.96, 12.83, 12.94];
 
-/// What this project aims at.
-struct Target {
-    /// Share of the time of a reach.
-    share: f64,
-    /// Mean error of every axis, cm.
-    mean_cm: f64,
-}
-
-const TARGETS: [Target; 2] = [
-    Target {
-        share: 0.5,
-        mean_cm: 3.0,
-    },
-    Target {
-        share: 0.7,
-        mean_cm: 1.5,
-    },
-];
+/// What this project aims at: after a share of the time of a reach, a mean error of every axis, cm.
+const TARGETS: [(f64, f64); 2] = [(0.5, 3.0), (0.7, 1.5)];
 
 /// What the user changes of an experiment that is otherwise as published.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,46 +95,22 @@ pub fn report(
             &open,
         ),
     ] {
-        let test = of(config, Part::Test)?;
-        let mut all: Vec<LabelledReach> = train.iter().cloned().chain(test).collect();
+        let mut all = train.clone();
+        all.extend(of(config, Part::Test)?);
         choice.apply(&mut all);
-        let absent = choice.absent(&all);
         let test = &all[train.len()..];
-        let split = Split {
-            description: format!(
-                "judged: {} of {}",
-                counted(test.len(), "reach", "reaches"),
-                people(test)
-            ),
-            folds: vec![Fold {
-                train: (0..train.len()).collect(),
-                test: (train.len()..train.len() + test.len()).collect(),
-            }],
-        };
-        let Comparison {
-            mut scores,
-            mut not_run,
-        } = compare(name, candidates, &all, &split, out)?;
+        let judged = counted(test.len(), "reach", "reaches");
+        let split = first_learnt(train.len(), all.len());
+        let mut compared = compare(name, candidates, &all, &split, out)?;
         // Only here is there an arm that can present what is touched.
-        match run(&candidate(), &all, &split, None) {
-            Ok(response) => scores.push(response),
-            Err(error) => not_run.push(format!("the end-to-end response: {error:#}")),
-        }
-        write!(text, "\n### {heading}\n\nSplit: {}.\n", split.description)?;
-        for note in absent {
-            writeln!(text, "\nNot there: {note}.")?;
-        }
-        for note in not_run {
-            writeln!(text, "\nNot run: {note}.")?;
-        }
-        write!(
-            text,
-            "{}\n{}\n{}",
-            tables::in_short(&scores),
-            side_by_side(&scores),
-            tables::markdown(&scores)
-        )?;
-        sets.push((format!("simulated, {name}"), scores));
+        compared.add(&candidate(), &all, &split);
+        let beside = format!("{}\n", side_by_side(&compared.scores));
+        text += &format!(
+            "\n### {heading}\n\nSplit: judged: {judged} of {}.\n{}",
+            people(test),
+            compared.text(&choice.absent(&all), &beside)
+        );
+        sets.push((format!("simulated, {name}"), compared.scores));
     }
     Ok(Section { text, sets })
 }
@@ -169,36 +128,24 @@ pub fn pointing(
     let made = generate(&overrides.apply(DemonstrationConfig::pointing()))?;
     let mut reaches: Vec<LabelledReach> = made.into_iter().map(|d| d.labelled).collect();
     choice.apply(&mut reaches);
-    let absent = choice.absent(&reaches);
     ensure!(
         reaches.len() > 1,
         "{}: nothing to learn from",
         counted(reaches.len(), "reach", "reaches")
     );
     let split = Split::of(&reaches, &(0..reaches.len()).collect::<Vec<_>>());
-    let Comparison { scores, not_run } = compare("pointing", candidates, &reaches, &split, out)?;
-    let mut text = format!(
-        "## {} of {}, seed {}\n\nSplit: {}.\n",
+    let compared = compare("pointing", candidates, &reaches, &split, out)?;
+    let count = names(&reaches).len();
+    let text = format!(
+        "## {} of {}, seed {}\n\nSplit: {}.\n{}",
         counted(reaches.len(), "pointing reach", "pointing reaches"),
-        counted(
-            names(&reaches).len(),
-            "simulated person",
-            "simulated people"
-        ),
+        counted(count, "simulated person", "simulated people"),
         overrides.seed,
-        split.description
+        split.description,
+        compared.text(&choice.absent(&reaches), "")
     );
-    for note in absent {
-        writeln!(text, "\nNot there: {note}.")?;
-    }
-    for note in not_run {
-        writeln!(text, "\nNot run: {note}.")?;
-    }
-    text += &(tables::in_short(&scores) + "\n" + &tables::markdown(&scores));
-    Ok(Section {
-        text,
-        sets: vec![("simulated, pointing".to_owned(), scores)],
-    })
+    let sets = vec![("simulated, pointing".to_owned(), compared.scores)];
+    Ok(Section { text, sets })
 }
 
 fn names(reaches: &[LabelledReach]) -> BTreeSet<&str> {
@@ -213,32 +160,28 @@ fn people(reaches: &[LabelledReach]) -> String {
 
 /// Every method after half and after 70 % of the time, beside the published errors and the targets.
 fn side_by_side(scores: &[Scores]) -> MarkdownTable {
-    let mut columns = vec!["mean / largest error, cm".to_owned()];
-    for Target { share, mean_cm } in TARGETS {
-        let at = format!("{:.0} %", 100.0 * share);
-        columns.extend(["x", "y", "z"].map(|axis| format!("{axis} at {at}")));
-        columns.push(format!("missed at {at}"));
-        columns.push(format!("mean within {mean_cm} cm"));
-    }
-    let mut table = MarkdownTable::new(columns);
-    let mut published = vec!["dissertation, 30 targets".to_owned()];
-    for _ in TARGETS {
+    let titles = TARGETS.into_iter().flat_map(|(share, mean_cm)| {
+        let titles =
+            ["x", "y", "z", "missed"].map(|what| format!("{what} at {:.0} %", 1e2 * share));
+        titles
+            .into_iter()
+            .chain([format!("mean within {mean_cm} cm")])
+    });
+    let mut table = MarkdownTable::new(cells(["mean / largest error, cm"], titles));
+    let published = TARGETS.into_iter().flat_map(|_| {
         let errors = DISSERTATION_MEAN_CM.iter().zip(DISSERTATION_MAX_CM);
-        published.extend(errors.map(|(mean, max)| format!("{mean:.2} / {max:.2}")));
-        published.extend(["not published", ""].map(str::to_owned));
-    }
-    table.row(published);
+        let errors = errors.map(|(mean, max)| format!("{mean:.2} / {max:.2}"));
+        errors.chain(["not published", ""].map(str::to_owned))
+    });
+    table.row(cells(["dissertation, 30 targets"], published));
     for s in scores {
-        let mut cells = vec![s.name.clone()];
-        for Target { share, mean_cm } in TARGETS {
+        let own = TARGETS.into_iter().flat_map(|(share, mean_cm)| {
             let at = s.at_moment(Moment::Share(share));
-            let (mean, max) = (100.0 * at.axis_mean_m, 100.0 * at.axis_max_m);
-            cells.extend([0, 1, 2].map(|i| format!("{:.2} / {:.2}", mean[i], max[i])));
-            cells.push(format!("{} of {}", at.missed, at.count));
-            let within = mean.max_element() <= mean_cm;
-            cells.push(if within { "yes" } else { "no" }.to_owned());
-        }
-        table.row(cells);
+            let within = 100.0 * at.axis_mean_m.max_element() <= mean_cm;
+            let within = yes_or_no(within).to_owned();
+            tables::axis_cells(&at).into_iter().chain([within])
+        });
+        table.row(cells([&s.name], own));
     }
     table
 }

@@ -1,5 +1,6 @@
 //! Labelled reaches from recorded hands.
 
+use crate::bip::trajectories::is_csv;
 use anyhow::{Context, ensure};
 use hwall_contact::score::Split;
 use hwall_hand::{
@@ -7,6 +8,7 @@ use hwall_hand::{
     labelled_reaches, read_recordings,
 };
 use hwall_stage::input::recording_units::RecordingUnits;
+use hwall_stage::numbers::counted;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -118,18 +120,14 @@ pub fn read<'a>(recorded: impl Into<Recorded<'a>>) -> anyhow::Result<FoundSource
         path.display(),
         reasons(&refused)
     );
-    let several: BTreeSet<PathBuf> = {
-        let folders: Vec<&PathBuf> = groups.keys().map(|(folder, _)| folder).collect();
-        let twice = folders.windows(2).filter(|w| w[0] == w[1]);
-        twice.map(|w| w[0].clone()).collect()
-    };
+    let folders: Vec<PathBuf> = groups.keys().map(|(folder, _)| folder.clone()).collect();
+    let several = |folder: &PathBuf| folders.iter().filter(|f| *f == folder).count() > 1;
     let mut sources = Vec::new();
     let mut taken = BTreeSet::from(TAKEN.map(str::to_owned));
     for ((folder, _), files) in groups {
-        let name = if folder.as_os_str().is_empty() || several.contains(&folder) {
-            files[0].path.with_extension("")
-        } else {
-            folder
+        let name = match folder.as_os_str().is_empty() || several(&folder) {
+            true => files[0].path.with_extension(""),
+            false => folder,
         };
         let name = unused(name.display().to_string(), &mut taken);
         let source = Source::of(name.clone(), files).with_context(|| name)?;
@@ -187,7 +185,8 @@ fn pass_over_motions(dir: &Path, files: &mut Vec<PathBuf>) -> Vec<(PathBuf, usiz
     for path in files.iter() {
         let folder = path.parent().unwrap_or(dir).to_owned();
         // A folder that the user names is read all the same.
-        let (motions, count) = folders.entry(folder.clone()).or_insert((folder != dir, 0));
+        let named = folder == dir;
+        let (motions, count) = folders.entry(folder).or_insert((!named, 0));
         *motions &= of_motion(path);
         *count += 1;
     }
@@ -201,14 +200,12 @@ fn pass_over_motions(dir: &Path, files: &mut Vec<PathBuf>) -> Vec<(PathBuf, usiz
 }
 
 fn csv_files(dir: &Path, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {
-    for entry in std::fs::read_dir(dir).with_context(|| dir.display().to_string())? {
-        let path = entry.with_context(|| dir.display().to_string())?.path();
+    let context = || dir.display().to_string();
+    for entry in std::fs::read_dir(dir).with_context(context)? {
+        let path = entry.with_context(context)?.path();
         if path.is_dir() {
             csv_files(&path, found)?;
-        } else if path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
-        {
+        } else if is_csv(&path) {
             found.push(path);
         }
     }
@@ -234,14 +231,13 @@ impl Source {
         let mut durations: Vec<f64> = all().map(Recording::duration_s).collect();
         durations.sort_by(f64::total_cmp);
         let short = durations[durations.len() / 2] <= LONGEST_TRIAL_S;
-        let (cut, cut_words) = if names_trials {
-            let words = "every trial from the onset of its movement to its contact or its last moving frame";
-            (ReachCut::ByTrial, words)
-        } else if file_count > 1 && short {
-            let words = "the first reach of every file, by speed";
-            (ReachCut::First, words)
-        } else {
-            (ReachCut::All, "all reaches, by speed")
+        let (cut, cut_words) = match (names_trials, file_count > 1 && short) {
+            (true, _) => (
+                ReachCut::ByTrial,
+                "every trial from the onset of its movement to its contact or its last moving frame",
+            ),
+            (false, true) => (ReachCut::First, "the first reach of every file, by speed"),
+            (false, false) => (ReachCut::All, "all reaches, by speed"),
         };
         let files_are_people = names_trials && !names_people && file_count > 1;
         let mut ignored_columns: Vec<String> = Vec::new();
@@ -255,24 +251,20 @@ impl Source {
             }
         }
         let points = quantities(&all().cloned().collect::<Vec<_>>()).join(", ");
-        let recordings: Vec<Recording> = files
-            .into_iter()
-            .flat_map(|file| {
-                let stem = file
-                    .path
-                    .file_stem()
-                    .map(|s| s.to_string_lossy().into_owned());
-                file.recordings.into_iter().map(move |mut recording| {
-                    if files_are_people {
-                        recording.person.clone_from(&stem);
-                    }
-                    if cut == ReachCut::First {
-                        recording.trial.clone_from(&stem);
-                    }
-                    recording
-                })
-            })
-            .collect();
+        let mut recordings: Vec<Recording> = Vec::new();
+        for file in files {
+            let stem = file.path.file_stem();
+            let stem = stem.map(|s| s.to_string_lossy().into_owned());
+            for mut recording in file.recordings {
+                if files_are_people {
+                    recording.person.clone_from(&stem);
+                }
+                if cut == ReachCut::First {
+                    recording.trial.clone_from(&stem);
+                }
+                recordings.push(recording);
+            }
+        }
         let config = LabelConfig {
             cut,
             ..LabelConfig::default()
@@ -290,17 +282,15 @@ impl Source {
             .map(|(why, (count, first))| format!("{count} × {why} (first: {first})"))
             .chain((zero_rows > 0).then_some(zeros))
             .collect();
-        let touching = labelled.reaches.first().map(|r| r.point);
+        let touching = match labelled.reaches.first().map(|r| r.point) {
+            None => "hand",
+            Some(HandPoint::Palm) => "palm",
+            Some(tip) => tip.name(),
+        };
+        let count = counted(file_count, "file", "files");
         Ok(Self {
             name,
-            description: format!(
-                "{file_count} {}: {points}; {cut_words}; end of the {}",
-                if file_count == 1 { "file" } else { "files" },
-                touching.map_or("hand", |p| match p {
-                    HandPoint::Palm => "palm",
-                    tip => tip.name(),
-                })
-            ),
+            description: format!("{count}: {points}; {cut_words}; end of the {touching}"),
             reaches: labelled.reaches,
             recordings: labelled.recordings,
             left_out,

@@ -2,7 +2,7 @@
 
 use crate::contact::candidates::Candidate;
 use crate::contact::figures;
-use crate::contact::recordings::{FoundSources, Recorded, Source, read};
+use crate::contact::recordings::{Recorded, Source, read};
 use crate::contact::rows::EstimateRows;
 use crate::contact::run::run;
 use crate::contact::scores::Scores;
@@ -10,9 +10,8 @@ use crate::contact::tables;
 use crate::report::quantiles;
 use anyhow::Context;
 use hwall_contact::score::Split;
-use hwall_hand::{LabelledReach, NamedPoint};
+use hwall_hand::{HandFrame, LabelledReach, NamedPoint};
 use hwall_stage::numbers::counted;
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// Fewer reaches than this are an illustration, not a result.
@@ -38,6 +37,39 @@ pub struct Comparison {
     pub not_run: Vec<String>,
 }
 
+impl Comparison {
+    /// A candidate that is run on the set beside those compared.
+    pub fn add(&mut self, candidate: &Candidate, reaches: &[LabelledReach], split: &Split) {
+        self.take(candidate, run(candidate, reaches, split, None));
+    }
+
+    fn take(&mut self, candidate: &Candidate, found: anyhow::Result<Scores>) {
+        match found {
+            Ok(scores) => self.scores.push(scores),
+            Err(error) => self.not_run.push(format!("{}: {error:#}", candidate.name)),
+        }
+    }
+
+    /// What is missing, and the tables; `more` stands behind the first of them.
+    pub fn text(&self, absent: &[String], more: &str) -> String {
+        let mut text = String::new();
+        for note in absent {
+            text += &format!("\nNot there: {note}.\n");
+        }
+        for note in &self.not_run {
+            text += &format!("\nNot run: {note}.\n");
+        }
+        if !self.scores.is_empty() {
+            let (short, long) = (
+                tables::in_short(&self.scores),
+                tables::markdown(&self.scores),
+            );
+            text += &format!("{short}\n{more}{long}");
+        }
+        text
+    }
+}
+
 /// Runs every candidate on one set of reaches.
 ///
 /// With a folder: `NAME_predictions.csv` (one row a prediction at the moments of the tables, and one every
@@ -54,33 +86,33 @@ pub fn compare(
     out: Option<&Path>,
 ) -> anyhow::Result<Comparison> {
     let file = |what: &str| out.map(|folder| folder.join(format!("{name}_{what}")));
-    let mut rows = match file("predictions.csv") {
-        Some(path) => Some(EstimateRows::create(&path, name)?),
-        None => None,
+    let rows = file("predictions.csv").map(|path| EstimateRows::create(&path, name));
+    let mut rows = rows.transpose()?;
+    let mut comparison = Comparison {
+        scores: Vec::new(),
+        not_run: Vec::new(),
     };
-    let (mut scores, mut not_run) = (Vec::new(), Vec::new());
     for candidate in candidates {
-        match run(candidate, reaches, split, rows.as_mut()) {
-            Ok(found) => scores.push(found),
-            Err(error) => not_run.push(format!("{}: {error:#}", candidate.name)),
-        }
+        let found = run(candidate, reaches, split, rows.as_mut());
+        comparison.take(candidate, found);
     }
     if let Some(rows) = rows {
         rows.finish()?;
     }
+    let scores = &comparison.scores;
     if let Some(path) = file("scores.csv") {
-        tables::csv(&path, name, &scores)?;
+        tables::csv(&path, name, scores)?;
     }
     let judged: usize = split.folds.iter().map(|f| f.test.len()).sum();
     if let (Some(path), false) = (file("error.svg"), scores.is_empty()) {
         let title = format!("{name}: where {judged} reaches end, none of them learnt from");
-        figures::error_over_time(&path, &title, &scores)?;
+        figures::error_over_time(&path, &title, scores)?;
     }
     if let Some(path) = file("reliability.svg") {
         let title = format!("{name}: calibration, 30 to 90 % of {judged} reaches");
-        figures::reliability(&path, &title, &scores)?;
+        figures::reliability(&path, &title, scores)?;
     }
-    Ok(Comparison { scores, not_run })
+    Ok(comparison)
 }
 
 /// What the estimators may see of the reaches.
@@ -97,26 +129,27 @@ impl Choice {
     /// learned estimator to look at.
     pub fn absent(&self, reaches: &[LabelledReach]) -> Vec<String> {
         let frames = || reaches.iter().flat_map(|r| &r.frames);
-        let count = frames().count();
-        let seldom = |seen: usize| (seen as f64) < USUALLY_SEEN * count as f64 || count == 0;
-        let line = |flag: &str, what: &str, seen: usize| {
+        let share = |seen: &dyn Fn(&HandFrame) -> bool| {
+            let count = frames().filter(|f| seen(f)).count();
+            count as f64 / frames().count().max(1) as f64
+        };
+        let points = self.points.iter().flatten().map(|point| {
+            let share = share(&|f| f.named(*point).is_some());
+            ("--points", point.name(), share)
+        });
+        let gaze = self.gaze.then(|| {
+            let share = share(&|f| f.gaze_ray().is_some());
+            ("--gaze", "the gaze", share)
+        });
+        let asked = points.chain(gaze).filter(|asked| asked.2 < USUALLY_SEEN);
+        let line = |(flag, what, share)| {
             format!(
                 "{flag}: {what} is seen in {:.0} % of the samples; it is left out, for which {:.0} % would be needed",
-                100.0 * seen as f64 / count.max(1) as f64,
+                100.0 * share,
                 100.0 * USUALLY_SEEN
             )
         };
-        let points = self.points.iter().flatten().map(|point| {
-            let seen = frames().filter(|f| f.named(*point).is_some()).count();
-            ("--points", point.name(), seen)
-        });
-        let seen = frames().filter(|f| f.gaze_ray().is_some()).count();
-        let gaze = self.gaze.then_some(("--gaze", "the gaze", seen));
-        let asked = points.chain(gaze);
-        asked
-            .filter(|(_, _, seen)| seldom(*seen))
-            .map(|(flag, what, seen)| line(flag, what, seen))
-            .collect()
+        asked.map(line).collect()
     }
 
     /// Takes away what may not be seen; the touching point always stays.
@@ -142,46 +175,26 @@ pub fn recordings<'a>(
     choice: &Choice,
     out: Option<&Path>,
 ) -> anyhow::Result<Section> {
-    let FoundSources {
-        mut sources,
-        refused,
-    } = read(recorded)?;
-    sources
-        .iter_mut()
-        .for_each(|s| choice.apply(&mut s.reaches));
+    let found = read(recorded)?;
     let mut sets = Vec::new();
     let mut text = String::from("## Recorded hands\n");
-    for why in refused {
-        write!(text, "\nNot read: {why}.\n")?;
+    for why in found.refused {
+        text += &format!("\nNot read: {why}.\n");
     }
-    for source in &sources {
-        write!(text, "\n{}", heading(source))?;
+    for mut source in found.sources {
+        choice.apply(&mut source.reaches);
+        text += &format!("\n{}", heading(&source));
         if source.reaches.len() < 2 {
-            writeln!(
-                text,
-                "\nNothing to learn from: at least 2 reaches are needed, one to learn from and one to be judged."
-            )?;
+            text += "\nNothing to learn from: at least 2 reaches are needed, one to learn from and one to be judged.\n";
             continue;
         }
-        for note in choice.absent(&source.reaches) {
-            writeln!(text, "\nNot there: {note}.\n")?;
-        }
         let split = source.split();
-        let Comparison { scores, not_run } =
-            compare(&source.name, candidates, &source.reaches, &split, out)
-                .with_context(|| source.name.clone())?;
-        writeln!(text, " Split: {}.", split.description)?;
-        for note in not_run {
-            writeln!(text, "\nNot run: {note}.")?;
-        }
-        if !scores.is_empty() {
-            write!(
-                text,
-                "{}\n{}",
-                tables::in_short(&scores),
-                tables::markdown(&scores)
-            )?;
-            sets.push((source.name.clone(), scores));
+        let compared = compare(&source.name, candidates, &source.reaches, &split, out)
+            .with_context(|| source.name.clone())?;
+        let own = compared.text(&choice.absent(&source.reaches), "");
+        text += &format!(" Split: {}.\n{own}", split.description);
+        if !compared.scores.is_empty() {
+            sets.push((source.name, compared.scores));
         }
     }
     Ok(Section { text, sets })
@@ -189,37 +202,29 @@ pub fn recordings<'a>(
 
 fn heading(source: &Source) -> String {
     let reaches = &source.reaches;
-    let median = |values: Vec<f64>| quantiles(values, [0.5])[0];
     let n = reaches.len();
     let mut text = format!("### {}: {}", source.name, counted(n, "reach", "reaches"));
     if n > 0 {
         let start_m = |r: &LabelledReach| r.frames.iter().find_map(|f| f.point(r.point));
-        let lengths = reaches
+        let lengths_m = reaches
             .iter()
             .filter_map(|r| Some(start_m(r)?.distance(r.contact_m)));
-        let _ = write!(
-            text,
-            " of {:.2} m and {:.2} s (medians)",
-            median(lengths.collect()),
-            median(reaches.iter().map(LabelledReach::duration_s).collect())
-        );
+        let [length_m] = quantiles(lengths_m, [0.5]);
+        let [duration_s] = quantiles(reaches.iter().map(LabelledReach::duration_s), [0.5]);
+        text += &format!(" of {length_m:.2} m and {duration_s:.2} s (medians)");
     }
-    let _ = write!(text, "\n\n{}.", source.description);
+    text += &format!("\n\n{}.", source.description);
     if n < FEW {
-        let _ = write!(
-            text,
-            " Too few for conclusions, for which {FEW} would be needed: an illustration."
-        );
+        text +=
+            &format!(" Too few for conclusions, for which {FEW} would be needed: an illustration.");
     }
-    if !source.left_out.is_empty() {
-        let _ = write!(text, " Left out: {}.", source.left_out.join("; "));
-    }
-    if !source.ignored_columns.is_empty() {
-        let _ = write!(
-            text,
-            " Ignored columns: {}.",
-            source.ignored_columns.join(", ")
-        );
+    for (what, list, between) in [
+        ("Left out", &source.left_out, "; "),
+        ("Ignored columns", &source.ignored_columns, ", "),
+    ] {
+        if !list.is_empty() {
+            text += &format!(" {what}: {}.", list.join(between));
+        }
     }
     text
 }

@@ -1,9 +1,9 @@
 //! Estimates of where a reach ends as a file, one row each.
 
-use anyhow::Context;
+use crate::report::cells;
 use glam::{DMat3, DVec3};
-use hwall_contact::ContactEstimate;
 use hwall_contact::score::{Span, written};
+use hwall_contact::{ContactEstimate, TimeToContact};
 use hwall_hand::LabelledReach;
 use hwall_stage::numbers;
 use std::path::Path;
@@ -17,12 +17,32 @@ pub struct TimedEstimate {
     pub took_us: f64,
 }
 
+/// A cell; empty where there is no finite number.
+pub fn number(value: Option<f64>, decimals: usize) -> String {
+    let finite = value.filter(|v| v.is_finite());
+    finite.map_or_else(String::new, |v| format!("{v:.decimals$}"))
+}
+
+/// `x, y, z`; empty where there is no point.
+pub fn metres(point_m: Option<DVec3>, decimals: usize) -> [String; 3] {
+    match point_m {
+        Some(v) => v.to_array().map(|x| format!("{x:.decimals$}")),
+        None => [const { String::new() }; 3],
+    }
+}
+
 /// `xx, xy, xz, yy, yz, zz`; empty where there is none.
-pub fn covariance_cells(c: Option<DMat3>, write: impl Fn(f64) -> String) -> [String; 6] {
+pub fn covariance_cells(c: Option<DMat3>, decimals: usize) -> [String; 6] {
     c.map_or([const { String::new() }; 6], |c| {
         let [x, y, z] = [c.x_axis, c.y_axis, c.z_axis];
-        [x.x, x.y, x.z, y.y, y.z, z.z].map(write)
+        [x.x, x.y, x.z, y.y, y.z, z.z].map(|v| format!("{v:.decimals$e}"))
     })
+}
+
+/// The time left and its deviation, s.
+pub fn left_cells(left: Option<TimeToContact>, decimals: usize) -> [String; 2] {
+    let seconds = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.decimals$}"));
+    [left.map(|l| l.mean_s), left.and_then(|l| l.sd_s)].map(seconds)
 }
 
 /// A CSV with one row an estimate: those at the moments of the tables, and one every 50 ms.
@@ -58,37 +78,26 @@ impl EstimateRows {
         reach: &LabelledReach,
         estimates: &[TimedEstimate],
     ) -> anyhow::Result<()> {
-        let text = |name: &Option<String>| name.clone().unwrap_or_default();
+        let [person, trial] = [&reach.person, &reach.trial].map(|n| n.as_deref().unwrap_or(""));
+        let first = [&*self.source, method, &fold.to_string(), person, trial];
         let times_s: Vec<f64> = reach.frames.iter().map(|f| f.t_s).collect();
         for index in written(&times_s, Span::of(reach)) {
-            let frame = &reach.frames[index];
+            let t_s = times_s[index];
             let TimedEstimate { estimate, took_us } = estimates[index];
-            let left_s = reach.contact_s - frame.t_s;
-            let mut cells = vec![
-                self.source.clone(),
-                method.to_owned(),
-                fold.to_string(),
-                text(&reach.person),
-                text(&reach.trial),
-                format!("{:.6}", frame.t_s),
-                format!("{:.4}", 1.0 - left_s / reach.duration_s()),
+            let left_s = reach.contact_s - t_s;
+            let share = 1.0 - left_s / reach.duration_s();
+            let times = [
+                format!("{t_s:.6}"),
+                format!("{share:.4}"),
                 format!("{left_s:.6}"),
             ];
-            // Cells are empty where there is no estimate.
-            let metres = |cells: &mut Vec<String>, v: Option<DVec3>| match v {
-                Some(v) => cells.extend(v.to_array().map(|x| format!("{x:.6}"))),
-                None => cells.extend([const { String::new() }; 3]),
-            };
-            metres(&mut cells, estimate.map(|e| e.point_m));
-            metres(&mut cells, Some(reach.contact_m));
-            let covariance_m2 = estimate.and_then(|e| e.covariance_m2);
-            cells.extend(covariance_cells(covariance_m2, |v| format!("{v:.4e}")));
-            let left = estimate.and_then(|e| e.time_to_contact_s);
-            let seconds = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.5}"));
-            cells.push(seconds(left.map(|l| l.mean_s)));
-            cells.push(seconds(left.and_then(|l| l.sd_s)));
-            cells.push(format!("{took_us:.2}"));
-            self.out.write_record(&cells)?;
+            let mut row = cells(first, times);
+            row.extend(metres(estimate.map(|e| e.point_m), 6));
+            row.extend(metres(Some(reach.contact_m), 6));
+            row.extend(covariance_cells(estimate.and_then(|e| e.covariance_m2), 4));
+            row.extend(left_cells(estimate.and_then(|e| e.time_to_contact_s), 5));
+            row.push(format!("{took_us:.2}"));
+            self.out.write_record(&row)?;
         }
         Ok(())
     }
@@ -98,6 +107,6 @@ impl EstimateRows {
     /// # Errors
     /// A file that cannot be written.
     pub fn finish(mut self) -> anyhow::Result<()> {
-        self.out.flush().context("estimates")
+        self.out.flush()
     }
 }

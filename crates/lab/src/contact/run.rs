@@ -2,16 +2,22 @@
 
 use crate::contact::candidates::{BoxedEstimator, Candidate, Role};
 use crate::contact::rows::{EstimateRows, TimedEstimate};
-use crate::contact::scores::{Adapting, EstimateError, Scores, Training};
-use hwall_contact::score::{Evaluation, Fold, Moment, Split};
-use hwall_hand::LabelledReach;
+use crate::contact::scores::{Scores, Training};
+use hwall_contact::score::{Evaluation, Fold, Split};
+use hwall_contact::{ContactEstimate, ContactEstimator};
+use hwall_hand::{HandFrame, LabelledReach};
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// The estimates of one reach, frame by frame.
-struct ReachEstimates {
-    number: usize,
-    frames: Vec<TimedEstimate>,
+/// One fold: so many of the reaches are learnt from, the rest is judged.
+pub fn first_learnt(learnt: usize, reaches: usize) -> Split {
+    Split {
+        description: String::new(),
+        folds: vec![Fold {
+            train: (0..learnt).collect(),
+            test: (learnt..reaches).collect(),
+        }],
+    }
 }
 
 /// Trains a candidate on every fold, folds side by side, and then runs it over the reaches held out one after
@@ -23,7 +29,7 @@ pub fn run(
     candidate: &Candidate,
     reaches: &[LabelledReach],
     split: &Split,
-    rows: Option<&mut EstimateRows>,
+    mut rows: Option<&mut EstimateRows>,
 ) -> anyhow::Result<Scores> {
     let train = |fold: &Fold| -> anyhow::Result<(BoxedEstimator, Training)> {
         let learnt: Vec<&LabelledReach> = fold.train.iter().map(|&i| &reaches[i]).collect();
@@ -38,69 +44,69 @@ pub fn run(
     let folds = split.folds.par_iter().map(train);
     let trained: Vec<(BoxedEstimator, Training)> = folds.collect::<anyhow::Result<_>>()?;
     let training = trained.iter().map(|(_, training)| *training);
-    let training = training.max_by(|a, b| a.took_s.total_cmp(&b.took_s));
-    let mut estimates: Vec<Vec<ReachEstimates>> = Vec::new();
-    let mut adapting = Adapting::default();
-    for (fold, (mut estimator, _)) in split.folds.iter().zip(trained) {
-        let mut of_fold = Vec::new();
-        for &number in &fold.test {
-            estimator.begin();
-            let timed = |frame| {
-                let start = Instant::now();
-                let estimate = estimator.step(frame);
-                TimedEstimate {
-                    estimate,
-                    took_us: 1e6 * start.elapsed().as_secs_f64(),
-                }
-            };
-            of_fold.push(ReachEstimates {
-                number,
-                frames: reaches[number].frames.iter().map(timed).collect(),
-            });
-        }
-        if candidate.role == Role::Learned {
-            let mut follow = |tell| Evaluation::follow(&mut estimator, reaches, &fold.test, tell);
-            adapting.alone.reaches.extend(follow(false).reaches);
-            adapting.told.reaches.extend(follow(true).reaches);
-        }
-        estimates.push(of_fold);
-    }
-    let adapting = (candidate.role == Role::Learned).then_some(adapting);
     let mut scores = Scores {
-        adapting,
         name: candidate.name.clone(),
         role: candidate.role,
-        errors: Moment::all().map(|_| Vec::new()).collect(),
+        alone: Evaluation::default(),
+        told: (candidate.role == Role::Learned).then(Evaluation::default),
         step_us: Vec::new(),
-        training,
+        training: training.max_by(|a, b| a.took_s.total_cmp(&b.took_s)),
     };
-    let mut rows = rows;
-    for (fold, of_fold) in estimates.iter().enumerate() {
-        for ReachEstimates { number, frames } in of_fold {
-            let reach = &reaches[*number];
-            for (moment, errors) in Moment::all().zip(&mut scores.errors) {
-                if let Some(frame) = moment.frame(reach) {
-                    let estimate = frames[frame].estimate;
-                    errors.push(estimate.map(|e| EstimateError::new(reach, frame, &e)));
-                }
-            }
+    for (number, (fold, (estimator, _))) in split.folds.iter().zip(trained).enumerate() {
+        let mut timed = Timed {
+            estimator,
+            reaches: Vec::new(),
+        };
+        let alone = Evaluation::follow(&mut timed, reaches, &fold.test, false);
+        scores.alone.reaches.extend(alone.reaches);
+        for (&reach, frames) in fold.test.iter().zip(&timed.reaches) {
             scores.step_us.extend(frames.iter().map(|f| f.took_us));
             if let Some(rows) = &mut rows {
-                rows.add(&candidate.name, fold, reach, frames)?;
+                rows.add(&candidate.name, number, &reaches[reach], frames)?;
             }
+        }
+        if let Some(told) = &mut scores.told {
+            let followed = Evaluation::follow(&mut timed.estimator, reaches, &fold.test, true);
+            told.reaches.extend(followed.reaches);
         }
     }
     scores.step_us.sort_by(f64::total_cmp);
     Ok(scores)
 }
 
+/// An estimator whose estimates are kept, with the time that each took.
+struct Timed {
+    estimator: BoxedEstimator,
+    reaches: Vec<Vec<TimedEstimate>>,
+}
+
+impl ContactEstimator for Timed {
+    fn begin(&mut self) {
+        self.estimator.begin();
+        self.reaches.push(Vec::new());
+    }
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        let start = Instant::now();
+        let estimate = self.estimator.step(frame);
+        let took_us = 1e6 * start.elapsed().as_secs_f64();
+        let frames = self.reaches.last_mut();
+        frames?.push(TimedEstimate { estimate, took_us });
+        estimate
+    }
+
+    fn forget(&mut self) {
+        self.estimator.forget();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::{DMat3, DVec3};
-    use hwall_contact::score::SHARES;
-    use hwall_contact::{ContactEstimate, ContactEstimator, TimeToContact};
-    use hwall_hand::{HandFrame, HandPoint};
+    use hwall_contact::TimeToContact;
+    use hwall_contact::score::{Moment, SHARES};
+    use hwall_hand::HandPoint;
 
     /// Knows the contact, and is off by a given distance.
     struct Off(DVec3);
@@ -182,7 +188,9 @@ mod tests {
         let early = scores.at_moment(Moment::Share(0.3));
         assert_eq!((early.count, early.silent), (0, 4));
         // At 200 ms before contact the last frame by then counts.
-        let judged = scores.errors[SHARES.len() + 3][0].unwrap();
+        let judged = scores.alone.reaches[0].errors[SHARES.len() + 3]
+            .flatten()
+            .unwrap();
         assert!((judged.time.unwrap().error_s - 0.1).abs() < 1e-12);
     }
 }

@@ -3,7 +3,7 @@
 use crate::documents::Documents;
 use crate::in_time::study::{Request, Results, Row};
 use crate::in_time::targets;
-use crate::report::{Column, page, quantiles, table_of};
+use crate::report::{Column, cells, or_none, page, quantiles, table_of};
 use hwall_stage::numbers::counted;
 use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::run::judged::regret::Miss;
@@ -16,7 +16,7 @@ pub const NAME: &str = "IN-TIME.md";
 /// One row for each kind of person.
 pub fn table(rows: &[Row]) -> MarkdownTable {
     let number = |value: Option<f64>, factor: f64, decimals: usize| {
-        value.map_or("none".to_owned(), |v| format!("{:.decimals$}", factor * v))
+        or_none(value.map(|v| factor * v), decimals)
     };
     // A median of whole numbers: halves are not rounded away.
     let whole = |median: Option<f64>| median.map_or("none".to_owned(), |m| m.to_string());
@@ -67,12 +67,14 @@ pub fn leads(rows: &[Row]) -> MarkdownTable {
         PredictorKind::RayLed,
         PredictorKind::RayCast,
     ];
-    let columns = ["person".to_owned(), "touches".to_owned()]
-        .into_iter()
-        .chain(judged.map(|kind| format!("{}, ms (quartiles)", kind.name())))
-        .chain(["fused less ray-led in each touch, ms (tenth, nine tenths)".to_owned()])
-        .chain(["fused earlier, %", "fused later, %"].map(|side| format!("{side} than ray-led")));
-    let mut table = MarkdownTable::new(columns);
+    let titles = judged.map(|kind| format!("{}, ms (quartiles)", kind.name()));
+    let compared = [
+        "fused less ray-led in each touch, ms (tenth, nine tenths)",
+        "fused earlier, % than ray-led",
+        "fused later, % than ray-led",
+    ];
+    let titles = titles.into_iter().chain(compared.map(str::to_owned));
+    let mut table = MarkdownTable::new(cells(["person", "touches"], titles));
     for row in rows.iter().filter(|row| !row.leads_s.is_empty()) {
         // A predictor that is wrong until the end has no lead.
         let of = |kind: PredictorKind| {
@@ -94,15 +96,13 @@ pub fn leads(rows: &[Row]) -> MarkdownTable {
             let share = 1e2 * count as f64 / row.leads_s.len() as f64;
             format!("{share:.0}")
         };
-        let cells = [row.kind.name().to_owned(), row.leads_s.len().to_string()]
-            .into_iter()
-            .chain(judged.map(quartiles))
-            .chain([
-                spread(gained().collect(), 0.1),
-                share(gained().filter(|&s| s > CLEARLY_S).count()),
-                share(gained().filter(|&s| s < -CLEARLY_S).count()),
-            ]);
-        table.row(cells);
+        let own = judged.map(quartiles).into_iter().chain([
+            spread(gained().collect(), 0.1),
+            share(gained().filter(|&s| s > CLEARLY_S).count()),
+            share(gained().filter(|&s| s < -CLEARLY_S).count()),
+        ]);
+        let touches = row.leads_s.len().to_string();
+        table.row(cells([row.kind.name(), &touches], own));
     }
     table
 }
@@ -112,22 +112,16 @@ const CLEARLY_S: f64 = 0.05;
 
 /// All tables, as they are printed and written.
 pub fn text(request: &Request, results: &Results) -> String {
-    let people: usize = results
-        .rows
-        .iter()
-        .map(|row| row.summary.people)
-        .max()
-        .unwrap_or(0);
-    let board = if request.textured {
-        "presents the roughness of the walls"
-    } else {
-        "presents no roughness"
+    let people = results.rows.iter().map(|row| row.summary.people).max();
+    let board = match request.textured {
+        true => "presents the roughness of the walls",
+        false => "presents no roughness",
     };
     format!(
         "{} of {} of each kind, one run a dozen, in the built-in room with an iiwa 7; the board {board}. \
          {}.\n\n{}\n{}\n{}",
         counted(request.touches, "touch", "touches"),
-        counted(people, "person", "people"),
+        counted(people.unwrap_or(0), "person", "people"),
         results.learnt,
         table(&results.rows),
         targets::table(&results.rows),
@@ -145,12 +139,8 @@ pub fn write(
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
     let text = text(request, results);
-    let page = page(
-        include_str!("document.md"),
-        request.seed,
-        &[("tables", &text)],
-    )?;
-    documents.write(NAME, &page)
+    let template = include_str!("document.md");
+    documents.write(NAME, &page(template, request.seed, &[("tables", &text)])?)
 }
 
 #[cfg(test)]

@@ -57,33 +57,29 @@ pub fn run(
 ) -> anyhow::Result<Results> {
     let room = BuiltInRoom::new()?;
     let people_like = TrainingPeople::default();
-    let trained = Predictors::train(&room.scene, &room.arm, &people_like, request.leader)?;
-    let (predictors, learnt) = trained;
+    let (predictors, learnt) =
+        Predictors::train(&room.scene, &room.arm, &people_like, request.leader)?;
     let plain = room.people(PersonKind::Plain, 1, request.seed)?;
     let walls = room.walls(&plain, request.textured)?;
     let scenery = room.scenery(&walls, &people_like, request.textured);
     let (predictors, also) = responses::taught(predictors, &scenery)?;
-    let learnt = [Some(learnt), also];
-    let learnt: Vec<String> = learnt.into_iter().flatten().collect();
-    let learnt = learnt.join("; ");
+    let learnt: Vec<String> = [learnt].into_iter().chain(also).collect();
     let stage = Stage::of(&scenery, &predictors, PERIOD_S);
     let mut row = |kind: &PersonKind| -> anyhow::Result<Row> {
         let (touches, seed) = (request.touches, request.seed);
         let cast = room.people(*kind, touches, seed)?;
         let runs = people::run(&stage, &cast, |share| progress(*kind, share))?;
+        let leads = runs.iter().flat_map(|run| &run.touches);
+        let leads = leads.map(|touch| touch.leads_s);
         Ok(Row {
             kind: *kind,
             summary: Summary::new(&runs),
-            leads_s: runs
-                .iter()
-                .flat_map(|run| &run.touches)
-                .map(|touch| touch.leads_s)
-                .collect(),
+            leads_s: leads.collect(),
         })
     };
     let rows: anyhow::Result<Vec<Row>> = request.kinds.iter().map(&mut row).collect();
     Ok(Results {
         rows: rows?,
-        learnt,
+        learnt: learnt.join("; "),
     })
 }

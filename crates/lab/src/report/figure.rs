@@ -39,11 +39,16 @@ pub fn figure(
 
 /// Drawing on a sheet, in pixels.
 pub trait Draw<'p> {
+    /// The sheet.
+    fn area(&self) -> &Area<'p>;
+
     /// What is left below a title.
     ///
     /// # Errors
     /// Any error of the drawing.
-    fn below(&self, title: &str) -> anyhow::Result<Area<'p>>;
+    fn below(&self, title: &str) -> anyhow::Result<Area<'p>> {
+        self.area().titled(title, TITLE).map_err(plot_error)
+    }
 
     /// One element.
     ///
@@ -53,7 +58,10 @@ pub trait Draw<'p> {
     where
         B: CoordMapper,
         &'e E: PointCollection<'e, (i32, i32), B>,
-        E: Drawable<SVGBackend<'p>, B>;
+        E: Drawable<SVGBackend<'p>, B>,
+    {
+        self.area().draw(element).map_err(plot_error)
+    }
 
     /// Words.
     ///
@@ -64,30 +72,15 @@ pub trait Draw<'p> {
         text: &str,
         style: impl Into<TextStyle<'t>>,
         at: (i32, i32),
-    ) -> anyhow::Result<()>;
+    ) -> anyhow::Result<()> {
+        let drawn = self.area().draw_text(text, &style.into(), at);
+        drawn.map_err(plot_error)
+    }
 }
 
 impl<'p> Draw<'p> for Area<'p> {
-    fn below(&self, title: &str) -> anyhow::Result<Area<'p>> {
-        self.titled(title, TITLE).map_err(plot_error)
-    }
-
-    fn put<'e, E, B>(&self, element: &'e E) -> anyhow::Result<()>
-    where
-        B: CoordMapper,
-        &'e E: PointCollection<'e, (i32, i32), B>,
-        E: Drawable<SVGBackend<'p>, B>,
-    {
-        self.draw(element).map_err(plot_error)
-    }
-
-    fn write<'t>(
-        &self,
-        text: &str,
-        style: impl Into<TextStyle<'t>>,
-        at: (i32, i32),
-    ) -> anyhow::Result<()> {
-        self.draw_text(text, &style.into(), at).map_err(plot_error)
+    fn area(&self) -> &Self {
+        self
     }
 }
 
@@ -118,7 +111,10 @@ pub trait Plot<'a, 'p, CT: CoordTranslate> {
         style: impl Into<ShapeStyle>,
     ) -> anyhow::Result<&mut SeriesAnno<'a, SVGBackend<'p>>>
     where
-        CT: CoordTranslate<From = (f64, f64)>;
+        CT: CoordTranslate<From = (f64, f64)>,
+    {
+        self.series(LineSeries::new(points, style))
+    }
 }
 
 impl<'a, 'p, CT: CoordTranslate> Plot<'a, 'p, CT> for ChartContext<'a, SVGBackend<'p>, CT> {
@@ -134,17 +130,6 @@ impl<'a, 'p, CT: CoordTranslate> Plot<'a, 'p, CT> for ChartContext<'a, SVGBacken
         S: IntoIterator<Item = R>,
     {
         self.draw_series(elements).map_err(plot_error)
-    }
-
-    fn line(
-        &mut self,
-        points: impl IntoIterator<Item = (f64, f64)>,
-        style: impl Into<ShapeStyle>,
-    ) -> anyhow::Result<&mut SeriesAnno<'a, SVGBackend<'p>>>
-    where
-        CT: CoordTranslate<From = (f64, f64)>,
-    {
-        self.series(LineSeries::new(points, style))
     }
 }
 

@@ -8,4 +8,6 @@ mod table;
 
 pub(crate) use named::named;
 pub use page::{Gap, fill, page};
-pub use table::{Claim, Column, claims, percent_of, quantiles, table_of, titled, yes_or_no};
+pub use table::{
+    Claim, Column, cells, claims, grid, or_none, percent_of, quantiles, table_of, titled, yes_or_no,
+};

@@ -19,6 +19,38 @@ pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[Column<'_, T>])
     table
 }
 
+/// A table of a name, under the title `first`, and a cell for each of `across`; one row for each of `rows`.
+pub fn grid<T, A: Copy>(
+    first: &str,
+    across: &[A],
+    title: impl Fn(A) -> String,
+    rows: impl IntoIterator<Item = T>,
+    name: impl Fn(&T) -> String,
+    cell: impl Fn(&T, A) -> String,
+) -> MarkdownTable {
+    let titles = across.iter().map(|a| title(*a));
+    let mut table = MarkdownTable::new(cells([first], titles));
+    for row in rows {
+        let own = across.iter().map(|a| cell(&row, *a));
+        table.row(cells([&name(&row)], own));
+    }
+    table
+}
+
+/// Some cells, and others behind them.
+pub fn cells<const N: usize>(
+    first: [&str; N],
+    more: impl IntoIterator<Item = String>,
+) -> Vec<String> {
+    let first = first.into_iter().map(str::to_owned);
+    first.chain(more).collect()
+}
+
+/// A number with so many decimals; `none` where there is none.
+pub fn or_none(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(|| "none".to_owned(), |v| format!("{v:.decimals$}"))
+}
+
 /// What is to be shown, what was measured, and whether that is within the bound.
 pub struct Claim {
     /// Named with its bound.

@@ -43,8 +43,8 @@ impl Contender {
     /// # Errors
     /// Limits that the predictor refuses.
     pub fn ray_cast() -> anyhow::Result<Self> {
-        let ray = DeterministicPredictor::new(DeterministicConfig::default())?;
-        Ok(Self::of(RAY_CAST, ray))
+        let config = DeterministicConfig::default();
+        Ok(Self::of(RAY_CAST, DeterministicPredictor::new(config)?))
     }
 
     /// The ray cast that follows the gaze until the hand is near.
@@ -52,8 +52,8 @@ impl Contender {
     /// # Errors
     /// Limits that the predictor refuses.
     pub fn ray_led() -> anyhow::Result<Self> {
-        let ray = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
-        Ok(Self::of(RAY_LED, ray))
+        let config = DeterministicConfig::ray_led();
+        Ok(Self::of(RAY_LED, DeterministicPredictor::new(config)?))
     }
 
     /// An estimator alone: its estimate moved to the closest surface.
@@ -77,14 +77,15 @@ impl Contender {
         estimator: BoxedEstimator,
         config: &FusedConfig,
     ) -> anyhow::Result<Self> {
-        let fused = FusedPredictor::new(estimator, config.clone())?;
-        Ok(Self::of(name, fused))
+        let config = config.clone();
+        Ok(Self::of(name, FusedPredictor::new(estimator, config)?))
     }
 }
 
 /// What is learnt once from the training people and shared by the contenders.
 pub struct SharedTraining {
-    reaches: Vec<LabelledReach>,
+    /// What was learnt from.
+    pub reaches: Vec<LabelledReach>,
     learned: LearnedModel,
     /// The default settings with the gaze of these people.
     pub config: FusedConfig,
@@ -114,11 +115,6 @@ impl SharedTraining {
             config,
             reaches,
         })
-    }
-
-    /// How many reaches were learnt from.
-    pub fn reaches(&self) -> usize {
-        self.reaches.len()
     }
 
     /// The main contender with these settings.
@@ -155,15 +151,14 @@ impl SharedTraining {
     pub fn all(&self) -> anyhow::Result<Vec<Contender>> {
         let mut all = self.main()?;
         let mut baselines = Vec::new();
-        for candidate in candidates::all(hwall_contact::LearnedConfig::default()) {
+        let reaches: Vec<&LabelledReach> = self.reaches.iter().collect();
+        for candidate in candidates::all(LearnedConfig::default()) {
             if candidate.role == Role::Baseline {
-                let train = || {
-                    (candidate.train)(&self.reaches.iter().collect::<Vec<_>>())
-                        .with_context(|| candidate.name.clone())
-                };
-                baselines.push(Contender::projected(&candidate.name, train()?)?);
-                let name = format!("{}, fused", candidate.name);
-                baselines.push(Contender::fused(name, train()?, &self.config)?);
+                let name = &candidate.name;
+                let train = || (candidate.train)(&reaches).with_context(|| name.clone());
+                baselines.push(Contender::projected(name, train()?)?);
+                let fused = format!("{name}, fused");
+                baselines.push(Contender::fused(fused, train()?, &self.config)?);
             }
         }
         all.splice(2..2, baselines);
@@ -206,13 +201,11 @@ impl Predictor for WithoutGaze {
     fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
         let mut frame = *seen.frame;
         frame.gaze = None;
-        self.0.predict(
-            scene,
-            &PredictorInput {
-                frame: &frame,
-                hand: seen.hand,
-                gaze: Gaze::Lost,
-            },
-        )
+        let seen = PredictorInput {
+            frame: &frame,
+            hand: seen.hand,
+            gaze: Gaze::Lost,
+        };
+        self.0.predict(scene, &seen)
     }
 }

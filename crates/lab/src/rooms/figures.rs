@@ -2,9 +2,8 @@
 
 use crate::contact::figures::unit_square;
 use crate::report::figure::{Area, Axes, Chart, Draw, Mesh, Plot, figure};
-use crate::rooms::room::{Outline, Room};
-use crate::rooms::scores;
-use crate::rooms::tables::PooledResult;
+use crate::rooms::room::{Rectangle, Room};
+use crate::rooms::scores::Bin;
 use glam::{DMat3, DVec3};
 use hwall_contact::ContactPrediction;
 use hwall_hand::GazeRay;
@@ -12,6 +11,7 @@ use hwall_stage::figures::{COLOURS, TEXT, legend};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// 90 % of a normal distribution in two dimensions, deviations.
@@ -24,15 +24,14 @@ const ROUND_M: f64 = 0.08;
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn reliability(path: &Path, title: &str, all: &[PooledResult<'_>]) -> anyhow::Result<()> {
+pub fn reliability(path: &Path, title: &str, all: &[(&str, Vec<Bin>)]) -> anyhow::Result<()> {
     let names = [
         "stated probability of the surface",
         "share in which it was right",
     ];
     figure(path, (680, 640), |root| {
         let mut chart = unit_square(root, title, names)?;
-        for (PooledResult { name, touches }, colour) in all.iter().zip(COLOURS) {
-            let bins = scores::reliability(touches.iter().copied());
+        for ((name, bins), colour) in all.iter().zip(COLOURS) {
             let total: usize = bins.iter().map(|b| b.count).sum();
             let line = bins.iter().map(|b| (b.stated, b.right));
             chart
@@ -85,37 +84,29 @@ pub fn scene(path: &Path, room: &Room, picture: &TouchPicture) -> anyhow::Result
         let root = root.below(&picture.title)?;
         let (drawings, below) = root.split_vertically(540);
         let (left, right) = drawings.split_horizontally(610);
-        let outlines: Vec<_> = room.outlines().collect();
-        let corners = outlines.iter().flat_map(|o| o.corners_m);
+        let corners = room.touchable.iter().chain(&room.barriers);
+        let corners = corners.flat_map(Rectangle::corners_m);
         let shown = corners.chain(picture.hand_m.iter().copied());
         let (low, high) = shown.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
             (low.min(p), high.max(p))
         });
         let (low, high) = (low - ROUND_M, high + ROUND_M);
         // The person looks towards smaller x; their right is on the right of both views.
-        let views: [(&Area<'_>, &str, [&str; 2], View); 2] = [
-            (
-                &left,
-                "from above (wall at the top)",
-                ["y, m", "x, m"],
-                |p| (p.y, p.x),
-            ),
-            (&right, "as the person sees it", ["y, m", "z, m"], |p| {
-                (p.y, p.z)
-            }),
-        ];
-        for (area, title, names, view) in views {
+        let above: View = |p| (p.y, p.x);
+        let ahead: View = |p| (p.y, p.z);
+        for (area, title, name, view) in [
+            (&left, "from above (wall at the top)", "x, m", above),
+            (&right, "as the person sees it", "z, m", ahead),
+        ] {
             let (a, b) = (view(low), view(high));
-            let (x, y) = same_scale(area.dim_in_pixel(), (a.0, b.0), (a.1, b.1));
-            // From above the wall, at small x, is at the top.
-            let y = if names[1].starts_with('x') {
-                y.end..y.start
-            } else {
-                y
-            };
+            let (x, mut y) = same_scale(area.dim_in_pixel(), (a.0, b.0), (a.1, b.1));
+            if name == "x, m" {
+                // The wall, at small x, is at the top.
+                y = y.end..y.start;
+            }
             let axes = Axes {
                 title,
-                names,
+                names: ["y, m", name],
                 formats: [Some(&tenths), Some(&tenths)],
                 numbers: [Some(7), Some(7)],
                 labels: AXIS_PX.into(),
@@ -126,14 +117,22 @@ pub fn scene(path: &Path, room: &Room, picture: &TouchPicture) -> anyhow::Result
             };
             let mut chart = axes.on(area, x, y)?;
             let mut named = Vec::new();
-            for outline in &outlines {
-                surface(&mut chart, outline, view, &mut named)?;
+            let (thin, wide) = (
+                GREY.mix(0.8).stroke_width(2),
+                GREY.mix(0.35).stroke_width(6),
+            );
+            for (rectangles, style) in [(&room.touchable, thin), (&room.barriers, wide)] {
+                for rectangle in rectangles {
+                    surface(&mut chart, rectangle, style, view, &mut named)?;
+                }
             }
             touch(&mut chart, picture, view)?;
         }
         key(&below, picture)
     })
 }
+
+const GREY: RGBColor = COLOURS[6];
 
 type View = fn(DVec3) -> (f64, f64);
 
@@ -170,31 +169,26 @@ fn near(a: (i32, i32), b: (i32, i32)) -> bool {
 
 fn surface(
     chart: &mut Panel<'_, '_>,
-    outline: &Outline,
+    rectangle: &Rectangle,
+    style: ShapeStyle,
     view: View,
     named: &mut Vec<(i32, i32)>,
 ) -> anyhow::Result<()> {
-    let grey = COLOURS[6];
-    let mut around: Vec<(f64, f64)> = outline.corners_m.map(view).to_vec();
+    let mut around: Vec<(f64, f64)> = rectangle.corners_m().map(view).to_vec();
     around.push(around[0]);
-    let style = if outline.touchable {
-        grey.mix(0.8).stroke_width(2)
-    } else {
-        grey.mix(0.35).stroke_width(6)
-    };
     chart.series([PathElement::new(around.clone(), style)])?;
     // Beside the upper left corner.
     let low_x = around.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
     let high_y = around.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
     let text = TextStyle::from(("sans-serif", 13))
-        .color(&grey)
+        .color(&GREY)
         .pos(Pos::new(HPos::Left, VPos::Top));
     // Names at the same corner stand below each other.
     let at = chart.backend_coord(&(low_x, high_y));
     let below = named.iter().filter(|n| near(**n, at)).count() as i32;
     named.push(at);
     let offset =
-        EmptyElement::at((low_x, high_y)) + Text::new(outline.name, (4, 3 + 15 * below), text);
+        EmptyElement::at((low_x, high_y)) + Text::new(rectangle.name, (4, 3 + 15 * below), text);
     chart.series([offset])?;
     Ok(())
 }
@@ -205,13 +199,9 @@ fn touch(chart: &mut Panel<'_, '_>, picture: &TouchPicture, view: View) -> anyho
     for (shown, colour) in picture.shown.iter().zip(COLOURS) {
         if let Some(gaze) = shown.gaze {
             let end_m = gaze.origin_m + gaze.direction * sight_m(&gaze, &shown.fused);
-            let ray = [view(gaze.origin_m), view(end_m)];
-            chart.series(DashedLineSeries::new(
-                ray,
-                5,
-                5,
-                colour.mix(0.7).stroke_width(1),
-            ))?;
+            let ray = [gaze.origin_m, end_m].map(view);
+            let style = colour.mix(0.7).stroke_width(1);
+            chart.series(DashedLineSeries::new(ray, 5, 5, style))?;
         }
         if let Some(c) = shown.fused.covariance_m2 {
             let ellipse = ellipse(shown.fused.point_m, c, view);
@@ -229,33 +219,37 @@ fn touch(chart: &mut Panel<'_, '_>, picture: &TouchPicture, view: View) -> anyho
 fn sight_m(gaze: &GazeRay, prediction: &ContactPrediction) -> f64 {
     let slope = gaze.direction.dot(prediction.normal);
     let distance_m = (prediction.point_m - gaze.origin_m).dot(prediction.normal) / slope;
-    if distance_m > 0.0 {
-        distance_m.min(1.5)
-    } else {
-        1.5
+    match distance_m > 0.0 {
+        true => distance_m.min(1.5),
+        false => 1.5,
     }
 }
 
 /// The outline of the 90 % region as seen: the projection of the covariance.
 fn ellipse(point_m: DVec3, covariance_m2: DMat3, view: View) -> Vec<(f64, f64)> {
-    let axis = |k: usize| {
-        let unit = |v: DVec3| if k == 0 { view(v).0 } else { view(v).1 };
-        DVec3::new(unit(DVec3::X), unit(DVec3::Y), unit(DVec3::Z))
-    };
-    let (u, v) = (axis(0), axis(1));
+    let units = DVec3::AXES.map(view);
+    let u = DVec3::from_array(units.map(|unit| unit.0));
+    let v = DVec3::from_array(units.map(|unit| unit.1));
     let along = |a: DVec3, b: DVec3| a.dot(covariance_m2 * b);
     // Cholesky factor of the two by two block.
     let a = along(u, u).max(0.0).sqrt();
     let b = if a > 0.0 { along(u, v) / a } else { 0.0 };
     let c = (along(v, v) - b * b).max(0.0).sqrt();
     let centre = view(point_m);
-    (0..=60)
-        .map(|i| {
-            let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 60.0).sin_cos();
-            let (x, y) = (a * cos, b * cos + c * sin);
-            (centre.0 + IN_90_OF_TWO * x, centre.1 + IN_90_OF_TWO * y)
-        })
-        .collect()
+    circle(60, |sin, cos| {
+        let (x, y) = (a * cos, b * cos + c * sin);
+        (centre.0 + IN_90_OF_TWO * x, centre.1 + IN_90_OF_TWO * y)
+    })
+}
+
+/// Points for the sines and cosines of so many equal parts of a turn.
+fn circle<P>(parts: u32, point: impl Fn(f64, f64) -> P) -> Vec<P> {
+    let angles = (0..=parts).map(|i| f64::from(i) * TAU / f64::from(parts));
+    let at = |angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        point(sin, cos)
+    };
+    angles.map(at).collect()
 }
 
 /// The key to colours and marks, in two lines.
@@ -272,28 +266,20 @@ fn key(area: &Area<'_>, picture: &TouchPicture) -> anyhow::Result<()> {
         area.write(&name, TEXT, (x + 34, 14))?;
         x += 270;
     }
-    let grey = COLOURS[6];
     let (y, place) = (58, |i: i32| 60 + 180 * i);
-    area.put(&Circle::new((place(0) + 13, y), 5, grey.filled()))?;
-    let ring: Vec<(i32, i32)> = (0..=40)
-        .map(|i| {
-            let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 40.0).sin_cos();
-            (place(0) + 13 + (13.0 * cos) as i32, y + (8.0 * sin) as i32)
-        })
-        .collect();
-    area.put(&PathElement::new(ring, grey.stroke_width(2)))?;
-    area.put(&TriangleMarker::new((place(2) + 13, y), 7, grey.filled()))?;
-    for dash in 0..3 {
-        let from = place(3) + 10 * dash;
-        area.put(&PathElement::new(
-            [(from, y), (from + 5, y)],
-            grey.stroke_width(1),
-        ))?;
+    let line = |from: i32, to: i32, style: ShapeStyle| {
+        area.put(&PathElement::new([(from, y), (to, y)], style))
+    };
+    area.put(&Circle::new((place(0) + 13, y), 5, GREY.filled()))?;
+    let ring = circle(40, |sin, cos| {
+        (place(0) + 13 + (13.0 * cos) as i32, y + (8.0 * sin) as i32)
+    });
+    area.put(&PathElement::new(ring, GREY.stroke_width(2)))?;
+    area.put(&TriangleMarker::new((place(2) + 13, y), 7, GREY.filled()))?;
+    for from in [0, 10, 20].map(|dash| place(3) + dash) {
+        line(from, from + 5, GREY.stroke_width(1))?;
     }
-    area.put(&PathElement::new(
-        [(place(4), y), (place(4) + 26, y)],
-        BLACK.stroke_width(2),
-    ))?;
+    line(place(4), place(4) + 26, BLACK.stroke_width(2))?;
     area.put(&Cross::new((place(5) + 13, y), 8, BLACK.stroke_width(3)))?;
     for (i, name) in [
         (0, "learned, fused: point and 90 % region"),

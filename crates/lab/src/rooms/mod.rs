@@ -5,6 +5,8 @@ pub mod figures;
 pub mod people;
 pub mod registration;
 pub mod room;
+pub mod rows;
 pub mod scores;
+pub mod setting;
 pub mod study;
 pub mod tables;

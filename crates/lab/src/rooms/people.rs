@@ -43,42 +43,36 @@ impl Condition {
 
     /// The usual condition, then others that make one thing worse each.
     pub fn all() -> Vec<Self> {
-        let usual = Self::usual();
-        let with = |name: String, change: &dyn Fn(&mut Self)| {
+        let worse: [(&str, fn(&mut Self)); 11] = [
+            ("gaze noise 0 deg", |c| c.person.gaze_noise_rad = 0.0),
+            ("gaze noise 2 deg", |c| {
+                c.person.gaze_noise_rad = 2_f64.to_radians();
+            }),
+            ("gaze noise 5 deg", |c| {
+                c.person.gaze_noise_rad = 5_f64.to_radians();
+            }),
+            ("gaze noise 10 deg", |c| {
+                c.person.gaze_noise_rad = 10_f64.to_radians();
+            }),
+            ("gaze misses", |c| c.person.gaze_misses = 1.0),
+            ("gaze leaves early", |c| {
+                (c.person.gaze_leaves, c.person.gaze_misses) = (1.0, 0.0);
+            }),
+            ("occluded", |c| c.occluded = true),
+            ("corner of two walls", |c| c.at_corner = true),
+            ("tracker noise 5 mm", |c| c.person.tracker_noise_m = 0.005),
+            ("dropouts 15 %", |c| c.person.dropout = 0.15),
+            ("changes of mind", |c| c.changes_of_mind = 1.0),
+        ];
+        let made = |(name, change): (&str, fn(&mut Self))| {
             let mut condition = Self {
-                name,
-                ..usual.clone()
+                name: name.to_owned(),
+                ..Self::usual()
             };
             change(&mut condition);
             condition
         };
-        let mut all = vec![usual.clone()];
-        for degrees in [0.0, 2.0, 5.0, 10.0_f64] {
-            all.push(with(format!("gaze noise {degrees} deg"), &|c| {
-                c.person.gaze_noise_rad = degrees.to_radians();
-            }));
-        }
-        all.push(with("gaze misses".to_owned(), &|c| {
-            c.person.gaze_misses = 1.0
-        }));
-        all.push(with("gaze leaves early".to_owned(), &|c| {
-            c.person.gaze_leaves = 1.0;
-            c.person.gaze_misses = 0.0;
-        }));
-        all.push(with("occluded".to_owned(), &|c| c.occluded = true));
-        all.push(with("corner of two walls".to_owned(), &|c| {
-            c.at_corner = true
-        }));
-        all.push(with("tracker noise 5 mm".to_owned(), &|c| {
-            c.person.tracker_noise_m = 0.005;
-        }));
-        all.push(with("dropouts 15 %".to_owned(), &|c| {
-            c.person.dropout = 0.15
-        }));
-        all.push(with("changes of mind".to_owned(), &|c| {
-            c.changes_of_mind = 1.0
-        }));
-        all
+        [Self::usual()].into_iter().chain(worse.map(made)).collect()
     }
 }
 
@@ -122,29 +116,26 @@ pub fn people(room: &Room, condition: &Condition, size: &StudySize) -> anyhow::R
     let population = Population::new(condition.person, size.seed)?;
     let mut sampler = Sampler::new(size.seed);
     let mut number = 0;
-    let mut streams = |count: usize| {
-        (0..count)
-            .map(|_| {
-                let mut plans = Vec::new();
-                for _ in 0..size.touches {
-                    let mut draw = |occluded, at_corner| {
-                        room.target(&mut sampler, &condition.person, occluded, at_corner)
-                    };
-                    let touch = draw(condition.occluded, condition.at_corner)
-                        .context("no place to touch")?;
-                    let other = draw(false, false);
-                    let changes = sampler.uniform(0.0, 1.0) < condition.changes_of_mind;
-                    plans.push(ReachPlan {
-                        touch,
-                        meant_first: other.filter(|_| changes),
-                    });
-                }
-                let hand = population.person(number).plan_reaches(&plans)?;
-                number += 1;
-                stream(room, &hand)
-            })
-            .collect::<anyhow::Result<Vec<_>>>()
+    let mut person = |_| {
+        let mut plans = Vec::new();
+        for _ in 0..size.touches {
+            let mut draw = |occluded, at_corner| {
+                room.target(&mut sampler, &condition.person, occluded, at_corner)
+            };
+            let touch = draw(condition.occluded, condition.at_corner);
+            let touch = touch.context("no place to touch")?;
+            let other = draw(false, false);
+            let changes = sampler.uniform(0.0, 1.0) < condition.changes_of_mind;
+            plans.push(ReachPlan {
+                touch,
+                meant_first: other.filter(|_| changes),
+            });
+        }
+        let hand = population.person(number).plan_reaches(&plans)?;
+        number += 1;
+        stream(room, &hand)
     };
+    let mut streams = |count: usize| (0..count).map(&mut person).collect::<anyhow::Result<_>>();
     Ok(StudyPeople {
         training: streams(size.training_people)?,
         participants: streams(size.participants)?,
@@ -152,10 +143,8 @@ pub fn people(room: &Room, condition: &Condition, size: &StudySize) -> anyhow::R
 }
 
 fn stream(room: &Room, hand: &TouchSequence) -> anyhow::Result<Stream> {
-    let samples = (hand.duration_s() / PERIOD_S) as usize;
-    let frames = (0..samples)
-        .map(|i| hand.tracked(i as f64 * PERIOD_S))
-        .collect();
+    let samples = 0..(hand.duration_s() / PERIOD_S) as usize;
+    let frames = samples.map(|i| hand.tracked(i as f64 * PERIOD_S)).collect();
     let mut touches = Vec::new();
     for truth in hand.touches() {
         let span = Span {
@@ -255,18 +244,6 @@ pub fn predictions(
     predictor: &mut dyn Predictor,
     room: &Room,
     streams: &[Stream],
-) -> anyhow::Result<Vec<TouchPredictions>> {
-    predictions_told(predictor, room, streams, Telling::Nothing)
-}
-
-/// The same by a predictor that may be told of the touches.
-///
-/// # Errors
-/// Settings that a filter refuses.
-pub fn predictions_told(
-    predictor: &mut dyn Predictor,
-    room: &Room,
-    streams: &[Stream],
     telling: Telling,
 ) -> anyhow::Result<Vec<TouchPredictions>> {
     let mut touches: Vec<TouchPredictions> = Vec::new();
@@ -281,16 +258,13 @@ pub fn predictions_told(
     }
     run(predictor, room, streams, telling, |sample| {
         let touch = &mut touches[firsts[sample.person] + sample.touch];
-        let due = if sample.seen.frame.t_s < touch.touch.start_s {
-            &mut touch.early
-        } else {
-            &mut touch.samples
-        };
-        due.push(TimedPrediction::of_ranked(
-            sample.seen.frame.t_s,
-            sample.predictions,
-            sample.took_us,
-        ));
+        let (t_s, surface) = (sample.seen.frame.t_s, touch.touch.surface);
+        let ranked = sample.predictions;
+        let made = TimedPrediction::of_ranked(t_s, ranked, surface, sample.took_us);
+        match t_s < touch.touch.start_s {
+            true => touch.early.push(made),
+            false => touch.samples.push(made),
+        }
     })?;
     Ok(touches)
 }

@@ -1,20 +1,20 @@
 //! A tracker that stands elsewhere than is believed, and what touches tell of that.
 
 use crate::contact::tables::range_of;
-use crate::report::titled;
+use crate::report::{fill, titled};
 use crate::rooms::contenders::SharedTraining;
-use crate::rooms::people::{Telling, predictions_told};
+use crate::rooms::people::{Telling, predictions};
 use crate::rooms::room::Room;
-use crate::rooms::scores::{Summary, TouchPredictions, summary_among};
+use crate::rooms::scores::{Summary, TouchPredictions, summary};
+use crate::rooms::tables::regions;
 use glam::{DMat3, DQuat, DVec3};
 use hwall_contact::score::Moment;
 use hwall_contact::{FusedConfig, MeasuredTouch, RegistrationConfig, RegistrationEstimator};
 use hwall_hand::Pose;
 use hwall_stage::training::Stream;
 use hwall_testkit::Sampler;
+use std::ops::Range;
 
-/// The heading of the part.
-pub const HEADING: &str = "### What touches tell of the registration";
 /// Touches made before, from the first number up to the second.
 const TOUCHES: [(usize, usize); 5] = [(0, 1), (1, 3), (3, 6), (6, 9), (9, usize::MAX)];
 /// Errors of registration that each person is seen with.
@@ -40,16 +40,13 @@ impl Displaced {
     ) -> Self {
         let mut sampler = Sampler::new(seed);
         let seen_from_true = errors(&mut sampler, config, draws * participants.len());
-        let streams = seen_from_true
-            .iter()
-            .zip(participants.iter().cycle())
-            .map(|(seen_from_true, stream)| {
-                let frames = stream.frames.iter().map(|f| f.transformed(seen_from_true));
-                Stream::new(frames.collect(), stream.touches.clone())
-            })
-            .collect();
+        let seen = |(seen_from_true, stream): (&Pose, &Stream)| {
+            let frames = stream.frames.iter().map(|f| f.transformed(seen_from_true));
+            Stream::new(frames.collect(), stream.touches.clone())
+        };
+        let people = seen_from_true.iter().zip(participants.iter().cycle());
         Self {
-            streams,
+            streams: people.map(seen).collect(),
             seen_from_true,
         }
     }
@@ -81,10 +78,8 @@ pub fn left(displaced: &Displaced, config: &RegistrationConfig) -> anyhow::Resul
             let off_m = estimator.true_from_seen().transform_point(seen_m) - touch.target_m;
             let across_m = off_m.dot(touch.normal);
             let deviations = off_m.dot(estimator.covariance_m2(seen_m).inverse() * off_m);
-            let range = TOUCHES
-                .iter()
-                .position(|(from, to)| (*from..*to).contains(&made));
-            if let Some(sum) = range.and_then(|k| sums.get_mut(k)) {
+            let mut ranges = TOUCHES.iter().zip(&mut sums);
+            if let Some((_, sum)) = ranges.find(|((from, to), _)| (*from..*to).contains(&made)) {
                 sum[0] += 1.0;
                 sum[1] += across_m * across_m;
                 sum[2] += 0.5 * (off_m.length_squared() - across_m * across_m);
@@ -136,63 +131,64 @@ pub fn section(
     let displaced = Displaced::draw(participants, &learning, DRAWS, seed);
     let run = |config: &FusedConfig, streams: &[Stream]| {
         let mut fused = training.fused(config)?;
-        predictions_told(fused.predictor.as_mut(), room, streams, Telling::Touches)
+        let predicted = predictions(fused.predictor.as_mut(), room, streams, Telling::Touches)?;
+        // With the touches made before each.
+        let made = streams.iter().flat_map(|s| 0..s.touches.len());
+        anyhow::Ok(made.zip(predicted).collect::<Vec<_>>())
     };
-    let exact = run(&training.config, participants)?;
-    let exact_learnt = run(&learnt, participants)?;
-    let off = run(&constant, &displaced.streams)?;
-    let corrected = run(&learnt, &displaced.streams)?;
-    let made = |streams: &[Stream]| -> Vec<usize> {
-        streams.iter().flat_map(|s| 0..s.touches.len()).collect()
-    };
-    let (made_exact, made_off) = (made(participants), made(&displaced.streams));
+    let ran = [
+        run(&training.config, participants)?,
+        run(&learnt, participants)?,
+        run(&constant, &displaced.streams)?,
+        run(&learnt, &displaced.streams)?,
+    ];
     let mut table = titled(
         "touches made | touches judged | registration off, across / along the surface, mm (in 90 %, %) | tracker exact | the \
          same, learnt | tracker off | tracker off, learnt",
     );
     for ((from, to), left) in TOUCHES.into_iter().zip(left(&displaced, &learning)?) {
-        let cell = |touches: &[TouchPredictions], made: &[usize]| {
-            let chosen = |index: usize| (from..to).contains(&made[index]);
-            described(&summary_among(touches, MOMENT, chosen))
-        };
-        let judged = made_off.iter().filter(|made| (from..to).contains(*made));
-        table.row([
+        let chosen = |run| touched_after(run, from..to);
+        let cells = ran
+            .each_ref()
+            .map(|run| described(&summary(chosen(run), MOMENT)));
+        let [across_mm, along_mm] = [left.across_m, left.along_m].map(|m| 1e3 * m);
+        let first = [
             range_of(from, to),
-            judged.count().to_string(),
-            format!(
-                "{:.1} / {:.1} ({:.0})",
-                1e3 * left.across_m,
-                1e3 * left.along_m,
-                100.0 * left.in_90
-            ),
-            cell(&exact, &made_exact),
-            cell(&exact_learnt, &made_exact),
-            cell(&off, &made_off),
-            cell(&corrected, &made_off),
-        ]);
+            chosen(&ran[3]).count().to_string(),
+            format!("{across_mm:.1} / {along_mm:.1} ({:.0})", 100.0 * left.in_90),
+        ];
+        table.row(first.into_iter().chain(cells));
     }
-    Ok(format!(
-        "{HEADING}\n\nRoom of six; everybody's touches are told. Off: the tracker is displaced from the scene by {:.0} mm in each axis \
-         and turned by {:.1} degrees about each (standard deviations, drawn anew for each of {} people), which is what the fusion \
-         assumes. Learnt: `FusedConfig::registration`. What is told of a touch is where the tracker saw the finger; along a wall that \
-         tells nothing. First what is left of the error at the next place (root mean square, that along the surface in each \
-         direction); then the fusion at {} of the time: median error in mm, right surface in % (regions of 50 / 70 / 90 % hold, \
-         %).\n\n{table}",
-        1e3 * learning.offset_sd_m,
-        learning.turn_sd_rad.to_degrees(),
-        displaced.streams.len(),
-        MOMENT.name(),
-    ))
+    fill(
+        include_str!("registration.md"),
+        &[
+            ("offset", &(1e3 * learning.offset_sd_m).round()),
+            (
+                "turn",
+                &format_args!("{:.1}", learning.turn_sd_rad.to_degrees()),
+            ),
+            ("people", &displaced.streams.len()),
+            ("moment", &MOMENT.name()),
+            ("table", &table),
+        ],
+    )
+}
+
+/// Touches with so many made before.
+fn touched_after(
+    run: &[(usize, TouchPredictions)],
+    made: Range<usize>,
+) -> impl Iterator<Item = &TouchPredictions> {
+    let chosen = run.iter().filter(move |(before, _)| made.contains(before));
+    chosen.map(|(_, touch)| touch)
 }
 
 fn described(summary: &Summary) -> String {
-    let percent = |share: f64| format!("{:.0}", 100.0 * share);
-    let within = summary.within.map(|within| within.map(percent).join(" / "));
     format!(
         "{:.1}, {:.0} ({})",
-        1e3 * summary.median_m,
+        1e3 * summary.points.median_m,
         100.0 * summary.right,
-        within.unwrap_or_else(|| "none".to_owned())
+        regions(summary)
     )
 }
 

@@ -17,8 +17,9 @@ const NEAR_CORNER_M: f64 = 0.15;
 
 /// A surface of a room.
 #[derive(Debug, Clone, Copy)]
-struct Rectangle {
-    name: &'static str,
+pub struct Rectangle {
+    /// Its name.
+    pub name: &'static str,
     /// m.
     corner: DVec3,
     /// Two edges, m; their cross product points to the person.
@@ -27,7 +28,8 @@ struct Rectangle {
 }
 
 impl Rectangle {
-    fn corners_m(&self) -> [DVec3; 4] {
+    /// Its corners in turn, m.
+    pub fn corners_m(&self) -> [DVec3; 4] {
         let Self { corner, u, v, .. } = *self;
         [corner, corner + u, corner + u + v, corner + v]
     }
@@ -89,19 +91,10 @@ fn surfaces(count: usize) -> (Vec<Rectangle>, String) {
 pub struct Room {
     /// The scene, robot base frame.
     pub scene: Scene,
-    touchable: Vec<(SurfaceId, Rectangle)>,
-    barriers: Vec<Rectangle>,
-}
-
-/// A rectangle of a room, for drawings.
-#[derive(Debug, Clone, Copy)]
-pub struct Outline {
-    /// Name of its surface.
-    pub name: &'static str,
-    /// Its corners in turn, m.
-    pub corners_m: [DVec3; 4],
-    /// Can it be touched?
-    pub touchable: bool,
+    /// What can be touched.
+    pub touchable: Vec<Rectangle>,
+    /// What cannot.
+    pub barriers: Vec<Rectangle>,
 }
 
 impl Room {
@@ -121,28 +114,16 @@ impl Room {
             writeln!(obj, "f {} {} {} {}", n + 1, n + 2, n + 3, n + 4)?;
         }
         let (scene, _) = Scene::from_obj_str(&obj, Some(&sidecar))?;
-        let named = rectangles
-            .into_iter()
-            .filter_map(|r| Some((scene.find(r.name)?, r)));
-        let (touchable, barriers): (Vec<_>, Vec<_>) =
-            named.partition(|(id, _)| scene.surface(*id).touchable());
+        let can_be = |r: &Rectangle| {
+            let surface = scene.find(r.name);
+            surface.is_some_and(|id| scene.surface(id).touchable())
+        };
+        let (touchable, barriers) = rectangles.into_iter().partition(can_be);
         Ok(Self {
-            barriers: barriers.into_iter().map(|(_, r)| r).collect(),
             scene,
             touchable,
+            barriers,
         })
-    }
-
-    /// All rectangles, those that can be touched first.
-    pub fn outlines(&self) -> impl Iterator<Item = Outline> + '_ {
-        let outline = |r: &Rectangle, touchable| Outline {
-            name: r.name,
-            corners_m: r.corners_m(),
-            touchable,
-        };
-        let touchable = self.touchable.iter().map(move |(_, r)| outline(r, true));
-        let barriers = self.barriers.iter().map(move |r| outline(r, false));
-        touchable.chain(barriers)
     }
 
     /// A point of a touchable surface, surface and point drawn evenly, that the hand can reach on a straight
@@ -156,7 +137,7 @@ impl Room {
         at_corner: bool,
     ) -> Option<TouchPlan> {
         (0..2000).find_map(|_| {
-            let (_, Rectangle { corner, u, v, .. }) =
+            let Rectangle { corner, u, v, .. } =
                 self.touchable[sampler.index(self.touchable.len())];
             let mut along = |edge: DVec3| {
                 let inset = (INSET_M / edge.length()).min(0.3);

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use hwall_contact::ContactPrediction;
-use hwall_contact::score::{Moment, SHARES, Span};
+use hwall_contact::score::{self, EstimateError, Moment, SHARES, Span, TimeError};
+use hwall_scene::SurfaceId;
 use hwall_stage::training::SurfaceTouch;
-use hwall_testkit::quantile;
 
 /// Half a board's edge, m.
 const HALF_BOARD_M: f64 = 0.1;
@@ -12,8 +12,6 @@ const HALF_BOARD_M: f64 = 0.1;
 const OFF_PLANE_M: f64 = 0.03;
 /// A predicted point is right within this distance, m.
 pub const RIGHT_M: f64 = 0.05;
-/// 90 % of a normal distribution in one dimension, deviations.
-const IN_90_OF_ONE: f64 = 1.644_853_626_951;
 
 /// The prediction at one sample.
 #[derive(Debug, Clone, Copy)]
@@ -24,7 +22,11 @@ pub struct TimedPrediction {
     pub first: Option<ContactPrediction>,
     /// The probability of its surface, with all places predicted there.
     pub of_surface: f64,
-    /// How long it took, µs.
+    /// The largest probability of a prediction on the touched surface.
+    pub of_touched: f64,
+    /// How many predictions there were.
+    pub count: usize,
+    /// How long they took, µs.
     pub took_us: f64,
 }
 
@@ -40,14 +42,24 @@ pub struct TouchPredictions {
 }
 
 impl TimedPrediction {
-    /// Of the predictions of a sample, the most probable one first.
-    pub fn of_ranked(t_s: f64, ranked: &[ContactPrediction], took_us: f64) -> Self {
+    /// Of the predictions of a sample of a touch, the most probable one first.
+    pub fn of_ranked(
+        t_s: f64,
+        ranked: &[ContactPrediction],
+        touched: SurfaceId,
+        took_us: f64,
+    ) -> Self {
+        let on = |surface: SurfaceId| {
+            let there = ranked.iter().filter(move |p| p.surface == surface);
+            there.map(|p| p.probability)
+        };
         let first = ranked.first();
-        let there = |p: &&ContactPrediction| first.is_some_and(|f| f.surface == p.surface);
         Self {
             t_s,
             first: first.copied(),
-            of_surface: ranked.iter().filter(there).map(|p| p.probability).sum(),
+            of_surface: first.map_or(0.0, |first| on(first.surface).sum()),
+            of_touched: on(touched).fold(0.0, f64::max),
+            count: ranked.len(),
             took_us,
         }
     }
@@ -94,6 +106,21 @@ impl TouchPredictions {
         Some(prediction.regions.squared().map(|most| squared <= most))
     }
 
+    /// How far off a prediction at a time is.
+    fn error(&self, t_s: f64, prediction: &ContactPrediction) -> EstimateError {
+        let left_s = self.touch.contact_s - t_s;
+        EstimateError {
+            error_m: self.off_m(prediction),
+            along_m: None,
+            missed: self.missed(prediction),
+            spread: None,
+            time: prediction.time_to_contact_s.map(|left| TimeError {
+                error_s: left.mean_s - left_s,
+                sd_s: left.sd_s,
+            }),
+        }
+    }
+
     /// Time before contact from which the predictions stay right, s.
     pub fn lead_s(&self) -> f64 {
         let right = |sample: &&TimedPrediction| {
@@ -138,31 +165,22 @@ impl TouchPredictions {
 /// Averages over the touches at one moment, or over several.
 #[derive(Debug, Clone, Copy)]
 pub struct Summary {
-    /// Touches that are that long, counted at every moment.
-    pub count: usize,
-    /// Those of them without a prediction; they count as wrong and as missed.
-    pub silent: usize,
-    /// Share with the right surface.
+    /// How far off predicted points and times are; a board is missed as well where it is before or behind the surface.
+    pub points: score::Summary,
+    /// Share with the right surface; no prediction is none.
     pub right: f64,
-    /// Median distance of the predicted point, m.
-    pub median_m: f64,
-    /// Mean distance, m.
-    pub mean_m: f64,
-    /// Mean error of each axis, m.
-    pub axis_mean_m: DVec3,
-    /// Largest error of each axis, m.
-    pub axis_max_m: DVec3,
-    /// Share of the boards that are missed.
+    /// Share of the boards that are missed, also for want of a prediction.
     pub missed: f64,
     /// Shares of the regions of [`REGION_SHARES`](hwall_contact::REGION_SHARES) in the plane of the right surface that hold the target.
     pub within: Option<[f64; 3]>,
-    /// Mean error of the time to contact, s.
-    pub time_mean_s: Option<f64>,
-    /// Share of its 90 % intervals that hold the truth.
-    pub time_in_90: Option<f64>,
 }
 
 impl Summary {
+    /// Touches that are that long, counted at every moment.
+    pub fn count(&self) -> usize {
+        self.points.count + self.points.silent
+    }
+
     /// Share of the 90 % regions in the plane of the right surface that hold the target.
     pub fn in_90(&self) -> Option<f64> {
         self.within.map(|within| within[2])
@@ -170,29 +188,18 @@ impl Summary {
 }
 
 /// Over all touches at a moment.
-pub fn summary(touches: &[TouchPredictions], moment: Moment) -> Summary {
-    summary_of(touches, &[moment])
-}
-
-/// Over those touches that are chosen by their place among all, at a moment.
-pub fn summary_among(
-    touches: &[TouchPredictions],
+pub fn summary<'a>(
+    touches: impl IntoIterator<Item = &'a TouchPredictions>,
     moment: Moment,
-    chosen: impl Fn(usize) -> bool,
 ) -> Summary {
-    let chosen: Vec<TouchPredictions> = touches
-        .iter()
-        .enumerate()
-        .filter(|(index, _)| chosen(*index))
-        .map(|(_, touch)| touch.clone())
-        .collect();
-    summary(&chosen, moment)
+    let at = |t: &'a TouchPredictions| Some((t, t.at(moment)?));
+    summary_of(touches.into_iter().filter_map(at))
 }
 
 /// Over all touches from 30 to 90 % of their time.
 pub fn under_way(touches: &[TouchPredictions]) -> Summary {
-    let moments: Vec<Moment> = under_way_moments().collect();
-    summary_of(touches, &moments)
+    let at = |m: Moment| touches.iter().filter_map(move |t| Some((t, t.at(m)?)));
+    summary_of(under_way_moments().flat_map(at))
 }
 
 fn under_way_moments() -> impl Iterator<Item = Moment> {
@@ -200,59 +207,23 @@ fn under_way_moments() -> impl Iterator<Item = Moment> {
     shares.map(Moment::Share)
 }
 
-fn summary_of(touches: &[TouchPredictions], moments: &[Moment]) -> Summary {
-    let all: Vec<(&TouchPredictions, &TimedPrediction)> = moments
-        .iter()
-        .flat_map(|&m| touches.iter().filter_map(move |t| Some((t, t.at(m)?))))
-        .collect();
-    let predicted: Vec<(&TouchPredictions, &TimedPrediction, ContactPrediction)> = all
-        .iter()
-        .filter_map(|(t, h)| Some((*t, *h, h.first?)))
-        .collect();
-    let mut off_m: Vec<f64> = predicted
-        .iter()
-        .map(|(t, _, a)| t.off_m(a).length())
-        .collect();
-    off_m.sort_by(f64::total_cmp);
-    let axes = || predicted.iter().map(|(t, _, a)| t.off_m(a).abs());
+fn summary_of<'a>(
+    samples: impl Iterator<Item = (&'a TouchPredictions, &'a TimedPrediction)>,
+) -> Summary {
+    let all: Vec<_> = samples.collect();
+    let predicted = || all.iter().filter_map(|(t, s)| Some((*t, s.first?)));
+    let points = score::Summary::of(all.iter().map(|(t, s)| {
+        let first = s.first.as_ref();
+        first.map(|first| t.error(s.t_s, first))
+    }));
+    let held: Vec<[bool; 3]> = predicted().filter_map(|(t, p)| t.within(&p)).collect();
+    let right = predicted().filter(|(t, p)| t.right(p)).count();
     let of_all = |count: usize| count as f64 / all.len() as f64;
-    let count = |f: &dyn Fn(&TouchPredictions, &ContactPrediction) -> bool| {
-        predicted.iter().filter(|(t, _, a)| f(t, a)).count()
-    };
-    let times: Vec<(f64, Option<f64>)> = predicted
-        .iter()
-        .filter_map(|(t, h, a)| {
-            let left = a.time_to_contact_s?;
-            let off_s = (left.mean_s - (t.touch.contact_s - h.t_s)).abs();
-            Some((off_s, left.sd_s))
-        })
-        .collect();
-    let held: Vec<[bool; 3]> = predicted
-        .iter()
-        .filter_map(|(t, _, a)| t.within(a))
-        .collect();
-    let share = |hits: Vec<bool>| {
-        let n = hits.len();
-        (n > 0).then(|| hits.into_iter().filter(|hit| *hit).count() as f64 / n as f64)
-    };
     Summary {
-        count: all.len(),
-        silent: all.len() - predicted.len(),
-        right: of_all(count(&|t, a| t.right(a))),
-        median_m: quantile(&off_m, 0.5),
-        mean_m: off_m.iter().sum::<f64>() / off_m.len() as f64,
-        axis_mean_m: axes().sum::<DVec3>() / predicted.len() as f64,
-        axis_max_m: axes().fold(DVec3::ZERO, DVec3::max),
-        missed: of_all(count(&|t, a| t.missed(a)) + all.len() - predicted.len()),
+        right: of_all(right),
+        missed: of_all(points.missed + points.silent),
         within: within(&held),
-        time_mean_s: (!times.is_empty())
-            .then(|| times.iter().map(|t| t.0).sum::<f64>() / times.len() as f64),
-        time_in_90: share(
-            times
-                .iter()
-                .filter_map(|(off_s, sd_s)| Some(*off_s <= IN_90_OF_ONE * (*sd_s)?))
-                .collect(),
-        ),
+        points,
     }
 }
 
@@ -270,11 +241,8 @@ pub fn leads_s(touches: &[TouchPredictions]) -> Vec<f64> {
 
 /// How much longer these leads are than those of a reference over the same touches, s.
 pub fn gained_s(touches: &[TouchPredictions], reference: &[TouchPredictions]) -> Vec<f64> {
-    touches
-        .iter()
-        .zip(reference)
-        .map(|(t, r)| t.lead_s() - r.lead_s())
-        .collect()
+    let both = touches.iter().zip(reference);
+    both.map(|(t, r)| t.lead_s() - r.lead_s()).collect()
 }
 
 /// Times for a prediction, µs, sorted.

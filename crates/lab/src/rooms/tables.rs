@@ -1,45 +1,12 @@
-//! The tables of the rooms, and their rows as CSV.
+//! The tables of the rooms.
 
-use crate::contact::rows::covariance_cells;
-use crate::report::{Column, quantiles, table_of, titled};
-use crate::rooms::room::Room;
+use crate::report::{Column, cells, grid, or_none, quantiles, table_of, titled};
 use crate::rooms::scores::{
-    GoalLatency, Summary, TouchPredictions, gained_s, leads_s, reliability, summary, took_us,
-    under_way,
+    Bin, GoalLatency, Summary, gained_s, leads_s, summary, took_us, under_way,
 };
-use hwall_contact::score::{BEFORE_S, Moment, Span, written};
-use hwall_stage::numbers;
+use crate::rooms::setting::PredictorResult;
+use hwall_contact::score::{BEFORE_S, Moment};
 use hwall_testkit::{MarkdownTable, quantile};
-use std::path::Path;
-
-/// A predictor and its predictions for every touch.
-#[derive(Debug, Clone)]
-pub struct PredictorResult {
-    /// Name of the predictor.
-    pub name: String,
-    /// The touches, in the same order for every predictor.
-    pub touches: Vec<TouchPredictions>,
-}
-
-/// A predictor and its predictions in several rooms or conditions.
-#[derive(Debug, Clone)]
-pub struct PooledResult<'a> {
-    /// Name of the predictor.
-    pub name: &'a str,
-    /// All touches.
-    pub touches: Vec<&'a TouchPredictions>,
-}
-
-/// The results in one room under one condition.
-#[derive(Debug, Clone)]
-pub struct SettingResults<'a> {
-    /// The room, by the number of its surfaces.
-    pub surfaces: usize,
-    /// Name of the condition.
-    pub condition: &'a str,
-    /// The predictors.
-    pub results: &'a [PredictorResult],
-}
 
 /// `median (quartiles)`, ms.
 fn quartiles_ms(values_s: Vec<f64>) -> String {
@@ -48,107 +15,110 @@ fn quartiles_ms(values_s: Vec<f64>) -> String {
 }
 
 fn percent(share: Option<f64>) -> String {
-    share.map_or_else(|| "none".to_owned(), |s| format!("{:.0}", 100.0 * s))
+    or_none(share.map(|share| 100.0 * share), 0)
 }
 
 /// One cell a moment; "none" where no touch is that long.
-fn by_moment(all: &[PredictorResult], cell: impl Fn(&Summary) -> String) -> MarkdownTable {
-    let titles = Moment::all().map(Moment::name);
-    let mut table = MarkdownTable::new(["predictor".to_owned()].into_iter().chain(titles));
-    for PredictorResult { name, touches } in all {
-        let cells = Moment::all().map(|m| match summary(touches, m) {
-            s if s.count == 0 => "none".to_owned(),
-            s => cell(&s),
-        });
-        table.row([name.clone()].into_iter().chain(cells));
-    }
-    table
+fn by_moment(all: &[PredictorResult<'_>], cell: impl Fn(&Summary) -> String) -> MarkdownTable {
+    let moments: Vec<Moment> = Moment::all().collect();
+    let name = |r: &&PredictorResult<'_>| r.name.to_owned();
+    let cell = |r: &&PredictorResult<'_>, moment| match summary(r.touches, moment) {
+        s if s.count() == 0 => "none".to_owned(),
+        s => cell(&s),
+    };
+    grid("predictor", &moments, Moment::name, all, name, cell)
 }
 
-/// Right surface, %.
-pub fn right(all: &[PredictorResult]) -> MarkdownTable {
-    by_moment(all, |s| format!("{:.1}", 100.0 * s.right))
-}
-
-/// Median / mean distance, mm.
-pub fn distances(all: &[PredictorResult]) -> MarkdownTable {
-    by_moment(all, |s| {
-        if s.count == s.silent {
-            return "none".to_owned();
-        }
-        format!("{:.0} / {:.0}", 1e3 * s.median_m, 1e3 * s.mean_m)
-    })
-}
-
-/// Boards missed, %.
-pub fn missed(all: &[PredictorResult]) -> MarkdownTable {
-    by_moment(all, |s| format!("{:.1}", 100.0 * s.missed))
+/// All tables of a room, under fourth-level headings.
+pub fn markdown(all: &[PredictorResult<'_>]) -> String {
+    format!(
+        "#### Right surface, %\n\n{}\n\
+         #### Distance of the predicted from the true point, median / mean, mm\n\n{}\n\
+         #### Boards missed, %\n\n{}\n\
+         #### Regions of 50 / 70 / 90 % in the plane of the right surface hold the point, %\n\n{}\n\
+         #### Per axis, mean / largest error in cm\n\n{}\n\
+         #### How sure, how early, how fast\n\n{}",
+        by_moment(all, |s| format!("{:.1}", 100.0 * s.right)),
+        by_moment(all, |s| match s.points.count {
+            0 => "none".to_owned(),
+            _ => format!(
+                "{:.0} / {:.0}",
+                1e3 * s.points.median_m,
+                1e3 * s.points.mean_m
+            ),
+        }),
+        by_moment(all, |s| format!("{:.1}", 100.0 * s.missed)),
+        by_moment(all, regions),
+        axes(all),
+        sureness(all)
+    )
 }
 
 /// Regions of 50 / 70 / 90 % that hold the point, %; "none" where none is stated.
-pub fn coverage(all: &[PredictorResult]) -> MarkdownTable {
-    by_moment(all, |s| match s.within {
+pub fn regions(s: &Summary) -> String {
+    match s.within {
         Some(within) => within.map(|share| percent(Some(share))).join(" / "),
         None => percent(None),
-    })
+    }
 }
 
 /// Errors of each axis at half and at 70 % of the time, cm.
-pub fn axes(all: &[PredictorResult]) -> MarkdownTable {
-    let mut table = MarkdownTable::new(["predictor", "x at 50 %", "y", "z", "x at 70 %", "y", "z"]);
+fn axes(all: &[PredictorResult<'_>]) -> MarkdownTable {
+    let mut table = titled("predictor | x at 50 % | y | z | x at 70 % | y | z");
     for PredictorResult { name, touches } in all {
-        let cells = [0.5, 0.7].into_iter().flat_map(|share| {
-            let s = summary(touches, Moment::Share(share));
+        let own = [0.5, 0.7].into_iter().flat_map(|share| {
+            let s = summary(*touches, Moment::Share(share)).points;
             let (mean, max) = (100.0 * s.axis_mean_m, 100.0 * s.axis_max_m);
             [0, 1, 2].map(|i| format!("{:.1} / {:.1}", mean[i], max[i]))
         });
-        table.row([name.clone()].into_iter().chain(cells));
+        table.row(cells([name], own));
     }
     table
 }
 
 /// How sure, how early and how fast; leads are gained over the first of the predictors.
-pub fn sureness(all: &[PredictorResult]) -> MarkdownTable {
-    let under_way = |r: &PredictorResult| under_way(&r.touches);
-    let mean = |r: &PredictorResult| {
-        let mean_s = under_way(r).time_mean_s;
-        mean_s.map_or("none".to_owned(), |s| format!("{:.0}", 1e3 * s))
-    };
-    let took = |r: &PredictorResult| {
-        let took = took_us(&r.touches);
+fn sureness(all: &[PredictorResult<'_>]) -> MarkdownTable {
+    /// A predictor, and its summary over 30 to 90 % of the time.
+    type Row<'a> = (&'a PredictorResult<'a>, Summary);
+    let took = |r: &PredictorResult<'_>| {
+        let took = took_us(r.touches);
         format!("{:.1} / {:.1}", quantile(&took, 0.5), quantile(&took, 0.99))
     };
-    let gained = |r: &PredictorResult| quartiles_ms(gained_s(&r.touches, &all[0].touches));
-    let silent = |s: Summary| format!("{} of {}", s.silent, s.count);
-    let columns: [Column<'_, &PredictorResult>; 7] = [
-        ("predictor", &|r| r.name.clone()),
-        ("time to contact, mean error, ms", &|r| mean(r)),
-        ("its 90 % intervals hold, %", &|r| {
-            percent(under_way(r).time_in_90)
+    let columns: [Column<'_, Row<'_>>; 7] = [
+        ("predictor", &|(r, _)| r.name.to_owned()),
+        ("time to contact, mean error, ms", &|(_, s)| {
+            or_none(s.points.time_mean_s.map(|s| 1e3 * s), 0)
         }),
-        ("right for good before contact, ms (quartiles)", &|r| {
-            quartiles_ms(leads_s(&r.touches))
+        ("its 90 % intervals hold, %", &|(_, s)| {
+            percent(s.points.time_interval)
         }),
-        ("gained over the ray cast, ms (quartiles)", &|r| gained(r)),
-        ("µs, median / p99", &|r| took(r)),
-        ("silent", &|r| silent(under_way(r))),
+        (
+            "right for good before contact, ms (quartiles)",
+            &|(r, _)| quartiles_ms(leads_s(r.touches)),
+        ),
+        ("gained over the ray cast, ms (quartiles)", &|(r, _)| {
+            quartiles_ms(gained_s(r.touches, all[0].touches))
+        }),
+        ("µs, median / p99", &|(r, _)| took(r)),
+        ("silent", &|(_, s)| {
+            format!("{} of {}", s.points.silent, s.count())
+        }),
     ];
-    table_of(all, &columns)
+    table_of(all.iter().map(|r| (r, under_way(r.touches))), &columns)
 }
 
 /// Stated and observed probability of the surface, by tenths: `observed % (count)`.
-pub fn reliabilities(all: &[PooledResult<'_>]) -> MarkdownTable {
-    let tenths = (0..10).map(|i| format!("{} to {} %", 10 * i, 10 * (i + 1)));
-    let mut table = MarkdownTable::new(["stated".to_owned()].into_iter().chain(tenths));
-    for PooledResult { name, touches } in all {
-        let mut cells = vec!["none".to_owned(); 10];
-        for bin in reliability(touches.iter().copied()) {
-            let place = ((10.0 * bin.stated) as usize).min(9);
-            cells[place] = format!("{:.0} (of {})", 100.0 * bin.right, bin.count);
+pub fn reliabilities(all: &[(&str, Vec<Bin>)]) -> MarkdownTable {
+    let tenths: Vec<usize> = (0..10).collect();
+    let title = |i: usize| format!("{} to {} %", 10 * i, 10 * (i + 1));
+    let name = |(name, _): &&(&str, Vec<Bin>)| (*name).to_owned();
+    grid("stated", &tenths, title, all, name, |(_, bins), tenth| {
+        let here = |b: &&Bin| ((10.0 * b.stated) as usize).min(9) == tenth;
+        match bins.iter().find(here) {
+            Some(b) => format!("{:.0} (of {})", 100.0 * b.right, b.count),
+            None => "none".to_owned(),
         }
-        table.row([(*name).to_owned()].into_iter().chain(cells));
-    }
-    table
+    })
 }
 
 /// The table of conditions without its rows: one a condition and main contender.
@@ -157,6 +127,24 @@ pub fn conditions() -> MarkdownTable {
         "condition | predictor | touches | right surface, %, at 30 / 50 / 70 / 90 % | median error, mm | board missed, % | 90 % \
          regions hold, % | right for good before contact, ms (quartiles) | gained over the ray cast, ms (quartiles)",
     )
+}
+
+/// Rows of the table of conditions.
+pub fn condition_rows(table: &mut MarkdownTable, condition: &str, all: &[PredictorResult<'_>]) {
+    for PredictorResult { name, touches } in all {
+        let at = [0.3, 0.5, 0.7, 0.9].map(|share| summary(*touches, Moment::Share(share)));
+        let list = |cell: &dyn Fn(&Summary) -> String| at.each_ref().map(cell).join(" / ");
+        let own = [
+            touches.len().to_string(),
+            list(&|s| format!("{:.0}", 100.0 * s.right)),
+            list(&|s| format!("{:.0}", 1e3 * s.points.median_m)),
+            list(&|s| format!("{:.0}", 100.0 * s.missed)),
+            list(&|s| percent(s.in_90())),
+            quartiles_ms(leads_s(touches)),
+            quartiles_ms(gained_s(touches, all[0].touches)),
+        ];
+        table.row(cells([condition, name], own));
+    }
 }
 
 /// The table of latencies without its rows: one a condition and predictor.
@@ -169,25 +157,18 @@ pub fn latencies() -> MarkdownTable {
 }
 
 /// Rows of the table of latencies.
-pub fn latency_rows(table: &mut MarkdownTable, condition: &str, all: &[PredictorResult]) {
+pub fn latency_rows(table: &mut MarkdownTable, condition: &str, all: &[PredictorResult<'_>]) {
     for PredictorResult { name, touches } in all {
         let latencies: Vec<GoalLatency> = touches.iter().map(|t| t.goal_latency()).collect();
-        let of = |landed: bool| latencies.iter().filter(move |l| l.landed == landed);
-        let cell = |landed: bool, time_s: &dyn Fn(&GoalLatency) -> f64| {
-            latency_cell(of(landed).map(time_s).collect())
-        };
-        let cells = [true, false].into_iter().flat_map(|landed| {
+        let own = [true, false].into_iter().flat_map(|landed| {
+            let of = || latencies.iter().filter(move |l| l.landed == landed);
             [
-                of(landed).count().to_string(),
-                cell(landed, &|l| l.surface_s),
-                cell(landed, &|l| l.point_s),
+                of().count().to_string(),
+                latency_cell(of().map(|l| l.surface_s).collect()),
+                latency_cell(of().map(|l| l.point_s).collect()),
             ]
         });
-        table.row(
-            [condition.to_owned(), name.clone()]
-                .into_iter()
-                .chain(cells),
-        );
+        table.row(cells([condition, name], own));
     }
 }
 
@@ -198,169 +179,23 @@ fn latency_cell(mut times_s: Vec<f64>) -> String {
     }
     times_s.sort_by(f64::total_cmp);
     let never = times_s.iter().filter(|t| t.is_infinite()).count();
-    let quantile_ms = |share: f64| {
+    let [median, p90] = [0.5, 0.9].map(|share| {
         // The next rank above: no mean of a time and an infinity.
         let rank = (share * (times_s.len() - 1) as f64).ceil() as usize;
         match times_s[rank] {
             t if t.is_finite() => format!("{:.0}", 1e3 * t),
             _ => "never".to_owned(),
         }
-    };
-    format!(
-        "{} / {} / {:.1} %",
-        quantile_ms(0.5),
-        quantile_ms(0.9),
-        100.0 * never as f64 / times_s.len() as f64
-    )
-}
-
-/// Rows of the table of conditions.
-pub fn condition_rows(table: &mut MarkdownTable, condition: &str, all: &[PredictorResult]) {
-    for PredictorResult { name, touches } in all {
-        let at = [0.3, 0.5, 0.7, 0.9].map(|share| summary(touches, Moment::Share(share)));
-        let list =
-            |cell: &dyn Fn(&Summary) -> String| at.iter().map(cell).collect::<Vec<_>>().join(" / ");
-        table.row([
-            condition.to_owned(),
-            name.clone(),
-            touches.len().to_string(),
-            list(&|s| format!("{:.0}", 100.0 * s.right)),
-            list(&|s| format!("{:.0}", 1e3 * s.median_m)),
-            list(&|s| format!("{:.0}", 100.0 * s.missed)),
-            list(&|s| percent(s.in_90())),
-            quartiles_ms(leads_s(touches)),
-            quartiles_ms(gained_s(touches, &all[0].touches)),
-        ]);
-    }
-}
-
-/// A CSV with one row a prediction: those at the moments of the tables, and one every 50 ms.
-pub struct PredictionRows(numbers::TableWriter);
-
-impl PredictionRows {
-    /// Writes the header.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn create(path: &Path) -> anyhow::Result<Self> {
-        let mut out = numbers::writer(Some(path))?;
-        let names = "room,condition,predictor,touch,t,share,to_contact,surface,true_surface,probability,x,y,z,\
-                     true_x,true_y,true_z,var_xx,var_xy,var_xz,var_yy,var_yz,var_zz,left,left_sd,us";
-        out.write_record(names.split(','))?;
-        Ok(Self(out))
-    }
-
-    /// Adds those results in a room that `chosen` picks by the predictor's name.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn add(
-        &mut self,
-        setting: &SettingResults<'_>,
-        room: &Room,
-        chosen: impl Fn(&str) -> bool,
-    ) -> anyhow::Result<()> {
-        for result in setting.results.iter().filter(|r| chosen(&r.name)) {
-            self.add_predictor(setting, room, result)?;
-        }
-        Ok(())
-    }
-
-    fn add_predictor(
-        &mut self,
-        setting: &SettingResults<'_>,
-        room: &Room,
-        result: &PredictorResult,
-    ) -> anyhow::Result<()> {
-        let surface = |id| room.scene.surface(id).name.clone();
-        let metres = |v: glam::DVec3| v.to_array().map(|x| format!("{x:.5}"));
-        for (number, t) in result.touches.iter().enumerate() {
-            let times_s: Vec<f64> = t.samples.iter().map(|s| s.t_s).collect();
-            let span = t.span();
-            let Span { start_s, contact_s } = span;
-            for index in written(&times_s, span) {
-                let sample = &t.samples[index];
-                let mut cells = vec![setting.surfaces.to_string(), setting.condition.to_owned()];
-                cells.extend([result.name.clone(), (number + 1).to_string()]);
-                let share = (sample.t_s - start_s) / (contact_s - start_s);
-                cells.extend([
-                    format!("{:.6}", sample.t_s),
-                    format!("{share:.4}"),
-                    format!("{:.6}", contact_s - sample.t_s),
-                ]);
-                // Cells are empty where there is no prediction.
-                let first = sample.first;
-                let or_empty = |text: Option<String>| text.unwrap_or_default();
-                cells.push(or_empty(first.map(|a| surface(a.surface))));
-                cells.push(surface(t.touch.surface));
-                cells.push(or_empty(first.map(|_| format!("{:.4}", sample.of_surface))));
-                cells.extend(first.map_or([const { String::new() }; 3], |a| metres(a.point_m)));
-                cells.extend(metres(t.touch.target_m));
-                let covariance_m2 = first.and_then(|a| a.covariance_m2);
-                cells.extend(covariance_cells(covariance_m2, |v| format!("{v:.3e}")));
-                let left = first.and_then(|a| a.time_to_contact_s);
-                let seconds = |v: Option<f64>| or_empty(v.map(|v| format!("{v:.4}")));
-                cells.push(seconds(left.map(|l| l.mean_s)));
-                cells.push(seconds(left.and_then(|l| l.sd_s)));
-                cells.push(format!("{:.1}", sample.took_us));
-                self.0.write_record(&cells)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Writes what is left.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn finish(mut self) -> anyhow::Result<()> {
-        self.0.flush()
-    }
+    });
+    let never = 100.0 * never as f64 / times_s.len() as f64;
+    format!("{median} / {p90} / {never:.1} %")
 }
 
 /// Median errors over the time to contact, for the figure: s and m.
-pub fn medians_before(touches: &[TouchPredictions]) -> Vec<(f64, f64)> {
+pub fn medians_before(result: &PredictorResult<'_>) -> Vec<(f64, f64)> {
     let at = |before_s: f64| {
-        let s = summary(touches, Moment::Before(before_s));
-        (s.count > s.silent).then_some((before_s, s.median_m))
+        let s = summary(result.touches, Moment::Before(before_s)).points;
+        (s.count > 0).then_some((before_s, s.median_m))
     };
     BEFORE_S.into_iter().filter_map(at).collect()
-}
-
-/// Everything at every moment, one row a predictor and a moment.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn scores_csv(path: &Path, all: &[SettingResults<'_>]) -> anyhow::Result<()> {
-    let mut out = numbers::writer(Some(path))?;
-    let names = "room,condition,predictor,moment,touches,silent,right,median_m,mean_m,mean_x_m,mean_y_m,mean_z_m,\
-                 max_x_m,max_y_m,max_z_m,missed,in_90,time_mean_s,time_in_90,\
-                 in_50,in_70";
-    out.write_record(names.split(','))?;
-    let number = |v: f64| {
-        if v.is_finite() {
-            format!("{v:.5}")
-        } else {
-            String::new()
-        }
-    };
-    for setting in all {
-        for PredictorResult { name, touches } in setting.results {
-            for moment in Moment::all() {
-                let s = summary(touches, moment);
-                let mut cells = vec![setting.surfaces.to_string(), setting.condition.to_owned()];
-                cells.extend([name.clone(), moment.name()]);
-                cells.extend([s.count, s.silent].map(|n| n.to_string()));
-                cells.extend([s.right, s.median_m, s.mean_m].map(number));
-                cells.extend(s.axis_mean_m.to_array().map(number));
-                cells.extend(s.axis_max_m.to_array().map(number));
-                cells.push(number(s.missed));
-                let within = |k: usize| s.within.map(|within| within[k]);
-                let optional = [within(2), s.time_mean_s, s.time_in_90, within(0), within(1)];
-                cells.extend(optional.map(|v| v.map_or(String::new(), number)));
-                out.write_record(&cells)?;
-            }
-        }
-    }
-    out.flush()
 }

@@ -1,13 +1,13 @@
 //! The control step of a whole session, and the planning after it, with people of every kind.
 
-use crate::report::titled;
-use crate::speed::page::section::{Section, SummaryRow};
+use crate::report::{Gap, titled};
+use crate::speed::page::section::{Section, quoted};
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use hwall_stage::run::closed_loop::{self, RunSetup, StepCost};
 use hwall_stage::run::simulated_arm::ArmLevel;
-use hwall_testkit::{MarkdownTable, Timing, format_ns, quantile};
+use hwall_testkit::{Timing, format_ns, quantile};
 
 /// Control period, s.
 const PERIOD_S: f64 = 1e-3;
@@ -23,7 +23,15 @@ const KINDS: [PersonKind; 5] = [
     PersonKind::Glancing,
 ];
 
-type Count<'a> = &'a dyn Fn(&StepCost) -> u32;
+/// Counts of a call.
+const COUNTS: [(&str, fn(&StepCost) -> u32); 4] = [
+    ("poses and Jacobians in a control step", |c| c.asked.forward),
+    ("configurations of poses in a control step", |c| {
+        c.asked.inverse
+    }),
+    ("looks at ways in a call of the planner", |c| c.looks),
+    ("boxes and rectangles tested in it", |c| c.tests),
+];
 
 /// Times and counts of this many steps in either room, or some more: people are not cut short.
 ///
@@ -31,67 +39,35 @@ type Count<'a> = &'a dyn Fn(&StepCost) -> u32;
 /// As for the main job.
 pub fn control_step(seed: u64, steps: usize) -> anyhow::Result<Section> {
     let mut times = titled("upright pieces | what | calls | median | p99 | p99.9 | p99.99 | most");
-    let mut counts = MarkdownTable::new(["upright pieces", "count", "p99", "p99.99", "most"]);
+    let mut counts = titled("upright pieces | count | p99 | p99.99 | most");
     let mut summary = Vec::new();
-    for (room, steps) in [
-        (BuiltInRoom::new()?, steps),
-        (BuiltInRoom::crowded(CROWDED)?, steps),
-    ] {
+    for room in [BuiltInRoom::new()?, BuiltInRoom::crowded(CROWDED)?] {
         let pieces = room.scene.vertical_facets().len().to_string();
         let costs = costs(room, seed, steps)?;
-        let of = |part: &dyn Fn(&StepCost) -> f64| {
+        let sorted = |part: &dyn Fn(&StepCost) -> f64| {
             let mut all: Vec<f64> = costs.iter().map(part).collect();
             all.sort_by(f64::total_cmp);
             all
         };
-        let step_ns = of(&|cost| f64::from(cost.step_ns));
-        let plan_ns = of(&|cost| f64::from(cost.plan_ns));
+        let step_ns = sorted(&|cost| f64::from(cost.step_ns));
+        let plan_ns = sorted(&|cost| f64::from(cost.plan_ns));
         for (what, ns) in [("control step", &step_ns), ("planning after it", &plan_ns)] {
-            let at = |p: f64| format_ns(quantile(ns, p));
-            times.row([
-                pieces.clone(),
-                what.to_owned(),
-                ns.len().to_string(),
-                at(0.5),
-                at(0.99),
-                at(0.999),
-                at(0.9999),
-                at(1.0),
-            ]);
+            let at = [0.5, 0.99, 0.999, 0.9999, 1.0].map(|p| format_ns(quantile(ns, p)));
+            let cells = [pieces.clone(), what.to_owned(), ns.len().to_string()];
+            times.row(cells.into_iter().chain(at));
         }
         let step = Timing::from_samples_ns(step_ns);
         let what = format!("control step, {pieces} upright pieces");
         let most = format!("at most {}", format_ns(step.max_ns));
-        summary.push(SummaryRow::new("hwall", &what, &step, &most));
-        let parts: [(&str, Count<'_>); 4] = [
-            ("poses and Jacobians in a control step", &|c| {
-                c.asked.forward
-            }),
-            ("configurations of poses in a control step", &|c| {
-                c.asked.inverse
-            }),
-            ("looks at ways in a call of the planner", &|c| c.looks),
-            ("boxes and rectangles tested in it", &|c| c.tests),
-        ];
-        for (what, part) in parts {
-            let counted = of(&|cost| f64::from(part(cost)));
-            let at = |p: f64| format!("{:.0}", quantile(&counted, p));
-            counts.row([
-                pieces.clone(),
-                what.to_owned(),
-                at(0.99),
-                at(0.9999),
-                at(1.0),
-            ]);
+        summary.push(quoted("hwall", &what, &step, most));
+        for (what, part) in COUNTS {
+            let counted = sorted(&|cost| f64::from(part(cost)));
+            let at = [0.99, 0.9999, 1.0].map(|p| format!("{:.0}", quantile(&counted, p)));
+            counts.row([pieces.clone(), what.to_owned()].into_iter().chain(at));
         }
     }
-    let text = format!(
-        "### The control step\n\nA session at 1 kHz, with textures and doors, for people of all kinds (seed {seed}), a dozen touches each; \
-         every run is made twice, and of each call the lesser time counts, so that what the machine does beside it hardly shows. A step \
-         goes on along a motion that is known to its end; goals and ways are looked for after it, by `Session::plan` or on a thread \
-         of their own.\n\n{times}\n\nCounts are the same on every machine:\n\n{counts}\n"
-    );
-    Ok(Section::of(text, summary))
+    let gaps: [Gap<'_>; 3] = [("seed", &seed), ("times", &times), ("counts", &counts)];
+    Section::of(include_str!("text/control_step.md"), &gaps, summary)
 }
 
 /// Of every step, with the lesser of the times of two runs that are the same otherwise.

@@ -1,6 +1,7 @@
 //! The whole of docs/SPEED-AGAINST-ERROR.md, and what docs/CRATES.md and the README quote of it.
 
-use crate::documents::{Documents, renew_block, renew_words, written_by};
+use crate::documents::{Documents, renew_block, renew_words};
+use crate::report::{Gap, page};
 use crate::speed::connect::measured as connect;
 use crate::speed::contact::{estimators, fusion};
 use crate::speed::page::section::{Section, summary_table};
@@ -47,7 +48,6 @@ pub fn write(
         scene,
     } = request;
     let figures = documents.figures("")?;
-    let machine = Machine::detect(seed);
     let mut yardstick = Yardstick::default();
     let mut timed = |section: Section| {
         yardstick.measure();
@@ -71,43 +71,35 @@ pub fn write(
         timed(control_step::control_step(seed, 500 * n)?),
         timed(connect::connect(seed, n)?),
     ];
-    let mut text = format!(
-        "# Speed against error\n\n{}\n\n{machine}\n\n{yardstick}.\n\nMedian and p99 are per call; calls below a microsecond are timed in batches, \
-         so their p99 is over batches. Errors are against the exact answer named with each table.\n",
-        written_by()
-    );
+    let mut shown = String::new();
     for section in &sections {
         writeln!(out, "{}", section.text).context("standard output")?;
-        text.push('\n');
-        text.push_str(&section.text);
+        shown += &format!("\n{}", section.text);
         if let Some(figure) = &section.figure {
             figure.draw(&figures)?;
-            text.push_str(&figure.markdown());
+            shown += &figure.markdown();
         }
     }
+    let gaps: [Gap<'_>; 2] = [("yardstick", &yardstick), ("sections", &shown)];
+    let text = page(include_str!("document.md"), seed, &gaps)?;
     let path = documents.write(NAME, &text)?;
-    let header = format!("{machine}\n\n{yardstick}.");
+    let machine = Machine::detect(seed);
+    let table = summary_table(&sections);
+    let block = format!("{machine}\n\n{yardstick}.\n\n{table}");
     if let Some(readme) = readme {
-        renew_summary(readme, &header, &sections)?;
+        renew_block(readme, SUMMARY.1, &block)?;
     }
     if let Some(front_page) = documents.readme() {
-        renew_summary(&documents.folder().join(SUMMARY.0), &header, &sections)?;
+        renew_block(&documents.folder().join(SUMMARY.0), SUMMARY.1, &block)?;
         renew_front_page(front_page, &sections)?;
     }
     Ok(path)
 }
 
-/// Replaces the summary in a file by rows of these sections.
-fn renew_summary(file: &Path, header: &str, sections: &[Section]) -> anyhow::Result<()> {
-    let table = summary_table(sections);
-    renew_block(file, SUMMARY.1, &format!("{header}\n\n{table}"))
-}
-
 /// Replaces the figure that the README quotes.
 fn renew_front_page(readme: &Path, sections: &[Section]) -> anyhow::Result<()> {
     let mut rows = sections.iter().flat_map(|section| &section.summary);
-    let row = rows.find(|row| row.what == QUOTED.0);
-    let row = row.with_context(|| format!("no row {:?} to quote", QUOTED.0))?;
-    let figure = format!("median {}, p99 {}", row.median, row.p99);
-    renew_words(readme, QUOTED.1, &figure)
+    let row = rows.find(|[_, what, ..]| what == QUOTED.0);
+    let [_, _, median, p99, _] = row.with_context(|| format!("no row {:?} to quote", QUOTED.0))?;
+    renew_words(readme, QUOTED.1, &format!("median {median}, p99 {p99}"))
 }

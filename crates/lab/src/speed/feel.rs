@@ -1,6 +1,7 @@
 //! What feeling costs: objects, passivity, supervision, the torque-level arm.
 
-use crate::speed::page::section::{Section, SummaryRow};
+use crate::report::Gap;
+use crate::speed::page::section::{Calls, Section};
 use glam::DVec3;
 use hwall_haptics::passivity::Sampling;
 use hwall_haptics::{
@@ -11,7 +12,7 @@ use hwall_kinematics::{JointVelocities, Wrench};
 use hwall_sim::{TorqueArm, TorqueConfig};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::run::simulated_arm::{self, ArmLevel};
-use hwall_testkit::{MarkdownTable, Sampler, Timing, format_ns, time_each};
+use hwall_testkit::{Sampler, Timing, time_each};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -23,16 +24,10 @@ const PERIOD_S: f64 = 1e-3;
 /// # Errors
 /// Whatever the crates refuse.
 pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
-    let mut table = MarkdownTable::new(["what", "median", "p99", "error"]);
-    let mut summary = Vec::new();
-    let mut row = |krate: &str, what: &str, t: &Timing, error: &str| {
-        table.row([
-            what.to_owned(),
-            format_ns(t.median_ns),
-            format_ns(t.p99_ns),
-            error.to_owned(),
-        ]);
-        summary.push(SummaryRow::new(krate, what, t, error.to_owned()));
+    let mut calls = Calls::new("what | median | p99 | error");
+    let mut row = |part: &str, what: &str, t: &Timing, error: &str| {
+        calls.row(what, t, [error]);
+        calls.quote(part, what, t, error);
     };
     let mut sampler = Sampler::new(seed);
     let forces: Vec<f64> = (0..n).map(|_| sampler.uniform(-5.0, 5.0)).collect();
@@ -49,14 +44,13 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
         }],
         ..ObjectConfig::new(2.0)
     };
-    let mut object = MovingObject::new(door.clone())?;
+    let mut object = MovingObject::new(door)?;
     let t = time_each(n, |i| object.step(forces[i], PERIOD_S).is_ok());
-    row(
-        "haptics",
+    let (what, error) = (
         "door with friction and latch, 1 ms",
-        &t,
         "exact; no energy from any step",
     );
+    row("haptics", what, &t, error);
     let sampling = Sampling {
         period_s: PERIOD_S,
         delay_s: 5e-3,
@@ -72,31 +66,27 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
         };
         port.step(&input).is_ok()
     });
-    row(
-        "haptics",
-        "passive port with its tank",
-        &t,
-        "0 of 1,000,000 contacts above 1e-9 J (PASSIVITY.md)",
-    );
+    let error = "0 of 1,000,000 contacts above 1e-9 J (PASSIVITY.md)";
+    row("haptics", "passive port with its tank", &t, error);
     let board = Board::default();
     let arm = BoardArm::named("iiwa7", &board)?;
     let model = Arc::clone(arm.kinematics());
-    for level in [ArmLevel::Servo, ArmLevel::Torque] {
+    for (level, what) in [
+        (ArmLevel::Servo, "a door rendered by positions, 1 ms"),
+        (ArmLevel::Torque, "a door rendered by torques, 1 ms"),
+    ] {
         let command = level.object_command(&arm, &board)?;
-        let mut rendering = ObjectRendering::new(
-            Arc::clone(&model),
-            command,
-            ObjectRenderingConfig::default(),
-        )?;
+        let config = ObjectRenderingConfig::default();
+        let mut rendering = ObjectRendering::new(Arc::clone(&model), command, config)?;
         let face = model.forward(&arm.start());
-        let path = ObjectPath::turning(face.position_m() - DVec3::Y * 0.5, DVec3::Z)?;
+        let door = ObjectConfig {
+            stiffness: 5.0,
+            damping: 2.0,
+            ..ObjectConfig::new(2.0)
+        };
         let mut rendered = RenderedObject {
-            object: MovingObject::new(ObjectConfig {
-                stiffness: 5.0,
-                damping: 2.0,
-                ..ObjectConfig::new(2.0)
-            })?,
-            path,
+            object: MovingObject::new(door)?,
+            path: ObjectPath::turning(face.position_m() - DVec3::Y * 0.5, DVec3::Z)?,
         };
         rendering.begin(&rendered, &arm.start())?;
         let mut state = ArmState {
@@ -115,10 +105,6 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
             state.q = *rendering.q();
             step.is_ok()
         });
-        let what = match level {
-            ArmLevel::Servo => "a door rendered by positions, 1 ms",
-            ArmLevel::Torque => "a door rendered by torques, 1 ms",
-        };
         row("haptics", what, &t, "FEEL.md");
     }
     let dynamics = simulated_arm::dynamics(&arm, &board)?;
@@ -134,15 +120,11 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
         torque_arm.command(ArmCommand::Position(q)).is_ok() && torque_arm.advance(PERIOD_S).is_ok()
     });
     let second_ms = began.elapsed().as_secs_f64() * 1e3 / (n as f64 * PERIOD_S);
-    row(
-        "sim",
-        "torque-level arm, 1 ms",
-        &t,
-        "1e-8 rad in 0.5 s against MuJoCo (rigid body)",
-    );
-    let text = format!(
-        "### Feel\n\n{table}\nA second of the torque-level arm takes {second_ms:.1} ms. The rigid body alone agrees with the \
-         reference within 1e-8 rad (tests/it/chain_motion.rs of `hwall-sim`).\n"
-    );
-    Ok(Section::of(text, summary))
+    let error = "1e-8 rad in 0.5 s against MuJoCo (rigid body)";
+    row("sim", "torque-level arm, 1 ms", &t, error);
+    let gaps: [Gap<'_>; 2] = [
+        ("table", &calls.table),
+        ("second", &format_args!("{second_ms:.1}")),
+    ];
+    Section::of(include_str!("text/feel.md"), &gaps, calls.summary)
 }

@@ -2,8 +2,8 @@
 
 use crate::reach::disagreement::{Disagreement, disagreement};
 use crate::reach::published;
-use crate::report::quantiles;
-use crate::speed::page::section::{Figure, Section, SummaryRow, batches};
+use crate::report::{Gap, quantiles, titled};
+use crate::speed::page::section::{Calls, Figure, Section, batches};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_kinematics::{Chain, Pose, SrsArm};
@@ -12,10 +12,7 @@ use hwall_reachability::{
     ReachabilityMap, Steps, WallGrid, WallLine, WallPlane, WallPoint, WallRegion,
     position_margin_m,
 };
-use hwall_testkit::{
-    ErrorStats, MarkdownTable, Sampler, SpeedErrorTable, Timing, format_error, format_ns, time_each,
-};
-use std::fmt::Write as _;
+use hwall_testkit::{ErrorStats, Sampler, SpeedErrorTable, format_error, time_each};
 use std::time::Instant;
 
 /// Builds of a map are repeated this often; the median counts.
@@ -37,13 +34,18 @@ fn config(accuracy_m: f64) -> ExactConfig {
     }
 }
 
-/// Median time of several builds on a pool of `threads` threads, s.
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn pool(threads: usize) -> anyhow::Result<rayon::ThreadPool> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().context("threads")
+}
+
+/// Median time of several builds on so many threads, s.
 fn build_s(threads: usize, config: &ExactConfig, walls: &[WallGrid]) -> anyhow::Result<f64> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .context("threads")?;
-    let arm = SrsArm::iiwa7();
+    let (pool, arm) = (pool(threads)?, SrsArm::iiwa7());
     let timing = time_each(BUILDS, |_| {
         pool.install(|| ReachabilityMap::build(&arm, config, walls.to_vec()).is_ok())
     });
@@ -56,29 +58,15 @@ fn build_s(threads: usize, config: &ExactConfig, walls: &[WallGrid]) -> anyhow::
 /// Whatever the solvers refuse.
 pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
     let published = published::grids()?;
-    let dense: Vec<WallGrid> = published
-        .iter()
-        .map(|wall| {
-            let heights = Steps::new(-0.26, 0.005, 301)?;
-            Ok(WallGrid {
-                heights,
-                ..wall.clone()
-            })
-        })
-        .collect::<anyhow::Result<_>>()?;
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let mut table = MarkdownTable::new([
-        "grid",
-        "accuracy",
-        "lines",
-        "solved",
-        "one core",
-        &format!("{cores} cores"),
-        "memory",
-        "file",
-        "without proof",
-    ]);
-    let mut quoted = Vec::new();
+    let mut dense = published.clone();
+    for wall in &mut dense {
+        wall.heights = Steps::new(-0.26, 0.005, 301)?;
+    }
+    let cores = cores();
+    let mut table = titled(&format!(
+        "grid | accuracy | lines | solved | one core | {cores} cores | memory | file | without proof"
+    ));
+    let mut summary = Vec::new();
     let arm = SrsArm::iiwa7();
     for (name, grid, accuracies) in [
         ("published", &published, &[1e-2, 1e-4, 1e-6, 1e-8][..]),
@@ -89,39 +77,38 @@ pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
             let config = config(accuracy_m);
             let map = ReachabilityMap::build(&arm, &config, grid.clone())?;
             let (one, all) = (build_s(1, &config, grid)?, build_s(cores, &config, grid)?);
-            let lengths = map.lengths();
-            let (reachable, unknown) = (lengths.reachable_m, lengths.unknown_m);
-            let report = map.report();
+            let (lengths, report) = (map.lengths(), map.report());
+            let unknown = 100.0 * lengths.unknown_m / lengths.reachable_m;
             table.row([
                 name.to_owned(),
                 format_error(accuracy_m, "m"),
                 report.lines.to_string(),
                 report.solved.to_string(),
-                format!("{:.3} s", one),
-                format!("{:.3} s", all),
+                format!("{one:.3} s"),
+                format!("{all:.3} s"),
                 format!("{} kB", map.memory_bytes() / 1000),
                 format!("{} kB", map.to_bytes().len() / 1000),
-                format!("{:.5} %", 100.0 * unknown / reachable),
+                format!("{unknown:.5} %"),
             ]);
             if accuracy_m == 1e-6 && name == "published" {
-                quoted.push(SummaryRow::of_job(
-                    "reachability",
+                summary.push([
+                    "reachability".to_owned(),
                     format!("map of {} lines, one core", report.lines),
-                    one,
-                    "ends within 1e-6 m, proven",
-                ));
+                    format!("{:.0} ms", 1e3 * one),
+                    String::new(),
+                    "ends within 1e-6 m, proven".to_owned(),
+                ]);
             }
         }
     }
     let Disagreement { wrong, unproven } = disagreement(seed, poses)?;
-    let text = format!(
-        "### Reachability maps: build time, memory, proof\n\nWithout proof: share of the reachable length \
-         that lies in bands about the ends. One line stands for its mirror image and for all headings \
-         where the symmetry is proven, which is why fewer are solved than the map holds. Against the \
-         predicate, on {poses} poses of the published grid (half of them within 0.1 m to 1e-10 m of an \
-         end): **{wrong} wrong**, {unproven} in bands.\n\n{table}"
-    );
-    Ok(Section::of(text, quoted))
+    let gaps: [Gap<'_>; 4] = [
+        ("poses", &poses),
+        ("wrong", &wrong),
+        ("unproven", &unproven),
+        ("table", &table),
+    ];
+    Section::of(include_str!("text/maps.md"), &gaps, summary)
 }
 
 /// What a method finds on a line.
@@ -158,25 +145,19 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
             intervals: reach.intervals.len(),
         }))
     };
-    let truth: Vec<Ends> = lines
-        .iter()
-        .map(|line| ends_of(&reference, line))
-        .collect::<anyhow::Result<_>>()?;
-    let touching: Vec<bool> = lines
-        .iter()
-        .map(|line| Ok(!reference.line(line)?.unknown.is_empty()))
-        .collect::<anyhow::Result<_>>()?;
+    let mut truth: Vec<(Ends, bool)> = Vec::new();
+    for line in &lines {
+        let touches = !reference.line(line)?.unknown.is_empty();
+        truth.push((ends_of(&reference, line)?, touches));
+    }
 
-    let mut rows = SpeedErrorTable::new("ends of the lines", "setting");
-    let mut row = |name: &str,
-                   setting: String,
-                   solve: &mut dyn FnMut(usize) -> anyhow::Result<Ends>| {
+    let mut table = SpeedErrorTable::new("ends of the lines", "setting");
+    let mut row = |name: &str, setting: String, solve: &dyn Fn(usize) -> anyhow::Result<Ends>| {
         let mut found: Vec<anyhow::Result<Ends>> = Vec::with_capacity(lines.len());
         let timing = time_each(lines.len(), |i| found.push(solve(i)));
-        let found: Vec<Ends> = found.into_iter().collect::<anyhow::Result<_>>()?;
         let (mut off, mut lost, mut invented, mut holes) = (Vec::new(), 0, 0, 0);
-        for (i, (truth, found)) in truth.iter().zip(&found).enumerate() {
-            match (truth, found) {
+        for ((truth, touches), found) in truth.iter().zip(found) {
+            match (truth, found?) {
                 (Some(truth), Some(found)) => {
                     let ends = truth.ends_m.iter().zip(found.ends_m);
                     off.extend(ends.map(|(a, b)| (a - b).abs()));
@@ -187,61 +168,47 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
                     holes += usize::from(truth.intervals > 1);
                 }
                 // A line that touches the reachable set in points has bands and no intervals.
-                (None, Some(_)) if touching[i] => {}
-                (None, Some(_)) => invented += 1,
+                (None, Some(_)) => invented += usize::from(!touches),
                 (None, None) => {}
             }
         }
-        let n = off.len().max(1) as f64;
         let far = off.iter().filter(|off| **off > OFF_M).count();
         let note = format!(
             "{:.1} % off by > 1 mm, {lost} lines lost, {invented} invented, {holes} with holes lost",
-            100.0 * far as f64 / n
+            100.0 * far as f64 / off.len().max(1) as f64
         );
         let errors = ErrorStats::from_errors(off);
-        rows.row(name, setting, timing, (errors, "m"), note);
-        Ok::<Timing, anyhow::Error>(timing)
+        table.row(name, setting, timing, (errors, "m"), note);
+        anyhow::Ok(())
     };
     for accuracy_m in [1e-2, 1e-3, 1e-4, 1e-6, 1e-8] {
         let solver = ExactSolver::new(&arm, &config(accuracy_m))?;
         let setting = format_error(accuracy_m, "m");
-        row("exact, a line alone", setting, &mut |i| {
+        row("exact, a line alone", setting, &|i| {
             ends_of(&solver, &lines[i])
         })?;
     }
     for starts in [1, 2, 5, 10, 20] {
-        let solver = OptimizationSolver::new(
-            &chain,
-            OptimizationConfig {
-                starts,
-                seed,
-                ..OptimizationConfig::default()
-            },
-        )?;
-        row("optimization", format!("{starts} starts"), &mut |i| {
-            let found = solver.line(&lines[i])?;
-            Ok(found.map(|f| LineEnds {
+        let config = OptimizationConfig {
+            starts,
+            seed,
+            ..OptimizationConfig::default()
+        };
+        let solver = OptimizationSolver::new(&chain, config)?;
+        row("optimization", format!("{starts} starts"), &|i| {
+            Ok(solver.line(&lines[i])?.map(|f| LineEnds {
                 ends_m: [f.lo.s_m, f.hi.s_m],
                 intervals: 1,
             }))
         })?;
     }
-    let count = lines.len();
-    let text = format!(
-        "### Ends of {count} lines of the published grid, by method\n\nErrors: distance of the outermost \
-         ends from the exact solver's at 1e-9 m, on lines that both call reachable. Extremes on lines that only touch \
-         the reachable set in points are not counted as invented. A hole is \
-         lost where a method knows fewer intervals. Median and p99 are per line. Asking the middles of voxels \
-         instead is off by half a voxel at each end, whoever answers: 24 mm at most with 5 cm; that took 5 us a line with the exact verdict and 11 ms with a numeric inverse.\n\n{}",
-        rows.to_markdown()
-    );
-    let figure = Figure::speed_error(
-        "lines.svg",
-        "Ends of a line: time against the largest error",
-        "m",
-        rows.rows().to_vec(),
-    );
-    Ok(Section::of(text, Vec::new()).drawn(figure))
+    let (count, shown) = (lines.len(), table.to_markdown());
+    let gaps: [Gap<'_>; 2] = [("count", &count), ("table", &shown)];
+    let title = "Ends of a line: time against the largest error";
+    Ok(Section {
+        figure: Figure::speed_error("lines.svg", title, "m", &table),
+        ..Section::of(include_str!("text/methods.md"), &gaps, Vec::new())?
+    })
 }
 
 /// Look-ups, margins, nearest points, one wall of a scene, polygons.
@@ -252,23 +219,14 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
     let arm = SrsArm::iiwa7();
     let map = ReachabilityMap::build(&arm, &config(1e-6), WallGrid::dissertation())?;
     let mut sampler = Sampler::new(seed);
-    let facing = |heading: f64| DVec3::new(heading.cos(), heading.sin(), 0.0);
-    let places: Vec<(DVec3, DVec3)> = (0..n)
-        .map(|_| {
-            let normal = facing(sampler.uniform(-0.9, 0.9));
-            let low = DVec3::new(-0.9, -0.9, -0.25);
-            (sampler.point_in_box(low, DVec3::new(0.9, 0.9, 1.2)), normal)
-        })
-        .collect();
-    let mut table = MarkdownTable::new(["what", "median", "p99", "error"]);
-    let mut row = |what: &str, timing: &Timing, error: String| {
-        table.row([
-            what.to_owned(),
-            format_ns(timing.median_ns),
-            format_ns(timing.p99_ns),
-            error,
-        ]);
+    let place = |_| {
+        let heading: f64 = sampler.uniform(-0.9, 0.9);
+        let normal = DVec3::new(heading.cos(), heading.sin(), 0.0);
+        let (low, high) = (DVec3::new(-0.9, -0.9, -0.25), DVec3::new(0.9, 0.9, 1.2));
+        (sampler.point_in_box(low, high), normal)
     };
+    let places: Vec<(DVec3, DVec3)> = (0..n).map(place).collect();
+    let mut calls = Calls::new("what | median | p99 | error");
     let look_up = batches(|i| map.look_up(places[i % SOME].0, places[i % SOME].1));
     let (mut asked, mut wrong) = (0_usize, 0_usize);
     for (point, normal) in &places {
@@ -278,27 +236,21 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
         }
     }
     let wrong = 100.0 * wrong as f64 / asked.max(1) as f64;
-    row(
-        "look-up: nearest orientation, plane, height",
-        &look_up,
-        format!("{wrong:.1} % other than the exact verdict at the point"),
-    );
+    let what = "look-up: nearest orientation, plane, height";
+    let error = format!("{wrong:.1} % other than the exact verdict at the point");
+    calls.row(what, &look_up, [&error]);
+    calls.quote("reachability", "look-up in a map", &look_up, "nearest line");
     let exact = batches(|i| map.is_reachable(places[i % SOME].0, places[i % SOME].1));
-    row(
-        "exact look-up at the point",
-        &exact,
-        "none (1e-13)".to_owned(),
-    );
+    calls.row("exact look-up at the point", &exact, ["none (1e-13)"]);
 
-    let reachable: Vec<Pose> = places
-        .iter()
-        .map(|(point, normal)| {
-            let plane = WallPlane::through(*point, *normal)?;
-            Ok(plane.board_pose(plane.project(*point).at, 0.0)?)
-        })
-        .filter(|pose| pose.as_ref().map_or(true, |pose| arm.is_reachable(pose)))
-        .take(2_000)
-        .collect::<anyhow::Result<_>>()?;
+    let mut reachable: Vec<Pose> = Vec::new();
+    for (point, normal) in &places {
+        let plane = WallPlane::through(*point, *normal)?;
+        let pose = plane.board_pose(plane.project(*point).at, 0.0)?;
+        if reachable.len() < 2_000 && arm.is_reachable(&pose) {
+            reachable.push(pose);
+        }
+    }
     let margin = time_each(reachable.len(), |i| {
         position_margin_m(&arm, &reachable[i], 0.0)
     });
@@ -309,144 +261,98 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
         }
     }
     let [least, median] = quantiles(shares, [0.0, 0.5]).map(|share| 100.0 * share);
-    row(
-        "certified margin of a pose",
-        &margin,
-        format!(
-            "{median:.0} % (median), {least:.0} % (least) of the margin that 300 directions show"
-        ),
+    let error = format!(
+        "{median:.0} % (median), {least:.0} % (least) of the margin that 300 directions show"
     );
+    calls.row("certified margin of a pose", &margin, [&error]);
+    let error = "a proven lower bound";
+    calls.quote("reachability", "certified margin", &margin, error);
     let solver = ExactSolver::new(&arm, &config(1e-6))?;
-    let beyond: Vec<(WallPlane, WallPoint)> = (0..300)
-        .map(|_| {
-            let plane = WallPlane::new(sampler.uniform(-0.8, 0.8), sampler.uniform(0.2, 0.8))?;
-            let at = WallPoint::new(sampler.uniform(0.9, 1.3), sampler.uniform(-0.2, 1.2));
-            Ok((plane, at))
-        })
-        .collect::<anyhow::Result<_>>()?;
+    let beyond = |_| {
+        let plane = WallPlane::new(sampler.uniform(-0.8, 0.8), sampler.uniform(0.2, 0.8))?;
+        let at = WallPoint::new(sampler.uniform(0.9, 1.3), sampler.uniform(-0.2, 1.2));
+        Ok((plane, at))
+    };
+    let beyond: Vec<(WallPlane, WallPoint)> =
+        (0..300).map(beyond).collect::<anyhow::Result<_>>()?;
     let nearest = time_each(beyond.len(), |i| {
         solver.nearest_reachable(&beyond[i].0, beyond[i].1).is_ok()
     });
-    row(
-        "nearest reachable point of a wall",
-        &nearest,
-        "1e-5 m to the nearest that a sweep of 1.5 % of the arm sees".to_owned(),
-    );
-    let walls: Vec<WallGrid> = (0..200)
-        .map(|_| {
-            let (point, normal) = places[sampler.index(n)];
-            Ok(WallGrid::for_wall(
-                point,
-                normal,
-                Interval::new(-0.25, 1.25),
-                0.05,
-            )?)
-        })
-        .collect::<anyhow::Result<_>>()?;
+    let error = "1e-5 m to the nearest that a sweep of 1.5 % of the arm sees";
+    calls.row("nearest reachable point of a wall", &nearest, [error]);
+    let heights = Interval::new(-0.25, 1.25);
+    let wall = |_| {
+        let (point, normal) = places[sampler.index(n)];
+        Ok(WallGrid::for_wall(point, normal, heights, 0.05)?)
+    };
+    let walls: Vec<WallGrid> = (0..200).map(wall).collect::<anyhow::Result<_>>()?;
     let one_wall = time_each(walls.len(), |i| {
         ReachabilityMap::build(&arm, &config(1e-6), vec![walls[i].clone()]).is_ok()
     });
-    row(
-        "map of one wall, 31 heights",
-        &one_wall,
-        "1e-6 m, proven".to_owned(),
-    );
+    let (what, error) = ("map of one wall, 31 heights", "1e-6 m, proven");
+    calls.row(what, &one_wall, [error]);
+    calls.quote("reachability", what, &one_wall, error);
+    let polygons = polygons(&solver)?;
+    let gaps: [Gap<'_>; 2] = [("table", &calls.table), ("polygons", &polygons.table)];
+    let summary = [calls.summary, polygons.summary].concat();
+    Section::of(include_str!("text/queries.md"), &gaps, summary)
+}
 
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let mut polygons = MarkdownTable::new([
-        "Hausdorff accuracy",
-        "a plane, median",
-        "p99",
-        "266 planes, one core",
-        &format!("{cores} cores"),
-        "corners a plane",
-        "largest area error",
-    ]);
+/// Polygons of all planes of the published grid.
+fn polygons(solver: &ExactSolver) -> anyhow::Result<Calls> {
+    let cores = cores();
+    let mut calls = Calls::new(&format!(
+        "Hausdorff accuracy | a plane, median | p99 | 266 planes, one core | {cores} cores | corners a plane | largest area error"
+    ));
     let planes: Vec<WallPlane> = published::grids()?
         .iter()
         .flat_map(|wall| (0..wall.distances.count()).map(|i| wall.plane(i)))
         .collect::<Result<_, _>>()?;
-    // The area error is measured on some of the planes; the finest polygon is the reference.
-    let fine = PolygonConfig {
-        accuracy_m: 1e-6,
+    let config = |accuracy_m| PolygonConfig {
+        accuracy_m,
         ..PolygonConfig::default()
     };
-    let some: Vec<&WallPlane> = planes.iter().step_by(12).collect();
-    let areas: Vec<f64> = some
-        .iter()
-        .map(|plane| Ok(WallRegion::of_plane(&solver, plane, &fine)?.area_m2()))
-        .collect::<anyhow::Result<_>>()?;
-    let mut quoted = Vec::new();
+    // The area error is measured on some of the planes; the finest polygon is the reference.
+    let areas = |config: &PolygonConfig| -> anyhow::Result<Vec<f64>> {
+        let some = planes.iter().step_by(12);
+        some.map(|plane| Ok(WallRegion::of_plane(solver, plane, config)?.area_m2()))
+            .collect()
+    };
+    let fine = areas(&config(1e-6))?;
     for accuracy_m in [1e-2, 1e-3, 1e-4, 1e-5] {
-        let config = PolygonConfig {
-            accuracy_m,
-            ..PolygonConfig::default()
-        };
-        let one_by_one = time_each(planes.len(), |i| {
-            WallRegion::of_plane(&solver, &planes[i], &config).is_ok()
+        let config = config(accuracy_m);
+        let timing = time_each(planes.len(), |i| {
+            WallRegion::of_plane(solver, &planes[i], &config).is_ok()
         });
         let total_s = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()?;
+            let pool = pool(threads)?;
             let start = Instant::now();
-            let regions = pool.install(|| WallRegion::of_planes(&solver, &planes, &config))?;
+            let regions = pool.install(|| WallRegion::of_planes(solver, &planes, &config))?;
             let corners: usize = regions.iter().map(|r| r.vertices().len()).sum();
-            Ok::<_, anyhow::Error>((start.elapsed().as_secs_f64(), corners))
+            anyhow::Ok((start.elapsed().as_secs_f64(), corners))
         };
         let ((one_s, corners), (all_s, _)) = (total_s(1)?, total_s(cores)?);
-        let timing = one_by_one;
-        let mut area_error: f64 = 0.0;
-        for (plane, area) in some.iter().zip(&areas) {
-            let region = WallRegion::of_plane(&solver, plane, &config)?;
-            area_error = area_error.max((region.area_m2() - area).abs());
-        }
-        polygons.row([
-            format_error(accuracy_m, "m"),
-            format_ns(timing.median_ns),
-            format_ns(timing.p99_ns),
-            format!("{one_s:.2} s"),
-            format!("{all_s:.2} s"),
-            format!("{:.0}", corners as f64 / planes.len() as f64),
-            format_error(area_error, "m²"),
-        ]);
+        let off = areas(&config)?;
+        let off = off
+            .iter()
+            .zip(&fine)
+            .map(|(area, fine)| (area - fine).abs());
+        calls.row(
+            &format_error(accuracy_m, "m"),
+            &timing,
+            [
+                &format!("{one_s:.2} s"),
+                &format!("{all_s:.2} s"),
+                &format!("{:.0}", corners as f64 / planes.len() as f64),
+                &format_error(off.fold(0.0, f64::max), "m²"),
+            ],
+        );
         if accuracy_m == 1e-4 {
-            quoted.push(SummaryRow::new(
-                "reachability",
-                "polygons of a plane",
-                &timing,
-                "0.1 mm Hausdorff",
-            ));
+            let error = "0.1 mm Hausdorff";
+            calls.quote("reachability", "polygons of a plane", &timing, error);
         }
     }
-    let mut text = String::from("### Reachability: queries\n\n");
-    let _ = write!(
-        text,
-        "{table}\nPolygons with holes of every plane of the published grid (equal ones once), proof by squares of 1 cm included:\n\n{polygons}"
-    );
-    quoted.insert(
-        0,
-        SummaryRow::new("reachability", "look-up in a map", &look_up, "nearest line"),
-    );
-    quoted.insert(
-        1,
-        SummaryRow::new(
-            "reachability",
-            "certified margin",
-            &margin,
-            "a proven lower bound",
-        ),
-    );
-    quoted.insert(
-        2,
-        SummaryRow::new(
-            "reachability",
-            "map of one wall, 31 heights",
-            &one_wall,
-            "1e-6 m, proven",
-        ),
-    );
-    Ok(Section::of(text, quoted))
+    Ok(calls)
 }
 
 /// Distance to the nearest unreachable place along 300 random directions, m.
@@ -462,11 +368,7 @@ fn true_margin_m(arm: &SrsArm, pose: &Pose, proven: f64, sampler: &mut Sampler) 
             let (mut lo, mut hi) = (out - least / 40.0, out);
             while hi - lo > 1e-3 * least {
                 let middle = 0.5 * (lo + hi);
-                if reachable(middle) {
-                    lo = middle
-                } else {
-                    hi = middle
-                }
+                *(if reachable(middle) { &mut lo } else { &mut hi }) = middle;
             }
             least = hi;
         }

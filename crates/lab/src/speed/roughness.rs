@@ -1,6 +1,7 @@
 //! Roughness: speed against error of a calibration, by the number of its levels.
 
-use crate::speed::page::section::{Figure, Section, SummaryRow, batches};
+use crate::report::Gap;
+use crate::speed::page::section::{Figure, Section, batches, quoted};
 use anyhow::Context;
 use hwall_testkit::{ErrorStats, Sampler, SpeedErrorTable, time_batches, time_each};
 use hwall_texton::{Calibration, Encoding, Level, LevelTable, ScanAngle};
@@ -42,8 +43,15 @@ pub fn calibrations(seed: u64, n: usize) -> anyhow::Result<Section> {
         questions.push((ScanAngle::from_deg(deg)?, speed, planted(deg, speed)));
     }
     let range = planted(90.0, 80.0) - planted(0.0, 0.0);
+    // Of the first questions; `found` gives a magnitude for each.
+    let errors = |count: usize, found: &dyn Fn(usize) -> anyhow::Result<f64>| {
+        let error = |i: usize| Ok((found(i)? - questions[i].2) / range);
+        let errors: anyhow::Result<ErrorStats> = (0..count).map(error).collect();
+        errors
+    };
     let mut table = SpeedErrorTable::new("Calibration tables of roughness", "levels");
-    let mut quoted = Vec::new();
+    let mut summary = Vec::new();
+    let inversions = n.min(500);
     for size in [3, 5, 9, 17] {
         let calibration = calibration(size)?;
         let setting = format!("{size} x {size}");
@@ -51,64 +59,47 @@ pub fn calibrations(seed: u64, n: usize) -> anyhow::Result<Section> {
             let (scan, speed, _) = questions[i % n];
             calibration.magnitude(scan, speed)
         };
-        let errors: Vec<f64> = (0..n)
-            .map(|i| Ok((ask(i)? - questions[i].2) / range))
-            .collect::<anyhow::Result<_>>()?;
-        let errors = ErrorStats::from_errors(errors);
+        let off = errors(n, &|i| Ok(ask(i)?))?;
         let timing = time_batches(200, 100, ask);
         if size == 5 {
-            let largest = format!("{:.1} % of the range", 100.0 * errors.max);
+            let largest = format!("{:.1} % of the range", 100.0 * off.max);
             let what = "magnitude between 5 x 5 levels";
-            quoted.push(SummaryRow::new("texton", what, &timing, largest));
+            summary.push(quoted("texton", what, &timing, largest));
         }
-        table.row("natural neighbours", &setting, timing, (errors, UNIT), "");
+        table.row("natural neighbours", &setting, timing, (off, UNIT), "");
 
         // A level found for a magnitude, judged by the planted surface.
-        let count = n.min(500);
         let find = |i: usize| calibration.level_for(questions[i % n].2);
-        let errors: Vec<f64> = (0..count)
-            .map(|i| {
-                let level = find(i)?;
-                let truth = planted(level.scan.deg(), level.speed_mm_per_s);
-                Ok((truth - questions[i].2) / range)
-            })
-            .collect::<anyhow::Result<_>>()?;
-        table.row(
-            "inversion in two steps",
-            &setting,
-            time_each(count, find),
-            (ErrorStats::from_errors(errors), UNIT),
-            "",
-        );
+        let off = errors(inversions, &|i| {
+            let level = find(i)?;
+            Ok(planted(level.scan.deg(), level.speed_mm_per_s))
+        })?;
+        let timing = time_each(inversions, find);
+        table.row("inversion in two steps", &setting, timing, (off, UNIT), "");
 
         // The nearest of the levels themselves, as a control loop looks it up.
         let levels = LevelTable::new(calibration.levels())?;
         let nearest = |i: usize| levels.nearest(questions[i % n].2).copied();
         let timing = batches(nearest);
-        let errors: Vec<f64> = (0..n)
-            .map(|i| Ok((nearest(i).context("a level")?.magnitude - questions[i].2) / range))
-            .collect::<anyhow::Result<_>>()?;
-        let errors = ErrorStats::from_errors(errors);
-        table.row("nearest level", &setting, timing, (errors, UNIT), "");
+        let off = errors(n, &|i| Ok(nearest(i).context("a level")?.magnitude))?;
+        table.row("nearest level", &setting, timing, (off, UNIT), "");
     }
     let textures: Vec<f64> = (0..9).map(f64::from).collect();
     let encoding = Encoding::new(&textures, &calibration(5)?.levels())?;
     let lookup = batches(|i| encoding.level_for(questions[i % n].2).copied());
     let what = "level of one of 9 textures";
-    quoted.push(SummaryRow::new("texton", what, &lookup, "exact"));
-    let text = format!(
-        "{}\nErrors are against the smooth surface that the levels were sampled from ({n} questions, {} for \
-         inversions), as a share of its range: what a calibration loses between its conditions. The level of one of nine \
-         encoded textures is looked up in {:.0} ns (p99 {:.0} ns).\n",
-        table.to_markdown(),
-        n.min(500),
-        lookup.median_ns,
-        lookup.p99_ns
-    );
-    Ok(Section::of(text, quoted).drawn(Figure::speed_error(
-        "roughness.svg",
-        "Calibration tables of roughness",
-        UNIT,
-        table.rows().to_vec(),
-    )))
+    summary.push(quoted("texton", what, &lookup, "exact"));
+    let shown = table.to_markdown();
+    let gaps: [Gap<'_>; 5] = [
+        ("table", &shown),
+        ("n", &n),
+        ("inversions", &inversions),
+        ("median", &lookup.median_ns.round()),
+        ("p99", &lookup.p99_ns.round()),
+    ];
+    let title = "Calibration tables of roughness";
+    Ok(Section {
+        figure: Figure::speed_error("roughness.svg", title, UNIT, &table),
+        ..Section::of(include_str!("text/roughness.md"), &gaps, summary)?
+    })
 }

@@ -1,16 +1,21 @@
 //! Ray casts and closest points: speed against error, by the quality of the hierarchy.
 
-use crate::report::titled;
-use crate::speed::page::section::{Figure, Section, SummaryRow, batches};
+use crate::report::{Gap, titled};
+use crate::speed::page::multiples::{Axis, Line, Panel, Point};
+use crate::speed::page::section::{Figure, Section, batches, median_and_p99, quoted};
 use anyhow::Context;
 use glam::DVec3;
-use hwall_scene::{BuildQuality, Scene, Surface, SurfaceId, SurfaceMesh};
-use hwall_testkit::{ErrorStats, Sampler, format_error, format_ns, time_batches, time_each};
+use hwall_scene::{Bounds, BuildQuality, Scene, Surface, SurfaceId, SurfaceMesh};
+use hwall_testkit::{
+    ErrorStats, Sampler, Timing, format_error, format_ns, time_batches, time_each,
+};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 /// Balls in the room.
 const BALLS: usize = 60;
+
+const ROOM_OBJ: &str = include_str!("../../../../examples/assets/room.obj");
 
 /// Builds are repeated this often; the median counts.
 const BUILDS: usize = 3;
@@ -24,6 +29,7 @@ const BRUTE: usize = 100_000_000;
 /// Distances that differ by more than this are two different hits, m.
 const ELSEWHERE_M: f64 = 1e-9;
 
+/// Origin, m, and direction.
 type Ray = (DVec3, DVec3);
 
 /// Every build quality on scenes of rising size, or on one given scene.
@@ -42,14 +48,15 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
         "triangles | quality | build | memory | coherent rays | incoherent rays | median, p99 | closest point | on one surface \
          | rays elsewhere | largest error | coherent together | incoherent together",
     );
-    let mut quoted = Vec::new();
+    let mut summary = Vec::new();
     let names = [
         "coherent ray",
         "incoherent ray",
         "closest point",
         "on one surface",
     ];
-    let mut lines = names.map(|name| (name.to_owned(), Vec::new()));
+    let mut lines = names.map(|name| Line::new(name, Vec::new()));
+    let m_per_s = |timing: &Timing| format!("{:.2} M/s", 1e3 / timing.median_ns);
     for scene in &scenes {
         let oracle = Oracle::new(scene, seed);
         let triangles = scene.triangle_count();
@@ -66,83 +73,78 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
             let cast = |rays: &[Ray], i: usize| scene.ray_cast(rays[i % n].0, rays[i % n].1);
             let along = batches(|i| cast(&coherent, i));
             let across = batches(|i| cast(&incoherent, i));
-            let together = |rays: &[Ray]| together_m_per_s(&scene, rays);
             let near = batches(|i| scene.closest_point(incoherent[i % n].0, f64::INFINITY));
             let on_one = time_batches(200, 100, |i| {
                 scene.project_on(SurfaceId(i % surfaces), incoherent[i % n].0)
             });
             let errors = oracle.compare(&scene)?;
+            let elsewhere = format!("{} of {}", errors.elsewhere, oracle.rays.len());
+            let largest = format_error(errors.largest_m, "m");
             table.row([
                 triangles.to_string(),
                 format!("{quality:?}"),
                 format!("{:.3} s", 1e-9 * build.median_ns),
                 format!("{:.1} MB", 1e-6 * scene.geometry_bytes() as f64),
-                format!("{:.2} M/s", 1e3 / along.median_ns),
-                format!("{:.2} M/s", 1e3 / across.median_ns),
-                format!(
-                    "{}, {}",
-                    format_ns(across.median_ns),
-                    format_ns(across.p99_ns)
-                ),
-                format!("{}, {}", format_ns(near.median_ns), format_ns(near.p99_ns)),
+                m_per_s(&along),
+                m_per_s(&across),
+                median_and_p99(&across).join(", "),
+                median_and_p99(&near).join(", "),
                 format_ns(on_one.median_ns),
-                format!("{} of {}", errors.elsewhere, oracle.rays.len()),
-                format_error(errors.largest_m, "m"),
-                together(&coherent)?,
-                together(&incoherent)?,
+                elsewhere.clone(),
+                largest.clone(),
+                together_m_per_s(&scene, &coherent)?,
+                together_m_per_s(&scene, &incoherent)?,
             ]);
             if quality != BuildQuality::default() {
                 continue;
             }
             for (line, timing) in lines.iter_mut().zip([&along, &across, &near, &on_one]) {
-                line.1.push((triangles as f64, timing.median_ns));
+                let point = Point::at(triangles as f64, timing.median_ns);
+                line.points.push(point);
             }
-            let error = format!(
-                "{}; {} of {} rays elsewhere",
-                format_error(errors.largest_m, "m"),
-                errors.elsewhere,
-                oracle.rays.len()
-            );
-            let what = |what: &str| format!("{what}, {triangles} triangles");
-            quoted = vec![
-                SummaryRow::new("scene", &what("incoherent ray cast"), &across, error),
-                SummaryRow::new(
-                    "scene",
-                    &what("closest point"),
-                    &near,
-                    format_error(errors.largest_m, "m"),
-                ),
+            let quote = |what: &str, timing, error| {
+                let what = format!("{what}, {triangles} triangles");
+                quoted("scene", &what, timing, error)
+            };
+            let error = format!("{largest}; {elsewhere} rays elsewhere");
+            summary = vec![
+                quote("incoherent ray cast", &across, error),
+                quote("closest point", &near, largest),
             ];
         }
     }
-    let title = "Scene queries at balanced quality: median time against size";
+    let gaps: [Gap<'_>; 4] = [
+        ("balls", &BALLS),
+        ("n", &n),
+        ("elsewhere", &format_args!("{ELSEWHERE_M:.0e}")),
+        ("table", &table),
+    ];
+    let panel = Panel {
+        title: "",
+        axes: [
+            Axis::number("triangles"),
+            Axis::time("median time per call"),
+        ],
+        lines: lines.into(),
+    };
+    let figure = Figure {
+        name: "rays.svg",
+        title: "Scene queries at balanced quality: median time against size",
+        panels: vec![panel],
+    };
     Ok(Section {
-        figure: (scenes.len() > 1)
-            .then(|| Figure::scaling("rays.svg", title, "triangles", lines.to_vec())),
-        ..Section::of(
-            format!(
-                "### Ray casts and closest points, by the quality of the hierarchy\n\n\
-             The built-in room with {BALLS} bumpy balls (or the scene given), {n} rays. Coherent: a camera that \
-             sweeps the scene; incoherent: between random points of its box, which are the points of the closest-point \
-             queries too; together: all in one call of `ray_casts`, whose hits are the same. Elsewhere: other than brute force over all triangles in f64 in hit, miss or, by more than \
-             {ELSEWHERE_M:.0e} m, in distance. Largest error: of the distances of the other rays and of \
-             closest points. A query asks for one \
-             surface after the other in \"on one surface\".\n\n{table}"
-            ),
-            quoted,
-        )
+        figure: (scenes.len() > 1).then_some(figure),
+        ..Section::of(include_str!("text/scene.md"), &gaps, summary)?
     })
 }
 
 /// Millions of rays a second, all in one call.
 fn together_m_per_s(scene: &Scene, rays: &[Ray]) -> anyhow::Result<String> {
-    let rays: Vec<_> = rays
-        .iter()
-        .map(|&(origin_m, direction)| hwall_scene::Ray {
-            origin_m,
-            direction,
-        })
-        .collect();
+    let ray = |&(origin_m, direction): &Ray| hwall_scene::Ray {
+        origin_m,
+        direction,
+    };
+    let rays: Vec<_> = rays.iter().map(ray).collect();
     let mut hits = Vec::new();
     scene.ray_casts(&rays, &mut hits)?;
     for (ray, hit) in rays.iter().zip(&hits) {
@@ -150,10 +152,8 @@ fn together_m_per_s(scene: &Scene, rays: &[Ray]) -> anyhow::Result<String> {
         anyhow::ensure!(alone == *hit, "{ray:?} meets {hit:?}, alone {alone:?}");
     }
     let timing = time_each(TOGETHER, |_| scene.ray_casts(&rays, &mut hits));
-    Ok(format!(
-        "{:.2} M/s",
-        1e3 * rays.len() as f64 / timing.median_ns
-    ))
+    let m_per_s = 1e3 * rays.len() as f64 / timing.median_ns;
+    Ok(format!("{m_per_s:.2} M/s"))
 }
 
 /// The answers of brute force, computed once a scene.
@@ -182,13 +182,9 @@ impl Oracle {
             (point, distances.fold(f64::INFINITY, f64::min))
         });
         let points = points.collect();
-        let rays = rays
-            .into_iter()
-            .map(|ray| (ray, first_hit_m(ray, &triangles)));
-        Self {
-            rays: rays.collect(),
-            points,
-        }
+        let hit = |ray| (ray, first_hit_m(ray, &triangles));
+        let rays = rays.into_iter().map(hit).collect();
+        Self { rays, points }
     }
 
     fn compare(&self, scene: &Scene) -> anyhow::Result<Errors> {
@@ -246,24 +242,18 @@ fn distance_m(p: DVec3, t: &[DVec3; 3]) -> f64 {
 
 /// From random points of the box of a scene to others.
 fn incoherent(scene: &Scene, sampler: &mut Sampler, n: usize) -> Vec<Ray> {
-    let hwall_scene::Bounds {
-        min_m: min,
-        max_m: max,
-    } = scene.bounds();
+    let Bounds { min_m, max_m } = scene.bounds();
     let ray = |_| {
-        let from = sampler.point_in_box(min, max);
-        (from, sampler.point_in_box(min, max) - from)
+        let from = sampler.point_in_box(min_m, max_m);
+        (from, sampler.point_in_box(min_m, max_m) - from)
     };
     (0..n).map(ray).collect()
 }
 
 /// A square picture with an opening of 90 degrees, row by row, from within the scene.
 fn coherent(scene: &Scene, n: usize) -> Vec<Ray> {
-    let hwall_scene::Bounds {
-        min_m: min,
-        max_m: max,
-    } = scene.bounds();
-    let eye = min + (max - min) * DVec3::new(0.5, 0.5, 0.6);
+    let Bounds { min_m, max_m } = scene.bounds();
+    let eye = min_m + (max_m - min_m) * DVec3::new(0.5, 0.5, 0.6);
     let side = (n as f64).sqrt().ceil() as usize;
     let at = |i: usize| 2.0 * i as f64 / side as f64 - 1.0;
     (0..n)
@@ -273,12 +263,8 @@ fn coherent(scene: &Scene, n: usize) -> Vec<Ray> {
 
 /// The built-in room with floating balls of many sizes, `2 rings²` triangles each.
 fn room_of_balls(seed: u64, rings: usize) -> anyhow::Result<Scene> {
-    let (room, _) =
-        Scene::from_obj_str(include_str!("../../../../examples/assets/room.obj"), None)?;
-    let hwall_scene::Bounds {
-        min_m: min,
-        max_m: max,
-    } = room.bounds();
+    let (room, _) = Scene::from_obj_str(ROOM_OBJ, None)?;
+    let Bounds { min_m, max_m } = room.bounds();
     let mut meshes = Vec::new();
     for (id, surface) in room.surfaces().iter().enumerate() {
         meshes.push(SurfaceMesh {
@@ -288,17 +274,15 @@ fn room_of_balls(seed: u64, rings: usize) -> anyhow::Result<Scene> {
     }
     let mut sampler = Sampler::new(seed);
     for ball in 0..BALLS {
-        let middle = sampler.point_in_box(min, max);
+        let middle = sampler.point_in_box(min_m, max_m);
         let radius = sampler.uniform(0.02, 0.3);
+        let triangles = bumpy_ball(&mut sampler, rings).into_iter();
         meshes.push(SurfaceMesh {
             surface: Surface {
                 name: format!("ball {ball}"),
                 ..Surface::default()
             },
-            triangles_m: bumpy_ball(&mut sampler, rings)
-                .into_iter()
-                .map(|t| t.map(|p| middle + p * radius))
-                .collect(),
+            triangles_m: triangles.map(|t| t.map(|p| middle + p * radius)).collect(),
         });
     }
     Ok(Scene::from_meshes(meshes)?.0)

@@ -76,8 +76,8 @@ pub struct Arguments {
     #[arg(long)]
     gaze: bool,
     /// Everything about the learned estimator is chosen on held-out reaches, as it is without these flags
-    #[arg(long, value_enum, conflicts_with_all = ["regions", "lags", "frame", "gaze"])]
-    settings: Option<Settings>,
+    #[arg(long, value_parser = ["auto"], conflicts_with_all = ["regions", "lags", "frame", "gaze"])]
+    settings: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -88,12 +88,6 @@ enum FrameChoice {
     Room,
     /// The start of the reach alone
     Start,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Settings {
-    /// Chosen on held-out reaches
-    Auto,
 }
 
 fn named_point(name: &str) -> Result<NamedPoint, String> {
@@ -129,12 +123,10 @@ impl Arguments {
     /// folder for results is left behind.
     pub fn run(&self) -> anyhow::Result<String> {
         self.check()?;
+        let report = self.report.as_ref().and_then(|file| file.as_deref());
         FilePlan::default()
             .read("--recordings", self.recordings.as_deref())
-            .write(
-                "--report",
-                self.report.as_ref().and_then(|file| file.as_deref()),
-            )
+            .write("--report", report)
             .write_into("--out", self.out.as_deref(), &[])
             .write_into("--generate", self.generate.as_deref(), &[])
             .check()?;
@@ -165,18 +157,17 @@ impl Arguments {
             if let Some(file) = &self.report {
                 return self.write_report(file.as_deref(), overrides, &candidates);
             }
-            match (self.recorded(), protocol) {
-                (Some(recorded), _) => {
-                    Ok(report::recordings(recorded, &candidates, &choice, out)?.text)
-                }
+            let section = match (self.recorded(), protocol) {
+                (Some(recorded), _) => report::recordings(recorded, &candidates, &choice, out),
                 (None, Protocol::Dissertation) => {
-                    Ok(dissertation::report(overrides, &candidates, &choice, out)?.text)
+                    dissertation::report(overrides, &candidates, &choice, out)
                 }
-                (None, Protocol::Rooms) => study::report(overrides.seed, out),
                 (None, Protocol::Pointing) => {
-                    Ok(dissertation::pointing(overrides, &candidates, &choice, out)?.text)
+                    dissertation::pointing(overrides, &candidates, &choice, out)
                 }
-            }
+                (None, Protocol::Rooms) => return Ok(study::report(overrides.seed, out)?.text),
+            };
+            Ok(section?.text)
         })
     }
 
@@ -240,59 +231,71 @@ impl Arguments {
 
     /// Refuses flags that would have no effect.
     fn check(&self) -> anyhow::Result<()> {
-        let people = [
-            ("--people", self.people.is_some()),
-            ("--reaches", self.reaches.is_some()),
+        const LEARNED: [&str; 6] = [
+            "--regions",
+            "--lags",
+            "--points",
+            "--frame",
+            "--gaze",
+            "--settings",
         ];
-        let seed = ("--seed", self.seed.is_some());
-        let protocol = ("--protocol", self.protocol.is_some());
-        let refuse = |given: &[(&str, bool)], why: &str| match given.iter().find(|g| g.1) {
-            Some((name, _)) => bail!("{name}: {why}"),
-            None => Ok(()),
+        let given = |flag: &str| match flag {
+            "--recordings" => self.recordings.is_some(),
+            "--report" => self.report.is_some(),
+            "--docs" => self.docs,
+            "--out" => self.out.is_some(),
+            "--generate" => self.generate.is_some(),
+            "--protocol" => self.protocol.is_some(),
+            "--seed" => self.seed.is_some(),
+            "--people" => self.people.is_some(),
+            "--reaches" => self.reaches.is_some(),
+            "--regions" => self.regions.is_some(),
+            "--lags" => self.lags.is_some(),
+            "--points" => self.points.is_some(),
+            "--frame" => self.frame.is_some(),
+            "--gaze" => self.gaze,
+            "--settings" => self.settings.is_some(),
+            _ => false,
         };
-        if self.generate.is_some() {
-            let others = [
-                ("--recordings", self.recordings.is_some()),
-                ("--report", self.report.is_some()),
-                ("--docs", self.docs),
-                ("--out", self.out.is_some()),
-            ];
-            refuse(
-                &others,
+        let (documents, rooms) = (
+            given("--report") || given("--docs"),
+            self.protocol == Some(Protocol::Rooms),
+        );
+        for (applies, refused, why) in [
+            (
+                given("--generate"),
+                &["--recordings", "--report", "--docs", "--out"][..],
                 "not with --generate, which only makes demonstrations",
-            )?;
-        }
-        let learned = [
-            ("--regions", self.regions.is_some()),
-            ("--lags", self.lags.is_some()),
-            ("--points", self.points.is_some()),
-            ("--frame", self.frame.is_some()),
-            ("--gaze", self.gaze),
-            ("--settings", self.settings.is_some()),
-        ];
-        if self.report.is_some() || self.docs {
-            let why = "not with --report or --docs, which show the usual estimator";
-            refuse(&learned, why)?;
-        }
-        if self.generate.is_some() || self.protocol == Some(Protocol::Rooms) {
-            refuse(&learned, "only where estimators are compared on reaches")?;
-        }
-        if self.report.is_some() || self.docs {
-            refuse(
-                &[protocol],
+            ),
+            (
+                documents,
+                &LEARNED,
+                "not with --report or --docs, which show the usual estimator",
+            ),
+            (
+                given("--generate") || rooms,
+                &LEARNED,
+                "only where estimators are compared on reaches",
+            ),
+            (
+                documents,
+                &["--protocol"],
                 "not with --report or --docs, which have their own protocols",
-            )?;
-        } else if self.recordings.is_some() {
-            let simulated = [people[0], people[1], seed, protocol];
-            refuse(
-                &simulated,
+            ),
+            (
+                given("--recordings") && !documents,
+                &["--people", "--reaches", "--seed", "--protocol"],
                 "only for simulated people, --recordings has none (without --report or --docs)",
-            )?;
-        }
-        if self.protocol == Some(Protocol::Rooms) {
-            let generate = ("--generate", self.generate.is_some());
-            let others = [people[0], people[1], generate];
-            refuse(&others, "--protocol rooms takes --seed and --out alone")?;
+            ),
+            (
+                rooms,
+                &["--people", "--reaches", "--generate"],
+                "--protocol rooms takes --seed and --out alone",
+            ),
+        ] {
+            if let Some(flag) = refused.iter().find(|flag| applies && given(flag)) {
+                bail!("{flag}: {why}");
+            }
         }
         Ok(())
     }

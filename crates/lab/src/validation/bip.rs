@@ -6,11 +6,11 @@ use crate::bip::run::{self, Runs, TestRun};
 use crate::bip::scores::{Accuracy, DofSet, dof_sets};
 use crate::bip::setup::{Mode, Noise, Setup, TrainedModel};
 use crate::bip::trajectories::{self, TrainTest, TrajectorySet};
-use crate::report::titled;
+use crate::report::{Claim, Gap, cells, claims, fill, titled};
+use crate::validation::reference::json;
 use anyhow::Context;
 use hwall_testkit::{MarkdownTable, format_ns};
 use serde_json::Value;
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// Columns of the workload that a filter sees: palm and five fingertips.
@@ -24,12 +24,6 @@ const PROCESS_VARIANCE: f64 = 1e-8;
 /// Shares of a motion at which errors are printed, per cent.
 const SEEN: [usize; 5] = [30, 50, 75, 80, 100];
 
-/// A way to train and filter.
-struct Method {
-    name: &'static str,
-    setup: Setup,
-}
-
 fn setup(basis: &str, mode: Mode, noise: Noise, published: bool) -> anyhow::Result<Setup> {
     Ok(Setup {
         basis: basis.parse()?,
@@ -42,33 +36,17 @@ fn setup(basis: &str, mode: Mode, noise: Noise, published: bool) -> anyhow::Resu
     })
 }
 
-fn methods() -> anyhow::Result<Vec<Method>> {
-    let best = "ngauss:9";
-    let list = [
-        ("published", "poly:8", Mode::Compat, Noise::Fit, true),
-        (
-            "published, exact arithmetic",
-            "poly:8",
-            Mode::Exact,
-            Noise::Fit,
-            true,
-        ),
-        ("tuned filter", best, Mode::Exact, Noise::HeldOut, false),
-        ("tuned bank", best, Mode::Bank, Noise::HeldOut, false),
-        (
-            "tuned ensemble of 300",
-            best,
-            Mode::Ensemble(300),
-            Noise::HeldOut,
-            false,
-        ),
-    ];
-    list.into_iter()
-        .map(|(name, basis, mode, noise, published)| {
-            let setup = setup(basis, mode, noise, published)?;
-            Ok(Method { name, setup })
-        })
-        .collect()
+/// Ways to train and filter.
+fn methods() -> anyhow::Result<Vec<(&'static str, Setup)>> {
+    let published = |mode| setup("poly:8", mode, Noise::Fit, true);
+    let tuned = |mode| setup("ngauss:9", mode, Noise::HeldOut, false);
+    Ok(vec![
+        ("published", published(Mode::Compat)?),
+        ("published, exact arithmetic", published(Mode::Exact)?),
+        ("tuned filter", tuned(Mode::Exact)?),
+        ("tuned bank", tuned(Mode::Bank)?),
+        ("tuned ensemble of 300", tuned(Mode::Ensemble(300))?),
+    ])
 }
 
 /// The results of one method.
@@ -87,60 +65,34 @@ struct Outcome {
 pub fn section(reference: &Path) -> anyhow::Result<String> {
     let workload = reference.join("workload");
     let TrainTest { train, test } = trajectories::read_both(&workload, &workload)?;
-    let outcomes = methods()?
-        .into_iter()
-        .map(|Method { name, setup }| {
-            let trained = setup.train(&train)?;
-            let runs = run::run(&setup, &trained, &test).context(name)?;
-            Ok(Outcome {
-                name,
-                sets: dof_sets(&setup, &trained),
-                palm: DofSet::of(&setup, &trained, "palm", &PALM),
-                trained,
-                runs,
-            })
-        })
-        .collect::<anyhow::Result<Vec<_>>>()?;
-    let agreement = agreement(reference, &train, &test)?;
-    let mut text = format!(
-        "## Bayesian Interaction Primitives\n\n{} demonstrations, {} motions to test, {} columns, the hand's 18 observed.\n\n\
-         ### Agreement, number by number\n\nLargest differences over all motions and samples of three models, against an independent exact filter \
-         in the span of the demonstrations, and against the published implementation in its own convention on the samples where rounding \
-         does not decide.\n\n{}\n",
-        train.trajectories.len(),
-        test.trajectories.len(),
-        test.columns.len(),
-        agreement.table
-    );
-    text.push_str(BY_KIND);
-    for kind in ["nominal", "pause", "switch", "fast", "slow"] {
-        let _ = write!(text, "\n{}", by_kind(kind, &outcomes));
-    }
-    for (method, outcome) in methods()?.iter().zip(&outcomes) {
-        if method.setup.mode == Mode::Bank {
-            let table = interrupted::table(&method.setup, &outcome.trained, &train, &PALM)?;
-            let _ = write!(text, "\n{INTERRUPTED}\n{table}");
+    let (mut outcomes, mut interrupted) = (Vec::new(), None);
+    for (name, setup) in methods()? {
+        let trained = setup.train(&train)?;
+        let runs = run::run(&setup, &trained, &test).context(name)?;
+        if setup.mode == Mode::Bank {
+            interrupted = Some(interrupted::table(&setup, &trained, &train, &PALM)?);
         }
+        outcomes.push(Outcome {
+            name,
+            sets: dof_sets(&setup, &trained),
+            palm: DofSet::of(&setup, &trained, "palm", &PALM),
+            trained,
+            runs,
+        });
     }
-    let _ = write!(text, "\n### Targets\n\n{}", targets(&agreement, &outcomes));
-    Ok(text)
-}
-
-const BY_KIND: &str = "### Beside the published convention\n\n\
-Distance between predicted and true end of the palm, mean over the motions, after a share of the samples; root mean square error of \
-the seven joints at the end; share of the true ends (all columns, ten fractions) in the 50 % and 90 % intervals. Published: polynomial with 8 functions, noise from the fit, full state. \
-Tuned: 9 normalised Gaussians (what leave-one-out chooses for the hand), noise, acceleration and spread chosen on the demonstrations alone by leaving one out.\n";
-
-const INTERRUPTED: &str = "### Stops, and a late start\n\n\
-Each training motion is left out once and followed by the tuned bank of the others. At a share of its samples it stops for 25 samples, at once \
-or slowing down over about 15 and gathering speed again over 8, or the bank sees nothing before. Distance of the palm from where it ends, \
-mean; share of the ends of the observed columns in 90 % intervals; share of the times to the end in theirs.\n";
-
-fn of_kind<'a>(runs: &'a Runs, kind: &str) -> Vec<&'a TestRun> {
-    runs.tests
-        .iter()
-        .filter(|t| t.kind.as_deref() == Some(kind))
-        .collect()
+    let agreement = agreement(reference, &train, &test)?;
+    let kinds = ["nominal", "pause", "switch", "fast", "slow"];
+    let by_kind = kinds.map(|kind| by_kind(kind, &outcomes).to_string());
+    let gaps: [Gap<'_>; 7] = [
+        ("demonstrations", &train.trajectories.len()),
+        ("tests", &test.trajectories.len()),
+        ("columns", &test.columns.len()),
+        ("agreement", &agreement.table),
+        ("by_kind", &by_kind.join("\n")),
+        ("interrupted", &interrupted.context("the tuned bank")?),
+        ("targets", &targets(&agreement, &outcomes)),
+    ];
+    fill(include_str!("bip.md"), &gaps)
 }
 
 fn mean_distance_mm(runs: &[&TestRun], set: &DofSet, percent: usize) -> f64 {
@@ -160,29 +112,24 @@ fn coverage(runs: &[&TestRun], set: &DofSet) -> [f64; 2] {
     sums
 }
 
-fn by_kind(kind: &str, outcomes: &[Outcome]) -> String {
-    let mut columns = vec![kind.to_owned()];
-    columns.extend(SEEN.map(|p| format!("palm at {p} %, mm")));
-    columns.extend(
-        [
-            "joints at 100 %, mrad",
-            "hand in 50 / 90 %",
-            "joints in 50 / 90 %",
-            "step, median",
-        ]
-        .map(str::to_owned),
-    );
-    let mut table = MarkdownTable::new(columns);
+fn by_kind(kind: &str, outcomes: &[Outcome]) -> MarkdownTable {
+    let others = [
+        "joints at 100 %, mrad",
+        "hand in 50 / 90 %",
+        "joints in 50 / 90 %",
+        "step, median",
+    ];
+    let titles = SEEN.map(|p| format!("palm at {p} %, mm"));
+    let titles = titles.into_iter().chain(others.map(str::to_owned));
+    let mut table = MarkdownTable::new(cells([kind], titles));
     for o in outcomes {
-        let runs = of_kind(&o.runs, kind);
-        let mut row = vec![o.name.to_owned()];
-        row.extend(SEEN.map(|p| format!("{:.0}", mean_distance_mm(&runs, &o.palm, p))));
+        let runs = o.runs.of_kind(kind);
+        let distances = SEEN.map(|p| format!("{:.0}", mean_distance_mm(&runs, &o.palm, p)));
+        let mut row = cells([o.name], distances);
         if let [hand, joints] = &o.sets[..] {
             let end = Accuracy::at(runs.iter().copied(), joints, 100).rms_distance;
-            row.push(format!(
-                "{:.0}",
-                1e3 * end / (joints.dofs.len() as f64).sqrt()
-            ));
+            let each = 1e3 * end / (joints.dofs.len() as f64).sqrt();
+            row.push(format!("{each:.0}"));
             for set in [hand, joints] {
                 let [half, most] = coverage(&runs, set);
                 row.push(format!("{:.0} / {:.0} %", 100.0 * half, 100.0 * most));
@@ -191,7 +138,7 @@ fn by_kind(kind: &str, outcomes: &[Outcome]) -> String {
         row.push(format_ns(o.runs.step.median_ns));
         table.row(row);
     }
-    table.to_string()
+    table
 }
 
 /// Largest differences to the reference runs.
@@ -220,10 +167,7 @@ fn agreement(
     ] {
         for (file, mode) in [("ekf_exact", Mode::Exact), ("ekf_intprim", Mode::Compat)] {
             let path = reference.join(case).join(format!("{file}.json"));
-            let text = std::fs::read_to_string(&path)
-                .with_context(|| format!("{}: a reference run", path.display()))?;
-            let expected: Value =
-                serde_json::from_str(&text).with_context(|| path.display().to_string())?;
+            let expected = json(&path)?;
             let setup = setup(basis, mode, Noise::Fit, true)?;
             let trained = setup.train(train)?;
             let runs = run::run(&setup, &trained, test)?;
@@ -274,15 +218,13 @@ fn differences(expected: &Value, runs: &Runs, pauses: bool) -> anyhow::Result<Di
         if (ours.kind.as_deref() == Some("pause")) != pauses {
             continue;
         }
-        let steps = theirs["roundoff_ok_steps"]
-            .as_u64()
-            .map_or(ours.samples, |n| n as usize);
+        let steps = theirs["roundoff_ok_steps"].as_u64();
+        let steps = steps.map_or(ours.samples, |n| n as usize);
         for k in 0..steps.min(ours.samples) {
             let number = |value: &Value| value.as_f64().context("not a number");
             d.samples += 1;
-            d.phase = d
-                .phase
-                .max((ours.phase[k] - number(&theirs["phase"][k])?).abs());
+            let phase = number(&theirs["phase"][k])?;
+            d.phase = d.phase.max((ours.phase[k] - phase).abs());
             for (j, dof) in (18..25).enumerate() {
                 let want = number(&theirs["q_final"][k][j])?;
                 d.joints = d.joints.max((ours.end[k][dof] - want).abs());
@@ -300,88 +242,65 @@ fn differences(expected: &Value, runs: &Runs, pauses: bool) -> anyhow::Result<Di
     Ok(d)
 }
 
-fn targets(agreement: &Agreement, outcomes: &[Outcome]) -> String {
-    let mut table = MarkdownTable::new(["target", "reached", "met"]);
-    let mut row = |target: &str, reached: String, met: bool| {
-        table.row([
-            target.to_owned(),
-            reached,
-            (if met { "yes" } else { "no" }).to_owned(),
-        ]);
+fn targets(agreement: &Agreement, outcomes: &[Outcome]) -> MarkdownTable {
+    let agrees = |what: &str, off: f64| {
+        let what = format!("{what}: phase agrees to 1e-8");
+        Claim::new(what, format!("{off:.1e}"), off <= 1e-8)
     };
-    row(
-        "exact filter: phase agrees to 1e-8",
-        format!("{:.1e}", agreement.exact_phase),
-        agreement.exact_phase <= 1e-8,
-    );
-    row(
-        "published convention: phase agrees to 1e-8 (without pauses)",
-        format!("{:.1e}", agreement.published_phase),
-        agreement.published_phase <= 1e-8,
-    );
+    let mut all = vec![agrees("exact filter", agreement.exact_phase)];
+    let mut published = agrees("published convention", agreement.published_phase);
+    published.what += " (without pauses)";
+    all.push(published);
     for o in outcomes {
-        let nominal = of_kind(&o.runs, "nominal");
+        let nominal = o.runs.of_kind("nominal");
         for set in &o.sets {
             let [_, most] = coverage(&nominal, set);
-            row(
-                &format!(
+            all.push(Claim::new(
+                format!(
                     "{}: 90 % intervals hold 87 to 93 % ({} columns, nominal)",
                     o.name, set.name
                 ),
                 format!("{:.1} %", 100.0 * most),
                 (0.87..=0.93).contains(&most),
-            );
+            ));
         }
-        let pause = mean_distance_mm(&of_kind(&o.runs, "pause"), &o.palm, 100);
-        row(
-            &format!("{}: palm within 20 mm at the end after a pause", o.name),
+        let at = |kind, percent| mean_distance_mm(&o.runs.of_kind(kind), &o.palm, percent);
+        let pause = at("pause", 100);
+        all.push(Claim::new(
+            format!("{}: palm within 20 mm at the end after a pause", o.name),
             format!("{pause:.1} mm"),
             pause <= 20.0,
-        );
+        ));
         // The target changes at about half of the motion, so this is half way from there to the end.
-        let switch = mean_distance_mm(&of_kind(&o.runs, "switch"), &o.palm, 75);
-        row(
-            &format!(
+        let switch = at("switch", 75);
+        all.push(Claim::new(
+            format!(
                 "{}: palm within 60 mm half way after a change of target",
                 o.name
             ),
             format!("{switch:.0} mm"),
             switch <= 60.0,
-        );
+        ));
     }
-    if let Some(o) = outcomes
-        .iter()
-        .find(|o| o.name == "published, exact arithmetic")
-    {
-        row(
-            &format!(
-                "10 us per observation, 8 functions, state {}",
-                2 + o.trained.model.rank()
-            ),
-            format!(
-                "{} median, {} p99",
-                format_ns(o.runs.step.median_ns),
-                format_ns(o.runs.step.p99_ns)
-            ),
+    let mut exact = outcomes.iter();
+    if let Some(o) = exact.find(|o| o.name == "published, exact arithmetic") {
+        let state = 2 + o.trained.model.rank();
+        let [median, p99] = [o.runs.step.median_ns, o.runs.step.p99_ns].map(format_ns);
+        all.push(Claim::new(
+            format!("10 us per observation, 8 functions, state {state}"),
+            format!("{median} median, {p99} p99"),
             o.runs.step.median_ns <= 1e4,
-        );
+        ));
     }
-    table.to_string()
+    claims("target | reached | met", all)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bip::setup::BasisChoice;
 
     #[test]
     fn methods_are_well_formed() {
-        let methods = methods().unwrap();
-        assert_eq!(methods.len(), 5);
-        assert!(
-            methods
-                .iter()
-                .all(|m| matches!(m.setup.basis, BasisChoice::Given(_)))
-        );
+        assert_eq!(methods().unwrap().len(), 5);
     }
 }

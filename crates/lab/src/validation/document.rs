@@ -1,11 +1,11 @@
 //! The whole of docs/VALIDATION.md.
 
-use crate::documents::{Documents, written_by};
+use crate::documents::Documents;
 use crate::reach::figures;
 use crate::reach::published;
+use crate::report::page;
 use crate::validation::{bip, perception, reachability, texture};
 use anyhow::ensure;
-use hwall_testkit::Machine;
 use std::path::{Path, PathBuf};
 
 /// The name of the document.
@@ -69,18 +69,17 @@ pub struct Written {
 pub fn write(request: &Request<'_>, documents: &Documents) -> anyhow::Result<Written> {
     request.check()?;
     let published = published::read(request.published)?;
-    let machine = Machine::detect(request.seed);
     let found = reachability::reachability(&published, request.seed, request.poses)?;
-    let bip = bip::section(request.bip)?;
-    let textures = texture::section(request.texton, request.seed)?;
-    let perception = perception::section(request.psychophysics)?;
-    let text = format!(
-        "# Validation\n\n{} \
-         Poses, Jacobians and dynamics are compared with Pinocchio in the tests of hwall-kinematics, \
-         which keep the data they need.\n\n{machine}\n\n{}\n{bip}\n{textures}\n{perception}",
-        written_by(),
-        found.text,
-    );
+    let text = page(
+        include_str!("document.md"),
+        request.seed,
+        &[
+            ("reachability", &found.text),
+            ("bip", &bip::section(request.bip)?),
+            ("textures", &texture::section(request.texton, request.seed)?),
+            ("perception", &perception::section(request.psychophysics)?),
+        ],
+    )?;
     let folder = documents.figures("reachability")?;
     figures::comparison(&folder.join("comparison.svg"), &found.comparisons)?;
     let worst = folder.join("worst_plane.svg");

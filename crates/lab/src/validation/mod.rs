@@ -4,4 +4,5 @@ pub mod bip;
 pub mod document;
 pub mod perception;
 pub mod reachability;
+mod reference;
 pub mod texture;

@@ -1,13 +1,14 @@
 //! The section of hwall-psychophysics: agreement with R, pingouin and statsmodels, and where the degrees of
 //! freedom of the dissertation's table come from.
 
-use crate::report::titled;
+use crate::report::{Gap, cells, fill, titled};
+use crate::validation::reference::json;
 use anyhow::Context;
 use hwall_psychophysics::{
     Columns, Effect, ErrorModel, Study, aligned_rank_transform, anova, f_tail, pairwise,
 };
+use hwall_testkit::MarkdownTable;
 use serde_json::Value;
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// Names of the reference's tables.
@@ -20,30 +21,28 @@ const FACTORS: [&str; 2] = ["orientation_deg", "velocity_mm_s"];
 /// # Errors
 /// A reference file that is missing or malformed.
 pub fn section(folder: &Path) -> anyhow::Result<String> {
-    let path = folder.join("stats_truth.json");
-    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let truth: Value = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
-    let mut out = "## Psychophysics\n\n### Agreement\n\nA simulated study of 25 subjects, 5 x 5 cells and 6 rounds, analysed by R (car, ARTool 0.11.2), pingouin and \
-         statsmodels, which agree with each other. Largest relative deviation from them of each kind of number:\n\n"
-        .to_owned();
+    let truth = json(&folder.join("stats_truth.json"))?;
     let mut table = titled("data | numbers | F, sums, eta², ε | p | p, smallest compared");
     for name in TABLES {
         let columns = Columns::new("subject", FACTORS, "y");
         let csv = folder.join(format!("{name}.csv"));
-        let study =
-            Study::from_csv_path(&csv, &columns).with_context(|| csv.display().to_string())?;
-        let mut seen = Deviations::default();
+        let study = Study::from_csv_path(&csv, &columns);
+        let study = study.with_context(|| csv.display().to_string())?;
+        let mut seen = Deviations {
+            count: 0,
+            values: 0.0,
+            p: 0.0,
+            least_p: 1.0,
+        };
         compare(&study, &truth[name], &mut seen)?;
-        table.row([
-            name.to_owned(),
-            seen.count.to_string(),
-            format!("{:.1e}", seen.values),
-            format!("{:.1e}", seen.p),
-            format!("{:.1e}", seen.least_p),
-        ]);
+        let largest = [seen.values, seen.p, seen.least_p].map(|v| format!("{v:.1e}"));
+        table.row(cells([name, &seen.count.to_string()], largest));
     }
-    let _ = write!(out, "{table}\n{}", degrees_of_freedom(&truth)?);
-    Ok(out)
+    let gaps: [Gap<'_>; 2] = [
+        ("agreement", &table),
+        ("degrees", &degrees_of_freedom(&truth)?),
+    ];
+    fill(include_str!("perception.md"), &gaps)
 }
 
 /// Largest deviations found.
@@ -52,17 +51,6 @@ struct Deviations {
     values: f64,
     p: f64,
     least_p: f64,
-}
-
-impl Default for Deviations {
-    fn default() -> Self {
-        Self {
-            count: 0,
-            values: 0.0,
-            p: 0.0,
-            least_p: 1.0,
-        }
-    }
 }
 
 impl Deviations {
@@ -84,18 +72,22 @@ impl Deviations {
     }
 
     fn effect(&mut self, truth: &Value, ours: &Effect) {
-        self.take(truth, "F", ours.f.finite());
-        self.take(truth, "SS", Some(ours.ss));
-        self.take(truth, "SS_error", Some(ours.ss_error));
-        self.take(truth, "df1", Some(ours.df1 as f64));
-        self.take(truth, "df2", Some(ours.df2 as f64));
-        self.take(truth, "p", ours.p);
-        self.take(truth, "partial_eta2", ours.partial_eta2);
-        self.take(truth, "generalized_eta2", ours.generalized_eta2);
-        self.take(truth, "eps_GG", ours.gg);
-        self.take(truth, "eps_HF", ours.hf);
-        self.take(truth, "p_GG", ours.p_gg);
-        self.take(truth, "p_HF", ours.p_hf);
+        for (key, ours) in [
+            ("F", ours.f.finite()),
+            ("SS", Some(ours.ss)),
+            ("SS_error", Some(ours.ss_error)),
+            ("df1", Some(ours.df1 as f64)),
+            ("df2", Some(ours.df2 as f64)),
+            ("p", ours.p),
+            ("partial_eta2", ours.partial_eta2),
+            ("generalized_eta2", ours.generalized_eta2),
+            ("eps_GG", ours.gg),
+            ("eps_HF", ours.hf),
+            ("p_GG", ours.p_gg),
+            ("p_HF", ours.p_hf),
+        ] {
+            self.take(truth, key, ours);
+        }
     }
 }
 
@@ -128,7 +120,7 @@ fn compare(study: &Study, truth: &Value, seen: &mut Deviations) -> anyhow::Resul
 }
 
 /// Which error the published F, eta² and p were computed with.
-fn degrees_of_freedom(truth: &Value) -> anyhow::Result<String> {
+fn degrees_of_freedom(truth: &Value) -> anyhow::Result<MarkdownTable> {
     let published = &truth["external"]["dissertation"];
     let number = |key: &str| {
         let value = published[key].as_f64();
@@ -137,40 +129,28 @@ fn degrees_of_freedom(truth: &Value) -> anyhow::Result<String> {
     let mut table = titled(
         "effect | published | error degrees of freedom that it implies | strata: S:A, S:B, S:A:B | one pooled residual",
     );
-    for (name, f, eta2) in [
-        ("orientation", "F_orientation", "eta_p2_orientation"),
-        ("velocity", "F_velocity", "eta_p2_velocity"),
-    ] {
-        let (f, eta2) = (number(f)?, number(eta2)?);
+    for name in ["orientation", "velocity"] {
+        let f = number(&format!("F_{name}"))?;
+        let eta2 = number(&format!("eta_p2_{name}"))?;
         let implied = |eta2: f64| f * 4.0 * (1.0 - eta2) / eta2;
         // The published eta² has four digits.
         let (least, most) = (implied(eta2 + 5e-5), implied(eta2 - 5e-5));
         table.row([
-            name.to_owned(),
-            format!("F = {f:.2}, partial eta² = {eta2:.4}"),
-            format!("{least:.1} to {most:.1}"),
-            "96".to_owned(),
-            "576".to_owned(),
+            name,
+            &format!("F = {f:.2}, partial eta² = {eta2:.4}"),
+            &format!("{least:.1} to {most:.1}"),
+            "96",
+            "576",
         ]);
     }
     let (f, p) = (number("F_int")?, number("p_int")?);
+    let [strata, pooled] = [384.0, 576.0].map(|df2| f_tail(f, 16.0, df2));
     table.row([
-        "interaction".to_owned(),
-        format!("F = {f:.3}, p = {p:.4}"),
-        format!(
-            "p = {:.4} with 384, {:.4} with 576",
-            f_tail(f, 16.0, 384.0),
-            f_tail(f, 16.0, 576.0)
-        ),
-        "384".to_owned(),
-        "576".to_owned(),
+        "interaction",
+        &format!("F = {f:.3}, p = {p:.4}"),
+        &format!("p = {strata:.4} with 384, {pooled:.4} with 576"),
+        "384",
+        "576",
     ]);
-    Ok(format!(
-        "### The dissertation's degrees of freedom\n\n25 subjects in 5 x 5 cells leave 624 degrees of freedom: 24 for subjects, 4 for orientation, 4 for velocity, 16 for their \
-         interaction, and 576 for all ways in which subjects differ in them. A repeated-measures analysis divides these into S:A (96), S:B (96) and \
-         S:A:B (384) and tests each effect against its own; one residual for all tests each against 576. eta² = F df1 / (F df1 + df2), so the \
-         published table shows which error was used:\n\n{table}\n\
-         It was the pooled one, which is right only where people differ by a constant and by nothing else. `psychophysics analyse --errors both` prints \
-         both, and a warning where the three parts of the pooled error differ.\n"
-    ))
+    Ok(table)
 }

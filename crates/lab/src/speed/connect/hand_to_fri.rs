@@ -147,13 +147,11 @@ pub(super) fn measure(seed: u64, frames: usize) -> anyhow::Result<HandToFri> {
     let arm = BoardArm::named("iiwa7", &board)?;
     let (scene, _) = Scene::from_obj_str(WALL, None)?;
     let mut session = session::ray_led(&arm, &board, scene)?;
-    let client = FriClient::bind(
-        session.control().arm(),
-        FriClientConfig {
-            listen: any_port(),
-            ..FriClientConfig::default()
-        },
-    )?;
+    let config = FriClientConfig {
+        listen: any_port(),
+        ..FriClientConfig::default()
+    };
+    let client = FriClient::bind(session.control().arm(), config)?;
     let to = client.local_address()?;
     let plant = controller(iiwa7_servo(seed)?)?;
     let mut udp = UdpController::bind(plant, any_port(), to, LinkConfig::default())?;
@@ -198,11 +196,11 @@ pub(super) fn measure(seed: u64, frames: usize) -> anyhow::Result<HandToFri> {
         let hands = led?.context("a wall that can be shown")?.join();
         hands.map_err(|_| anyhow!("the hand's thread failed"))?
     })?;
-    let took_ns = answered.iter().filter_map(|(number, at)| {
+    let took_ns = |(number, at): &(usize, Instant)| {
         let since = at.duration_since(*sent.get(*number)?);
         Some(1e9 * since.as_secs_f64())
-    });
-    let took_ns: Vec<f64> = took_ns.collect();
+    };
+    let took_ns: Vec<f64> = answered.iter().filter_map(took_ns).collect();
     let statistics = udp.controller().statistics();
     anyhow::ensure!(!took_ns.is_empty(), "no frame was answered");
     Ok(HandToFri {

@@ -26,11 +26,10 @@ pub(super) struct RecordedMinute {
     pub(super) frame: Timing,
     /// What is seen, a hundred times a second.
     pub(super) view: Timing,
-    /// The recording, bytes.
-    pub(super) recording_bytes: u64,
-    /// The replay at 30 frames a second, bytes.
+    pub(super) recording_bytes: usize,
+    /// The replay at 30 frames a second.
     pub(super) replay_bytes: usize,
-    /// The animation of the same frames, bytes.
+    /// The animation of the same frames.
     pub(super) glb_bytes: usize,
 }
 
@@ -69,13 +68,8 @@ pub(super) fn measure(seed: u64, seconds: u32) -> anyhow::Result<RecordedMinute>
     };
     let name = format!("hwall-speed-{}.mcap", std::process::id());
     let path = std::env::temp_dir().join(name);
-    let mut recorder = Recorder::create(
-        &path,
-        &setup,
-        skeleton,
-        &scene,
-        &RecorderConfig::simulated(),
-    )?;
+    let config = RecorderConfig::simulated();
+    let mut recorder = Recorder::create(&path, &setup, skeleton, &scene, &config)?;
     let mut session = session::ray_led(&arm, &board, scene)?;
     let view_scene = ViewScene::of("a minute", &session)?;
     recorder.begin(Run::default());
@@ -132,7 +126,7 @@ pub(super) fn measure(seed: u64, seconds: u32) -> anyhow::Result<RecordedMinute>
         cycle: Timing::from_samples_ns(cycles),
         frame: Timing::from_samples_ns(frames),
         view: Timing::from_samples_ns(views),
-        recording_bytes: summary?.bytes,
+        recording_bytes: summary?.bytes as usize,
         replay_bytes: replay_page(&view_scene, &seen, &[]).len(),
         glb_bytes: glb(&view_scene, &seen).len(),
     })

@@ -1,8 +1,8 @@
 //! Small multiples of time and error: one panel a knob or a room.
 
-use crate::report::figure::{Area, Draw, Plot, USUAL, figure};
-use hwall_stage::figures::{COLOURS, TEXT, legend, plot_error};
-use hwall_testkit::format_ns;
+use crate::report::figure::{Area, Axes, Draw, Plot, USUAL, figure};
+use hwall_stage::figures::{COLOURS, TEXT, legend};
+use hwall_testkit::{SpeedErrorRow, format_ns};
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -20,20 +20,18 @@ const BROWN: RGBColor = RGBColor(140, 86, 75);
 /// Both axes are logarithmic.
 pub struct Panel {
     /// Above it.
-    pub title: String,
+    pub title: &'static str,
     /// What is along x and along y.
     pub axes: [Axis; 2],
     /// Named lines, a colour each.
     pub lines: Vec<Line>,
 }
 
-/// What is along an axis, and how its ticks are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    /// Nanoseconds, written with the unit that suits.
-    Time(&'static str),
-    /// Plain numbers; the unit is in the name.
-    Number(&'static str),
+/// What is along an axis with its unit, and how its ticks are written.
+#[derive(Clone)]
+pub struct Axis {
+    name: String,
+    tick: fn(f64) -> String,
 }
 
 /// A named line.
@@ -56,50 +54,99 @@ pub struct Point {
 }
 
 impl Axis {
-    fn name(self) -> &'static str {
-        let (Self::Time(name) | Self::Number(name)) = self;
-        name
+    /// Nanoseconds, written with the unit that suits.
+    pub fn time(name: &str) -> Self {
+        let name = name.to_owned();
+        let tick = |ns| format_ns(ns).replace(".00", "").replace(".0", "");
+        Self { name, tick }
     }
 
-    fn tick(self, value: f64) -> String {
-        match self {
-            Self::Time(_) => format_ns(value).replace(".00", "").replace(".0", ""),
-            // Enough digits to tell ticks apart, and no more.
-            Self::Number(_) => format!("{}", (value * 1e4).round() / 1e4),
-        }
+    /// Plain numbers: enough digits to tell ticks apart, and no more.
+    pub fn number(name: &str) -> Self {
+        let name = name.to_owned();
+        let tick = |value: f64| format!("{}", (value * 1e4).round() / 1e4);
+        Self { name, tick }
     }
 
     /// Ticks of a logarithmic axis: decades, and 2 and 5 between them where there is room.
     fn ticks(low: f64, high: f64) -> Vec<f64> {
-        let steps: &[f64] = match (high / low).log10() {
-            d if d > 2.0 => &[1.0],
-            d if d > 0.7 => &[1.0, 2.0, 5.0],
-            _ => &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
+        let (every, steps): (i32, &[f64]) = match (high / low).log10() {
+            d if d > 8.0 => (3, &[1.0]),
+            d if d > 2.0 => (1, &[1.0]),
+            d if d > 0.7 => (1, &[1.0, 2.0, 5.0]),
+            _ => (1, &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0]),
         };
         let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
         decades
+            .filter(|d| d % every == 0)
             .flat_map(|d| steps.iter().map(move |s| s * 10f64.powi(d)))
             .filter(|t| (low..=high).contains(t))
             .collect()
     }
 }
 
-/// Draws panels row by row, with one legend each.
+/// Errors at or below this are drawn at it: a logarithmic axis has no zero.
+const SMALLEST_ERROR: f64 = 1e-17;
+
+impl Panel {
+    /// Median time up to p99 over the largest error in a unit, a line for each method.
+    pub fn of_errors(unit: &str, rows: &[SpeedErrorRow]) -> Self {
+        let mut lines: Vec<Line> = Vec::new();
+        for row in rows {
+            let error = row.errors.max.max(SMALLEST_ERROR);
+            let point = Point {
+                up_to: Some(row.p99_ns),
+                ..Point::at(error, row.median_ns)
+            };
+            match lines.iter_mut().find(|line| line.name == row.method) {
+                Some(line) => line.points.push(point),
+                None => lines.push(Line::new(&row.method, vec![point])),
+            }
+        }
+        let error = Axis {
+            name: format!("largest error, {unit}"),
+            tick: |error| format!("{error:.0e}"),
+        };
+        let time = Axis::time("time per call: median (dot) to p99 (bar)");
+        Self {
+            title: "",
+            axes: [error, time],
+            lines,
+        }
+    }
+}
+
+impl Line {
+    /// A line.
+    pub fn new(name: impl Into<String>, points: Vec<Point>) -> Self {
+        let name = name.into();
+        Self { name, points }
+    }
+}
+
+impl Point {
+    /// A dot.
+    pub fn at(x: f64, y: f64) -> Self {
+        Self {
+            at: (x, y),
+            ..Self::default()
+        }
+    }
+}
+
+/// Draws panels side by side, each with a legend.
 ///
 /// # Errors
 /// A file that cannot be written, a number that has no logarithm.
-pub fn draw(path: &Path, title: &str, columns: usize, panels: &[Panel]) -> anyhow::Result<()> {
-    let rows = panels.len().div_ceil(columns);
-    let (width, height) = (PANEL.0 * columns as u32, PANEL.1 * rows as u32 + 40);
-    // A single panel has the size of the other figures.
-    let size = if panels.len() == 1 {
-        USUAL
-    } else {
-        (width, height)
+pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> anyhow::Result<()> {
+    let size = match panels.len() {
+        // A single panel has the size of the other figures.
+        1 => USUAL,
+        several => (PANEL.0 * several as u32, PANEL.1 + 40),
     };
     figure(path, size, |root| {
         let area = root.below(title)?;
-        let areas = area.split_evenly((rows, columns));
+        let areas = area.split_evenly((1, panels.len()));
         for (area, panel) in areas.iter().zip(panels) {
             panel.draw(area)?;
         }
@@ -134,24 +181,17 @@ impl Panel {
             let ticks = Axis::ticks(low, high);
             (low..high).log_scale().with_key_points(ticks)
         };
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, TEXT)
-            .margin(8)
-            .x_label_area_size(42)
-            .y_label_area_size(64)
-            .build_cartesian_2d(axis(x), axis(y))
-            .map_err(plot_error)?;
-        let [x_axis, y_axis] = self.axes;
-        chart
-            .configure_mesh()
-            .x_desc(x_axis.name())
-            .y_desc(y_axis.name())
-            .x_label_formatter(&|x| x_axis.tick(*x))
-            .y_label_formatter(&|y| y_axis.tick(*y))
-            .label_style(SMALL)
-            .light_line_style(WHITE)
-            .draw()
-            .map_err(plot_error)?;
+        let [x_axis, y_axis] = &self.axes;
+        let axes = Axes {
+            title: self.title,
+            names: [&x_axis.name, &y_axis.name],
+            formats: [Some(&|x| (x_axis.tick)(*x)), Some(&|y| (y_axis.tick)(*y))],
+            labels: [64, 42],
+            margin: 8,
+            text: [TEXT, SMALL],
+            ..Axes::default()
+        };
+        let mut chart = axes.on(area, axis(x), axis(y))?;
         let mean_log = |line: &Line| {
             let sum: f64 = line.points.iter().map(|p| p.at.1.ln()).sum();
             sum / line.points.len() as f64

@@ -1,8 +1,8 @@
 //! One table of docs/SPEED-AGAINST-ERROR.md: its text, its figure, and what the summary quotes of it.
 
+use crate::report::{Gap, fill, titled};
 use crate::speed::page::multiples::{self, Panel};
-use hwall_stage::figures;
-use hwall_testkit::{MarkdownTable, SpeedErrorRow, Timing, format_ns, time_batches};
+use hwall_testkit::{MarkdownTable, SpeedErrorTable, Timing, format_ns, time_batches};
 use std::path::Path;
 
 /// One table, and the figure drawn from it.
@@ -16,135 +16,107 @@ pub struct Section {
 }
 
 impl Section {
-    pub(in crate::speed) fn of(text: impl Into<String>, summary: Vec<SummaryRow>) -> Self {
-        Self {
+    /// The template with its gaps filled; it ends with one line feed.
+    pub(in crate::speed) fn of(
+        template: &str,
+        gaps: &[Gap<'_>],
+        summary: Vec<SummaryRow>,
+    ) -> anyhow::Result<Self> {
+        let text = fill(template, gaps)?;
+        Ok(Self {
             summary,
-            text: text.into(),
+            text: text.trim_end().to_owned() + "\n",
             figure: None,
-        }
-    }
-
-    pub(in crate::speed) fn drawn(self, figure: Figure) -> Self {
-        Self {
-            figure: Some(figure),
-            ..self
-        }
+        })
     }
 }
 
-/// One row of the summary of speed and error.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SummaryRow {
-    /// The crate, without `hwall-`.
-    pub part: String,
-    /// What was measured.
-    pub what: String,
-    /// Median time, with its unit.
-    pub median: String,
-    /// 99th percentile of the time, with its unit; empty where there is none.
-    pub p99: String,
-    /// The largest error, or how good the result is.
-    pub error: String,
-}
-
-impl SummaryRow {
-    pub(in crate::speed) fn new(
-        part: &str,
-        what: &str,
-        timing: &Timing,
-        error: impl Into<String>,
-    ) -> Self {
-        Self {
-            part: part.to_owned(),
-            what: what.to_owned(),
-            median: format_ns(timing.median_ns),
-            p99: format_ns(timing.p99_ns),
-            error: error.into(),
-        }
-    }
-
-    /// The row of a job that is timed as a whole, in milliseconds.
-    pub(in crate::speed) fn of_job(part: &str, what: String, seconds: f64, error: &str) -> Self {
-        Self {
-            part: part.to_owned(),
-            what,
-            median: format!("{:.0} ms", 1e3 * seconds),
-            p99: String::new(),
-            error: error.to_owned(),
-        }
-    }
-
-    fn into_cells(self) -> [String; 5] {
-        [self.part, self.what, self.median, self.p99, self.error]
-    }
-}
+/// A row of the summary: the crate without `hwall-`, what was measured, median and p99 of the time (empty where there is
+/// none), and the largest error or how good the result is.
+pub type SummaryRow = [String; 5];
 
 /// The rows of all sections as docs/CRATES.md shows them.
 pub fn summary_table(sections: &[Section]) -> MarkdownTable {
-    let mut table = MarkdownTable::new(["crate", "what", "median", "p99", "largest error"]);
+    let mut table = titled("crate | what | median | p99 | largest error");
     for row in sections.iter().flat_map(|s| &s.summary) {
-        table.row(row.clone().into_cells());
+        table.row(row.clone());
     }
     table
 }
 
-/// Rows to draw, and where.
-pub struct Figure {
-    name: &'static str,
-    title: &'static str,
-    drawing: Drawing,
+pub(in crate::speed) fn quoted(
+    part: &str,
+    what: &str,
+    timing: &Timing,
+    error: impl Into<String>,
+) -> SummaryRow {
+    let [median, p99] = median_and_p99(timing);
+    [part.to_owned(), what.to_owned(), median, p99, error.into()]
 }
 
-enum Drawing {
-    /// Time over error, in a unit.
-    SpeedError(&'static str, Vec<SpeedErrorRow>),
-    /// Time over a size, one line a method.
-    Scaling(&'static str, Vec<figures::Line>),
-    /// Panels side by side: how many in a row, and the panels.
-    Panels(usize, Vec<Panel>),
+/// Both with their units.
+pub(in crate::speed) fn median_and_p99(timing: &Timing) -> [String; 2] {
+    [timing.median_ns, timing.p99_ns].map(format_ns)
+}
+
+/// A table of calls, what they are in front, then median and p99.
+pub(in crate::speed) struct Calls {
+    pub(in crate::speed) table: MarkdownTable,
+    pub(in crate::speed) summary: Vec<SummaryRow>,
+}
+
+impl Calls {
+    pub(in crate::speed) fn new(titles: &str) -> Self {
+        Self {
+            table: titled(titles),
+            summary: Vec::new(),
+        }
+    }
+
+    /// `what`: the cells before the times, with ` | ` between them; `more`: those behind.
+    pub(in crate::speed) fn row<const N: usize>(
+        &mut self,
+        what: &str,
+        timing: &Timing,
+        more: [&str; N],
+    ) {
+        let cells = what.split(" | ").map(str::to_owned);
+        let cells = cells.chain(median_and_p99(timing));
+        self.table.row(cells.chain(more.map(str::to_owned)));
+    }
+
+    pub(in crate::speed) fn quote(
+        &mut self,
+        part: &str,
+        what: &str,
+        timing: &Timing,
+        error: impl Into<String>,
+    ) {
+        self.summary.push(quoted(part, what, timing, error));
+    }
+}
+
+/// A picture beside a table: panels side by side.
+pub struct Figure {
+    pub(in crate::speed) name: &'static str,
+    pub(in crate::speed) title: &'static str,
+    pub(in crate::speed) panels: Vec<Panel>,
 }
 
 impl Figure {
-    /// Time over error.
-    pub(in crate::speed) const fn speed_error(
+    /// Time over error, in a unit.
+    pub(in crate::speed) fn speed_error(
         name: &'static str,
         title: &'static str,
-        unit: &'static str,
-        rows: Vec<SpeedErrorRow>,
-    ) -> Self {
-        Self {
+        unit: &str,
+        table: &SpeedErrorTable,
+    ) -> Option<Self> {
+        let panels = vec![Panel::of_errors(unit, table.rows())];
+        Some(Self {
             name,
             title,
-            drawing: Drawing::SpeedError(unit, rows),
-        }
-    }
-
-    /// Time over a size, one line a method.
-    pub(in crate::speed) const fn scaling(
-        name: &'static str,
-        title: &'static str,
-        size: &'static str,
-        lines: Vec<figures::Line>,
-    ) -> Self {
-        Self {
-            name,
-            title,
-            drawing: Drawing::Scaling(size, lines),
-        }
-    }
-
-    /// Panels side by side, `columns` in a row.
-    pub(in crate::speed) const fn panels(
-        name: &'static str,
-        title: &'static str,
-        columns: usize,
-        panels: Vec<Panel>,
-    ) -> Self {
-        Self {
-            name,
-            title,
-            drawing: Drawing::Panels(columns, panels),
-        }
+            panels,
+        })
     }
 
     /// Writes the SVG into a folder.
@@ -152,14 +124,7 @@ impl Figure {
     /// # Errors
     /// A file that cannot be written.
     pub fn draw(&self, folder: &Path) -> anyhow::Result<()> {
-        let path = folder.join(self.name);
-        match &self.drawing {
-            Drawing::SpeedError(unit, rows) => figures::speed_error(&path, self.title, unit, rows),
-            Drawing::Scaling(size, lines) => figures::scaling(&path, self.title, size, lines),
-            Drawing::Panels(columns, panels) => {
-                multiples::draw(&path, self.title, *columns, panels)
-            }
-        }
+        multiples::draw(&folder.join(self.name), self.title, &self.panels)
     }
 
     /// The Markdown that shows it.
