@@ -156,7 +156,7 @@ impl Bench {
         let config = SessionConfig {
             object_command: level
                 .unwrap_or(ArmLevel::Servo)
-                .object_command(&setup.arm, &setup.board)?,
+                .object_command(&setup.arm)?,
             supervisor: Some(supervisor),
             ..SessionConfig::default()
         };
@@ -172,7 +172,7 @@ impl Bench {
         let start = walls.waiting.unwrap_or(setup.arm.start());
         let hand = HandBodyConfig::default();
         let arm = match level {
-            Some(level) => SimulatedArm::new(level, &setup.arm, model, &setup.board, start, seed)?,
+            Some(level) => SimulatedArm::new(level, &setup.arm, model, start, seed)?,
             None => {
                 let sound = FaultConfig {
                     seed,

@@ -78,11 +78,10 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
         &t,
         "0 of 1,000,000 contacts above 1e-9 J (PASSIVITY.md)",
     );
-    let board = Board::default();
-    let arm = BoardArm::named("iiwa7", &board)?;
+    let arm = BoardArm::named("iiwa7", &Board::default())?;
     let model = Arc::clone(arm.kinematics());
     for level in [ArmLevel::Servo, ArmLevel::Torque] {
-        let command = level.object_command(&arm, &board)?;
+        let command = level.object_command(&arm)?;
         let mut rendering = ObjectRendering::new(
             Arc::clone(&model),
             command,
@@ -121,7 +120,7 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
         };
         row("haptics", what, &t, "FEEL.md");
     }
-    let dynamics = simulated_arm::dynamics(&arm, &board)?;
+    let dynamics = simulated_arm::dynamics(&arm)?;
     let config = TorqueConfig {
         seed,
         ..TorqueConfig::default()

@@ -4,7 +4,8 @@ use super::setup::SessionSource;
 use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::file_plan::FilePlan;
 use crate::input::scene_file::SceneFile;
-use crate::run::people::Stage;
+use crate::person::responses::Scenery;
+use crate::run::stage::Stage;
 use crate::setting::Setting;
 use anyhow::{Context, ensure};
 use hwall_files::same_file;
@@ -68,26 +69,26 @@ pub fn of_stage(
     scene: Option<SceneFile<'_>>,
     arm: &NamedArm,
 ) -> anyhow::Result<Recorder> {
+    let Scenery {
+        arm: board_arm,
+        people,
+        ..
+    } = stage.scenery;
     let source = SessionSource {
         scene,
         arm,
-        board: stage.board,
+        board: board_arm.board(),
         room: None,
         base: setting.base,
-        textured: stage.textured,
+        textured: stage.scenery.textured,
         level: stage.level,
         predictor: stage.predictors.leader(),
         adapts: stage.predictors.adapts(),
-        training_people: &setting.training_people,
+        training_people: people,
         likely_touches: &setting.likely_touches,
     };
-    start(
-        path,
-        &source,
-        stage.arm,
-        stage.scene,
-        &RecorderConfig::simulated(),
-    )
+    let config = RecorderConfig::simulated();
+    start(path, &source, board_arm, stage.scenery.scene, &config)
 }
 
 /// Ends a recording. Returns a line for the user.

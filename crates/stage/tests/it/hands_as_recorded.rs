@@ -1,13 +1,13 @@
 //! Recordings of hands as headsets and engines write them, followed by the main job.
 
+use clap::Parser;
 use hwall_haptics::Board;
 use hwall_stage::input::arms::BoardArm;
-use hwall_stage::input::recording_units::{RecordingUnits, TimeUnit};
-use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
-use hwall_stage::run::people::{self, PersonRun, Stage};
-use hwall_stage::run::simulated_arm::ArmLevel;
-use hwall_stage::setting::{Setting, SettingOptions};
+use hwall_stage::person::responses::Scenery;
+use hwall_stage::run::people::{self, PersonRun};
+use hwall_stage::run::stage::Stage;
+use hwall_stage::setting::{Setting, SettingFlags};
 use hwall_testkit::Sampler;
 
 /// Three reaches of 0.45 m and back in 1.1 s each, tremor of 0.3 mm; z up, at 72 Hz. A row is a time, the index tip, the palm and the head.
@@ -46,62 +46,38 @@ fn plain(_: usize, _: usize, value: f64) -> String {
     value.to_string()
 }
 
-struct Job {
-    arm: BoardArm,
-    board: Board,
-}
+struct Job(BoardArm);
 
 impl Job {
     fn new() -> Self {
-        let board = Board::default();
-        let arm = BoardArm::named("iiwa7", &board).unwrap();
-        Self { arm, board }
+        Self(BoardArm::named("iiwa7", &Board::default()).unwrap())
     }
 
-    fn setting(&self, name: &str, text: &str, units: RecordingUnits) -> anyhow::Result<Setting> {
+    fn setting(&self, name: &str, text: &str, units: &[&str]) -> anyhow::Result<Setting> {
         let path =
             std::env::temp_dir().join(format!("hwall-hands-{}-{name}.csv", std::process::id()));
         std::fs::write(&path, text).unwrap();
-        let options = SettingOptions {
-            scene: None,
-            hand: Some(&path),
-            trial: None,
-            units,
-            y_up: false,
-            auto: true,
-            base: None,
-            base_by_arrival: false,
-            hand_origin: None,
-            rigid_hand: false,
-            person: PersonKind::default(),
-            touches: 0,
-            seed: 1,
-        };
-        let setting = Setting::new(&self.arm, &options);
+        let hand = ["", "--axes=z-up", "--hand", path.to_str().unwrap()];
+        let flags = SettingFlags::parse_from(hand.iter().chain(units));
+        let setting = Setting::new(&self.0, &flags);
         std::fs::remove_file(&path).unwrap();
         setting
     }
 
     fn run(&self, name: &str, text: &str) -> (Vec<String>, PersonRun) {
-        let setting = self.setting(name, text, RecordingUnits::SI).unwrap();
+        let setting = self.setting(name, text, &[]).unwrap();
         let leader = Some(PredictorKind::RayLed);
-        let people = &setting.training_people;
-        let (predictors, _) = Predictors::train(&setting.scene, &self.arm, people, leader).unwrap();
+        let (scene, people) = (&setting.scene, &setting.training_people);
+        let (predictors, _) = Predictors::train(scene, &self.0, people, leader).unwrap();
         let likely = setting.likely_touches.clone();
-        let stage = Stage {
-            arm: &self.arm,
-            board: &self.board,
-            scene: &setting.scene,
-            walls: &self
-                .arm
-                .walls_of(&setting.scene, &self.board, likely, false)
-                .unwrap(),
-            predictors: &predictors,
+        let scenery = Scenery {
+            scene,
+            arm: &self.0,
+            walls: &self.0.walls_of(scene, likely, false).unwrap(),
+            people,
             textured: false,
-            level: ArmLevel::Servo,
-            fri: None,
-            period_s: 2e-3,
         };
+        let stage = Stage::of(&scenery, &predictors, 2e-3);
         let mut runs = people::run(&stage, &setting.participants, |_| {}).unwrap();
         (setting.remarks, runs.pop().unwrap())
     }
@@ -121,7 +97,7 @@ fn zeros_are_lost_tracking_and_said() {
         1..=6 if (130..142).contains(&i) => "0".to_owned(),
         _ => value.to_string(),
     });
-    let setting = job.setting("zeros", &zeros, RecordingUnits::SI).unwrap();
+    let setting = job.setting("zeros", &zeros, &[]).unwrap();
     let said = setting
         .remarks
         .iter()
@@ -136,15 +112,11 @@ fn other_units_are_named_with_their_flags() {
     let other = text(&rows(), |_, k, value| {
         (if k == 0 { 1e3 * value } else { 1e2 * value }).to_string()
     });
-    let units = |hand_scale, time_unit| RecordingUnits {
-        hand_scale,
-        time_unit,
-    };
-    let refused = |units| {
+    let refused = |units: &[&str]| {
         let refused = job.setting("units", &other, units).map(|_| ());
         format!("{:#}", refused.unwrap_err())
     };
-    let both = refused(RecordingUnits::SI);
+    let both = refused(&[]);
     assert!(
         both.contains("looks like centimetres: --hand-scale 0.01"),
         "{both}"
@@ -153,13 +125,13 @@ fn other_units_are_named_with_their_flags() {
         both.contains("looks like milliseconds: --time-unit ms"),
         "{both}"
     );
-    let one = refused(units(1.0, TimeUnit::Ms));
+    let one = refused(&["--time-unit=ms"]);
     assert!(
         one.contains("--hand-scale 0.01") && !one.contains("--time-unit"),
         "{one}"
     );
     let setting = job
-        .setting("units", &other, units(0.01, TimeUnit::Ms))
+        .setting("units", &other, &["--hand-scale=0.01", "--time-unit=ms"])
         .unwrap();
     assert_eq!(setting.participants[0].touches.len(), 3);
 }

@@ -7,7 +7,8 @@ use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::participants::Participant;
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use hwall_stage::report::{json, summary::Summary, tables};
-use hwall_stage::run::people::{self, PersonRun, Stage};
+use hwall_stage::run::people::{self, PersonRun};
+use hwall_stage::run::stage::Stage;
 use serde_json::Value;
 
 /// A hand that is first seen far from everything still has a predictor that was learnt from others.

@@ -8,7 +8,7 @@ use crate::setting::load_scene;
 use glam::DVec3;
 use hwall::SessionState;
 use hwall::haptics::safety::Channel;
-use hwall::haptics::{SafeReason, SafeState};
+use hwall::haptics::{Board, SafeReason, SafeState};
 use hwall_kinematics::Unreachable;
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_scene::SurfaceId;
@@ -20,16 +20,13 @@ const DELAY_S: f64 = 0.022;
 
 struct Planted {
     arm: BoardArm,
-    board: Board,
     scene: Scene,
 }
 
 impl Planted {
     fn new() -> Self {
-        let board = Board::default();
         Self {
-            arm: BoardArm::named("iiwa7", &board).unwrap(),
-            board,
+            arm: BoardArm::named("iiwa7", &Board::default()).unwrap(),
             scene: load_scene(None).unwrap().0,
         }
     }
@@ -42,15 +39,13 @@ impl Planted {
     fn least(&self) -> LeastTime<'_> {
         let limits = MotionConfig::default();
         let limits = MotionLimits::of_arm(&**self.arm.kinematics(), &limits).unwrap();
-        LeastTime::new(&self.arm, &self.board, &PlaceTolerance::default(), limits).unwrap()
+        LeastTime::new(&self.arm, &PlaceTolerance::default(), limits).unwrap()
     }
 
     fn regret(&self, story: &Story) -> Regret {
         let least = self.least();
         let regrets = Regrets {
             least: &least,
-            arm: &**self.arm.kinematics(),
-            board: &self.board,
             scene: &self.scene,
             waiting: waiting_iiwa7(),
             delay_s: DELAY_S,
