@@ -62,15 +62,14 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
         }
     };
     next("mapping where the arm can hold its board")?;
-    let textured = true;
-    let walls = arm.walls_of(&scene, likely_touches.clone(), textured)?;
+    let walls = arm.walls_of(&scene, likely_touches.clone(), true)?;
     next("learning how people reach")?;
     let scenery = Scenery {
         scene: &scene,
         arm: &arm,
         walls: &walls,
         people: &TrainingPeople::default(),
-        textured,
+        textured: true,
     };
     let (predictor, leader, learnt) = predictor(&scenery, flags.predictor)?;
     remarks.push(learnt);
@@ -92,14 +91,12 @@ pub fn prepare(server: &BridgeServer, flags: &LiveFlags) -> anyhow::Result<Prepa
     let source = SessionSource {
         scene: flags.scene.file(),
         arm: &"iiwa7".into(),
-        board: arm.board(),
         room: room.as_ref().map(|read| read.text.as_str()),
         base,
-        textured,
+        scenery,
         level: flags.arm_level,
         predictor: leader,
         adapts: true,
-        training_people: scenery.people,
         likely_touches: &likely_touches,
     };
     let recorder = recorded::begin(flags, &source, &settings)?;

@@ -29,20 +29,8 @@ pub(super) fn begin(
         epoch_ns: now.map_or(0, |now| u64::try_from(now.as_nanos()).unwrap_or(0)),
         ..RecorderConfig::default()
     };
-    let mut recorder = recording::start(
-        path,
-        source,
-        settings.scenery.arm,
-        settings.scenery.scene,
-        &config,
-    )?;
-    let SessionSettings {
-        filter,
-        sees_head,
-        arm_minus_tracker_s,
-        ..
-    } = settings;
-    recorder.begin(run_of(0, filter, *sees_head, *arm_minus_tracker_s)?);
+    let mut recorder = recording::start(path, source, &config)?;
+    recorder.begin(run_of(0, settings)?);
     Ok(Some(recorder))
 }
 

@@ -1,7 +1,7 @@
 //! `--mcap FILE`.
 
 use super::setup::SessionSource;
-use crate::input::arms::{BoardArm, NamedArm};
+use crate::input::arms::NamedArm;
 use crate::input::file_plan::FilePlan;
 use crate::input::scene_file::SceneFile;
 use crate::person::responses::Scenery;
@@ -10,7 +10,6 @@ use crate::setting::Setting;
 use anyhow::{Context, ensure};
 use hwall_files::same_file;
 use hwall_record::{Recorder, RecorderConfig, Skeleton};
-use hwall_scene::Scene;
 use std::path::{Path, PathBuf};
 
 /// Where the arm's capsules go: `session.urdf` for `session.mcap`.
@@ -30,19 +29,17 @@ pub fn planned(plan: FilePlan, flag: &'static str, path: Option<&Path>) -> FileP
     plan.write(flag, path).write(beside, urdf.as_deref())
 }
 
-/// Begins a recording and writes the arm's capsules [beside](urdf_beside) it. `scene` is the one that `source` names,
-/// seen from the arm's base. The recording stands under its name from the beginning: what a crash leaves can be opened.
+/// Begins a recording and writes the arm's capsules [beside](urdf_beside) it. The recording stands under its name from the beginning: what a crash leaves can be opened.
 ///
 /// # Errors
 /// A file that cannot be read or written, or that is the arm's own description; an arm whose links are not known.
 pub fn start(
     path: &Path,
     source: &SessionSource<'_>,
-    arm: &BoardArm,
-    scene: &Scene,
     config: &RecorderConfig,
 ) -> anyhow::Result<Recorder> {
-    let skeleton = Skeleton::new(&arm.links()?, &**arm.kinematics(), source.board)?;
+    let Scenery { arm, scene, .. } = source.scenery;
+    let skeleton = Skeleton::new(&arm.links()?, &**arm.kinematics(), arm.board())?;
     let urdf = urdf_beside(path);
     ensure!(
         urdf != path && !same_file(&urdf, &source.arm.name),
@@ -69,26 +66,18 @@ pub fn of_stage(
     scene: Option<SceneFile<'_>>,
     arm: &NamedArm,
 ) -> anyhow::Result<Recorder> {
-    let Scenery {
-        arm: board_arm,
-        people,
-        ..
-    } = stage.scenery;
     let source = SessionSource {
         scene,
         arm,
-        board: board_arm.board(),
         room: None,
         base: setting.base,
-        textured: stage.scenery.textured,
+        scenery: stage.scenery,
         level: stage.level,
         predictor: stage.predictors.leader(),
         adapts: stage.predictors.adapts(),
-        training_people: people,
         likely_touches: &setting.likely_touches,
     };
-    let config = RecorderConfig::simulated();
-    start(path, &source, board_arm, stage.scenery.scene, &config)
+    start(path, &source, &RecorderConfig::simulated())
 }
 
 /// Ends a recording. Returns a line for the user.

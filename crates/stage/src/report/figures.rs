@@ -3,9 +3,11 @@
 use crate::report::figure_file::FigureFile;
 use anyhow::anyhow;
 use hwall_testkit::{SpeedErrorRow, format_ns};
+use plotters::coord::combinators::LogCoord;
 use plotters::coord::{CoordTranslate, Shift};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::ops::Range;
 use std::path::Path;
 
 /// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
@@ -70,10 +72,10 @@ pub const fn width_of(place: u32, count: usize) -> u32 {
 ///
 /// # Errors
 /// Any error of the drawing.
-pub fn legend_beside<'n, DB: DrawingBackend>(
+pub fn legend_beside<'n, DB: DrawingBackend, C: Color>(
     area: &DrawingArea<DB, Shift>,
     from: (i32, i32),
-    keys: impl IntoIterator<Item = (Sign, RGBColor, &'n str)>,
+    keys: impl IntoIterator<Item = (Sign, C, &'n str)>,
 ) -> anyhow::Result<()> {
     for (row, (sign, colour, name)) in (0..).zip(keys) {
         let (x, y) = (from.0, from.1 + 22 * row);
@@ -101,6 +103,38 @@ const SMALLEST_ERROR: f64 = 1e-17;
 const WIDTH: u32 = 860;
 const BESIDE: u32 = 320;
 
+type LogChart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<LogCoord<f64>, LogCoord<f64>>>;
+
+/// Axes of times, both logarithmic, with a title and what is on the axes, and with room on the right.
+fn chart_of_times<'a>(
+    root: &DrawingArea<SVGBackend<'a>, Shift>,
+    [title, x_desc, y_desc]: [&str; 3],
+    beside: u32,
+    [x, y]: [Range<f64>; 2],
+    x_label: &dyn Fn(&f64) -> String,
+) -> anyhow::Result<LogChart<'a>> {
+    root.fill(&WHITE).map_err(plot_error)?;
+    let mut chart = ChartBuilder::on(root)
+        .caption(title, TITLE)
+        .margin(14)
+        .margin_right(14 + beside)
+        .x_label_area_size(52)
+        .y_label_area_size(78)
+        .build_cartesian_2d(x.log_scale(), y.log_scale())
+        .map_err(plot_error)?;
+    chart
+        .configure_mesh()
+        .x_desc(x_desc)
+        .y_desc(y_desc)
+        .x_label_formatter(x_label)
+        .y_label_formatter(&|y| short_time(*y))
+        .label_style(TEXT)
+        .light_line_style(WHITE)
+        .draw()
+        .map_err(plot_error)?;
+    Ok(chart)
+}
+
 /// Median time (dot) up to p99 (bar) over the largest error, both logarithmic; one colour for each method.
 ///
 /// # Errors
@@ -112,40 +146,26 @@ pub fn speed_error(
     rows: &[SpeedErrorRow],
 ) -> anyhow::Result<()> {
     let error = |row: &SpeedErrorRow| row.errors.max.max(SMALLEST_ERROR);
-    let decade = |x: f64, up: bool| {
-        let exponent = if up {
-            (x.log10() + 0.3).ceil()
-        } else {
-            (x.log10() - 0.3).floor()
-        };
-        10f64.powf(exponent)
+    // Whole decades around all values.
+    let decades = |low: &dyn Fn(&SpeedErrorRow) -> f64, high: &dyn Fn(&SpeedErrorRow) -> f64| {
+        let low = rows.iter().map(low).fold(f64::MAX, f64::min);
+        let high = rows.iter().map(high).fold(f64::MIN, f64::max);
+        let exponents = [(low.log10() - 0.3).floor(), (high.log10() + 0.3).ceil()];
+        let [low, high] = exponents.map(|exponent| 10f64.powf(exponent));
+        low..high
     };
-    let largest = |f: &dyn Fn(&SpeedErrorRow) -> f64| rows.iter().map(f).fold(f64::MIN, f64::max);
-    let smallest = |f: &dyn Fn(&SpeedErrorRow) -> f64| rows.iter().map(f).fold(f64::MAX, f64::min);
-    let x = decade(smallest(&error), false)..decade(largest(&error), true);
-    let y = decade(smallest(&|r| r.median_ns), false)..decade(largest(&|r| r.p99_ns), true);
-
+    let (x, y) = (
+        decades(&error, &error),
+        decades(&|r| r.median_ns, &|r| r.p99_ns),
+    );
     let file = FigureFile::create(path)?;
     let root = SVGBackend::new(file.path(), (WIDTH + BESIDE, 520)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let mut chart = ChartBuilder::on(&root)
-        .caption(title, TITLE)
-        .margin(14)
-        .margin_right(14 + BESIDE)
-        .x_label_area_size(52)
-        .y_label_area_size(78)
-        .build_cartesian_2d(x.log_scale(), y.log_scale())
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc(format!("largest error, {unit}"))
-        .y_desc("time per call: median (dot) to p99 (bar)")
-        .x_label_formatter(&|x| format!("{x:.0e}"))
-        .y_label_formatter(&|y| short_time(*y))
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
+    let what = [
+        title,
+        &format!("largest error, {unit}"),
+        "time per call: median (dot) to p99 (bar)",
+    ];
+    let mut chart = chart_of_times(&root, what, BESIDE, [x, y], &|x| format!("{x:.0e}"))?;
     let mut methods: Vec<&str> = Vec::new();
     for row in rows {
         if !methods.contains(&row.method.as_str()) {
@@ -194,25 +214,9 @@ pub fn scaling(path: &Path, title: &str, size: &str, lines: &[Line]) -> anyhow::
     };
     let (x, y) = (range(&|p| p.0, 1.3), range(&|p| p.1, 2.0));
     let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (860, 420)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let mut chart = ChartBuilder::on(&root)
-        .caption(title, TITLE)
-        .margin(14)
-        .x_label_area_size(52)
-        .y_label_area_size(78)
-        .build_cartesian_2d(x.log_scale(), y.log_scale())
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc(size)
-        .y_desc("median time per call")
-        .x_label_formatter(&|x| format!("{x:.0}"))
-        .y_label_formatter(&|y| short_time(*y))
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
+    let root = SVGBackend::new(file.path(), (WIDTH, 420)).into_drawing_area();
+    let what = [title, size, "median time per call"];
+    let mut chart = chart_of_times(&root, what, 0, [x, y], &|x| format!("{x:.0}"))?;
     for ((name, points), colour) in lines.iter().zip(COLOURS) {
         let line = LineSeries::new(points.iter().copied(), colour.stroke_width(2)).point_size(4);
         chart

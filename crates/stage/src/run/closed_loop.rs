@@ -46,12 +46,7 @@ pub fn run(
     };
     let session = settings.session(stage.predictors.for_another_person())?;
     if let Some(recorder) = &mut recorder {
-        recorder.begin(run_of(
-            number,
-            &settings.filter,
-            settings.sees_head,
-            settings.arm_minus_tracker_s,
-        )?);
+        recorder.begin(run_of(number, &settings)?);
     }
     let texture = session
         .perception()

@@ -88,6 +88,20 @@ pub enum ArmError {
     Fri(#[from] FriError),
 }
 
+/// What the simulated arm answers, whatever it is behind.
+macro_rules! of_plant {
+    ($this:ident, $arm:ident => $answer:expr) => {
+        match $this {
+            SimulatedArm::Servo($arm) => $answer,
+            SimulatedArm::Torque($arm) => $answer,
+            SimulatedArm::Fri(behind) => {
+                let $arm = behind.plant();
+                $answer
+            }
+        }
+    };
+}
+
 /// An arm with a clock of its own.
 #[derive(Debug)]
 pub enum SimulatedArm {
@@ -129,16 +143,14 @@ impl SimulatedArm {
         start: JointPositions,
         seed: u64,
     ) -> anyhow::Result<Self> {
-        match level {
-            ArmLevel::Servo => Self::servo(model, start, seed),
-            ArmLevel::Torque => {
-                let config = TorqueConfig {
-                    seed,
-                    ..TorqueConfig::default()
-                };
-                Self::torque(model, dynamics(arm)?, start, config)
-            }
+        if level == ArmLevel::Servo {
+            return Self::servo(model, start, seed);
         }
+        let config = TorqueConfig {
+            seed,
+            ..TorqueConfig::default()
+        };
+        Self::torque(model, dynamics(arm)?, start, config)
     }
 
     /// A stiff servo at rest at `start`.
@@ -198,21 +210,13 @@ impl SimulatedArm {
     /// True joint angles, rad.
     #[must_use]
     pub fn q(&self) -> JointPositions {
-        match self {
-            Self::Servo(arm) => arm.q(),
-            Self::Torque(arm) => arm.q(),
-            Self::Fri(arm) => arm.plant().q(),
-        }
+        of_plant!(self, arm => arm.q())
     }
 
     /// True joint velocities, rad/s.
     #[must_use]
     pub fn qd(&self) -> JointVelocities {
-        match self {
-            Self::Servo(arm) => arm.qd(),
-            Self::Torque(arm) => arm.qd(),
-            Self::Fri(arm) => arm.plant().qd(),
-        }
+        of_plant!(self, arm => arm.qd())
     }
 
     /// Largest torque of the motors now, N m; `None` at servo level.
@@ -230,21 +234,13 @@ impl SimulatedArm {
     /// True pose of the face.
     #[must_use]
     pub fn pose(&self) -> Pose {
-        match self {
-            Self::Servo(arm) => arm.pose(),
-            Self::Torque(arm) => arm.pose(),
-            Self::Fri(arm) => arm.plant().pose(),
-        }
+        of_plant!(self, arm => arm.pose())
     }
 
     /// True velocity of the face.
     #[must_use]
     pub fn twist(&self) -> Twist {
-        match self {
-            Self::Servo(arm) => arm.twist(),
-            Self::Torque(arm) => arm.twist(),
-            Self::Fri(arm) => arm.plant().twist(),
-        }
+        of_plant!(self, arm => arm.twist())
     }
 }
 

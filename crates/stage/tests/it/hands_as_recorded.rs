@@ -19,11 +19,8 @@ fn rows() -> Vec<[f64; 10]> {
         let tau = ((phase - 0.5) / 1.1).clamp(0.0, 1.0) - ((phase - 2.2) / 1.1).clamp(0.0, 1.0);
         let x = 0.45 * tau * tau * tau * (10.0 + tau * (6.0 * tau - 15.0));
         let place = [t_s, 0.3 + x, 0.02, 1.15, 0.2 + x, 0.0, 1.13, 0.0, 0.1, 1.5];
-        let mut tremor = [0.0; 10];
-        tremor[1..]
-            .iter_mut()
-            .for_each(|t| *t = 3e-4 * sampler.normal());
-        std::array::from_fn(|k| place[k] + tremor[k])
+        // Time does not tremble.
+        std::array::from_fn(|k| place[k] + if k == 0 { 0.0 } else { 3e-4 * sampler.normal() })
     };
     (0..3 * 252).map(row).collect()
 }
@@ -32,18 +29,10 @@ fn text(rows: &[[f64; 10]], cell: impl Fn(usize, usize, f64) -> String) -> Strin
     let mut text =
         "t,index_x,index_y,index_z,palm_x,palm_y,palm_z,head_x,head_y,head_z\n".to_owned();
     for (i, row) in rows.iter().enumerate() {
-        let cells: Vec<String> = row
-            .iter()
-            .enumerate()
-            .map(|(k, v)| cell(i, k, *v))
-            .collect();
+        let cells: [String; 10] = std::array::from_fn(|k| cell(i, k, row[k]));
         text += &(cells.join(",") + "\n");
     }
     text
-}
-
-fn plain(_: usize, _: usize, value: f64) -> String {
-    value.to_string()
 }
 
 struct Job(BoardArm);
@@ -84,10 +73,8 @@ impl Job {
 }
 
 fn in_place(run: &PersonRun) -> usize {
-    run.touches
-        .iter()
-        .filter(|touch| touch.outcome.in_place())
-        .count()
+    let touches = run.touches.iter();
+    touches.filter(|touch| touch.outcome.in_place()).count()
 }
 
 #[test]
@@ -98,11 +85,8 @@ fn zeros_are_lost_tracking_and_said() {
         _ => value.to_string(),
     });
     let setting = job.setting("zeros", &zeros, &[]).unwrap();
-    let said = setting
-        .remarks
-        .iter()
-        .any(|said| said == "12 rows of zeros were taken as lost tracking");
-    assert!(said, "{:?}", setting.remarks);
+    let said = "12 rows of zeros were taken as lost tracking".to_owned();
+    assert!(setting.remarks.contains(&said), "{:?}", setting.remarks);
     assert_eq!(setting.participants[0].touches.len(), 3);
 }
 
@@ -117,22 +101,17 @@ fn other_units_are_named_with_their_flags() {
         format!("{:#}", refused.unwrap_err())
     };
     let both = refused(&[]);
-    assert!(
-        both.contains("looks like centimetres: --hand-scale 0.01"),
-        "{both}"
-    );
-    assert!(
-        both.contains("looks like milliseconds: --time-unit ms"),
-        "{both}"
-    );
+    for said in [
+        "centimetres: --hand-scale 0.01",
+        "milliseconds: --time-unit ms",
+    ] {
+        assert!(both.contains(&format!("looks like {said}")), "{both}");
+    }
     let one = refused(&["--time-unit=ms"]);
-    assert!(
-        one.contains("--hand-scale 0.01") && !one.contains("--time-unit"),
-        "{one}"
-    );
-    let setting = job
-        .setting("units", &other, &["--hand-scale=0.01", "--time-unit=ms"])
-        .unwrap();
+    let named = ["--hand-scale 0.01", "--time-unit"].map(|flag| one.contains(flag));
+    assert_eq!(named, [true, false], "{one}");
+    let units = ["--hand-scale=0.01", "--time-unit=ms"];
+    let setting = job.setting("units", &other, &units).unwrap();
     assert_eq!(setting.participants[0].touches.len(), 3);
 }
 
@@ -140,23 +119,16 @@ fn other_units_are_named_with_their_flags() {
 #[test]
 fn few_digits_and_slow_heads_are_served_and_what_stops_the_arm_is_named() {
     let job = Job::new();
-    let (_, all) = job.run("plain", &text(&rows(), plain));
+    let (_, all) = job.run("plain", &text(&rows(), |_, _, value| value.to_string()));
     let most = in_place(&all);
-    assert!(
-        all.touches.len() == 3 && most == 3,
-        "{most} of {}",
-        all.touches.len()
-    );
+    assert_eq!((all.touches.len(), most), (3, 3));
     let decimals = text(&rows(), |_, k, value| match k {
         0 => value.to_string(),
         _ => format!("{value:.2}"),
     });
     let (said, run) = job.run("decimals", &decimals);
-    assert!(
-        in_place(&run) + 1 >= most,
-        "{} of {most}: {said:?}",
-        in_place(&run)
-    );
+    let there = in_place(&run);
+    assert!(there + 1 >= most, "{there} of {most}: {said:?}");
     let slow = text(&rows(), |i, k, value| match k {
         7.. if i % 4 > 0 => String::new(),
         _ => value.to_string(),
@@ -168,16 +140,14 @@ fn few_digits_and_slow_heads_are_served_and_what_stops_the_arm_is_named() {
         _ => value.to_string(),
     });
     let (said, run) = job.run("ends", &ends);
-    assert!(
-        said.iter()
-            .any(|said| said.contains("the head ends at 8.33 s")),
-        "{said:?}"
-    );
+    let head = "the head ends at 8.33 s";
+    assert!(said.iter().any(|said| said.contains(head)), "{said:?}");
     let missed = run.touches.iter().filter(|touch| !touch.outcome.in_place());
     let stops = missed.map(|touch| touch.regret.stopped_by.map(|stop| stop.to_string()));
     let stops: Vec<Option<String>> = stops.collect();
-    let named = stops
-        .iter()
-        .all(|stop| stop.as_deref() == Some("stale head"));
-    assert!(stops.len() <= 1 && named, "{stops:?}");
+    let mut named = stops.iter().map(Option::as_deref);
+    assert!(
+        stops.len() <= 1 && named.all(|stop| stop == Some("stale head")),
+        "{stops:?}"
+    );
 }
