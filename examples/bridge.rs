@@ -29,9 +29,7 @@ fn main() -> ExitCode {
 }
 
 fn run(flags: &LiveFlags) -> anyhow::Result<()> {
-    let options = flags.options();
-    let arm = flags.arm();
-    options.check(&arm)?;
+    flags.check()?;
     let server = BridgeServer::start(flags.server()?)?;
     let stop = server.stop_handle();
     static PREPARED: AtomicBool = AtomicBool::new(false);
@@ -53,12 +51,12 @@ fn run(flags: &LiveFlags) -> anyhow::Result<()> {
     ctrlc::set_handler(stops).context("Ctrl-C")?;
     say(&format!("open {}", server.url()))?;
     note("preparing");
-    let prepared = live::prepare(&server, &options)?;
+    let prepared = live::prepare(&server, flags)?;
     PREPARED.store(true, Ordering::Relaxed);
     for remark in &prepared.remarks {
         note(remark);
     }
-    live::run(&server, prepared, arm, &options)?;
+    live::run(&server, prepared, flags)?;
     say(&server.counts().to_string())
 }
 

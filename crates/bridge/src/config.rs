@@ -80,35 +80,27 @@ impl BridgeConfig {
     /// The first setting outside its range; NaN is outside every range.
     pub fn validate(&self) -> Result<(), BridgeError> {
         // Sockets take no longer time-outs, and none of zero.
-        let time = |what, value_s: f64| {
+        for (what, value_s) in [
+            ("max_age_s", self.max_age_s),
+            ("lost_after_s", self.lost_after_s),
+            ("takeover_s", self.takeover_s),
+            ("request_s", self.request_s),
+            ("silent_s", self.silent_s),
+            ("view_period_s", self.view_period_s),
+            ("period_s", self.period_s),
+            ("max_behind_s", self.max_behind_s),
+        ] {
             positive(what, value_s)?;
-            that(
-                (1e-4..=3600.0).contains(&value_s),
-                what,
-                value_s,
-                "in [1e-4, 3600] s",
-            )
-        };
-        time("max_age_s", self.max_age_s)?;
-        time("lost_after_s", self.lost_after_s)?;
-        time("takeover_s", self.takeover_s)?;
-        time("request_s", self.request_s)?;
-        time("silent_s", self.silent_s)?;
-        time("view_period_s", self.view_period_s)?;
-        time("period_s", self.period_s)?;
-        time("max_behind_s", self.max_behind_s)?;
-        that(
-            (1..=1000).contains(&self.max_clients),
-            "max_clients",
-            self.max_clients as f64,
-            "in 1..=1000",
-        )?;
-        that(
-            (1024..=16_777_216).contains(&self.max_message_bytes),
-            "max_message_bytes",
-            self.max_message_bytes as f64,
-            "in 1024..=16777216",
-        )?;
+            let holds = (1e-4..=3600.0).contains(&value_s);
+            that(holds, what, value_s, "in [1e-4, 3600] s")?;
+        }
+        let clients = self.max_clients;
+        let holds = (1..=1000).contains(&clients);
+        that(holds, "max_clients", clients as f64, "in 1..=1000")?;
+        let bytes = self.max_message_bytes;
+        let holds = (1024..=16_777_216).contains(&bytes);
+        let wanted = "in 1024..=16777216";
+        that(holds, "max_message_bytes", bytes as f64, wanted)?;
         Ok(())
     }
 }

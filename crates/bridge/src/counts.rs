@@ -4,57 +4,76 @@ use serde::Serialize;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// Counts since the server was started.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct BridgeCounts {
-    /// Clients connected at present.
-    pub clients: u64,
+macro_rules! counts {
+    ($($(#[$doc:meta])* $name:ident,)*) => {
+        /// Counts since the server was started.
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+        pub struct BridgeCounts {
+            /// Clients connected at present.
+            pub clients: u64,
+            $($(#[$doc])* pub $name: u64,)*
+        }
+
+        /// The same, counted by many threads.
+        #[derive(Debug, Default)]
+        pub(crate) struct Tally { $(pub(crate) $name: Count,)* }
+
+        impl Tally {
+            /// All counts at present, but for the clients.
+            pub(crate) fn counts(&self, clients: usize) -> BridgeCounts {
+                BridgeCounts { clients: clients as u64, $($name: self.$name.get(),)* }
+            }
+        }
+    };
+}
+
+counts! {
     /// Samples of a hand handed to the loop.
-    pub accepted: u64,
+    accepted,
     /// Of these: samples in which the hand was not seen.
-    pub unseen: u64,
+    unseen,
     /// Older than [`BridgeConfig::max_age_s`](crate::BridgeConfig::max_age_s) when they came in.
-    pub stale: u64,
+    stale,
     /// Whose stamps look like seconds; milliseconds are expected.
-    pub in_seconds: u64,
+    in_seconds,
     /// With a number, or a time, before that of the sample before.
-    pub out_of_order: u64,
+    out_of_order,
     /// With the number of the sample before.
-    pub duplicate: u64,
+    duplicate,
     /// Messages that are not of the protocol: no JSON, wrong types, a wrong count of joints, numbers beyond all bounds, binary.
-    pub malformed: u64,
+    malformed,
     /// Messages or requests beyond the limit of their size; the connection ends.
-    pub too_large: u64,
+    too_large,
     /// Samples of clients that do not lead.
-    pub looking_on: u64,
+    looking_on,
     /// Samples of the hand that is not followed.
-    pub other_hand: u64,
+    other_hand,
     /// Samples whose clock had leapt.
-    pub clock_leaps: u64,
+    clock_leaps,
     /// Samples that came faster than the loop took them.
-    pub overflow: u64,
+    overflow,
     /// Times that another client took over.
-    pub takeovers: u64,
+    takeovers,
     /// Clients turned away because there were enough.
-    pub refused_clients: u64,
+    refused_clients,
     /// Pages served.
-    pub pages: u64,
+    pages,
     /// Requests that were answered with an error: garbage, other paths, foreign origins, too slow.
-    pub refused_requests: u64,
+    refused_requests,
     /// View frames sent, over all clients.
-    pub views_sent: u64,
+    views_sent,
     /// View frames that slow clients did not get.
-    pub views_dropped: u64,
+    views_dropped,
     /// Events that were not sent because a queue was full.
-    pub events_dropped: u64,
+    events_dropped,
     /// Cycles of the loop.
-    pub cycles: u64,
+    cycles,
     /// Cycles left out because the loop was far behind.
-    pub skipped_cycles: u64,
+    skipped_cycles,
     /// Datagrams that became targets.
-    pub datagrams: u64,
+    datagrams,
     /// Datagrams that make no sense, or come from another sender than the one that leads.
-    pub refused_datagrams: u64,
+    refused_datagrams,
 }
 
 impl fmt::Display for BridgeCounts {
@@ -110,47 +129,6 @@ fn listed(f: &mut fmt::Formatter<'_>, before: &str, counts: &[(u64, &str)]) -> f
     }
     Ok(())
 }
-
-macro_rules! tally {
-    ($($name:ident),*) => {
-        /// The same, counted by many threads.
-        #[derive(Debug, Default)]
-        pub(crate) struct Tally { $(pub(crate) $name: Count),* }
-
-        impl Tally {
-            /// All counts at present, but for the clients.
-            pub(crate) fn counts(&self, clients: usize) -> BridgeCounts {
-                BridgeCounts { clients: clients as u64, $($name: self.$name.get()),* }
-            }
-        }
-    };
-}
-
-tally!(
-    accepted,
-    unseen,
-    stale,
-    in_seconds,
-    out_of_order,
-    duplicate,
-    malformed,
-    too_large,
-    looking_on,
-    other_hand,
-    clock_leaps,
-    overflow,
-    takeovers,
-    refused_clients,
-    pages,
-    refused_requests,
-    views_sent,
-    views_dropped,
-    events_dropped,
-    cycles,
-    skipped_cycles,
-    datagrams,
-    refused_datagrams
-);
 
 /// One count.
 #[derive(Debug, Default)]

@@ -19,6 +19,6 @@ pub use file::Ending;
 pub use recorded::Recorded;
 pub use recorder::{Overflow, Recorder, RecorderConfig, Summary};
 pub use recording::{Input, Inputs, Recording, Request};
-pub use replay::{Difference, Replayable, Replayed, replay};
+pub use replay::{Difference, Replayed, replay};
 pub use setup::{ArmSource, Run, Setup};
 pub use skeleton::Skeleton;

@@ -2,7 +2,7 @@
 
 use crate::recorder::Recorder;
 use crate::recording::Request;
-use crate::replay::Replayable;
+use crate::replay::tell;
 use hwall::contact::Predictor;
 use hwall::hand::HandFrame;
 use hwall::haptics::{ArmCommand, ArmState};
@@ -26,7 +26,7 @@ impl<P: Predictor> Recorded<'_, P> {
         if let Some(recorder) = &mut self.recorder {
             recorder.request(request);
         }
-        Replayable::request(&mut self.session, request);
+        tell(&mut self.session, request);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::error::RecordError;
 use crate::file::{GrowingFile, create_alone};
-use crate::recording::Request;
+use crate::recording::{Input, Request};
 use crate::setup::{Run, Setup};
 use crate::skeleton::Skeleton;
 use crate::view::View;
@@ -15,7 +15,7 @@ use hwall::{Cycle, Event, EventKind, Session, WorldPose};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 /// What happens when the thread that writes falls behind.
@@ -77,20 +77,12 @@ impl RecorderConfig {
         non_negative("view_period_s", self.view_period_s)?;
         non_negative("flush_s", self.flush_s)?;
         that(self.flush_s <= 60.0, "flush_s", self.flush_s, "at most 60")?;
-        let capacity = self.capacity as f64;
-        that(
-            (1..=1 << 20).contains(&self.capacity),
-            "capacity",
-            capacity,
-            "1 to 2^20",
-        )?;
-        let chunk = self.chunk_bytes as f64;
-        that(
-            (1..=1 << 28).contains(&self.chunk_bytes),
-            "chunk_bytes",
-            chunk,
-            "1 to 2^28",
-        )?;
+        for (what, count, most, range) in [
+            ("capacity", self.capacity, 1 << 20, "1 to 2^20"),
+            ("chunk_bytes", self.chunk_bytes, 1 << 28, "1 to 2^28"),
+        ] {
+            that((1..=most).contains(&count), what, count as f64, range)?;
+        }
         Ok(())
     }
 }
@@ -113,11 +105,7 @@ pub struct Summary {
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug)]
 pub(crate) enum Item {
-    Run(u64, Run),
-    Frame(u64, HandFrame),
-    World(u64, WorldPose),
-    Request(u64, Request),
-    Cycle(u64, Cycle),
+    Input(u64, Input),
     View(View),
     Event(Event),
 }
@@ -195,27 +183,27 @@ impl Recorder {
     pub fn begin(&mut self, run: Run) {
         self.viewed_s = f64::NEG_INFINITY;
         self.tracked = None;
-        self.input(|sequence| Item::Run(sequence, run));
+        self.input(Input::Run(run));
     }
 
     /// A frame of the tracker, as the session gets it.
     pub fn frame(&mut self, frame: &HandFrame) {
-        self.input(|sequence| Item::Frame(sequence, *frame));
+        self.input(Input::Frame(*frame));
     }
 
     /// A place of the virtual world, as the session gets it.
     pub fn world(&mut self, world: &WorldPose) {
-        self.input(|sequence| Item::World(sequence, *world));
+        self.input(Input::World(*world));
     }
 
     /// Something else that the session was told.
     pub fn request(&mut self, request: Request) {
-        self.input(|sequence| Item::Request(sequence, request));
+        self.input(Input::Request(request));
     }
 
     /// A cycle: time and state that the session got, command that it answered.
     pub fn cycle(&mut self, cycle: &Cycle) {
-        self.input(|sequence| Item::Cycle(sequence, *cycle));
+        self.input(Input::Cycle(*cycle));
     }
 
     /// Something that happened. Frames and predictions come too often for a log: of those only the loss of the hand and
@@ -259,12 +247,10 @@ impl Recorder {
         self.failed.load(Ordering::Relaxed)
     }
 
-    fn input(&mut self, item: impl FnOnce(u64) -> Item) {
-        let sequence = self.sequence;
+    fn input(&mut self, input: Input) {
+        let sent = self.send(Item::Input(self.sequence, input));
         self.sequence += 1;
-        if !self.send(item(sequence)) {
-            self.dropped.fetch_add(1, Ordering::Relaxed);
-        }
+        self.dropped.fetch_add(u64::from(!sent), Ordering::Relaxed);
     }
 
     /// Was there space for it?
@@ -274,10 +260,7 @@ impl Recorder {
         };
         match self.overflow {
             Overflow::Wait => sender.send(item).is_ok(),
-            Overflow::Drop => match sender.try_send(item) {
-                Ok(()) => true,
-                Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
-            },
+            Overflow::Drop => sender.try_send(item).is_ok(),
         }
     }
 

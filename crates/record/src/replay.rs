@@ -6,64 +6,25 @@ use crate::recording::{Input, Inputs, Recording, Request};
 use crate::setup::{Run, Setup};
 use hwall::contact::Predictor;
 use hwall::haptics::{ArmCommand, PlannerConfig};
-use hwall::{Controller, Planner, Session};
+use hwall::{Controller, Session};
 use std::collections::VecDeque;
 use std::fmt;
 
-/// A controller that takes requests: all that a recording holds.
-pub trait Replayable: Controller {
-    /// Tells it something.
-    fn request(&mut self, request: Request);
-
-    /// How often its planner was told of surfaces so far, and the planner. `None`: it plans in [`Controller::plan`] alone.
-    fn planning(&mut self) -> Option<(u64, &mut Planner)> {
-        None
-    }
-
-    /// Steps know of frames when [`Request::Perceived`] says so.
-    #[must_use]
-    fn perceive_when_told(self) -> Self
-    where
-        Self: Sized,
-    {
-        self
-    }
-
-    /// Perceives one input that waits; was there one?
-    fn perceive_next(&mut self) -> bool {
-        false
-    }
-}
-
-impl<P: Predictor> Replayable for Session<P> {
-    fn planning(&mut self) -> Option<(u64, &mut Planner)> {
-        let told = self.perception().told_surfaces();
-        Some((told, self.planner_mut()?))
-    }
-
-    fn perceive_when_told(self) -> Self {
-        Self::perceive_when_told(self)
-    }
-
-    fn perceive_next(&mut self) -> bool {
-        Self::perceive_next(self)
-    }
-
-    fn request(&mut self, request: Request) {
-        match request {
-            Request::Stop => self.stop(),
-            Request::Reset => self.reset(),
-            Request::Refused => self.refused(),
-            // Told to the planner instead.
-            Request::Planned { .. } => {}
-            // What the session refused then it refuses now.
-            Request::ClockOffset {
-                arm_minus_tracker_s,
-            } => {
-                let _ = self.set_clock_offset_s(arm_minus_tracker_s);
-            }
-            Request::Perceived => self.take_perceived(),
+/// Tells a session something.
+pub(crate) fn tell<P: Predictor>(session: &mut Session<P>, request: Request) {
+    match request {
+        Request::Stop => session.stop(),
+        Request::Reset => session.reset(),
+        Request::Refused => session.refused(),
+        // Told to the planner instead.
+        Request::Planned { .. } => {}
+        // What the session refused then it refuses now.
+        Request::ClockOffset {
+            arm_minus_tracker_s,
+        } => {
+            let _ = session.set_clock_offset_s(arm_minus_tracker_s);
         }
+        Request::Perceived => session.take_perceived(),
     }
 }
 
@@ -125,9 +86,9 @@ pub struct Replayed {
 ///
 /// # Errors
 /// A message that cannot be read; an error of `session_of`.
-pub fn replay<C: Replayable, E: From<RecordError>>(
+pub fn replay<P: Predictor, E: From<RecordError>>(
     recording: &Recording,
-    mut session_of: impl FnMut(&Setup, &Run) -> Result<C, E>,
+    mut session_of: impl FnMut(&Setup, &Run) -> Result<Session<P>, E>,
 ) -> Result<Replayed, E> {
     let mut replayed = Replayed {
         runs: 0,
@@ -137,7 +98,7 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
         difference: None,
         ending: recording.ending(),
     };
-    let mut under_way: Option<(C, u32, u64)> = None;
+    let mut under_way: Option<(Session<P>, u32, u64)> = None;
     let mut plans = Plans::default();
     let mut expected = 0;
     let mut inputs = recording.inputs();
@@ -151,7 +112,7 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
                 session = session.perceive_when_told();
             }
             plans = Plans::of_run(inputs.clone());
-            if let Some((_, planner)) = session.planning().filter(|_| plans.are_recorded) {
+            if let Some(planner) = session.planner_mut().filter(|_| plans.are_recorded) {
                 planner.set_config(PlannerConfig::on_thread());
             }
             under_way = Some((session, run.number, 0));
@@ -168,11 +129,11 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
                 replayed.frames += 1;
             }
             Input::World(world) => {
-                session.world(&world);
+                Controller::world(session, &world);
                 plans.go_on(session);
             }
             Input::Request(Request::Planned { .. }) => plans.tell(session),
-            Input::Request(request) => session.request(request),
+            Input::Request(request) => tell(session, request),
             Input::Cycle(recorded) => {
                 let command = session.step(recorded.t_s, &recorded.state);
                 match plans.are_recorded {
@@ -234,30 +195,29 @@ impl Plans {
     }
 
     /// Asks about the step that comes next, and lets the planner work once it knows the surfaces that it knew then.
-    fn go_on(&mut self, session: &mut impl Replayable) {
+    fn go_on<P: Predictor>(&mut self, session: &mut Session<P>) {
         let Some([step, surfaces]) = self.ahead.front() else {
             return;
         };
-        if let Some((_, planner)) = session.planning() {
+        if let Some(planner) = session.planner_mut() {
             self.has_listened |= planner.is_asked_about(*step) && planner.listen() == Some(*step);
         }
         if !self.has_listened || self.has_worked {
             return;
         }
-        while let Some((told, planner)) = session.planning() {
-            if told >= *surfaces {
-                planner.work();
-                self.has_worked = true;
-                return;
-            }
+        while session.perception().told_surfaces() < *surfaces {
             if !session.perceive_next() {
                 return;
             }
         }
+        if let Some(planner) = session.planner_mut() {
+            planner.work();
+            self.has_worked = true;
+        }
     }
 
-    fn tell(&mut self, session: &mut impl Replayable) {
-        if let Some((_, planner)) = session.planning().filter(|_| self.has_worked) {
+    fn tell<P: Predictor>(&mut self, session: &mut Session<P>) {
+        if let Some(planner) = session.planner_mut().filter(|_| self.has_worked) {
             planner.tell();
         }
         self.ahead.pop_front();

@@ -4,7 +4,6 @@ use crate::skeleton::{BASE, BOARD, Skeleton};
 use glam::{DMat3, DVec3};
 use hwall::geometry::Pose;
 use hwall::kinematics::JointKind;
-use std::fmt::Write;
 
 /// Where a joint says nothing of its speed and effort; URDF wants both.
 const USUAL_SPEED: f64 = 1.0;
@@ -16,101 +15,76 @@ impl Skeleton {
     /// which lose some 1e-16 rad.
     #[must_use]
     pub fn to_urdf(&self, name: &str) -> String {
-        let mut xml = String::new();
-        // Writing to a string cannot fail.
-        let _ = self.write_urdf(&mut xml, name);
-        xml
-    }
-
-    fn write_urdf(&self, xml: &mut String, name: &str) -> std::fmt::Result {
-        writeln!(xml, "<?xml version=\"1.0\"?>")?;
-        writeln!(xml, "<robot name=\"{}\">", escaped(name))?;
-        writeln!(
-            xml,
-            "  <material name=\"arm\"><color rgba=\"0.75 0.77 0.80 1\"/></material>"
-        )?;
-        writeln!(
-            xml,
-            "  <material name=\"board\"><color rgba=\"0.85 0.65 0.35 1\"/></material>"
-        )?;
+        let mut lines = vec![
+            r#"<?xml version="1.0"?>"#.to_owned(),
+            format!(r#"<robot name="{}">"#, escaped(name)),
+            r#"  <material name="arm"><color rgba="0.75 0.77 0.80 1"/></material>"#.to_owned(),
+            r#"  <material name="board"><color rgba="0.85 0.65 0.35 1"/></material>"#.to_owned(),
+        ];
         for (link, capsule) in self.capsules() {
-            writeln!(xml, "  <link name=\"{}\">", escaped(link))?;
             let radius = capsule.radius_m;
-            if let Some(cylinder) = capsule.link_from_cylinder() {
+            let cylinder = capsule.link_from_cylinder().map(|at| {
                 let length = capsule.length_m();
-                let shape = format!("<cylinder radius=\"{radius:?}\" length=\"{length:?}\"/>");
-                visual(xml, &cylinder, &shape, "arm")?;
-            }
-            let ball = format!("<sphere radius=\"{radius:?}\"/>");
-            for end_m in [capsule.from_m, capsule.to_m] {
-                visual(xml, &Pose::IDENTITY.at(end_m), &ball, "arm")?;
-            }
-            writeln!(xml, "  </link>")?;
+                let shape = format!(r#"<cylinder radius="{radius:?}" length="{length:?}"/>"#);
+                visual(&at, &shape, "arm")
+            });
+            let ball = format!(r#"<sphere radius="{radius:?}"/>"#);
+            let ends = [capsule.from_m, capsule.to_m];
+            let balls = ends.map(|end_m| visual(&Pose::IDENTITY.at(end_m), &ball, "arm"));
+            lines.push(format!(r#"  <link name="{}">"#, escaped(link)));
+            lines.extend(cylinder.into_iter().chain(balls));
+            lines.push("  </link>".to_owned());
         }
         let board = &self.board;
-        let size = [
-            2.0 * board.half_width_m,
-            2.0 * board.half_height_m,
-            board.thickness_m.max(1e-3),
-        ];
-        let middle = Pose::IDENTITY.at(DVec3::NEG_Z * (0.5 * size[2]));
-        writeln!(xml, "  <link name=\"{BOARD}\">")?;
-        let shape = format!("<box size=\"{:?} {:?} {:?}\"/>", size[0], size[1], size[2]);
-        visual(xml, &middle, &shape, "board")?;
-        writeln!(xml, "  </link>")?;
+        let [x, y] = [2.0 * board.half_width_m, 2.0 * board.half_height_m];
+        let z = board.thickness_m.max(1e-3);
+        let middle = Pose::IDENTITY.at(DVec3::NEG_Z * (0.5 * z));
+        lines.push(format!(r#"  <link name="{BOARD}">"#));
+        let shape = format!(r#"<box size="{x:?} {y:?} {z:?}"/>"#);
+        lines.push(visual(&middle, &shape, "board"));
+        lines.push("  </link>".to_owned());
         for (number, joint) in self.joints.iter().enumerate() {
-            let limit = &joint.limit;
-            let endless = !(limit.min_rad.is_finite() && limit.max_rad.is_finite());
+            let [min, max] = [joint.limit.min_rad, joint.limit.max_rad];
+            let is_endless = !(min.is_finite() && max.is_finite());
             let kind = match joint.kind {
-                JointKind::Revolute if endless => "continuous",
+                JointKind::Revolute if is_endless => "continuous",
                 JointKind::Revolute => "revolute",
                 JointKind::Prismatic => "prismatic",
             };
-            let (parent, child) = (self.parent(number), &self.links[number]);
-            writeln!(
-                xml,
-                "  <joint name=\"{}\" type=\"{kind}\">",
-                escaped(&joint.name)
-            )?;
-            writeln!(
-                xml,
-                "    <parent link=\"{parent}\"/><child link=\"{child}\"/>"
-            )?;
-            writeln!(xml, "    {}", origin(&joint.previous_from_link))?;
+            let name = escaped(&joint.name);
+            lines.push(format!(r#"  <joint name="{name}" type="{kind}">"#));
+            lines.push(ends(self.parent(number), &self.links[number]));
+            lines.push(format!("    {}", origin(&joint.previous_from_link)));
             let DVec3 { x, y, z } = joint.axis;
-            writeln!(xml, "    <axis xyz=\"{x:?} {y:?} {z:?}\"/>")?;
+            lines.push(format!(r#"    <axis xyz="{x:?} {y:?} {z:?}"/>"#));
             let speed = joint.max_velocity.unwrap_or(USUAL_SPEED);
             let effort = joint.max_effort.unwrap_or(USUAL_EFFORT);
-            let range = match endless {
+            let range = match is_endless {
                 true => String::new(),
-                false => format!(
-                    "lower=\"{:?}\" upper=\"{:?}\" ",
-                    limit.min_rad, limit.max_rad
-                ),
+                false => format!(r#"lower="{min:?}" upper="{max:?}" "#),
             };
-            writeln!(
-                xml,
-                "    <limit {range}velocity=\"{speed:?}\" effort=\"{effort:?}\"/>"
-            )?;
-            writeln!(xml, "  </joint>")?;
+            lines.push(format!(
+                r#"    <limit {range}velocity="{speed:?}" effort="{effort:?}"/>"#
+            ));
+            lines.push("  </joint>".to_owned());
         }
         let last = self.links.last().map_or(BASE, String::as_str);
-        writeln!(xml, "  <joint name=\"{BOARD}_mount\" type=\"fixed\">")?;
-        writeln!(
-            xml,
-            "    <parent link=\"{last}\"/><child link=\"{BOARD}\"/>"
-        )?;
-        writeln!(xml, "    {}", origin(&self.last_link_from_board))?;
-        writeln!(xml, "  </joint>")?;
-        writeln!(xml, "</robot>")
+        lines.push(format!(r#"  <joint name="{BOARD}_mount" type="fixed">"#));
+        lines.push(ends(last, BOARD));
+        lines.push(format!("    {}", origin(&self.last_link_from_board)));
+        lines.extend(["  </joint>\n</robot>\n".to_owned()]);
+        lines.join("\n")
     }
 }
 
-fn visual(xml: &mut String, at: &Pose, shape: &str, material: &str) -> std::fmt::Result {
-    writeln!(
-        xml,
-        "    <visual>{}<geometry>{shape}</geometry><material name=\"{material}\"/></visual>",
-        origin(at)
+fn ends(parent: &str, child: &str) -> String {
+    format!(r#"    <parent link="{parent}"/><child link="{child}"/>"#)
+}
+
+fn visual(at: &Pose, shape: &str, material: &str) -> String {
+    let origin = origin(at);
+    format!(
+        r#"    <visual>{origin}<geometry>{shape}</geometry><material name="{material}"/></visual>"#
     )
 }
 
@@ -136,15 +110,14 @@ fn roll_pitch_yaw_rad(r: &DMat3) -> [f64; 3] {
 }
 
 fn escaped(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            c => safe.push(c),
-        }
-    }
-    safe
+    [
+        ("&", "&amp;"),
+        ("<", "&lt;"),
+        (">", "&gt;"),
+        ("\"", "&quot;"),
+    ]
+    .into_iter()
+    .fold(text.to_owned(), |text, (sign, safe)| {
+        text.replace(sign, safe)
+    })
 }

@@ -5,6 +5,7 @@ use crate::file::GrowingFile;
 use crate::message::look::{self, Level, MovingFrame};
 use crate::message::session;
 use crate::recorder::{Item, RecorderConfig};
+use crate::recording::Input;
 use crate::schema::descriptor_set;
 use crate::setup::Setup;
 use crate::skeleton::Skeleton;
@@ -169,7 +170,7 @@ impl Writer {
     /// Writes how the session is set up, at once.
     pub(crate) fn setup(&mut self, setup: &Setup) -> Result<(), RecordError> {
         let t_ns = self.zero_ns;
-        self.write(Topic::Setup, t_ns, |m| session::write_setup(m, setup))?;
+        self.write(Topic::Setup, t_ns, |m, _| session::write_setup(m, setup))?;
         self.flush()
     }
 
@@ -196,10 +197,7 @@ impl Writer {
 
     fn end(mut self) -> Result<u64, RecordError> {
         let dropped = self.dropped.load(Ordering::Relaxed);
-        let (sequence, t_ns) = (self.expected, self.newest_ns);
-        self.write(Topic::End, t_ns, |m| {
-            session::write_end(m, sequence, dropped);
-        })?;
+        self.input(self.expected, &Input::End { dropped })?;
         self.flush()?;
         self.is_last.store(true, Ordering::Relaxed);
         self.mcap.finish()?;
@@ -219,51 +217,41 @@ impl Writer {
 
     fn item(&mut self, item: Item) -> Result<(), RecordError> {
         match item {
-            Item::Run(sequence, run) => {
-                self.gap(sequence)?;
+            Item::Input(sequence, input) => self.input(sequence, &input),
+            Item::View(view) => self.view(&view),
+            Item::Event(event) => self.event(&event),
+        }
+    }
+
+    fn input(&mut self, sequence: u64, input: &Input) -> Result<(), RecordError> {
+        self.gap(sequence)?;
+        let (topic, t_ns) = match input {
+            Input::Run(_) => {
                 if self.begun {
                     self.zero_ns = self.newest_ns.saturating_add(PAUSE_NS);
                 }
                 self.begun = true;
+                (Topic::Run, self.zero_ns)
+            }
+            // Its own time is the tracker's; it came in now.
+            Input::Frame(_) => (Topic::Frame, self.newest_ns),
+            Input::World(_) => (Topic::World, self.newest_ns),
+            Input::Request(_) => (Topic::Request, self.newest_ns),
+            Input::Cycle(cycle) => (Topic::Cycle, self.time_ns(cycle.t_s)),
+            Input::End { .. } => (Topic::End, self.newest_ns),
+        };
+        self.write(topic, t_ns, |m, _| session::write(m, sequence, input))?;
+        match input {
+            Input::Run(_) => {
                 self.base_from_world = Pose::IDENTITY;
-                let t_ns = self.zero_ns;
-                self.write(Topic::Run, t_ns, |m| session::write_run(m, sequence, &run))?;
                 self.draw_stage(t_ns)
             }
-            Item::Frame(sequence, frame) => {
-                self.gap(sequence)?;
-                // Its own time is the tracker's; it came in now.
-                let t_ns = self.newest_ns;
-                self.write(Topic::Frame, t_ns, |m| {
-                    session::write_frame(m, sequence, &frame);
-                })?;
-                self.write(Topic::Hand, t_ns, |m| look::hand(m, t_ns, &frame))
-            }
-            Item::World(sequence, world) => {
-                self.gap(sequence)?;
-                let t_ns = self.newest_ns;
+            Input::Frame(frame) => self.write(Topic::Hand, t_ns, |m, _| look::hand(m, t_ns, frame)),
+            Input::World(world) => {
                 self.base_from_world = world.base_from_world;
-                self.write(Topic::World, t_ns, |m| {
-                    session::write_world(m, sequence, &world);
-                })?;
                 self.draw_fixed(t_ns)
             }
-            Item::Request(sequence, request) => {
-                self.gap(sequence)?;
-                let t_ns = self.newest_ns;
-                self.write(Topic::Request, t_ns, |m| {
-                    session::write_request(m, sequence, request);
-                })
-            }
-            Item::Cycle(sequence, cycle) => {
-                self.gap(sequence)?;
-                let t_ns = self.time_ns(cycle.t_s);
-                self.write(Topic::Cycle, t_ns, |m| {
-                    session::write_cycle(m, sequence, &cycle);
-                })
-            }
-            Item::View(view) => self.view(&view),
-            Item::Event(event) => self.event(&event),
+            _ => Ok(()),
         }
     }
 
@@ -271,15 +259,15 @@ impl Writer {
         let t_ns = self.time_ns(view.t_s);
         let finite = view.q.iter().all(|q| q.is_finite());
         if finite {
-            self.write_with(Topic::Transforms, t_ns, |m, stage| {
+            self.write(Topic::Transforms, t_ns, |m, stage| {
                 look::transforms(m, t_ns, &stage.skeleton, &stage.moving, view);
             })?;
         }
-        self.write(Topic::State, t_ns, |m| look::state(m, view))?;
+        self.write(Topic::State, t_ns, |m, _| look::state(m, view))?;
         let drawn = self.scene_every > 0 && self.views.is_multiple_of(self.scene_every);
         self.views = self.views.wrapping_add(1);
         if drawn && finite {
-            self.write_with(Topic::SceneNow, t_ns, |m, stage| {
+            self.write(Topic::SceneNow, t_ns, |m, stage| {
                 look::scene_now(m, t_ns, &stage.skeleton, view);
             })?;
         }
@@ -289,7 +277,11 @@ impl Writer {
     fn event(&mut self, event: &Event) -> Result<(), RecordError> {
         let t_ns = self.time_ns(event.t_s);
         let (level, text) = said(&event.kind);
-        self.write(Topic::Log, t_ns, |m| look::log(m, t_ns, level, &text))
+        self.log(t_ns, level, &text)
+    }
+
+    fn log(&mut self, t_ns: u64, level: Level, text: &str) -> Result<(), RecordError> {
+        self.write(Topic::Log, t_ns, |m, _| look::log(m, t_ns, level, text))
     }
 
     /// Arm, board and surfaces, at the beginning of a session.
@@ -297,23 +289,21 @@ impl Writer {
         let triangles = self.stage.scene.triangle_count();
         let shown = triangles <= self.most_triangles;
         let mut drawn = Ok(());
-        self.write_with(Topic::Scene, t_ns, |m, stage| {
+        self.write(Topic::Scene, t_ns, |m, stage| {
             let scene = shown.then_some(&stage.scene);
             drawn = look::scene(m, t_ns, &stage.skeleton, scene, &stage.surfaces);
         })?;
         drawn?;
         if !shown {
             let text = format!("the scene is not drawn: it has {triangles} triangles");
-            self.write(Topic::Log, t_ns, |m| {
-                look::log(m, t_ns, Level::Warning, &text);
-            })?;
+            self.log(t_ns, Level::Warning, &text)?;
         }
         self.draw_fixed(t_ns)
     }
 
     fn draw_fixed(&mut self, t_ns: u64) -> Result<(), RecordError> {
         let world = self.base_from_world;
-        self.write_with(Topic::FixedTransforms, t_ns, |m, stage| {
+        self.write(Topic::FixedTransforms, t_ns, |m, stage| {
             look::fixed_transforms(m, t_ns, &stage.skeleton, &world);
         })
     }
@@ -325,11 +315,8 @@ impl Writer {
         if missing == 0 {
             return Ok(());
         }
-        let t_ns = self.newest_ns;
         let text = format!("{missing} messages of the session left out: writing fell behind");
-        self.write(Topic::Log, t_ns, |m| {
-            look::log(m, t_ns, Level::Warning, &text);
-        })
+        self.log(self.newest_ns, Level::Warning, &text)
     }
 
     /// Time in the file; what is no time stands at the newest one.
@@ -344,15 +331,6 @@ impl Writer {
     }
 
     fn write(
-        &mut self,
-        topic: Topic,
-        t_ns: u64,
-        body: impl FnOnce(&mut Message<'_>),
-    ) -> Result<(), RecordError> {
-        self.write_with(topic, t_ns, |message, _| body(message))
-    }
-
-    fn write_with(
         &mut self,
         topic: Topic,
         t_ns: u64,
@@ -379,38 +357,41 @@ impl Writer {
 
 /// An event as a line.
 fn said(event: &EventKind) -> (Level, String) {
-    let warning = |text: String| (Level::Warning, text);
-    let info = |text: String| (Level::Info, text);
-    match event {
-        EventKind::Frame(Tracking::Tracked(_)) => info("the hand is tracked".to_owned()),
-        EventKind::Frame(Tracking::Lost { reason, .. }) => {
-            warning(format!("the hand is lost: {reason:?}"))
-        }
+    let text = match event {
+        EventKind::Frame(Tracking::Tracked(_)) => "the hand is tracked",
+        EventKind::Arrived => "the board is in place",
+        EventKind::Late => "the board is late",
+        EventKind::Released => "released",
+        EventKind::Resumed => "resumed",
+        EventKind::WorldMovedWhileTouched => "the world moved under the hand that touches",
+        EventKind::WorldRefused => "a place of the world was refused",
+        EventKind::HandUnfamiliar => "the hand moves unlike all that was learnt: the board waits",
+        EventKind::SurfacesUnknown => "where the surfaces are is not known: the board holds",
+        EventKind::Frame(Tracking::Lost { reason, .. }) => &format!("the hand is lost: {reason:?}"),
         EventKind::GoalSet(goal) => {
-            let at = goal.target.point_m;
-            info(format!(
-                "the board is sent to {:.3}, {:.3}, {:.3} m on surface {}",
-                at.x, at.y, at.z, goal.surface.0
-            ))
+            let (at, surface) = (goal.target.point_m, goal.surface.0);
+            &format!(
+                "the board is sent to {:.3}, {:.3}, {:.3} m on surface {surface}",
+                at.x, at.y, at.z
+            )
         }
-        EventKind::Arrived => info("the board is in place".to_owned()),
-        EventKind::Late => warning("the board is late".to_owned()),
-        EventKind::Unreachable(why) => warning(format!("the goal cannot be held: {why:?}")),
-        EventKind::Touched { normal_force_n } => info(format!("touched, {normal_force_n:.1} N")),
-        EventKind::Released => info("released".to_owned()),
-        EventKind::Held(reason) => warning(format!("the arm holds: {reason:?}")),
-        EventKind::Safe(state) => warning(format!("the supervisor: {state:?}")),
-        EventKind::Resumed => info("resumed".to_owned()),
-        EventKind::WorldMovedWhileTouched => {
-            warning("the world moved under the hand that touches".to_owned())
-        }
-        EventKind::WorldRefused => warning("a place of the world was refused".to_owned()),
-        EventKind::HandUnfamiliar => {
-            warning("the hand moves unlike all that was learnt: the board waits".to_owned())
-        }
-        EventKind::SurfacesUnknown => {
-            warning("where the surfaces are is not known: the board holds".to_owned())
-        }
-        other => info(format!("{other:?}")),
-    }
+        EventKind::Unreachable(why) => &format!("the goal cannot be held: {why:?}"),
+        EventKind::Touched { normal_force_n } => &format!("touched, {normal_force_n:.1} N"),
+        EventKind::Held(reason) => &format!("the arm holds: {reason:?}"),
+        EventKind::Safe(state) => &format!("the supervisor: {state:?}"),
+        other => &format!("{other:?}"),
+    };
+    let level = match event {
+        EventKind::Frame(Tracking::Lost { .. })
+        | EventKind::Late
+        | EventKind::Unreachable(_)
+        | EventKind::Held(_)
+        | EventKind::Safe(_)
+        | EventKind::WorldMovedWhileTouched
+        | EventKind::WorldRefused
+        | EventKind::HandUnfamiliar
+        | EventKind::SurfacesUnknown => Level::Warning,
+        _ => Level::Info,
+    };
+    (level, text.to_owned())
 }

@@ -13,9 +13,7 @@ use std::fmt::Write as _;
 
 /// The built-in room with an iiwa 7 and the default board.
 pub struct BuiltInRoom {
-    /// The board.
-    pub board: Board,
-    /// The arm, with the face of the board as its tool.
+    /// The arm, with the face of its board as its tool.
     pub arm: BoardArm,
     /// The room, in the arm's base frame.
     pub scene: Scene,
@@ -27,11 +25,9 @@ impl BuiltInRoom {
     /// # Errors
     /// As for [`BoardArm::named`] and [`load_scene`].
     pub fn new() -> anyhow::Result<Self> {
-        let board = Board::default();
         Ok(Self {
-            arm: BoardArm::named("iiwa7", &board)?,
+            arm: BoardArm::named("iiwa7", &Board::default())?,
             scene: load_scene(None)?.0,
-            board,
         })
     }
 
@@ -93,8 +89,7 @@ impl BuiltInRoom {
     /// As for [`BoardArm::walls_of`].
     pub fn walls(&self, people: &[Participant], textured: bool) -> anyhow::Result<Walls> {
         let likely = participants::likely_touches(&self.scene, &self.arm, people);
-        self.arm
-            .walls_of(&self.scene, &self.board, likely, textured)
+        self.arm.walls_of(&self.scene, likely, textured)
     }
 
     /// All of it for demonstrations and runs.
@@ -108,7 +103,6 @@ impl BuiltInRoom {
         Scenery {
             scene: &self.scene,
             arm: &self.arm,
-            board: &self.board,
             walls,
             people,
             textured,

@@ -3,19 +3,16 @@
 use crate::console::note;
 use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::file_plan::FilePlan;
-use crate::input::floor_pose::FloorPose;
-use crate::input::numbers::{counted, whole_within};
-use crate::input::recording_units::RecordingUnits;
-use crate::input::scene_file::SceneFlags;
-use crate::person::kinds::PersonKind;
+use crate::input::numbers::counted;
 use crate::person::predictors::{PredictorKind, Predictors};
 use crate::person::responses::{self, Scenery};
 use crate::recording;
 use crate::report::outputs::{self, Outputs};
 use crate::report::summary::Summary;
-use crate::run::people::{self, Stage};
+use crate::run::people;
 use crate::run::simulated_arm::ArmLevel;
-use crate::setting::{Setting, SettingOptions};
+use crate::run::stage::Stage;
+use crate::setting::{Setting, SettingFlags};
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall_fri::controller::FaultConfig;
@@ -25,38 +22,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 /// What to do, as flags of a command line.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, clap::Parser)]
 pub struct JobOptions {
-    /// The scene.
+    /// Where everything stands and who touches.
     #[command(flatten)]
-    pub scene: SceneFlags,
-    /// CSV recording of a hand: t in seconds (or --time-unit), palm_x.. little_z in metres (or --hand-scale), optionally head_* and gaze_*; cells may be empty [default: a simulated person]
-    #[arg(long, group = "recorded")]
-    pub hand: Option<PathBuf>,
-    /// Which trial of a recording that holds several: its name in the column trial, or person/trial
-    #[arg(long, requires = "hand", value_name = "NAME")]
-    pub trial: Option<String>,
-    /// Units of the recording.
-    #[command(flatten)]
-    pub units: RecordingUnits,
-    /// Axes of the recording: y-up as headsets have it, or z-up
-    #[arg(long, value_enum, default_value = "y-up")]
-    pub axes: Axes,
-    /// auto: stand arm and recording before the nearest suitable wall; none: as --base and --hand-origin say [default: auto with --hand, else none]
-    #[arg(long, value_enum)]
-    pub place: Option<Place>,
-    /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing the nearest wall to it is taken [default: 0,0,0,0 without auto placing]
-    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
-    pub base: Option<FloorPose>,
-    /// arrival: stand the arm's base near the origin of the scene where most touches are in time; takes a minute and a half
-    #[arg(long, value_enum, conflicts_with_all = ["base", "hand"])]
-    pub base_from: Option<BaseFrom>,
-    /// Origin of the recording (z up) in the scene: x,y,z in metres, yaw in degrees [default: 0,0,0,0 without auto placing]
-    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
-    pub hand_origin: Option<FloorPose>,
-    /// The recorded hand is made up: a shape that never changes is no frozen tracker
-    #[arg(long, requires = "hand")]
-    pub rigid_hand: bool,
+    pub setting: SettingFlags,
     /// The arm.
     #[command(flatten)]
     pub arm: NamedArm,
@@ -91,15 +61,6 @@ pub struct JobOptions {
     /// The board presents no roughness: it may be rolled as suits the arm, and stands still while touched
     #[arg(long)]
     pub plain: bool,
-    /// What simulated people are like
-    #[arg(long, value_enum, default_value_t, conflicts_with = "hand")]
-    pub person: PersonKind,
-    /// Touches of the simulated people: one makes a dozen, for more there are more people
-    #[arg(long, default_value_t = 12, conflicts_with = "hand", value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
-    pub touches: u64,
-    /// Seed of the simulated people and the sensors' noise
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    pub seed: u64,
     /// Control period in milliseconds, 0.1 to 20
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     pub period_ms: f64,
@@ -119,15 +80,6 @@ pub struct JobOptions {
     pub mcap: Option<PathBuf>,
 }
 
-/// Axes of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Axes {
-    /// y up, as headsets have it
-    YUp,
-    /// z up
-    ZUp,
-}
-
 /// Does the predictor learn from touches?
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum Adapt {
@@ -136,22 +88,6 @@ pub enum Adapt {
     On,
     /// Never
     Off,
-}
-
-/// Who places arm and recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Place {
-    /// The program
-    Auto,
-    /// The flags
-    None,
-}
-
-/// What decides on the base.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum BaseFrom {
-    /// How many touches are in time
-    Arrival,
 }
 
 /// Does the job: the tables go to `out`, what should be known about them to standard error, everything else into files.
@@ -173,7 +109,7 @@ pub fn run(
         bursts,
         stalls: options.fri_stalls,
         stamp_jitter_ms: options.fri_stamp_jitter_ms,
-        seed: options.seed,
+        seed: options.setting.seed,
         ..FaultConfig::default()
     });
     if let Some(faults) = &fri {
@@ -194,34 +130,14 @@ pub fn run(
         mcap: options.mcap.as_deref(),
     };
     let inputs = FilePlan::default()
-        .read_scene("--scene", options.scene.scene.as_deref())
-        .read("--hand", options.hand.as_deref())
+        .read_scene("--scene", options.setting.scene.scene.as_deref())
+        .read("--hand", options.setting.hand.as_deref())
         .read_arm("--arm", &options.arm.name);
     outputs.prepare(inputs)?;
-    let board = Board::default();
-    let arm = BoardArm::named(options.arm.clone(), &board)?;
-    let dynamics = options.arm_level.object_command(&arm, &board);
+    let arm = BoardArm::named(options.arm.clone(), &Board::default())?;
+    let dynamics = options.arm_level.object_command(&arm);
     dynamics.context("--arm-level torque needs the masses of the arm's links")?;
-    let setting = Setting::new(
-        &arm,
-        &SettingOptions {
-            scene: options.scene.file(),
-            hand: options.hand.as_deref(),
-            trial: options.trial.as_deref(),
-            units: options.units,
-            y_up: options.axes == Axes::YUp,
-            rigid_hand: options.rigid_hand,
-            auto: options
-                .place
-                .map_or(options.hand.is_some(), |p| p == Place::Auto),
-            base: options.base,
-            base_by_arrival: options.base_from.is_some(),
-            hand_origin: options.hand_origin,
-            person: options.person,
-            touches: options.touches as usize,
-            seed: options.seed,
-        },
-    )?;
+    let setting = Setting::new(&arm, &options.setting)?;
     let scene = &setting.scene;
     let (predictors, learnt) =
         Predictors::train(scene, &arm, &setting.training_people, options.predictor)?;
@@ -231,35 +147,28 @@ pub fn run(
     }
     let began = Instant::now();
     let likely = setting.likely_touches.clone();
-    let walls = arm.walls_of(scene, &board, likely, !options.plain)?;
+    let walls = arm.walls_of(scene, likely, !options.plain)?;
     let mapping = began.elapsed();
     let scenery = Scenery {
         scene,
         arm: &arm,
-        board: &board,
         walls: &walls,
         people: &setting.training_people,
         textured: !options.plain,
     };
     let (predictors, learnt) = responses::taught(predictors, &scenery)?;
     if let Some(remark) = learnt {
-        eprintln!("{remark}");
+        note(remark);
     }
     let stage = Stage {
-        arm: &arm,
-        board: &board,
-        scene,
-        walls: &walls,
-        predictors: &predictors,
-        textured: !options.plain,
         level: options.arm_level,
         fri,
-        period_s: 1e-3 * options.period_ms,
+        ..Stage::of(&scenery, &predictors, 1e-3 * options.period_ms)
     };
-    let scene_file = options.scene.file();
+    let file = options.setting.scene.file();
     let recorder = options.mcap.as_deref();
     let recorder =
-        recorder.map(|path| recording::of_stage(path, &stage, &setting, scene_file, &options.arm));
+        recorder.map(|path| recording::of_stage(path, &stage, &setting, file, &options.arm));
     let mut recorder = recorder.transpose()?;
     let runs = people::run_recorded(
         &stage,
@@ -286,12 +195,6 @@ mod tests {
     use super::*;
     use clap::Parser;
 
-    #[derive(Parser)]
-    struct Program {
-        #[command(flatten)]
-        job: JobOptions,
-    }
-
     /// The predictors were trained before these were refused.
     #[test]
     fn options_that_exclude_each_other_are_refused_before_the_work() {
@@ -306,7 +209,7 @@ mod tests {
         ] {
             // No work: the scene is not there.
             let words = words.split(' ').chain(["--scene", "nowhere.obj"]);
-            let job = Program::parse_from([""].into_iter().chain(words)).job;
+            let job = JobOptions::parse_from([""].into_iter().chain(words));
             let refused = run(&job, &mut Vec::new(), |_| {}).unwrap_err();
             assert!(format!("{refused:#}").contains(why), "{refused:#}");
         }

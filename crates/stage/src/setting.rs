@@ -3,10 +3,10 @@
 use crate::console::note;
 use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
-use crate::input::numbers::counted;
+use crate::input::numbers::{counted, whole_within};
 use crate::input::place::{self, Contacts};
 use crate::input::recording_units::RecordingUnits;
-use crate::input::scene_file::SceneFile;
+use crate::input::scene_file::{SceneFile, SceneFlags};
 use crate::input::trial;
 use crate::person::hand::Hand;
 use crate::person::kinds::PersonKind;
@@ -15,11 +15,11 @@ use crate::person::predictors::TrainingPeople;
 use crate::person::touches;
 use crate::run::base_by_arrival::base_by_arrival;
 use anyhow::{anyhow, bail};
+use clap::ValueEnum;
 use hwall::LikelyTouches;
-use hwall::haptics::Board;
 use hwall_hand::{FreezeConfig, HandFilterConfig, HandFrame, Pose, Recording};
 use hwall_scene::{LoadLimits, LoadReport, Scene, read_text};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The room made for this project, so that the binary runs from anywhere.
 const ROOM: (&str, &str) = (
@@ -33,34 +33,73 @@ const LONGEST_RECORDING_S: f64 = 1800.0;
 /// A head that ends earlier than the recording by more than this is spoken of, s.
 const LONGEST_WITHOUT_HEAD_S: f64 = 0.5;
 
-/// What the command line asks for.
-pub struct SettingOptions<'a> {
-    /// OBJ file; `None`: the built-in room.
-    pub scene: Option<SceneFile<'a>>,
-    /// Recording; `None`: a simulated person.
-    pub hand: Option<&'a Path>,
-    /// Which trial of it, where it holds several.
-    pub trial: Option<&'a str>,
-    /// In which units it is.
+/// Where everything stands and who touches, as flags.
+#[derive(Debug, Clone, clap::Parser)]
+pub struct SettingFlags {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneFlags,
+    /// CSV recording of a hand: t in seconds (or --time-unit), palm_x.. little_z in metres (or --hand-scale), optionally head_* and gaze_*; cells may be empty [default: a simulated person]
+    #[arg(long, group = "recorded")]
+    pub hand: Option<PathBuf>,
+    /// Which trial of a recording that holds several: its name in the column trial, or person/trial
+    #[arg(long, requires = "hand", value_name = "NAME")]
+    pub trial: Option<String>,
+    /// Units of the recording.
+    #[command(flatten)]
     pub units: RecordingUnits,
-    /// Is the recording y up?
-    pub y_up: bool,
-    /// Place arm and recording before a wall.
-    pub auto: bool,
-    /// The arm's base in the scene.
+    /// Axes of the recording: y-up as headsets have it, or z-up
+    #[arg(long, value_enum, default_value = "y-up")]
+    pub axes: Axes,
+    /// auto: stand arm and recording before the nearest suitable wall; none: as --base and --hand-origin say [default: auto with --hand, else none]
+    #[arg(long, value_enum)]
+    pub place: Option<Place>,
+    /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing the nearest wall to it is taken [default: 0,0,0,0 without auto placing]
+    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
     pub base: Option<FloorPose>,
-    /// Find the arm's base near the origin of the scene by arrival.
-    pub base_by_arrival: bool,
-    /// The recording's origin in the scene.
+    /// arrival: stand the arm's base near the origin of the scene where most touches are in time; takes a minute and a half
+    #[arg(long, value_enum, conflicts_with_all = ["base", "hand"])]
+    pub base_from: Option<BaseFrom>,
+    /// Origin of the recording (z up) in the scene: x,y,z in metres, yaw in degrees [default: 0,0,0,0 without auto placing]
+    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
     pub hand_origin: Option<FloorPose>,
-    /// Is the recorded hand made up, its shape always the same?
+    /// The recorded hand is made up: a shape that never changes is no frozen tracker
+    #[arg(long, requires = "hand")]
     pub rigid_hand: bool,
-    /// What the simulated people are like.
+    /// What simulated people are like
+    #[arg(long, value_enum, default_value_t, conflicts_with = "hand")]
     pub person: PersonKind,
-    /// Touches of the simulated people, a dozen each.
-    pub touches: usize,
-    /// Seed of the simulated people.
+    /// Touches of the simulated people: one makes a dozen, for more there are more people
+    #[arg(long, default_value_t = 12, conflicts_with = "hand", value_parser = whole_within::<1, 100_000>, allow_negative_numbers = true)]
+    pub touches: u64,
+    /// Seed of the simulated people and the sensors' noise
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
+}
+
+/// Axes of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Axes {
+    /// y up, as headsets have it
+    YUp,
+    /// z up
+    ZUp,
+}
+
+/// Who places arm and recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Place {
+    /// The program
+    Auto,
+    /// The flags
+    None,
+}
+
+/// What decides on the base.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BaseFrom {
+    /// How many touches are in time
+    Arrival,
 }
 
 /// Everything the loop needs, in the arm's base frame.
@@ -84,54 +123,52 @@ impl Setting {
     ///
     /// # Errors
     /// A file that is missing or malformed, a recording without a reach, no suitable wall.
-    pub fn new(arm: &BoardArm, options: &SettingOptions) -> anyhow::Result<Self> {
-        let (scene, remarks) = load_scene(options.scene)?;
-        match options.hand {
-            Some(path) => Self::recorded(arm, scene, path, options, remarks),
-            None => Self::simulated(arm, scene, options, remarks),
+    pub fn new(arm: &BoardArm, flags: &SettingFlags) -> anyhow::Result<Self> {
+        let (scene, remarks) = load_scene(flags.scene.file())?;
+        match &flags.hand {
+            Some(path) => Self::recorded(arm, scene, path, flags, remarks),
+            None => Self::simulated(arm, scene, flags, remarks),
         }
     }
 
     fn simulated(
         arm: &BoardArm,
         scene: Scene,
-        options: &SettingOptions,
-        remarks: Vec<String>,
+        flags: &SettingFlags,
+        mut remarks: Vec<String>,
     ) -> anyhow::Result<Self> {
-        if options.hand_origin.is_some() || options.auto {
+        if flags.hand_origin.is_some() || flags.place == Some(Place::Auto) {
             bail!("--hand-origin and --place auto place a recording: they need --hand");
         }
-        let (kind, touches, seed) = (options.person, options.touches, options.seed);
-        let mut remarks = remarks;
-        let (base, scene, participants) = if options.base_by_arrival {
-            // People such as these, before anybody is there; they stand where they stand.
-            let people = participants::simulated(&scene, arm, kind, 1, seed)?;
-            let likely = participants::likely_touches(&scene, arm, &people);
-            note("looking for the arm's base by rehearsals, which takes about a minute and a half");
-            let base = base_by_arrival(&scene, arm, &Board::default(), &likely, kind)?;
-            remarks.push(format!(
-                "by arrival the arm's base stands best at {base} (x,y,z,yaw)"
-            ));
-            let scene = base.scene_seen(&scene)?;
-            let people = participants::simulated_at(base, &scene, arm, kind, touches, seed)?;
-            (base, scene, people)
-        } else {
-            let base = options.base.unwrap_or(FloorPose::ORIGIN);
-            let scene = base.scene_seen(&scene)?;
-            let people = participants::simulated(&scene, arm, kind, touches, seed)?;
-            (base, scene, people)
+        let (kind, touches, seed) = (flags.person, flags.touches as usize, flags.seed);
+        let mut training_people = TrainingPeople::default();
+        let base = match flags.base_from {
+            Some(BaseFrom::Arrival) => {
+                // People such as these, before anybody is there; they stand where they stand.
+                let people = participants::simulated(&scene, arm, kind, 1, seed)?;
+                let likely = participants::likely_touches(&scene, arm, &people);
+                note(
+                    "looking for the arm's base by rehearsals, which takes about a minute and a half",
+                );
+                let base = base_by_arrival(&scene, arm, &likely, kind)?;
+                remarks.push(format!(
+                    "by arrival the arm's base stands best at {base} (x,y,z,yaw)"
+                ));
+                // Those whom the predictor learns from stand where those who touch stand.
+                training_people = training_people.seen_from(base);
+                base
+            }
+            None => flags.base.unwrap_or(FloorPose::ORIGIN),
         };
-        let likely_touches = participants::likely_touches(&scene, arm, &participants);
+        let scene = base.scene_seen(&scene)?;
+        // With a base that is given, people stand as usual before it.
+        let stood = flags.base_from.map_or(FloorPose::ORIGIN, |_| base);
+        let participants = participants::simulated_at(stood, &scene, arm, kind, touches, seed)?;
         Ok(Self {
+            likely_touches: participants::likely_touches(&scene, arm, &participants),
             scene,
             participants,
-            likely_touches,
-            // Those whom the predictor learns from stand where those who touch stand.
-            training_people: if options.base_by_arrival {
-                TrainingPeople::default().seen_from(base)
-            } else {
-                TrainingPeople::default()
-            },
+            training_people,
             remarks,
             base,
         })
@@ -141,27 +178,27 @@ impl Setting {
         arm: &BoardArm,
         scene: Scene,
         path: &Path,
-        options: &SettingOptions,
+        flags: &SettingFlags,
         mut remarks: Vec<String>,
     ) -> anyhow::Result<Self> {
-        let mut recording = trial::read(path, options.trial)?;
-        let units = options.units.apply(&mut recording);
+        let mut recording = trial::read(path, flags.trial.as_deref())?;
+        let units = flags.units.apply(&mut recording);
         units.map_err(|error| named_text(path, &error.to_string()))?;
         remarks.extend(count_from_start(&mut recording));
-        remarks.extend(lost_rows(&recording, options.rigid_hand));
+        remarks.extend(lost_rows(&recording, flags.rigid_hand));
         remarks.extend(heads(&mut recording));
-        if options.y_up {
+        if flags.axes == Axes::YUp {
             for sample in &mut recording.samples {
                 sample.frame = sample.frame.transformed(&Pose::Z_UP_FROM_Y_UP);
             }
         }
         check_times(&recording).map_err(|e| named_text(path, &e.to_string()))?;
         remarks.extend(unused_columns(&recording));
-        let contacts = place::reaches_to_contact(&recording, options.rigid_hand);
-        let (base, hand) = match (options.auto, options.base, options.hand_origin) {
+        let contacts = place::reaches_to_contact(&recording, flags.rigid_hand);
+        let (base, hand) = match (flags.place, flags.base, flags.hand_origin) {
             // Nothing is left to place; a recording without a reach then has no touch to judge.
             (_, Some(base), Some(hand)) => (base, hand),
-            (true, base, hand) => {
+            (None | Some(Place::Auto), base, hand) => {
                 let reaches = &contacts
                     .as_ref()
                     .map_err(|e| named_text(path, &e.to_string()))?
@@ -170,7 +207,7 @@ impl Setting {
                 remarks.push(found.remark);
                 (found.base, hand.unwrap_or(found.hand))
             }
-            (false, base, hand) => (
+            (Some(Place::None), base, hand) => (
                 base.unwrap_or(FloorPose::ORIGIN),
                 hand.unwrap_or(FloorPose::ORIGIN),
             ),
@@ -193,7 +230,7 @@ impl Setting {
                     .to_owned(),
             );
         }
-        let filter = if options.rigid_hand {
+        let filter = if flags.rigid_hand {
             HandFilterConfig::simulated()
         } else {
             let usual = HandFilterConfig::default();
@@ -213,7 +250,7 @@ impl Setting {
         let participants = vec![Participant {
             hand: Hand::Recorded(frames, filter),
             touches,
-            seed: options.seed,
+            seed: flags.seed,
         }];
         Ok(Self {
             likely_touches: participants::likely_touches(&scene, arm, &participants),

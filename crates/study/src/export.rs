@@ -43,19 +43,7 @@ pub fn write_trials(
             }
         }
     }
-    let mut writer = csv::Writer::from_writer(output);
-    let names = protocol.factors.iter().map(|f| f.name.as_str());
-    let header = ["subject", "trial", "block"].into_iter().chain(names);
-    write(
-        &mut writer,
-        header.chain(COLUMNS).map(str::to_owned).collect(),
-    )?;
-    for record in last {
-        let mut row = first_cells(protocol, record);
-        row.extend(cells(record));
-        write(&mut writer, row)?;
-    }
-    writer.flush().map_err(|error| failed(&error.into()))
+    table(protocol, last.into_iter(), false, output)
 }
 
 /// Every attempt, also at practice and catch trials, in the order in which they were made.
@@ -67,34 +55,46 @@ pub fn write_attempts(
     records: &[TrialRecord],
     output: impl Write,
 ) -> Result<(), StudyError> {
-    let mut writer = csv::Writer::from_writer(output);
-    let names = protocol.factors.iter().map(|f| f.name.as_str());
-    let header = ["subject", "trial", "block"].into_iter().chain(names);
-    let header = header.chain(["kind", "attempt"]).chain(COLUMNS);
-    write(&mut writer, header.map(str::to_owned).collect())?;
-    for record in records {
-        let mut row = first_cells(protocol, record);
-        let kind = match record.trial.kind {
-            TrialKind::Practice => "practice",
-            TrialKind::Main => "main",
-            TrialKind::Catch => "catch",
-        };
-        row.extend([kind.to_owned(), record.attempt.to_string()]);
-        row.extend(cells(record));
-        write(&mut writer, row)?;
-    }
-    writer.flush().map_err(|error| failed(&error.into()))
+    table(protocol, records.iter(), true, output)
 }
 
-fn first_cells(protocol: &Protocol, record: &TrialRecord) -> Vec<String> {
-    let mut row = vec![
-        protocol.pseudonym(record.subject),
-        record.trial.number.to_string(),
-        record.trial.block.to_string(),
-    ];
-    let levels = protocol.levels(record.trial.condition);
-    row.extend(levels.into_iter().flatten().map(str::to_owned));
-    row
+/// One row for each record; `attempts`: with the kind of the trial and the number of the attempt.
+fn table<'a>(
+    protocol: &Protocol,
+    records: impl Iterator<Item = &'a TrialRecord>,
+    attempts: bool,
+    output: impl Write,
+) -> Result<(), StudyError> {
+    let of_attempts = if attempts {
+        &["kind", "attempt"][..]
+    } else {
+        &[]
+    };
+    let names = protocol.factors.iter().map(|f| f.name.as_str());
+    let header = ["subject", "trial", "block"].into_iter().chain(names);
+    let header = header.chain(of_attempts.iter().copied()).chain(COLUMNS);
+    let mut writer = csv::Writer::from_writer(output);
+    writer.write_record(header).map_err(failed)?;
+    for record in records {
+        let mut row = vec![
+            protocol.pseudonym(record.subject),
+            record.trial.number.to_string(),
+            record.trial.block.to_string(),
+        ];
+        let levels = protocol.levels(record.trial.condition);
+        row.extend(levels.into_iter().flatten().map(str::to_owned));
+        if attempts {
+            let kind = match record.trial.kind {
+                TrialKind::Practice => "practice",
+                TrialKind::Main => "main",
+                TrialKind::Catch => "catch",
+            };
+            row.extend([kind.to_owned(), record.attempt.to_string()]);
+        }
+        row.extend(cells(record));
+        writer.write_record(row).map_err(failed)?;
+    }
+    writer.flush().map_err(|error| failed(error.into()))
 }
 
 fn cells(record: &TrialRecord) -> Vec<String> {
@@ -116,11 +116,7 @@ fn cells(record: &TrialRecord) -> Vec<String> {
     ]
 }
 
-fn write<W: Write>(writer: &mut csv::Writer<W>, row: Vec<String>) -> Result<(), StudyError> {
-    writer.write_record(row).map_err(|error| failed(&error))
-}
-
-fn failed(error: &csv::Error) -> StudyError {
+fn failed(error: csv::Error) -> StudyError {
     let kind = match error.kind() {
         csv::ErrorKind::Io(error) => error.kind(),
         _ => std::io::ErrorKind::InvalidData,

@@ -11,7 +11,7 @@ use hwall::haptics::{ArmState, surface_axes};
 use hwall::kinematics::JointPositions;
 
 /// Where the hand is foreseen to touch, base frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ViewPrediction {
     /// The point, m.
     pub point_m: DVec3,

@@ -18,7 +18,7 @@ pub use arm::{ViewArm, ViewCapsule, ViewJoint};
 pub use frame::{ViewFrame, ViewPrediction};
 pub use hand::{HAND_BONES, HAND_JOINTS, ViewHand};
 pub use marker::{ViewMarker, ViewMarkerKind};
-pub use scene::{MOST_MOVING, ViewBoard, ViewScene, ViewSurface};
+pub use scene::{MOST_MOVING, ViewScene, ViewSurface};
 pub use state::ViewState;
 
 // Where it is seen.

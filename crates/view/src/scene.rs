@@ -2,7 +2,6 @@
 
 use crate::arm::ViewArm;
 use crate::error::ViewError;
-use glam::DVec3;
 use hwall::contact::Predictor;
 use hwall::geometry::Pose;
 use hwall::haptics::{Board, ObjectPath};
@@ -28,17 +27,6 @@ pub struct ViewSurface {
     pub color_rgb: Option<[f64; 3]>,
 }
 
-/// The board as it is shown: its face is the tool of the [`ViewArm`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ViewBoard {
-    /// Half of the extent along the face's x axis, m.
-    pub half_width_m: f64,
-    /// Half of the extent along the face's y axis, m.
-    pub half_height_m: f64,
-    /// From the flange to the face, m.
-    pub thickness_m: f64,
-}
-
 /// What does not change while one looks: the room, the arm, the board. In the arm's base frame: z up, m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewScene {
@@ -48,8 +36,8 @@ pub struct ViewScene {
     pub surfaces: Vec<ViewSurface>,
     /// The arm; its tool is the face of the board.
     pub arm: ViewArm,
-    /// The board.
-    pub board: ViewBoard,
+    /// The board: its face is the tool of the arm.
+    pub board: Board,
     /// Where the space of a headset stands once its axes are z up; for those who look through one. Identity unless set.
     pub base_from_headset: Pose,
 }
@@ -82,7 +70,9 @@ impl ViewScene {
             surfaces.push(ViewSurface {
                 name: surface.name.clone(),
                 kind: surface.kind.name(),
-                triangles_m: triangles.map(|corners| corners.map(single)).collect(),
+                triangles_m: triangles
+                    .map(|corners| corners.map(|m| m.as_vec3().to_array()))
+                    .collect(),
                 path: path
                     .map(|object| object.path)
                     .filter(|_| moving <= MOST_MOVING),
@@ -93,11 +83,7 @@ impl ViewScene {
             title: title.into(),
             surfaces,
             arm: ViewArm::of(arm),
-            board: ViewBoard {
-                half_width_m: board.half_width_m,
-                half_height_m: board.half_height_m,
-                thickness_m: board.thickness_m,
-            },
+            board: *board,
             base_from_headset: Pose::IDENTITY,
         })
     }
@@ -118,8 +104,4 @@ impl ViewScene {
             control.board(),
         )
     }
-}
-
-fn single(point_m: DVec3) -> [f32; 3] {
-    point_m.to_array().map(|c| c as f32)
 }

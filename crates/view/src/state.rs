@@ -27,54 +27,42 @@ pub enum ViewState {
     Safe = 8,
 }
 
+/// All states in the order of their numbers, each with its words, and the colour of the board's face in it, red green blue; told apart
+/// by colour-blind readers, too (after Okabe and Ito 2008).
+const STATES: [(ViewState, &str, [u8; 3]); 9] = [
+    (ViewState::Waiting, "waiting", [150, 156, 165]),
+    (ViewState::GettingReady, "getting ready", [86, 180, 233]),
+    (ViewState::Approaching, "approaching", [0, 114, 178]),
+    (ViewState::InPlace, "in place", [0, 158, 115]),
+    (ViewState::Touched, "touched", [240, 228, 66]),
+    (ViewState::Late, "late", [213, 94, 0]),
+    (ViewState::Obstructed, "obstructed", [204, 121, 167]),
+    (ViewState::Holding, "holding", [120, 94, 60]),
+    (ViewState::Safe, "safe", [196, 40, 60]),
+];
+
 impl ViewState {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 9] = [
-        Self::Waiting,
-        Self::GettingReady,
-        Self::Approaching,
-        Self::InPlace,
-        Self::Touched,
-        Self::Late,
-        Self::Obstructed,
-        Self::Holding,
-        Self::Safe,
-    ];
+    pub const ALL: [Self; 9] = {
+        let mut all = [Self::Waiting; 9];
+        let mut i = 0;
+        while i < all.len() {
+            all[i] = STATES[i].0;
+            i += 1;
+        }
+        all
+    };
 
     /// In words.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Waiting => "waiting",
-            Self::GettingReady => "getting ready",
-            Self::Approaching => "approaching",
-            Self::InPlace => "in place",
-            Self::Touched => "touched",
-            Self::Late => "late",
-            Self::Obstructed => "obstructed",
-            Self::Holding => "holding",
-            Self::Safe => "safe",
-        }
+        STATES[self as usize].1
     }
 
-    /// Colour of the board's face in it, red green blue; told apart by colour-blind readers, too (after Okabe and Ito 2008).
+    /// Colour of the board's face in it, red green blue.
     #[must_use]
     pub const fn rgb(self) -> [u8; 3] {
-        match self {
-            Self::Waiting => [150, 156, 165],
-            Self::GettingReady => [86, 180, 233],
-            Self::Approaching => [0, 114, 178],
-            Self::InPlace => [0, 158, 115],
-            Self::Touched => [240, 228, 66],
-            Self::Late => [213, 94, 0],
-            Self::Obstructed => [204, 121, 167],
-            Self::Holding => [120, 94, 60],
-            Self::Safe => [196, 40, 60],
-        }
-    }
-
-    pub(crate) fn from_number(number: u8) -> Option<Self> {
-        Self::ALL.get(usize::from(number)).copied()
+        STATES[self as usize].2
     }
 }
 

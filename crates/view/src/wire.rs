@@ -26,6 +26,7 @@ use hwall::kinematics::JointPositions;
 /// The version of the encoding.
 pub(crate) const VERSION: u8 = 1;
 
+/// Bits of the parts, in their order.
 const HAND: u16 = 1;
 const HEAD: u16 = 2;
 const GAZE: u16 = 4;
@@ -48,83 +49,47 @@ impl ViewFrame {
     pub fn encode(&self, out: &mut Vec<u8>) {
         let finite = |v: &DVec3| v.is_finite();
         let both = |pair: &(DVec3, DVec3)| pair.0.is_finite() && pair.1.is_finite();
-        let head_m = self.head_m.filter(finite);
-        let gaze = self.gaze.filter(both);
+        let or_zero = |value: f64| if value.is_finite() { value } else { 0.0 };
         let predicted = self
             .predicted
             .filter(|p| p.point_m.is_finite() && p.normal.is_finite());
-        let region_m = predicted
-            .and_then(|p| p.region_m)
-            .filter(|axes_m| axes_m.iter().all(finite));
-        let goal = self.goal.filter(both);
-        let left_s = self.left_s.filter(|s| s.is_finite());
-        let force_n = self.force_n.filter(finite);
-        let hand = ViewHand::from_joints(&self.hand.joints_m);
-        let openings = self
-            .openings
-            .iter()
-            .rposition(|opening| *opening != 0.0)
-            .map_or(0, |last| last + 1);
-        let bit = |is: bool, bit: u16| if is { bit } else { 0 };
-        let present = bit(!hand.is_lost(), HAND)
-            | bit(head_m.is_some(), HEAD)
-            | bit(gaze.is_some(), GAZE)
-            | bit(predicted.is_some(), PREDICTED)
-            | bit(region_m.is_some(), REGION)
-            | bit(goal.is_some(), GOAL)
-            | bit(left_s.is_some(), LEFT)
-            | bit(force_n.is_some(), FORCE)
-            | bit(openings > 0, OPENINGS);
-        out.push(VERSION);
-        out.push(self.state as u8);
+        let mut frame = Self {
+            t_s: or_zero(self.t_s),
+            q: JointPositions(self.q.0.map(or_zero)),
+            hand: ViewHand::from_joints(&self.hand.joints_m),
+            head_m: self.head_m.filter(finite),
+            gaze: self.gaze.filter(both),
+            predicted: predicted.map(|predicted| ViewPrediction {
+                region_m: predicted.region_m.filter(|axes| axes.iter().all(finite)),
+                ..predicted
+            }),
+            goal: self.goal.filter(both),
+            left_s: self.left_s.filter(|s| s.is_finite()),
+            force_n: self.force_n.filter(finite),
+            ..*self
+        };
+        let openings = frame.openings.iter().rposition(|opening| *opening != 0.0);
+        let mut openings = openings.map_or(0, |last| last as u32 + 1);
+        frame.openings = frame.openings.map(or_zero);
+        let region = frame.predicted.is_some_and(|p| p.region_m.is_some());
+        let parts = [
+            (HAND, !frame.hand.is_lost()),
+            (HEAD, frame.head_m.is_some()),
+            (GAZE, frame.gaze.is_some()),
+            (PREDICTED, frame.predicted.is_some()),
+            (REGION, region),
+            (GOAL, frame.goal.is_some()),
+            (LEFT, frame.left_s.is_some()),
+            (FORCE, frame.force_n.is_some()),
+            (OPENINGS, openings > 0),
+        ];
+        let present = parts.into_iter().filter(|(_, is)| *is);
+        let present = present.fold(0, |bits, (bit, _)| bits | bit);
+        out.extend([VERSION, self.state as u8]);
         out.extend(present.to_le_bytes());
-        let or_zero = |value: f64| if value.is_finite() { value } else { 0.0 };
-        out.extend(or_zero(self.t_s).to_le_bytes());
-        for q_rad in self.q.0 {
-            number(out, or_zero(q_rad));
-        }
-        if !hand.is_lost() {
-            let seen = hand.joints_m.iter().enumerate();
-            let mask = seen.fold(0_u32, |mask, (i, m)| mask | (u32::from(m.is_some()) << i));
-            out.extend(mask.to_le_bytes());
-            for joint_m in hand.joints_m.iter().flatten() {
-                vector(out, *joint_m);
-            }
-        }
-        if let Some(head_m) = head_m {
-            vector(out, head_m);
-        }
-        if let Some((origin_m, direction)) = gaze {
-            vector(out, origin_m);
-            vector(out, direction);
-        }
-        if let Some(predicted) = predicted {
-            vector(out, predicted.point_m);
-            vector(out, predicted.normal);
-            let surface = predicted.surface.and_then(|s| i32::try_from(s).ok());
-            out.extend(surface.unwrap_or(-1).to_le_bytes());
-            let contact_s = predicted.contact_s.filter(|s| s.is_finite());
-            number(out, contact_s.unwrap_or(f64::NAN));
-        }
-        if let Some(axes_m) = region_m {
-            axes_m.iter().for_each(|axis_m| vector(out, *axis_m));
-        }
-        if let Some((point_m, normal)) = goal {
-            vector(out, point_m);
-            vector(out, normal);
-        }
-        if let Some(left_s) = left_s {
-            number(out, left_s);
-        }
-        if let Some(force_n) = force_n {
-            vector(out, force_n);
-        }
-        if openings > 0 {
-            out.extend((openings as u32).to_le_bytes());
-            for opening in &self.openings[..openings] {
-                number(out, or_zero(*opening));
-            }
-        }
+        out.extend(frame.t_s.to_le_bytes());
+        // Nothing that is written is refused.
+        let _ = frame.parts(&mut Bytes::Out(out), present, &mut openings);
     }
 
     /// The frame at the beginning of some bytes, and how many of them it took. Numbers come back as f32 had them: within
@@ -133,7 +98,8 @@ impl ViewFrame {
     /// # Errors
     /// Too few bytes, another version, a state or a bit without a meaning.
     pub fn decode(bytes: &[u8]) -> Result<(Self, usize), ViewError> {
-        let mut reader = Reader { bytes, at: 0 };
+        let mut at = 0;
+        let mut reader = Bytes::In { bytes, at: &mut at };
         let [version, state] = reader.take()?;
         if version != VERSION {
             return Err(ViewError::Version {
@@ -141,70 +107,82 @@ impl ViewFrame {
                 got: version,
             });
         }
-        let state = ViewState::from_number(state).ok_or(ViewError::Unknown {
-            what: "state",
-            got: u32::from(state),
-            most: ViewState::ALL.len() as u32 - 1,
-        })?;
+        let last = ViewState::ALL.len() as u32 - 1;
+        at_most("state", u32::from(state), last)?;
         let present = u16::from_le_bytes(reader.take()?);
         at_most("presence bits", u32::from(present), u32::from(KNOWN))?;
-        let has = |bit: u16| present & bit != 0;
         let t_s = f64::from_le_bytes(reader.take()?);
-        let mut q = JointPositions::default();
-        for q_rad in &mut q.0 {
-            *q_rad = reader.number()?;
-        }
         let mut frame = Self {
-            state,
-            ..Self::new(t_s, q)
+            state: ViewState::ALL[usize::from(state)],
+            ..Self::new(t_s, JointPositions::default())
         };
+        frame.parts(&mut reader, present, &mut 0)?;
+        Ok((frame, at))
+    }
+
+    /// Joint angles and the parts that are there, written or read.
+    fn parts(
+        &mut self,
+        bytes: &mut Bytes<'_>,
+        present: u16,
+        openings: &mut u32,
+    ) -> Result<(), ViewError> {
+        let has = |bit: u16| present & bit != 0;
+        self.q.0.iter_mut().try_for_each(|q| bytes.number(q))?;
         if has(HAND) {
-            let mask = reader.word()?;
+            let seen = self.hand.joints_m.iter().enumerate();
+            let mut mask = seen.fold(0, |mask, (i, m)| mask | (u32::from(m.is_some()) << i));
+            bytes.word(&mut mask)?;
             at_most("mask of joints", mask, (1 << HAND_JOINTS) - 1)?;
-            for (i, joint_m) in frame.hand.joints_m.iter_mut().enumerate() {
+            for (i, joint_m) in self.hand.joints_m.iter_mut().enumerate() {
                 if mask & (1 << i) != 0 {
-                    *joint_m = Some(reader.vector()?);
+                    bytes.vector(joint_m.get_or_insert_default())?;
                 }
             }
         }
         if has(HEAD) {
-            frame.head_m = Some(reader.vector()?);
+            bytes.vector(self.head_m.get_or_insert_default())?;
         }
         if has(GAZE) {
-            frame.gaze = Some((reader.vector()?, reader.vector()?));
+            bytes.pair(self.gaze.get_or_insert_default())?;
         }
+        let mut spare = ViewPrediction::default();
         if has(PREDICTED) {
-            frame.predicted = Some(ViewPrediction {
-                point_m: reader.vector()?,
-                normal: reader.vector()?,
-                surface: u32::try_from(i32::from_le_bytes(reader.take()?)).ok(),
-                contact_s: Some(reader.number()?).filter(|s| s.is_finite()),
-                region_m: None,
-            });
+            let predicted = self.predicted.get_or_insert_default();
+            bytes.vector(&mut predicted.point_m)?;
+            bytes.vector(&mut predicted.normal)?;
+            let surface = predicted.surface.and_then(|s| i32::try_from(s).ok());
+            let mut surface = surface.unwrap_or(-1).cast_unsigned();
+            bytes.word(&mut surface)?;
+            predicted.surface = u32::try_from(surface.cast_signed()).ok();
+            let contact_s = predicted.contact_s.filter(|s| s.is_finite());
+            let mut contact_s = contact_s.unwrap_or(f64::NAN);
+            bytes.number(&mut contact_s)?;
+            predicted.contact_s = Some(contact_s).filter(|s| s.is_finite());
         }
         if has(REGION) {
-            let axes_m = [reader.vector()?, reader.vector()?];
-            if let Some(predicted) = &mut frame.predicted {
-                predicted.region_m = Some(axes_m);
+            let predicted = self.predicted.as_mut().unwrap_or(&mut spare);
+            for axis_m in predicted.region_m.get_or_insert_default() {
+                bytes.vector(axis_m)?;
             }
         }
         if has(GOAL) {
-            frame.goal = Some((reader.vector()?, reader.vector()?));
+            bytes.pair(self.goal.get_or_insert_default())?;
         }
         if has(LEFT) {
-            frame.left_s = Some(reader.number()?);
+            bytes.number(self.left_s.get_or_insert_default())?;
         }
         if has(FORCE) {
-            frame.force_n = Some(reader.vector()?);
+            bytes.vector(self.force_n.get_or_insert_default())?;
         }
         if has(OPENINGS) {
-            let count = reader.word()?;
-            at_most("number of openings", count, MOST_MOVING as u32)?;
-            for opening in frame.openings.iter_mut().take(count as usize) {
-                *opening = reader.number()?;
+            bytes.word(openings)?;
+            at_most("number of openings", *openings, MOST_MOVING as u32)?;
+            for opening in self.openings.iter_mut().take(*openings as usize) {
+                bytes.number(opening)?;
             }
         }
-        Ok((frame, reader.at))
+        Ok(())
     }
 }
 
@@ -215,42 +193,51 @@ fn at_most(what: &'static str, got: u32, most: u32) -> Result<(), ViewError> {
     Ok(())
 }
 
-fn number(out: &mut Vec<u8>, value: f64) {
-    out.extend((value as f32).to_le_bytes());
+/// Bytes that are written, or read: what is read replaces what was there.
+enum Bytes<'a> {
+    Out(&'a mut Vec<u8>),
+    In { bytes: &'a [u8], at: &'a mut usize },
 }
 
-fn vector(out: &mut Vec<u8>, v: DVec3) {
-    v.to_array()
-        .into_iter()
-        .for_each(|value| number(out, value));
-}
-
-struct Reader<'a> {
-    bytes: &'a [u8],
-    at: usize,
-}
-
-impl Reader<'_> {
+impl Bytes<'_> {
+    /// The next bytes of those that are read.
     fn take<const N: usize>(&mut self) -> Result<[u8; N], ViewError> {
-        let truncated = ViewError::Truncated {
-            needed: self.at + N,
-            got: self.bytes.len(),
+        let Self::In { bytes, at } = self else {
+            return Ok([0; N]);
         };
-        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let truncated = ViewError::Truncated {
+            needed: **at + N,
+            got: bytes.len(),
+        };
+        let rest = bytes.get(**at..).unwrap_or_default();
         let taken = rest.first_chunk().ok_or(truncated)?;
-        self.at += N;
+        **at += N;
         Ok(*taken)
     }
 
-    fn word(&mut self) -> Result<u32, ViewError> {
-        Ok(u32::from_le_bytes(self.take()?))
+    fn word(&mut self, value: &mut u32) -> Result<(), ViewError> {
+        match self {
+            Self::Out(out) => out.extend(value.to_le_bytes()),
+            Self::In { .. } => *value = u32::from_le_bytes(self.take()?),
+        }
+        Ok(())
     }
 
-    fn number(&mut self) -> Result<f64, ViewError> {
-        Ok(f64::from(f32::from_le_bytes(self.take()?)))
+    fn number(&mut self, value: &mut f64) -> Result<(), ViewError> {
+        let mut bits = (*value as f32).to_bits();
+        self.word(&mut bits)?;
+        *value = f64::from(f32::from_bits(bits));
+        Ok(())
     }
 
-    fn vector(&mut self) -> Result<DVec3, ViewError> {
-        Ok(DVec3::new(self.number()?, self.number()?, self.number()?))
+    fn vector(&mut self, v: &mut DVec3) -> Result<(), ViewError> {
+        self.number(&mut v.x)?;
+        self.number(&mut v.y)?;
+        self.number(&mut v.z)
+    }
+
+    fn pair(&mut self, (a, b): &mut (DVec3, DVec3)) -> Result<(), ViewError> {
+        self.vector(a)?;
+        self.vector(b)
     }
 }

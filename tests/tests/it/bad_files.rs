@@ -1,9 +1,10 @@
 //! Files that are missing or malformed end in one clear line, never in a panic.
 
+use clap::Parser;
 use hwall_haptics::Board;
 use hwall_stage::arms::BoardArm;
-use hwall_stage::person::kinds::PersonKind;
-use hwall_stage::setting::{Setting, SettingOptions};
+use hwall_stage::setting::{Setting, SettingFlags};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 const WALL: &str = "o wall\nv 1 -1 0\nv 1 1 0\nv 1 1 2\nv 1 -1 2\nf 1 2 3 4\n";
@@ -22,21 +23,19 @@ fn file(name: &str, content: &[u8]) -> PathBuf {
 /// The line that `error: ...` would show, checked to be one line and not too long.
 fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
     let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
-    let options = SettingOptions {
-        scene: scene.map(Into::into),
-        hand,
-        trial: None,
-        rigid_hand: false,
-        units: hwall_stage::input::recording_units::RecordingUnits::SI,
-        y_up: false,
-        auto,
-        base: None,
-        base_by_arrival: false,
-        hand_origin: None,
-        person: PersonKind::Plain,
-        touches: 1,
-        seed: 1,
-    };
+    let scene = scene
+        .into_iter()
+        .flat_map(|path| [OsStr::new("--scene"), path.as_os_str()]);
+    let hand = hand
+        .into_iter()
+        .flat_map(|path| [OsStr::new("--hand"), path.as_os_str()]);
+    let place = [
+        "",
+        "--axes=z-up",
+        if auto { "--place=auto" } else { "--place=none" },
+    ];
+    let words = place.into_iter().map(OsStr::new).chain(scene).chain(hand);
+    let options = SettingFlags::parse_from(words);
     let error = Setting::new(&arm, &options)
         .map(|_| ())
         .expect_err("must be refused");

@@ -138,14 +138,14 @@ fn run(
     let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
     let config = SessionConfig {
         hand: HandFilterConfig::simulated(),
-        object_command: level.object_command(&arm, &board)?,
+        object_command: level.object_command(&arm)?,
         ..SessionConfig::default()
     };
     let mut session = Session::new(srs, &board, scene, maps, predictor, config)?;
     let model = Arc::clone(session.control().arm());
     let plant = TorqueArm::new(
         Arc::clone(&model),
-        dynamics(&arm, &board)?,
+        dynamics(&arm)?,
         arm.start(),
         TorqueConfig {
             command_delay_s: 0.0,

@@ -1,35 +1,28 @@
 //! Recorded hands in a real house; skipped where the data are absent.
 
+use clap::Parser;
 use hwall_hand::{FreezeKind, HandFilter, HandFilterConfig, LostReason, Pose, Recording, Tracking};
 use hwall_haptics::Board;
 use hwall_scene::Scene;
 use hwall_stage::arms::BoardArm;
 use hwall_stage::person::hand::Hand;
-use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
-use hwall_stage::run::closed_loop::{self, RunSetup};
+use hwall_stage::person::responses::Scenery;
+use hwall_stage::run::closed_loop;
 use hwall_stage::run::judged::judge;
-use hwall_stage::setting::{Setting, SettingOptions};
+use hwall_stage::run::stage::Stage;
+use hwall_stage::setting::{Setting, SettingFlags};
 use hwall_testkit::shared;
+use std::ffi::OsStr;
 use std::path::Path;
 
 /// A recording with y up, placed before a wall.
-fn following<'a>(scene: Option<&'a Path>, hand: &'a Path) -> SettingOptions<'a> {
-    SettingOptions {
-        scene: scene.map(Into::into),
-        hand: Some(hand),
-        trial: None,
-        rigid_hand: false,
-        units: hwall_stage::input::recording_units::RecordingUnits::SI,
-        y_up: true,
-        auto: true,
-        base: None,
-        base_by_arrival: false,
-        hand_origin: None,
-        person: PersonKind::Plain,
-        touches: 0,
-        seed: 0,
-    }
+fn following(scene: Option<&Path>, hand: &Path) -> SettingFlags {
+    let scene = scene
+        .into_iter()
+        .flat_map(|path| [OsStr::new("--scene"), path.as_os_str()]);
+    let hand = [OsStr::new("--hand"), hand.as_os_str()];
+    SettingFlags::parse_from([OsStr::new("")].into_iter().chain(scene).chain(hand))
 }
 
 #[test]
@@ -123,7 +116,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         setting.remarks
     );
     let walls = arm
-        .walls_of(&setting.scene, &board, setting.likely_touches.clone(), true)
+        .walls_of(&setting.scene, setting.likely_touches.clone(), true)
         .unwrap();
     let (predictors, learnt) = Predictors::train(
         &setting.scene,
@@ -133,19 +126,15 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     )
     .unwrap();
     println!("{learnt}");
-    let setup = RunSetup {
-        level: hwall_stage::run::simulated_arm::ArmLevel::Servo,
-        fri: None,
-        arm: &arm,
-        board: &board,
+    let scenery = Scenery {
         scene: &setting.scene,
+        arm: &arm,
         walls: &walls,
-        hand: &participant.hand,
+        people: &setting.training_people,
         textured: true,
-        period_s: 2e-3,
-        seed: 1,
     };
-    let run = closed_loop::run(&setup, predictors, |_| {}).unwrap();
+    let stage = Stage::of(&scenery, &predictors, 2e-3);
+    let run = closed_loop::run(&stage, &participant.hand, 1, (0, None), |_| {}).unwrap();
     assert_eq!(run.leader, PredictorKind::Fused);
     let leads = judge::leads(&setting.scene, &participant.touches, &run.predictions);
     assert_eq!(leads.len(), participant.touches.len());

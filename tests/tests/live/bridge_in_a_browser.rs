@@ -3,11 +3,11 @@
 
 use crate::alone;
 use anyhow::{Context, ensure};
+use clap::Parser;
 use hwall::geometry::Pose;
 use hwall::glam::DVec3;
 use hwall_bridge::{BridgeConfig, BridgeServer};
-use hwall_stage::live::{LiveOptions, prepare, run_simulated};
-use hwall_stage::run::simulated_arm::ArmLevel;
+use hwall_stage::live::{LiveFlags, prepare, run_simulated};
 use std::f64::consts::PI;
 use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -68,19 +68,9 @@ fn a_mouse_and_a_hand_in_a_headset_touch_a_board_in_place() -> anyhow::Result<()
         stop.stop();
         anyhow::Ok(output?)
     });
-    let options = LiveOptions {
-        room: None,
-        scene: None,
-        level: ArmLevel::Servo,
-        predictor: None,
-        watch_frozen: false,
-        enabling_switch: false,
-        seconds: Some(600.0),
-        seed: 1,
-        record: None,
-    };
-    let prepared = prepare(&server, &options)?;
-    run_simulated(&server, prepared, &options)?;
+    let flags = LiveFlags::parse_from(["", "--seconds", "600"]);
+    let prepared = prepare(&server, &flags)?;
+    run_simulated(&server, prepared, &flags)?;
     let output = visitor.join().ok().context("the visitor's thread")??;
     let text = String::from_utf8_lossy(&output.stdout);
     let error = String::from_utf8_lossy(&output.stderr);

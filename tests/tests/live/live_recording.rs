@@ -2,13 +2,14 @@
 
 use crate::alone;
 use anyhow::{Context, ensure};
+use clap::Parser;
 use hwall_bridge::{BridgeConfig, BridgeServer};
 use hwall_kinematics::JointPositions;
 use hwall_record::{Ending, Input, Recording, Request};
-use hwall_stage::live::{LiveOptions, prepare, run_simulated};
+use hwall_stage::input::scene_file::SceneFlags;
+use hwall_stage::live::{LiveFlags, prepare, run_simulated};
 use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::recording::replay;
-use hwall_stage::run::simulated_arm::ArmLevel;
 use std::io::{BufRead, BufReader};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
@@ -67,19 +68,19 @@ fn live(
     enabling_switch: bool,
 ) -> anyhow::Result<()> {
     let scene = record.with_extension("obj");
-    let options = LiveOptions {
-        scene: Some(scene.as_path().into()),
-        room: None,
-        level: ArmLevel::Servo,
+    let flags = LiveFlags {
+        scene: SceneFlags {
+            scene: Some(scene),
+            ..LiveFlags::parse_from([""]).scene
+        },
         predictor,
-        watch_frozen: false,
         enabling_switch,
         seconds: Some(600.0),
-        seed: 1,
-        record: Some(record),
+        record: Some(record.to_owned()),
+        ..LiveFlags::parse_from([""])
     };
-    let prepared = prepare(server, &options)?;
-    run_simulated(server, prepared, &options)
+    let prepared = prepare(server, &flags)?;
+    run_simulated(server, prepared, &flags)
 }
 
 /// A client of the page's protocol.

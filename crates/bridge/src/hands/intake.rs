@@ -141,25 +141,24 @@ impl Intake {
             tally.in_seconds.add(1);
             return;
         }
-        if now_s - frame.t_s > self.max_age_s {
-            tally.stale.add(1);
-            return;
-        }
         let is_seen = frame.points().iter().any(Option::is_some);
-        if !self.leads(stream.id, is_seen, now_s, tally) {
-            tally.looking_on.add(1);
-            return;
-        }
-        if !self.follows(message.side, is_seen, now_s) {
-            tally.other_hand.add(1);
+        let refused = if now_s - frame.t_s > self.max_age_s {
+            Some(&tally.stale)
+        } else if !self.leads(stream.id, is_seen, now_s, tally) {
+            Some(&tally.looking_on)
+        } else if !self.follows(message.side, is_seen, now_s) {
             let frame = self.space.to_base(&frame, message.axes);
             let seen = frame.point(HandPoint::Palm).or(frame.centroid_m());
             self.other = seen.map(|palm_m| (palm_m, frame.t_s));
-            return;
-        }
-        if frame.t_s <= self.newest_s {
+            Some(&tally.other_hand)
+        } else if frame.t_s <= self.newest_s {
             // Another client's clock is off by less than a frame.
-            tally.out_of_order.add(1);
+            Some(&tally.out_of_order)
+        } else {
+            None
+        };
+        if let Some(count) = refused {
+            count.add(1);
             return;
         }
         self.newest_s = frame.t_s;
@@ -251,16 +250,13 @@ fn in_order(
     now_s: f64,
     tally: &Tally,
 ) -> Option<HandFrame> {
-    match stream.newest_seq {
-        Some(newest) if message.seq == newest => {
-            tally.duplicate.add(1);
-            return None;
-        }
-        Some(newest) if message.seq < newest => {
-            tally.out_of_order.add(1);
-            return None;
-        }
-        _ => {}
+    if let Some(newest) = stream.newest_seq.filter(|newest| message.seq <= *newest) {
+        let count = match message.seq == newest {
+            true => &tally.duplicate,
+            false => &tally.out_of_order,
+        };
+        count.add(1);
+        return None;
     }
     stream.newest_seq = Some(message.seq);
     let client_s = message.frame.t_s;

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use hwall::geometry::Pose;
 use hwall::hand::{HandFrame, HandPoint};
+use serde::Deserialize;
 
 /// Joints of a hand in WebXR; OpenXR has the palm before them.
 const WEBXR: usize = 25;
@@ -12,7 +13,8 @@ const OPENXR: usize = 26;
 const MIDDLE_METACARPAL: [usize; 2] = [11, 12];
 
 /// The axes that coordinates are in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum Axes {
     /// y up, -z forward, of the headset's space.
     Webxr,

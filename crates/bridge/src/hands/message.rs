@@ -71,17 +71,10 @@ enum Text {
         head: Option<[f64; 7]>,
         #[serde(default)]
         gaze: Option<[f64; 3]>,
-        axes: AxesText,
+        axes: Axes,
         #[serde(default)]
         source: Option<String>,
     },
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum AxesText {
-    Webxr,
-    Base,
 }
 
 /// A thousand years in ms: beyond that a stamp is no time.
@@ -133,10 +126,6 @@ impl PageMessage {
                         unit.ok_or(Refused::Range("gaze"))
                     })
                     .transpose()?;
-                let axes = match axes {
-                    AxesText::Webxr => Axes::Webxr,
-                    AxesText::Base => Axes::Base,
-                };
                 Ok(Self::Hand(Box::new(HandMessage {
                     seq,
                     side,

@@ -2,4 +2,5 @@
 
 mod host;
 pub(crate) mod request;
-pub(crate) mod response;
+mod response;
+pub(crate) mod serve;

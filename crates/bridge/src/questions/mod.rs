@@ -1,6 +1,5 @@
 //! A page that asks one question after the other: large buttons, a number, one of two.
 
-mod page;
 mod question;
 mod server;
 

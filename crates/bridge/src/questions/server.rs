@@ -1,19 +1,20 @@
 //! The server of the page.
 
-use super::page::PAGE;
 use super::question::{Question, Said, Told};
 use crate::error::BridgeError;
-use crate::http::request::{self, Request};
-use crate::http::response;
-use std::io::{self, Read, Write};
-use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use crate::http::serve;
+use crate::server::locked;
+use std::io;
+use std::net::{SocketAddr, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
 
+/// The page: it asks nobody but its own server.
+const PAGE: &str = include_str!("page.html");
 /// Most connections at a time.
 const MOST: usize = 16;
 /// How often a connection looks for something new to tell.
@@ -30,7 +31,7 @@ const LONGEST: usize = 1024;
 pub struct QuestionServer {
     board: Arc<Board>,
     address: SocketAddr,
-    threads: Vec<JoinHandle<()>>,
+    thread: Option<JoinHandle<()>>,
 }
 
 /// What is shown, and what was answered.
@@ -38,8 +39,6 @@ struct Board {
     state: Mutex<State>,
     changed: Condvar,
     stopped: AtomicBool,
-    connections: AtomicUsize,
-    hosts: Vec<String>,
 }
 
 struct State {
@@ -50,23 +49,13 @@ struct State {
     answer: Option<f64>,
 }
 
-fn locked(board: &Board) -> MutexGuard<'_, State> {
-    // A thread that panicked while it held the state left it whole: every change is one assignment.
-    board.state.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl QuestionServer {
     /// Listens; port 0 takes a free one. `hosts`: names of proxies, see [`BridgeConfig::hosts`](crate::BridgeConfig::hosts).
     ///
     /// # Errors
     /// An address that cannot be listened on.
     pub fn start(listen: SocketAddr, hosts: Vec<String>) -> Result<Self, BridgeError> {
-        let failed = |source| BridgeError::Listen {
-            address: listen,
-            source,
-        };
-        let listener = TcpListener::bind(listen).map_err(failed)?;
-        let address = listener.local_addr().map_err(failed)?;
+        let (listener, address) = serve::listen(listen)?;
         let board = Arc::new(Board {
             state: Mutex::new(State {
                 version: 0,
@@ -76,33 +65,37 @@ impl QuestionServer {
             }),
             changed: Condvar::new(),
             stopped: AtomicBool::new(false),
-            connections: AtomicUsize::new(0),
-            hosts,
         });
-        let own = Arc::clone(&board);
-        let accept = Builder::new()
-            .name("questions".to_owned())
-            .spawn(move || accept(&own, &listener))?;
+        let (own, stops) = (Arc::clone(&board), Arc::clone(&board));
+        let is_stopped = move || stops.stopped.load(Ordering::SeqCst);
+        let serve = move |mut stream: TcpStream| match serve::answer(
+            &mut stream,
+            WITHIN,
+            &hosts,
+            PAGE,
+            |_| {},
+        )? {
+            Some(rest) => converse(&own, stream, rest),
+            None => Ok(()),
+        };
+        let accept = move || serve::accept(&listener, MOST, "question", is_stopped, || {}, serve);
+        let thread = Builder::new().name("questions".to_owned()).spawn(accept)?;
         Ok(Self {
             board,
             address,
-            threads: vec![accept],
+            thread: Some(thread),
         })
     }
 
     /// What to open in a browser on this machine.
     #[must_use]
     pub fn url(&self) -> String {
-        let mut address = self.address;
-        if address.ip().is_unspecified() {
-            address.set_ip(Ipv4Addr::LOCALHOST.into());
-        }
-        format!("http://{address}/")
+        format!("http://{}/", serve::reachable(self.address))
     }
 
     /// Shows a text, and nothing to answer; a question that was shown is taken back.
     pub fn tell(&self, text: &str) {
-        let mut state = locked(&self.board);
+        let mut state = locked(&self.board.state);
         state.version += 1;
         text.clone_into(&mut state.status);
         state.question = None;
@@ -111,7 +104,7 @@ impl QuestionServer {
 
     /// Shows a question.
     pub fn ask(&self, question: Question) {
-        let mut state = locked(&self.board);
+        let mut state = locked(&self.board.state);
         state.version += 1;
         state.question = Some(question);
         state.answer = None;
@@ -121,7 +114,7 @@ impl QuestionServer {
     #[must_use]
     pub fn wait(&self, within: Duration) -> Option<f64> {
         let until = Instant::now() + within;
-        let mut state = locked(&self.board);
+        let mut state = locked(&self.board.state);
         loop {
             let left = until.saturating_duration_since(Instant::now());
             if state.answer.is_some() || state.question.is_none() || left.is_zero() {
@@ -136,68 +129,11 @@ impl QuestionServer {
 impl Drop for QuestionServer {
     fn drop(&mut self) {
         self.board.stopped.store(true, Ordering::SeqCst);
-        let mut own = self.address;
-        if own.ip().is_unspecified() {
-            own.set_ip(Ipv4Addr::LOCALHOST.into());
-        }
-        // Wakes the thread that waits for connections.
-        let _ = TcpStream::connect_timeout(&own, WITHIN);
-        for thread in self.threads.drain(..) {
+        serve::wake(self.address);
+        if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
     }
-}
-
-fn accept(board: &Arc<Board>, listener: &TcpListener) {
-    loop {
-        let Ok((stream, _)) = listener.accept() else {
-            std::thread::sleep(LOOKS);
-            continue;
-        };
-        if board.stopped.load(Ordering::SeqCst) {
-            return;
-        }
-        if board.connections.fetch_add(1, Ordering::SeqCst) >= MOST {
-            board.connections.fetch_sub(1, Ordering::SeqCst);
-            let _ = stream.set_nonblocking(true);
-            let _ = (&stream).write(&response::refusal(request::BUSY));
-            continue;
-        }
-        let own = Arc::clone(board);
-        let started = Builder::new().name("question".to_owned()).spawn(move || {
-            // Whatever became of the connection: it has ended.
-            let _ = serve(&own, stream);
-            own.connections.fetch_sub(1, Ordering::SeqCst);
-        });
-        if started.is_err() {
-            board.connections.fetch_sub(1, Ordering::SeqCst);
-        }
-    }
-}
-
-fn serve(board: &Board, mut stream: TcpStream) -> io::Result<()> {
-    stream.set_write_timeout(Some(WITHIN))?;
-    let asked = match request::read_head(&mut stream, WITHIN)? {
-        Ok(None) => return Ok(()),
-        Ok(Some(head)) => request::judge(&head.bytes, &board.hosts).map(|asked| (asked, head.rest)),
-        Err(refused) => Err(refused),
-    };
-    let answer = match asked {
-        Ok((Request::Socket { key }, rest)) => {
-            stream.write_all(&response::switch_to_socket(&key))?;
-            return converse(board, stream, rest);
-        }
-        Ok((Request::Page { host, body }, _)) => response::page(PAGE, &host, body),
-        Ok((Request::Icon, _)) => response::no_content(),
-        Err(refused) => response::refusal(refused),
-    };
-    stream.write_all(&answer)?;
-    stream.shutdown(Shutdown::Write)?;
-    // A connection that is cut with bytes unread loses its answer.
-    stream.set_read_timeout(Some(Duration::from_millis(200)))?;
-    let mut rest = [0; 1024];
-    while stream.read(&mut rest).is_ok_and(|count| count > 0) {}
-    Ok(())
 }
 
 /// Tells what is shown whenever it changes, and takes answers, until the page goes.
@@ -210,7 +146,7 @@ fn converse(board: &Board, stream: TcpStream, rest: Vec<u8>) -> io::Result<()> {
     let mut shown = None;
     while !board.stopped.load(Ordering::SeqCst) {
         let news = {
-            let state = locked(board);
+            let state = locked(&board.state);
             (shown != Some(state.version)).then(|| {
                 shown = Some(state.version);
                 let told = match &state.question {
@@ -255,7 +191,7 @@ fn take(board: &Board, text: &str) {
     let Ok(Said::Answer { id, value }) = serde_json::from_str(text) else {
         return;
     };
-    let mut state = locked(board);
+    let mut state = locked(&board.state);
     let open = state.version == id && state.answer.is_none();
     let fits = state
         .question

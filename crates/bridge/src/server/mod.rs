@@ -10,29 +10,25 @@ use crate::config::BridgeConfig;
 use crate::counts::BridgeCounts;
 use crate::error::BridgeError;
 use crate::hands::{HAND_QUEUE, HandQueue};
-use crate::http::request::{self, Request};
-use crate::http::response;
+use crate::http::request::{self, Refusal, Request};
+use crate::http::serve;
 use crate::pacing::Pacing;
 use hwall_view::{ViewScene, live_page};
-use shared::{FromLoop, locked};
-use std::io::{self, Write};
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
+use shared::FromLoop;
+use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::sync::mpsc::sync_channel;
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
-pub(crate) use shared::Shared;
 pub use shared::{Order, Orders};
+pub(crate) use shared::{Shared, locked};
 
 /// Most connections at a time, pages included.
 const MAX_CONNECTIONS: usize = 64;
 /// Views and events that wait for the server at most.
 const VIEW_QUEUE: usize = 8;
 const EVENT_QUEUE: usize = 256;
-/// An answer must be taken within this time.
-const ANSWER: Duration = Duration::from_secs(5);
 
 /// One small HTTP and WebSocket server on threads: a page, hands in, views and events out.
 ///
@@ -55,20 +51,9 @@ impl StopHandle {
     /// The loop of every [`Bridge`] ends with its cycle, all clients are disconnected.
     pub fn stop(&self) {
         if self.shared.stop() {
-            // Wakes the thread that waits for connections.
-            let _ = TcpStream::connect_timeout(&reachable(self.address), ANSWER);
+            serve::wake(self.address);
         }
     }
-}
-
-/// An address of this machine by which it reaches itself.
-fn reachable(mut address: SocketAddr) -> SocketAddr {
-    match address.ip() {
-        IpAddr::V4(ip) if ip.is_unspecified() => address.set_ip(Ipv4Addr::LOCALHOST.into()),
-        IpAddr::V6(ip) if ip.is_unspecified() => address.set_ip(Ipv6Addr::LOCALHOST.into()),
-        _ => {}
-    }
-    address
 }
 
 impl BridgeServer {
@@ -78,13 +63,7 @@ impl BridgeServer {
     /// A setting outside its range; an address that cannot be listened on.
     pub fn start(config: BridgeConfig) -> Result<Self, BridgeError> {
         config.validate()?;
-        let asked = config.listen;
-        let listen = |source| BridgeError::Listen {
-            address: asked,
-            source,
-        };
-        let listener = TcpListener::bind(asked).map_err(listen)?;
-        let address = listener.local_addr().map_err(listen)?;
+        let (listener, address) = serve::listen(config.listen)?;
         let shared = Arc::new(Shared::new(config, &reply::preparing("preparing")));
         let thread = |name: &str| Builder::new().name(name.to_owned());
         let speaks = Arc::clone(&shared);
@@ -109,7 +88,7 @@ impl BridgeServer {
     /// What to open in a browser on this machine.
     #[must_use]
     pub fn url(&self) -> String {
-        format!("http://{}/", reachable(self.address))
+        format!("http://{}/", serve::reachable(self.address))
     }
 
     /// Tells all clients what is being done before there is a scene.
@@ -178,124 +157,31 @@ impl Drop for BridgeServer {
     }
 }
 
-/// Takes connections until the server stops, each on a thread of its own.
+/// Takes connections until the server stops.
 fn accept(shared: &Arc<Shared>, listener: &TcpListener) {
     let page: Arc<str> = Arc::from(live_page());
-    while !shared.is_stopped() {
-        let Ok((stream, _)) = listener.accept() else {
-            // Out of file descriptors, for instance: others must end first.
-            std::thread::sleep(Duration::from_millis(20));
-            continue;
-        };
-        if shared.is_stopped() {
-            return;
-        }
-        let Some(slot) = Slot::of(shared) else {
-            shared.tally.refused_requests.add(1);
-            // An empty buffer takes it; if not, nobody waits for it.
-            let _ = stream.set_nonblocking(true);
-            let _ = (&stream).write(&response::refusal(request::BUSY));
-            continue;
-        };
-        let html = Arc::clone(&page);
-        // A thread that cannot be started gives its slot back as one that ends.
-        let _ = Builder::new()
-            .name("bridge-client".to_owned())
-            .spawn(move || {
-                // Whatever became of the connection: it has ended.
-                let _ = serve(&slot.0, stream, &html);
-            });
-    }
-}
-
-/// One of the connections there may be at a time; given back when it is dropped, also by a thread that panics.
-struct Slot(Arc<Shared>);
-
-impl Slot {
-    /// `None`: there are enough.
-    fn of(shared: &Arc<Shared>) -> Option<Self> {
-        let slot = Self(Arc::clone(shared));
-        let before = shared.connections.fetch_add(1, Ordering::SeqCst);
-        (before < MAX_CONNECTIONS).then_some(slot)
-    }
-}
-
-impl Drop for Slot {
-    fn drop(&mut self) {
-        self.0.connections.fetch_sub(1, Ordering::SeqCst);
-    }
-}
-
-/// One request, and if it asks for a WebSocket all that follows.
-fn serve(shared: &Arc<Shared>, mut stream: TcpStream, html: &str) -> io::Result<()> {
-    stream.set_write_timeout(Some(ANSWER))?;
-    let within = Duration::from_secs_f64(shared.config.request_s);
-    let asked = match request::read_head(&mut stream, within)? {
-        Ok(None) => return Ok(()),
-        Ok(Some(head)) => {
-            request::judge(&head.bytes, &shared.config.hosts).map(|asked| (asked, head.rest))
-        }
-        Err(refused) => Err(refused),
-    };
-    let answer = match asked {
-        Ok((Request::Socket { key }, rest)) => {
-            stream.write_all(&response::switch_to_socket(&key))?;
-            return client::serve(shared, stream, rest);
-        }
-        Ok((Request::Page { host, body }, _)) => {
-            shared.tally.pages.add(1);
-            response::page(html, &host, body)
-        }
-        Ok((Request::Icon, _)) => response::no_content(),
-        Err(refused) => {
-            shared.tally.refused_requests.add(1);
-            if refused == request::TOO_LARGE {
-                shared.tally.too_large.add(1);
+    let own = Arc::clone(shared);
+    serve::accept(
+        listener,
+        MAX_CONNECTIONS,
+        "bridge-client",
+        || shared.is_stopped(),
+        || shared.tally.refused_requests.add(1),
+        move |mut stream| {
+            let within = Duration::from_secs_f64(own.config.request_s);
+            let judged = |asked: Result<&Request, Refusal>| match asked {
+                Ok(Request::Page { .. }) => own.tally.pages.add(1),
+                Ok(Request::Icon | Request::Socket { .. }) => {}
+                Err(refused) => {
+                    own.tally.refused_requests.add(1);
+                    let is_large = refused == request::TOO_LARGE;
+                    own.tally.too_large.add(u64::from(is_large));
+                }
+            };
+            match serve::answer(&mut stream, within, &own.config.hosts, &page, judged)? {
+                Some(rest) => client::serve(&own, stream, rest),
+                None => Ok(()),
             }
-            response::refusal(refused)
-        }
-    };
-    stream.write_all(&answer)?;
-    stream.shutdown(Shutdown::Write)?;
-    linger(&mut stream)
-}
-
-/// Takes what the client still sends, for a moment: a connection that is cut with bytes unread loses its answer.
-fn linger(stream: &mut TcpStream) -> io::Result<()> {
-    stream.set_read_timeout(Some(Duration::from_millis(200)))?;
-    let mut rest = [0; 1024];
-    for _ in 0..64 {
-        if io::Read::read(stream, &mut rest)? == 0 {
-            break;
-        }
-    }
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{MAX_CONNECTIONS, Slot};
-    use crate::config::BridgeConfig;
-    use crate::server::Shared;
-    use std::sync::Arc;
-    use std::sync::atomic::Ordering;
-
-    #[test]
-    fn a_thread_that_panics_gives_its_slot_back() {
-        let shared = Arc::new(Shared::new(BridgeConfig::default(), ""));
-        for _ in 0..MAX_CONNECTIONS + 1 {
-            let slot = Slot::of(&shared).expect("there is space");
-            let thread = std::thread::spawn(move || {
-                let _slot = slot;
-                std::panic::resume_unwind(Box::new("a fault of the server"));
-            });
-            assert!(thread.join().is_err());
-        }
-        assert_eq!(shared.connections.load(Ordering::SeqCst), 0);
-        let all: Vec<_> = (0..MAX_CONNECTIONS).map(|_| Slot::of(&shared)).collect();
-        assert!(all.iter().all(Option::is_some));
-        assert!(Slot::of(&shared).is_none(), "there are enough");
-        drop(all);
-        assert!(Slot::of(&shared).is_some());
-    }
+        },
+    );
 }

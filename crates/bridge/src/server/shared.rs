@@ -6,7 +6,7 @@ use crate::counts::{BridgeCounts, Tally};
 use crate::hands::Intake;
 use hwall::Event;
 use hwall_view::ViewFrame;
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -67,12 +67,8 @@ impl Orders {
     #[must_use]
     pub fn is_enabled(&self, within: Duration) -> bool {
         let last_us = self.0.enabled_us.load(Ordering::SeqCst);
-        let age = self
-            .0
-            .began
-            .elapsed()
-            .saturating_sub(Duration::from_micros(last_us));
-        last_us > 0 && age <= within
+        let last = Duration::from_micros(last_us);
+        last_us > 0 && self.0.began.elapsed().saturating_sub(last) <= within
     }
 
     /// The order that was not taken yet.
@@ -97,7 +93,6 @@ pub(crate) struct Shared {
     pub(crate) clients: Mutex<Vec<Arc<Client>>>,
     /// From the loop.
     pub(crate) from_loop: Mutex<Option<FromLoop>>,
-    pub(crate) connections: AtomicUsize,
     pub(crate) orders: Orders,
     next_client: AtomicU64,
     stopped: AtomicBool,
@@ -119,7 +114,6 @@ impl Shared {
             greeting: Mutex::new(Arc::from(greeting)),
             clients: Mutex::default(),
             from_loop: Mutex::default(),
-            connections: AtomicUsize::new(0),
             orders: Orders::default(),
             next_client: AtomicU64::new(1),
             stopped: AtomicBool::new(false),

@@ -101,11 +101,9 @@ impl UnityReceiver {
     /// A setting outside its range; an address that cannot be listened on.
     pub fn start(config: UnityConfig) -> Result<Self, BridgeError> {
         positive("takeover_s", config.takeover_s)?;
-        let listen = |source| BridgeError::Listen {
-            address: config.listen,
-            source,
-        };
-        let socket = UdpSocket::bind(config.listen).map_err(listen)?;
+        let address = config.listen;
+        let listen = |source| BridgeError::Listen { address, source };
+        let socket = UdpSocket::bind(address).map_err(listen)?;
         let address = socket.local_addr().map_err(listen)?;
         socket.set_read_timeout(Some(LOOK))?;
         let (sender, datagrams) = sync_channel(QUEUE);

@@ -1,6 +1,6 @@
 //! A bridge over loopback: what clients may do to it, and what the loop gets.
 
-use crate::common::{Socket, hand, joints, scene, server, text_of, until, wait_for};
+use crate::common::{Socket, hand, hand_at, joints, scene, server, text_of, until, wait_for};
 use glam::DVec3;
 use hwall::hand::HandFrame;
 use hwall_bridge::{Bridge, BridgeConfig, FollowedHand};
@@ -18,6 +18,23 @@ fn frame(bridge: &mut Bridge, wanted: impl Fn(&HandFrame) -> bool) -> HandFrame 
     })
 }
 
+/// A sample of a hand within reach.
+fn good(seq: u64, client_ms: f64) -> String {
+    hand_at(seq, client_ms, DVec3::new(0.5, 0.0, 0.4))
+}
+
+/// Sends a hand whose coordinates are all `at_m` until the loop has one.
+fn heard(bridge: &mut Bridge, socket: &mut Socket, at_m: f64) -> HandFrame {
+    let mut seq = 1;
+    until("a hand", || {
+        seq += 1;
+        socket.text(&hand_at(seq, 20.0 * seq as f64, DVec3::splat(at_m)));
+        std::thread::sleep(Duration::from_millis(20));
+        let now_s = bridge.pacing.wait();
+        std::iter::from_fn(|| bridge.hands.next_frame(now_s)).find(|f| f.palm_m.is_some())
+    })
+}
+
 #[test]
 fn a_hand_in_webxr_axes_arrives_in_the_base_frame() {
     let origin = hwall::geometry::Pose::from_yaw(std::f64::consts::PI, DVec3::new(1.5, 0.0, -0.6));
@@ -32,21 +49,15 @@ fn a_hand_in_webxr_axes_arrives_in_the_base_frame() {
     // 0.4 m ahead of the wearer, who faces the arm from 1.5 m; 0.1 m to their right; 1.2 m above their floor.
     let expected = DVec3::new(1.1, 0.1, 0.6);
     for point in seen.points() {
-        assert!(
-            point.is_some_and(|m| m.distance(expected) < 1e-12),
-            "{point:?}"
-        );
+        let is_there = point.is_some_and(|m| m.distance(expected) < 1e-12);
+        assert!(is_there, "{point:?}");
     }
     socket.text(&hand(2, 20.0, &joints(26, [0.1, 0.2, 0.3]), "base"));
     let seen = frame(&mut bridge, |f| f.palm_m.is_some());
     assert_eq!(seen.palm_m, Some(DVec3::new(0.1, 0.2, 0.3)));
-    assert_eq!(
-        bridge
-            .hands
-            .newest()
-            .map(|(_, joints_m)| joints_m.iter().flatten().count()),
-        Some(26)
-    );
+    let newest = bridge.hands.newest();
+    let count = newest.map(|(_, joints_m)| joints_m.iter().flatten().count());
+    assert_eq!(count, Some(26));
 }
 
 #[test]
@@ -57,12 +68,7 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
     for connection in 0..3 {
         let mut socket = Socket::open(&server);
         let seq = 1 + 1000 * connection;
-        socket.text(&hand(
-            seq,
-            1e3 + f64::from(seq as u32),
-            &joints(25, [0.5, 0.0, 0.4]),
-            "base",
-        ));
+        socket.text(&good(seq, 1e3 + seq as f64));
         let seen = frame(&mut bridge, |f| f.palm_m.is_some());
         assert!(seen.t_s > last_s, "one clock for all connections");
         last_s = seen.t_s;
@@ -75,7 +81,7 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
     // A hand that is not seen says so at once.
     let mut socket = Socket::open(&server);
     socket.text(&hand(1, 1.0, "null", "webxr"));
-    socket.text(&hand(2, 15.0, &joints(25, [0.5, 0.0, 0.4]), "base"));
+    socket.text(&good(2, 15.0));
     socket.text(&hand(3, 29.0, "null", "webxr"));
     frame(&mut bridge, |f| f.palm_m.is_some());
     frame(&mut bridge, |f| f.palm_m.is_none());
@@ -88,25 +94,12 @@ fn the_first_frame_of_another_client_says_so() {
     let server = server(BridgeConfig::default());
     let mut bridge = server.connect(&scene());
     let mut socket = Socket::open(&server);
-    socket.text(&hand(1, 1.0, &joints(25, [0.5, 0.0, 0.4]), "base"));
+    socket.text(&good(1, 1.0));
     assert!(!frame(&mut bridge, |f| f.palm_m.is_some()).is_of_another);
     drop(socket);
     wait_for("its end", || server.counts().clients == 0);
     let mut another = Socket::open(&server);
-    let mut seq = 0;
-    let seen = until("another client", || {
-        seq += 1;
-        another.text(&hand(
-            seq,
-            20.0 * seq as f64,
-            &joints(25, [0.5, 0.0, 0.4]),
-            "base",
-        ));
-        std::thread::sleep(Duration::from_millis(20));
-        let now_s = bridge.pacing.wait();
-        std::iter::from_fn(|| bridge.hands.next_frame(now_s)).find(|f| f.palm_m.is_some())
-    });
-    assert!(seen.is_of_another);
+    assert!(heard(&mut bridge, &mut another, 0.4).is_of_another);
 }
 
 #[test]
@@ -119,7 +112,7 @@ fn a_client_whose_stamps_are_seconds_is_told() {
     wait_for("the count", || {
         seq += 1;
         let stamp = 1.7e9 + began.elapsed().as_secs_f64();
-        socket.text(&hand(seq, stamp, &joints(25, [0.5, 0.0, 0.4]), "base"));
+        socket.text(&good(seq, stamp));
         std::thread::sleep(Duration::from_millis(10));
         server.counts().in_seconds > 0
     });
@@ -132,7 +125,6 @@ fn what_is_wrong_is_dropped_counted_and_said() {
     let server = server(BridgeConfig::default());
     let mut bridge = server.connect(&scene());
     let mut socket = Socket::open(&server);
-    let good = |seq, ms| hand(seq, ms, &joints(25, [0.5, 0.0, 0.4]), "base");
     socket.text(&good(1, 1000.0));
     for wrong in [
         "no JSON".to_owned(),
@@ -156,10 +148,8 @@ fn what_is_wrong_is_dropped_counted_and_said() {
     );
     let said = socket.wait_for("error");
     assert!(text_of(&said, "text").contains("message refused"), "{said}");
-    let pong = {
-        socket.text(r#"{"type":"ping","id":7,"client_ms":5.5}"#);
-        socket.wait_for("pong")
-    };
+    socket.text(r#"{"type":"ping","id":7,"client_ms":5.5}"#);
+    let pong = socket.wait_for("pong");
     assert!(pong["id"] == 7.0 && pong["client_ms"] == 5.5 && pong["server_ms"].is_number());
     let told = socket.wait_for("counts");
     assert!(told["malformed"] == 6 && told["leads"] == true, "{told}");
@@ -175,7 +165,7 @@ fn too_large_a_message_ends_the_connection_and_no_other() {
     large.text(&format!("\"{}\"", "x".repeat(70_000)));
     wait_for("its end", || server.counts().clients == 1);
     assert_eq!(server.counts().too_large, 1);
-    other.text(&hand(1, 1.0, &joints(25, [0.5, 0.0, 0.4]), "base"));
+    other.text(&good(1, 1.0));
     wait_for("the other", || server.counts().accepted == 1);
 }
 
@@ -205,18 +195,11 @@ fn one_client_leads_and_another_takes_over() {
     });
     let mut bridge = server.connect(&scene());
     let (mut one, mut two) = (Socket::open(&server), Socket::open(&server));
-    one.text(&hand(1, 1.0, &joints(25, [0.1; 3]), "base"));
+    one.text(&hand_at(1, 1.0, DVec3::splat(0.1)));
     frame(&mut bridge, |f| f.palm_m.is_some());
-    two.text(&hand(1, 1.0, &joints(25, [0.2; 3]), "base"));
+    two.text(&hand_at(1, 1.0, DVec3::splat(0.2)));
     wait_for("looking on", || server.counts().looking_on == 1);
-    let mut seq = 1;
-    let seen = until("the second hand", || {
-        seq += 1;
-        two.text(&hand(seq, 20.0 * seq as f64, &joints(25, [0.2; 3]), "base"));
-        std::thread::sleep(Duration::from_millis(20));
-        let now_s = bridge.pacing.wait();
-        std::iter::from_fn(|| bridge.hands.next_frame(now_s)).find(|f| f.palm_m.is_some())
-    });
+    let seen = heard(&mut bridge, &mut two, 0.2);
     assert_eq!(seen.palm_m, Some(DVec3::splat(0.2)));
     assert_eq!(server.counts().takeovers, 1);
 }
@@ -335,7 +318,7 @@ fn no_bytes_harm_the_server() {
     }
     wait_for("all of them to leave", || server.counts().clients == 0);
     let mut socket = Socket::open(&server);
-    socket.text(&hand(1, 1.0, &joints(25, [0.5, 0.0, 0.4]), "base"));
+    socket.text(&good(1, 1.0));
     wait_for("a hand", || server.counts().accepted == 1);
 }
 

@@ -5,7 +5,8 @@ use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::participants;
 use hwall_stage::person::predictors::{PredictionRecord, PredictorKind, Predictors};
 use hwall_stage::person::responses::{self, Scenery};
-use hwall_stage::run::people::{self, JudgedTouch, Stage};
+use hwall_stage::run::people::{self, JudgedTouch};
+use hwall_stage::run::stage::Stage;
 
 /// Control period, s.
 const PERIOD_S: f64 = 1e-3;

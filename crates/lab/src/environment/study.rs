@@ -110,7 +110,7 @@ pub fn run(request: &Request) -> anyhow::Result<Results> {
         let presenter = |shifted: bool| -> anyhow::Result<Presenter<'_>> {
             Ok(Presenter {
                 arm: &arm,
-                least: LeastTime::new(&arm, &board, &PlaceTolerance::default(), limits)?,
+                least: LeastTime::new(&arm, &PlaceTolerance::default(), limits)?,
                 waiting: waiting.q,
                 thresholds: shifted.then(ReachThresholds::default),
             })

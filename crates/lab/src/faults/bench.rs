@@ -135,7 +135,7 @@ impl Bench {
         supervisor.head.frozen_s = Some(HEAD_FROZEN_S);
         let board_level = level.unwrap_or(ArmLevel::Servo);
         let config = SessionConfig {
-            object_command: board_level.object_command(&setup.arm, &setup.board)?,
+            object_command: board_level.object_command(&setup.arm)?,
             supervisor: Some(supervisor),
             ..SessionConfig::default()
         };
@@ -150,7 +150,7 @@ impl Bench {
         let model = Arc::clone(session.control().arm());
         let start = walls.waiting.unwrap_or(setup.arm.start());
         let arm = match level {
-            Some(level) => SimulatedArm::new(level, &setup.arm, model, &setup.board, start, seed)?,
+            Some(level) => SimulatedArm::new(level, &setup.arm, model, start, seed)?,
             None => {
                 let sound = FaultConfig {
                     seed,

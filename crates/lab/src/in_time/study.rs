@@ -5,7 +5,8 @@ use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PREDICTORS, PredictorKind, Predictors, TrainingPeople};
 use hwall_stage::person::responses;
 use hwall_stage::report::summary::Summary;
-use hwall_stage::run::people::{self, Stage};
+use hwall_stage::run::people;
+use hwall_stage::run::stage::Stage;
 
 /// What is asked for.
 #[derive(Debug, Clone)]

@@ -5,8 +5,9 @@ use crate::speed::page::section::{Section, quoted};
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
-use hwall_stage::run::closed_loop::{self, RunSetup, StepCost};
-use hwall_stage::run::simulated_arm::ArmLevel;
+use hwall_stage::run::closed_loop;
+use hwall_stage::run::kept::log::StepCost;
+use hwall_stage::run::stage::Stage;
 use hwall_testkit::{Timing, format_ns, quantile};
 
 /// Control period, s.
@@ -83,6 +84,7 @@ fn costs(room: BuiltInRoom, seed: u64, steps: usize) -> anyhow::Result<Vec<StepC
     let usual = BuiltInRoom::new()?;
     let plain = usual.people(PersonKind::Plain, 1, seed)?;
     let walls = usual.walls(&plain, true)?;
+    let stage = Stage::of(&room.scenery(&walls, &like, true), &predictors, PERIOD_S);
     let mut costs: Vec<StepCost> = Vec::with_capacity(steps);
     for round in 0.. {
         for kind in KINDS {
@@ -90,21 +92,9 @@ fn costs(room: BuiltInRoom, seed: u64, steps: usize) -> anyhow::Result<Vec<StepC
                 if costs.len() >= steps {
                     return Ok(costs);
                 }
-                let setup = RunSetup {
-                    arm: &room.arm,
-                    board: &room.board,
-                    scene: &room.scene,
-                    walls: &walls,
-                    hand: &person.hand,
-                    textured: true,
-                    level: ArmLevel::Servo,
-                    fri: None,
-                    period_s: PERIOD_S,
-                    seed: person.seed,
-                };
                 let run = || {
-                    let predictors = predictors.for_another_person();
-                    closed_loop::run(&setup, predictors, |_| {}).map(|run| run.costs)
+                    let (hand, seed) = (&person.hand, person.seed);
+                    closed_loop::run(&stage, hand, seed, (0, None), |_| {}).map(|run| run.costs)
                 };
                 let (first, second) = (run()?, run()?);
                 costs.extend(first.iter().zip(&second).map(|(a, b)| StepCost {

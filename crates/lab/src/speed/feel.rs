@@ -75,7 +75,7 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
         (ArmLevel::Servo, "a door rendered by positions, 1 ms"),
         (ArmLevel::Torque, "a door rendered by torques, 1 ms"),
     ] {
-        let command = level.object_command(&arm, &board)?;
+        let command = level.object_command(&arm)?;
         let config = ObjectRenderingConfig::default();
         let mut rendering = ObjectRendering::new(Arc::clone(&model), command, config)?;
         let face = model.forward(&arm.start());
@@ -107,7 +107,7 @@ pub fn feel(seed: u64, n: usize) -> anyhow::Result<Section> {
         });
         row("haptics", what, &t, "FEEL.md");
     }
-    let dynamics = simulated_arm::dynamics(&arm, &board)?;
+    let dynamics = simulated_arm::dynamics(&arm)?;
     let config = TorqueConfig {
         seed,
         ..TorqueConfig::default()

@@ -14,8 +14,10 @@ use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::input::real_room::RealRoom;
 use hwall_stage::live::{Driven, HandChoice, Holds, brake};
 use hwall_stage::note;
-use hwall_stage::run::session_settings::SessionSettings;
+use hwall_stage::person::predictors::TrainingPeople;
+use hwall_stage::person::responses::Scenery;
 use hwall_stage::run::simulated_arm::ArmLevel;
+use hwall_stage::run::stage::SessionSettings;
 use hwall_stage::setting::load_scene;
 use hwall_study::{
     ArmKind, ArmStage, ArmTrialConfig, Protocol, Stimulus, StudyRoom, check_surfaces, scene_of,
@@ -156,17 +158,19 @@ impl WaitingArm {
         };
         check_surfaces(&scene, protocol).context("--scene")?;
         let server = BridgeServer::start(options.bridge.clone())?;
-        let board = Board::default();
-        let arm = BoardArm::named("iiwa7", &board)?;
+        let arm = BoardArm::named("iiwa7", &Board::default())?;
         server.prepare("mapping where the arm can hold its board");
-        let walls = arm.walls_of(&scene, &board, LikelyTouches::default(), true)?;
-        let settings = SessionSettings {
-            arm: &arm,
-            board: &board,
-            room: room.as_ref().map(|read| &read.room),
+        let walls = arm.walls_of(&scene, LikelyTouches::default(), true)?;
+        let scenery = Scenery {
             scene: &scene,
+            arm: &arm,
             walls: &walls,
+            people: &TrainingPeople::default(),
             textured: true,
+        };
+        let settings = SessionSettings {
+            scenery,
+            room: room.as_ref().map(|read| &read.room),
             level: options.level,
             filter: match options.watch_frozen {
                 true => HandFilterConfig::default(),

@@ -88,6 +88,14 @@ impl<'a> Cursor<'a> {
     }
 }
 
+/// What a record is, and its body; or what is left of a body that is cut.
+fn framed(rest: &[u8]) -> Option<(u8, Result<&[u8], &[u8]>)> {
+    let mut framing = Cursor { rest };
+    let ([op], length) = (framing.array()?, framing.u64()?);
+    let whole = usize::try_from(length).ok().and_then(|n| framing.take(n));
+    Some((op, whole.ok_or(framing.rest)))
+}
+
 impl<F: FnMut(MessageAt)> Walk<'_, F> {
     /// The records of a part of the file; `top`: outside chunks.
     fn records(&mut self, part: Range<usize>, top: bool) -> Result<Ending, RecordError> {
@@ -95,22 +103,17 @@ impl<F: FnMut(MessageAt)> Walk<'_, F> {
         let mut at = part.start;
         while let Some(rest) = bytes.get(at..part.end).filter(|rest| !rest.is_empty()) {
             let cut = Ending::Cut { offset: at as u64 };
-            let mut framing = Cursor { rest };
-            let (Some(op), Some(length)) = (framing.array::<1>(), framing.u64()) else {
-                return Ok(cut);
-            };
-            let whole = usize::try_from(length)
-                .ok()
-                .and_then(|length| framing.take(length));
             let start = at + FRAMING;
-            let Some(body) = whole else {
+            let (op, body) = match framed(rest) {
+                Some((op, Ok(body))) => (op, body),
                 // What a cut chunk still holds is good as far as it goes.
-                if op == [CHUNK] && top {
-                    self.cut_chunk(start, framing.rest)?;
+                Some((CHUNK, Err(left))) if top => {
+                    self.cut_chunk(start, left)?;
+                    return Ok(cut);
                 }
-                return Ok(cut);
+                _ => return Ok(cut),
             };
-            match op[0] {
+            match op {
                 CHANNEL => self.channel(at, body)?,
                 MESSAGE => self.message(at, start, body)?,
                 CHUNK if top => self.chunk(at, start, body)?,
@@ -125,19 +128,12 @@ impl<F: FnMut(MessageAt)> Walk<'_, F> {
     /// Behind the data: a summary, the footer and the magic, of which nothing is needed; and then the file should end.
     fn end(&self, mut at: usize) -> Ending {
         loop {
-            let cut = Ending::Cut { offset: at as u64 };
-            let mut framing = Cursor {
-                rest: self.bytes.get(at..).unwrap_or_default(),
-            };
-            let (Some(op), Some(length)) = (framing.array::<1>(), framing.u64()) else {
-                return cut;
-            };
-            let body = usize::try_from(length).ok().and_then(|n| framing.take(n));
-            let Some(body) = body else {
-                return cut;
+            let rest = self.bytes.get(at..).unwrap_or_default();
+            let Some((op, Ok(body))) = framed(rest) else {
+                return Ending::Cut { offset: at as u64 };
             };
             at += FRAMING + body.len();
-            if op == [FOOTER] {
+            if op == FOOTER {
                 let end = at + MAGIC.len();
                 return match self.bytes.get(end..) {
                     None => Ending::Cut { offset: at as u64 },

@@ -53,12 +53,6 @@ fn write_options(writer: &mut Writer<'_>, field: u32, options: &[(String, String
     }
 }
 
-pub(crate) fn write_run(writer: &mut Writer<'_>, sequence: u64, run: &Run) {
-    writer.uint64(1, sequence);
-    writer.uint64(2, u64::from(run.number));
-    write_options(writer, 3, &run.options);
-}
-
 fn write_vector(writer: &mut Writer<'_>, field: u32, v: DVec3) {
     writer.message(field, |vector| {
         vector.double(1, v.x);
@@ -74,121 +68,101 @@ const ANOTHER_FIELD: u32 = 17;
 /// The other hand, where it is tracked.
 const OTHER_HAND_FIELD: u32 = 18;
 
-pub(crate) fn write_frame(writer: &mut Writer<'_>, sequence: u64, frame: &HandFrame) {
+/// A message of a session, and its number among all of them. A command that this version does not know is written as a hold without
+/// values; no such command exists.
+pub(crate) fn write(writer: &mut Writer<'_>, sequence: u64, input: &Input) {
     writer.uint64(1, sequence);
-    writer.double(2, frame.t_s);
-    // As they came: what the tracker's driver sent, with its NaN.
-    let points = [frame.palm_m]
-        .into_iter()
-        .chain(frame.tips_m)
-        .chain([frame.head_m, frame.gaze])
-        .chain(frame.body_m);
-    for (field, point) in (3..).zip(points) {
-        if let Some(point) = point {
-            write_vector(writer, field, point);
+    match input {
+        Input::Run(run) => {
+            writer.uint64(2, u64::from(run.number));
+            write_options(writer, 3, &run.options);
         }
-    }
-    if let Some(other_hand_m) = frame.other_hand_m {
-        write_vector(writer, OTHER_HAND_FIELD, other_hand_m);
-    }
-    if frame.is_of_another {
-        writer.uint64(ANOTHER_FIELD, 1);
-    }
-}
-
-pub(crate) fn write_world(writer: &mut Writer<'_>, sequence: u64, world: &WorldPose) {
-    writer.uint64(1, sequence);
-    writer.double(2, world.t_s);
-    write_vector(writer, 3, world.base_from_world.position_m());
-    let columns = world.base_from_world.rotation().to_cols_array();
-    writer.packed_doubles(4, &columns);
-}
-
-pub(crate) fn write_request(writer: &mut Writer<'_>, sequence: u64, request: Request) {
-    writer.uint64(1, sequence);
-    let (kind, value_s) = match request {
-        Request::Stop => (0, None),
-        Request::Reset => (1, None),
-        Request::Refused => (3, None),
-        Request::Perceived => (5, None),
-        Request::Planned { step, surfaces } => {
-            writer.uint64(4, step);
-            writer.uint64(5, surfaces);
-            (4, None)
-        }
-        Request::ClockOffset {
-            arm_minus_tracker_s,
-        } => (2, Some(arm_minus_tracker_s)),
-    };
-    writer.uint64(2, kind);
-    if let Some(value_s) = value_s {
-        writer.double(3, value_s);
-    }
-}
-
-/// A command that this version does not know is written as a hold without values; no such command exists.
-pub(crate) fn write_cycle(writer: &mut Writer<'_>, sequence: u64, cycle: &Cycle) {
-    writer.uint64(1, sequence);
-    writer.double(2, cycle.t_s);
-    writer.double(3, cycle.state.t_s);
-    writer.packed_doubles(4, &cycle.state.q.0);
-    writer.packed_doubles(5, &cycle.state.qd.0);
-    if let Some(torque) = &cycle.state.external_torque {
-        writer.packed_doubles(6, &torque.0);
-    }
-    match &cycle.command {
-        ArmCommand::Position(q) => {
-            writer.uint64(7, 1);
-            writer.packed_doubles(8, &q.0);
-        }
-        ArmCommand::Torque(torque) => {
-            writer.uint64(7, 2);
-            writer.packed_doubles(8, &torque.0);
-        }
-        _ => writer.uint64(7, 0),
-    }
-}
-
-pub(crate) fn write_end(writer: &mut Writer<'_>, sequence: u64, dropped: u64) {
-    writer.uint64(1, sequence);
-    writer.uint64(2, dropped);
-}
-
-/// Values of one repeated field, at most `N`.
-struct Values<const N: usize> {
-    values: [f64; N],
-    count: usize,
-}
-
-impl<const N: usize> Values<N> {
-    const fn new() -> Self {
-        Self {
-            values: [0.0; N],
-            count: 0,
-        }
-    }
-
-    /// Values beyond the last place are counted, and refused later.
-    fn take(&mut self, field: &Field<'_>) -> Result<(), ProtobufError> {
-        for value in field.doubles()? {
-            if let Some(place) = self.values.get_mut(self.count) {
-                *place = value;
+        Input::Frame(frame) => {
+            writer.double(2, frame.t_s);
+            // As they came: what the tracker's driver sent, with its NaN.
+            let points = [frame.palm_m]
+                .into_iter()
+                .chain(frame.tips_m)
+                .chain([frame.head_m, frame.gaze])
+                .chain(frame.body_m);
+            for (field, point) in (3..).zip(points) {
+                if let Some(point) = point {
+                    write_vector(writer, field, point);
+                }
             }
-            self.count += 1;
+            if let Some(other_hand_m) = frame.other_hand_m {
+                write_vector(writer, OTHER_HAND_FIELD, other_hand_m);
+            }
+            if frame.is_of_another {
+                writer.uint64(ANOTHER_FIELD, 1);
+            }
         }
-        Ok(())
+        Input::World(world) => {
+            writer.double(2, world.t_s);
+            write_vector(writer, 3, world.base_from_world.position_m());
+            let columns = world.base_from_world.rotation().to_cols_array();
+            writer.packed_doubles(4, &columns);
+        }
+        Input::Request(request) => {
+            let kind = match request {
+                Request::Stop => 0,
+                Request::Reset => 1,
+                Request::ClockOffset { .. } => 2,
+                Request::Refused => 3,
+                Request::Planned { .. } => 4,
+                Request::Perceived => 5,
+            };
+            writer.uint64(2, kind);
+            match *request {
+                Request::ClockOffset {
+                    arm_minus_tracker_s,
+                } => writer.double(3, arm_minus_tracker_s),
+                Request::Planned { step, surfaces } => {
+                    writer.uint64(4, step);
+                    writer.uint64(5, surfaces);
+                }
+                _ => {}
+            }
+        }
+        Input::Cycle(Cycle {
+            t_s,
+            state,
+            command,
+        }) => {
+            writer.double(2, *t_s);
+            writer.double(3, state.t_s);
+            writer.packed_doubles(4, &state.q.0);
+            writer.packed_doubles(5, &state.qd.0);
+            if let Some(torque) = &state.external_torque {
+                writer.packed_doubles(6, &torque.0);
+            }
+            let (kind, values) = match command {
+                ArmCommand::Position(q) => (1, Some(&q.0)),
+                ArmCommand::Torque(torque) => (2, Some(&torque.0)),
+                _ => (0, None),
+            };
+            writer.uint64(7, kind);
+            if let Some(values) = values {
+                writer.packed_doubles(8, values);
+            }
+        }
+        Input::End { dropped } => writer.uint64(2, *dropped),
     }
 }
 
 impl<'a> Body<'a> {
-    /// Calls `take` for every field.
-    fn fields(
+    /// Calls `take` for every field of this number.
+    fn each(
         &self,
+        number: u32,
         mut take: impl FnMut(&Field<'a>) -> Result<(), ProtobufError>,
     ) -> Result<(), RecordError> {
         let mut read = || {
             for field in Fields::new(self.bytes) {
-                take(&field?)?;
+                let field = field?;
+                if field.number == number {
+                    take(&field)?;
+                }
             }
             Ok(())
         };
@@ -197,6 +171,98 @@ impl<'a> Body<'a> {
             offset: self.offset,
             problem,
         })
+    }
+
+    /// What is said last of a field; `None`: nothing.
+    fn last<T>(
+        &self,
+        number: u32,
+        of: impl Fn(&Field<'a>) -> Result<T, ProtobufError>,
+    ) -> Result<Option<T>, RecordError> {
+        let mut last = None;
+        self.each(number, |field| {
+            last = Some(of(field)?);
+            Ok(())
+        })?;
+        Ok(last)
+    }
+
+    fn u64(&self, number: u32) -> Result<u64, RecordError> {
+        Ok(self.last(number, Field::to_u64)?.unwrap_or_default())
+    }
+
+    fn f64(&self, number: u32) -> Result<Option<f64>, RecordError> {
+        self.last(number, Field::to_f64)
+    }
+
+    fn text(&self, number: u32) -> Result<Option<String>, RecordError> {
+        self.last(number, |field| Ok(field.to_str()?.to_owned()))
+    }
+
+    fn vector(&self, number: u32) -> Result<Option<DVec3>, RecordError> {
+        self.last(number, |field| {
+            let mut v = DVec3::ZERO;
+            for inner in field.message()? {
+                let inner = inner?;
+                match inner.number {
+                    1 => v.x = inner.to_f64()?,
+                    2 => v.y = inner.to_f64()?,
+                    3 => v.z = inner.to_f64()?,
+                    _ => {}
+                }
+            }
+            Ok(v)
+        })
+    }
+
+    fn options(&self, number: u32) -> Result<Vec<(String, String)>, RecordError> {
+        let mut options = Vec::new();
+        self.each(number, |field| {
+            let mut option = (String::new(), String::new());
+            for inner in field.message()? {
+                let inner = inner?;
+                match inner.number {
+                    1 => option.0 = inner.to_str()?.to_owned(),
+                    2 => option.1 = inner.to_str()?.to_owned(),
+                    _ => {}
+                }
+            }
+            options.push(option);
+            Ok(())
+        })?;
+        Ok(options)
+    }
+
+    /// All values of a field, which is called so; `None`: it has none.
+    fn values<const N: usize>(
+        &self,
+        number: u32,
+        name: &'static str,
+    ) -> Result<Option<[f64; N]>, RecordError> {
+        let (mut values, mut count) = ([0.0; N], 0);
+        self.each(number, |field| {
+            for value in field.doubles()? {
+                if let Some(place) = values.get_mut(count) {
+                    *place = value;
+                }
+                count += 1;
+            }
+            Ok(())
+        })?;
+        match count {
+            0 => Ok(None),
+            _ if count == N => Ok(Some(values)),
+            _ => Err(self.wrong(name, COUNT)),
+        }
+    }
+
+    fn all<const N: usize>(
+        &self,
+        number: u32,
+        name: &'static str,
+    ) -> Result<[f64; N], RecordError> {
+        let values = self.values(number, name)?;
+        values.ok_or_else(|| self.wrong(name, COUNT))
     }
 
     fn wrong(&self, field: &'static str, problem: &'static str) -> RecordError {
@@ -208,242 +274,116 @@ impl<'a> Body<'a> {
         }
     }
 
-    fn all<const N: usize>(
-        &self,
-        field: &'static str,
-        values: &Values<N>,
-    ) -> Result<[f64; N], RecordError> {
-        if values.count == N {
-            Ok(values.values)
-        } else {
-            Err(self.wrong(field, "another number of values than it has"))
-        }
-    }
-
     /// What the session was made of.
     pub(crate) fn setup(&self) -> Result<Setup, RecordError> {
-        let mut setup = Setup {
-            program: String::new(),
-            scene_obj: String::new(),
-            scene_sidecar: None,
-            arm: ArmSource::Named(String::new()),
-            board: Board::default(),
-            options: Vec::new(),
+        let usual = Board::default();
+        let name = self.text(4)?.unwrap_or_default();
+        let setup = Setup {
+            program: self.text(1)?.unwrap_or_default(),
+            scene_obj: self.text(2)?.unwrap_or_default(),
+            scene_sidecar: self.text(3)?,
+            arm: match self.text(5)? {
+                Some(text) => ArmSource::Urdf { name, text },
+                None => ArmSource::Named(name),
+            },
+            board: Board {
+                half_width_m: self.f64(6)?.unwrap_or(usual.half_width_m),
+                half_height_m: self.f64(7)?.unwrap_or(usual.half_height_m),
+                thickness_m: self.f64(8)?.unwrap_or(usual.thickness_m),
+            },
+            options: self.options(9)?,
         };
-        let (mut arm, mut urdf) = (String::new(), None);
-        self.fields(|field| {
-            match field.number {
-                1 => setup.program = field.to_str()?.to_owned(),
-                2 => setup.scene_obj = field.to_str()?.to_owned(),
-                3 => setup.scene_sidecar = Some(field.to_str()?.to_owned()),
-                4 => arm = field.to_str()?.to_owned(),
-                5 => urdf = Some(field.to_str()?.to_owned()),
-                6 => setup.board.half_width_m = field.to_f64()?,
-                7 => setup.board.half_height_m = field.to_f64()?,
-                8 => setup.board.thickness_m = field.to_f64()?,
-                9 => setup.options.push(option_of(field)?),
-                _ => {}
-            }
-            Ok(())
-        })?;
-        let sound = setup.board.validate().is_ok();
-        if !sound {
-            return Err(self.wrong("board", "no size that a board can have"));
+        match setup.board.validate() {
+            Ok(()) => Ok(setup),
+            Err(_) => Err(self.wrong("board", "no size that a board can have")),
         }
-        setup.arm = match urdf {
-            Some(text) => ArmSource::Urdf { name: arm, text },
-            None => ArmSource::Named(arm),
-        };
-        Ok(setup)
     }
 
     /// The number of the message among all of the session, and what it says.
     pub(crate) fn input(&self) -> Result<(u64, Input), RecordError> {
-        match self.channel {
-            RUN => self.run(),
-            FRAME => self.frame(),
-            WORLD => self.world(),
-            REQUEST => self.request(),
-            CYCLE => self.cycle(),
-            END => self.end(),
-            _ => Err(self.wrong("channel", "no channel of a session")),
+        let input = match self.channel {
+            RUN => Input::Run(Run {
+                number: self.last(2, Field::to_u32)?.unwrap_or_default(),
+                options: self.options(3)?,
+            }),
+            FRAME => Input::Frame(self.frame()?),
+            WORLD => Input::World(self.world()?),
+            REQUEST => Input::Request(self.request()?),
+            CYCLE => Input::Cycle(self.cycle()?),
+            END => Input::End {
+                dropped: self.u64(2)?,
+            },
+            _ => return Err(self.wrong("channel", "no channel of a session")),
+        };
+        Ok((self.u64(1)?, input))
+    }
+
+    fn frame(&self) -> Result<HandFrame, RecordError> {
+        let mut frame = HandFrame {
+            t_s: self.f64(2)?.unwrap_or_default(),
+            head_m: self.vector(9)?,
+            gaze: self.vector(10)?,
+            is_of_another: self.u64(ANOTHER_FIELD)? != 0,
+            ..HandFrame::default()
+        };
+        for (number, point) in (3..).zip(HandPoint::ALL) {
+            frame.set_point(point, self.vector(number)?);
         }
+        for (number, point) in (FIRST_BODY_FIELD..).zip(BodyPoint::ALL) {
+            frame.set_body(point, self.vector(number)?);
+        }
+        Ok(frame)
     }
 
-    fn run(&self) -> Result<(u64, Input), RecordError> {
-        let (mut sequence, mut run) = (0, Run::default());
-        self.fields(|field| {
-            match field.number {
-                1 => sequence = field.to_u64()?,
-                2 => run.number = field.to_u32()?,
-                3 => run.options.push(option_of(field)?),
-                _ => {}
-            }
-            Ok(())
-        })?;
-        Ok((sequence, Input::Run(run)))
-    }
-
-    fn frame(&self) -> Result<(u64, Input), RecordError> {
-        let (mut sequence, mut frame) = (0, HandFrame::default());
-        self.fields(|field| {
-            match field.number {
-                1 => sequence = field.to_u64()?,
-                2 => frame.t_s = field.to_f64()?,
-                n @ 3..=8 => {
-                    let point = HandPoint::ALL.get(n as usize - 3);
-                    if let Some(point) = point {
-                        frame.set_point(*point, Some(vector_of(field)?));
-                    }
-                }
-                9 => frame.head_m = Some(vector_of(field)?),
-                10 => frame.gaze = Some(vector_of(field)?),
-                OTHER_HAND_FIELD => frame.other_hand_m = Some(vector_of(field)?),
-                ANOTHER_FIELD => frame.is_of_another = field.to_u64()? != 0,
-                n => {
-                    let point = n.checked_sub(FIRST_BODY_FIELD).map(|k| k as usize);
-                    if let Some(point) = point.and_then(|k| BodyPoint::ALL.get(k)) {
-                        frame.set_body(*point, Some(vector_of(field)?));
-                    }
-                }
-            }
-            Ok(())
-        })?;
-        Ok((sequence, Input::Frame(frame)))
-    }
-
-    fn world(&self) -> Result<(u64, Input), RecordError> {
-        let (mut sequence, mut t_s, mut position_m) = (0, 0.0, DVec3::ZERO);
-        let mut columns = Values::<9>::new();
-        self.fields(|field| {
-            match field.number {
-                1 => sequence = field.to_u64()?,
-                2 => t_s = field.to_f64()?,
-                3 => position_m = vector_of(field)?,
-                4 => columns.take(field)?,
-                _ => {}
-            }
-            Ok(())
-        })?;
-        let rotation = DMat3::from_cols_array(&self.all("rotation_columns", &columns)?);
+    fn world(&self) -> Result<WorldPose, RecordError> {
+        let position_m = self.vector(3)?.unwrap_or_default();
+        let rotation = DMat3::from_cols_array(&self.all(4, "rotation_columns")?);
         if Pose::new(rotation, position_m).is_err() {
             return Err(self.wrong("rotation_columns", "no rigid motion"));
         }
-        // `Pose::new` moves a matrix to the nearest rotation: here its bits count.
-        let base_from_world = Pose::from_parts_unchecked(rotation, position_m);
-        let world = WorldPose {
-            t_s,
-            base_from_world,
-        };
-        Ok((sequence, Input::World(world)))
+        Ok(WorldPose {
+            t_s: self.f64(2)?.unwrap_or_default(),
+            // `Pose::new` moves a matrix to the nearest rotation: here its bits count.
+            base_from_world: Pose::from_parts_unchecked(rotation, position_m),
+        })
     }
 
-    fn request(&self) -> Result<(u64, Input), RecordError> {
-        let (mut sequence, mut kind, mut value_s) = (0, 0, 0.0);
-        let (mut step, mut surfaces) = (0, 0);
-        self.fields(|field| {
-            match field.number {
-                1 => sequence = field.to_u64()?,
-                2 => kind = field.to_u64()?,
-                3 => value_s = field.to_f64()?,
-                4 => step = field.to_u64()?,
-                5 => surfaces = field.to_u64()?,
-                _ => {}
-            }
-            Ok(())
-        })?;
-        let request = match kind {
+    fn request(&self) -> Result<Request, RecordError> {
+        Ok(match self.u64(2)? {
             0 => Request::Stop,
             1 => Request::Reset,
-            3 => Request::Refused,
-            4 => Request::Planned { step, surfaces },
-            5 => Request::Perceived,
             2 => Request::ClockOffset {
-                arm_minus_tracker_s: value_s,
+                arm_minus_tracker_s: self.f64(3)?.unwrap_or_default(),
             },
+            3 => Request::Refused,
+            4 => Request::Planned {
+                step: self.u64(4)?,
+                surfaces: self.u64(5)?,
+            },
+            5 => Request::Perceived,
             _ => return Err(self.wrong("kind", "no request that is known")),
-        };
-        Ok((sequence, Input::Request(request)))
+        })
     }
 
-    fn cycle(&self) -> Result<(u64, Input), RecordError> {
-        let (mut sequence, mut t_s, mut state_t_s, mut kind) = (0, 0.0, 0.0, 0);
-        let (mut q, mut qd) = (Values::<7>::new(), Values::<7>::new());
-        let (mut torque, mut values) = (Values::<7>::new(), Values::<7>::new());
-        self.fields(|field| {
-            match field.number {
-                1 => sequence = field.to_u64()?,
-                2 => t_s = field.to_f64()?,
-                3 => state_t_s = field.to_f64()?,
-                4 => q.take(field)?,
-                5 => qd.take(field)?,
-                6 => torque.take(field)?,
-                7 => kind = field.to_u64()?,
-                8 => values.take(field)?,
-                _ => {}
-            }
-            Ok(())
-        })?;
-        let state = ArmState {
-            t_s: state_t_s,
-            q: JointPositions(self.all("q_rad", &q)?),
-            qd: JointVelocities(self.all("qd_rad_per_s", &qd)?),
-            external_torque: match torque.count {
-                0 => None,
-                _ => Some(JointTorques(self.all("external_torque_n_m", &torque)?)),
+    fn cycle(&self) -> Result<Cycle, RecordError> {
+        let command = || self.all(8, "command_values");
+        Ok(Cycle {
+            t_s: self.f64(2)?.unwrap_or_default(),
+            state: ArmState {
+                t_s: self.f64(3)?.unwrap_or_default(),
+                q: JointPositions(self.all(4, "q_rad")?),
+                qd: JointVelocities(self.all(5, "qd_rad_per_s")?),
+                external_torque: self.values(6, "external_torque_n_m")?.map(JointTorques),
             },
-        };
-        let command = match kind {
-            0 => ArmCommand::Hold,
-            1 => ArmCommand::Position(JointPositions(self.all("command_values", &values)?)),
-            2 => ArmCommand::Torque(JointTorques(self.all("command_values", &values)?)),
-            _ => return Err(self.wrong("command", "no command that is known")),
-        };
-        let cycle = Cycle {
-            t_s,
-            state,
-            command,
-        };
-        Ok((sequence, Input::Cycle(cycle)))
-    }
-
-    fn end(&self) -> Result<(u64, Input), RecordError> {
-        let (mut sequence, mut dropped) = (0, 0);
-        self.fields(|field| {
-            match field.number {
-                1 => sequence = field.to_u64()?,
-                2 => dropped = field.to_u64()?,
-                _ => {}
-            }
-            Ok(())
-        })?;
-        Ok((sequence, Input::End { dropped }))
+            command: match self.u64(7)? {
+                0 => ArmCommand::Hold,
+                1 => ArmCommand::Position(JointPositions(command()?)),
+                2 => ArmCommand::Torque(JointTorques(command()?)),
+                _ => return Err(self.wrong("command", "no command that is known")),
+            },
+        })
     }
 }
 
-fn option_of(field: &Field<'_>) -> Result<(String, String), ProtobufError> {
-    let mut option = (String::new(), String::new());
-    for inner in field.message()? {
-        let inner = inner?;
-        match inner.number {
-            1 => option.0 = inner.to_str()?.to_owned(),
-            2 => option.1 = inner.to_str()?.to_owned(),
-            _ => {}
-        }
-    }
-    Ok(option)
-}
-
-fn vector_of(field: &Field<'_>) -> Result<DVec3, ProtobufError> {
-    let mut v = DVec3::ZERO;
-    for inner in field.message()? {
-        let inner = inner?;
-        match inner.number {
-            1 => v.x = inner.to_f64()?,
-            2 => v.y = inner.to_f64()?,
-            3 => v.z = inner.to_f64()?,
-            _ => {}
-        }
-    }
-    Ok(v)
-}
+/// What is wrong with a field of more values or fewer.
+const COUNT: &str = "another number of values than it has";

@@ -4,7 +4,7 @@
 //! `foxglove-schemas-protobuf`.
 
 use super::Kind::{self, Bool, Bytes, Double, Fixed32, Int32, Int64, String};
-use super::{Enum, Field, Message, many, one};
+use super::{Enum, Field, Message, many, one, plain};
 
 const TIMESTAMP: Kind = Kind::Message("google.protobuf.Timestamp");
 const DURATION: Kind = Kind::Message("google.protobuf.Duration");
@@ -13,14 +13,6 @@ const QUATERNION: Kind = Kind::Message("foxglove.Quaternion");
 const POINT: Kind = Kind::Message("foxglove.Point3");
 const POSE: Kind = Kind::Message("foxglove.Pose");
 const COLOR: Kind = Kind::Message("foxglove.Color");
-
-const fn plain(name: &'static str, fields: &'static [Field]) -> Message {
-    Message {
-        name,
-        fields,
-        enums: &[],
-    }
-}
 
 const XYZ: &[Field] = &[
     one(1, "x", Double),

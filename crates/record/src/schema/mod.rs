@@ -46,21 +46,29 @@ pub(crate) enum Kind {
     Enum(&'static str),
 }
 
-const fn one(number: u32, name: &'static str, kind: Kind) -> Field {
+const fn field(number: u32, name: &'static str, kind: Kind, repeated: bool) -> Field {
     Field {
         number,
         name,
         kind,
-        repeated: false,
+        repeated,
     }
 }
 
+const fn one(number: u32, name: &'static str, kind: Kind) -> Field {
+    field(number, name, kind, false)
+}
+
 const fn many(number: u32, name: &'static str, kind: Kind) -> Field {
-    Field {
-        number,
+    field(number, name, kind, true)
+}
+
+/// A message that declares no enumeration.
+const fn plain(name: &'static str, fields: &'static [Field]) -> Message {
+    Message {
         name,
-        kind,
-        repeated: true,
+        fields,
+        enums: &[],
     }
 }
 

@@ -1,47 +1,31 @@
 //! The messages of our own: what a session took in and gave out, and what is worth a plot.
 
 use super::Kind::{self, Bool, Double, String, Uint32, Uint64};
-use super::{Enum, Message, many, one};
+use super::{Enum, Message, many, one, plain};
 
 const VECTOR: Kind = Kind::Message("foxglove.Vector3");
 const OPTION: Kind = Kind::Message("foxglove.KeyValuePair");
 
 #[rustfmt::skip]
 pub(super) const MESSAGES: &[Message] = &[
-    Message {
-        name: "hwall.Setup",
-        fields: &[
-            one(1, "program", String), one(2, "scene_obj", String), one(3, "scene_sidecar", String), one(4, "arm", String),
-            one(5, "arm_urdf", String), one(6, "board_half_width_m", Double), one(7, "board_half_height_m", Double),
-            one(8, "board_thickness_m", Double), many(9, "options", OPTION),
-        ],
-        enums: &[],
-    },
-    Message {
-        name: "hwall.Run",
-        fields: &[one(1, "sequence", Uint64), one(2, "number", Uint32), many(3, "options", OPTION)],
-        enums: &[],
-    },
-    Message {
-        name: "hwall.Frame",
-        fields: &[
-            one(1, "sequence", Uint64), one(2, "t_s", Double), one(3, "palm_m", VECTOR), one(4, "thumb_m", VECTOR),
-            one(5, "index_m", VECTOR), one(6, "middle_m", VECTOR), one(7, "ring_m", VECTOR), one(8, "little_m", VECTOR),
-            one(9, "head_m", VECTOR), one(10, "gaze", VECTOR), one(11, "wrist_m", VECTOR), one(12, "forearm_m", VECTOR),
-            one(13, "elbow_m", VECTOR), one(14, "shoulder_m", VECTOR), one(15, "grip_m", VECTOR),
-            one(16, "aim_m", VECTOR), one(17, "is_of_another", Uint64),
-            one(18, "other_hand_m", VECTOR),
-        ],
-        enums: &[],
-    },
-    Message {
-        name: "hwall.World",
-        fields: &[
-            one(1, "sequence", Uint64), one(2, "t_s", Double), one(3, "position_m", VECTOR),
-            many(4, "rotation_columns", Double),
-        ],
-        enums: &[],
-    },
+    plain("hwall.Setup", &[
+        one(1, "program", String), one(2, "scene_obj", String), one(3, "scene_sidecar", String), one(4, "arm", String),
+        one(5, "arm_urdf", String), one(6, "board_half_width_m", Double), one(7, "board_half_height_m", Double),
+        one(8, "board_thickness_m", Double), many(9, "options", OPTION),
+    ]),
+    plain("hwall.Run", &[one(1, "sequence", Uint64), one(2, "number", Uint32), many(3, "options", OPTION)]),
+    plain("hwall.Frame", &[
+        one(1, "sequence", Uint64), one(2, "t_s", Double), one(3, "palm_m", VECTOR), one(4, "thumb_m", VECTOR),
+        one(5, "index_m", VECTOR), one(6, "middle_m", VECTOR), one(7, "ring_m", VECTOR), one(8, "little_m", VECTOR),
+        one(9, "head_m", VECTOR), one(10, "gaze", VECTOR), one(11, "wrist_m", VECTOR), one(12, "forearm_m", VECTOR),
+        one(13, "elbow_m", VECTOR), one(14, "shoulder_m", VECTOR), one(15, "grip_m", VECTOR),
+        one(16, "aim_m", VECTOR), one(17, "is_of_another", Uint64),
+        one(18, "other_hand_m", VECTOR),
+    ]),
+    plain("hwall.World", &[
+        one(1, "sequence", Uint64), one(2, "t_s", Double), one(3, "position_m", VECTOR),
+        many(4, "rotation_columns", Double),
+    ]),
     Message {
         name: "hwall.Request",
         fields: &[
@@ -59,11 +43,7 @@ pub(super) const MESSAGES: &[Message] = &[
         ],
         enums: &[Enum { name: "Command", values: &["HOLD", "POSITION", "TORQUE"] }],
     },
-    Message {
-        name: "hwall.End",
-        fields: &[one(1, "sequence", Uint64), one(2, "dropped", Uint64)],
-        enums: &[],
-    },
+    plain("hwall.End", &[one(1, "sequence", Uint64), one(2, "dropped", Uint64)]),
     Message {
         name: "hwall.State",
         fields: &[

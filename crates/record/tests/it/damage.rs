@@ -1,7 +1,7 @@
 //! Files that are cut, changed, or no recordings at all.
 
-use crate::common::{self, file, recorded, recorder, run, session_of};
-use hwall_record::{Ending, RecordError, Recorder, RecorderConfig, Recording, replay};
+use crate::common::{self, again, file, recorded, recorder, run, taken};
+use hwall_record::{Ending, RecordError, Recorder, RecorderConfig, Recording};
 use hwall_testkit::Sampler;
 
 /// Where the records outside chunks begin, and where the last one ends.
@@ -55,10 +55,7 @@ fn a_file_cut_anywhere_gives_what_is_there() {
             assert!(at < 2 * 64 * 1024, "no setup in {at} bytes");
             continue;
         };
-        assert!(
-            count >= least && count <= all,
-            "{at}: {count} after {least}"
-        );
+        assert!((least..=all).contains(&count), "{at}: {count}");
         least = count;
     }
     assert_eq!(least, all);
@@ -94,13 +91,10 @@ fn a_cut_recording_runs_again_as_far_as_it_goes() {
     let (bytes, _) = whole("short.mcap");
     let half = Recording::from_bytes(bytes[..bytes.len() / 2].to_vec()).unwrap();
     assert!(matches!(half.ending(), Ending::Cut { .. }));
-    let replayed = replay(&half, |setup, _| Ok::<_, RecordError>(session_of(setup))).unwrap();
+    let replayed = again(&half);
     assert_eq!((replayed.difference, replayed.missing), (None, 0));
-    assert!(
-        (1000..2900).contains(&replayed.cycles),
-        "{}",
-        replayed.cycles
-    );
+    let cycles = replayed.cycles;
+    assert!((1000..2900).contains(&cycles), "{cycles}");
 }
 
 /// What a program that is killed leaves: whole but for the end of the recording.
@@ -132,9 +126,7 @@ fn an_unfinished_file_is_whole_after_every_flush() {
     // The ending that every MCAP reader asks for.
     assert!(bytes.ends_with(b"\x89MCAP0\r\n"));
     to.finish().unwrap();
-    let finished = Recording::open(&path).unwrap();
-    assert_eq!(finished.ending(), Ending::Finished);
-    std::fs::remove_file(&path).unwrap();
+    assert_eq!(taken(&path).ending(), Ending::Finished);
 }
 
 /// Flips, deletions and insertions: an error with a place, or fewer messages, never a panic.
@@ -185,10 +177,10 @@ fn nonsense_in_messages_names_channel_and_place() {
     let (bytes, _) = whole("nonsense.mcap");
     let mut sampler = Sampler::new(3);
     let (mut wrong, mut sound) = (0, 0);
+    let boundaries = boundaries(&bytes);
+    let chunks: Vec<_> = boundaries.iter().filter(|at| bytes[**at] == 6).collect();
     for _ in 0..300 {
         let mut changed = bytes.clone();
-        let boundaries = boundaries(&bytes);
-        let chunks: Vec<_> = boundaries.iter().filter(|at| bytes[**at] == 6).collect();
         let chunk = *chunks[1 + sampler.index(chunks.len() - 1)];
         // Header: framing, two times, size; then the checksum, where zero says that there is none.
         changed[chunk + 33..chunk + 37].fill(0);
@@ -221,10 +213,8 @@ fn what_is_no_recording_is_said() {
     assert!(matches!(refused(b"PK\x03\x04 a zip"), RecordError::NotMcap));
     assert!(matches!(refused(b"\x89MCAP0\r\n"), RecordError::NoSetup));
     let (mut bytes, _) = whole("checksum.mcap");
-    let chunk = boundaries(&bytes)
-        .into_iter()
-        .find(|at| bytes[*at] == 6)
-        .unwrap();
+    let all = boundaries(&bytes);
+    let chunk = *all.iter().find(|at| bytes[**at] == 6).unwrap();
     bytes[chunk + 100] ^= 1;
     let error = refused(&bytes);
     let RecordError::Checksum { offset, .. } = error else {
@@ -248,10 +238,8 @@ fn a_file_has_one_recorder_at_a_time() {
         Recorder::create(&path, &setup, common::skeleton(), &scene, &config)
     };
     let refused = create().unwrap_err();
-    assert!(
-        refused.to_string().contains("one_at_a_time.mcap"),
-        "{refused}"
-    );
+    let said = refused.to_string();
+    assert!(said.contains("one_at_a_time.mcap"), "{said}");
     assert!(matches!(&refused, RecordError::InUse { path: named } if *named == path));
     // The first one's recording is unharmed, and afterwards the file may be had.
     let summary = first.finish().unwrap();
@@ -275,9 +263,5 @@ fn bytes_behind_the_end_are_noticed() {
     longer.extend_from_slice(&bytes);
     let recording = Recording::from_bytes(longer).unwrap();
     assert_eq!(recording.ending(), Ending::Followed { offset: end });
-    let replayed = replay(&recording, |setup, _| {
-        Ok::<_, RecordError>(session_of(setup))
-    })
-    .unwrap();
-    assert_eq!(replayed.ending, Ending::Followed { offset: end });
+    assert_eq!(again(&recording).ending, Ending::Followed { offset: end });
 }

@@ -1,11 +1,10 @@
 //! What is recorded comes back bit by bit, and gives the same commands.
 
-use crate::common::{self, file, hand, iiwa, recorder, run, session_of, skeleton};
+use crate::common::{self, again, file, hand, iiwa, recorder, run, session_of, skeleton, taken};
 use hwall::haptics::{ArmCommand, Board};
 use hwall::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm};
 use hwall_record::{
-    Ending, Input, Overflow, RecordError, Recorder, RecorderConfig, Recording, Request, Run,
-    Skeleton, replay,
+    Ending, Input, Overflow, RecordError, Recorder, RecorderConfig, Request, Run, Skeleton, replay,
 };
 use hwall_testkit::Sampler;
 use std::time::Duration;
@@ -18,8 +17,7 @@ fn two_runs_come_back_and_run_again_bit_by_bit() {
     let summary = to.finish().unwrap();
     assert_eq!((summary.dropped, summary.views_dropped), (0, 0));
     assert_eq!(summary.bytes, std::fs::metadata(&path).unwrap().len());
-    let recording = Recording::open(&path).unwrap();
-    std::fs::remove_file(&path).unwrap();
+    let recording = taken(&path);
     assert_eq!(recording.ending(), Ending::Finished);
     assert_eq!(recording.setup(), &common::setup());
 
@@ -51,23 +49,17 @@ fn two_runs_come_back_and_run_again_bit_by_bit() {
     let held = commands[0].iter().filter(|c| **c == ArmCommand::Hold);
     assert!(held.count() > 10);
 
-    let replayed = replay(&recording, |setup, _| {
-        Ok::<_, RecordError>(session_of(setup))
-    });
-    let replayed = replayed.unwrap();
+    let replayed = again(&recording);
     assert_eq!(replayed.difference, None);
-    assert_eq!(
-        (replayed.runs, replayed.cycles, replayed.missing),
-        (2, 3500, 0)
-    );
+    let counts = (replayed.runs, replayed.cycles, replayed.missing);
+    assert_eq!(counts, (2, 3500, 0));
 }
 
 #[test]
 fn another_session_differs_and_the_first_difference_is_named() {
     let path = file("other.mcap");
     common::recorded(&path, 1.5);
-    let recording = Recording::open(&path).unwrap();
-    std::fs::remove_file(&path).unwrap();
+    let recording = taken(&path);
     let other = replay(&recording, |setup, _| {
         let mut setup = setup.clone();
         // A door a tenth of a millimetre farther away.
@@ -100,8 +92,7 @@ fn a_loop_that_must_not_wait_leaves_out_and_says_so() {
     assert!(dropped > 1000, "{dropped}");
     let summary = to.finish().unwrap();
     assert_eq!((summary.messages, summary.dropped), (2001, dropped));
-    let recording = Recording::open(&path).unwrap();
-    std::fs::remove_file(&path).unwrap();
+    let recording = taken(&path);
     let inputs: Vec<_> = recording.inputs().map(Result::unwrap).collect();
     assert_eq!(inputs.len() as u64, 2001 - dropped + 1);
     assert_eq!(inputs.last().unwrap().1, Input::End { dropped });
@@ -179,29 +170,15 @@ fn a_file_that_cannot_be_written_is_named() {
     let path = file("no").join("folder.mcap");
     let setup = common::setup();
     let scene = common::scene_of(&setup);
-    let made = Recorder::create(
-        &path,
-        &setup,
-        skeleton(),
-        &scene,
-        &RecorderConfig::default(),
-    );
+    let usual = RecorderConfig::default();
+    let made = Recorder::create(&path, &setup, skeleton(), &scene, &usual);
     let error = made.unwrap_err().to_string();
     assert!(error.contains("folder.mcap"), "{error}");
-    for config in [
-        RecorderConfig {
-            capacity: 0,
-            ..RecorderConfig::default()
-        },
-        RecorderConfig {
-            view_period_s: f64::NAN,
-            ..RecorderConfig::default()
-        },
-        RecorderConfig {
-            flush_s: f64::INFINITY,
-            ..RecorderConfig::default()
-        },
-    ] {
+    let mut wrong = [usual.clone(), usual.clone(), usual];
+    wrong[0].capacity = 0;
+    wrong[1].view_period_s = f64::NAN;
+    wrong[2].flush_s = f64::INFINITY;
+    for config in wrong {
         let made = Recorder::create(&file("config.mcap"), &setup, skeleton(), &scene, &config);
         assert!(matches!(made, Err(RecordError::Argument(_))));
     }
@@ -219,8 +196,7 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
         let pause = Duration::from_micros(pause_us);
         let commands = common::run_of(&mut to, 0, 3.0, session, pause);
         to.finish().unwrap();
-        let recording = Recording::open(&path).unwrap();
-        std::fs::remove_file(&path).unwrap();
+        let recording = taken(&path);
         // It moved, and not in step with the loop.
         let (mut planned, mut perceived) = (0, 0);
         for input in recording.inputs() {
@@ -236,12 +212,9 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
             ArmCommand::Position(q) => Some(q),
             _ => None,
         });
-        let positions: Vec<_> = positions.collect();
-        let moved_rad = positions[0].max_abs_difference(positions[positions.len() - 1]);
+        let (first, last) = (positions.clone().next(), positions.last());
+        let moved_rad = first.unwrap().max_abs_difference(last.unwrap());
         assert!(moved_rad > 0.1, "{moved_rad}");
-        let replayed = replay(&recording, |setup, _| {
-            Ok::<_, RecordError>(session_of(setup))
-        });
-        assert_eq!(replayed.unwrap().difference, None);
+        assert_eq!(again(&recording).difference, None);
     }
 }

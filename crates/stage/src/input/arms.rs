@@ -6,6 +6,7 @@ use super::numbers::{counted, list};
 use crate::console::note;
 use anyhow::{Context, bail};
 use glam::DVec3;
+use hwall::geometry::Pose;
 use hwall::haptics::{Board, QUARTER_TURNS_RAD, board_pose};
 use hwall::scene::Scene;
 use hwall::{LikelyTouches, Walls, WallsConfig};
@@ -115,6 +116,7 @@ impl NamedArm {
 #[derive(Debug, Clone)]
 pub struct BoardArm {
     kinematics: Arc<dyn ArmKinematics>,
+    board: Board,
     /// Exact verdicts and maps, for arms that have them.
     closed_form: Option<SrsArm>,
     /// The links of an arm without a closed form.
@@ -181,6 +183,7 @@ impl BoardArm {
         })?;
         Ok(Self {
             kinematics,
+            board: *board,
             closed_form: None,
             chain: Some(links),
             start,
@@ -196,6 +199,7 @@ impl BoardArm {
         let start = JointPositions::from_deg(START_DEG);
         Ok(Self {
             kinematics: Arc::new(arm.clone()),
+            board: *board,
             closed_form: Some(arm),
             chain: None,
             start,
@@ -206,6 +210,12 @@ impl BoardArm {
     #[must_use]
     pub const fn kinematics(&self) -> &Arc<dyn ArmKinematics> {
         &self.kinematics
+    }
+
+    /// What it carries.
+    #[must_use]
+    pub const fn board(&self) -> &Board {
+        &self.board
     }
 
     /// Where it starts.
@@ -241,12 +251,14 @@ impl BoardArm {
         let mut points_m = vec![DVec3::ZERO];
         match (&self.closed_form, &self.chain) {
             (Some(arm), _) => points_m.extend(arm.skeleton_m(q)),
-            (None, Some(chain)) => {
-                let links = chain.link_poses(&q.0[..chain.joint_count()]);
-                points_m.extend(links.into_iter().flatten().map(|pose| pose.position_m()));
+            (None, chain) => {
+                let links = chain
+                    .as_ref()
+                    .map(|chain| chain.link_poses(&q.0[..chain.joint_count()]));
+                let links = links.and_then(Result::ok).unwrap_or_default();
+                points_m.extend(links.iter().map(Pose::position_m));
                 points_m.push(self.kinematics.forward(q).position_m());
             }
-            (None, None) => points_m.push(self.kinematics.forward(q).position_m()),
         }
         points_m
     }
@@ -258,7 +270,6 @@ impl BoardArm {
     pub fn walls_of(
         &self,
         scene: &Scene,
-        board: &Board,
         touches: LikelyTouches,
         texture: bool,
     ) -> anyhow::Result<Walls> {
@@ -267,7 +278,7 @@ impl BoardArm {
             texture,
             ..WallsConfig::default()
         };
-        let mut walls = Walls::of(scene, &*self.kinematics, board, &config)?;
+        let mut walls = Walls::of(scene, &*self.kinematics, &self.board, &config)?;
         walls.waiting.get_or_insert(self.start);
         Ok(walls)
     }
@@ -282,34 +293,20 @@ impl BoardArm {
         point_m: DVec3,
         normal: DVec3,
     ) -> anyhow::Result<Option<Unreachable>> {
-        let config = NearestConfig {
-            policy: BranchPolicy::Any,
-            ..NearestConfig::default()
-        };
         let mut first = None;
         for roll_rad in QUARTER_TURNS_RAD {
             let pose = board_pose(point_m, normal, roll_rad)?;
             let reason = match &self.closed_form {
                 Some(arm) => match arm.verdict(&pose) {
-                    Verdict::Reachable(_) => None,
-                    Verdict::Unreachable(reason) => Some(reason),
+                    Verdict::Reachable(_) => return Ok(None),
+                    Verdict::Unreachable(reason) => reason,
                 },
-                None => {
-                    let mut scratch = self.kinematics.scratch();
-                    match self
-                        .kinematics
-                        .nearest(&pose, &self.start, &config, &mut scratch)
-                    {
-                        Ok(_) => None,
-                        Err(KinematicsError::Unreachable(reason)) => Some(reason),
-                        Err(other) => return Err(other.into()),
-                    }
-                }
+                None => match nearest(&*self.kinematics, &pose, &self.start)? {
+                    Ok(_) => return Ok(None),
+                    Err(reason) => reason,
+                },
             };
-            match reason {
-                None => return Ok(None),
-                Some(reason) => first = first.or(Some(reason)),
-            }
+            first.get_or_insert(reason);
         }
         Ok(first)
     }
@@ -338,21 +335,31 @@ impl BoardArm {
     }
 }
 
-/// A configuration with the board upright in front of the base; `None` if none was found.
-fn start_of(arm: &dyn ArmKinematics) -> anyhow::Result<Option<JointPositions>> {
-    let middle = JointPositions(arm.limits().map(|l| l.middle_rad()));
+/// The configuration that holds a pose, of any branch, by the solver; or why there is none.
+pub(crate) fn nearest(
+    arm: &dyn ArmKinematics,
+    pose: &Pose,
+    reference: &JointPositions,
+) -> anyhow::Result<Result<JointPositions, Unreachable>> {
     let config = NearestConfig {
         policy: BranchPolicy::Any,
         ..NearestConfig::default()
     };
-    let mut scratch = arm.scratch();
+    match arm.nearest(pose, reference, &config, &mut arm.scratch()) {
+        Ok(found) => Ok(Ok(found.q)),
+        Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
+        Err(other) => Err(other.into()),
+    }
+}
+
+/// A configuration with the board upright in front of the base; `None` if none was found.
+fn start_of(arm: &dyn ArmKinematics) -> anyhow::Result<Option<JointPositions>> {
+    let middle = JointPositions(arm.limits().map(|l| l.middle_rad()));
     for x_m in [0.45, 0.35, 0.55, 0.65] {
         for z_m in [0.5, 0.4, 0.6, 0.3] {
             let pose = board_pose(DVec3::new(x_m, 0.0, z_m), DVec3::X, 0.0)?;
-            match arm.nearest(&pose, &middle, &config, &mut scratch) {
-                Ok(found) => return Ok(Some(found.q)),
-                Err(KinematicsError::Unreachable(_)) => {}
-                Err(other) => return Err(other.into()),
+            if let Ok(found) = nearest(arm, &pose, &middle)? {
+                return Ok(Some(found));
             }
         }
     }

@@ -1,7 +1,8 @@
 //! What a program is going to read and write, checked before anything is done.
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use hwall_files::{Beside, same_file};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// The files of a command line by their flags; [`check`](Self::check) before the first is opened.
@@ -23,11 +24,7 @@ impl FilePlan {
     /// Adds a file that is read, if there is one; of a folder, the tables in it.
     #[must_use]
     pub fn read(mut self, flag: &'static str, path: Option<&Path>) -> Self {
-        let path = path.into_iter();
-        self.read.extend(path.map(|path| Named {
-            flag,
-            path: path.to_owned(),
-        }));
+        self.read.extend(Named::of(flag, path));
         self
     }
 
@@ -50,11 +47,7 @@ impl FilePlan {
     /// Adds a file that is written, if there is one. Its folder exists or is one of [`write_into`](Self::write_into).
     #[must_use]
     pub fn write(mut self, flag: &'static str, path: Option<&Path>) -> Self {
-        let path = path.into_iter();
-        self.written.extend(path.map(|path| Named {
-            flag,
-            path: path.to_owned(),
-        }));
+        self.written.extend(Named::of(flag, path));
         self
     }
 
@@ -63,10 +56,7 @@ impl FilePlan {
     #[must_use]
     pub fn write_into(mut self, flag: &'static str, folder: Option<&Path>, names: &[&str]) -> Self {
         let Some(folder) = folder else { return self };
-        self.made.push(Named {
-            flag,
-            path: folder.to_owned(),
-        });
+        self.made.extend(Named::of(flag, Some(folder)));
         names.iter().fold(self, |plan, name| {
             plan.write(flag, Some(&folder.join(name)))
         })
@@ -79,40 +69,28 @@ impl FilePlan {
     /// said before minutes of work and not after them.
     pub fn check(&self) -> anyhow::Result<()> {
         for (place, output) in self.written.iter().enumerate() {
-            let name = || format!("{} {}", output.flag, output.path.display());
-            for input in &self.read {
-                if input.holds(&output.path) {
-                    bail!(
-                        "{} is a file that {} reads; write to another one",
-                        name(),
-                        input.flag
-                    );
-                }
+            if let Some(Named { flag, .. }) = self.read.iter().find(|i| i.holds(&output.path)) {
+                bail!("{output} is a file that {flag} reads; write to another one");
             }
-            for other in &self.written[..place] {
-                if same_file(&other.path, &output.path) {
-                    bail!("{} is also what {} writes", name(), other.flag);
-                }
+            let mut others = self.written[..place].iter();
+            if let Some(other) = others.find(|other| same_file(&other.path, &output.path)) {
+                bail!("{output} is also what {} writes", other.flag);
             }
         }
         for folder in &self.made {
-            let name = || format!("{} {}", folder.flag, folder.path.display());
-            makeable(&folder.path).with_context(name)?;
+            makeable(&folder.path).with_context(|| folder.to_string())?;
         }
         for output in &self.written {
-            let name = || format!("{} {}", output.flag, output.path.display());
             let text = output.path.to_string_lossy();
             if text.ends_with(std::path::is_separator) {
-                bail!("{} names a folder, not a file", name());
+                bail!("{output} names a folder, not a file");
             }
             // What is made here is removed again at once.
             match output.path.parent() {
                 Some(folder) if !folder.as_os_str().is_empty() && !folder.exists() => {
-                    if !self.makes(folder) {
-                        bail!("{}: no such folder", name());
-                    }
+                    ensure!(self.makes(folder), "{output}: no such folder");
                 }
-                _ => drop(Beside::new(&output.path).with_context(name)?),
+                _ => drop(Beside::new(&output.path).with_context(|| output.to_string())?),
             }
         }
         Ok(())
@@ -126,7 +104,18 @@ impl FilePlan {
     }
 }
 
+impl fmt::Display for Named {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.flag, self.path.display())
+    }
+}
+
 impl Named {
+    fn of(flag: &'static str, path: Option<&Path>) -> Option<Self> {
+        let path = path?.to_owned();
+        Some(Self { flag, path })
+    }
+
     /// Is the file read, by itself or as a table of a folder?
     fn holds(&self, file: &Path) -> bool {
         if same_file(&self.path, file) {

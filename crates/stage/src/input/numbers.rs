@@ -1,7 +1,7 @@
 //! Tables of numbers as CSV: a header line, then one row of finite numbers on each line.
 
 use crate::input::file_plan::FilePlan;
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, anyhow, ensure};
 use hwall_files::{Row, Table, TableError};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -130,24 +130,20 @@ impl<R: BufRead> NumberReader<R> {
     /// # Errors
     /// A column that is missing or that appears twice.
     pub fn columns(&self, names: &[String]) -> anyhow::Result<Vec<usize>> {
-        names
-            .iter()
-            .map(|name| {
-                let header = self.header();
-                let mut places = (0..header.len()).filter(|&i| header[i] == *name);
-                let first = places.next().with_context(|| {
-                    format!(
-                        "{}: no column {name:?} in the header {:?}",
-                        self.name,
-                        header.join(",")
-                    )
-                })?;
-                if places.next().is_some() {
-                    bail!("{}: column {name:?} appears twice", self.name);
-                }
-                Ok(first)
-            })
-            .collect()
+        let (header, of) = (self.header(), &self.name);
+        let place = |name: &String| {
+            let mut places = (0..header.len()).filter(|&i| header[i] == *name);
+            let first = places.next().with_context(|| {
+                let header = header.join(",");
+                format!("{of}: no column {name:?} in the header {header:?}")
+            })?;
+            ensure!(
+                places.next().is_none(),
+                "{of}: column {name:?} appears twice"
+            );
+            Ok(first)
+        };
+        names.iter().map(place).collect()
     }
 
     /// The next row, or `None` at the end.
@@ -211,10 +207,8 @@ impl<R: BufRead> NumberReader<R> {
 /// A file or standard input, and what to call it.
 fn source(path: Option<&Path>) -> anyhow::Result<(String, Box<dyn BufRead>)> {
     let Some(path) = path else {
-        return Ok((
-            "standard input".to_owned(),
-            Box::new(std::io::stdin().lock()),
-        ));
+        let input = Box::new(std::io::stdin().lock());
+        return Ok(("standard input".to_owned(), input));
     };
     let name = path.display().to_string();
     let file = File::open(path).with_context(|| name.clone())?;

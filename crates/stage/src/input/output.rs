@@ -14,20 +14,6 @@ enum Sink {
 }
 
 impl Output {
-    /// Begins a file, or standard output for `None`.
-    ///
-    /// # Errors
-    /// A file that cannot be created.
-    pub fn create(path: Option<&Path>) -> anyhow::Result<Self> {
-        Ok(Self(match path {
-            None => Sink::Standard(BufWriter::new(io::stdout().lock())),
-            Some(path) => {
-                let file = NewFile::create(path).with_context(|| path.display().to_string())?;
-                Sink::File(file, path.to_owned())
-            }
-        }))
-    }
-
     /// Writes what is buffered and gives a file its name.
     ///
     /// # Errors
@@ -63,17 +49,6 @@ pub struct TableWriter {
 }
 
 impl TableWriter {
-    /// Begins a file, or standard output for `None`.
-    ///
-    /// # Errors
-    /// A file that cannot be created.
-    pub fn create(path: Option<&Path>) -> anyhow::Result<Self> {
-        Ok(Self {
-            rows: Some(csv::Writer::from_writer(Output::create(path)?)),
-            name: path.map_or("standard output".to_owned(), |p| p.display().to_string()),
-        })
-    }
-
     /// Adds a row.
     ///
     /// # Errors
@@ -125,7 +100,10 @@ impl TableWriter {
 /// # Errors
 /// A file that cannot be created.
 pub fn writer(path: Option<&Path>) -> anyhow::Result<TableWriter> {
-    TableWriter::create(path)
+    Ok(TableWriter {
+        rows: Some(csv::Writer::from_writer(output(path)?)),
+        name: path.map_or("standard output".to_owned(), |p| p.display().to_string()),
+    })
 }
 
 /// A file, or standard output for `None`, buffered.
@@ -133,7 +111,13 @@ pub fn writer(path: Option<&Path>) -> anyhow::Result<TableWriter> {
 /// # Errors
 /// A file that cannot be created.
 pub fn output(path: Option<&Path>) -> anyhow::Result<Output> {
-    Output::create(path)
+    Ok(Output(match path {
+        None => Sink::Standard(BufWriter::new(io::stdout().lock())),
+        Some(path) => {
+            let file = NewFile::create(path).with_context(|| path.display().to_string())?;
+            Sink::File(file, path.to_owned())
+        }
+    }))
 }
 
 /// Removes what an earlier run left under these names in a folder and this one does not write: it would stand beside the new

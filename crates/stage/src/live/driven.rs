@@ -1,7 +1,8 @@
 //! A live session on an arm behind FRI, a real one or a simulated one.
 
+use super::flags::LiveFlags;
 use super::holds::{Holds, listen_to_console};
-use super::preparation::{LiveOptions, Prepared};
+use super::preparation::Prepared;
 use super::recorded;
 use crate::console::{NotesApart, note};
 use anyhow::{Context, bail};
@@ -51,9 +52,7 @@ impl Driven {
             refused_at: None,
         }
     }
-}
 
-impl Driven {
     /// The time of the next message. A controller that pauses is waited for: its arm stands meanwhile. `None`: the server stops.
     fn next_message(&self, arm: &mut FriClient) -> Result<Option<f64>, FriError> {
         let since = Instant::now();
@@ -126,86 +125,25 @@ impl Surroundings<FriClient> for Driven {
 ///
 /// # Errors
 /// A controller that is silent for 10 s; a recording that cannot be written.
-pub fn run_driven(
+pub(super) fn run_driven(
     server: &BridgeServer,
     prepared: Prepared,
     config: FriClientConfig,
-    options: &LiveOptions<'_>,
+    flags: &LiveFlags,
 ) -> anyhow::Result<()> {
-    // Before there is anything to answer: both take longer than a period.
+    // Before there is anything to answer: it takes longer than a period.
     let scene = ViewScene::of("iiwa 7 over FRI", &prepared.session)?;
-    let mut recorder = recorded::begin(&prepared, options)?;
+    let mut recorder = prepared.recorder;
     let session = prepared.session.plan_on_thread();
     let session = session.context("no thread for the planner")?;
     let session = session.perceive_on_thread();
     let session = session.context("no thread for the tracker's half")?;
     let mut client = FriClient::bind(session.control().arm(), config)?;
-    let who = match config.controller {
-        Some(named) => format!("the FRI controller {named}"),
-        None => "an FRI controller".to_owned(),
+    let Some(begun_s) = commanding(server, &mut client, &config, flags.seconds)? else {
+        note(client.statistics());
+        return Ok(());
     };
-    let waiting = format!("waiting for {who} at {}", config.listen);
-    server.prepare(&waiting);
-    note(&waiting);
-    if config.controller.is_none() && !config.listen.ip().is_loopback() {
-        note("whoever sends first leads; --fri-controller names the one that may");
-    }
-    let since = Instant::now();
-    let (mut told, mut told_version, mut told_unfit) = (false, false, None);
-    let mut speaks_since = None;
-    let begun_s = loop {
-        match client.wait_for_commanding(LOOK) {
-            Ok(begun_s) => break begun_s,
-            Err(FriError::Silent { .. } | FriError::Unfit(_)) if server.is_stopped() => {
-                note(client.statistics());
-                return Ok(());
-            }
-            Err(error @ (FriError::Silent { .. } | FriError::Unfit(_))) => {
-                if let FriError::Unfit(unfit) = error
-                    && told_unfit.replace(unfit) != Some(unfit)
-                {
-                    note(format_args!("the arm takes no commands yet: {unfit}"));
-                }
-                if options
-                    .seconds
-                    .is_some_and(|s| since.elapsed().as_secs_f64() >= s)
-                {
-                    bail!(
-                        "no FRI controller reached commanding within {} s",
-                        options.seconds.unwrap_or_default()
-                    );
-                }
-                if let (false, Some(state), Some(quality)) =
-                    (told, client.session_state(), client.quality())
-                    && speaks_since.get_or_insert_with(Instant::now).elapsed() > BEGINS
-                {
-                    told = true;
-                    let late = client.statistics().unanswered + client.statistics().not_arrived;
-                    note(format_args!(
-                        "the controller speaks, but does not begin commanding: it is in {state}, quality {quality}, and {late} of {} \
-                         messages got no answer in time; start the motion of its application, or look at the network",
-                        client.statistics().received
-                    ));
-                }
-                if let FriError::Silent {
-                    other_version: Some(version),
-                    ..
-                } = error
-                    && !std::mem::replace(&mut told_version, true)
-                {
-                    note(format_args!("{error}: --fri-version {version}"));
-                } else if !told && !told_version && client.statistics().malformed > 0 {
-                    told = true;
-                    note(format_args!(
-                        "datagrams come, but none that FRI {} understands: is the controller of another version?",
-                        config.version
-                    ));
-                }
-            }
-            Err(error) => bail!(error),
-        }
-    };
-    let end_s = options.seconds.map_or(f64::INFINITY, |s| begun_s + s);
+    let end_s = flags.seconds.map_or(f64::INFINITY, |s| begun_s + s);
     let mut surroundings = Driven::new(server.connect(&scene), begun_s, end_s);
     let mut holds = Holds::default();
     let notes = NotesApart::begin();
@@ -219,8 +157,7 @@ pub fn run_driven(
         &mut client,
         &mut surroundings,
         |recorded, _, Driven { bridge, .. }, cycle| {
-            recorded::obey(bridge, &mut holds, recorded, cycle, options.enabling_switch);
-            recorded::show(bridge, recorded, cycle);
+            recorded::after(bridge, &mut holds, recorded, cycle, flags.enabling_switch);
             Ok(())
         },
     );
@@ -228,9 +165,77 @@ pub fn run_driven(
     drop(notes);
     holds.finish();
     note(client.statistics());
-    let finished = recorded::finish(recorder, options.record);
+    let finished = recorded::finish(recorder, flags);
     ended.context("the arm behind FRI")?;
     finished
+}
+
+/// Waits until the controller takes commands, telling the console what it waits for. Returns when that was, s on the controller's clock;
+/// `None`: the server was stopped.
+fn commanding(
+    server: &BridgeServer,
+    client: &mut FriClient,
+    config: &FriClientConfig,
+    seconds: Option<f64>,
+) -> anyhow::Result<Option<f64>> {
+    let who = match config.controller {
+        Some(named) => format!("the FRI controller {named}"),
+        None => "an FRI controller".to_owned(),
+    };
+    let waiting = format!("waiting for {who} at {}", config.listen);
+    server.prepare(&waiting);
+    note(&waiting);
+    if config.controller.is_none() && !config.listen.ip().is_loopback() {
+        note("whoever sends first leads; --fri-controller names the one that may");
+    }
+    let since = Instant::now();
+    let (mut told, mut told_version, mut told_unfit) = (false, false, None);
+    let mut speaks_since = None;
+    loop {
+        let error = match client.wait_for_commanding(LOOK) {
+            Ok(begun_s) => return Ok(Some(begun_s)),
+            Err(error @ (FriError::Silent { .. } | FriError::Unfit(_))) => error,
+            Err(error) => bail!(error),
+        };
+        if server.is_stopped() {
+            return Ok(None);
+        }
+        if let FriError::Unfit(unfit) = error
+            && told_unfit.replace(unfit) != Some(unfit)
+        {
+            note(format_args!("the arm takes no commands yet: {unfit}"));
+        }
+        if let Some(seconds) = seconds.filter(|s| since.elapsed().as_secs_f64() >= *s) {
+            bail!("no FRI controller reached commanding within {seconds} s");
+        }
+        let statistics = client.statistics();
+        if let (false, Some(state), Some(quality)) =
+            (told, client.session_state(), client.quality())
+            && speaks_since.get_or_insert_with(Instant::now).elapsed() > BEGINS
+        {
+            told = true;
+            let late = statistics.unanswered + statistics.not_arrived;
+            note(format_args!(
+                "the controller speaks, but does not begin commanding: it is in {state}, quality {quality}, and {late} of {} \
+                 messages got no answer in time; start the motion of its application, or look at the network",
+                statistics.received
+            ));
+        }
+        if let FriError::Silent {
+            other_version: Some(version),
+            ..
+        } = error
+            && !std::mem::replace(&mut told_version, true)
+        {
+            note(format_args!("{error}: --fri-version {version}"));
+        } else if !told && !told_version && statistics.malformed > 0 {
+            told = true;
+            note(format_args!(
+                "datagrams come, but none that FRI {} understands: is the controller of another version?",
+                config.version
+            ));
+        }
+    }
 }
 
 /// Brings the arm to rest: one command of a motion would be its last for a controller that then hears nothing.

@@ -1,20 +1,47 @@
 //! A live session from the flags of a command line.
 
-use super::{HandChoice, LiveArm, LiveOptions};
 use crate::input::address::{host, socket_address};
+use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
+use crate::input::real_room::RealRoom;
 use crate::input::scene_file::SceneFlags;
 use crate::numbers::positive;
 use crate::person::predictors::PredictorKind;
+use crate::recording;
 use crate::run::simulated_arm::ArmLevel;
+use crate::setting::load_scene;
+use anyhow::Context;
+use clap::ValueEnum;
 use hwall::geometry::Pose;
-use hwall_bridge::{BridgeConfig, UnityConfig};
-use hwall_fri::{FriClientConfig, FriVersion};
-use std::net::{IpAddr, SocketAddr};
+use hwall_bridge::{BridgeConfig, FollowedHand};
+use hwall_fri::FriVersion;
+use std::net::{IpAddr, SocketAddr, UdpSocket};
 use std::path::PathBuf;
 
+/// Which hand the board serves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum HandChoice {
+    /// The left one
+    Left,
+    /// The right one; a mouse counts as one
+    #[default]
+    Right,
+    /// The one that is seen first, the other one when that is lost
+    Either,
+}
+
+impl From<HandChoice> for FollowedHand {
+    fn from(hand: HandChoice) -> Self {
+        match hand {
+            HandChoice::Left => Self::Left,
+            HandChoice::Right => Self::Right,
+            HandChoice::Either => Self::Either,
+        }
+    }
+}
+
 /// Where hands come from, which arm is led and what is kept, as flags.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, clap::Parser)]
 pub struct LiveFlags {
     /// Where to listen; another address than 127.0.0.1 lets other machines in
     #[arg(long, default_value = "127.0.0.1:8080", value_parser = socket_address)]
@@ -70,7 +97,7 @@ pub struct LiveFlags {
 }
 
 impl LiveFlags {
-    /// Of the server.
+    /// Settings of the server.
     ///
     /// # Errors
     /// An origin that is no rigid motion.
@@ -84,37 +111,28 @@ impl LiveFlags {
         })
     }
 
-    /// Of the session.
-    #[must_use]
-    pub fn options(&self) -> LiveOptions<'_> {
-        LiveOptions {
-            scene: self.scene.file(),
-            room: self.room.as_deref(),
-            level: self.arm_level,
-            predictor: self.predictor,
-            watch_frozen: self.watch_frozen,
-            enabling_switch: self.enabling_switch,
-            seconds: self.seconds,
-            seed: self.seed,
-            record: self.record.as_deref(),
-        }
+    pub(super) fn real_room(&self) -> anyhow::Result<Option<RealRoom>> {
+        let room = self.room.as_deref().map(RealRoom::read);
+        room.transpose().context("--room")
     }
 
-    /// The arm that is led.
-    #[must_use]
-    pub fn arm(&self) -> LiveArm {
-        match (self.unity_udp, self.fri) {
-            (Some(listen), _) => LiveArm::Told(UnityConfig {
-                listen,
-                ..UnityConfig::default()
-            }),
-            (None, Some(listen)) => LiveArm::Fri(FriClientConfig {
-                listen,
-                controller: self.fri_controller,
-                version: self.fri_version,
-                ..FriClientConfig::default()
-            }),
-            (None, None) => LiveArm::Simulated,
+    /// Says before anybody is served what would end the session once it is prepared: a scene or a room that cannot be read, a
+    /// recording that cannot be written or would be written over the scene, an address that cannot be listened on.
+    ///
+    /// # Errors
+    /// The first of these.
+    pub fn check(&self) -> anyhow::Result<()> {
+        let plan = FilePlan::default()
+            .read_scene("--scene", self.scene.scene.as_deref())
+            .read("--room", self.room.as_deref());
+        recording::planned(plan, "--record", self.record.as_deref()).check()?;
+        load_scene(self.scene.file())?;
+        self.real_room()?;
+        for (flag, address) in [("--fri", self.fri), ("--unity-udp", self.unity_udp)] {
+            if let Some(address) = address {
+                UdpSocket::bind(address).with_context(|| format!("{flag} {address}"))?;
+            }
         }
+        Ok(())
     }
 }

@@ -9,40 +9,38 @@ mod simulated;
 mod told;
 mod touching;
 
-pub use driven::{Driven, brake, run_driven};
-pub use flags::LiveFlags;
+pub use driven::{Driven, brake};
+pub use flags::{HandChoice, LiveFlags};
 pub use holds::Holds;
-pub use preparation::{HandChoice, LiveOptions, Prepared, prepare};
+pub use preparation::{Prepared, prepare};
 pub use simulated::run_simulated;
-pub use told::run_told;
 
 use hwall_bridge::{BridgeServer, UnityConfig};
 use hwall_fri::FriClientConfig;
 
-/// Who moves, and who says where to.
-#[derive(Debug, Clone)]
-pub enum LiveArm {
-    /// The hands of the clients lead the simulated arm.
-    Simulated,
-    /// The hands of the clients lead an arm behind FRI.
-    Fri(FriClientConfig),
-    /// Datagrams lead the simulated arm.
-    Told(UnityConfig),
-}
-
-/// Until the server stops, or the time is over.
+/// Until the server stops, or the time is over: hands of the clients, or datagrams, lead the simulated arm, or an arm behind FRI.
 ///
 /// # Errors
-/// As for [`run_simulated`], [`run_driven`] and [`run_told`].
-pub fn run(
-    server: &BridgeServer,
-    prepared: Prepared,
-    arm: LiveArm,
-    options: &LiveOptions<'_>,
-) -> anyhow::Result<()> {
-    match arm {
-        LiveArm::Simulated => run_simulated(server, prepared, options),
-        LiveArm::Fri(config) => run_driven(server, prepared, config, options),
-        LiveArm::Told(config) => run_told(server, prepared, config, options),
+/// A command that the simulated arm refuses, a controller that is silent, an address that cannot be listened on; a recording that
+/// cannot be written.
+pub fn run(server: &BridgeServer, prepared: Prepared, flags: &LiveFlags) -> anyhow::Result<()> {
+    match (flags.unity_udp, flags.fri) {
+        (Some(listen), _) => {
+            let config = UnityConfig {
+                listen,
+                ..UnityConfig::default()
+            };
+            told::run_told(server, &prepared, config, flags)
+        }
+        (None, Some(listen)) => {
+            let config = FriClientConfig {
+                listen,
+                controller: flags.fri_controller,
+                version: flags.fri_version,
+                ..FriClientConfig::default()
+            };
+            driven::run_driven(server, prepared, config, flags)
+        }
+        (None, None) => run_simulated(server, prepared, flags),
     }
 }

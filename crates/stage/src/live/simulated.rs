@@ -1,7 +1,8 @@
 //! A live session on the simulated arm.
 
+use super::flags::LiveFlags;
 use super::holds::{Holds, listen_to_console};
-use super::preparation::{LiveOptions, Prepared};
+use super::preparation::Prepared;
 use super::recorded;
 use super::touching::Touching;
 use crate::run::simulated_arm::SimulatedArm;
@@ -17,8 +18,7 @@ use std::sync::Arc;
 pub(super) struct Limited {
     pub(super) bridge: Bridge,
     pub(super) end_s: f64,
-    /// Time by which the arm's own clock is behind that of the loop, s.
-    pub(super) skipped_s: f64,
+    pub(super) touching: Touching,
 }
 
 impl<R: Arm> Surroundings<R> for Limited {
@@ -33,9 +33,28 @@ impl<R: Arm> Surroundings<R> for Limited {
 
     fn state(&mut self, state: ArmState) -> ArmState {
         ArmState {
-            t_s: state.t_s + self.skipped_s,
+            t_s: state.t_s + self.touching.skipped_s(),
             ..state
         }
+    }
+}
+
+impl Prepared {
+    /// The simulated arm where it waits, and a bridge that shows it under this title.
+    pub(super) fn on_simulated_arm(
+        &self,
+        server: &BridgeServer,
+        flags: &LiveFlags,
+        title: &str,
+    ) -> anyhow::Result<(SimulatedArm, Limited)> {
+        let model = Arc::clone(self.session.control().arm());
+        let arm = SimulatedArm::new(flags.arm_level, &self.arm, model, self.start, flags.seed)?;
+        let limited = Limited {
+            bridge: server.connect(&ViewScene::of(title, &self.session)?),
+            end_s: flags.seconds.unwrap_or(f64::INFINITY),
+            touching: Touching::new(self.arm.board()),
+        };
+        Ok((arm, limited))
     }
 }
 
@@ -46,25 +65,14 @@ impl<R: Arm> Surroundings<R> for Limited {
 pub fn run_simulated(
     server: &BridgeServer,
     prepared: Prepared,
-    options: &LiveOptions<'_>,
+    flags: &LiveFlags,
 ) -> anyhow::Result<()> {
-    let mut recorder = recorded::begin(&prepared, options)?;
+    let (mut arm, mut surroundings) = prepared.on_simulated_arm(server, flags, "iiwa 7")?;
     let Prepared {
         session,
-        arm,
-        board,
-        start,
+        mut recorder,
         ..
     } = prepared;
-    let model = Arc::clone(session.control().arm());
-    let mut simulated = SimulatedArm::new(options.level, &arm, model, &board, start, options.seed)?;
-    let scene = ViewScene::of("iiwa 7", &session)?;
-    let mut surroundings = Limited {
-        bridge: server.connect(&scene),
-        end_s: options.seconds.unwrap_or(f64::INFINITY),
-        skipped_s: 0.0,
-    };
-    let mut touching = Touching::new(&board);
     let mut holds = Holds::default();
     listen_to_console(&surroundings.bridge.view);
     let mut recorded = Recorded {
@@ -73,21 +81,23 @@ pub fn run_simulated(
     };
     let ended = drive(
         &mut recorded,
-        &mut simulated,
+        &mut arm,
         &mut surroundings,
-        |recorded, simulated, limited, cycle| {
-            let bridge = &mut limited.bridge;
+        |recorded,
+         arm,
+         Limited {
+             bridge, touching, ..
+         },
+         cycle| {
             let frame = bridge.hands.newest().map(|(frame, _)| *frame);
             let until_s = cycle.t_s + bridge.pacing.period_s();
             let tracking = recorded.session.tracking();
-            touching.advance(simulated, until_s, frame.as_ref(), tracking)?;
-            limited.skipped_s = touching.skipped_s();
-            recorded::obey(bridge, &mut holds, recorded, cycle, options.enabling_switch);
-            recorded::show(bridge, recorded, cycle);
+            touching.advance(arm, until_s, frame.as_ref(), tracking)?;
+            recorded::after(bridge, &mut holds, recorded, cycle, flags.enabling_switch);
             Ok(())
         },
     );
     holds.finish();
-    recorded::finish(recorder, options.record)?;
+    recorded::finish(recorder, flags)?;
     Ok(ended?)
 }

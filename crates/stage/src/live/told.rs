@@ -1,58 +1,46 @@
 //! A board that the dissertation's Unity side sends to its places.
 
-use super::preparation::{LiveOptions, Prepared};
+use super::flags::LiveFlags;
+use super::preparation::Prepared;
 use super::simulated::Limited;
-use super::touching::Touching;
 use crate::console::note;
-use crate::run::simulated_arm::SimulatedArm;
 use hwall::haptics::{ContactState, RendererConfig};
 use hwall::{TargetControl, drive};
 use hwall_bridge::{BridgeServer, UnityConfig, UnityReceiver};
-use hwall_view::{ViewFrame, ViewScene, ViewState};
-use std::sync::Arc;
+use hwall_view::{ViewFrame, ViewState};
 
 /// Until the server stops, or the time is over: datagrams say where the board goes, without hand and prediction. Clients look on.
 ///
 /// # Errors
 /// An address that cannot be listened on; a command that the simulated arm refuses.
-pub fn run_told(
+pub(super) fn run_told(
     server: &BridgeServer,
-    prepared: Prepared,
+    prepared: &Prepared,
     config: UnityConfig,
-    options: &LiveOptions<'_>,
+    flags: &LiveFlags,
 ) -> anyhow::Result<()> {
-    let Prepared {
-        session,
-        arm,
-        board,
-        start,
-        ..
-    } = prepared;
-    let scene = ViewScene::of("iiwa 7, told where to go", &session)?;
-    let model = Arc::clone(session.control().arm());
-    let mut control = TargetControl::new(&*model, &board, RendererConfig::default())?;
-    let mut simulated = SimulatedArm::new(options.level, &arm, model, &board, start, options.seed)?;
+    let model = &**prepared.session.control().arm();
+    let mut control = TargetControl::new(model, prepared.arm.board(), RendererConfig::default())?;
     // Not before: where the board was wanted during the preparation matters no more.
     let mut unity = UnityReceiver::start(config)?;
-    let mut surroundings = Limited {
-        bridge: server.connect(&scene),
-        end_s: options.seconds.unwrap_or(f64::INFINITY),
-        skipped_s: 0.0,
-    };
-    let mut touching = Touching::new(&board);
+    let title = "iiwa 7, told where to go";
+    let (mut arm, mut surroundings) = prepared.on_simulated_arm(server, flags, title)?;
     drive(
         &mut control,
-        &mut simulated,
+        &mut arm,
         &mut surroundings,
-        |control, simulated, limited, cycle| {
-            let bridge = &mut limited.bridge;
+        |control,
+         arm,
+         Limited {
+             bridge, touching, ..
+         },
+         cycle| {
             if let Some(told) = unity.newest(cycle.t_s) {
                 control.target = Some(told.target);
                 control.slide = told.slide;
             }
             let until_s = cycle.t_s + bridge.pacing.period_s();
-            let force_n = touching.advance(simulated, until_s, None, None)?;
-            limited.skipped_s = touching.skipped_s();
+            let force_n = touching.advance(arm, until_s, None, None)?;
             if bridge.view.is_due(cycle.t_s) {
                 let is_touched =
                     matches!(control.renderer().contact(), ContactState::Contact { .. });

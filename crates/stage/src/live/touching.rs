@@ -1,11 +1,10 @@
 //! The fingertip of a tracked hand on the board of a simulated arm.
 
-use crate::run::simulated_arm::{ArmError, SimulatedArm};
+use crate::run::simulated_arm::{ArmError, Finger, SimulatedArm};
 use glam::DVec3;
 use hwall::hand::{HandFrame, Tracking};
 use hwall::haptics::Board;
 use hwall_geometry::Wrench;
-use hwall_sim::HandContact;
 
 /// Between two samples the fingertip goes on for at most this long, s: a period of a headset and a half.
 const AHEAD_S: f64 = 0.02;
@@ -16,7 +15,7 @@ const LONGEST_S: f64 = 0.1;
 
 /// Presses the board of a simulated arm with a tracked fingertip.
 pub(super) struct Touching {
-    finger: HandContact,
+    finger: Finger,
     until_s: f64,
     skipped_s: f64,
 }
@@ -24,10 +23,7 @@ pub(super) struct Touching {
 impl Touching {
     pub(super) fn new(board: &Board) -> Self {
         Self {
-            finger: HandContact {
-                half_extent_m: board.half_width_m,
-                ..HandContact::default()
-            },
+            finger: Finger::new(board),
             until_s: 0.0,
             skipped_s: 0.0,
         }
@@ -66,16 +62,7 @@ impl Touching {
                 state.velocity_m_per_s,
             ))
         });
-        let wrench = match tip {
-            Some((tip_m, velocity)) => {
-                let relative = velocity - arm.twist().linear_m_per_s;
-                self.finger.wrench(&arm.pose(), tip_m, relative)?
-            }
-            None => None,
-        };
-        let wrench = wrench.unwrap_or_default();
-        arm.apply_wrench(wrench)?;
-        Ok(wrench.force_n)
+        self.finger.press(arm, tip)
     }
 }
 

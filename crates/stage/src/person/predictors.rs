@@ -18,9 +18,10 @@ use std::ops::Range;
 use std::time::Instant;
 
 /// A way to foresee touches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum PredictorKind {
     /// The learned estimate of where the motion ends, fused with gaze and surfaces
+    #[default]
     Fused,
     /// The gaze ray; without a gaze, the ray along the hand's motion
     RayLed,
@@ -46,6 +47,15 @@ impl PredictorKind {
             Self::RayLed => "ray-led",
             Self::RayCast => "ray cast",
             Self::EndToEnd => "end-to-end",
+        }
+    }
+
+    /// The settings of the ray that leads it, for those that a ray leads.
+    #[must_use]
+    pub fn ray_config(self) -> DeterministicConfig {
+        match self {
+            Self::RayCast => DeterministicConfig::default(),
+            _ => DeterministicConfig::ray_led(),
         }
     }
 }
@@ -210,21 +220,21 @@ impl Predictors {
                 (None, leader.unwrap_or(PredictorKind::RayLed), remark)
             }
         };
-        let ray = |config| -> anyhow::Result<Option<Box<dyn CopiedPredictor>>> {
-            Ok(Some(Box::new(DeterministicPredictor::new(config)?)))
+        let ray = |kind: PredictorKind| -> anyhow::Result<Option<Box<dyn CopiedPredictor>>> {
+            Ok(Some(Box::new(DeterministicPredictor::new(
+                kind.ray_config(),
+            )?)))
         };
-        let predictors = [
-            fused.map(|fused| Box::new(fused) as Box<dyn CopiedPredictor>),
-            ray(DeterministicConfig::ray_led())?,
-            ray(DeterministicConfig::default())?,
-            None,
-        ];
-        let answers = Vec::with_capacity(16);
         let all = Self {
-            predictors,
+            predictors: [
+                fused.map(|fused| Box::new(fused) as Box<dyn CopiedPredictor>),
+                ray(PredictorKind::RayLed)?,
+                ray(PredictorKind::RayCast)?,
+                None,
+            ],
             leader,
             adapts: true,
-            answers,
+            answers: Vec::with_capacity(16),
             records: Vec::new(),
         };
         Ok((all, remark))
@@ -306,13 +316,13 @@ impl Predictor for Predictors {
     }
 
     fn response_rad(&self) -> Option<[f64; 7]> {
-        let leader = self.predictors.get(self.leader as usize)?;
-        leader.as_ref()?.response_rad()
+        self.predictors[self.leader as usize]
+            .as_ref()?
+            .response_rad()
     }
 
     fn is_unfamiliar(&self) -> bool {
-        let leader = self.predictors.get(self.leader as usize);
-        let leader = leader.and_then(Option::as_ref);
+        let leader = self.predictors[self.leader as usize].as_ref();
         leader.is_some_and(|leader| leader.is_unfamiliar())
     }
 

@@ -5,14 +5,14 @@ use crate::person::predictors::{PredictorKind, Predictors, TrainingPeople, strea
 use crate::person::training;
 use anyhow::{Context, ensure};
 use hwall::Walls;
-use hwall::haptics::{Board, BoardTarget, surface_axes};
+use hwall::haptics::{BoardTarget, surface_axes};
+use hwall::kinematics::JointPositions;
 use hwall::response::{
     Demonstrator, EndToEnd, ResponseConfig, ResponseDemonstration, ResponseModel, Task,
 };
 use hwall::texture::TextureLevels;
 use hwall_hand::LabelledReach;
 use hwall_scene::{Scene, SurfaceId, SurfaceKind};
-use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -36,8 +36,6 @@ pub struct Scenery<'a> {
     pub scene: &'a Scene,
     /// The arm, with the face of the board as its tool.
     pub arm: &'a BoardArm,
-    /// The board.
-    pub board: &'a Board,
     /// Where the arm waits, and from which configurations it presents.
     pub walls: &'a Walls,
     /// Who demonstrates.
@@ -46,60 +44,31 @@ pub struct Scenery<'a> {
     pub textured: bool,
 }
 
-/// What the response of the main job is taught of a task.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Taught {
-    /// It is shown so many times.
-    Shown(usize),
-    /// It is not shown.
-    Untaught(Untaught),
-}
-
-/// Why a task is not shown in the main job. The example `end_to_end` shows all three and judges how they are told apart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Untaught {
-    /// Nothing in the scene gives way to a push.
-    NothingGivesWay,
-    /// What gives way is presented as for a touch, with the middle of the board under the fingertip: to tell a push from a touch would
-    /// lead the arm nowhere else.
-    PushedAsTouched,
-    /// A scene says of surfaces where they are and how they move, not around which edge a hand can close, and the people of the main job
-    /// touch with the fingertip.
-    NothingToGrasp,
-}
-
-impl fmt::Display for Untaught {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NothingGivesWay => "nothing in the scene gives way",
-            Self::PushedAsTouched => "what gives way is presented as for a touch",
-            Self::NothingToGrasp => "a scene does not say what can be grasped",
-        })
+impl Scenery<'_> {
+    /// Where the arm waits before anybody comes; an arm without a waiting posture starts somewhere all the same.
+    #[must_use]
+    pub fn start(&self) -> JointPositions {
+        self.walls.waiting.unwrap_or(self.arm.start())
     }
 }
 
-/// What is taught of every task in a scene with so many demonstrations, in the order of [`Task::ALL`].
+/// The tasks that the main job does not teach, each with its reason. The example `end_to_end` teaches all three and judges how they are
+/// told apart.
+///
+/// To tell a push from a touch would lead the arm nowhere else: what gives way is presented with the middle of the board under the
+/// fingertip, too. Around which edge a hand can close a scene does not say, and the people of the main job touch with the fingertip.
 #[must_use]
-pub fn taught_tasks(scene: &Scene, demonstrations: usize) -> [Taught; 3] {
+pub fn untaught_line(scene: &Scene) -> String {
     let still = [SurfaceKind::Static, SurfaceKind::Untouchable];
     let gives_way = scene.surfaces().iter().any(|s| !still.contains(&s.kind));
-    Task::ALL.map(|task| match task {
-        Task::Touch => Taught::Shown(demonstrations),
-        Task::Push if gives_way => Taught::Untaught(Untaught::PushedAsTouched),
-        Task::Push => Taught::Untaught(Untaught::NothingGivesWay),
-        Task::Grasp => Taught::Untaught(Untaught::NothingToGrasp),
-    })
-}
-
-/// The tasks that are not taught, each with its reason; empty if all are.
-#[must_use]
-pub fn untaught_line(taught: &[Taught; 3]) -> String {
-    let each = Task::ALL.iter().zip(taught);
-    let untaught = each.filter_map(|(task, taught)| match taught {
-        Taught::Shown(_) => None,
-        Taught::Untaught(why) => Some(format!("no {}: {why}", task.name())),
-    });
-    untaught.collect::<Vec<_>>().join("; ")
+    let push = match gives_way {
+        true => "what gives way is presented as for a touch",
+        false => "nothing in the scene gives way",
+    };
+    let grasp = "a scene does not say what can be grasped";
+    let untaught = [(Task::Push, push), (Task::Grasp, grasp)];
+    let untaught = untaught.map(|(task, why)| format!("no {}: {why}", task.name()));
+    untaught.join("; ")
 }
 
 /// The predictors, with the end-to-end response trained if it leads, and then a line for the user: what was learnt from whom.
@@ -114,14 +83,13 @@ pub fn taught(
         return Ok((predictors, None));
     }
     let began = Instant::now();
-    let trained = end_to_end(scenery).context("the end-to-end response cannot be trained")?;
+    let (response, shown) = end_to_end(scenery)?;
     let remark = format!(
-        "the end-to-end response learnt from {} simulated demonstrations of hand and joints, of {PEOPLE} people none of whom is judged, in {:.1} s ({})",
-        trained.1,
+        "the end-to-end response learnt from {shown} simulated demonstrations of hand and joints, of {PEOPLE} people none of whom is judged, in {:.1} s ({})",
         began.elapsed().as_secs_f64(),
-        untaught_line(&taught_tasks(scenery.scene, trained.1))
+        untaught_line(scenery.scene)
     );
-    Ok((predictors.with_response(trained.0), Some(remark)))
+    Ok((predictors.with_response(response), Some(remark)))
 }
 
 /// What an answered reach was for.
@@ -150,8 +118,10 @@ pub fn answered(
     people: Range<u64>,
     reaches: usize,
 ) -> anyhow::Result<Vec<Answered>> {
-    let Scenery { scene, board, .. } = *scenery;
-    let (arm, walls) = (scenery.arm, scenery.walls);
+    let Scenery {
+        scene, arm, walls, ..
+    } = *scenery;
+    let board = arm.board();
     let waiting = walls.waiting.context("the arm has nowhere to wait")?;
     let demonstrator = Demonstrator::new(arm.kinematics(), board, scene, &waiting)?;
     let levels = match scenery.textured {
@@ -198,14 +168,17 @@ pub fn answered(
 /// # Errors
 /// As [`answered`]; too few of them.
 pub fn end_to_end(scenery: &Scenery<'_>) -> anyhow::Result<(EndToEnd, usize)> {
-    let answered = answered(scenery, Task::Touch, 0..PEOPLE, TOUCHES)?;
-    let shown: Vec<ResponseDemonstration> = answered.into_iter().map(|a| a.shown).collect();
-    ensure!(
-        shown.len() >= LEAST,
-        "the arm can answer {} of the simulated reaches only, {LEAST} are needed",
-        shown.len()
-    );
-    let model = ResponseModel::train(&shown, &ResponseConfig::default())?;
-    let predictor = EndToEnd::new(&model, Arc::clone(scenery.arm.kinematics()))?;
-    Ok((predictor, shown.len()))
+    let trained = || -> anyhow::Result<_> {
+        let answered = answered(scenery, Task::Touch, 0..PEOPLE, TOUCHES)?;
+        let shown: Vec<ResponseDemonstration> = answered.into_iter().map(|a| a.shown).collect();
+        ensure!(
+            shown.len() >= LEAST,
+            "the arm can answer {} of the simulated reaches only, {LEAST} are needed",
+            shown.len()
+        );
+        let model = ResponseModel::train(&shown, &ResponseConfig::default())?;
+        let predictor = EndToEnd::new(&model, Arc::clone(scenery.arm.kinematics()))?;
+        Ok((predictor, shown.len()))
+    };
+    trained().context("the end-to-end response cannot be trained")
 }

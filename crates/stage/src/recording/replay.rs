@@ -41,33 +41,26 @@ pub fn replay(path: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
         counted(frames as usize, "frame", "frames"),
         counted(runs as usize, "run", "runs")
     )?;
-    match replayed.ending {
-        Ending::Finished => {}
+    let ended = match replayed.ending {
+        Ending::Finished => None,
         Ending::Unfinished => {
-            writeln!(
-                out,
-                "the recording was not finished: its last half second may be missing"
-            )?;
+            Some("the recording was not finished: its last half second may be missing".to_owned())
         }
-        Ending::Followed { offset } => writeln!(
-            out,
+        Ending::Followed { offset } => Some(format!(
             "the file goes on behind the end of the recording, at byte {offset}: another program wrote to it, or the recorder was killed as it ended"
-        )?,
-        Ending::Cut { offset } => writeln!(
-            out,
+        )),
+        Ending::Cut { offset } => Some(format!(
             "the recording is cut at byte {offset}: what was recorded after that is missing"
-        )?,
-        Ending::CutBehind { offset } => writeln!(
-            out,
+        )),
+        Ending::CutBehind { offset } => Some(format!(
             "the file is cut at byte {offset}, behind all that was recorded: other programs may not open it"
-        )?,
-    }
-    if replayed.missing > 0 {
-        writeln!(
-            out,
-            "{} messages were left out when it was recorded",
-            replayed.missing
-        )?;
+        )),
+    };
+    let missing = replayed.missing;
+    let left_out =
+        (missing > 0).then(|| format!("{missing} messages were left out when it was recorded"));
+    for line in ended.iter().chain(&left_out) {
+        writeln!(out, "{line}")?;
     }
     if let Some(difference) = replayed.difference {
         bail!("{}: the commands differ, first in {difference}", name());

@@ -4,9 +4,8 @@ use super::setup::{Options, run_from};
 use crate::input::arms::{BoardArm, NamedArm};
 use crate::person::predictors::Predictors;
 use crate::person::responses::{self, Scenery};
-use crate::run::session_settings::SessionSettings;
+use crate::run::stage::SessionSettings;
 use anyhow::Context;
-use hwall::haptics::Board;
 use hwall::{Session, Walls};
 use hwall_record::{ArmSource, Run, Setup};
 use hwall_scene::Scene;
@@ -15,7 +14,6 @@ use hwall_scene::Scene;
 /// built once more.
 pub struct Rebuilt {
     arm: BoardArm,
-    board: Board,
     scene: Scene,
     walls: Walls,
     predictors: Predictors,
@@ -29,46 +27,34 @@ impl Rebuilt {
     /// A setup that is not one of the main job, or does not fit this build.
     pub fn new(setup: &Setup) -> anyhow::Result<Self> {
         let options = Options::of(setup)?;
-        let board = setup.board;
         let arm = match &setup.arm {
-            ArmSource::Named(name) => BoardArm::named(name.as_str(), &board)?,
+            ArmSource::Named(name) => BoardArm::named(name.as_str(), &setup.board)?,
             ArmSource::Urdf { name, text } => {
                 let [root, tip] = options.ends.clone();
                 let name = name.clone();
-                BoardArm::from_urdf(&NamedArm { name, root, tip }, text, &board)?
+                BoardArm::from_urdf(&NamedArm { name, root, tip }, text, &setup.board)?
             }
         };
         let texts = (setup.scene_obj.as_str(), setup.scene_sidecar.as_deref());
         let (scene, _) = Scene::from_obj_str_in(texts.0, texts.1, &options.frame)
             .context("the recorded scene")?;
         let scene = options.base.scene_seen(&scene)?;
-        let (predictors, _) = Predictors::train(
-            &scene,
-            &arm,
-            &options.training_people,
-            Some(options.predictor),
-        )?;
-        let walls = arm.walls_of(
-            &scene,
-            &board,
-            options.likely_touches.clone(),
-            options.textured,
-        )?;
+        let (people, leader) = (&options.training_people, Some(options.predictor));
+        let (predictors, _) = Predictors::train(&scene, &arm, people, leader)?;
+        let walls = arm.walls_of(&scene, options.likely_touches.clone(), options.textured)?;
         let scenery = Scenery {
             scene: &scene,
             arm: &arm,
-            board: &board,
             walls: &walls,
-            people: &options.training_people,
+            people,
             textured: options.textured,
         };
         let (predictors, _) = responses::taught(predictors, &scenery)?;
         Ok(Self {
+            predictors: predictors.with_adapting(options.adapts),
             arm,
-            board,
             scene,
             walls,
-            predictors: predictors.with_adapting(options.adapts),
             options,
         })
     }
@@ -79,13 +65,16 @@ impl Rebuilt {
     /// A run that does not say what it needs.
     pub fn session(&self, run: &Run) -> anyhow::Result<Session<Predictors>> {
         let (filter, sees_head, arm_minus_tracker_s) = run_from(run)?;
-        let settings = SessionSettings {
-            arm: &self.arm,
-            board: &self.board,
-            room: self.options.room.as_ref().map(|read| &read.room),
+        let scenery = Scenery {
             scene: &self.scene,
+            arm: &self.arm,
             walls: &self.walls,
+            people: &self.options.training_people,
             textured: self.options.textured,
+        };
+        let settings = SessionSettings {
+            scenery,
+            room: self.options.room.as_ref().map(|read| &read.room),
             level: self.options.level,
             filter,
             sees_head,

@@ -7,14 +7,15 @@ use crate::input::floor_pose::FloorPose;
 use crate::input::real_room::RealRoom;
 use crate::input::scene_file::SceneFile;
 use crate::person::predictors::{PredictorKind, TrainingPeople};
+use crate::person::responses::Scenery;
 use crate::run::simulated_arm::ArmLevel;
+use crate::run::stage::SessionSettings;
 use crate::setting;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use glam::DVec3;
 use hwall::LikelyTouches;
 use hwall::arrival::WeightedTarget;
-use hwall::haptics::Board;
 use hwall::reachability::Target;
 use hwall_hand::{HandFilterConfig, HandPoint};
 use hwall_record::{ArmSource, Run, Setup};
@@ -23,28 +24,24 @@ use hwall_sim::PersonConfig;
 use std::path::Path;
 
 /// Where a session comes from: all that is needed to make it again, trained as it was.
-#[derive(Debug, Clone)]
+#[derive(Clone, Copy)]
 pub struct SessionSource<'a> {
     /// OBJ file; `None`: the built-in room.
     pub scene: Option<SceneFile<'a>>,
     /// The arm.
     pub arm: &'a NamedArm,
-    /// The board.
-    pub board: &'a Board,
     /// The file of what really stands around the arm; `None`: a floor.
     pub room: Option<&'a str>,
     /// The arm's base in the scene.
     pub base: FloorPose,
-    /// Does the board present the roughness of surfaces?
-    pub textured: bool,
+    /// What became of them: board, texture, and whom the predictor learnt from; who they are follows from a seed that is built in.
+    pub scenery: Scenery<'a>,
     /// How objects are rendered.
     pub level: ArmLevel,
     /// Who leads the board.
     pub predictor: PredictorKind,
     /// Do predictors learn from touches that the board feels?
     pub adapts: bool,
-    /// Whom the predictor learnt from; who they are follows from a seed that is built in.
-    pub training_people: &'a TrainingPeople,
     /// What the arm waits for.
     pub likely_touches: &'a LikelyTouches,
 }
@@ -65,7 +62,7 @@ impl SessionSource<'_> {
         } else {
             ArmSource::Named(name.clone())
         };
-        let people = self.training_people;
+        let people = self.scenery.people;
         let points: Vec<&str> = people.points.iter().map(|point| point.name()).collect();
         let FloorPose { origin_m, yaw_rad } = self.base;
         let usual = TrainingPeople::default();
@@ -83,7 +80,7 @@ impl SessionSource<'_> {
                 "base",
                 numbers(&[origin_m.x, origin_m.y, origin_m.z, yaw_rad]),
             ),
-            ("textured", self.textured.to_string()),
+            ("textured", self.scenery.textured.to_string()),
             ("level", name_of(self.level)),
             ("predictor", name_of(self.predictor)),
             ("adapts", self.adapts.to_string()),
@@ -110,7 +107,7 @@ impl SessionSource<'_> {
             scene_obj,
             scene_sidecar,
             arm,
-            board: *self.board,
+            board: *self.scenery.arm.board(),
             options: options
                 .map(|(key, value)| (key.to_owned(), value))
                 .collect(),
@@ -122,19 +119,19 @@ impl SessionSource<'_> {
 ///
 /// # Errors
 /// A filter that is neither that for simulated hands nor the usual one.
-pub fn run_of(
-    number: usize,
-    filter: &HandFilterConfig,
-    sees_head: bool,
-    arm_minus_tracker_s: f64,
-) -> anyhow::Result<Run> {
-    let filter = FILTERS.iter().find(|(_, config)| config() == *filter);
+pub fn run_of(number: usize, settings: &SessionSettings<'_>) -> anyhow::Result<Run> {
+    let filter = FILTERS
+        .iter()
+        .find(|(_, config)| config() == settings.filter);
     let (filter, _) =
         filter.context("a hand filter with settings of its own cannot be recorded")?;
     let options = [
         ("hand_filter", (*filter).to_owned()),
-        ("sees_head", sees_head.to_string()),
-        ("arm_minus_tracker_s", format!("{arm_minus_tracker_s:?}")),
+        ("sees_head", settings.sees_head.to_string()),
+        (
+            "arm_minus_tracker_s",
+            numbers(&[settings.arm_minus_tracker_s]),
+        ),
     ];
     Ok(Run {
         number: u32::try_from(number)?,
@@ -155,9 +152,7 @@ pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, bool, f64
     let filter = FILTERS.iter().find(|(known, _)| *known == name);
     let (_, filter) = filter.with_context(|| format!("hand_filter: {name:?} is not known"))?;
     let sees_head = wanted(run.option("sees_head"), "sees_head")?;
-    let sees_head = sees_head
-        .parse()
-        .with_context(|| format!("sees_head: {sees_head:?} is neither true nor false"))?;
+    let sees_head = flag_of("sees_head", sees_head)?;
     let offset = wanted(run.option("arm_minus_tracker_s"), "arm_minus_tracker_s")?;
     let [offset_s] = numbers_of("arm_minus_tracker_s", offset)?;
     Ok((filter(), sees_head, offset_s))
@@ -182,12 +177,7 @@ pub(super) struct Options {
 impl Options {
     pub(super) fn of(setup: &Setup) -> anyhow::Result<Self> {
         let text = |key: &'static str| wanted(setup.option(key), key);
-        let flag = |key: &'static str| -> anyhow::Result<bool> {
-            let value = text(key)?;
-            value
-                .parse()
-                .with_context(|| format!("{key}: {value:?} is neither true nor false"))
-        };
+        let flag = |key: &'static str| flag_of(key, text(key)?);
         let [x, y, z, yaw_rad] = numbers_of("base", text("base")?)?;
         let points = text("training_points")?.split_whitespace().map(|name| {
             let point = HandPoint::ALL.into_iter().find(|p| p.name() == name);
@@ -259,6 +249,11 @@ fn wanted<'a>(value: Option<&'a str>, key: &str) -> anyhow::Result<&'a str> {
 fn name_of(value: impl ValueEnum) -> String {
     let word = value.to_possible_value();
     word.map_or_else(String::new, |word| word.get_name().to_owned())
+}
+
+fn flag_of(key: &str, text: &str) -> anyhow::Result<bool> {
+    let flag = text.parse();
+    flag.with_context(|| format!("{key}: {text:?} is neither true nor false"))
 }
 
 fn named<T: ValueEnum>(key: &str, text: &str) -> anyhow::Result<T> {
@@ -335,12 +330,43 @@ fn touches_of(text: &str) -> anyhow::Result<LikelyTouches> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::arms::BoardArm;
+    use hwall::Walls;
+    use hwall::haptics::Board;
+    use hwall_scene::Scene;
+
+    /// The built-in room with an iiwa 7.
+    struct Place {
+        arm: BoardArm,
+        scene: Scene,
+        walls: Walls,
+    }
+
+    impl Place {
+        fn new() -> Self {
+            Self {
+                arm: BoardArm::named("iiwa7", &Board::default()).unwrap(),
+                scene: setting::load_scene(None).unwrap().0,
+                walls: Walls::default(),
+            }
+        }
+
+        fn scenery<'a>(&'a self, people: &'a TrainingPeople, textured: bool) -> Scenery<'a> {
+            Scenery {
+                scene: &self.scene,
+                arm: &self.arm,
+                walls: &self.walls,
+                people,
+                textured,
+            }
+        }
+    }
 
     const ROOM: &str = "[[plane]]\npoint_m = [0, 0, -0.1]\nnormal = [0, 0, 1]\n";
 
     #[test]
     fn options_come_back_bit_by_bit() {
-        let board = Board::default();
+        let built_in = Place::new();
         let place = |x: f64, roll_rad| WeightedTarget {
             target: Target {
                 point_m: DVec3::new(x, -0.1 - x, 1.0 / 3.0),
@@ -349,25 +375,24 @@ mod tests {
             weight: 1e-300,
             roll_rad,
         };
+        let people = TrainingPeople {
+            points: vec![HandPoint::Palm, HandPoint::Index],
+            head: true,
+            gaze: false,
+            ..TrainingPeople::default()
+        };
         let source = SessionSource {
             scene: None,
             arm: &"iiwa14".into(),
-            board: &board,
             room: Some(ROOM),
             base: FloorPose {
                 origin_m: DVec3::new(0.1, -2.0 / 7.0, 5e-324),
                 yaw_rad: std::f64::consts::PI / 7.0,
             },
-            textured: false,
+            scenery: built_in.scenery(&people, false),
             level: ArmLevel::Torque,
             predictor: PredictorKind::RayLed,
             adapts: true,
-            training_people: &TrainingPeople {
-                points: vec![HandPoint::Palm, HandPoint::Index],
-                head: true,
-                gaze: false,
-                ..TrainingPeople::default()
-            },
             likely_touches: &LikelyTouches::Such(vec![place(0.3, None), place(0.7, Some(0.1))]),
         };
         let options = Options::of(&source.to_setup().unwrap()).unwrap();
@@ -376,30 +401,37 @@ mod tests {
             options.base.yaw_rad.to_bits(),
             source.base.yaw_rad.to_bits()
         );
-        assert_eq!(&options.training_people, source.training_people);
+        assert_eq!(options.training_people, people);
         assert_eq!(&options.likely_touches, source.likely_touches);
         assert_eq!((options.textured, options.level), (false, ArmLevel::Torque));
         assert_eq!(options.predictor, PredictorKind::RayLed);
         assert_eq!(options.room.map(|room| room.text).as_deref(), Some(ROOM));
         // People who stayed where they stood while the base was moved, and people whom nobody knows.
-        let stayed = source.training_people.clone().seen_from(source.base);
-        let moved = |training_people| SessionSource {
-            training_people,
-            ..source
+        let stayed = people.clone().seen_from(source.base);
+        let of = |people| {
+            let scenery = built_in.scenery(people, false);
+            SessionSource { scenery, ..source }.to_setup()
         };
-        let options = Options::of(&moved(&stayed).to_setup().unwrap()).unwrap();
+        let options = Options::of(&of(&stayed).unwrap()).unwrap();
         assert_eq!(options.training_people, stayed);
         // Others stand where a recorded hand is first seen.
-        let mut elsewhere = source.training_people.clone();
+        let mut elsewhere = people.clone();
         elsewhere.person.head_m += DVec3::new(0.1, 1.0 / 3.0, -0.2);
-        let options = Options::of(&moved(&elsewhere).to_setup().unwrap()).unwrap();
+        let options = Options::of(&of(&elsewhere).unwrap()).unwrap();
         assert_eq!(options.training_people, elsewhere);
         let mut others = elsewhere.clone();
         others.person.reach_scatter += 0.1;
-        assert!(moved(&others).to_setup().is_err());
-        let filter = HandFilterConfig::default();
-        let run = run_of(3, &filter, false, -0.1).unwrap();
-        assert_eq!(run_from(&run).unwrap(), (filter, false, -0.1));
+        assert!(of(&others).is_err());
+        let settings = SessionSettings {
+            scenery: source.scenery,
+            room: None,
+            level: source.level,
+            filter: HandFilterConfig::default(),
+            sees_head: false,
+            arm_minus_tracker_s: -0.1,
+        };
+        let run = run_of(3, &settings).unwrap();
+        assert_eq!(run_from(&run).unwrap(), (settings.filter, false, -0.1));
     }
 
     /// A scene and an arm in Latin-1 were loaded, and could not be recorded.
@@ -418,7 +450,7 @@ mod tests {
         );
         file("room.toml", b"\xef\xbb\xbf# M\xc3\xbcller\n");
         let urdf = file("arm.urdf", b"<!-- M\xfcller --><robot/>");
-        let board = Board::default();
+        let (built_in, people) = (Place::new(), TrainingPeople::default());
         let frame = FileFrame {
             metres_per_unit: 0.1 + 0.2,
             y_up: true,
@@ -426,14 +458,12 @@ mod tests {
         let source = SessionSource {
             scene: Some(SceneFile { path: &obj, frame }),
             arm: &urdf.to_str().unwrap().into(),
-            board: &board,
             room: None,
             base: FloorPose::ORIGIN,
-            textured: true,
+            scenery: built_in.scenery(&people, true),
             level: ArmLevel::Servo,
             predictor: PredictorKind::RayLed,
             adapts: true,
-            training_people: &TrainingPeople::default(),
             likely_touches: &LikelyTouches::default(),
         };
         let setup = source.to_setup();

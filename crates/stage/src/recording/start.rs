@@ -1,15 +1,15 @@
 //! `--mcap FILE`.
 
 use super::setup::SessionSource;
-use crate::input::arms::{BoardArm, NamedArm};
+use crate::input::arms::NamedArm;
 use crate::input::file_plan::FilePlan;
 use crate::input::scene_file::SceneFile;
-use crate::run::people::Stage;
+use crate::person::responses::Scenery;
+use crate::run::stage::Stage;
 use crate::setting::Setting;
 use anyhow::{Context, ensure};
 use hwall_files::same_file;
 use hwall_record::{Recorder, RecorderConfig, Skeleton};
-use hwall_scene::Scene;
 use std::path::{Path, PathBuf};
 
 /// Where the arm's capsules go: `session.urdf` for `session.mcap`.
@@ -29,19 +29,17 @@ pub fn planned(plan: FilePlan, flag: &'static str, path: Option<&Path>) -> FileP
     plan.write(flag, path).write(beside, urdf.as_deref())
 }
 
-/// Begins a recording and writes the arm's capsules [beside](urdf_beside) it. `scene` is the one that `source` names,
-/// seen from the arm's base. The recording stands under its name from the beginning: what a crash leaves can be opened.
+/// Begins a recording and writes the arm's capsules [beside](urdf_beside) it. The recording stands under its name from the beginning: what a crash leaves can be opened.
 ///
 /// # Errors
 /// A file that cannot be read or written, or that is the arm's own description; an arm whose links are not known.
 pub fn start(
     path: &Path,
     source: &SessionSource<'_>,
-    arm: &BoardArm,
-    scene: &Scene,
     config: &RecorderConfig,
 ) -> anyhow::Result<Recorder> {
-    let skeleton = Skeleton::new(&arm.links()?, &**arm.kinematics(), source.board)?;
+    let Scenery { arm, scene, .. } = source.scenery;
+    let skeleton = Skeleton::new(&arm.links()?, &**arm.kinematics(), arm.board())?;
     let urdf = urdf_beside(path);
     ensure!(
         urdf != path && !same_file(&urdf, &source.arm.name),
@@ -71,23 +69,15 @@ pub fn of_stage(
     let source = SessionSource {
         scene,
         arm,
-        board: stage.board,
         room: None,
         base: setting.base,
-        textured: stage.textured,
+        scenery: stage.scenery,
         level: stage.level,
         predictor: stage.predictors.leader(),
         adapts: stage.predictors.adapts(),
-        training_people: &setting.training_people,
         likely_touches: &setting.likely_touches,
     };
-    start(
-        path,
-        &source,
-        stage.arm,
-        stage.scene,
-        &RecorderConfig::simulated(),
-    )
+    start(path, &source, &RecorderConfig::simulated())
 }
 
 /// Ends a recording. Returns a line for the user.

@@ -67,10 +67,10 @@ pub const fn width_of(place: u32, count: usize) -> u32 {
 ///
 /// # Errors
 /// Any error of the drawing.
-pub fn legend_beside<'n, DB: DrawingBackend>(
+pub fn legend_beside<'n, DB: DrawingBackend, C: Color>(
     area: &DrawingArea<DB, Shift>,
     from: (i32, i32),
-    keys: impl IntoIterator<Item = (Sign, RGBColor, &'n str)>,
+    keys: impl IntoIterator<Item = (Sign, C, &'n str)>,
 ) -> anyhow::Result<()> {
     for (row, (sign, colour, name)) in (0..).zip(keys) {
         let (x, y) = (from.0, from.1 + 22 * row);

@@ -3,7 +3,8 @@
 use super::{json, plan_figure, run_figures, tables, views};
 use crate::input::file_plan::FilePlan;
 use crate::recording;
-use crate::run::people::{PersonRun, Stage};
+use crate::run::people::PersonRun;
+use crate::run::stage::Stage;
 use anyhow::Context;
 use hwall::reachability::WallMaps;
 use std::path::Path;
@@ -56,13 +57,17 @@ impl Outputs<'_> {
         stage: &Stage<'_>,
         span_s: (f64, f64),
     ) -> anyhow::Result<String> {
-        let (first, scene) = (first(runs)?, stage.scene);
+        let (first, scenery) = (first(runs)?, &stage.scenery);
         let run = &first.run;
         let in_folder = |name: &str| self.folder.join(name);
-        plan_figure::plan(&in_folder(PLAN), scene, &stage.walls.maps, &run.trace)?;
+        plan_figure::plan(
+            &in_folder(PLAN),
+            scenery.scene,
+            &scenery.walls.maps,
+            &run.trace,
+        )?;
         run_figures::over_time(&in_folder(TIME), &run.trace, &run.forces, span_s)?;
-        let arm = &**stage.arm.kinematics();
-        let views = views::write(self.folder, scene, arm, stage.board, first, self.glb)?;
+        let views = views::write(self.folder, scenery, first, self.glb)?;
         tables::touches_csv(&in_folder(TOUCHES), runs)?;
         if let Some(path) = self.json {
             json::write(path, runs)?;

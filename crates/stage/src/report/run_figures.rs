@@ -2,13 +2,12 @@
 
 use crate::person::predictors::PredictorKind;
 use crate::report::figure_file::FigureFile;
-use crate::report::figures::{COLOURS, TEXT, TITLE, plot_error};
+use crate::report::figures::{COLOURS, Sign, TEXT, TITLE, legend_beside, plot_error};
 use crate::run::judged::judge::RIGHT_M;
 use crate::run::kept::push_log::ForceSample;
 use crate::run::kept::trace::Trace;
 use glam::DVec3;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
 /// Points, colour and name of a line.
@@ -102,21 +101,11 @@ pub fn over_time(
             (&trace.lost_s, yellow, "hand lost"),
         ];
         let spans = spans.into_iter().filter(|(spans, ..)| !spans.is_empty());
-        let keys = spans.map(|(_, colour, name)| (colour.mix(0.3), 10, name));
-        let lines = series
-            .iter()
-            .map(|&(_, colour, name)| (colour.to_rgba(), 2, name));
-        for (k, (colour, thickness, name)) in keys.chain(lines).enumerate() {
-            let (x, y) = ((WIDTH - LEGEND) as i32 + 12, 48 + 22 * k as i32);
-            let key = [(x, y - thickness / 2), (x + 18, y + (thickness + 1) / 2)];
-            area.draw(&Rectangle::new(key, colour.filled()))
-                .map_err(plot_error)?;
-            let style = TextStyle::from(TEXT).color(&BLACK);
-            let style = style.pos(Pos::new(HPos::Left, VPos::Center));
-            area.draw_text(name, &style, (x + 26, y))
-                .map_err(plot_error)?;
-        }
-        Ok(())
+        let keys = spans.map(|(_, colour, name)| (Sign::Line(10), colour.mix(0.3), name));
+        let lines = series.iter();
+        let lines = lines.map(|&(_, colour, name)| (Sign::Line(2), colour.to_rgba(), name));
+        let beside = ((WIDTH - LEGEND) as i32 + 12, 48);
+        legend_beside(area, beside, keys.chain(lines))
     };
     let farthest = trace
         .hand_distance_m

@@ -56,23 +56,19 @@ impl Summary {
         let count = |what: &dyn Fn(&JudgedTouch) -> bool| {
             reachable.iter().copied().filter(|t| what(t)).count()
         };
-        let gaps_m = sorted(reachable.iter().map(|t| t.outcome.gap_m));
-        let felt_s = sorted(reachable.iter().filter_map(|t| t.outcome.felt_after_s));
+        let gaps_m = Sorted::of(reachable.iter().map(|t| t.outcome.gap_m));
+        let felt_s = Sorted::of(reachable.iter().filter_map(|t| t.outcome.felt_after_s));
         let met: Vec<f64> = touches
             .iter()
             .filter_map(|t| t.outcome.met_m_per_s)
             .collect();
         let fast = met.iter().filter(|m_per_s| **m_per_s > FAST_M_PER_S);
-        let reversals = sorted(touches.iter().map(|t| t.regret.detours.reversals as f64));
+        let reversals = Sorted::of(touches.iter().map(|t| t.regret.detours.reversals as f64));
         let in_vain: usize = touches.iter().map(|t| t.regret.detours.in_vain).sum();
         let mut stops = BTreeMap::new();
         for stop in touches.iter().filter_map(|t| t.regret.stopped_by) {
             *stops.entry(stop.to_string()).or_default() += 1;
         }
-        let step_ns = sorted(
-            runs.iter()
-                .flat_map(|run| run.run.costs.iter().map(|cost| f64::from(cost.step_ns))),
-        );
         Self {
             people: runs.len(),
             touches: touches.len(),
@@ -80,18 +76,18 @@ impl Summary {
             possible: count(&|t| t.regret.possible),
             in_place: count(&|t| t.outcome.in_place()),
             possible_in_place: count(&|t| t.regret.possible && t.outcome.in_place()),
-            gap_median_m: at(&gaps_m, 0.5),
-            gap_p90_m: at(&gaps_m, 0.9),
-            felt_median_s: at(&felt_s, 0.5),
+            gap_median_m: gaps_m.at(0.5),
+            gap_p90_m: gaps_m.at(0.9),
+            felt_median_s: felt_s.at(0.5),
             met_fast: share(fast.count(), met.len()),
-            reversals_median: at(&reversals, 0.5),
+            reversals_median: reversals.at(0.5),
             in_vain_per_touch: share(in_vain, touches.len()),
             misses: Miss::ALL.map(|miss| {
                 let missed = |t: &&&JudgedTouch| t.regret.miss == Some(miss);
                 touches.iter().filter(missed).count()
             }),
             stops,
-            step_p99_us: at(&step_ns, 0.99).map(|ns| 1e-3 * ns),
+            step_p99_us: step_ns(runs).at(0.99).map(|ns| 1e-3 * ns),
         }
     }
 
@@ -108,17 +104,38 @@ impl Summary {
     }
 }
 
-fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values
-}
-
-/// Without a touch there is no value, and NaN would look like one.
-fn at(sorted: &[f64], p: f64) -> Option<f64> {
-    (!sorted.is_empty()).then(|| quantile(sorted, p))
-}
-
 fn share(part: usize, all: usize) -> Option<f64> {
     (all > 0).then(|| part as f64 / all as f64)
+}
+
+/// Values from the least to the largest.
+pub(super) struct Sorted(Vec<f64>);
+
+impl Sorted {
+    pub(super) fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut values: Vec<f64> = values.into_iter().collect();
+        values.sort_by(f64::total_cmp);
+        Self(values)
+    }
+
+    pub(super) const fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The quantile; without values there is none, and NaN would look like one.
+    pub(super) fn at(&self, p: f64) -> Option<f64> {
+        (!self.0.is_empty()).then(|| quantile(&self.0, p))
+    }
+
+    /// These quantiles in words, with a unit behind them: `12 / 34 ms`; `none` without values.
+    pub(super) fn text(&self, p: &[f64], unit: &str, words: impl Fn(f64) -> String) -> String {
+        let at: Option<Vec<String>> = p.iter().map(|p| self.at(*p).map(&words)).collect();
+        at.map_or("none".to_owned(), |at| at.join(" / ") + unit)
+    }
+}
+
+/// Times of all control steps, ns.
+pub(super) fn step_ns(runs: &[PersonRun]) -> Sorted {
+    let costs = runs.iter().flat_map(|run| &run.run.costs);
+    Sorted::of(costs.map(|cost| f64::from(cost.step_ns)))
 }

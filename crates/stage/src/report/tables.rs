@@ -1,16 +1,15 @@
 //! The table of a run, and its touches as CSV.
 
 use crate::input::numbers;
-use crate::person::predictors::PredictionRecord;
 use crate::person::predictors::{PREDICTORS, PredictorKind};
-use crate::report::summary::Summary;
-use crate::run::closed_loop::Run;
+use crate::report::summary::{Sorted, Summary, step_ns};
 use crate::run::judged::judge::{Outcome, RIGHT_M};
 use crate::run::judged::regret::{Miss, Regret};
+use crate::run::kept::log::Run;
 use crate::run::people::{JudgedTouch, PersonRun};
 use hwall::reachability::WallMaps;
 use hwall_hand::LostReason;
-use hwall_testkit::{ErrorStats, MarkdownTable, format_ns, quantile};
+use hwall_testkit::{MarkdownTable, format_ns};
 use hwall_texton::Level;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -71,60 +70,35 @@ pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> Markdown
         let stops = stops.map(|(stop, count)| format!("{count} {stop}"));
         row("of those with the arm stopped, by what", join(stops));
     }
+    let detours = summary.reversals_median.zip(summary.in_vain_per_touch);
     row(
         "board turned back on its way before a touch, median; boards sent in vain for each touch",
-        match (summary.reversals_median, summary.in_vain_per_touch) {
-            (Some(reversals), Some(vain)) => format!("{reversals}; {vain:.2}"),
-            _ => "none".to_owned(),
-        },
+        detours.map_or("none".to_owned(), |(reversals, vain)| {
+            format!("{reversals}; {vain:.2}")
+        }),
     );
-    // Without a touch there is no value, and NaN would look like one.
-    let or_none = |count: usize, text: String| if count == 0 { "none".to_owned() } else { text };
-    let mut leads: Vec<f64> = in_time.iter().filter_map(|o| o.lead_s).collect();
-    leads.sort_by(f64::total_cmp);
-    let lead = |p: f64| 1e3 * quantile(&leads, p);
-    row(
-        "lead time, least / median",
-        or_none(
-            leads.len(),
-            format!("{:.0} / {:.0} ms", lead(0.0), lead(0.5)),
-        ),
-    );
+    let ms = |s: f64| format!("{:.0}", 1e3 * s);
+    let mm = |m: f64| format!("{:.1}", 1e3 * m);
+    let leads = Sorted::of(in_time.iter().filter_map(|o| o.lead_s));
+    let text = leads.text(&[0.0, 0.5], " ms", ms);
+    row("lead time, least / median", text);
     let error = |f: &dyn Fn(&Outcome) -> f64| {
-        let stats = ErrorStats::from_errors(within.iter().map(|o| f(o)));
-        or_none(
-            within.len(),
-            format!("{:.1} / {:.1} mm", 1e3 * stats.median, 1e3 * stats.max),
-        )
+        Sorted::of(within.iter().map(|o| f(o).abs())).text(&[0.5, 1.0], " mm", mm)
     };
-    row(
-        "position error at contact, median / max",
-        error(&|o| o.offset_m.hypot(o.gap_m)),
-    );
+    let text = error(&|o| o.offset_m.hypot(o.gap_m));
+    row("position error at contact, median / max", text);
     row(
         "of it along the surface (harmless on the board), median / max",
         error(&|o| o.offset_m),
     );
-    row(
-        "of it along the normal (gap), median / max",
-        error(&|o| o.gap_m),
-    );
-    row(
-        "gap, nine of ten at most",
-        summary
-            .gap_p90_m
-            .map_or("none".to_owned(), |m| format!("{:.1} mm", 1e3 * m)),
-    );
-    let mut felt: Vec<f64> = within.iter().filter_map(|o| o.felt_after_s).collect();
-    felt.sort_by(f64::total_cmp);
-    let after = or_none(
-        felt.len(),
-        format!("median {:.0} ms after arrival", 1e3 * quantile(&felt, 0.5)),
-    );
-    row(
-        "contact felt (above 3 N)",
-        format!("{} of {}, {after}", felt.len(), within.len()),
-    );
+    let text = error(&|o| o.gap_m);
+    row("of it along the normal (gap), median / max", text);
+    let gaps = Sorted::of(within.iter().map(|o| o.gap_m));
+    row("gap, nine of ten at most", gaps.text(&[0.9], " mm", mm));
+    let felt = Sorted::of(within.iter().filter_map(|o| o.felt_after_s));
+    let after = felt.text(&[0.5], " ms after arrival", |s| format!("median {}", ms(s)));
+    let text = format!("{} of {}, {after}", felt.len(), within.len());
+    row("contact felt (above 3 N)", text);
     row("hand lost", losses(runs));
     let [gaze, direction, nearest, motion, none] =
         std::array::from_fn(|i| sum(&|run| run.sources[i]));
@@ -132,43 +106,24 @@ pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> Markdown
         "frames led by gaze / hand direction / nearest / motion / none",
         format!("{gaze} / {direction} / {nearest} / {motion} / {none}"),
     );
-    row(
-        "frames with the target out of reach",
-        sum(&|run| run.unreachable_frames).to_string(),
-    );
+    let count = sum(&|run| run.unreachable_frames);
+    row("frames with the target out of reach", count.to_string());
     let leader = runs.first().map_or("nobody", |run| run.run.leader.name());
     row("board led by", leader.to_owned());
     for kind in PredictorKind::ALL {
-        let took = |p: &PredictionRecord| p.took_ns[kind as usize];
         let records = runs.iter().flat_map(|run| &run.run.predictions);
-        let mut took_ns: Vec<f64> = records.map(took).collect();
-        took_ns.retain(|t| *t > 0.0);
-        took_ns.sort_by(f64::total_cmp);
-        let time = |p: f64| format_ns(quantile(&took_ns, p));
-        let text = or_none(took_ns.len(), format!("{} / {}", time(0.5), time(0.99)));
-        row(
-            &format!(
-                "time per prediction at the tracker's rate, {}, median / p99",
-                kind.name()
-            ),
-            text,
+        let took_ns = records.map(|p| p.took_ns[kind as usize]);
+        let took_ns = Sorted::of(took_ns.filter(|t| *t > 0.0));
+        let what = format!(
+            "time per prediction at the tracker's rate, {}, median / p99",
+            kind.name()
         );
+        row(&what, took_ns.text(&[0.5, 0.99], "", format_ns));
     }
-    let mut step_ns: Vec<f64> = runs
-        .iter()
-        .flat_map(|run| run.run.costs.iter().map(|cost| f64::from(cost.step_ns)))
-        .collect();
-    step_ns.sort_by(f64::total_cmp);
-    let time = |p: f64| format_ns(quantile(&step_ns, p));
+    let step_ns = step_ns(runs);
     row(
         "time per control step without prediction, median / p99 / p99.99 / most",
-        format!(
-            "{} / {} / {} / {}",
-            time(0.5),
-            time(0.99),
-            time(0.9999),
-            time(1.0)
-        ),
+        step_ns.text(&[0.5, 0.99, 0.9999, 1.0], "", format_ns),
     );
     row("control steps", step_ns.len().to_string());
     table
@@ -231,11 +186,7 @@ pub fn who_was_right(runs: &[PersonRun]) -> MarkdownTable {
     }
     // A predictor that is wrong until the end has no lead.
     let of = |i: usize| leads.iter().map(move |l| l[i].unwrap_or(0.0));
-    let median = |values: &mut dyn Iterator<Item = f64>| {
-        let mut sorted: Vec<f64> = values.collect();
-        sorted.sort_by(f64::total_cmp);
-        ms(quantile(&sorted, 0.5))
-    };
+    let median = |values: &mut dyn Iterator<Item = f64>| Sorted::of(values).text(&[0.5], "", ms);
     let mut summary = |name: &str, cell: &dyn Fn(usize) -> String| {
         let cells = kinds.iter().map(|kind| cell(*kind as usize));
         table.row([name.to_owned(), String::new()].into_iter().chain(cells));
@@ -402,11 +353,8 @@ fn reasons(outcomes: &[&Outcome]) -> String {
     for reason in outcomes.iter().filter_map(|o| o.unreachable.as_ref()) {
         *counts.entry(reason.name()).or_default() += 1;
     }
-    join(
-        counts
-            .into_iter()
-            .map(|(name, count)| format!("{count} {name}")),
-    )
+    let counts = counts.into_iter();
+    join(counts.map(|(name, count)| format!("{count} {name}")))
 }
 
 fn losses(runs: &[PersonRun]) -> String {
@@ -436,79 +384,74 @@ fn join(parts: impl Iterator<Item = String>) -> String {
     }
 }
 
+/// A column of the touches: its name, and what stands in it for a touch of the person of a number, from 1.
+type Column = (&'static str, fn(usize, &JudgedTouch) -> String);
+
+/// Readers know the first columns by their place.
+const COLUMNS: [Column; 25] = [
+    ("surface", |_, t| t.outcome.touch.surface.clone()),
+    ("px", |_, t| digits(4, t.outcome.touch.point_m.x)),
+    ("py", |_, t| digits(4, t.outcome.touch.point_m.y)),
+    ("pz", |_, t| digits(4, t.outcome.touch.point_m.z)),
+    ("start_s", |_, t| digits(3, t.outcome.touch.start_s)),
+    ("contact_s", |_, t| digits(3, t.outcome.touch.contact_s)),
+    ("reason", |_, t| {
+        let why = t.outcome.unreachable.as_ref();
+        why.map_or("", |why| why.name()).to_owned()
+    }),
+    ("lead_s", |_, t| digits(4, t.outcome.lead_s)),
+    ("offset_m", |_, t| digits(4, t.outcome.offset_m)),
+    ("gap_m", |_, t| digits(4, t.outcome.gap_m)),
+    ("felt_after_s", |_, t| digits(4, t.outcome.felt_after_s)),
+    ("fused_right_s", |_, t| right_s(t, PredictorKind::Fused)),
+    ("ray_led_right_s", |_, t| right_s(t, PredictorKind::RayLed)),
+    ("ray_cast_right_s", |_, t| {
+        right_s(t, PredictorKind::RayCast)
+    }),
+    ("person", |person, _| person.to_string()),
+    ("tilt_deg", |_, t| {
+        digits(3, t.outcome.tilt_rad.to_degrees())
+    }),
+    ("known_s", |_, t| digits(3, t.regret.known_s)),
+    ("least_from_waiting_s", |_, t| {
+        digits(4, t.regret.from_waiting_s)
+    }),
+    ("least_from_there_s", |_, t| {
+        digits(4, t.regret.from_there_s)
+    }),
+    ("possible", |_, t| u8::from(t.regret.possible).to_string()),
+    ("missed_by", |_, t| {
+        t.regret.miss.map_or("", Miss::name).to_owned()
+    }),
+    ("foreseen_s", |_, t| digits(4, t.regret.foreseen_s)),
+    ("reversals", |_, t| t.regret.detours.reversals.to_string()),
+    ("in_vain", |_, t| t.regret.detours.in_vain.to_string()),
+    ("end_to_end_right_s", |_, t| {
+        right_s(t, PredictorKind::EndToEnd)
+    }),
+];
+
+/// With so many digits after the point; empty without a value.
+fn digits(count: usize, value: impl Into<Option<f64>>) -> String {
+    let value = value.into();
+    value.map_or(String::new(), |value| format!("{value:.count$}"))
+}
+
+fn right_s(touch: &JudgedTouch, kind: PredictorKind) -> String {
+    digits(4, touch.leads_s[kind as usize])
+}
+
 /// Every touch as one row of CSV.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub fn touches_csv(path: &Path, runs: &[PersonRun]) -> anyhow::Result<()> {
     let mut out = numbers::writer(Some(path))?;
-    out.write_record([
-        "surface",
-        "px",
-        "py",
-        "pz",
-        "start_s",
-        "contact_s",
-        "reason",
-        "lead_s",
-        "offset_m",
-        "gap_m",
-        "felt_after_s",
-        "fused_right_s",
-        "ray_led_right_s",
-        "ray_cast_right_s",
-        "person",
-        "tilt_deg",
-        "known_s",
-        "least_from_waiting_s",
-        "least_from_there_s",
-        "possible",
-        "missed_by",
-        "foreseen_s",
-        "reversals",
-        "in_vain",
-        "end_to_end_right_s",
-    ])?;
-    let optional = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.4}"));
-    let people = runs.iter().enumerate();
-    let touches = people.flat_map(|(i, run)| run.touches.iter().map(move |touch| (i + 1, touch)));
-    for (person, judged) in touches {
-        let JudgedTouch {
-            outcome: o,
-            regret,
-            leads_s,
-        } = judged;
-        let t = &o.touch;
-        let mut cells = vec![t.surface.clone()];
-        cells.extend(t.point_m.to_array().map(|v| format!("{v:.4}")));
-        cells.extend([t.start_s, t.contact_s].map(|v| format!("{v:.3}")));
-        cells.push(
-            o.unreachable
-                .map_or(String::new(), |why| why.name().to_owned()),
-        );
-        cells.extend([
-            optional(o.lead_s),
-            optional(Some(o.offset_m)),
-            optional(Some(o.gap_m)),
-            optional(o.felt_after_s),
-        ]);
-        // Readers know the first columns by their place.
-        let [fused, ray_led, ray_cast, end_to_end] = *leads_s;
-        cells.extend([fused, ray_led, ray_cast].map(optional));
-        cells.extend([
-            person.to_string(),
-            format!("{:.3}", o.tilt_rad.to_degrees()),
-            format!("{:.3}", regret.known_s),
-            optional(regret.from_waiting_s),
-            optional(regret.from_there_s),
-            u8::from(regret.possible).to_string(),
-            regret.miss.map_or("", Miss::name).to_owned(),
-            optional(regret.foreseen_s),
-            regret.detours.reversals.to_string(),
-            regret.detours.in_vain.to_string(),
-            optional(end_to_end),
-        ]);
-        out.write_record(&cells)?;
+    out.write_record(COLUMNS.map(|(name, _)| name))?;
+    for (person, run) in (1..).zip(runs) {
+        for touch in &run.touches {
+            out.write_record(COLUMNS.map(|(_, cell)| cell(person, touch)))?;
+        }
     }
     out.flush()
 }

@@ -1,11 +1,9 @@
 //! The main job to look at: a replay, a film strip and, on request, an animation.
 
 use crate::input::output::remove_outdated;
+use crate::person::responses::Scenery;
 use crate::run::people::PersonRun;
 use anyhow::Context;
-use hwall::haptics::Board;
-use hwall_kinematics::ArmKinematics;
-use hwall_scene::Scene;
 use hwall_view::{ViewFrame, ViewScene, film_strip, glb, replay_page};
 use std::path::Path;
 
@@ -40,13 +38,13 @@ pub struct Views {
 /// A file that cannot be written; a board or a scene that cannot be shown.
 pub fn write(
     folder: &Path,
-    scene: &Scene,
-    arm: &dyn ArmKinematics,
-    board: &Board,
+    scenery: &Scenery<'_>,
     person: &PersonRun,
     with_glb: bool,
 ) -> anyhow::Result<Views> {
-    let scene = ViewScene::new("H-Wall: the main job", scene, arm, board)?;
+    let (scene, arm) = (scenery.scene, scenery.arm);
+    let title = "H-Wall: the main job";
+    let scene = ViewScene::new(title, scene, &**arm.kinematics(), arm.board())?;
     let view = &person.run.view;
     let mut written = Vec::new();
     let mut write = |name: &'static str, content: &[u8]| {

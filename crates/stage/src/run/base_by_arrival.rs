@@ -5,16 +5,16 @@ use crate::input::floor_pose::FloorPose;
 use crate::person::kinds::PersonKind;
 use crate::person::participants;
 use crate::person::predictors::{Predictors, TrainingPeople};
+use crate::person::responses::Scenery;
 use crate::report::summary::Summary;
-use crate::run::people::{self, Stage};
-use crate::run::simulated_arm::ArmLevel;
+use crate::run::people;
+use crate::run::stage::Stage;
 use anyhow::{Context, bail};
 use hwall::arrival::reachability::{PlacementConfig, Steps};
 use hwall::arrival::{
     ArrivalError, ArrivalPlacement, ArrivalPlacementConfig, BoardExtent, WeightedTarget,
     place_base_by_arrival,
 };
-use hwall::haptics::Board;
 use hwall::scene::Scene;
 use hwall::{LikelyTouches, facets_of};
 use hwall_motion::{MotionConfig, MotionLimits};
@@ -47,23 +47,21 @@ const PERIOD_S: f64 = 1e-3;
 pub fn base_by_arrival(
     scene: &Scene,
     arm: &BoardArm,
-    board: &Board,
     touches: &LikelyTouches,
     kind: PersonKind,
 ) -> anyhow::Result<FloorPose> {
-    eprintln!("looking for a place for the base, then rehearsing: a minute or two");
-    let mut places = places_by_arrival(scene, arm, board, touches)?;
+    let mut places = places_by_arrival(scene, arm, touches)?;
     places.insert(0, FloorPose::ORIGIN);
-    let shares = parallel::map(places.len(), |place| {
-        rehearsed_share(scene, arm, board, kind, places[place])
+    let shares = parallel::map(places.len(), |i| {
+        rehearsed_share(scene, arm, kind, places[i])
     });
     let mut best: Option<(FloorPose, f64)> = None;
-    for (place, share) in places.iter().zip(shares) {
+    for (place, share) in places.into_iter().zip(shares) {
         // A place from which these people cannot be served is none.
         let Ok(in_place) = share else { continue };
-        let served = in_place * reached_share(arm, touches, *place)?;
+        let served = in_place * reached_share(arm, touches, place)?;
         if best.is_none_or(|(_, most)| served > most) {
-            best = Some((*place, served));
+            best = Some((place, served));
         }
     }
     best.map(|(place, _)| place)
@@ -74,27 +72,22 @@ pub fn base_by_arrival(
 fn rehearsed_share(
     scene: &Scene,
     arm: &BoardArm,
-    board: &Board,
     kind: PersonKind,
     base: FloorPose,
 ) -> anyhow::Result<f64> {
     let scene = &base.scene_seen(scene)?;
     let cast = participants::simulated_at(base, scene, arm, kind, TOUCHES, REHEARSAL_SEED)?;
     let likely = participants::likely_touches(scene, arm, &cast);
-    let people = TrainingPeople::default().seen_from(base);
-    let (predictors, _) = Predictors::train(scene, arm, &people, None)?;
-    let walls = arm.walls_of(scene, board, likely, true)?;
-    let stage = Stage {
-        arm,
-        board,
+    let people = &TrainingPeople::default().seen_from(base);
+    let (predictors, _) = Predictors::train(scene, arm, people, None)?;
+    let scenery = Scenery {
         scene,
-        walls: &walls,
-        predictors: &predictors,
+        arm,
+        walls: &arm.walls_of(scene, likely, true)?,
+        people,
         textured: true,
-        level: ArmLevel::Servo,
-        fri: None,
-        period_s: PERIOD_S,
     };
+    let stage = Stage::of(&scenery, &predictors, PERIOD_S);
     let summary = Summary::new(&people::run(&stage, &cast, |_| {})?);
     Ok(summary.in_place as f64 / summary.reachable.max(1) as f64)
 }
@@ -125,7 +118,6 @@ fn such(touches: &LikelyTouches) -> anyhow::Result<&[WeightedTarget]> {
 fn places_by_arrival(
     scene: &Scene,
     arm: &BoardArm,
-    board: &Board,
     touches: &LikelyTouches,
 ) -> anyhow::Result<Vec<FloorPose>> {
     let srs = arm
@@ -134,8 +126,8 @@ fn places_by_arrival(
     let targets = such(touches)?;
     let steps = Steps::new(-RANGE_M, STEP_M, STEPS)?;
     let extent = BoardExtent {
-        half_width_m: board.half_width_m,
-        half_height_m: board.half_height_m,
+        half_width_m: arm.board().half_width_m,
+        half_height_m: arm.board().half_height_m,
     };
     let limits = MotionLimits::of_arm(srs, &MotionConfig::default())?;
     let facets = facets_of(scene);
@@ -154,10 +146,8 @@ fn places_by_arrival(
         }
     };
     let at_heights = parallel::map(HEIGHTS_M.len(), |height| at_height(HEIGHTS_M[height]));
-    let mut found: Vec<ArrivalPlacement> = Vec::new();
-    for places in at_heights {
-        found.extend(places?);
-    }
+    let found = at_heights.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let mut found: Vec<ArrivalPlacement> = found.concat();
     found.sort_by(|a, b| b.in_time_share.total_cmp(&a.in_time_share));
     found.truncate(REHEARSED);
     let place = |found: &ArrivalPlacement| FloorPose {

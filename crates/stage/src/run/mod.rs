@@ -6,5 +6,5 @@ pub mod closed_loop;
 pub mod judged;
 pub mod kept;
 pub mod people;
-pub mod session_settings;
 pub mod simulated_arm;
+pub mod stage;

@@ -9,7 +9,7 @@ use hwall_fri::FriError;
 use hwall_fri::controller::FaultConfig;
 use hwall_geometry::{Pose, Twist, Wrench};
 use hwall_kinematics::{ArmKinematics, ChainDynamics, Inertial, JointPositions, JointVelocities};
-use hwall_sim::{ServoArm, ServoConfig, SimError, TorqueArm, TorqueConfig};
+use hwall_sim::{HandContact, ServoArm, ServoConfig, SimError, TorqueArm, TorqueConfig};
 use std::sync::Arc;
 
 /// How much of the arm is simulated.
@@ -42,11 +42,11 @@ impl ArmLevel {
     ///
     /// # Errors
     /// An arm whose links have no mass.
-    pub fn object_command(self, arm: &BoardArm, board: &Board) -> anyhow::Result<ObjectCommand> {
+    pub fn object_command(self, arm: &BoardArm) -> anyhow::Result<ObjectCommand> {
         Ok(match self {
             Self::Servo => ObjectCommand::Position,
             Self::Torque => ObjectCommand::Torque {
-                dynamics: Box::new(dynamics(arm, board)?),
+                dynamics: Box::new(dynamics(arm)?),
                 config: ImpedanceConfig {
                     rotor_inertia_kg_m2: TorqueConfig::default().felt_rotor_inertia_kg_m2(),
                     ..ImpedanceConfig::default()
@@ -60,8 +60,8 @@ impl ArmLevel {
 ///
 /// # Errors
 /// An arm whose links have no mass.
-pub fn dynamics(arm: &BoardArm, board: &Board) -> anyhow::Result<ChainDynamics> {
-    let carried = board_body(board, BOARD_KG);
+pub fn dynamics(arm: &BoardArm) -> anyhow::Result<ChainDynamics> {
+    let carried = board_body(arm.board(), BOARD_KG);
     Ok(ChainDynamics::new(&arm.links()?)?.with_payload(&carried)?)
 }
 
@@ -86,6 +86,20 @@ pub enum ArmError {
     /// The interface.
     #[error(transparent)]
     Fri(#[from] FriError),
+}
+
+/// What the simulated arm answers, whatever it is behind.
+macro_rules! of_plant {
+    ($this:ident, $arm:ident => $answer:expr) => {
+        match $this {
+            SimulatedArm::Servo($arm) => $answer,
+            SimulatedArm::Torque($arm) => $answer,
+            SimulatedArm::Fri(behind) => {
+                let $arm = behind.plant();
+                $answer
+            }
+        }
+    };
 }
 
 /// An arm with a clock of its own.
@@ -126,20 +140,17 @@ impl SimulatedArm {
         level: ArmLevel,
         arm: &BoardArm,
         model: Arc<dyn ArmKinematics>,
-        board: &Board,
         start: JointPositions,
         seed: u64,
     ) -> anyhow::Result<Self> {
-        match level {
-            ArmLevel::Servo => Self::servo(model, start, seed),
-            ArmLevel::Torque => {
-                let config = TorqueConfig {
-                    seed,
-                    ..TorqueConfig::default()
-                };
-                Self::torque(model, dynamics(arm, board)?, start, config)
-            }
+        if level == ArmLevel::Servo {
+            return Self::servo(model, start, seed);
         }
+        let config = TorqueConfig {
+            seed,
+            ..TorqueConfig::default()
+        };
+        Self::torque(model, dynamics(arm)?, start, config)
     }
 
     /// A stiff servo at rest at `start`.
@@ -199,21 +210,13 @@ impl SimulatedArm {
     /// True joint angles, rad.
     #[must_use]
     pub fn q(&self) -> JointPositions {
-        match self {
-            Self::Servo(arm) => arm.q(),
-            Self::Torque(arm) => arm.q(),
-            Self::Fri(arm) => arm.plant().q(),
-        }
+        of_plant!(self, arm => arm.q())
     }
 
     /// True joint velocities, rad/s.
     #[must_use]
     pub fn qd(&self) -> JointVelocities {
-        match self {
-            Self::Servo(arm) => arm.qd(),
-            Self::Torque(arm) => arm.qd(),
-            Self::Fri(arm) => arm.plant().qd(),
-        }
+        of_plant!(self, arm => arm.qd())
     }
 
     /// Largest torque of the motors now, N m; `None` at servo level.
@@ -231,21 +234,44 @@ impl SimulatedArm {
     /// True pose of the face.
     #[must_use]
     pub fn pose(&self) -> Pose {
-        match self {
-            Self::Servo(arm) => arm.pose(),
-            Self::Torque(arm) => arm.pose(),
-            Self::Fri(arm) => arm.plant().pose(),
-        }
+        of_plant!(self, arm => arm.pose())
     }
 
     /// True velocity of the face.
     #[must_use]
     pub fn twist(&self) -> Twist {
-        match self {
-            Self::Servo(arm) => arm.twist(),
-            Self::Torque(arm) => arm.twist(),
-            Self::Fri(arm) => arm.plant().twist(),
-        }
+        of_plant!(self, arm => arm.twist())
+    }
+}
+
+/// A fingertip that meets the board.
+#[derive(Debug)]
+pub(crate) struct Finger(HandContact);
+
+impl Finger {
+    pub(crate) fn new(board: &Board) -> Self {
+        Self(HandContact {
+            half_extent_m: board.half_width_m,
+            ..HandContact::default()
+        })
+    }
+
+    /// Presses the board with a fingertip, m, and its velocity, m/s; `None` presses nothing. Returns the force on the face, base axes, N.
+    pub(crate) fn press(
+        &self,
+        arm: &mut SimulatedArm,
+        tip: Option<(DVec3, DVec3)>,
+    ) -> Result<DVec3, ArmError> {
+        let wrench = match tip {
+            Some((tip_m, velocity)) => {
+                let relative = velocity - arm.twist().linear_m_per_s;
+                self.0.wrench(&arm.pose(), tip_m, relative)?
+            }
+            None => None,
+        };
+        let wrench = wrench.unwrap_or_default();
+        arm.apply_wrench(wrench)?;
+        Ok(wrench.force_n)
     }
 }
 

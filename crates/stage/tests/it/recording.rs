@@ -1,52 +1,34 @@
 //! A run of the main job, recorded and run again from the file alone.
 
+use clap::Parser;
 use hwall_haptics::Board;
 use hwall_record::{RecordError, Recorder, Recording};
 use hwall_stage::input::arms::BoardArm;
-use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
+use hwall_stage::person::responses::Scenery;
 use hwall_stage::recording::{self, Rebuilt};
-use hwall_stage::run::people::{self, Stage};
-use hwall_stage::run::simulated_arm::ArmLevel;
-use hwall_stage::setting::{Setting, SettingOptions};
+use hwall_stage::run::people;
+use hwall_stage::run::stage::Stage;
+use hwall_stage::setting::{Setting, SettingFlags};
 
 #[test]
 fn a_recorded_run_is_made_again_bit_by_bit() {
-    let board = Board::default();
-    let arm = BoardArm::named("iiwa7", &board).unwrap();
-    let options = SettingOptions {
-        scene: None,
-        hand: None,
-        trial: None,
-        units: hwall_stage::input::recording_units::RecordingUnits::SI,
-        y_up: true,
-        auto: false,
-        base: None,
-        base_by_arrival: false,
-        hand_origin: None,
-        rigid_hand: false,
-        person: PersonKind::default(),
-        touches: 1,
-        seed: 5,
-    };
-    let setting = Setting::new(&arm, &options).unwrap();
+    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
+    let flags = SettingFlags::parse_from(["", "--touches", "1", "--seed", "5"]);
+    let setting = Setting::new(&arm, &flags).unwrap();
     let scene = &setting.scene;
     // No training, which takes most of the time and is asked for in the main job.
     let leader = Some(PredictorKind::RayLed);
     let (predictors, _) = Predictors::train(scene, &arm, &setting.training_people, leader).unwrap();
     let likely = setting.likely_touches.clone();
-    let walls = arm.walls_of(scene, &board, likely, true).unwrap();
-    let stage = Stage {
-        arm: &arm,
-        board: &board,
+    let scenery = Scenery {
         scene,
-        walls: &walls,
-        predictors: &predictors,
+        arm: &arm,
+        walls: &arm.walls_of(scene, likely, true).unwrap(),
+        people: &setting.training_people,
         textured: true,
-        level: ArmLevel::Servo,
-        fri: None,
-        period_s: 1e-3,
     };
+    let stage = Stage::of(&scenery, &predictors, 1e-3);
     let name = format!("hwall-stage-{}.mcap", std::process::id());
     let path = std::env::temp_dir().join(name);
     let mut recorder: Recorder =

@@ -45,30 +45,17 @@ impl Roughness {
     /// # Errors
     /// The first such number.
     pub fn validate(&self) -> Result<(), StudyError> {
-        finite("per_100_mm_per_s", self.per_100_mm_per_s)?;
-        finite("force_exponent", self.force_exponent)?;
-        for (what, value) in [
-            ("per_100_mm_per_s", self.per_100_mm_per_s),
-            ("force_exponent", self.force_exponent),
-        ] {
-            that(value.abs() <= 1e3, what, value, "within 1e3 of zero")?;
-        }
-        let count = self.over_angle.len();
-        that(
-            count > 0,
-            "points over the angle",
-            count as f64,
-            "at least 1",
-        )?;
+        let small = |what: &'static str, value: f64| {
+            finite(what, value)?;
+            that(value.abs() <= 1e3, what, value, "within 1e3 of zero")
+        };
+        small("per_100_mm_per_s", self.per_100_mm_per_s)?;
+        small("force_exponent", self.force_exponent)?;
+        let count = self.over_angle.len() as f64;
+        that(count > 0.0, "points over the angle", count, "at least 1")?;
         for [deg, ln] in &self.over_angle {
             finite("angle", *deg)?;
-            finite("logarithm of roughness", *ln)?;
-            that(
-                ln.abs() <= 1e3,
-                "logarithm of roughness",
-                *ln,
-                "within 1e3 of zero",
-            )?;
+            small("logarithm of roughness", *ln)?;
         }
         for pair in self.over_angle.windows(2) {
             let rises = pair[0][0] < pair[1][0];

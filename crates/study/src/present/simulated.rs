@@ -50,10 +50,8 @@ const ROUGHNESS: f64 = 1.0;
 pub struct SimulatedStage {
     arm: SrsArm,
     board: Board,
-    /// Made when they are first needed: each takes about a second.
-    wall: OnceLock<Room>,
-    door: OnceLock<Room>,
-    panel: OnceLock<Room>,
+    /// By surface. Made when they are first needed: each takes about a second.
+    rooms: [OnceLock<Room>; 3],
 }
 
 #[derive(Debug, Clone)]
@@ -87,20 +85,14 @@ impl SimulatedStage {
         let stage = Self {
             arm,
             board,
-            wall: OnceLock::new(),
-            door: OnceLock::new(),
-            panel: OnceLock::new(),
+            rooms: Default::default(),
         };
         stage.room(Surface::Wall)?;
         Ok(stage)
     }
 
     fn room(&self, surface: Surface) -> Result<&Room, StudyError> {
-        let place = match surface {
-            Surface::Wall => &self.wall,
-            Surface::Door => &self.door,
-            Surface::Panel => &self.panel,
-        };
+        let place = &self.rooms[surface as usize];
         if let Some(room) = place.get() {
             return Ok(room);
         }

@@ -83,12 +83,9 @@ impl Stimulus {
                         within(100.0).ok_or_else(|| refused("0 to 100 mm/s"))?;
                 }
                 Quantity::Surface => {
-                    stimulus.surface = match level {
-                        "wall" => Surface::Wall,
-                        "door" => Surface::Door,
-                        "panel" => Surface::Panel,
-                        _ => return Err(refused("wall, door or panel")),
-                    };
+                    let mut all = [Surface::Wall, Surface::Door, Surface::Panel].into_iter();
+                    let named = all.find(|surface| surface.word() == level);
+                    stimulus.surface = named.ok_or_else(|| refused("wall, door or panel"))?;
                 }
             }
         }
@@ -276,12 +273,8 @@ impl Rendered {
             that(holds, "rendered angle_deg", deg, "0 to 90")?;
         }
         let contact_s = self.contact_s;
-        that(
-            contact_s >= 0.0,
-            "rendered contact_s",
-            contact_s,
-            "zero or above",
-        )?;
+        let what = "rendered contact_s";
+        that(contact_s >= 0.0, what, contact_s, "zero or above")?;
         Ok(())
     }
 
@@ -295,7 +288,7 @@ impl Rendered {
             force_n: self.force_n.map(round),
             contact_s: round(self.contact_s),
             moved: self.moved.map(round),
-            fault: self.fault,
+            ..self
         }
     }
 }

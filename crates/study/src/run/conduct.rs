@@ -84,10 +84,8 @@ pub fn conduct(
                     greeted = Some(subject);
                 }
                 respondent.tell(&announcement(&trial, protocol.procedure))?;
-                let seed = protocol.seed
-                    ^ (subject as u64) << 40
-                    ^ (trial.number as u64) << 8
-                    ^ u64::from(attempt);
+                let [who, what] = [subject as u64, trial.number as u64];
+                let seed = protocol.seed ^ who << 40 ^ what << 8 ^ u64::from(attempt);
                 let shown = present(study, presenter, &trial, seed)?;
                 let because = presenter.because();
                 study.presented_because(&shown, because.as_deref())?;

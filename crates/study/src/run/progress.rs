@@ -6,7 +6,7 @@ use crate::error::StudyError;
 use crate::log::Event;
 use crate::present::{Presentation, Stimulus};
 use crate::protocol::{ArmKind, Participants, Planned, PlannedTrial, Protocol, TrialKind};
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 /// What a study does next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,7 +49,7 @@ pub(super) struct Progress {
     queue: VecDeque<Planned>,
     shown: Option<Presentation>,
     /// Attempts that failed, of the trials left of this subject.
-    failed: Vec<(usize, u32)>,
+    failed: BTreeMap<usize, u32>,
     /// Where the answers of this subject place its trials.
     adaptive: Option<Adaptive>,
 }
@@ -91,7 +91,7 @@ impl Progress {
             subject: 0,
             queue,
             shown: None,
-            failed: Vec::new(),
+            failed: BTreeMap::new(),
         })
     }
 
@@ -138,15 +138,18 @@ impl Progress {
     }
 
     fn attempt(&self, trial: &PlannedTrial) -> u32 {
-        let failed = self
-            .failed
-            .iter()
-            .find(|(number, _)| *number == trial.number);
-        1 + failed.map_or(0, |(_, count)| *count)
+        1 + self.failed.get(&trial.number).copied().unwrap_or_default()
     }
 
-    /// What an event changes, if it follows from those before it; else why it does not, in the words of the log's error.
-    pub(super) fn prepare(&self, event: &Event) -> Result<Taken, &'static str> {
+    /// What an event changes, if it follows from those before it; else why it does not.
+    pub(super) fn prepare(&self, event: &Event) -> Result<Taken, StudyError> {
+        self.taken(event).map_err(|why| StudyError::OutOfOrder {
+            event: self.events + 1,
+            why,
+        })
+    }
+
+    fn taken(&self, event: &Event) -> Result<Taken, &'static str> {
         match (event, self.next()) {
             (Event::Resumed { .. }, _) => Ok(Taken::Resumed),
             (
@@ -257,14 +260,7 @@ impl Progress {
 
     /// A trial that failed comes again at the end of its block.
     fn try_again(&mut self, trial: PlannedTrial) {
-        match self
-            .failed
-            .iter_mut()
-            .find(|(number, _)| *number == trial.number)
-        {
-            Some((_, count)) => *count += 1,
-            None => self.failed.push((trial.number, 1)),
-        }
+        *self.failed.entry(trial.number).or_default() += 1;
         let of_block = |step: &Planned| matches!(step, Planned::Trial(t) if t.block == trial.block);
         let last = self.queue.iter().rposition(of_block);
         let place = last.map_or(0, |place| place + 1);
@@ -301,15 +297,11 @@ impl Progress {
 
     /// Trials that are planned and not done, without those that may have to be repeated.
     pub(super) fn left(&self) -> usize {
-        let trials = |steps: &VecDeque<Planned>| {
-            steps
-                .iter()
-                .filter(|s| matches!(s, Planned::Trial(_)))
-                .count()
-        };
         let p = &self.protocol;
         let each =
             p.practice + p.repeats * (p.conditions() + p.catch_per_block.min(p.conditions()));
-        trials(&self.queue) + (p.subjects - 1 - self.subject) * each
+        let trials = self.queue.iter();
+        let trials = trials.filter(|step| matches!(step, Planned::Trial(_)));
+        trials.count() + (p.subjects - 1 - self.subject) * each
     }
 }

@@ -75,10 +75,9 @@ impl Study {
             });
         }
         let progress = Progress::new(protocol.clone())?;
+        let name = folder.display().to_string();
         let mut log = EventLog::create(&path, durability).map_err(|error| match error {
-            StudyError::Exists { .. } => StudyError::Exists {
-                name: folder.display().to_string(),
-            },
+            StudyError::Exists { .. } => StudyError::Exists { name },
             other => other,
         })?;
         log.append(&Event::Opened {
@@ -112,9 +111,8 @@ impl Study {
             participants,
             arm,
         };
-        study.take(Event::Resumed {
-            dropped_bytes: recovered.dropped_bytes,
-        })?;
+        let dropped_bytes = recovered.dropped_bytes;
+        study.take(Event::Resumed { dropped_bytes })?;
         Ok(study)
     }
 
@@ -301,11 +299,7 @@ impl Study {
 
     /// An event that follows from those before it goes to the disk, then into memory; another one goes nowhere.
     fn take(&mut self, event: Event) -> Result<(), StudyError> {
-        let taken = self.progress.prepare(&event);
-        let taken = taken.map_err(|why| StudyError::OutOfOrder {
-            event: self.progress.events + 1,
-            why,
-        })?;
+        let taken = self.progress.prepare(&event)?;
         self.log.append(&event)?;
         self.progress.commit(taken);
         Ok(())
@@ -330,12 +324,8 @@ fn replay(events: &[Event]) -> Result<(Progress, Participants, ArmKind), StudyEr
         });
     }
     let mut progress = Progress::new(protocol.clone())?;
-    for (number, event) in events.iter().enumerate().skip(1) {
-        let taken = progress.prepare(event);
-        let taken = taken.map_err(|why| StudyError::OutOfOrder {
-            event: number + 1,
-            why,
-        })?;
+    for event in &events[1..] {
+        let taken = progress.prepare(event)?;
         progress.commit(taken);
     }
     Ok((progress, *participants, *arm))

@@ -8,6 +8,14 @@ use hwall_study::{
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// It was refused for this reason.
+macro_rules! refused {
+    ($result:expr, $why:pat) => {
+        let result = &$result;
+        assert!(matches!(result, Err($why)), "{result:?}");
+    };
+}
+
 /// A folder of a test's own, empty.
 fn folder(name: &str) -> PathBuf {
     let folder = common::folder(&format!("log-{name}"));
@@ -97,10 +105,7 @@ fn a_cut_at_any_byte_resumes_to_the_same_study() {
         let resumed = Study::resume(&folder, Durability::System);
         let mut study = if cut < first {
             // Without its protocol there is no study, and nothing had been done: it begins anew in the same folder.
-            assert!(
-                matches!(resumed, Err(StudyError::NothingRecorded { .. })),
-                "{cut}: {resumed:?}"
-            );
+            refused!(resumed, StudyError::NothingRecorded { .. });
             let protocol = Protocol {
                 subjects: 1,
                 ..protocol()
@@ -149,16 +154,10 @@ fn every_changed_byte_is_found() {
         fs::write(&path, &spoilt).unwrap();
         let opened = EventLog::open(&path, Durability::System);
         if place + 1 < last_line {
-            assert!(
-                matches!(opened, Err(StudyError::Changed { .. })),
-                "byte {place}: {opened:?}"
-            );
+            refused!(opened, StudyError::Changed { .. });
         } else if place + 1 < bytes.len() {
             // Whole, but not as it was written: no cut. Without the line feed before it, it is longer.
-            assert!(
-                matches!(opened, Err(StudyError::DamagedEnd { .. })),
-                "byte {place}: {opened:?}"
-            );
+            refused!(opened, StudyError::DamagedEnd { .. });
         } else {
             // Without its line feed it is a line that was cut.
             assert!(opened.unwrap().1.dropped_bytes > 0);
@@ -202,7 +201,7 @@ fn a_study_is_stopped_and_resumed_at_every_step() {
     assert_eq!(study.trials(), expected);
     drop(study);
     let again = create(&folder, Durability::Disk);
-    assert!(matches!(again, Err(StudyError::Exists { .. })));
+    refused!(again, StudyError::Exists { .. });
 }
 
 #[test]
@@ -255,10 +254,7 @@ fn what_is_not_due_is_refused() {
         value,
         answered_s: 1.0,
     };
-    assert!(matches!(
-        study.answered(answer(1.0)),
-        Err(StudyError::NoTrial { .. })
-    ));
+    refused!(study.answered(answer(1.0)), StudyError::NoTrial { .. });
     assert!(study.rested().is_err());
     study.presented(&shown(0.0)).unwrap();
     for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -302,17 +298,10 @@ fn what_is_not_due_is_refused() {
             ..protocol()
         };
         let path = folder.join("other");
-        assert!(
-            Study::create(
-                &path,
-                protocol.clone(),
-                Participants::People,
-                Durability::System
-            )
-            .is_err(),
-            "{:?}",
-            protocol.factors
-        );
+        let what = format!("{:?}", protocol.factors);
+        let people = Participants::People;
+        let created = Study::create(&path, protocol, people, Durability::System);
+        assert!(created.is_err(), "{what}");
         assert!(!Study::log_path(&path).exists());
     }
     // A log that was opened, but holds something else.
@@ -323,10 +312,10 @@ fn what_is_not_due_is_refused() {
         .unwrap()
         .append(&event)
         .unwrap();
-    assert!(matches!(
+    refused!(
         Study::resume(&folder.join("foreign"), Durability::System),
-        Err(StudyError::NoStudy { .. })
-    ));
+        StudyError::NoStudy { .. }
+    );
 }
 
 #[test]
@@ -336,12 +325,9 @@ fn a_second_run_is_refused_while_the_first_goes_on() {
     run(&mut study, 2);
     for _ in 0..2 {
         let second = Study::resume(&folder, Durability::Disk);
-        assert!(
-            matches!(second, Err(StudyError::InUse { .. })),
-            "{second:?}"
-        );
+        refused!(second, StudyError::InUse { .. });
         let new = create(&folder, Durability::Disk);
-        assert!(matches!(new, Err(StudyError::InUse { .. })), "{new:?}");
+        refused!(new, StudyError::InUse { .. });
     }
     // Whoever only looks may.
     assert_eq!(Study::read(&folder).unwrap(), study.record());
@@ -363,24 +349,15 @@ fn what_is_no_log_is_left_as_it_is() {
     ] {
         fs::write(&path, &bytes).unwrap();
         let opened = EventLog::open(&path, Durability::System);
-        assert!(
-            matches!(opened, Err(StudyError::NotALog { .. })),
-            "{opened:?}"
-        );
+        refused!(opened, StudyError::NotALog { .. });
         let created = create(&folder, Durability::System);
-        assert!(
-            matches!(created, Err(StudyError::NotALog { .. })),
-            "{created:?}"
-        );
+        refused!(created, StudyError::NotALog { .. });
         assert_eq!(fs::read(&path).unwrap(), bytes);
     }
     fs::remove_file(&path).unwrap();
     fs::write(folder.join("holiday.jpg"), b"x").unwrap();
     let created = create(&folder, Durability::System);
-    assert!(
-        matches!(created, Err(StudyError::NotEmpty { .. })),
-        "{created:?}"
-    );
+    refused!(created, StudyError::NotEmpty { .. });
     assert!(!path.exists());
 }
 
@@ -411,10 +388,7 @@ fn what_would_not_come_back_is_not_written() {
         },
     ] {
         let refused = study.presented(&wrong);
-        assert!(
-            matches!(refused, Err(StudyError::Argument(_))),
-            "{refused:?}"
-        );
+        refused!(refused, StudyError::Argument(_));
     }
     assert_eq!(fs::read(&path).unwrap(), before);
     // Every number comes back bit by bit.

@@ -1,14 +1,19 @@
 //! Whole studies with simulated participants.
 
 use crate::common;
-use hwall::psychophysics::ErrorModel;
+use hwall::psychophysics::{Analysis, Effect, ErrorModel};
 use hwall_study::{
-    Adaptive, AdaptiveThreshold, Durability, Fault, ParticipantConfig, Participants, Procedure,
-    Protocol, Roughness, SimulatedStage, Simulation, Stimulus, Study, StudyFactor, StudyReport,
-    Surface, promised_power, simulate, write_attempts, write_trials,
+    Adaptive, AdaptiveThreshold, Answer, Durability, Fault, NextStep, ParticipantConfig,
+    Participants, PlannedTrial, Presentation, Procedure, Protocol, Rendered, Roughness,
+    SimulatedParticipant, SimulatedStage, Simulation, Stimulus, Study, StudyFactor, StudyReport,
+    Surface, TrialKind, promised_power, simulate, write_attempts, write_trials,
 };
 use std::fs;
 use std::path::PathBuf;
+use std::sync::LazyLock;
+
+/// One for all tests: its maps take a second.
+static STAGE: LazyLock<SimulatedStage> = LazyLock::new(|| SimulatedStage::new().unwrap());
 
 /// Each condition once.
 const ONCE: Participants = Participants::Simulated {
@@ -17,6 +22,43 @@ const ONCE: Participants = Participants::Simulated {
 
 fn folder(name: &str) -> PathBuf {
     common::folder(&format!("run-{name}"))
+}
+
+/// By these participants, each condition presented once.
+fn once_by(participants: ParticipantConfig) -> Simulation {
+    Simulation {
+        participants,
+        once_per_condition: true,
+        ..Simulation::default()
+    }
+}
+
+/// A whole study.
+fn simulated(name: &str, protocol: Protocol, simulation: &Simulation) -> Study {
+    let mut study = Study::create(&folder(name), protocol, ONCE, Durability::System).unwrap();
+    simulate(&mut study, &STAGE, simulation).unwrap();
+    study
+}
+
+/// A study that is killed after every so many trials, and goes on.
+fn killed(name: &str, protocol: Protocol, simulation: &Simulation, after: usize) -> Study {
+    let simulation = Simulation {
+        kill_after: Some(after),
+        ..simulation.clone()
+    };
+    let folder = folder(name);
+    let mut study = Study::create(&folder, protocol, ONCE, Durability::System).unwrap();
+    while simulate(&mut study, &STAGE, &simulation).unwrap() == after {
+        drop(study);
+        study = Study::resume(&folder, Durability::System).unwrap();
+    }
+    study
+}
+
+fn of(analysis: &Analysis, name: &str, errors: ErrorModel) -> Effect {
+    let mut effects = analysis.effects.iter();
+    let effect = effects.find(|e| e.name == name && e.errors == errors);
+    effect.unwrap().clone()
 }
 
 fn protocol(subjects: usize, seed: u64) -> Protocol {
@@ -35,7 +77,6 @@ fn protocol(subjects: usize, seed: u64) -> Protocol {
 
 #[test]
 fn what_is_rendered_is_what_was_wanted() {
-    let stage = SimulatedStage::new().unwrap();
     for surface in [Surface::Wall, Surface::Door, Surface::Panel] {
         for angle_deg in [0.0, 45.0, 90.0] {
             for speed_mm_per_s in [0.0, 20.0, 80.0] {
@@ -44,8 +85,7 @@ fn what_is_rendered_is_what_was_wanted() {
                     angle_deg,
                     speed_mm_per_s,
                 };
-                let shown = stage.present(&stimulus, 7).unwrap();
-                println!("{stimulus:?}\n    {shown:?}");
+                let shown = STAGE.present(&stimulus, 7).unwrap();
                 assert_eq!(shown.fault, Fault::None, "{stimulus:?}: {shown:?}");
                 let off_deg = shown.angle_deg.unwrap() - angle_deg;
                 let off = shown.speed_mm_per_s.unwrap() - speed_mm_per_s;
@@ -71,49 +111,28 @@ fn what_is_rendered_is_what_was_wanted() {
         angle_deg: f64::NAN,
         ..Stimulus::default()
     };
-    assert!(stage.present(&wrong, 1).is_err());
+    assert!(STAGE.present(&wrong, 1).is_err());
 }
 
 #[test]
 fn a_killed_study_resumes_to_the_same_tables() {
-    let stage = SimulatedStage::new().unwrap();
     let tables = |study: &Study| {
         let (mut trials, mut attempts) = (Vec::new(), Vec::new());
         write_trials(study.protocol(), study.trials(), &mut trials).unwrap();
         write_attempts(study.protocol(), study.trials(), &mut attempts).unwrap();
         [trials, attempts].map(|bytes| String::from_utf8(bytes).unwrap())
     };
-    let simulation = Simulation {
-        once_per_condition: true,
-        ..Simulation::default()
-    };
-    let whole = {
-        let mut study =
-            Study::create(&folder("whole"), protocol(3, 5), ONCE, Durability::System).unwrap();
-        let presented = simulate(&mut study, &stage, &simulation).unwrap();
-        assert_eq!(presented, 3 * 8);
-        tables(&study)
-    };
-    let folder = folder("killed");
-    let killed = Simulation {
-        kill_after: Some(5),
-        ..simulation.clone()
-    };
-    let mut study = Study::create(&folder, protocol(3, 5), ONCE, Durability::System).unwrap();
-    while simulate(&mut study, &stage, &killed).unwrap() == 5 {
-        drop(study);
-        study = Study::resume(&folder, Durability::System).unwrap();
-    }
-    assert_eq!(tables(&study), whole);
+    let simulation = once_by(ParticipantConfig::default());
+    let whole = tables(&simulated("whole", protocol(3, 5), &simulation));
+    assert_eq!(whole[1].lines().count(), 1 + 3 * 8);
+    assert_eq!(
+        tables(&killed("killed", protocol(3, 5), &simulation, 5)),
+        whole
+    );
     let header = whole[0].lines().next().unwrap();
-    assert!(
-        header.starts_with("subject,trial,block,angle,speed,wanted_angle_deg"),
-        "{header}"
-    );
-    assert!(
-        header.ends_with("answer,answered_s,valid,why_not"),
-        "{header}"
-    );
+    let begins = header.starts_with("subject,trial,block,angle,speed,wanted_angle_deg");
+    let ends = header.ends_with("answer,answered_s,valid,why_not");
+    assert!(begins && ends, "{header}");
     assert_eq!(whole[0].lines().count(), 1 + 3 * 6);
 }
 
@@ -122,92 +141,62 @@ fn a_killed_study_resumes_to_the_same_tables() {
 fn planted_effects_come_back() {
     const SEEDS: u64 = 10;
     const SUBJECTS: usize = 12;
-    let stage = SimulatedStage::new().unwrap();
-    let roughness = Roughness {
-        over_angle: vec![[0.0, 0.0], [45.0, 0.45], [90.0, 0.9]],
-        per_100_mm_per_s: 0.6,
-        ..Roughness::default()
-    };
     let participants = ParticipantConfig {
-        roughness,
+        roughness: Roughness {
+            over_angle: vec![[0.0, 0.0], [45.0, 0.45], [90.0, 0.9]],
+            per_100_mm_per_s: 0.6,
+            ..Roughness::default()
+        },
         ..ParticipantConfig::default()
     };
-    let simulation = Simulation {
-        participants: participants.clone(),
-        once_per_condition: true,
-        ..Simulation::default()
-    };
+    let simulation = once_by(participants.clone());
     let mut ordered = 0;
     let mut found = [0_usize; 2];
     for seed in 0..SEEDS {
-        let folder = folder(&format!("seed-{seed}"));
-        let mut study =
-            Study::create(&folder, protocol(SUBJECTS, seed), ONCE, Durability::System).unwrap();
-        simulate(&mut study, &stage, &simulation).unwrap();
+        let study = simulated(
+            &format!("seed-{seed}"),
+            protocol(SUBJECTS, seed),
+            &simulation,
+        );
         let report = StudyReport::of(&study.record()).unwrap();
         let analysis = report.analysis.as_ref().unwrap();
         for (count, effect) in found.iter_mut().zip(["angle", "speed"]) {
-            let effect = analysis
-                .effects
-                .iter()
-                .find(|e| e.name == effect && e.errors == ErrorModel::Strata);
-            *count += usize::from(effect.unwrap().p.unwrap() < 0.05);
+            let p = of(analysis, effect, ErrorModel::Strata).p.unwrap();
+            *count += usize::from(p < 0.05);
         }
         let [angle, speed] = [&report.groups[0], &report.groups[1]];
         let right =
             angle.is_less("0", "45") && angle.is_less("45", "90") && speed.is_less("20", "80");
-        println!(
-            "seed {seed}: {}; {}; {right}",
-            angle.to_text(),
-            speed.to_text()
-        );
         ordered += usize::from(right);
         let text = report.to_markdown(&[("means.svg", "Means")]);
-        assert!(
-            text.contains("12 simulated subjects met 6 conditions") && text.contains("(means.svg)")
-        );
+        for part in ["12 simulated subjects met 6 conditions", "(means.svg)"] {
+            assert!(text.contains(part), "{part}: {text}");
+        }
     }
     let promised = promised_power(&protocol(SUBJECTS, 1), &participants, 2000).unwrap();
     for (effect, found) in promised.iter().zip(found) {
         // Within three standard deviations of so few studies.
         let (n, p) = (SEEDS as f64, effect.power);
-        let off = found as f64 - n * p;
-        println!("{}: power {p:.3}, found {found} of {SEEDS}", effect.name);
-        assert!(
-            off.abs() <= 3.0 * (n * p * (1.0 - p)).sqrt() + 1.0,
-            "{}: {found}",
-            effect.name
-        );
+        let off = (found as f64 - n * p).abs();
+        let most = 3.0 * (n * p * (1.0 - p)).sqrt() + 1.0;
+        assert!(off <= most, "{}: {found}, promised {p}", effect.name);
     }
     assert!(ordered >= 9, "{ordered} of {SEEDS}");
 }
 
 #[test]
 fn other_procedures_run_to_their_end() {
-    let stage = SimulatedStage::new().unwrap();
-    let simulation = Simulation {
-        once_per_condition: true,
-        ..Simulation::default()
-    };
     for procedure in [Procedure::Likert { points: 7 }, Procedure::TwoIntervals] {
         let protocol = Protocol {
             procedure,
             ..protocol(4, 3)
         };
-        let mut study = Study::create(
-            &folder(&format!("{procedure:?}").replace(' ', "")),
-            protocol,
-            ONCE,
-            Durability::System,
-        )
-        .unwrap();
-        simulate(&mut study, &stage, &simulation).unwrap();
+        let name = format!("{procedure:?}").replace(' ', "");
+        let study = simulated(&name, protocol, &once_by(ParticipantConfig::default()));
         for record in study.trials() {
             assert!(procedure.check(record.answer.unwrap()).is_ok());
-            assert_eq!(
-                record.shown.reference.is_some(),
-                procedure == Procedure::TwoIntervals
-            );
+            let two = procedure == Procedure::TwoIntervals;
+            assert_eq!(record.shown.reference.is_some(), two);
         }
     }
 }
@@ -215,25 +204,19 @@ fn other_procedures_run_to_their_end() {
 /// Constant stimuli, staircases and QUEST+ find the threshold of simulated observers, which follows from their noise.
 #[test]
 fn thresholds_of_two_intervals_are_those_that_were_planted() {
-    let stage = SimulatedStage::new().unwrap();
     // The logarithm of roughness is 0.02 a mm/s: a speed is judged rougher with probability Φ(0.02 Δ / (0.28 √2)).
-    let roughness = Roughness {
-        over_angle: vec![[90.0, 0.0]],
-        per_100_mm_per_s: 2.0,
-        force_exponent: 0.0,
-    };
-    let simulation = Simulation {
-        participants: ParticipantConfig {
-            roughness,
-            noise_sd: 0.28,
-            sensitivity_sd: 0.0,
-            lapse_rate: 0.0,
-            fatigue_per_100: 0.0,
-            ..ParticipantConfig::default()
+    let simulation = once_by(ParticipantConfig {
+        roughness: Roughness {
+            over_angle: vec![[90.0, 0.0]],
+            per_100_mm_per_s: 2.0,
+            force_exponent: 0.0,
         },
-        once_per_condition: true,
-        ..Simulation::default()
-    };
+        noise_sd: 0.28,
+        sensitivity_sd: 0.0,
+        lapse_rate: 0.0,
+        fatigue_per_100: 0.0,
+        ..ParticipantConfig::default()
+    });
     let sd = 0.28 * std::f64::consts::SQRT_2 / 0.02;
     let levels: Vec<String> = (0..15).map(|i| (20 + 4 * i).to_string()).collect();
     for procedure in [
@@ -250,17 +233,9 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
             procedure,
             ..Protocol::default()
         };
-        let folder = folder(&format!("threshold-{procedure:?}"));
-        let mut study = Study::create(&folder, protocol.clone(), ONCE, Durability::System).unwrap();
         // Stopped and resumed on the way, as trials depend on the answers before them.
-        let killed = Simulation {
-            kill_after: Some(100),
-            ..simulation.clone()
-        };
-        while simulate(&mut study, &stage, &killed).unwrap() == 100 {
-            drop(study);
-            study = Study::resume(&folder, Durability::System).unwrap();
-        }
+        let name = format!("threshold-{procedure:?}");
+        let study = killed(&name, protocol.clone(), &simulation, 100);
         let text = StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
         // The interval of the Weber fraction holds the planted one: three quarters at 0.6745 standard deviations.
         let after = text.split("Weber fraction ").nth(1).unwrap();
@@ -285,16 +260,12 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
         }
         // Right with 70.7 % at 0.545 standard deviations; halfway between guessing and certainty, 74 to 75 %, at 0.66.
         let truth = match procedure {
+            Procedure::TwoIntervals => continue,
             Procedure::Staircase => 0.545 * sd,
             _ => 0.66 * sd,
         };
-        println!("{procedure:?}: {mean:.2} mm/s, planted {truth:.2}\n{text}");
-        if procedure != Procedure::TwoIntervals {
-            assert!(
-                (mean / truth - 1.0).abs() < 0.35,
-                "{procedure:?}: {mean}, planted {truth}"
-            );
-        }
+        let is_near = (mean / truth - 1.0).abs() < 0.35;
+        assert!(is_near, "{procedure:?}: {mean}, planted {truth}");
     }
     for factors in [
         vec![StudyFactor::new("speed", ["20", "40"])],
@@ -318,52 +289,30 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
 /// of freedom.
 #[test]
 fn the_study_of_the_dissertation_comes_back() {
-    let stage = SimulatedStage::new().unwrap();
-    let simulation = Simulation {
-        once_per_condition: true,
-        ..Simulation::default()
-    };
+    let simulation = once_by(ParticipantConfig::default());
     let mut grouped = 0;
     for seed in 1..=5 {
         let protocol = Protocol {
             seed,
             ..Protocol::default()
         };
-        let folder = folder(&format!("dissertation-{seed}"));
-        let mut study = Study::create(&folder, protocol, ONCE, Durability::System).unwrap();
-        simulate(&mut study, &stage, &simulation).unwrap();
+        let study = simulated(&format!("dissertation-{seed}"), protocol, &simulation);
         let report = StudyReport::of(&study.record()).unwrap();
         let analysis = report.analysis.as_ref().unwrap();
-        let f = |name: &str, errors| {
-            let effect = analysis
-                .effects
-                .iter()
-                .find(|e| e.name == name && e.errors == errors);
-            let effect = effect.unwrap();
-            (effect.f.finite().unwrap(), effect.p.unwrap(), effect.df2)
-        };
-        for errors in [ErrorModel::Strata, ErrorModel::Pooled] {
-            let [angle, speed, both] =
-                ["angle", "speed", "angle:speed"].map(|name| f(name, errors));
-            println!(
-                "{seed} {errors:?}: {:.1}, {:.1}, {:.2}",
-                angle.0, speed.0, both.0
-            );
-            assert!(angle.1 < 1e-6 && speed.1 < 1e-3 && both.1 > 1e-3);
-            assert!(angle.0 > speed.0);
-            let df2 = match errors {
-                ErrorModel::Pooled => [576; 3],
-                _ => [96, 96, 384],
-            };
-            assert_eq!([angle.2, speed.2, both.2], df2);
+        for (errors, df2) in [
+            (ErrorModel::Strata, [96, 96, 384]),
+            (ErrorModel::Pooled, [576; 3]),
+        ] {
+            let effects = ["angle", "speed", "angle:speed"].map(|name| of(analysis, name, errors));
+            let [angle, speed, both] = effects.each_ref().map(|e| e.p.unwrap());
+            assert!(angle < 1e-6 && speed < 1e-3 && both > 1e-3);
+            let [angle, speed, _] = effects.each_ref().map(|e| e.f.finite().unwrap());
+            assert!(angle > speed);
+            assert_eq!(effects.map(|e| e.df2), df2);
         }
         let angle = &report.groups[0];
-        println!("{}; {}", angle.to_text(), report.groups[1].to_text());
-        assert!(
-            ["45", "63.43", "71.57", "90"]
-                .iter()
-                .all(|more| angle.is_less("0", more))
-        );
+        let rougher = ["45", "63.43", "71.57", "90"];
+        assert!(rougher.iter().all(|more| angle.is_less("0", more)));
         assert!(report.groups[1].is_less("0", "80"));
         let rough = ["63.43", "71.57", "90"];
         let alike = rough
@@ -378,7 +327,6 @@ fn the_study_of_the_dissertation_comes_back() {
 #[test]
 fn studies_find_a_weak_effect_as_often_as_promised() {
     const SEEDS: u64 = 40;
-    let stage = SimulatedStage::new().unwrap();
     let participants = ParticipantConfig {
         roughness: Roughness {
             per_100_mm_per_s: 0.22,
@@ -390,47 +338,33 @@ fn studies_find_a_weak_effect_as_often_as_promised() {
         fatigue_per_100: 0.0,
         ..ParticipantConfig::default()
     };
-    let simulation = Simulation {
-        participants: participants.clone(),
-        once_per_condition: true,
-        ..Simulation::default()
-    };
     let promised = promised_power(&protocol(12, 1), &participants, 2000).unwrap();
     let power = promised.iter().find(|e| e.name == "speed").unwrap().power;
     assert!((0.2..0.8).contains(&power), "{power}");
+    let simulation = once_by(participants);
     let mut found = 0;
     for seed in 0..SEEDS {
-        let folder = folder(&format!("weak-{seed}"));
-        let mut study =
-            Study::create(&folder, protocol(12, seed), ONCE, Durability::System).unwrap();
-        simulate(&mut study, &stage, &simulation).unwrap();
+        let study = simulated(&format!("weak-{seed}"), protocol(12, seed), &simulation);
         let analysis = StudyReport::of(&study.record()).unwrap().analysis.unwrap();
-        let effect = analysis
-            .effects
-            .iter()
-            .find(|e| e.name == "speed" && e.errors == ErrorModel::Strata);
-        found += usize::from(effect.unwrap().p.unwrap() < 0.05);
-        let _ = fs::remove_dir_all(&folder);
+        let p = of(&analysis, "speed", ErrorModel::Strata).p.unwrap();
+        found += usize::from(p < 0.05);
+        let _ = fs::remove_dir_all(folder(&format!("weak-{seed}")));
     }
     let (n, share) = (SEEDS as f64, found as f64 / SEEDS as f64);
-    println!("power {power:.3}, found in {found} of {SEEDS}");
-    assert!(
-        (share - power).abs() <= 2.6 * (power * (1.0 - power) / n).sqrt(),
-        "{found}"
-    );
+    let most = 2.6 * (power * (1.0 - power) / n).sqrt();
+    assert!((share - power).abs() <= most, "{found}, power {power:.3}");
 }
 
 /// A door that ran ahead of the finger was not felt long enough: more than a third of such trials were spoilt.
 #[test]
 fn doors_stay_under_the_finger() {
-    let stage = SimulatedStage::new().unwrap();
     for seed in 0..12 {
         let stimulus = Stimulus {
             surface: Surface::Door,
             angle_deg: if seed % 2 == 0 { 0.0 } else { 90.0 },
             speed_mm_per_s: 40.0,
         };
-        let shown = stage.present(&stimulus, seed).unwrap();
+        let shown = STAGE.present(&stimulus, seed).unwrap();
         assert_eq!(shown.fault, Fault::None, "seed {seed}: {shown:?}");
         let (force_n, moved) = (shown.force_n.unwrap(), shown.moved.unwrap());
         assert!(force_n > 1.0 && moved.abs() > 0.002, "{seed}: {shown:?}");
@@ -440,7 +374,6 @@ fn doors_stay_under_the_finger() {
 /// Whoever takes part, and however wildly, gives an answer that the procedure has.
 #[test]
 fn answers_of_extreme_participants_are_answers() {
-    use hwall_study::{PlannedTrial, Presentation, Rendered, SimulatedParticipant, TrialKind};
     let rendered = Rendered {
         angle_deg: Some(90.0),
         speed_mm_per_s: Some(80.0),
@@ -523,17 +456,17 @@ fn the_methods_are_told_from_the_log() {
     }
     assert!(!text.contains(" 0 practice") && !text.contains("1 blocks"));
     // The second subject fails twice at one condition.
-    let mut answer = 0.0;
+    let mut value = 0.0;
     loop {
         match study.next_step() {
-            hwall_study::NextStep::Present { subject, trial, .. } => {
-                let mut shown = hwall_study::Presentation {
-                    rendered: hwall_study::Rendered {
+            NextStep::Present { subject, trial, .. } => {
+                let mut shown = Presentation {
+                    rendered: Rendered {
                         angle_deg: Some(0.0),
                         speed_mm_per_s: Some(40.0),
                         force_n: Some(7.0),
                         contact_s: 0.7,
-                        ..hwall_study::Rendered::default()
+                        ..Rendered::default()
                     },
                     reference: None,
                 };
@@ -542,13 +475,10 @@ fn the_methods_are_told_from_the_log() {
                 }
                 study.presented(&shown).unwrap();
             }
-            hwall_study::NextStep::Answer { .. } => {
-                answer += 1.5;
+            NextStep::Answer { .. } => {
+                value += 1.5;
                 let answered_s = 1.0;
-                let value = answer;
-                study
-                    .answered(hwall_study::Answer { value, answered_s })
-                    .unwrap();
+                study.answered(Answer { value, answered_s }).unwrap();
             }
             _ => break,
         }
@@ -567,11 +497,6 @@ fn the_methods_are_told_from_the_log() {
 /// A catch trial repeats what the rule placed before it.
 #[test]
 fn catch_trials_follow_the_rule() {
-    let stage = SimulatedStage::new().unwrap();
-    let simulation = Simulation {
-        once_per_condition: true,
-        ..Simulation::default()
-    };
     for procedure in [Procedure::Staircase, Procedure::Quest] {
         let protocol = Protocol {
             factors: vec![StudyFactor::new("speed", ["20", "40", "60", "80"])],
@@ -581,19 +506,19 @@ fn catch_trials_follow_the_rule() {
             procedure,
             ..Protocol::default()
         };
-        let folder = folder(&format!("catch-{procedure:?}"));
-        let mut study = Study::create(&folder, protocol, ONCE, Durability::System).unwrap();
-        simulate(&mut study, &stage, &simulation).unwrap();
+        let simulation = once_by(ParticipantConfig::default());
+        let study = simulated(&format!("catch-{procedure:?}"), protocol, &simulation);
         let mut catches = 0;
         for pair in study.trials().windows(2) {
-            if pair[1].trial.kind == hwall_study::TrialKind::Catch {
+            if pair[1].trial.kind == TrialKind::Catch {
                 assert_eq!(pair[1].trial.condition, pair[0].trial.condition);
                 catches += 1;
             }
         }
         assert_eq!(catches, 2 * 3 * 2);
         let text = StudyReport::of(&study.record()).unwrap().to_markdown(&[]);
-        assert!(text.contains("were judged the same way twice"), "{text}");
-        assert!(text.contains("placed by"), "{text}");
+        for part in ["were judged the same way twice", "placed by"] {
+            assert!(text.contains(part), "{part}: {text}");
+        }
     }
 }

@@ -44,15 +44,12 @@ impl Buffer {
             _ => "VEC4",
         };
         let view = self.view(offset, purpose);
+        let mut accessor = json!({ "bufferView": view, "componentType": FLOAT, "count": rows.len(), "type": kind });
         // Readers rely on the extremes of positions and of times.
-        let accessor = match low.iter().all(|v| v.is_finite()) {
-            true => {
-                json!({ "bufferView": view, "componentType": FLOAT, "count": rows.len(), "type": kind, "min": low.as_slice(), "max": high.as_slice() })
-            }
-            false => {
-                json!({ "bufferView": view, "componentType": FLOAT, "count": rows.len(), "type": kind })
-            }
-        };
+        if low.iter().all(|v| v.is_finite()) {
+            accessor["min"] = json!(low.as_slice());
+            accessor["max"] = json!(high.as_slice());
+        }
         self.accessors.push(accessor);
         self.accessors.len() - 1
     }

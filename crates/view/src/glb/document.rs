@@ -17,32 +17,19 @@ pub(super) enum Material {
     Ground,
 }
 
+/// All of them in their order, with red, green, blue, opacity.
+const MATERIALS: [(Material, [f64; 4]); 7] = [
+    (Material::Link, [0.86, 0.88, 0.90, 1.0]),
+    (Material::Housing, [0.95, 0.38, 0.05, 1.0]),
+    (Material::Board, [0.0, 0.36, 0.18, 1.0]),
+    (Material::Skin, [0.74, 0.42, 0.28, 1.0]),
+    (Material::Wall, [0.55, 0.65, 0.78, 0.3]),
+    (Material::Door, [0.45, 0.28, 0.14, 0.6]),
+    (Material::Ground, [0.6, 0.62, 0.65, 1.0]),
+];
+
 impl Material {
-    const ALL: [Self; 7] = [
-        Self::Link,
-        Self::Housing,
-        Self::Board,
-        Self::Skin,
-        Self::Wall,
-        Self::Door,
-        Self::Ground,
-    ];
-
-    /// Red, green, blue, opacity.
-    const fn rgba(self) -> [f64; 4] {
-        match self {
-            Self::Link => [0.86, 0.88, 0.90, 1.0],
-            Self::Housing => [0.95, 0.38, 0.05, 1.0],
-            Self::Board => [0.0, 0.36, 0.18, 1.0],
-            Self::Skin => [0.74, 0.42, 0.28, 1.0],
-            Self::Wall => [0.55, 0.65, 0.78, 0.3],
-            Self::Door => [0.45, 0.28, 0.14, 0.6],
-            Self::Ground => [0.6, 0.62, 0.65, 1.0],
-        }
-    }
-
-    fn to_json(self) -> Value {
-        let rgba = self.rgba();
+    fn to_json(self, rgba: [f64; 4]) -> Value {
         let mut material = json!({
             "name": format!("{self:?}"),
             "pbrMetallicRoughness": { "baseColorFactor": rgba, "metallicFactor": 0.0, "roughnessFactor": 0.6 },
@@ -56,7 +43,7 @@ impl Material {
 }
 
 /// Nodes, meshes and animations so far.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Document {
     title: String,
     buffer: Buffer,
@@ -70,11 +57,7 @@ impl Document {
     pub(super) fn new(title: &str) -> Self {
         Self {
             title: title.to_owned(),
-            buffer: Buffer::default(),
-            nodes: Vec::new(),
-            meshes: Vec::new(),
-            samplers: Vec::new(),
-            channels: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -163,7 +146,7 @@ impl Document {
             json!({ "name": self.title, "rotation": [-half, 0.0, 0.0, half], "children": top }),
         );
         let (views, accessors) = self.buffer.lists();
-        let materials: Vec<Value> = Material::ALL.iter().map(|m| m.to_json()).collect();
+        let materials: Vec<Value> = MATERIALS.iter().map(|(m, rgba)| m.to_json(*rgba)).collect();
         let mut document = json!({
             "asset": { "version": "2.0", "generator": "hwall-view" },
             "scene": 0,

@@ -29,8 +29,9 @@ impl Mesh {
                     let (sin, cos) = (TAU * i as f64 / AROUND as f64).sin_cos();
                     let along = DVec3::new(polar.cos() * cos, polar.cos() * sin, polar.sin());
                     let normal = turn * along;
-                    self.corners_m.push(single(middle_m + normal * radius_m));
-                    self.normals.push(single(normal));
+                    self.corners_m
+                        .push((middle_m + normal * radius_m).as_vec3().to_array());
+                    self.normals.push(normal.as_vec3().to_array());
                 }
             }
         }
@@ -77,12 +78,8 @@ impl Mesh {
         };
         for corner_m in corners_m {
             self.indices.push(self.corners_m.len() as u32);
-            self.corners_m.push(single(corner_m));
-            self.normals.push(single(normal));
+            self.corners_m.push(corner_m.as_vec3().to_array());
+            self.normals.push(normal.as_vec3().to_array());
         }
     }
-}
-
-fn single(v: DVec3) -> [f32; 3] {
-    v.to_array().map(|c| c as f32)
 }

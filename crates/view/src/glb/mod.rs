@@ -71,13 +71,14 @@ fn room(
         let openings = opening_keys(keys, index);
         match path {
             ObjectPath::Turning { hinge_axis, .. } => {
-                let turns = openings
-                    .iter()
-                    .map(|angle_rad| quaternion(hinge_axis, *angle_rad));
+                let turn = |angle| DQuat::from_axis_angle(hinge_axis, angle).as_quat();
+                let turns = openings.iter().map(|angle_rad| turn(*angle_rad).to_array());
                 document.turns(times, node, &turns.collect::<Vec<_>>());
             }
             ObjectPath::Sliding { direction } => {
-                let ways = openings.iter().map(|way_m| single(direction * *way_m));
+                let ways = openings
+                    .iter()
+                    .map(|way_m| (direction * *way_m).as_vec3().to_array());
                 document.moves(times, node, &ways.collect::<Vec<_>>());
             }
         }
@@ -120,12 +121,12 @@ fn arm(document: &mut Document, scene: &ViewScene, keys: &Keys, times: Option<us
             .iter()
             .map(|frame| frame.q.0.get(index).copied().unwrap_or(0.0));
         if joint.slides {
-            let ways = angles.map(|q| single(parent.transform_point(joint.axis * q)));
+            let ways = angles.map(|q| parent.transform_point(joint.axis * q).as_vec3().to_array());
             document.moves(times, child, &ways.collect::<Vec<_>>());
         } else {
             let turns = angles.map(|q| {
                 let turn = parent.to_quat() * DQuat::from_axis_angle(joint.axis, q);
-                turn.to_array().map(|c| c as f32)
+                turn.as_quat().to_array()
             });
             document.turns(times, child, &turns.collect::<Vec<_>>());
         }
@@ -174,7 +175,13 @@ fn hand(document: &mut Document, keys: &Keys, times: Option<usize>) -> Vec<usize
             .map(|f| f.hand.joints_m[*joint])
             .collect();
         let node = document.node(json!({ "name": format!("hand_{joint}"), "mesh": ball }));
-        document.moves(times, node, &held(&places).map(single).collect::<Vec<_>>());
+        document.moves(
+            times,
+            node,
+            &held(&places)
+                .map(|m| m.as_vec3().to_array())
+                .collect::<Vec<_>>(),
+        );
         let sizes = places
             .iter()
             .map(|m| if m.is_some() { [1.0; 3] } else { [0.0; 3] });
@@ -202,12 +209,16 @@ fn hand(document: &mut Document, keys: &Keys, times: Option<usize>) -> Vec<usize
         let node = document.node(json!({ "name": format!("bone_{from}_{to}"), "mesh": rod }));
         let starts: Vec<Option<DVec3>> = ends.iter().map(|e| e.map(|e| e[0])).collect();
         let ways: Vec<Option<DVec3>> = ends.iter().map(|e| e.map(|e| e[1] - e[0])).collect();
-        document.moves(times, node, &held(&starts).map(single).collect::<Vec<_>>());
+        document.moves(
+            times,
+            node,
+            &held(&starts)
+                .map(|m| m.as_vec3().to_array())
+                .collect::<Vec<_>>(),
+        );
         let turns = held(&ways).map(|way_m| {
             let way = way_m.normalize_or(DVec3::Z);
-            DQuat::from_rotation_arc(DVec3::Z, way)
-                .to_array()
-                .map(|c| c as f32)
+            DQuat::from_rotation_arc(DVec3::Z, way).as_quat().to_array()
         });
         document.turns(times, node, &turns.collect::<Vec<_>>());
         let sizes = ways.iter().map(|way_m| match way_m {
@@ -227,14 +238,4 @@ fn held(values: &[Option<DVec3>]) -> impl Iterator<Item = DVec3> + '_ {
         last = value.unwrap_or(last);
         last
     })
-}
-
-fn quaternion(axis: DVec3, angle_rad: f64) -> [f32; 4] {
-    DQuat::from_axis_angle(axis, angle_rad)
-        .to_array()
-        .map(|c| c as f32)
-}
-
-fn single(v: DVec3) -> [f32; 3] {
-    v.to_array().map(|c| c as f32)
 }

@@ -3,18 +3,15 @@
 use crate::common::{any_frame, full_frame};
 use glam::DVec3;
 use hwall_testkit::Sampler;
-use hwall_view::{MOST_MOVING, ViewError, ViewFrame, ViewHand};
+use hwall_view::{MOST_MOVING, ViewError, ViewFrame};
 
 /// As f32 has it.
 fn single(v: f64) -> f64 {
     f64::from(v as f32)
 }
 
-fn single3(v: DVec3) -> DVec3 {
-    v.map(single)
-}
-
 fn as_sent(frame: &ViewFrame) -> ViewFrame {
+    let single3 = |v: DVec3| v.as_vec3().as_dvec3();
     let pair = |(a, b): (DVec3, DVec3)| (single3(a), single3(b));
     let mut sent = *frame;
     sent.q.0 = frame.q.0.map(single);
@@ -64,6 +61,12 @@ fn the_largest_frame_has_the_stated_size() {
     assert_eq!(bytes.len(), ViewFrame::MOST_BYTES);
 }
 
+fn back_from(frame: &ViewFrame) -> ViewFrame {
+    let mut bytes = Vec::new();
+    frame.encode(&mut bytes);
+    ViewFrame::decode(&bytes).unwrap().0
+}
+
 #[test]
 fn nothing_that_is_nan_is_sent() {
     let bad = DVec3::new(0.0, f64::NAN, 0.0);
@@ -77,13 +80,10 @@ fn nothing_that_is_nan_is_sent() {
     frame.left_s = Some(f64::NAN);
     frame.force_n = Some(bad);
     frame.openings[0] = f64::NAN;
-    if let Some(predicted) = &mut frame.predicted {
-        predicted.region_m = Some([bad, DVec3::Y]);
-        predicted.contact_s = Some(f64::NAN);
-    }
-    let mut bytes = Vec::new();
-    frame.encode(&mut bytes);
-    let (back, _) = ViewFrame::decode(&bytes).unwrap();
+    let predicted = frame.predicted.as_mut().unwrap();
+    predicted.region_m = Some([bad, DVec3::Y]);
+    predicted.contact_s = Some(f64::NAN);
+    let back = back_from(&frame);
     assert_eq!((back.t_s, back.q.0[3], back.openings[0]), (0.0, 0.0, 0.0));
     assert_eq!(back.hand.joints_m[10], None);
     assert!(back.hand.joints_m[9].is_some());
@@ -92,15 +92,9 @@ fn nothing_that_is_nan_is_sent() {
     let predicted = back.predicted.unwrap();
     assert_eq!((predicted.region_m, predicted.contact_s), (None, None));
 
-    frame.predicted = frame
-        .predicted
-        .map(|p| hwall_view::ViewPrediction { point_m: bad, ..p });
-    frame.hand = ViewHand {
-        joints_m: [Some(bad); 26],
-    };
-    bytes.clear();
-    frame.encode(&mut bytes);
-    let (back, _) = ViewFrame::decode(&bytes).unwrap();
+    frame.predicted.as_mut().unwrap().point_m = bad;
+    frame.hand.joints_m = [Some(bad); 26];
+    let back = back_from(&frame);
     assert_eq!(back.predicted, None);
     assert!(back.hand.is_lost());
 }
@@ -111,23 +105,16 @@ fn what_is_cut_off_or_has_no_meaning_is_named() {
     full_frame(1.0).encode(&mut bytes);
     for length in 0..bytes.len() {
         let cut = ViewFrame::decode(&bytes[..length]);
-        assert!(
-            matches!(cut, Err(ViewError::Truncated { .. })),
-            "{length}: {cut:?}"
-        );
+        let is_said = matches!(cut, Err(ViewError::Truncated { .. }));
+        assert!(is_said, "{length}: {cut:?}");
     }
     let changed = |at: usize, value: u8| {
         let mut bytes = bytes.clone();
         bytes[at] = value;
         ViewFrame::decode(&bytes)
     };
-    assert_eq!(
-        changed(0, 2),
-        Err(ViewError::Version {
-            expected: 1,
-            got: 2
-        })
-    );
+    let (expected, got) = (1, 2);
+    assert_eq!(changed(0, 2), Err(ViewError::Version { expected, got }));
     let unknown = |what, got, most| Err(ViewError::Unknown { what, got, most });
     assert_eq!(changed(1, 9), unknown("state", 9, 8));
     assert_eq!(changed(3, 2), unknown("presence bits", 512 + 255, 511));

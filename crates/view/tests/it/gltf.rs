@@ -24,22 +24,26 @@ fn index(value: &Value) -> usize {
     value.as_u64().unwrap() as usize
 }
 
+/// Numbers in a row of an accessor.
+fn width(accessor: &Value) -> usize {
+    match accessor["type"].as_str().unwrap() {
+        "SCALAR" => 1,
+        "VEC3" => 3,
+        "VEC4" => 4,
+        other => panic!("{other}"),
+    }
+}
+
 /// Rows of an accessor of floats.
 fn floats(json: &Value, bytes: &[u8], accessor: usize) -> Vec<Vec<f64>> {
     let accessor = &json["accessors"][accessor];
     let view = &json["bufferViews"][index(&accessor["bufferView"])];
-    let width = match accessor["type"].as_str().unwrap() {
-        "SCALAR" => 1,
-        "VEC3" => 3,
-        _ => 4,
-    };
     let start = index(&view["byteOffset"]);
-    let bytes = &bytes[start..start + index(&view["byteLength"])];
-    let values: Vec<f64> = bytes
-        .chunks(4)
-        .map(|b| f64::from(f32::from_le_bytes(b.try_into().unwrap())))
-        .collect();
-    values.chunks(width).map(<[f64]>::to_vec).collect()
+    let words = bytes[start..start + index(&view["byteLength"])].chunks(4);
+    let values = words.map(|b| f64::from(f32::from_le_bytes(b.try_into().unwrap())));
+    let values: Vec<f64> = values.collect();
+    let rows = values.chunks(width(accessor));
+    rows.map(<[f64]>::to_vec).collect()
 }
 
 #[test]
@@ -51,31 +55,26 @@ fn accessors_lie_within_the_buffer_and_say_their_extremes() {
         let view = &views[index(&accessor["bufferView"])];
         let (start, length) = (index(&view["byteOffset"]), index(&view["byteLength"]));
         assert!(start % 4 == 0 && start + length <= bytes.len());
-        let width = match accessor["type"].as_str().unwrap() {
-            "SCALAR" => 1,
-            "VEC3" => 3,
-            "VEC4" => 4,
-            other => panic!("{other}"),
-        };
+        let width = width(accessor);
         assert_eq!(length, 4 * width * index(&accessor["count"]));
         if accessor["componentType"] == 5126 {
             let rows = floats(&json, &bytes, i);
             for k in 0..width {
-                let low = rows.iter().map(|row| row[k]).fold(f64::INFINITY, f64::min);
-                let high = rows
-                    .iter()
-                    .map(|row| row[k])
-                    .fold(f64::NEG_INFINITY, f64::max);
-                assert_eq!(accessor["min"][k].as_f64().unwrap(), low);
-                assert_eq!(accessor["max"][k].as_f64().unwrap(), high);
+                let values = rows.iter().map(|row| row[k]);
+                let low = values.clone().fold(f64::INFINITY, f64::min);
+                assert_eq!(accessor["min"][k], low);
+                assert_eq!(accessor["max"][k], values.fold(f64::NEG_INFINITY, f64::max));
             }
         }
     }
     for mesh in json["meshes"].as_array().unwrap() {
         for primitive in mesh["primitives"].as_array().unwrap() {
-            let corners = &json["accessors"][index(&primitive["attributes"]["POSITION"])];
-            let normals = &json["accessors"][index(&primitive["attributes"]["NORMAL"])];
-            let indices = &json["accessors"][index(&primitive["indices"])];
+            let [corners, normals, indices] = [
+                &primitive["attributes"]["POSITION"],
+                &primitive["attributes"]["NORMAL"],
+                &primitive["indices"],
+            ]
+            .map(|of| &json["accessors"][index(of)]);
             assert_eq!(corners["count"], normals["count"]);
             assert!(index(&indices["max"][0]) < index(&corners["count"]));
             assert_eq!(index(&indices["count"]) % 3, 0);
@@ -100,15 +99,8 @@ fn placed(json: &Value, bytes: &[u8], name: &str, key: usize) -> DMat4 {
                 let sampler = &json["animations"][0]["samplers"][index(&channel["sampler"])];
                 return floats(json, bytes, index(&sampler["output"]))[key].clone();
             }
-            match nodes[i].get(path) {
-                Some(value) => value
-                    .as_array()
-                    .unwrap()
-                    .iter()
-                    .map(|v| v.as_f64().unwrap())
-                    .collect(),
-                None => fallback.to_vec(),
-            }
+            let value = nodes[i].get(path).cloned();
+            value.map_or(fallback.to_vec(), |v| serde_json::from_value(v).unwrap())
         };
         let t = value("translation", &[0.0; 3]);
         let r = value("rotation", &[0.0, 0.0, 0.0, 1.0]);
@@ -143,18 +135,9 @@ fn board_hand_and_doors_are_where_the_frames_have_them() {
         let frame = &frames[3 * key];
         let tool = *scene.arm.poses(&frame.q).last().unwrap();
         let board = placed(&json, &bytes, "board", key);
-        assert!(
-            board
-                .transform_point3(DVec3::ZERO)
-                .distance(tool.position_m())
-                < 1e-5
-        );
-        assert!(
-            board
-                .transform_vector3(DVec3::Z)
-                .distance(tool.rotation().z_axis)
-                < 1e-5
-        );
+        let (at, normal) = (board.w_axis.truncate(), board.z_axis.truncate());
+        assert!(at.distance(tool.position_m()) < 1e-5);
+        assert!(normal.distance(tool.rotation().z_axis) < 1e-5);
         let tip = placed(&json, &bytes, "hand_10", key).transform_point3(DVec3::ZERO);
         assert!(tip.distance(frame.hand.joints_m[10].unwrap()) < 1e-5);
         let bone = placed(&json, &bytes, "bone_9_10", key);
@@ -176,11 +159,7 @@ fn a_hand_that_is_lost_is_scaled_to_nothing() {
         frame.hand = ViewHand::LOST;
     }
     let (json, bytes) = parts(&glb(&scene(), &frames));
-    let size = |key: usize| {
-        placed(&json, &bytes, "hand_10", key)
-            .transform_vector3(DVec3::X)
-            .length()
-    };
+    let size = |key: usize| placed(&json, &bytes, "hand_10", key).x_axis.length();
     assert!(size(2) > 0.99 && size(7) == 0.0 && size(12) > 0.99);
 }
 

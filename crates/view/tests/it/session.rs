@@ -15,16 +15,8 @@ fn session() -> Session<DeterministicPredictor> {
         ..SessionConfig::default()
     };
     let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
-    let board = Board::default();
-    Session::new(
-        &common::arm(),
-        &board,
-        common::room(),
-        Walls::default(),
-        predictor,
-        config,
-    )
-    .unwrap()
+    let (arm, board, room) = (common::arm(), Board::default(), common::room());
+    Session::new(&arm, &board, room, Walls::default(), predictor, config).unwrap()
 }
 
 fn hand_at(t_s: f64) -> HandFrame {
@@ -108,18 +100,14 @@ fn the_region_holds_ninety_percent() {
         };
         let [a, b] = hwall_view::ViewPrediction::of(&contact).region_m.unwrap();
         assert!(a.dot(b).abs() < 1e-9 && a.dot(normal).abs() < 1e-9 && a.length() >= b.length());
+        let mut is_inside = || {
+            let z = DVec3::from_array([(); 3].map(|()| sampler.normal()));
+            let miss_m = turn * (z * DVec3::from_array(sd_m));
+            let [x, y] = [a, b].map(|axis| miss_m.dot(axis) / axis.length_squared());
+            x * x + y * y <= 1.0
+        };
         let draws = 20_000;
-        let inside = (0..draws)
-            .filter(|_| {
-                let z = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal());
-                let miss_m = turn * (z * DVec3::from_array(sd_m));
-                let (x, y) = (
-                    miss_m.dot(a) / a.length_squared(),
-                    miss_m.dot(b) / b.length_squared(),
-                );
-                x * x + y * y <= 1.0
-            })
-            .count();
+        let inside = (0..draws).filter(|_| is_inside()).count();
         let share = inside as f64 / f64::from(draws);
         // Five standard deviations of the count.
         assert!((share - 0.9).abs() < 0.011, "{share}");

@@ -11,7 +11,8 @@ use hwall::kinematics::{Chain, JointPositions, JointVelocities, SrsArm};
 use hwall::scene::Scene;
 use hwall::{Controller, Cycle, Session, SessionConfig, WorldPose, maps_of};
 use hwall_record::{
-    ArmSource, Recorded, Recorder, RecorderConfig, Request, Run, Setup, Skeleton, Summary,
+    ArmSource, RecordError, Recorded, Recorder, RecorderConfig, Recording, Replayed, Request, Run,
+    Setup, Skeleton, Summary, replay,
 };
 use hwall_testkit::Sampler;
 use std::path::{Path, PathBuf};
@@ -91,13 +92,8 @@ pub(crate) fn hand(t_s: f64) -> HandFrame {
 
 /// One run: frames at 100 Hz, cycles at 1 kHz, now and then a place of the world and a request. Returns the commands.
 pub(crate) fn run(recorder: &mut Recorder, number: u32, seconds: f64) -> Vec<ArmCommand> {
-    run_of(
-        recorder,
-        number,
-        seconds,
-        session_of(&setup()),
-        Duration::ZERO,
-    )
+    let session = session_of(&setup());
+    run_of(recorder, number, seconds, session, Duration::ZERO)
 }
 
 /// The same, of a session, with so much time between two cycles.
@@ -143,16 +139,11 @@ pub(crate) fn run_of(
             _ => {}
         }
         let pressed = (1300..2200).contains(&number);
-        let force_n = DVec3::NEG_X * if pressed { 6.0 } else { 0.0 };
         let wrench = Wrench {
-            force_n,
+            force_n: DVec3::NEG_X * if pressed { 6.0 } else { 0.0 },
             ..Wrench::default()
         };
-        let mut measured = q;
-        measured
-            .0
-            .iter_mut()
-            .for_each(|q| *q += 1e-6 * noise.normal());
+        let measured = JointPositions(q.0.map(|q| q + 1e-6 * noise.normal()));
         let state = ArmState {
             t_s: now_s,
             q: measured,
@@ -184,13 +175,26 @@ pub(crate) fn run_of(
 
 /// A finished recording of `seconds`, in one run.
 pub(crate) fn recorded(path: &Path, seconds: f64) -> Summary {
-    let mut recorder = recorder(
-        path,
-        &RecorderConfig {
-            chunk_bytes: 64 * 1024,
-            ..RecorderConfig::simulated()
-        },
-    );
+    let config = RecorderConfig {
+        chunk_bytes: 64 * 1024,
+        ..RecorderConfig::simulated()
+    };
+    let mut recorder = recorder(path, &config);
     run(&mut recorder, 0, seconds);
     recorder.finish().expect("a file")
+}
+
+/// A recording whose file is no longer needed.
+pub(crate) fn taken(path: &Path) -> Recording {
+    let recording = Recording::open(path).expect("a recording");
+    std::fs::remove_file(path).expect("its file");
+    recording
+}
+
+/// The same session once more.
+pub(crate) fn again(recording: &Recording) -> Replayed {
+    let replayed = replay(recording, |setup, _| {
+        Ok::<_, RecordError>(session_of(setup))
+    });
+    replayed.expect("a replay")
 }

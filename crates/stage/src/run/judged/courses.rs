@@ -62,26 +62,6 @@ impl WallPlace {
     }
 }
 
-/// Keeps what the board was told, change by change.
-#[derive(Debug, Clone, Default)]
-pub struct SentLog(Vec<Sent>);
-
-impl SentLog {
-    /// At the end of every control step; kept if it is new.
-    pub fn step(&mut self, sent: Sent) {
-        let same = |last: &Sent| (last.target, last.goal) == (sent.target, sent.goal);
-        if !self.0.last().is_some_and(same) {
-            self.0.push(sent);
-        }
-    }
-
-    /// All changes, in order of time.
-    #[must_use]
-    pub fn into_changes(self) -> Vec<Sent> {
-        self.0
-    }
-}
-
 /// A board sent to a place on a wall: from the first target there until one elsewhere, or none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Course {

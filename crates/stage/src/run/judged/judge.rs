@@ -5,7 +5,7 @@ use crate::person::predictors::{PREDICTORS, PredictionRecord};
 use crate::person::touches::Touch;
 use crate::run::kept::tick::Tick;
 use anyhow::Context;
-use hwall_haptics::{Board, PlaceTolerance};
+use hwall_haptics::PlaceTolerance;
 use hwall_kinematics::Unreachable;
 use hwall_scene::Scene;
 
@@ -45,24 +45,13 @@ const FELT_EARLY_S: f64 = 0.05;
 ///
 /// # Errors
 /// A touch outside the run.
-pub fn judge(
-    arm: &BoardArm,
-    board: &Board,
-    touches: &[Touch],
-    ticks: &[Tick],
-) -> anyhow::Result<Vec<Outcome>> {
-    touches
-        .iter()
-        .map(|touch| judge_one(arm, board, touch, ticks))
-        .collect()
+pub fn judge(arm: &BoardArm, touches: &[Touch], ticks: &[Tick]) -> anyhow::Result<Vec<Outcome>> {
+    let outcomes = touches.iter().map(|touch| judge_one(arm, touch, ticks));
+    outcomes.collect()
 }
 
-fn judge_one(
-    arm: &BoardArm,
-    board: &Board,
-    touch: &Touch,
-    ticks: &[Tick],
-) -> anyhow::Result<Outcome> {
+fn judge_one(arm: &BoardArm, touch: &Touch, ticks: &[Tick]) -> anyhow::Result<Outcome> {
+    let board = arm.board();
     let at = ticks.partition_point(|tick| tick.t_s <= touch.contact_s);
     let last = at.checked_sub(1).context("a touch before the run began")?;
     let place = PlaceTolerance::default();

@@ -3,13 +3,11 @@
 //! Shares nothing with what steers the board: every branch, arm angle, quarter turn and place of the board under the
 //! touched point is tried on a grid, and the best ones are refined.
 
-use crate::input::arms::BoardArm;
+use crate::input::arms::{BoardArm, nearest};
 use glam::DVec3;
-use hwall::haptics::{Board, PlaceTolerance, QUARTER_TURNS_RAD, board_pose};
+use hwall::haptics::{PlaceTolerance, QUARTER_TURNS_RAD, board_pose};
 use hwall_geometry::Pose;
-use hwall_kinematics::{
-    BranchPolicy, JointLimit, JointPositions, KinematicsError, NearestConfig, SrsArm,
-};
+use hwall_kinematics::{JointLimit, JointPositions, SrsArm};
 use hwall_motion::MotionLimits;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -62,13 +60,13 @@ impl<'a> LeastTime<'a> {
     /// A board too small for the place tolerance; limits that the arm refuses.
     pub fn new(
         arm: &'a BoardArm,
-        board: &Board,
         place: &PlaceTolerance,
         limits: MotionLimits,
     ) -> anyhow::Result<Self> {
         limits.validate()?;
         let inset_m = place.inset_m + ROUNDING_M;
-        let slack_m = [board.half_width_m, board.half_height_m].map(|half| half - inset_m);
+        let slack_m =
+            [arm.board().half_width_m, arm.board().half_height_m].map(|half| half - inset_m);
         anyhow::ensure!(
             slack_m.iter().all(|slack| *slack >= 0.0),
             "no point of the board is {} m inside its edge",
@@ -88,6 +86,12 @@ impl<'a> LeastTime<'a> {
             slack_m,
             round: round.transpose()?,
         })
+    }
+
+    /// The arm.
+    #[must_use]
+    pub const fn arm(&self) -> &BoardArm {
+        self.arm
     }
 
     /// How far the middle of the board may be off the touched point, along the board's axes, m.
@@ -248,12 +252,6 @@ impl<'a> LeastTime<'a> {
         upright: &Pose,
         starts: &[JointPositions; N],
     ) -> anyhow::Result<[Option<Quickest>; N]> {
-        let arm = self.arm.kinematics();
-        let config = NearestConfig {
-            policy: BranchPolicy::Any,
-            ..NearestConfig::default()
-        };
-        let mut scratch = arm.scratch();
         let mut best = [None; N];
         let middle = (SEARCHED_PLACES - 1) as f64 / 2.0;
         for (turn, roll_rad) in QUARTER_TURNS_RAD.into_iter().enumerate() {
@@ -267,10 +265,8 @@ impl<'a> LeastTime<'a> {
                 let there = moved(upright, [u, v, 0.0]);
                 let pose = board_pose(there.position_m(), there.rotation().z_axis, roll_rad)?;
                 for (start, best) in starts.iter().zip(&mut best) {
-                    let q = match arm.nearest(&pose, start, &config, &mut scratch) {
-                        Ok(found) => found.q,
-                        Err(KinematicsError::Unreachable(_)) => continue,
-                        Err(other) => return Err(other.into()),
+                    let Ok(q) = nearest(&**self.arm.kinematics(), &pose, start)? else {
+                        continue;
                     };
                     let time_s = self.limits.travel_time_s(start, &q);
                     if best.is_none_or(|b: Quickest| time_s < b.time_s) {
@@ -292,6 +288,7 @@ fn moved(upright: &Pose, [u, v, _]: Choice) -> Pose {
 mod tests {
     use super::*;
     use crate::input::arms::waiting_iiwa7;
+    use hwall::haptics::Board;
     use hwall_kinematics::SrsArm;
     use hwall_motion::MotionConfig;
     use hwall_testkit::Sampler;
@@ -301,9 +298,9 @@ mod tests {
         (BoardArm::named("iiwa7", &board).unwrap(), board)
     }
 
-    fn least<'a>(arm: &'a BoardArm, board: &Board) -> LeastTime<'a> {
+    fn least(arm: &BoardArm) -> LeastTime<'_> {
         let limits = MotionLimits::of_arm(&**arm.kinematics(), &MotionConfig::default()).unwrap();
-        LeastTime::new(arm, board, &PlaceTolerance::default(), limits).unwrap()
+        LeastTime::new(arm, &PlaceTolerance::default(), limits).unwrap()
     }
 
     /// Where the board stands at `q`, in touches of the surface that it then presents.
@@ -315,7 +312,7 @@ mod tests {
     #[test]
     fn a_board_that_is_there_needs_no_time_and_what_is_found_is_in_place() {
         let (arm, board) = setup();
-        let least = least(&arm, &board);
+        let least = least(&arm);
         let starts = [arm.start(), waiting_iiwa7()];
         let place = PlaceTolerance {
             inset_m: 0.02 - 1e-9,
@@ -341,8 +338,8 @@ mod tests {
 
     #[test]
     fn no_way_that_is_known_to_exist_is_quicker() {
-        let (arm, board) = setup();
-        let least = least(&arm, &board);
+        let (arm, _) = setup();
+        let least = least(&arm);
         let srs = arm.closed_form().unwrap();
         let mut sampler = Sampler::new(11);
         let (mut compared, mut worst_s) = (0, 0.0_f64);
@@ -387,8 +384,8 @@ mod tests {
     /// A grid sixteen times as fine in each direction finds nothing much quicker.
     #[test]
     fn what_is_found_is_within_1_ms_of_a_dense_search() {
-        let (arm, board) = setup();
-        let least = least(&arm, &board);
+        let (arm, _) = setup();
+        let least = least(&arm);
         let round = least.round.as_ref().unwrap();
         let mut sampler = Sampler::new(6);
         let (mut compared, mut worst_s) = (0, f64::NEG_INFINITY);
@@ -427,7 +424,7 @@ mod tests {
     #[test]
     fn out_of_reach_is_no_way_and_nonsense_is_refused() {
         let (arm, board) = setup();
-        let least = least(&arm, &board);
+        let least = least(&arm);
         let starts = [arm.start()];
         let far = least.to_touch(DVec3::new(3.0, 0.0, 0.5), DVec3::X, &starts);
         assert_eq!(far.unwrap(), [None]);
@@ -439,7 +436,8 @@ mod tests {
             ..board
         };
         let limits = *least.limits();
-        assert!(LeastTime::new(&arm, &tiny, &PlaceTolerance::default(), limits).is_err());
+        let arm = BoardArm::named("iiwa7", &tiny).unwrap();
+        assert!(LeastTime::new(&arm, &PlaceTolerance::default(), limits).is_err());
     }
 
     #[test]
@@ -455,7 +453,7 @@ mod tests {
         let limits =
             MotionLimits::of_arm(&**searched.kinematics(), &MotionConfig::default()).unwrap();
         let place = PlaceTolerance::default();
-        let search = LeastTime::new(&searched, &board, &place, limits).unwrap();
+        let search = LeastTime::new(&searched, &place, limits).unwrap();
         let beside_m = point_m + DVec3::new(0.0, 0.15, 0.05);
         let [found] = search
             .to_touch(beside_m, normal, &[searched.start()])

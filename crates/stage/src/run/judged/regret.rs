@@ -9,8 +9,8 @@ use crate::run::judged::judge::Outcome;
 use crate::run::judged::least_time::{LeastTime, Quickest};
 use crate::run::kept::tick::{Led, Stop, Tick};
 use anyhow::Context;
-use hwall_haptics::{Board, PlaceTolerance, board_pose};
-use hwall_kinematics::{ArmKinematics, JointPositions};
+use hwall_haptics::{PlaceTolerance, board_pose};
+use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
 
 /// From the landing of the gaze, or from the start of a hand without one, until the target can be known, s.
@@ -101,10 +101,6 @@ pub struct RunLog<'a> {
 pub struct Regrets<'a> {
     /// Least times of the arm.
     pub least: &'a LeastTime<'a>,
-    /// The arm, with the face of the board as its tool.
-    pub arm: &'a dyn ArmKinematics,
-    /// The board.
-    pub board: &'a Board,
     /// What is touched.
     pub scene: &'a Scene,
     /// Where the arm waits, rad.
@@ -130,7 +126,7 @@ impl Regrets<'_> {
                 end_s: touch.end_s,
             })
             .collect();
-        let courses = courses::courses(log.sent, log.ticks, self.board);
+        let courses = courses::courses(log.sent, log.ticks, self.least.arm().board());
         let detours = courses::detours(&courses, &touched);
         let mut since_s = f64::NEG_INFINITY;
         outcomes
@@ -167,26 +163,16 @@ impl Regrets<'_> {
         };
         let fits = |way: Option<f64>, left_s: f64| way.is_some_and(|time_s| time_s <= left_s);
         let possible = outcome.unreachable.is_none() && fits(waiting, budget_s);
-        let miss = if outcome.in_place() {
-            None
-        } else if outcome.unreachable.is_some() {
-            Some(Miss::Unreachable)
-        } else if !possible {
-            Some(Miss::Impossible)
-        } else {
-            Some(match foreseen_s {
-                None => Miss::PredictionWrong,
-                Some(foreseen_s) => {
-                    let left_s = foreseen_s - self.delay_s;
-                    if !fits(waiting, left_s) && !fits(told, left_s) {
-                        Miss::PredictionLate
-                    } else if self.sent_in_time(log, touch)? {
-                        Miss::Arm
-                    } else {
-                        Miss::Policy
-                    }
-                }
-            })
+        let miss = match foreseen_s.map(|foreseen_s| foreseen_s - self.delay_s) {
+            _ if outcome.in_place() => None,
+            _ if outcome.unreachable.is_some() => Some(Miss::Unreachable),
+            _ if !possible => Some(Miss::Impossible),
+            None => Some(Miss::PredictionWrong),
+            Some(left_s) if !fits(waiting, left_s) && !fits(told, left_s) => {
+                Some(Miss::PredictionLate)
+            }
+            Some(_) if self.sent_in_time(log, touch)? => Some(Miss::Arm),
+            Some(_) => Some(Miss::Policy),
         };
         Ok(Regret {
             known_s,
@@ -226,27 +212,24 @@ impl Regrets<'_> {
     fn sent_in_time(&self, log: &RunLog<'_>, touch: &Touch) -> anyhow::Result<bool> {
         let place = PlaceTolerance::default();
         let serves = |goal: &JointPositions| {
-            let pose = self.arm.forward(goal);
-            place.holds(self.board, &pose, touch.point_m, touch.normal)
+            let arm = self.least.arm();
+            let pose = arm.kinematics().forward(goal);
+            place.holds(arm.board(), &pose, touch.point_m, touch.normal)
         };
         let until = log.sent.partition_point(|sent| sent.t_s <= touch.contact_s);
         let Some(last) = log.sent[..until].last().and_then(|sent| sent.goal) else {
             return Ok(false);
         };
-        let same = |sent: &&Sent| {
-            sent.goal.is_some_and(|goal| {
-                serves(&goal) && goal.max_abs_difference(&last) <= SAME_GOAL_RAD
-            })
-        };
-        let Some(first) = log.sent[..until].iter().rev().take_while(same).last() else {
+        let same =
+            |goal: &JointPositions| serves(goal) && goal.max_abs_difference(&last) <= SAME_GOAL_RAD;
+        let before = log.sent[..until].iter().rev();
+        let goals = before.map_while(|sent| Some((sent.t_s, sent.goal.filter(same)?)));
+        let Some((sent_s, goal)) = goals.last() else {
             return Ok(false);
         };
-        let Some(goal) = first.goal else {
-            return Ok(false);
-        };
-        let from = at(log.ticks, first.t_s)?.q;
+        let from = at(log.ticks, sent_s)?.q;
         let needed_s = self.least.limits().travel_time_s(&from, &goal) + self.delay_s;
-        Ok(needed_s <= touch.contact_s - first.t_s)
+        Ok(needed_s <= touch.contact_s - sent_s)
     }
 }
 

@@ -1,5 +1,6 @@
 //! What a run leaves behind, for tables and figures.
 
+pub mod log;
 pub mod push_log;
 pub mod snapshots;
 pub mod texture_log;

@@ -41,9 +41,9 @@ pub struct ForceSample {
 /// Collects pushes while a run lasts.
 #[derive(Default)]
 pub(in crate::run) struct PushLog {
-    pushes: Vec<Push>,
+    pub(super) pushes: Vec<Push>,
     is_open: bool,
-    samples: Vec<ForceSample>,
+    pub(super) samples: Vec<ForceSample>,
     next_sample_s: f64,
     last: Option<(usize, bool)>,
 }
@@ -84,12 +84,9 @@ impl PushLog {
             if let Some(push) = self.pushes.last_mut() {
                 push.lasted_s = t_s - push.felt_s;
                 push.peak_n = push.peak_n.max(force_n.length());
-                let farther = touched.position.abs() > push.opening_most.abs();
-                push.opening_most = if farther {
-                    touched.position
-                } else {
-                    push.opening_most
-                };
+                if touched.position.abs() > push.opening_most.abs() {
+                    push.opening_most = touched.position;
+                }
                 let given_j = force_n.dot(velocity_m_per_s) * dt_s;
                 push.given_j += given_j.max(0.0);
                 push.returned_j -= given_j.min(0.0);
@@ -100,11 +97,11 @@ impl PushLog {
         if t_s >= self.next_sample_s {
             self.next_sample_s = t_s + SAMPLE_S - 1e-9;
             let opening = self.last.and_then(|(index, turns)| {
-                let surface = moving.clone().find(|s| s.surface.0 == index)?;
+                let position = moving.clone().find(|s| s.surface.0 == index)?.position;
                 Some(if turns {
-                    surface.position.to_degrees()
+                    position.to_degrees()
                 } else {
-                    1e3 * surface.position
+                    1e3 * position
                 })
             });
             self.samples.push(ForceSample {
@@ -113,9 +110,5 @@ impl PushLog {
                 opening: opening.unwrap_or(0.0),
             });
         }
-    }
-
-    pub(in crate::run) fn finish(self) -> (Vec<Push>, Vec<ForceSample>) {
-        (self.pushes, self.samples)
     }
 }

@@ -51,7 +51,6 @@ pub struct Snapshot {
 #[must_use]
 pub fn of_one_touch(
     arm: &BoardArm,
-    board: &Board,
     ticks: &[Tick],
     outcomes: &[Outcome],
     known_s: &[f64],
@@ -86,18 +85,18 @@ pub fn of_one_touch(
         what,
         t_s: ticks[i].t_s,
         skeleton_m: arm.skeleton_m(&ticks[i].q),
-        board: BoardFace::new(board, &ticks[i].base_from_board),
+        board: BoardFace::new(arm.board(), &ticks[i].base_from_board),
     };
     instants.map(snapshot).into()
 }
 
 /// The board as each touch within reach met it.
 #[must_use]
-pub fn at_contacts(board: &Board, ticks: &[Tick], outcomes: &[Outcome]) -> Vec<BoardFace> {
+pub fn at_contacts(arm: &BoardArm, ticks: &[Tick], outcomes: &[Outcome]) -> Vec<BoardFace> {
     let within = outcomes.iter().filter(|o| o.unreachable.is_none());
     within
         .filter_map(|outcome| ticks.get(index(ticks, outcome.touch.contact_s)))
-        .map(|tick| BoardFace::new(board, &tick.base_from_board))
+        .map(|tick| BoardFace::new(arm.board(), &tick.base_from_board))
         .collect()
 }
 

@@ -4,7 +4,6 @@ use crate::person::predictors::{PREDICTORS, PredictionRecord};
 use crate::run::judged::judge::Outcome;
 use crate::run::kept::snapshots::{BoardFace, Snapshot};
 use glam::DVec3;
-use hwall_haptics::BoardTarget;
 
 /// Time, s, and place, m.
 pub type TimedPoint = (f64, DVec3);
@@ -53,74 +52,14 @@ pub enum TouchMark {
 /// Predicted points within this distance of the last one are not drawn, m.
 const DRAWN_M: f64 = 0.01;
 
-/// Fifty points a second of the board are enough for a figure.
-const BOARD_S: f64 = 0.02;
-
-/// Collects a [`Trace`] while a run lasts.
-pub(in crate::run) struct TraceLog {
-    trace: Trace,
-    /// When the board is drawn next, s.
-    next_board_s: f64,
-}
-
-impl TraceLog {
-    pub(in crate::run) fn new(reach_m: f64) -> Self {
-        Self {
-            trace: Trace {
-                reach_m,
-                ..Trace::default()
-            },
-            next_board_s: f64::NEG_INFINITY,
-        }
-    }
-
-    pub(in crate::run) fn hand(&mut self, t_s: f64, point_m: DVec3) {
-        self.trace.hand_m.push((t_s, point_m));
-    }
-
-    pub(in crate::run) fn hand_distance(&mut self, t_s: f64, distance_m: f64) {
-        self.trace.hand_distance_m.push((t_s, distance_m));
-    }
-
-    pub(in crate::run) fn hand_lost(&mut self, t_s: f64) {
-        self.trace.lost_s.push((t_s, f64::INFINITY));
-    }
-
-    pub(in crate::run) fn hand_found(&mut self, t_s: f64) {
-        if let Some(span) = self.trace.lost_s.last_mut() {
-            span.1 = t_s;
-        }
-    }
-
-    pub(in crate::run) fn contact_begins(&mut self, t_s: f64) {
-        self.trace.contacts_s.push((t_s, f64::INFINITY));
-    }
-
-    pub(in crate::run) fn contact_ends(&mut self, t_s: f64) {
-        if let Some(span) = self.trace.contacts_s.last_mut() {
-            span.1 = t_s;
-        }
-    }
-
-    pub(in crate::run) fn board(&mut self, t_s: f64, face_m: DVec3, target: Option<&BoardTarget>) {
-        if t_s < self.next_board_s {
-            return;
-        }
-        self.next_board_s = t_s + BOARD_S - 1e-9;
-        self.trace.board_m.push((t_s, face_m));
-        if let Some(target) = target {
-            let distance_m = face_m.distance(target.point_m);
-            self.trace.board_distance_m.push((t_s, distance_m));
-        }
-    }
-
-    pub(in crate::run) fn finish(mut self, end_s: f64, predictions: &[PredictionRecord]) -> Trace {
-        let trace = &mut self.trace;
-        for span in trace.contacts_s.iter_mut().chain(&mut trace.lost_s) {
+impl Trace {
+    /// Ends what is under way with the run, and takes the points to draw from all predictions.
+    pub(in crate::run) fn finish(&mut self, end_s: f64, predictions: &[PredictionRecord]) {
+        for span in self.contacts_s.iter_mut().chain(&mut self.lost_s) {
             span.1 = span.1.min(end_s);
         }
         for record in predictions {
-            for (drawn_m, place) in trace.predicted_m.iter_mut().zip(record.likeliest) {
+            for (drawn_m, place) in self.predicted_m.iter_mut().zip(record.likeliest) {
                 let Some(place) = place else { continue };
                 let last = drawn_m.last();
                 if last.is_none_or(|last| last.distance(place.point_m) > DRAWN_M) {
@@ -128,11 +67,8 @@ impl TraceLog {
                 }
             }
         }
-        self.trace
     }
-}
 
-impl Trace {
     /// Marks the touches, within reach or not, and the distances of the predictions from each.
     pub fn mark_touches(&mut self, outcomes: &[Outcome], predictions: &[PredictionRecord]) {
         let mut since_s = f64::NEG_INFINITY;

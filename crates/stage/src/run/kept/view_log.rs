@@ -3,7 +3,7 @@
 use hwall::haptics::ArmState;
 use hwall::{Event, EventKind, Session};
 use hwall_contact::Predictor;
-use hwall_hand::{HandFrame, LostReason, Tracking};
+use hwall_hand::HandFrame;
 use hwall_view::{ViewFrame, ViewMarker, ViewMarkerKind};
 
 /// Frames and markers on the hand's clock.
@@ -13,8 +13,6 @@ pub struct ViewLog {
     pub frames: Vec<ViewFrame>,
     /// In order of time.
     pub markers: Vec<ViewMarker>,
-    lost: bool,
-    tracked: bool,
 }
 
 /// Time between two frames, s.
@@ -41,7 +39,7 @@ impl ViewLog {
         });
     }
 
-    /// What an event says, its time on the hand's clock.
+    /// What an event says, its time on the hand's clock; when the hand was lost is [marked](Self::mark).
     pub(in crate::run) fn event(&mut self, t_s: f64, event: &Event) {
         let (kind, text) = match event.kind {
             EventKind::Touched { normal_force_n } => (
@@ -53,20 +51,14 @@ impl ViewLog {
             EventKind::Late => (ViewMarkerKind::Late, "board late".to_owned()),
             EventKind::Held(reason) => (ViewMarkerKind::Held, format!("held: {}", reason.name())),
             EventKind::Safe(_) => (ViewMarkerKind::Held, "supervisor".to_owned()),
-            EventKind::Frame(Tracking::Tracked(_)) => {
-                (self.lost, self.tracked) = (false, true);
-                return;
-            }
-            EventKind::Frame(Tracking::Lost { reason, .. }) => {
-                // The first frames of the filter are no loss.
-                let starting = matches!(reason, LostReason::Starting) && !self.tracked;
-                if starting || std::mem::replace(&mut self.lost, true) {
-                    return;
-                }
-                (ViewMarkerKind::Lost, "hand lost".to_owned())
-            }
             _ => return,
         };
+        self.mark(t_s, kind, text);
+    }
+
+    /// Something happened.
+    pub(in crate::run) fn mark(&mut self, t_s: f64, kind: ViewMarkerKind, text: impl Into<String>) {
+        let text = text.into();
         self.markers.push(ViewMarker { t_s, kind, text });
     }
 }

@@ -83,23 +83,16 @@ impl Desk {
                 Err(_) => Phase::Idle,
             },
             Phase::Clearing { job, .. } if is_free => {
-                let Job {
-                    stimulus,
-                    levels,
-                    resting,
-                } = *job;
-                session.set_texture_levels(levels);
+                session.set_texture_levels(job.levels);
                 Phase::Touch {
-                    touch: Box::new(ObservedTouch::new(stimulus, self.config, now_s)),
-                    resting: Box::new(resting),
+                    touch: Box::new(ObservedTouch::new(job.stimulus, self.config, now_s)),
+                    resting: Box::new(job.resting),
                 }
             }
             Phase::Clearing { since_s, .. } if now_s - since_s > self.config.release_within_s => {
                 let because = "not released: the board was pressed before the trial began";
-                self.tell(Observed::nothing(
-                    Fault::NotReleased,
-                    Some(because.to_owned()),
-                ));
+                let because = Some(because.to_owned());
+                self.tell(Observed::nothing(Fault::NotReleased, because));
                 Phase::Idle
             }
             Phase::Touch { mut touch, resting } => match touch.step(session, cycle) {

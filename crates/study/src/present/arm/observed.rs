@@ -61,12 +61,8 @@ impl ArmTrialConfig {
             that(value_s <= 3600.0, what, value_s, "at most an hour")?;
         }
         let least_s = self.least_felt_s;
-        that(
-            least_s <= self.felt_s,
-            "least_felt_s",
-            least_s,
-            "at most felt_s",
-        )?;
+        let holds = least_s <= self.felt_s;
+        that(holds, "least_felt_s", least_s, "at most felt_s")?;
         Ok(())
     }
 
@@ -257,9 +253,13 @@ impl ObservedTouch {
             Fault::Stopped => why.to_owned(),
             _ => format!("{word}: {why}"),
         };
+        self.observed(fault, Some(because))
+    }
+
+    fn observed(&self, fault: Fault, because: Option<String>) -> Observed {
         Observed {
             rendered: self.rendered(fault),
-            because: Some(because),
+            because,
             is_last: false,
         }
     }
@@ -271,11 +271,7 @@ impl ObservedTouch {
         }
         Some(match (self.seen_s, self.late) {
             (None, _) => self.spoilt(Fault::HandLost, &format!("not seen within {within_s} s")),
-            (Some(_), true) => Observed {
-                rendered: self.rendered(Fault::Late),
-                because: None,
-                is_last: false,
-            },
+            (Some(_), true) => self.observed(Fault::Late, None),
             (Some(_), false) => self.spoilt(Fault::NoTouch, &format!("within {within_s} s")),
         })
     }
@@ -349,11 +345,7 @@ impl ObservedTouch {
             true => Fault::NoTexture,
             false => Fault::None,
         };
-        Observed {
-            rendered: self.rendered(fault),
-            because: None,
-            is_last: false,
-        }
+        self.observed(fault, None)
     }
 
     fn rendered(&self, fault: Fault) -> Rendered {

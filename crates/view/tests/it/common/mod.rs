@@ -47,9 +47,8 @@ pub(crate) fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
         };
     }
     frame.head_m = sampler.bool().then(|| point(sampler));
-    frame.gaze = sampler
-        .bool()
-        .then(|| (point(sampler), sampler.unit_vector()));
+    let ray = |s: &mut Sampler| s.bool().then(|| (point(s), s.unit_vector()));
+    frame.gaze = ray(sampler);
     if sampler.bool() {
         frame.predicted = Some(ViewPrediction {
             point_m: point(sampler),
@@ -59,19 +58,13 @@ pub(crate) fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
             contact_s: sampler.bool().then(|| sampler.uniform(0.0, 3.0)),
         });
     }
-    frame.goal = sampler
-        .bool()
-        .then(|| (point(sampler), sampler.unit_vector()));
+    frame.goal = ray(sampler);
     frame.left_s = sampler.bool().then(|| sampler.uniform(0.0, 3.0));
     frame.force_n = sampler.bool().then(|| point(sampler));
     if sampler.bool() {
-        for opening in frame
-            .openings
-            .iter_mut()
-            .take(sampler.index(MOST_MOVING + 1))
-        {
-            *opening = sampler.uniform(0.0, 1.0);
-        }
+        let count = sampler.index(MOST_MOVING + 1);
+        let openings = frame.openings[..count].iter_mut();
+        openings.for_each(|opening| *opening = sampler.uniform(0.0, 1.0));
     }
     frame.state = ViewState::ALL[sampler.index(ViewState::ALL.len())];
     frame
@@ -80,13 +73,9 @@ pub(crate) fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
 /// A whole frame: all there is, all 26 joints.
 pub(crate) fn full_frame(t_s: f64) -> ViewFrame {
     let wave = |i: usize| (t_s + 0.7 * i as f64).sin();
-    let point = |i: usize| {
-        DVec3::new(
-            0.6 + 0.1 * wave(i),
-            0.2 * wave(i + 1),
-            0.6 + 0.1 * wave(i + 2),
-        )
-    };
+    let waves = |i: usize| DVec3::new(0.1 * wave(i), 0.2 * wave(i + 1), 0.1 * wave(i + 2));
+    let point = |i: usize| DVec3::new(0.6, 0.0, 0.6) + waves(i);
+    let q = |i: usize| 0.5 * wave(i) - if i == 3 { 1.2 } else { 0.0 };
     let mut openings = [0.0; MOST_MOVING];
     openings[0] = 0.3 + 0.3 * wave(0);
     openings[1] = 0.1 + 0.1 * wave(3);
@@ -108,12 +97,7 @@ pub(crate) fn full_frame(t_s: f64) -> ViewFrame {
         force_n: Some(DVec3::NEG_X * 5.0),
         openings,
         state: ViewState::ALL[((t_s.abs() * 2.0) as usize) % ViewState::ALL.len()],
-        ..ViewFrame::new(
-            t_s,
-            JointPositions(std::array::from_fn(|i| {
-                0.5 * wave(i) - if i == 3 { 1.2 } else { 0.0 }
-            })),
-        )
+        ..ViewFrame::new(t_s, JointPositions(std::array::from_fn(q)))
     }
 }
 

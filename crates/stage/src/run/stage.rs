@@ -1,31 +1,54 @@
-//! What a session of the main job is made of.
+//! What the runs of the main job share, and what a session of one is made of.
 
-use crate::input::arms::BoardArm;
+use crate::person::predictors::Predictors;
+use crate::person::responses::Scenery;
 use crate::run::simulated_arm::ArmLevel;
+use hwall::haptics::RendererConfig;
 use hwall::haptics::body::Room;
 use hwall::haptics::safety::PersonPart;
-use hwall::haptics::{Board, RendererConfig};
-use hwall::{Session, SessionConfig, Walls, session_supervisor};
+use hwall::{Session, SessionConfig, session_supervisor};
 use hwall_contact::Predictor;
+use hwall_fri::controller::FaultConfig;
 use hwall_hand::HandFilterConfig;
-use hwall_scene::Scene;
+
+/// What all runs share: made once, however many people there are.
+#[derive(Clone, Copy)]
+pub struct Stage<'a> {
+    /// Arm, scene and walls. The usual waiting posture of the walls is the one from which regret asks what was possible; where they
+    /// have none, that is the posture in which the arm starts.
+    pub scenery: Scenery<'a>,
+    /// Who foresees the touches, as trained; every person meets a copy that has seen nobody.
+    pub predictors: &'a Predictors,
+    /// How much of the arm is simulated.
+    pub level: ArmLevel,
+    /// The arm is behind FRI, and this goes wrong.
+    pub fri: Option<FaultConfig>,
+    /// Control period, s.
+    pub period_s: f64,
+}
+
+impl<'a> Stage<'a> {
+    /// At servo level, the usual one for many touches.
+    #[must_use]
+    pub const fn of(scenery: &Scenery<'a>, predictors: &'a Predictors, period_s: f64) -> Self {
+        Self {
+            scenery: *scenery,
+            predictors,
+            level: ArmLevel::Servo,
+            fri: None,
+            period_s,
+        }
+    }
+}
 
 /// What a session of the main job is made of, besides the predictor. The same settings, predictor and inputs give the
 /// same commands bit by bit.
 #[derive(Clone, Copy)]
 pub struct SessionSettings<'a> {
-    /// The arm, with the face of the board as its tool.
-    pub arm: &'a BoardArm,
-    /// The board.
-    pub board: &'a Board,
+    /// Arm, scene and walls.
+    pub scenery: Scenery<'a>,
     /// What really stands around the arm; `None`: a floor.
     pub room: Option<&'a Room>,
-    /// What is touched, in the arm's base frame.
-    pub scene: &'a Scene,
-    /// What is known of its walls: where the arm can present them, and where it waits.
-    pub walls: &'a Walls,
-    /// Does the board present the roughness of surfaces?
-    pub textured: bool,
     /// How much of the arm is simulated: says how objects are rendered.
     pub level: ArmLevel,
     /// How frames of the hand are filtered.
@@ -46,20 +69,23 @@ impl SessionSettings<'_> {
         supervisor.room = self.room.cloned();
         let required = &mut supervisor.required;
         required.retain(|part| self.sees_head || *part != PersonPart::Head);
+        let Scenery {
+            arm, scene, walls, ..
+        } = self.scenery;
         let config = SessionConfig {
             supervisor: Some(supervisor),
             renderer: RendererConfig::default(),
             hand: self.filter,
             arm_minus_tracker_s: self.arm_minus_tracker_s,
-            texture: self.textured,
-            object_command: self.level.object_command(self.arm, self.board)?,
+            texture: self.scenery.textured,
+            object_command: self.level.object_command(arm)?,
             ..SessionConfig::default()
         };
         Ok(Session::new(
-            &**self.arm.kinematics(),
-            self.board,
-            self.scene.clone(),
-            self.walls.clone(),
+            &**arm.kinematics(),
+            arm.board(),
+            scene.clone(),
+            walls.clone(),
             predictor,
             config,
         )?)

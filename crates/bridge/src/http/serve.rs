@@ -1,0 +1,157 @@
+//! Connections: listened for, taken while there is room, and one request of each answered.
+
+use super::request::{self, Refusal, Request};
+use super::response;
+use crate::error::BridgeError;
+use std::io::{self, Read, Write};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::Builder;
+use std::time::Duration;
+
+/// An answer must be taken within this time.
+const ANSWER: Duration = Duration::from_secs(5);
+
+/// Listens; returns the address that was taken, too.
+pub(crate) fn listen(address: SocketAddr) -> Result<(TcpListener, SocketAddr), BridgeError> {
+    let listening = TcpListener::bind(address).and_then(|listener| {
+        let taken = listener.local_addr()?;
+        Ok((listener, taken))
+    });
+    listening.map_err(|source| BridgeError::Listen { address, source })
+}
+
+/// An address of this machine by which it reaches itself.
+pub(crate) fn reachable(mut address: SocketAddr) -> SocketAddr {
+    match address.ip() {
+        IpAddr::V4(ip) if ip.is_unspecified() => address.set_ip(Ipv4Addr::LOCALHOST.into()),
+        IpAddr::V6(ip) if ip.is_unspecified() => address.set_ip(Ipv6Addr::LOCALHOST.into()),
+        _ => {}
+    }
+    address
+}
+
+/// Wakes the thread that [accepts](accept) connections.
+pub(crate) fn wake(address: SocketAddr) {
+    let _ = TcpStream::connect_timeout(&reachable(address), ANSWER);
+}
+
+/// Takes connections until the server stops, each on a thread of its own of this name, and `most` at a time; `busy` hears of those that
+/// are turned away.
+pub(crate) fn accept<S>(
+    listener: &TcpListener,
+    most: usize,
+    name: &str,
+    is_stopped: impl Fn() -> bool,
+    busy: impl Fn(),
+    serve: S,
+) where
+    S: Fn(TcpStream) -> io::Result<()> + Clone + Send + 'static,
+{
+    let connections = Arc::default();
+    while !is_stopped() {
+        let Ok((stream, _)) = listener.accept() else {
+            // Out of file descriptors, for instance: others must end first.
+            std::thread::sleep(Duration::from_millis(20));
+            continue;
+        };
+        if is_stopped() {
+            return;
+        }
+        let Some(slot) = Slot::of(&connections, most) else {
+            busy();
+            // An empty buffer takes it; if not, nobody waits for it.
+            let _ = stream.set_nonblocking(true);
+            let _ = (&stream).write(&response::refusal(request::BUSY));
+            continue;
+        };
+        let serve = serve.clone();
+        // A thread that cannot be started gives its slot back as one that ends.
+        let _ = Builder::new().name(name.to_owned()).spawn(move || {
+            let _slot = slot;
+            // Whatever became of the connection: it has ended.
+            let _ = serve(stream);
+        });
+    }
+}
+
+/// One of the connections there may be at a time; given back when it is dropped, also by a thread that panics.
+struct Slot(Arc<AtomicUsize>);
+
+impl Slot {
+    /// `None`: there are enough.
+    fn of(connections: &Arc<AtomicUsize>, most: usize) -> Option<Self> {
+        let slot = Self(Arc::clone(connections));
+        let before = connections.fetch_add(1, Ordering::SeqCst);
+        (before < most).then_some(slot)
+    }
+}
+
+impl Drop for Slot {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// Answers the one request of a connection; `judged` hears what became of it. `Some`: it is a WebSocket now, and this came after the head.
+pub(crate) fn answer(
+    stream: &mut TcpStream,
+    within: Duration,
+    hosts: &[String],
+    html: &str,
+    judged: impl FnOnce(Result<&Request, Refusal>),
+) -> io::Result<Option<Vec<u8>>> {
+    stream.set_write_timeout(Some(ANSWER))?;
+    let (asked, rest) = match request::read_head(stream, within)? {
+        Ok(None) => return Ok(None),
+        Ok(Some(head)) => (request::judge(&head.bytes, hosts), head.rest),
+        Err(refused) => (Err(refused), Vec::new()),
+    };
+    judged(asked.as_ref().map_err(|refused| *refused));
+    let answer = match asked {
+        Ok(Request::Socket { key }) => {
+            stream.write_all(&response::switch_to_socket(&key))?;
+            return Ok(Some(rest));
+        }
+        Ok(Request::Page { host, body }) => response::page(html, &host, body),
+        Ok(Request::Icon) => response::no_content(),
+        Err(refused) => response::refusal(refused),
+    };
+    stream.write_all(&answer)?;
+    stream.shutdown(Shutdown::Write)?;
+    // What the client still sends is taken for a moment: a connection that is cut with bytes unread loses its answer.
+    stream.set_read_timeout(Some(Duration::from_millis(200)))?;
+    let mut rest = [0; 1024];
+    for _ in 0..64 {
+        if stream.read(&mut rest)? == 0 {
+            break;
+        }
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thread_that_panics_gives_its_slot_back() {
+        const MOST: usize = 64;
+        let connections = Arc::default();
+        for _ in 0..MOST + 1 {
+            let slot = Slot::of(&connections, MOST).expect("there is space");
+            let thread = std::thread::spawn(move || {
+                let _slot = slot;
+                std::panic::resume_unwind(Box::new("a fault of the server"));
+            });
+            assert!(thread.join().is_err());
+        }
+        assert_eq!(connections.load(Ordering::SeqCst), 0);
+        let all: Vec<_> = (0..MOST).map(|_| Slot::of(&connections, MOST)).collect();
+        assert!(all.iter().all(Option::is_some));
+        assert!(Slot::of(&connections, MOST).is_none(), "there are enough");
+        drop(all);
+        assert!(Slot::of(&connections, MOST).is_some());
+    }
+}

@@ -1,0 +1,241 @@
+//! What a run writes down while it lasts.
+
+use crate::input::counted::Asked;
+use crate::person::predictors::{PredictionRecord, PredictorKind, SurfacePlace};
+use crate::run::judged::courses::Sent;
+use crate::run::kept::push_log::{ForceSample, Push, PushLog};
+use crate::run::kept::texture_log::{TextureLog, TextureTouch};
+use crate::run::kept::tick::{Led, Stop, Tick};
+use crate::run::kept::trace::Trace;
+use crate::run::kept::view_log::ViewLog;
+use crate::run::simulated_arm::SimulatedArm;
+use glam::DVec3;
+use hwall::reachability::Presented;
+use hwall::{Cycle, Event, EventKind, Session, SessionState};
+use hwall_contact::{PredictionSource, Predictor};
+use hwall_hand::{HandFrame, LostReason, Tracking};
+use hwall_view::ViewMarkerKind;
+
+/// A finished run.
+#[derive(Default)]
+pub struct Run {
+    /// One entry for each control step.
+    pub ticks: Vec<Tick>,
+    /// Of each control step.
+    pub costs: Vec<StepCost>,
+    /// Who led the board.
+    pub leader: PredictorKind,
+    /// What the predictors predicted from each frame.
+    pub predictions: Vec<PredictionRecord>,
+    /// The contact that led the board, from each frame.
+    pub led: Vec<Led>,
+    /// Where the board was sent, change by change.
+    pub sent: Vec<Sent>,
+    /// For the figures.
+    pub trace: Trace,
+    /// Number of frames by what pointed to the surface: gaze, hand direction, nearest, motion, none.
+    pub sources: [usize; 5],
+    /// Frames in which the target was out of reach.
+    pub unreachable_frames: usize,
+    /// Predictions that were looked up in the maps, and for which the board was sent to the
+    /// nearest place in reach instead.
+    pub look_ups: usize,
+    /// See `look_ups`.
+    pub moved: usize,
+    /// Each loss of the hand: when, and why.
+    pub losses: Vec<Loss>,
+    /// Each touch of a textured surface; `None` if the board presents no texture.
+    pub textures: Option<Vec<TextureTouch>>,
+    /// Each push at something that moves.
+    pub pushes: Vec<Push>,
+    /// Force of the hand and opening over time.
+    pub forces: Vec<ForceSample>,
+    /// What was to be seen.
+    pub view: ViewLog,
+}
+
+/// What a control step, and the planning after it, took.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StepCost {
+    /// Time of [`Session::step`], ns.
+    pub step_ns: f32,
+    /// Time of [`Session::plan`], ns.
+    pub plan_ns: f32,
+    /// What the step asked of the arm, if that is [counted](crate::input::arms::BoardArm::counted).
+    pub asked: Asked,
+    /// At how many instants of ways the planner looked at the board in the call before, and how many boxes and rectangles it tested.
+    pub looks: u32,
+    /// See `looks`.
+    pub tests: u32,
+}
+
+/// The hand was lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Loss {
+    /// When, s.
+    pub t_s: f64,
+    /// Why.
+    pub reason: LostReason,
+}
+
+/// The hand after a cycle.
+pub(in crate::run) struct HandNow<'a> {
+    /// Did frames of it come in the cycle?
+    pub(in crate::run) is_new: bool,
+    /// The newest frame.
+    pub(in crate::run) frame: Option<&'a HandFrame>,
+    /// Its true fingertip, m.
+    pub(in crate::run) tip_m: Option<DVec3>,
+    /// True force on the face, base axes, N.
+    pub(in crate::run) force_n: DVec3,
+}
+
+/// Fifty points a second of the board are enough for a figure.
+const BOARD_S: f64 = 0.02;
+
+/// Collects a [`Run`].
+pub(in crate::run) struct Log {
+    pub(in crate::run) run: Run,
+    /// The hand's time at the arm's zero, s.
+    pub(in crate::run) start_s: f64,
+    pub(in crate::run) period_s: f64,
+    pub(in crate::run) texture: Option<TextureLog>,
+    pub(in crate::run) pushes: PushLog,
+    /// When the board is drawn next, s.
+    pub(in crate::run) next_board_s: f64,
+    pub(in crate::run) is_lost: bool,
+    pub(in crate::run) was_tracked: bool,
+}
+
+impl Log {
+    pub(in crate::run) fn event(&mut self, event: &Event) {
+        let t_s = self.start_s + event.t_s;
+        if let Some(texture) = &mut self.texture {
+            texture.event(event);
+        }
+        let run = &mut self.run;
+        let end = |spans: &mut Vec<(f64, f64)>| {
+            if let Some(span) = spans.last_mut() {
+                span.1 = t_s;
+            }
+        };
+        match event.kind {
+            EventKind::Frame(Tracking::Tracked(state)) => {
+                run.trace.hand_m.push((t_s, state.point_m));
+                self.was_tracked = true;
+                if std::mem::take(&mut self.is_lost) {
+                    end(&mut run.trace.lost_s);
+                }
+            }
+            EventKind::Frame(Tracking::Lost { reason, .. }) => {
+                // The first frames of the filter are no loss.
+                let is_starting = matches!(reason, LostReason::Starting) && !self.was_tracked;
+                if !is_starting && !std::mem::replace(&mut self.is_lost, true) {
+                    run.losses.push(Loss { t_s, reason });
+                    run.trace.lost_s.push((t_s, f64::INFINITY));
+                    run.view.mark(t_s, ViewMarkerKind::Lost, "hand lost");
+                }
+            }
+            EventKind::Predicted(foreseen) => {
+                let source = match foreseen.map(|f| f.contact.source) {
+                    Some(PredictionSource::Gaze) => 0,
+                    Some(PredictionSource::HandDirection) => 1,
+                    Some(PredictionSource::Nearest) => 2,
+                    // Which of the places touched before comes next the motion says, too.
+                    Some(PredictionSource::Motion | PredictionSource::TouchedBefore) => 3,
+                    _ => 4,
+                };
+                run.sources[source] += 1;
+                let place = foreseen.map(|f| SurfacePlace {
+                    surface: f.contact.surface,
+                    point_m: f.contact.point_m,
+                });
+                run.led.push(Led { t_s, place });
+                let Some(foreseen) = foreseen else { return };
+                run.look_ups += usize::from(foreseen.presented != Presented::Unknown);
+                run.moved += usize::from(matches!(foreseen.presented, Presented::Nearest(_)));
+                let distance_m = foreseen.contact.distance_m.max(0.0);
+                run.trace.hand_distance_m.push((t_s, distance_m));
+            }
+            EventKind::Touched { .. } => run.trace.contacts_s.push((t_s, f64::INFINITY)),
+            EventKind::Released => end(&mut run.trace.contacts_s),
+            _ => {}
+        }
+        self.run.view.event(t_s, event);
+    }
+
+    /// At the end of a cycle, after the arm has advanced.
+    pub(in crate::run) fn cycle<P: Predictor>(
+        &mut self,
+        session: &Session<P>,
+        arm: &SimulatedArm,
+        cycle: &Cycle,
+        hand: &HandNow<'_>,
+    ) {
+        let t_s = self.start_s + cycle.t_s;
+        let (control, force_n) = (session.control(), hand.force_n);
+        let (pose, twist) = (arm.pose(), arm.twist());
+        if let (Some(texture), Some(moving)) = (&mut self.texture, control.texture()) {
+            texture.feel(cycle.t_s, &pose, hand.tip_m, &twist, moving.scan_rad());
+        }
+        let run = &mut self.run;
+        let step = control.last_step();
+        let refused = step.is_some_and(|step| step.unreachable.is_some());
+        run.unreachable_frames += usize::from(hand.is_new && refused);
+        if t_s >= self.next_board_s {
+            self.next_board_s = t_s + BOARD_S - 1e-9;
+            let face_m = pose.position_m();
+            run.trace.board_m.push((t_s, face_m));
+            let distance_m = control.target().map(|t| face_m.distance(t.point_m));
+            let distance_m = distance_m.map(|distance_m| (t_s, distance_m));
+            run.trace.board_distance_m.extend(distance_m);
+        }
+        let (target, goal) = (
+            control.target().map(Into::into),
+            step.and_then(|step| step.goal),
+        );
+        let is_same = |last: &Sent| (last.target, last.goal) == (target, goal);
+        if !run.sent.last().is_some_and(is_same) {
+            run.sent.push(Sent { t_s, target, goal });
+        }
+        let pressed_m = hand.tip_m.filter(|_| force_n != DVec3::ZERO);
+        run.ticks.push(Tick {
+            t_s,
+            base_from_board: pose,
+            q: arm.q(),
+            stop: Stop::of(session.state()),
+            in_contact: matches!(
+                control.state(),
+                SessionState::Touched | SessionState::TouchedInMovingWorld
+            ),
+            pressed_m_per_s: pressed_m.map(|point_m| {
+                let lever_m = point_m - pose.position_m();
+                let turning = twist.angular_rad_per_s.cross(lever_m);
+                (twist.linear_m_per_s + turning).length()
+            }),
+        });
+        let state = &cycle.state;
+        run.view.step(t_s, session, state, hand.frame, force_n);
+        self.pushes.step(
+            t_s,
+            self.period_s,
+            session.perception().scene(),
+            control.moving(),
+            force_n,
+            twist.linear_m_per_s,
+        );
+    }
+
+    pub(in crate::run) fn finish(self, predictions: Vec<PredictionRecord>) -> Run {
+        let mut run = self.run;
+        let end_s = run.ticks.last().map_or(0.0, |t| t.t_s);
+        run.trace.finish(end_s, &predictions);
+        Run {
+            predictions,
+            textures: self.texture.map(TextureLog::into_touches),
+            pushes: self.pushes.pushes,
+            forces: self.pushes.samples,
+            ..run
+        }
+    }
+}
