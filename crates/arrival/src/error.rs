@@ -57,39 +57,9 @@ pub enum ArrivalError {
         /// What the operating system reports.
         message: String,
     },
-    /// Not an atlas at all.
-    #[error("no atlas: it does not begin as one")]
-    ForeignFile,
-    /// Written by a later version of this crate.
-    #[error("atlas of format {found}, this version knows formats up to {known}")]
-    NewerFile {
-        /// Format of the file.
-        found: u16,
-        /// The latest that is known.
-        known: u16,
-    },
-    /// The file ends too early, or goes on too long.
-    #[error("{found} bytes where the atlas's header promises {expected}")]
-    WrongFileLength {
-        /// Bytes that the header promises.
-        expected: u64,
-        /// Bytes there are.
-        found: u64,
-    },
-    /// The checksum does not match: some bytes have changed.
-    #[error("damaged atlas: checksum {found:08x} instead of {expected:08x}")]
-    DamagedFile {
-        /// Checksum in the file.
-        expected: u32,
-        /// Checksum of its bytes.
-        found: u32,
-    },
-    /// The bytes are as written, but what they say makes no sense.
-    #[error("malformed atlas: {what}")]
-    MalformedFile {
-        /// The part that makes no sense.
-        what: &'static str,
-    },
+    /// A file that is no atlas, one of a later version, or a damaged one.
+    #[error("atlas: {0}")]
+    Atlas(#[from] BinaryFileError),
     /// An atlas of an arm without a closed form.
     #[error("an atlas of an arm without a closed form is not kept in a file: make it again")]
     NotStored,
@@ -104,23 +74,11 @@ pub enum ArrivalError {
     Geometry(#[from] hwall_geometry::GeometryError),
 }
 
-impl From<BinaryFileError> for ArrivalError {
-    fn from(error: BinaryFileError) -> Self {
-        match error {
-            BinaryFileError::Foreign => Self::ForeignFile,
-            BinaryFileError::Newer { found, known } => Self::NewerFile { found, known },
-            BinaryFileError::WrongLength { expected, found } => {
-                Self::WrongFileLength { expected, found }
-            }
-            BinaryFileError::Damaged { expected, found } => Self::DamagedFile { expected, found },
-            BinaryFileError::Malformed { what } => Self::MalformedFile { what },
-            // The enum may grow.
-            _ => Self::MalformedFile { what: "file" },
-        }
-    }
-}
-
 impl ArrivalError {
+    pub(crate) const fn malformed(what: &'static str) -> Self {
+        Self::Atlas(BinaryFileError::Malformed { what })
+    }
+
     pub(crate) fn file(path: &Path, error: &std::io::Error) -> Self {
         Self::File {
             path: path.to_owned(),

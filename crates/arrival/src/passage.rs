@@ -79,7 +79,21 @@ pub(crate) struct Standing {
     pub(crate) own_body_m: f64,
 }
 
-impl Passage<'_> {
+impl<'a> Passage<'a> {
+    pub(crate) const fn new(
+        arm: &'a dyn ArmKinematics,
+        board: BoardExtent,
+        surfaces: &'a Surfaces,
+        clearance: ClearanceConfig,
+    ) -> Self {
+        Self {
+            arm,
+            board,
+            surfaces,
+            clearance,
+        }
+    }
+
     pub(crate) fn standing(&self, q: &JointPositions) -> Standing {
         match self.arm.closed_form() {
             Some(arm) => self.standing_of_srs(arm, q),

@@ -9,7 +9,6 @@ use hwall_kinematics::{
 use hwall_reachability::WallPlane;
 use std::f64::consts::{PI, TAU};
 
-use crate::error::ArrivalError;
 use crate::length::turning;
 
 /// One way to hold the board at a place.
@@ -43,25 +42,17 @@ impl<'a> Holding<'a> {
     const SEARCHES: u32 = 5;
 
     /// Arm angles of a closed form are `spacing_rad` apart, or less.
-    pub(crate) fn new(
-        arm: &'a dyn ArmKinematics,
-        rolls_rad: &[f64],
-        spacing_rad: f64,
-    ) -> Result<Self, ArrivalError> {
+    pub(crate) fn new(arm: &'a dyn ArmKinematics, rolls_rad: &[f64], spacing_rad: f64) -> Self {
         if let Some(arm) = arm.closed_form() {
-            return Ok(Self::Exact(Box::new(Presenter::new(
-                arm,
-                rolls_rad,
-                spacing_rad,
-            )?)));
+            return Self::Exact(Box::new(Presenter::new(arm, rolls_rad, spacing_rad)));
         }
         let from = (0..Self::SEARCHES).map(|i| JointPositions::spread(arm.limits(), i));
-        Ok(Self::Searched {
+        Self::Searched {
             arm,
             rolls_rad: rolls_rad.to_vec(),
             from: from.collect(),
             turning: turning(arm),
-        })
+        }
     }
 
     /// Of an arm with a closed form.
@@ -138,11 +129,7 @@ pub(crate) struct Presenter {
 
 impl Presenter {
     /// Arm angles `spacing_rad` apart are tried, or less.
-    pub(crate) fn new(
-        arm: &SrsArm,
-        rolls_rad: &[f64],
-        spacing_rad: f64,
-    ) -> Result<Self, ArrivalError> {
+    pub(crate) fn new(arm: &SrsArm, rolls_rad: &[f64], spacing_rad: f64) -> Self {
         let tool = arm.flange_from_tool();
         let (offset, axis) = (tool.position_m(), tool.rotation().z_axis);
         // The rounding of a tool that was meant to be centred.
@@ -156,12 +143,12 @@ impl Presenter {
         };
         let count = (TAU / spacing_rad).ceil().clamp(1.0, 3600.0) as usize;
         let arm_angles_rad = (0..count).map(|i| TAU * i as f64 / count as f64 - PI);
-        Ok(Self {
+        Self {
             arm: arm.clone(),
             free_turn,
             rolls_rad: rolls_rad.to_vec(),
             arm_angles_rad: arm_angles_rad.collect(),
-        })
+        }
     }
 
     fn pose(&self, plane: &WallPlane, point_m: DVec3, roll: usize) -> Option<Pose> {
@@ -253,8 +240,7 @@ impl Presenter {
         arm_angle_rad: f64,
     ) -> Option<Presentation> {
         let pose = self.pose(plane, point_m, usize::from(like.roll))?;
-        let q = self.arm.solutions(&pose, arm_angle_rad)[like.branch.index()]?;
-        let mut q = q;
+        let mut q = self.arm.solutions(&pose, arm_angle_rad)[like.branch.index()]?;
         self.turn_towards(&mut q, &like.q)?;
         Some(Presentation {
             q,

@@ -16,7 +16,7 @@ pub const ROTATION_TOLERANCE: f64 = 1e-5;
 /// function that takes a `Pose` need not check again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "RawPose", into = "RawPose"))]
+#[cfg_attr(feature = "serde", serde(try_from = "RawPose"))]
 pub struct Pose {
     rotation: DMat3,
     position_m: DVec3,
@@ -279,7 +279,7 @@ impl std::ops::Mul for Pose {
 
 /// Unchecked twin for serde, so that what a file holds is checked too.
 #[cfg(feature = "serde")]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(serde::Deserialize)]
 struct RawPose {
     rotation: DMat3,
     position_m: DVec3,
@@ -290,16 +290,6 @@ impl TryFrom<RawPose> for Pose {
     type Error = GeometryError;
     fn try_from(raw: RawPose) -> Result<Self, Self::Error> {
         Self::new(raw.rotation, raw.position_m)
-    }
-}
-
-#[cfg(feature = "serde")]
-impl From<Pose> for RawPose {
-    fn from(pose: Pose) -> Self {
-        Self {
-            rotation: pose.rotation,
-            position_m: pose.position_m,
-        }
     }
 }
 

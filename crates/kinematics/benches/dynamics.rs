@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         arm.inverse_into(q, qd, qdd, &mut scratch, &mut out)
     });
     let errors = worst(&|[q, qd, qdd]| {
-        let (m, bias) = (arm.mass_matrix(q)?, arm.nonlinear(q, qd)?);
+        let (m, bias) = (arm.mass_matrix(q)?, arm.inverse(q, qd, &[0.0; 7])?);
         let sum = |i: usize| bias[i] + (0..7).map(|j| m[7 * i + j] * qdd[j]).sum::<f64>();
         let torques: Vec<f64> = (0..7).map(sum).collect();
         Ok(difference(&arm.inverse(q, qd, qdd)?, &torques))

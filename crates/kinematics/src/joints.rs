@@ -101,10 +101,8 @@ impl JointPositions {
     /// Largest difference of a joint to another configuration, rad.
     #[must_use]
     pub fn max_abs_difference(&self, other: &Self) -> f64 {
-        self.0
-            .iter()
-            .zip(other.0)
-            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+        let pairs = self.0.iter().zip(other.0);
+        pairs.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
     }
 }
 
@@ -120,20 +118,20 @@ pub struct JointLimit {
 }
 
 impl JointLimit {
+    /// From a least to a largest angle, rad.
+    #[must_use]
+    pub const fn new(min_rad: f64, max_rad: f64) -> Self {
+        Self { min_rad, max_rad }
+    }
+
     /// No limit at all.
-    pub const FREE: Self = Self {
-        min_rad: f64::NEG_INFINITY,
-        max_rad: f64::INFINITY,
-    };
+    pub const FREE: Self = Self::new(f64::NEG_INFINITY, f64::INFINITY);
 
     /// `[-half_range, +half_range]`, given in degrees.
     #[must_use]
     pub fn symmetric_deg(half_range: f64) -> Self {
         let h = half_range.to_radians();
-        Self {
-            min_rad: -h,
-            max_rad: h,
-        }
+        Self::new(-h, h)
     }
 
     /// Is the angle inside, both ends included? NaN is not.
@@ -162,10 +160,7 @@ impl JointLimit {
     /// Both ends moved inwards (outwards for a negative amount), rad.
     #[must_use]
     pub fn shrunk(&self, by_rad: f64) -> Self {
-        Self {
-            min_rad: self.min_rad + by_rad,
-            max_rad: self.max_rad - by_rad,
-        }
+        Self::new(self.min_rad + by_rad, self.max_rad - by_rad)
     }
 
     /// The angle plus full turns that lies within the limit, nearest to the reference; outside, the
@@ -246,10 +241,10 @@ struct RawLimit {
 #[cfg(feature = "serde")]
 impl From<RawLimit> for JointLimit {
     fn from(raw: RawLimit) -> Self {
-        Self {
-            min_rad: raw.min_rad.unwrap_or(f64::NEG_INFINITY),
-            max_rad: raw.max_rad.unwrap_or(f64::INFINITY),
-        }
+        Self::new(
+            raw.min_rad.unwrap_or(f64::NEG_INFINITY),
+            raw.max_rad.unwrap_or(f64::INFINITY),
+        )
     }
 }
 

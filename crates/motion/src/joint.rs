@@ -1,7 +1,7 @@
 //! Jerk-limited, time-optimal motion of a single joint, in closed form but for one root.
 
 use crate::error::MotionError;
-use hwall_numeric::check::that;
+use hwall_numeric::check::within;
 
 /// Angle, velocity and acceleration of one joint.
 ///
@@ -44,8 +44,7 @@ impl JointBounds {
             ("acceleration_rad_per_s2", acceleration_rad_per_s2),
             ("jerk_rad_per_s3", jerk_rad_per_s3),
         ] {
-            let in_range = (1e-9..=1e12).contains(&value);
-            that(in_range, what, value, "between 1e-9 and 1e12")?;
+            within(what, value, 1e-9..=1e12, "between 1e-9 and 1e12")?;
         }
         Ok(Self {
             velocity: [-velocity_rad_per_s, velocity_rad_per_s],
@@ -166,11 +165,7 @@ impl SpeedChange {
         for stretch in &self.stretches {
             at = at.jerked(stretch.jerk, stretch.time_s);
         }
-        JointPoint {
-            q_rad: at.q_rad,
-            qd_rad_per_s: self.end_rad_per_s,
-            qdd_rad_per_s2: 0.0,
-        }
+        JointPoint::new(at.q_rad, self.end_rad_per_s, 0.0)
     }
 
     fn after(&self, from: &JointPoint, time_s: f64) -> JointPoint {
@@ -182,15 +177,25 @@ impl SpeedChange {
             at = at.jerked(stretch.jerk, stretch.time_s);
             left_s -= stretch.time_s;
         }
-        JointPoint {
-            q_rad: at.q_rad + self.end_rad_per_s * left_s,
-            qd_rad_per_s: self.end_rad_per_s,
-            qdd_rad_per_s2: 0.0,
-        }
+        JointPoint::new(
+            at.q_rad + self.end_rad_per_s * left_s,
+            self.end_rad_per_s,
+            0.0,
+        )
     }
 }
 
 impl JointPoint {
+    /// A position, rad, with its velocity, rad/s, and acceleration, rad/s².
+    #[must_use]
+    pub const fn new(q_rad: f64, qd_rad_per_s: f64, qdd_rad_per_s2: f64) -> Self {
+        Self {
+            q_rad,
+            qd_rad_per_s,
+            qdd_rad_per_s2,
+        }
+    }
+
     /// Standing still.
     #[must_use]
     pub const fn at_rest(q_rad: f64) -> Self {
@@ -216,11 +221,7 @@ impl JointPoint {
     }
 
     fn nan() -> Self {
-        Self {
-            q_rad: f64::NAN,
-            qd_rad_per_s: f64::NAN,
-            qdd_rad_per_s2: f64::NAN,
-        }
+        Self::new(f64::NAN, f64::NAN, f64::NAN)
     }
 
     /// The state after a time of constant jerk.
@@ -232,11 +233,11 @@ impl JointPoint {
             jerk_rad_per_s3,
             time_s,
         );
-        Self {
-            q_rad: self.q_rad + t * (v + t * (0.5 * a + t * j / 6.0)),
-            qd_rad_per_s: v + t * (a + 0.5 * t * j),
-            qdd_rad_per_s2: a + t * j,
-        }
+        Self::new(
+            self.q_rad + t * (v + t * (0.5 * a + t * j / 6.0)),
+            v + t * (a + 0.5 * t * j),
+            a + t * j,
+        )
     }
 
     /// Where the joint comes to rest under full braking, rad.

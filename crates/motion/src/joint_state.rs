@@ -29,11 +29,7 @@ impl JointState {
     /// One joint of it.
     #[must_use]
     pub fn joint(&self, joint: usize) -> JointPoint {
-        JointPoint {
-            q_rad: self.q[joint],
-            qd_rad_per_s: self.qd[joint],
-            qdd_rad_per_s2: self.qdd_rad_per_s2[joint],
-        }
+        JointPoint::new(self.q[joint], self.qd[joint], self.qdd_rad_per_s2[joint])
     }
 
     pub(crate) fn set_joint(&mut self, joint: usize, to: &JointPoint) {

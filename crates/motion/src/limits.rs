@@ -4,7 +4,7 @@ use crate::error::MotionError;
 use crate::joint::JointBounds;
 use crate::travel_time::{farthest_rad, travel_time_s};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, MOST_JOINTS};
-use hwall_numeric::check::{positive, that};
+use hwall_numeric::check::{positive, within};
 
 /// Largest joint accelerations of the iiwa 7, rad/s². Source: the acceleration limits in the description of the arm that
 /// comes with Drake ([Drake models]); the manufacturer publishes none.
@@ -54,7 +54,7 @@ impl MotionLimits {
     pub fn of_arm(arm: &dyn ArmKinematics, config: &MotionConfig) -> Result<Self, MotionError> {
         positive("speed_share", config.speed_share)?;
         let share = config.speed_share;
-        that(share <= 1.0, "speed_share", share, "at most 1")?;
+        within("speed_share", share, ..=1.0, "at most 1")?;
         positive("jerk_time_s", config.jerk_time_s)?;
         let mut limits = Self {
             velocity_rad_per_s: [1.0; MOST_JOINTS],
@@ -88,9 +88,8 @@ impl MotionLimits {
             ("acceleration_rad_per_s2", &self.acceleration_rad_per_s2),
             ("jerk_rad_per_s3", &self.jerk_rad_per_s3),
         ] {
-            for value in values {
-                let in_range = (1e-6..=1e9).contains(value);
-                that(in_range, what, *value, "between 1e-6 and 1e9")?;
+            for &value in values {
+                within(what, value, 1e-6..=1e9, "between 1e-6 and 1e9")?;
             }
         }
         Ok(())

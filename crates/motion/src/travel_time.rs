@@ -9,12 +9,7 @@ pub(crate) fn travel_time_s(distance: f64, velocity: f64, acceleration: f64, jer
         return 0.0;
     }
     let full_rise_s = acceleration / jerk;
-    // Until the joint is at full speed.
-    let speed_up_s = if velocity >= acceleration * full_rise_s {
-        full_rise_s + velocity / acceleration
-    } else {
-        2.0 * (velocity / jerk).sqrt()
-    };
+    let speed_up_s = speed_up_s(full_rise_s, velocity, acceleration, jerk);
     if distance >= velocity * speed_up_s {
         return speed_up_s + distance / velocity;
     }
@@ -30,11 +25,7 @@ pub(crate) fn travel_time_s(distance: f64, velocity: f64, acceleration: f64, jer
 /// [`travel_time_s`].
 pub(crate) fn farthest_rad(time_s: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
     let full_rise_s = acceleration / jerk;
-    let speed_up_s = if velocity >= acceleration * full_rise_s {
-        full_rise_s + velocity / acceleration
-    } else {
-        2.0 * (velocity / jerk).sqrt()
-    };
+    let speed_up_s = speed_up_s(full_rise_s, velocity, acceleration, jerk);
     if time_s >= 2.0 * speed_up_s {
         return velocity * (time_s - speed_up_s);
     }
@@ -45,5 +36,14 @@ pub(crate) fn farthest_rad(time_s: f64, velocity: f64, acceleration: f64, jerk: 
     } else {
         let quarter = 0.25 * time_s;
         2.0 * jerk * quarter * quarter * quarter
+    }
+}
+
+/// Time until the joint is at full speed, s.
+fn speed_up_s(full_rise_s: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
+    if velocity >= acceleration * full_rise_s {
+        full_rise_s + velocity / acceleration
+    } else {
+        2.0 * (velocity / jerk).sqrt()
     }
 }

@@ -3,6 +3,7 @@
 //! NaN passes none of them.
 
 use std::fmt;
+use std::ops::RangeBounds;
 
 /// An argument that makes no sense.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -134,4 +135,32 @@ pub fn that(
         value,
         wanted,
     })
+}
+
+/// Rejects a value outside `range`, which `wanted` describes, and NaN.
+///
+/// # Errors
+/// A value outside it, or NaN.
+#[inline]
+pub fn within(
+    what: &'static str,
+    value: f64,
+    range: impl RangeBounds<f64>,
+    wanted: &'static str,
+) -> Result<f64, ArgumentError> {
+    that(range.contains(&value), what, value, wanted)
+}
+
+/// Applies a check of one value, such as [`positive`], to all of some values.
+///
+/// # Errors
+/// The first value that the check rejects.
+pub fn each(
+    check: impl Fn(&'static str, f64) -> Result<f64, ArgumentError>,
+    what: &'static str,
+    values: &[f64],
+) -> Result<(), ArgumentError> {
+    values
+        .iter()
+        .try_for_each(|&value| check(what, value).map(|_| ()))
 }

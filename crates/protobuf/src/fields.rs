@@ -212,14 +212,6 @@ impl<'a> Field<'a> {
         u32::try_from(value).map_err(|_| self.out_of_range(value, "uint32"))
     }
 
-    /// `int64`.
-    ///
-    /// # Errors
-    /// Another wire type.
-    pub fn to_i64(&self) -> Result<i64, ProtobufError> {
-        Ok(self.to_u64()?.cast_signed())
-    }
-
     /// `int32` or an enumeration. A negative value may stand in 64 bits, as protobuf writes it, or in 32.
     ///
     /// # Errors
@@ -231,23 +223,6 @@ impl<'a> Field<'a> {
             return Ok(value.cast_signed());
         }
         i32::try_from(value.cast_signed()).map_err(|_| self.out_of_range(value, "int32"))
-    }
-
-    /// `sint64`.
-    ///
-    /// # Errors
-    /// Another wire type.
-    pub fn to_sint64(&self) -> Result<i64, ProtobufError> {
-        let value = self.to_u64()?;
-        Ok((value >> 1).cast_signed() ^ -(value & 1).cast_signed())
-    }
-
-    /// `bool`: any value but zero is true, as protobuf has it.
-    ///
-    /// # Errors
-    /// Another wire type.
-    pub fn to_bool(&self) -> Result<bool, ProtobufError> {
-        Ok(self.to_u64()? != 0)
     }
 
     /// `double`.

@@ -73,11 +73,6 @@ impl<'a> Writer<'a> {
         self.uint64(field, value.cast_unsigned());
     }
 
-    /// `sint64` or `sint32`: small for small values of either sign.
-    pub fn sint64(&mut self, field: u32, value: i64) {
-        self.uint64(field, ((value << 1) ^ (value >> 63)).cast_unsigned());
-    }
-
     /// `bool`.
     pub fn bool(&mut self, field: u32, value: bool) {
         self.uint64(field, u64::from(value));

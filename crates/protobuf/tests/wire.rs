@@ -50,11 +50,6 @@ fn known_bytes() {
 fn integers_come_back() {
     let edges = [0, 1, -1, 2, 63, 64, 127, 128, 300, i64::MAX, i64::MIN];
     for value in edges {
-        assert_eq!(only(&written(|w| w.int64(9, value))).to_i64(), Ok(value));
-        assert_eq!(
-            only(&written(|w| w.sint64(9, value))).to_sint64(),
-            Ok(value)
-        );
         let bits = value.cast_unsigned();
         assert_eq!(only(&written(|w| w.uint64(9, bits))).to_u64(), Ok(bits));
         assert_eq!(
@@ -70,7 +65,7 @@ fn integers_come_back() {
         only(&written(|w| w.uint64(9, 0xffff_ffff))).to_i32(),
         Ok(-1)
     );
-    assert_eq!(only(&written(|w| w.bool(9, true))).to_bool(), Ok(true));
+    assert_eq!(only(&written(|w| w.bool(9, true))).to_u64(), Ok(1));
 }
 
 #[test]
@@ -301,12 +296,7 @@ fn walk(fields: Fields, depth: u32) -> usize {
     for field in fields {
         let Ok(field) = field else { return count };
         count += 1;
-        let _ = (
-            field.to_u32(),
-            field.to_i32(),
-            field.to_sint64(),
-            field.to_bool(),
-        );
+        let _ = (field.to_u32(), field.to_i32());
         let _ = (field.to_f64(), field.to_f32(), field.to_str());
         count += field.doubles().map_or(0, Iterator::count);
         count += field

@@ -180,7 +180,7 @@ fn bodies() {
         timing.p99_ns,
     ));
     let timing = time_batches(200, 500, |_| {
-        arm.nonlinear_into(&q, &qd, &mut scratch, &mut out)
+        arm.inverse_into(&q, &qd, &[0.0; 7], &mut scratch, &mut out)
     });
     table.row(cells("Newton-Euler alone", timing.median_ns, timing.p99_ns));
     let timing = time_batches(200, 500, |_| {

@@ -101,12 +101,7 @@ impl Atlas {
         if seen == 0 {
             return Err(ArrivalError::NoWalls);
         }
-        let passage = Passage {
-            arm,
-            board,
-            surfaces: &surfaces,
-            clearance: config.clearance,
-        };
+        let passage = Passage::new(arm, board, &surfaces, config.clearance);
         Self::of_frames(&frames, passage, limits, waiting, config)
     }
 
@@ -133,12 +128,7 @@ impl Atlas {
         if frames.is_empty() {
             return Err(ArrivalError::NoWalls);
         }
-        let passage = Passage {
-            arm,
-            board,
-            surfaces: &surfaces,
-            clearance: config.clearance,
-        };
+        let passage = Passage::new(arm, board, &surfaces, config.clearance);
         Self::of_frames(&frames, passage, limits, waiting, config)
     }
 
@@ -159,7 +149,7 @@ impl Atlas {
             waiting,
             config,
         };
-        let holding = Holding::new(arm, &config.rolls_rad, config.arm_angle_step_rad)?;
+        let holding = Holding::new(arm, &config.rolls_rad, config.arm_angle_step_rad);
         let places: u128 = frames.iter().map(|f| f.count() as u128).sum();
         if places > MOST_NODES {
             return Err(ArrivalError::TooMany {

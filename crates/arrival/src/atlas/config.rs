@@ -3,7 +3,7 @@
 use crate::error::ArrivalError;
 use crate::passage::{BLOCKED_S_PER_M, ClearanceConfig};
 use crate::strain::StrainConfig;
-use hwall_numeric::check::{all_finite, non_negative, positive, that};
+use hwall_numeric::check::{all_finite, non_negative, positive, within};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// How an atlas is made.
@@ -67,8 +67,7 @@ impl AtlasConfig {
         positive("spacing_m", self.spacing_m)?;
         check_arm_angle_step(self.arm_angle_step_rad)?;
         let candidates = self.candidates as f64;
-        let some = (1..=1000).contains(&self.candidates);
-        that(some, "candidates", candidates, "between 1 and 1000")?;
+        within("candidates", candidates, 1.0..=1e3, "between 1 and 1000")?;
         positive("seam_rad", self.seam_rad)?;
         non_negative("seam_price_s", self.seam_price_s)?;
         non_negative("blocked_s_per_m", self.blocked_s_per_m)?;
@@ -76,8 +75,8 @@ impl AtlasConfig {
         self.clearance.validate()?;
         non_negative("off_m", self.off_m)?;
         let tilt = self.tilt_rad;
-        let acute = (0.0..FRAC_PI_2).contains(&tilt);
-        that(acute, "tilt_rad", tilt, "between 0 and a quarter turn")?;
+        let wanted = "between 0 and a quarter turn";
+        within("tilt_rad", tilt, 0.0..FRAC_PI_2, wanted)?;
         Ok(())
     }
 }
@@ -102,8 +101,7 @@ pub(crate) fn check_rolls(rolls_rad: &[f64]) -> Result<(), ArrivalError> {
 
 /// Rejects arm angles so dense that enumerating them would take minutes.
 pub(crate) fn check_arm_angle_step(step_rad: f64) -> Result<(), ArrivalError> {
-    let some = (0.01..=PI).contains(&step_rad);
     let wanted = "between 0.01 and half a turn";
-    that(some, "arm_angle_step_rad", step_rad, wanted)?;
+    within("arm_angle_step_rad", step_rad, 0.01..=PI, wanted)?;
     Ok(())
 }

@@ -118,7 +118,7 @@ impl Atlas {
 
 impl Body {
     fn into_atlas(self) -> Result<Atlas, ArrivalError> {
-        let malformed = |what| ArrivalError::MalformedFile { what };
+        let malformed = ArrivalError::malformed;
         let arm = SrsArm::new(self.arm).map_err(|_| malformed("arm"))?;
         let limits = MotionLimits {
             velocity_rad_per_s: self.velocity_rad_per_s,
@@ -171,7 +171,7 @@ impl Body {
 impl StoredWall {
     /// The wall, if every node is held where it says.
     fn checked(self, arm: &SrsArm, atlas: &Atlas) -> Result<AtlasWall, ArrivalError> {
-        let malformed = |what| ArrivalError::MalformedFile { what };
+        let malformed = ArrivalError::malformed;
         let places = self.along.count() as u128 * self.heights.count() as u128;
         if places != self.nodes.len() as u128 {
             return Err(malformed("count of nodes"));

@@ -5,7 +5,7 @@ use crate::target::WeightedTarget;
 use crate::waiting::WaitingConfig;
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
-use hwall_numeric::check::{non_negative, that};
+use hwall_numeric::check::{non_negative, within};
 use hwall_reachability::{PlacementConfig, Roll, Steps};
 
 /// Which places to try, and what they are judged by.
@@ -73,8 +73,7 @@ impl ArrivalPlacementConfig {
         self.waiting.validate()?;
         non_negative("base_radius_m", self.base_radius_m)?;
         for (what, count) in [("judged", self.judged), ("best", self.best)] {
-            let some = (1..=100_000).contains(&count);
-            that(some, what, count as f64, "between 1 and 100000")?;
+            within(what, count as f64, 1.0..=1e5, "between 1 and 100000")?;
         }
         Ok(())
     }

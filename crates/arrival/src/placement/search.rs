@@ -7,9 +7,7 @@ use crate::length::longest_m;
 use crate::passage::Passage;
 use crate::surfaces::Surfaces;
 use crate::target::WeightedTarget;
-use crate::waiting::{
-    PostureArrivals, Quick, WaitingConfig, check_targets, judge_posture, waiting_posture,
-};
+use crate::waiting::{PostureArrivals, Quick, Task, WaitingConfig, check_targets, found, judged};
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
 use hwall_kinematics::{JointPositions, SrsArm};
@@ -308,13 +306,7 @@ impl Room<'_> {
         }
         let seen = self.seen_from(place)?;
         let waiting = &self.starting_from(postures_of_best(before));
-        let passage = Passage {
-            arm: self.arm,
-            board: self.board,
-            surfaces: &seen.surfaces,
-            clearance: waiting.clearance,
-        };
-        let quick = Quick::new(passage, &seen.targets, self.limits, waiting)?;
+        let quick = Quick::new(&self.task(&seen, waiting))?;
         match quick.descents(STARTS + waiting.start_from.len()) {
             Ok(ends) => {
                 let best = ends.first().map(|(q, _)| Judged {
@@ -373,21 +365,22 @@ impl Room<'_> {
         waiting
     }
 
-    fn judge_closely(&self, judged: &Judged) -> Result<ArrivalPlacement, ArrivalError> {
-        let place = judged.place;
+    /// All of it has been checked.
+    fn task<'a>(&'a self, seen: &'a FromBase, config: &'a WaitingConfig) -> Task<'a> {
+        Task {
+            passage: Passage::new(self.arm, self.board, &seen.surfaces, config.clearance),
+            targets: &seen.targets,
+            limits: self.limits,
+            config,
+        }
+    }
+
+    fn judge_closely(&self, candidate: &Judged) -> Result<ArrivalPlacement, ArrivalError> {
+        let place = candidate.place;
         let seen = self.seen_from(place)?;
-        let waiting = &self.starting_from(vec![judged.q]);
-        let (arm, board, limits) = (self.arm, self.board, self.limits);
-        let found = waiting_posture(arm, &seen.targets, &seen.surfaces, board, limits, waiting)?;
-        let arrivals = judge_posture(
-            &found.q,
-            arm,
-            &seen.targets,
-            &seen.surfaces,
-            board,
-            limits,
-            waiting,
-        )?;
+        let waiting = &self.starting_from(vec![candidate.q]);
+        let task = self.task(&seen, waiting);
+        let arrivals = judged(&task, &found(&task)?)?;
         Ok(ArrivalPlacement {
             room_from_base: seen.room_from_base,
             heading_rad: place.heading_rad,

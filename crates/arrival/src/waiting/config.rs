@@ -5,7 +5,7 @@ use crate::error::ArrivalError;
 use crate::passage::{BLOCKED_S_PER_M, ClearanceConfig};
 use crate::strain::StrainConfig;
 use hwall_kinematics::JointPositions;
-use hwall_numeric::check::{all_finite, non_negative, positive, that};
+use hwall_numeric::check::{all_finite, non_negative, positive, within};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// What a waiting posture is asked for.
@@ -81,8 +81,7 @@ impl WaitingConfig {
         check_rolls(&self.rolls_rad)?;
         check_arm_angle_step(self.arm_angle_step_rad)?;
         for (what, count) in [("most_targets", self.most_targets), ("starts", self.starts)] {
-            let some = (1..=10_000).contains(&count);
-            that(some, what, count as f64, "between 1 and 10000")?;
+            within(what, count as f64, 1.0..=1e4, "between 1 and 10000")?;
         }
         for start in &self.start_from {
             all_finite("start_from", &start.0)?;

@@ -11,5 +11,5 @@ pub use posture::{
     waiting_posture_of_maps,
 };
 
-pub(crate) use posture::Quick;
-pub(crate) use problem::check_targets;
+pub(crate) use posture::{Quick, found, judged};
+pub(crate) use problem::{Task, check_targets};

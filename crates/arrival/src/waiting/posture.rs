@@ -1,11 +1,11 @@
 //! The waiting posture, and what a posture is worth.
 
 use super::config::WaitingConfig;
-use super::problem::{Problem, check_targets};
+use super::problem::{Problem, Task};
 use super::search::{self, StepRange};
 use crate::board::BoardExtent;
 use crate::error::ArrivalError;
-use crate::passage::{COARSE, MEDIUM, Passage};
+use crate::passage::{COARSE, MEDIUM};
 use crate::presentation::Holding;
 use crate::surfaces::Surfaces;
 use crate::target::{TouchRange, WeightedTarget, targets_of_maps};
@@ -99,8 +99,8 @@ pub fn waiting_posture(
     limits: &MotionLimits,
     config: &WaitingConfig,
 ) -> Result<WaitingPosture, ArrivalError> {
-    let q = found(arm, targets, surfaces, board, limits, config)?;
-    Ok(judge_posture(&q, arm, targets, surfaces, board, limits, config)?.posture)
+    let task = Task::new(arm, targets, surfaces, board, limits, config)?;
+    Ok(judged(&task, &found(&task)?)?.posture)
 }
 
 /// As [`waiting_posture`], but the best that a descent from a given posture leads to: mostly near it, so that the arm is soon there.
@@ -116,18 +116,10 @@ pub fn waiting_posture_from(
     limits: &MotionLimits,
     config: &WaitingConfig,
 ) -> Result<WaitingPosture, ArrivalError> {
-    check(targets, board, limits, config)?;
+    let task = Task::new(arm, targets, surfaces, board, limits, config)?;
     crate::atlas::check_waiting(arm, from)?;
-    let passage = Passage {
-        arm,
-        board,
-        surfaces,
-        clearance: config.clearance,
-    };
-    let quick = Quick::new(passage, targets, limits, config)?;
-    let near = quick.descent(from)?;
-    let q = refined(passage, targets, limits, config, &[near])?;
-    Ok(judge_posture(&q, arm, targets, surfaces, board, limits, config)?.posture)
+    let near = Quick::new(&task)?.descent(from)?;
+    Ok(judged(&task, &refined(&task, &[near])?)?.posture)
 }
 
 /// As [`waiting_posture`], for the walls of a room and the heights at which people touch.
@@ -161,21 +153,22 @@ pub fn judge_posture(
     limits: &MotionLimits,
     config: &WaitingConfig,
 ) -> Result<PostureArrivals, ArrivalError> {
-    check(targets, board, limits, config)?;
-    crate::atlas::check_waiting(arm, q)?;
-    let passage = Passage {
-        arm,
-        board,
-        surfaces,
-        clearance: config.clearance,
-    };
+    judged(
+        &Task::new(arm, targets, surfaces, board, limits, config)?,
+        q,
+    )
+}
+
+/// As [`judge_posture`].
+pub(crate) fn judged(task: &Task<'_>, q: &JointPositions) -> Result<PostureArrivals, ArrivalError> {
+    let Task {
+        targets, config, ..
+    } = *task;
+    crate::atlas::check_waiting(task.passage.arm, q)?;
     let step_rad = config.arm_angle_step_rad;
-    let all = targets.len();
-    let problem = Problem::new(passage, limits, config, targets, all, step_rad, MEDIUM)?;
+    let problem = Problem::new(task, targets.len(), step_rad, MEDIUM)?;
     if problem.places().is_empty() {
-        return Err(ArrivalError::OutOfReach {
-            places: targets.len(),
-        });
+        return Err(task.out_of_reach());
     }
     let mut arrivals_s = vec![None; targets.len()];
     let [
@@ -217,50 +210,18 @@ pub fn judge_posture(
     })
 }
 
-fn check(
-    targets: &[WeightedTarget],
-    board: BoardExtent,
-    limits: &MotionLimits,
-    config: &WaitingConfig,
-) -> Result<(), ArrivalError> {
-    config.validate()?;
-    board.validate()?;
-    limits.validate()?;
-    check_targets(targets)
-}
-
-fn found(
-    arm: &dyn ArmKinematics,
-    targets: &[WeightedTarget],
-    surfaces: &Surfaces,
-    board: BoardExtent,
-    limits: &MotionLimits,
-    config: &WaitingConfig,
-) -> Result<JointPositions, ArrivalError> {
-    check(targets, board, limits, config)?;
-    let passage = Passage {
-        arm,
-        board,
-        surfaces,
-        clearance: config.clearance,
-    };
-    let quick = Quick::new(passage, targets, limits, config)?;
-    let candidates = quick.descents(config.starts)?;
-    let candidates: Vec<JointPositions> = candidates.iter().take(2).map(|(q, _)| *q).collect();
-    refined(passage, targets, limits, config, &candidates)
+/// The best posture from all starts.
+pub(crate) fn found(task: &Task<'_>) -> Result<JointPositions, ArrivalError> {
+    let ends = Quick::new(task)?.descents(task.config.starts)?;
+    let best: Vec<JointPositions> = ends.iter().take(2).map(|(q, _)| *q).collect();
+    refined(task, &best)
 }
 
 /// The best of some postures after a last descent over more targets and arm angles.
-fn refined(
-    passage: Passage<'_>,
-    targets: &[WeightedTarget],
-    limits: &MotionLimits,
-    config: &WaitingConfig,
-    candidates: &[JointPositions],
-) -> Result<JointPositions, ArrivalError> {
-    let step_rad = config.arm_angle_step_rad;
-    let most = config.most_targets.saturating_mul(3);
-    let fine = Problem::new(passage, limits, config, targets, most, step_rad, MEDIUM)?;
+fn refined(task: &Task<'_>, candidates: &[JointPositions]) -> Result<JointPositions, ArrivalError> {
+    let step_rad = task.config.arm_angle_step_rad;
+    let most = task.config.most_targets.saturating_mul(3);
+    let fine = Problem::new(task, most, step_rad, MEDIUM)?;
     let last = StepRange {
         first_rad: 0.06,
         last_rad: 0.005,
@@ -272,9 +233,7 @@ fn refined(
             best = Some(found);
         }
     }
-    best.map(|(q, _)| q).ok_or(ArrivalError::OutOfReach {
-        places: targets.len(),
-    })
+    best.map(|(q, _)| q).ok_or_else(|| task.out_of_reach())
 }
 
 /// A search over few targets and arm angles.
@@ -286,21 +245,18 @@ pub(crate) struct Quick<'a> {
 
 impl<'a> Quick<'a> {
     /// The settings and targets must have been checked.
-    pub(crate) fn new(
-        passage: Passage<'a>,
-        targets: &[WeightedTarget],
-        limits: &'a MotionLimits,
-        config: &'a WaitingConfig,
-    ) -> Result<Self, ArrivalError> {
+    pub(crate) fn new(task: &Task<'a>) -> Result<Self, ArrivalError> {
+        let Task {
+            passage, config, ..
+        } = *task;
         let step_rad = 2.0 * config.arm_angle_step_rad;
-        let most = config.most_targets;
-        let problem = Problem::new(passage, limits, config, targets, most, step_rad, COARSE)?;
+        let problem = Problem::new(task, config.most_targets, step_rad, COARSE)?;
         let start_step_rad = search::start_angle_step_rad();
-        let holding = Holding::new(passage.arm, &config.rolls_rad, start_step_rad)?;
+        let holding = Holding::new(passage.arm, &config.rolls_rad, start_step_rad);
         Ok(Self {
             problem,
             holding,
-            targets: targets.len(),
+            targets: task.targets.len(),
         })
     }
 

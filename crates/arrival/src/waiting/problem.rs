@@ -1,13 +1,15 @@
 //! What a posture is worth: the time from it to every target, by the fastest way to hold the board there.
 
 use super::config::WaitingConfig;
+use crate::board::BoardExtent;
 use crate::error::ArrivalError;
 use crate::length::longest_m;
 use crate::passage::Passage;
 use crate::presentation::{Holding, Presentation};
+use crate::surfaces::Surfaces;
 use crate::target::WeightedTarget;
 use glam::DVec3;
-use hwall_kinematics::{JointPositions, MOST_JOINTS};
+use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 use hwall_motion::MotionLimits;
 use hwall_numeric::check::{all_finite, non_negative};
 use hwall_reachability::{Target, WallPlane};
@@ -22,6 +24,44 @@ const LACK_S_PER_M: f64 = 20.0;
 
 /// Arrivals count a little even where none is late, so that a posture in the middle is preferred.
 const SHARE_OF_MEAN: f64 = 0.05;
+
+/// What a posture waits for, and within which limits.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Task<'a> {
+    pub(crate) passage: Passage<'a>,
+    pub(crate) targets: &'a [WeightedTarget],
+    pub(crate) limits: &'a MotionLimits,
+    pub(crate) config: &'a WaitingConfig,
+}
+
+impl<'a> Task<'a> {
+    /// Checks all of it.
+    pub(crate) fn new(
+        arm: &'a dyn ArmKinematics,
+        targets: &'a [WeightedTarget],
+        surfaces: &'a Surfaces,
+        board: BoardExtent,
+        limits: &'a MotionLimits,
+        config: &'a WaitingConfig,
+    ) -> Result<Self, ArrivalError> {
+        config.validate()?;
+        board.validate()?;
+        limits.validate()?;
+        check_targets(targets)?;
+        Ok(Self {
+            passage: Passage::new(arm, board, surfaces, config.clearance),
+            targets,
+            limits,
+            config,
+        })
+    }
+
+    pub(crate) const fn out_of_reach(&self) -> ArrivalError {
+        ArrivalError::OutOfReach {
+            places: self.targets.len(),
+        }
+    }
+}
 
 /// The targets that can be reached, with all ways to present them.
 #[derive(Debug, Clone)]
@@ -96,15 +136,18 @@ impl Arrival {
 impl<'a> Problem<'a> {
     /// Targets with a weight and near enough, and no more than `most` of them, evenly out of the list.
     pub(crate) fn new(
-        passage: Passage<'a>,
-        limits: &'a MotionLimits,
-        config: &'a WaitingConfig,
-        targets: &[WeightedTarget],
+        task: &Task<'a>,
         most: usize,
         arm_angle_step_rad: f64,
         shares: &'static [f64],
     ) -> Result<Self, ArrivalError> {
-        let holding = Holding::new(passage.arm, &config.rolls_rad, arm_angle_step_rad)?;
+        let Task {
+            passage,
+            targets,
+            limits,
+            config,
+        } = *task;
+        let holding = Holding::new(passage.arm, &config.rolls_rad, arm_angle_step_rad);
         // Those of the targets that need a roll of their own.
         let mut rolled: Vec<(f64, Holding<'_>)> = Vec::new();
         let longest_m = longest_m(passage.arm) + config.slack_m;
@@ -144,7 +187,7 @@ impl<'a> Problem<'a> {
                         Some(at) => at,
                         None => {
                             let rolls_rad = [roll_rad, roll_rad + PI];
-                            let new = Holding::new(passage.arm, &rolls_rad, arm_angle_step_rad)?;
+                            let new = Holding::new(passage.arm, &rolls_rad, arm_angle_step_rad);
                             rolled.push((roll_rad, new));
                             rolled.len() - 1
                         }

@@ -4,9 +4,12 @@ use super::asked_path::{MOST_BEHIND_NS, Sent};
 use super::beginning::Beginning;
 use super::braking::CommandedMotion;
 use super::config::TorqueReference;
-use super::fri_client::{FriClient, answer_period_s};
+use super::fri_client::FriClient;
+use super::newest::answer_period_s;
 use super::transport::Transport;
-use crate::codec::{ClientCommandMode, CommandData};
+use crate::codec::{
+    ClientCommandMode, CommandData, CommandMessage, DATAGRAM_BYTES, Datagram, Header,
+};
 use crate::error::FriError;
 use crate::wrench::wrench_to_wire;
 use hwall_haptics::{Arm, ArmCommand, ArmState};
@@ -41,6 +44,70 @@ impl<T: Transport> FriClient<T> {
         }
     }
 
+    /// Answers the newest message without wanting anything: with the positions of the interpolator, zero torques, no wrench.
+    ///
+    /// # Errors
+    /// What the network says; no message to answer.
+    pub fn mirror(&mut self) -> Result<(), FriError> {
+        let newest = self.newest.as_ref().ok_or(FriError::NoMessage)?;
+        let interpolator = newest.message.interpolator.and_then(|i| i.position_rad);
+        let data = newest.message.data.unwrap_or_default();
+        let q_rad = interpolator
+            .or(data.commanded_position_rad)
+            .unwrap_or(newest.q_rad);
+        let mode = self.command_mode();
+        self.commanded.motion_ns = newest.time_ns;
+        self.commanded.leave_path();
+        self.commanded.beginning = None;
+        self.commanded.keep(CommandedMotion::at_rest(q_rad), None);
+        self.answer(CommandData {
+            position_rad: Some(q_rad),
+            torque_n_m: (mode == ClientCommandMode::Torque).then_some([0.0; 7]),
+            wrench: (mode == ClientCommandMode::Wrench).then_some([0.0; 6]),
+            ..CommandData::default()
+        })
+    }
+
+    /// Sends an answer to the newest message, if one is due.
+    pub(super) fn answer(&mut self, data: CommandData) -> Result<(), FriError> {
+        let (Some(newest), Some(peer)) = (&self.newest, self.peer) else {
+            return Err(FriError::NoMessage);
+        };
+        if !std::mem::take(&mut self.owes) {
+            return Ok(());
+        }
+        let message = CommandMessage {
+            header: Header {
+                sequence: self.sequence,
+                reflected_sequence: newest.message.header.sequence,
+            },
+            data: Some(data),
+        };
+        self.since_answer = 0;
+        if let Some(motion) = self.commanded.motion {
+            let path_ns = self.commanded.path_ns;
+            self.commanded
+                .answers
+                .push(self.sequence, Sent { motion, path_ns });
+        }
+        let mut datagram: Datagram = [0; DATAGRAM_BYTES];
+        let length = self.codec.encode_command(&message, &mut datagram)?;
+        self.sequence = self.sequence.wrapping_add(1);
+        let bytes = datagram.get(..length).unwrap_or(&[]);
+        self.transport
+            .send(bytes, peer)
+            .map_err(FriError::io("answering the controller"))?;
+        self.statistics.answered += 1;
+        Ok(())
+    }
+
+    /// Instead of a refused command the arm brakes, so that the controller gets its answer.
+    pub(super) fn refuse(&mut self, error: FriError) -> Result<(), FriError> {
+        self.statistics.refused += 1;
+        self.stand()?;
+        Err(error)
+    }
+
     /// Is a command taken now? Otherwise the answer is a mirror.
     fn begin_command(&mut self) -> Result<bool, FriError> {
         match self.is_active() {
@@ -49,7 +116,7 @@ impl<T: Transport> FriClient<T> {
                 Some(unfit) => self.refuse(unfit.into()).map(|()| false),
             },
             Ok(false) => {
-                self.count_not_in_force();
+                self.statistics.not_in_force += 1;
                 Ok(false)
             }
             Err(ended @ FriError::CommandingEnded { .. }) => {
@@ -77,17 +144,17 @@ impl<T: Transport> FriClient<T> {
         let last = self.last_motion()?;
         let (period_s, since_s) = self.times_s()?;
         let time_ns = self.newest()?.time_ns;
-        let leads = self.leads && self.is_near(&q_rad)?;
+        let leads = self.commanded.leads && self.is_near(&q_rad)?;
         // After anything but positions the arm may stand a little beside what is asked for.
-        let resumes = self.asked_rad.is_none() && !leads;
-        let beginning = match self.beginning {
+        let resumes = self.commanded.asked_rad.is_none() && !leads;
+        let beginning = match self.commanded.beginning {
             Some(begun) if !resumes || self.is_step(&last, &begun.lead(&q_rad, time_ns))? => {
                 Some(begun)
             }
             _ => Beginning::of(&last.q_rad, &q_rad, time_ns),
         };
         // A step counts from what was asked for before, which the arm may still be on its way to.
-        let before_rad = match self.asked_rad {
+        let before_rad = match self.commanded.asked_rad {
             _ if leads || (resumes && beginning.is_some()) => q_rad,
             Some(asked_rad) => asked_rad,
             None => last.q_rad,
@@ -99,17 +166,20 @@ impl<T: Transport> FriClient<T> {
             return Ok(());
         }
         let begun_rad = beginning.map_or(q_rad, |begun| begun.lead(&q_rad, time_ns));
-        self.path.push(time_ns, begun_rad);
+        self.commanded.path.push(time_ns, begun_rad);
         let held = Sent {
             motion: last,
             ..self.held()?
         };
         let period_ns = (period_s * 1e9).round() as u64;
         let most = &self.config.braking_rad_per_s2;
-        let (path_ns, path_rad) = self.path.next(&held, period_ns, &self.limits, most);
-        self.behind_ns = time_ns.saturating_sub(path_ns);
-        self.statistics.note_behind(self.behind_ns);
-        if self.behind_ns > MOST_BEHIND_NS {
+        let (path_ns, path_rad) = self
+            .commanded
+            .path
+            .next(&held, period_ns, &self.limits, most);
+        self.commanded.behind_ns = time_ns.saturating_sub(path_ns);
+        self.statistics.note_behind(self.commanded.behind_ns);
+        if self.commanded.behind_ns > MOST_BEHIND_NS {
             let behind_s = self.behind_s();
             return self.refuse(FriError::Behind { behind_s });
         }
@@ -119,15 +189,16 @@ impl<T: Transport> FriClient<T> {
             // The arm does not move as the positions that catch up with it.
             true => CommandedMotion {
                 q_rad: sent_rad,
-                ..CommandedMotion::at_rest(self.asked_rad.unwrap_or(q_rad)).moved_to(q_rad, since_s)
+                ..CommandedMotion::at_rest(self.commanded.asked_rad.unwrap_or(q_rad))
+                    .moved_to(q_rad, since_s)
             },
         };
         if !leads && let Err(violation) = self.limits.check_change(&last, &next, most, period_s) {
             return self.refuse(violation.into());
         }
-        self.beginning = beginning;
-        self.asked_rad = Some(q_rad);
-        self.leads = leads && sent_rad != path_rad;
+        self.commanded.beginning = beginning;
+        self.commanded.asked_rad = Some(q_rad);
+        self.commanded.leads = leads && sent_rad != path_rad;
         self.send_motion(next, Some(path_ns))
     }
 
@@ -153,12 +224,16 @@ impl<T: Transport> FriClient<T> {
 
     fn held(&self) -> Result<Sent, FriError> {
         let reflected = self.newest()?.message.header.reflected_sequence;
-        match self.motion.and_then(|_| self.answers.held(reflected)) {
+        match self
+            .commanded
+            .motion
+            .and_then(|_| self.commanded.answers.held(reflected))
+        {
             Some(held) => Ok(held),
             // The answer that the controller names is too old to be remembered: go on from the last one sent. Before the first
             // command the interpolator holds the arm.
             None => Ok(Sent {
-                motion: match self.motion {
+                motion: match self.commanded.motion {
                     Some(motion) => motion,
                     None => CommandedMotion::at_rest(self.interpolator_rad()?),
                 },
@@ -171,8 +246,8 @@ impl<T: Transport> FriClient<T> {
     fn times_s(&self) -> Result<(f64, f64), FriError> {
         let newest = self.newest()?;
         let period_s = answer_period_s(&newest.message);
-        let since_s = newest.time_ns.saturating_sub(self.motion_ns) as f64 * 1e-9;
-        let since_s = match self.motion {
+        let since_s = newest.time_ns.saturating_sub(self.commanded.motion_ns) as f64 * 1e-9;
+        let since_s = match self.commanded.motion {
             Some(_) => since_s.clamp(period_s, LONGEST_STEP_S.max(period_s)),
             None => period_s,
         };
@@ -182,7 +257,7 @@ impl<T: Transport> FriClient<T> {
     /// Has this message its answer? No time has gone by since: the arm is not further than it was told to be.
     fn is_answered(&self) -> Result<bool, FriError> {
         let time_ns = self.newest()?.time_ns;
-        Ok(!self.owes_answer() && self.motion.is_some() && time_ns == self.motion_ns)
+        Ok(!self.owes && self.commanded.motion.is_some() && time_ns == self.commanded.motion_ns)
     }
 
     fn send_motion(
@@ -195,8 +270,8 @@ impl<T: Transport> FriClient<T> {
         }
         let time_ns = self.newest()?.time_ns;
         let torques = self.command_mode() == ClientCommandMode::Torque;
-        self.motion_ns = time_ns;
-        self.keep(motion, path_ns);
+        self.commanded.motion_ns = time_ns;
+        self.commanded.keep(motion, path_ns);
         self.answer(CommandData {
             position_rad: Some(motion.q_rad),
             torque_n_m: torques.then_some([0.0; 7]),
@@ -220,11 +295,11 @@ impl<T: Transport> FriClient<T> {
         // An arm that hangs behind the positions commanded before: a leap back to it would end commanding.
         let (last, (period_s, _)) = (self.last_motion()?, self.times_s()?);
         let q_rad = self.limits.led(&last.q_rad, &reference_rad, period_s);
-        self.leads = true;
-        self.beginning = Some(Beginning::NOWHERE_ELSE);
-        self.leave_path();
-        self.motion_ns = time_ns;
-        self.keep(CommandedMotion::at_rest(q_rad), None);
+        self.commanded.leads = true;
+        self.commanded.beginning = Some(Beginning::NOWHERE_ELSE);
+        self.commanded.leave_path();
+        self.commanded.motion_ns = time_ns;
+        self.commanded.keep(CommandedMotion::at_rest(q_rad), None);
         self.answer(CommandData {
             position_rad: Some(q_rad),
             torque_n_m: Some(torque_n_m),
@@ -244,7 +319,7 @@ impl<T: Transport> FriClient<T> {
         let (last, (period_s, _)) = (self.last_motion()?, self.times_s()?);
         let braked = last.braked(&self.config.braking_rad_per_s2, period_s);
         if !self.is_answered()? {
-            self.leave_path();
+            self.commanded.leave_path();
         }
         // At the end of a range the arm stops harder than it would brake.
         let motion = CommandedMotion {
@@ -266,7 +341,7 @@ impl<T: Transport> Arm for FriClient<T> {
 
     /// The newest state; what has come meanwhile is taken. Noise and delay are those of the controller.
     fn state(&mut self) -> Result<ArmState, FriError> {
-        if !self.owes_answer() {
+        if !self.owes {
             self.take_waiting()?;
         }
         let newest = self.newest()?;

@@ -1,9 +1,9 @@
 //! Settings of a client, and what it counts.
 
-use crate::codec::{ArrayEncoding, FriVersion};
+use crate::codec::FriVersion;
 use crate::error::FriError;
 use hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2;
-use hwall_numeric::check::{non_negative, positive, that};
+use hwall_numeric::check::{each, non_negative, positive, within};
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
@@ -30,8 +30,6 @@ pub struct FriClientConfig {
     pub controller: Option<IpAddr>,
     /// Version of the interface; default 1.15.
     pub version: FriVersion,
-    /// How repeated numbers are written; default as the manufacturer's clients do.
-    pub arrays: ArrayEncoding,
     /// Without a message for this long the connection counts as lost, s; default 0.5.
     pub silence_s: f64,
     /// Corner of the filter of velocities, Hz, at most 1000; default 50. See [`FriClient`](super::FriClient).
@@ -50,7 +48,6 @@ impl Default for FriClientConfig {
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 30200)),
             controller: None,
             version: FriVersion::V1_15,
-            arrays: ArrayEncoding::Unpacked,
             silence_s: 0.5,
             velocity_hz: 50.0,
             torque_reference: TorqueReference::Measured,
@@ -62,22 +59,12 @@ impl Default for FriClientConfig {
 
 impl FriClientConfig {
     pub(super) fn validate(&self) -> Result<(), FriError> {
-        that(
-            self.silence_s <= 1e6,
-            "silence_s",
-            self.silence_s,
-            "at most 1e6",
-        )?;
+        within("silence_s", self.silence_s, ..=1e6, "at most 1e6")?;
         positive("silence_s", self.silence_s)?;
-        let hz = self.velocity_hz;
-        that(hz <= 1000.0, "velocity_hz", hz, "at most 1000")?;
-        positive("velocity_hz", hz)?;
-        for most in self.max_torque_n_m {
-            non_negative("max_torque_n_m", most)?;
-        }
-        for braking in self.braking_rad_per_s2 {
-            positive("braking_rad_per_s2", braking)?;
-        }
+        within("velocity_hz", self.velocity_hz, ..=1000.0, "at most 1000")?;
+        positive("velocity_hz", self.velocity_hz)?;
+        each(non_negative, "max_torque_n_m", &self.max_torque_n_m)?;
+        each(positive, "braking_rad_per_s2", &self.braking_rad_per_s2)?;
         Ok(())
     }
 }

@@ -1,15 +1,14 @@
 //! The connection to a controller: messages in, answers out.
 
-use super::asked_path::{Answers, AskedPath, Sent};
-use super::beginning::Beginning;
-use super::braking::CommandedMotion;
+use super::commanded::Commanded;
 use super::config::{ClientStatistics, FriClientConfig};
+use super::newest::{Newest, is_finite, time_of_message};
 use super::transport::{Transport, UdpTransport};
 use super::unfit::{Unfit, unfit};
 use super::velocity::VelocityFilter;
 use crate::codec::{
-    ClientCommandMode, Codec, CommandData, CommandMessage, ConnectionQuality, DATAGRAM_BYTES,
-    Datagram, FriVersion, Header, MonitorMessage, SessionState,
+    ClientCommandMode, Codec, ConnectionQuality, DATAGRAM_BYTES, Datagram, FriVersion,
+    MonitorMessage, SessionState,
 };
 use crate::error::FriError;
 use crate::limits::CommandLimits;
@@ -58,50 +57,23 @@ const NEW_SEQUENCE: u32 = 1000;
 pub struct FriClient<T = UdpTransport> {
     pub(super) config: FriClientConfig,
     pub(super) limits: CommandLimits,
-    transport: T,
-    codec: Codec,
-    peer: Option<SocketAddr>,
-    newest: Option<Newest>,
+    pub(super) transport: T,
+    pub(super) codec: Codec,
+    pub(super) peer: Option<SocketAddr>,
+    pub(super) newest: Option<Newest>,
     /// What is added to the time of the client to get the stamps of the controller, ns.
     stamps_ahead_ns: i128,
     velocity: VelocityFilter,
     /// Messages since the last answer.
-    since_answer: u32,
+    pub(super) since_answer: u32,
     /// Is an answer to the newest message due, and not given?
-    owes: bool,
-    sequence: u32,
+    pub(super) owes: bool,
+    pub(super) sequence: u32,
     was_active: bool,
-    /// Positions commanded last, and the message that they answered.
-    pub(super) motion: Option<CommandedMotion>,
-    pub(super) motion_ns: u64,
-    /// What was sent and what of it has arrived.
-    pub(super) answers: Answers,
-    /// Where the arm was asked to be.
-    pub(super) path: AskedPath,
-    /// Which time of it was sent last; `None` beside the path.
-    path_ns: Option<u64>,
-    /// How far it is behind that, ns.
-    pub(super) behind_ns: u64,
-    /// Positions asked for last; the arm may still be on its way there. `None` after anything but positions.
-    pub(super) asked_rad: Option<[f64; 7]>,
-    /// How far from the interpolator the program began; `None` until it did.
-    pub(super) beginning: Option<Beginning>,
-    /// After torques: are the positions on their way to those that are commanded?
-    pub(super) leads: bool,
+    pub(super) commanded: Commanded,
     pub(super) statistics: ClientStatistics,
     /// What the first datagrams of the controller, or the last that made no sense, look like.
     looks_like: Option<FriVersion>,
-}
-
-/// The newest message of the controller.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Newest {
-    pub(super) message: MonitorMessage,
-    pub(super) q_rad: [f64; 7],
-    /// Time on the controller's clock, ns.
-    pub(super) time_ns: u64,
-    /// On the transport's clock.
-    arrived: Duration,
 }
 
 impl FriClient {
@@ -139,10 +111,7 @@ impl<T: Transport> FriClient<T> {
         Ok(Self {
             limits: CommandLimits::new(&**model, config.max_torque_n_m),
             transport,
-            codec: Codec {
-                version: config.version,
-                arrays: config.arrays,
-            },
+            codec: Codec::new(config.version),
             peer: None,
             newest: None,
             stamps_ahead_ns: 0,
@@ -151,15 +120,7 @@ impl<T: Transport> FriClient<T> {
             owes: false,
             sequence: 0,
             was_active: false,
-            motion: None,
-            motion_ns: 0,
-            answers: Answers::new(),
-            path: AskedPath::new(),
-            path_ns: None,
-            behind_ns: 0,
-            asked_rad: None,
-            beginning: None,
-            leads: false,
+            commanded: Commanded::new(),
             statistics: ClientStatistics::default(),
             looks_like: None,
             config,
@@ -221,77 +182,6 @@ impl<T: Transport> FriClient<T> {
                 (false, _) => self.mirror()?,
             }
         }
-    }
-
-    /// Answers the newest message without wanting anything: with the positions of the interpolator, zero torques, no wrench.
-    ///
-    /// # Errors
-    /// What the network says; no message to answer.
-    pub fn mirror(&mut self) -> Result<(), FriError> {
-        let newest = self.newest.as_ref().ok_or(FriError::NoMessage)?;
-        let interpolator = newest.message.interpolator.and_then(|i| i.position_rad);
-        let data = newest.message.data.unwrap_or_default();
-        let q_rad = interpolator
-            .or(data.commanded_position_rad)
-            .unwrap_or(newest.q_rad);
-        let mode = self.command_mode();
-        self.motion_ns = newest.time_ns;
-        self.leave_path();
-        self.beginning = None;
-        self.keep(CommandedMotion::at_rest(q_rad), None);
-        self.answer(CommandData {
-            position_rad: Some(q_rad),
-            torque_n_m: (mode == ClientCommandMode::Torque).then_some([0.0; 7]),
-            wrench: (mode == ClientCommandMode::Wrench).then_some([0.0; 6]),
-            ..CommandData::default()
-        })
-    }
-
-    /// Sends an answer to the newest message, if one is due.
-    pub(super) fn answer(&mut self, data: CommandData) -> Result<(), FriError> {
-        let (Some(newest), Some(peer)) = (&self.newest, self.peer) else {
-            return Err(FriError::NoMessage);
-        };
-        if !std::mem::take(&mut self.owes) {
-            return Ok(());
-        }
-        let message = CommandMessage {
-            header: Header {
-                sequence: self.sequence,
-                reflected_sequence: newest.message.header.sequence,
-            },
-            data: Some(data),
-        };
-        self.since_answer = 0;
-        if let Some(motion) = self.motion {
-            let path_ns = self.path_ns;
-            self.answers.push(self.sequence, Sent { motion, path_ns });
-        }
-        let mut datagram: Datagram = [0; DATAGRAM_BYTES];
-        let length = self.codec.encode_command(&message, &mut datagram)?;
-        self.sequence = self.sequence.wrapping_add(1);
-        let bytes = datagram.get(..length).unwrap_or(&[]);
-        self.transport
-            .send(bytes, peer)
-            .map_err(FriError::io("answering the controller"))?;
-        self.statistics.answered += 1;
-        Ok(())
-    }
-
-    /// Instead of a refused command the arm brakes, so that the controller gets its answer.
-    pub(super) fn refuse(&mut self, error: FriError) -> Result<(), FriError> {
-        self.statistics.refused += 1;
-        self.stand()?;
-        Err(error)
-    }
-
-    /// Is an answer to the newest message due, and not given?
-    pub(super) const fn owes_answer(&self) -> bool {
-        self.owes
-    }
-
-    pub(super) const fn count_not_in_force(&mut self) {
-        self.statistics.not_in_force += 1;
     }
 
     /// One datagram: `Some(true)` for a new message, `None` if there is no datagram.
@@ -381,7 +271,7 @@ impl<T: Transport> FriClient<T> {
             }
         };
         let reflected = message.header.reflected_sequence;
-        let missing = u64::from(self.answers.reflected(reflected));
+        let missing = u64::from(self.commanded.answers.reflected(reflected));
         self.statistics.not_arrived += u64::from(missing > 0);
         self.statistics.longest_gap = self.statistics.longest_gap.max(missing);
         self.peer = Some(from);
@@ -405,11 +295,7 @@ impl<T: Transport> FriClient<T> {
         self.velocity.update(q_rad, 0.0);
         self.since_answer = 0;
         self.was_active = false;
-        self.motion = None;
-        self.leave_path();
-        self.beginning = None;
-        self.leads = false;
-        self.answers = Answers::new();
+        self.commanded = Commanded::new();
         self.statistics.sessions += 1;
     }
 
@@ -448,29 +334,13 @@ impl<T: Transport> FriClient<T> {
     /// After commanding has ended: commands may be given again when it begins again.
     pub const fn begin_again(&mut self) {
         self.was_active = false;
-        self.motion = None;
-        self.leave_path();
-        self.beginning = None;
-        self.leads = false;
-    }
-
-    /// What is asked for next begins a path of its own.
-    pub(super) const fn leave_path(&mut self) {
-        self.asked_rad = None;
-        self.path.clear();
-        self.behind_ns = 0;
-    }
-
-    /// Remembers what goes out with the next answer.
-    pub(super) const fn keep(&mut self, motion: CommandedMotion, path_ns: Option<u64>) {
-        self.motion = Some(motion);
-        self.path_ns = path_ns;
+        self.commanded.forget();
     }
 
     /// How far the arm is behind what was asked for, because answers did not arrive or were not given, s.
     #[must_use]
     pub fn behind_s(&self) -> f64 {
-        self.behind_ns as f64 * 1e-9
+        self.commanded.behind_ns as f64 * 1e-9
     }
 
     pub(super) const fn velocity_rad_per_s(&self) -> &[f64; 7] {
@@ -552,98 +422,5 @@ impl<T: Transport> FriClient<T> {
     #[must_use]
     pub const fn statistics(&self) -> &ClientStatistics {
         &self.statistics
-    }
-}
-
-/// Longest send period that is believed, ms: steps are judged by it.
-const LONGEST_PERIOD_MS: u32 = 100;
-
-/// Time between messages of the controller, ms.
-fn period_ms(message: &MonitorMessage) -> u32 {
-    let said = message.connection.send_period_ms.unwrap_or(1);
-    said.clamp(1, LONGEST_PERIOD_MS)
-}
-
-/// Share by which the time of messages follows the controller's stamps. Stamps that jitter by 5 ms move it by 0.025 ms in a message.
-const FOLLOWS_STAMPS: f64 = 0.005;
-/// And so much of a period at most: velocities err by no more than this share.
-const MOST_FOLLOWED: f64 = 0.02;
-/// A stamp that is ahead by more than this says that the controller has stood still: its clock is believed, ns.
-const STOOD_STILL_NS: f64 = 5e8;
-
-/// Time of a message `ahead` after the last one, ns. A controller sends once in every period, so messages count time; what its stamps say
-/// otherwise is followed slowly, for they may jitter. Without a period the stamps are all there is.
-fn time_of_message(
-    last_ns: u64,
-    ahead: u32,
-    message: &MonitorMessage,
-    stamp_ns: Option<i128>,
-) -> u64 {
-    let dt_ns = f64::from(ahead) * f64::from(period_ms(message)) * 1e6;
-    let by_period_ns = last_ns.saturating_add(dt_ns as u64);
-    let Some(stamp_ns) = stamp_ns else {
-        return by_period_ns;
-    };
-    let off_ns = (stamp_ns - i128::from(by_period_ns)) as f64;
-    let no_period = message.connection.send_period_ms.is_none();
-    // A clock that was set back says nothing any more.
-    if off_ns < -STOOD_STILL_NS {
-        return by_period_ns;
-    }
-    if no_period || off_ns > STOOD_STILL_NS {
-        return u64::try_from(stamp_ns).map_or(by_period_ns, |stamp_ns| stamp_ns.max(last_ns));
-    }
-    let most_ns = MOST_FOLLOWED * dt_ns;
-    by_period_ns.saturating_add_signed((FOLLOWS_STAMPS * off_ns).clamp(-most_ns, most_ns) as i64)
-}
-
-/// Longest time between answers that is believed, s.
-const LONGEST_ANSWER_PERIOD_S: f64 = 0.1;
-
-/// Time between messages that are answered, s: what one command may move the arm is judged by it.
-pub(super) fn answer_period_s(message: &MonitorMessage) -> f64 {
-    let multiplier = message.connection.receive_multiplier.unwrap_or(1).max(1);
-    let period_s = f64::from(period_ms(message)) * 1e-3 * f64::from(multiplier);
-    period_s.min(LONGEST_ANSWER_PERIOD_S)
-}
-
-/// Of what is used: are all of them numbers?
-fn is_finite(message: &MonitorMessage) -> bool {
-    let data = message.data.unwrap_or_default();
-    let used = [
-        data.position_rad,
-        data.commanded_position_rad,
-        data.external_torque_n_m,
-        message.interpolator.and_then(|i| i.position_rad),
-    ];
-    used.iter().flatten().flatten().all(|v| v.is_finite())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::time_of_message;
-    use crate::codec::{ConnectionInfo, ConnectionQuality, Header, MonitorMessage, SessionState};
-
-    #[test]
-    fn messages_count_time_and_stamps_only_lead_it() {
-        let message = MonitorMessage {
-            header: Header::default(),
-            robot: None,
-            data: None,
-            connection: ConnectionInfo {
-                state: SessionState::CommandingActive,
-                quality: ConnectionQuality::Good,
-                send_period_ms: Some(5),
-                receive_multiplier: None,
-            },
-            interpolator: None,
-        };
-        let at = |stamp_ns| time_of_message(1_000_000_000, 1, &message, stamp_ns);
-        assert_eq!(at(None), 1_005_000_000);
-        assert_eq!(at(Some(1_005_000_000)), 1_005_000_000);
-        // 4 ms of jitter, a clock set back by a minute, a controller that stood still for two seconds.
-        assert_eq!(at(Some(1_009_000_000)), 1_005_020_000);
-        assert_eq!(at(Some(-59_000_000_000)), 1_005_000_000);
-        assert_eq!(at(Some(3_000_000_000)), 3_000_000_000);
     }
 }

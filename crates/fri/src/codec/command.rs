@@ -2,7 +2,8 @@
 
 use super::message::{CommandData, CommandMessage};
 use super::parts::{
-    ArrayEncoding, nested, read_header, read_pose, read_redundancy, write_header, write_redundancy,
+    nested, read_header, read_pose, read_redundancy, write_header, write_nested, write_pose,
+    write_redundancy,
 };
 use super::version::FriVersion;
 use crate::error::FriError;
@@ -11,22 +12,17 @@ use hwall_protobuf::{Field, Fields, Writer};
 /// Message identifier of the command messages for an LBR.
 pub const COMMAND_MESSAGE_ID: u32 = 0x0003_4001;
 
-pub(super) fn write(
-    writer: &mut Writer,
-    message: &CommandMessage,
-    version: FriVersion,
-    arrays: ArrayEncoding,
-) {
+pub(super) fn write(writer: &mut Writer, message: &CommandMessage, version: FriVersion) {
     write_header(writer, COMMAND_MESSAGE_ID, &message.header);
     let Some(data) = &message.data else {
         return;
     };
     writer.message(2, |body| {
-        arrays.nested(body, 1, data.position_rad.as_ref());
-        arrays.nested(body, 2, data.wrench.as_ref());
-        arrays.nested(body, 3, data.torque_n_m.as_ref());
+        write_nested(body, 1, data.position_rad.as_ref());
+        write_nested(body, 2, data.wrench.as_ref());
+        write_nested(body, 3, data.torque_n_m.as_ref());
         if version.has_cartesian_pose() {
-            arrays.pose(body, 6, data.pose.as_ref());
+            write_pose(body, 6, data.pose.as_ref());
             write_redundancy(body, 7, data.redundancy.as_ref());
         }
     });

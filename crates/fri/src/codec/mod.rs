@@ -14,7 +14,6 @@ pub use message::{
     MonitorData, MonitorMessage, Redundancy, RobotInfo, TimeStamp,
 };
 pub use monitor::MONITOR_MESSAGE_ID;
-pub use parts::ArrayEncoding;
 pub use states::{
     ClientCommandMode, ConnectionQuality, ControlMode, DriveState, OperationMode, OverlayType,
     SafetyState, SessionState,
@@ -35,18 +34,13 @@ pub type Datagram = [u8; DATAGRAM_BYTES];
 pub struct Codec {
     /// The version.
     pub version: FriVersion,
-    /// How repeated numbers are written.
-    pub arrays: ArrayEncoding,
 }
 
 impl Codec {
-    /// A codec that writes as the controller and the manufacturer's clients do.
+    /// The codec of a version.
     #[must_use]
     pub const fn new(version: FriVersion) -> Self {
-        Self {
-            version,
-            arrays: ArrayEncoding::Unpacked,
-        }
+        Self { version }
     }
 
     /// Writes a message of the controller; returns the bytes that the datagram takes.
@@ -59,7 +53,7 @@ impl Codec {
         buffer: &mut [u8],
     ) -> Result<usize, FriError> {
         self.encode(buffer, |writer| {
-            monitor::write(writer, message, self.version, self.arrays);
+            monitor::write(writer, message, self.version);
         })
     }
 
@@ -74,7 +68,7 @@ impl Codec {
             ..*message
         };
         self.encode(buffer, |writer| {
-            monitor::write(writer, &message, self.version, self.arrays);
+            monitor::write(writer, &message, self.version);
             monitor::write_unknown_robot(writer);
         })
     }
@@ -89,7 +83,7 @@ impl Codec {
         buffer: &mut [u8],
     ) -> Result<usize, FriError> {
         self.encode(buffer, |writer| {
-            command::write(writer, message, self.version, self.arrays);
+            command::write(writer, message, self.version);
         })
     }
 

@@ -4,8 +4,8 @@ use super::message::{
     ConnectionInfo, InterpolatorData, JOINTS, MonitorData, MonitorMessage, RobotInfo,
 };
 use super::parts::{
-    ArrayEncoding, nested, read_header, read_pose, read_redundancy, read_time, write_header,
-    write_redundancy, write_time,
+    nested, read_header, read_pose, read_redundancy, read_time, write_header, write_nested,
+    write_pose, write_redundancy, write_time,
 };
 use super::states::{
     ClientCommandMode, ConnectionQuality, ControlMode, DriveState, OperationMode, OverlayType,
@@ -18,22 +18,17 @@ use hwall_protobuf::{Field, Fields, Writer};
 /// Message identifier of the monitor messages of an LBR.
 pub const MONITOR_MESSAGE_ID: u32 = 0x0024_5142;
 
-pub(super) fn write(
-    writer: &mut Writer,
-    message: &MonitorMessage,
-    version: FriVersion,
-    arrays: ArrayEncoding,
-) {
+pub(super) fn write(writer: &mut Writer, message: &MonitorMessage, version: FriVersion) {
     write_header(writer, MONITOR_MESSAGE_ID, &message.header);
     if let Some(robot) = &message.robot {
         writer.message(2, |body| write_robot(body, robot));
     }
     if let Some(data) = &message.data {
-        writer.message(3, |body| write_data(body, data, version, arrays));
+        writer.message(3, |body| write_data(body, data, version));
     }
     writer.message(4, |body| write_connection(body, &message.connection));
     if let Some(data) = &message.interpolator {
-        writer.message(5, |body| write_interpolator(body, data, version, arrays));
+        writer.message(5, |body| write_interpolator(body, data, version));
     }
 }
 
@@ -67,19 +62,19 @@ pub(super) fn write_unknown_robot(writer: &mut Writer) {
     });
 }
 
-fn write_data(writer: &mut Writer, data: &MonitorData, version: FriVersion, arrays: ArrayEncoding) {
-    arrays.nested(writer, 1, data.position_rad.as_ref());
-    arrays.nested(writer, 2, data.torque_n_m.as_ref());
+fn write_data(writer: &mut Writer, data: &MonitorData, version: FriVersion) {
+    write_nested(writer, 1, data.position_rad.as_ref());
+    write_nested(writer, 2, data.torque_n_m.as_ref());
     if version.has_commanded_position() {
-        arrays.nested(writer, 3, data.commanded_position_rad.as_ref());
+        write_nested(writer, 3, data.commanded_position_rad.as_ref());
     }
-    arrays.nested(writer, 4, data.commanded_torque_n_m.as_ref());
-    arrays.nested(writer, 5, data.external_torque_n_m.as_ref());
+    write_nested(writer, 4, data.commanded_torque_n_m.as_ref());
+    write_nested(writer, 5, data.external_torque_n_m.as_ref());
     if version.has_external_force() {
-        arrays.nested(writer, 6, data.external_force.as_ref());
+        write_nested(writer, 6, data.external_force.as_ref());
     }
     if version.has_cartesian_pose() {
-        arrays.pose(writer, 9, data.pose.as_ref());
+        write_pose(writer, 9, data.pose.as_ref());
         write_redundancy(writer, 10, data.redundancy.as_ref());
     }
     write_time(writer, 15, data.time.as_ref());
@@ -96,15 +91,10 @@ fn write_connection(writer: &mut Writer, connection: &ConnectionInfo) {
     }
 }
 
-fn write_interpolator(
-    writer: &mut Writer,
-    data: &InterpolatorData,
-    version: FriVersion,
-    arrays: ArrayEncoding,
-) {
-    arrays.nested(writer, 1, data.position_rad.as_ref());
+fn write_interpolator(writer: &mut Writer, data: &InterpolatorData, version: FriVersion) {
+    write_nested(writer, 1, data.position_rad.as_ref());
     if version.has_cartesian_pose() {
-        arrays.pose(writer, 2, data.pose.as_ref());
+        write_pose(writer, 2, data.pose.as_ref());
         write_redundancy(writer, 3, data.redundancy.as_ref());
     }
     if let Some(mode) = data.command_mode {

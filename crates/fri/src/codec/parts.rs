@@ -7,44 +7,25 @@ use hwall_protobuf::{Field, Writer};
 /// Name of a transformation: that of the tool has none.
 const POSE_NAME: &str = "";
 
-/// How repeated numbers are written; both are read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ArrayEncoding {
-    /// A tag for each value, as the controller and the manufacturer's clients do.
-    #[default]
-    Unpacked,
-    /// One tag for all.
-    Packed,
+/// A nested message whose field 1 are the values, if there are any. Each has a tag of its own, as the controller and the
+/// manufacturer's clients write them; packed ones are read as well.
+pub(super) fn write_nested<const N: usize>(
+    writer: &mut Writer,
+    field: u32,
+    values: Option<&[f64; N]>,
+) {
+    if let Some(values) = values {
+        writer.message(field, |body| body.repeated_doubles(1, values));
+    }
 }
 
-impl ArrayEncoding {
-    pub(super) fn doubles(self, writer: &mut Writer, field: u32, values: &[f64]) {
-        match self {
-            Self::Unpacked => writer.repeated_doubles(field, values),
-            Self::Packed => writer.packed_doubles(field, values),
-        }
-    }
-
-    /// A nested message whose field 1 are the values, if there are any.
-    pub(super) fn nested<const N: usize>(
-        self,
-        writer: &mut Writer,
-        field: u32,
-        values: Option<&[f64; N]>,
-    ) {
-        if let Some(values) = values {
-            writer.message(field, |body| self.doubles(body, 1, values));
-        }
-    }
-
-    pub(super) fn pose(self, writer: &mut Writer, field: u32, pose: Option<&CartesianPose>) {
-        if let Some(pose) = pose {
-            writer.message(field, |body| {
-                // A required field of the protocol, even when empty.
-                body.string(1, POSE_NAME);
-                self.doubles(body, 2, &pose.elements);
-            });
-        }
+pub(super) fn write_pose(writer: &mut Writer, field: u32, pose: Option<&CartesianPose>) {
+    if let Some(pose) = pose {
+        writer.message(field, |body| {
+            // A required field of the protocol, even when empty.
+            body.string(1, POSE_NAME);
+            body.repeated_doubles(2, &pose.elements);
+        });
     }
 }
 

@@ -3,9 +3,9 @@
 use super::faults::FaultConfig;
 use super::impedance::ImpedanceConfig;
 use super::quality::QualityConfig;
-use crate::codec::{ArrayEncoding, ClientCommandMode, FriVersion};
+use crate::codec::{ClientCommandMode, FriVersion};
 use crate::error::FriError;
-use hwall_numeric::check::{non_negative, positive, that};
+use hwall_numeric::check::{non_negative, positive, that, within};
 
 /// Largest torques of the iiwa 7's joints, N m.
 const IIWA7_TORQUE_N_M: [f64; 7] = [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0];
@@ -17,8 +17,6 @@ const EXTERNAL_TORQUE_N_M: [f64; 7] = [60.0, 60.0, 60.0, 30.0, 12.0, 12.0, 6.0];
 pub struct ControllerConfig {
     /// Version of the interface; default 1.15.
     pub version: FriVersion,
-    /// How repeated numbers are written; default as the real controller does.
-    pub arrays: ArrayEncoding,
     /// Time between messages, ms, `1..=10`; default 1.
     pub send_period_ms: u32,
     /// An answer is expected to every so-many-th message, `1..=100`; default 1.
@@ -57,7 +55,6 @@ impl Default for ControllerConfig {
     fn default() -> Self {
         Self {
             version: FriVersion::V1_15,
-            arrays: ArrayEncoding::Unpacked,
             send_period_ms: 1,
             receive_multiplier: 1,
             mode: ClientCommandMode::Position,
@@ -85,12 +82,9 @@ impl ControllerConfig {
     }
 
     pub(super) fn validate(&self) -> Result<(), FriError> {
-        let (period, multiplier) = (self.send_period_ms, self.receive_multiplier);
-        let in_range = (1..=10).contains(&period);
-        that(in_range, "send_period_ms", f64::from(period), "1 to 10")?;
-        let in_range = (1..=100).contains(&multiplier);
-        let value = f64::from(multiplier);
-        that(in_range, "receive_multiplier", value, "1 to 100")?;
+        let [period, multiplier] = [self.send_period_ms, self.receive_multiplier].map(f64::from);
+        within("send_period_ms", period, 1.0..=10.0, "1 to 10")?;
+        within("receive_multiplier", multiplier, 1.0..=100.0, "1 to 100")?;
         non_negative("idle_s", self.idle_s)?;
         non_negative("ready_s", self.ready_s.unwrap_or(0.0))?;
         non_negative("wait_s", self.wait_s)?;

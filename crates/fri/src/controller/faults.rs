@@ -2,7 +2,7 @@
 
 use crate::codec::ConnectionQuality;
 use crate::error::FriError;
-use hwall_numeric::check::{non_negative, that};
+use hwall_numeric::check::{non_negative, within};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -39,11 +39,10 @@ impl FaultConfig {
             ("late", self.late),
             ("leaves", self.leaves),
         ] {
-            let in_range = (0.0..=1.0).contains(&share);
-            that(in_range, what, share, "between 0 and 1")?;
+            within(what, share, 0.0..=1.0, "between 0 and 1")?;
         }
         let jitter = self.stamp_jitter_ms;
-        that(jitter <= 50.0, "stamp_jitter_ms", jitter, "at most 50")?;
+        within("stamp_jitter_ms", jitter, ..=50.0, "at most 50")?;
         non_negative("stamp_jitter_ms", jitter)?;
         Ok(())
     }

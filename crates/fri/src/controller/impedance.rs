@@ -5,7 +5,7 @@ use crate::wrench::wrench_in_base;
 use hwall_geometry::rotation_vector;
 use hwall_haptics::ArmState;
 use hwall_kinematics::{ArmKinematics, JointPositions, Wrench};
-use hwall_numeric::check::non_negative;
+use hwall_numeric::check::{each, non_negative};
 
 /// Stiffness and damping that the application sets. They cannot be changed while commands come.
 ///
@@ -47,12 +47,13 @@ impl Default for ImpedanceConfig {
 
 impl ImpedanceConfig {
     pub(super) fn validate(&self) -> Result<(), FriError> {
-        for stiffness in self.joint_stiffness_n_m_per_rad {
-            non_negative("joint_stiffness_n_m_per_rad", stiffness)?;
-        }
-        for inertia in self.joint_inertia_kg_m2 {
-            non_negative("joint_inertia_kg_m2", inertia)?;
-        }
+        let stiffness = &self.joint_stiffness_n_m_per_rad;
+        each(non_negative, "joint_stiffness_n_m_per_rad", stiffness)?;
+        each(
+            non_negative,
+            "joint_inertia_kg_m2",
+            &self.joint_inertia_kg_m2,
+        )?;
         non_negative("damping_ratio", self.damping_ratio)?;
         non_negative("translation_n_per_m", self.translation_n_per_m)?;
         non_negative("rotation_n_m_per_rad", self.rotation_n_m_per_rad)?;

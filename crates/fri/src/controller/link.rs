@@ -2,7 +2,7 @@
 
 use crate::codec::{DATAGRAM_BYTES, Datagram};
 use crate::error::FriError;
-use hwall_numeric::check::{non_negative, that};
+use hwall_numeric::check::{non_negative, within};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use std::cmp::{Ordering, Reverse};
@@ -78,10 +78,9 @@ impl Link {
     /// # Errors
     /// A setting outside its range.
     pub fn new(config: LinkConfig) -> Result<Self, FriError> {
-        let in_range = (0.0..=1.0).contains(&config.loss);
-        that(in_range, "loss", config.loss, "between 0 and 1")?;
+        within("loss", config.loss, 0.0..=1.0, "between 0 and 1")?;
         for (what, time_s) in [("delay_s", config.delay_s), ("jitter_s", config.jitter_s)] {
-            that(time_s <= 10.0, what, time_s, "at most 10")?;
+            within(what, time_s, ..=10.0, "at most 10")?;
             non_negative(what, time_s)?;
         }
         let held = (PER_S * (config.delay_s + config.jitter_s)).ceil();

@@ -1,45 +1,24 @@
 //! The controller as a pure state machine: datagrams in, a datagram out, once in every send period.
 
 use super::config::ControllerConfig;
-use super::faults::{Delay, FaultConfig, Faults};
+use super::faults::{FaultConfig, Faults};
 use super::message::{Measured, monitor_message};
 use super::plant::SimulatedPlant;
 use super::quality::AnswerWindow;
 use super::report::{ControllerEvent, ControllerStatistics, EndReason, EventKind};
-use crate::codec::{
-    ClientCommandMode, Codec, CommandMessage, ConnectionQuality, Datagram, Header, SessionState,
-};
+use super::wanted::{LateAnswer, Wanted, cycles_between};
+use crate::codec::{ClientCommandMode, Codec, ConnectionQuality, Datagram, Header, SessionState};
 use crate::error::{ControllerError, FriError};
 use crate::limits::CommandLimits;
-use crate::wrench::{wrench_from_wire, wrench_in_base};
+use crate::wrench::wrench_in_base;
 use hwall_haptics::{ArmCommand, ArmState};
 use hwall_kinematics::{JointPositions, JointTorques, Wrench};
-use hwall_numeric::check::all_finite;
 use std::collections::VecDeque;
 
 /// Events that are kept until somebody takes them.
 const EVENTS: usize = 64;
 /// Period of the impedance of the modes torque and wrench, s.
 const IMPEDANCE_PERIOD_S: f64 = 1e-3;
-
-/// A command as far as the mode needs it, all numbers finite.
-#[derive(Debug, Clone, Copy)]
-struct Wanted {
-    /// Message that it answers.
-    answers: u32,
-    position_rad: [f64; 7],
-    torque_n_m: [f64; 7],
-    wrench: Wrench,
-}
-
-/// An answer that was held back on purpose.
-#[derive(Debug, Clone, Copy)]
-struct LateAnswer {
-    message: CommandMessage,
-    /// Cycle after which it comes.
-    due: u64,
-    is_used: bool,
-}
 
 /// What moves the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,44 +40,44 @@ enum Law {
 /// A command takes effect in the cycle after the one in which it came. After construction nothing is allocated.
 #[derive(Debug)]
 pub struct Controller<P> {
-    plant: P,
-    config: ControllerConfig,
-    codec: Codec,
-    limits: CommandLimits,
-    expiry_s: f64,
-    cycles: u64,
-    state: SessionState,
-    since_s: f64,
-    may_command: bool,
-    window: AnswerWindow,
-    faults: Faults,
-    quality: ConnectionQuality,
+    pub(super) plant: P,
+    pub(super) config: ControllerConfig,
+    pub(super) codec: Codec,
+    pub(super) limits: CommandLimits,
+    pub(super) expiry_s: f64,
+    pub(super) cycles: u64,
+    pub(super) state: SessionState,
+    pub(super) since_s: f64,
+    pub(super) may_command: bool,
+    pub(super) window: AnswerWindow,
+    pub(super) faults: Faults,
+    pub(super) quality: ConnectionQuality,
     /// Sequence number of the newest message.
-    sequence: u32,
+    pub(super) sequence: u32,
     /// Messages since answers are expected.
-    counted: u64,
-    answered: bool,
-    misses: u64,
+    pub(super) counted: u64,
+    pub(super) answered: bool,
+    pub(super) misses: u64,
     /// Of the client: its newest message, and which one it answered.
-    client_sequence: u32,
-    last_answered: Option<u32>,
-    incoming: Option<Wanted>,
-    late: Option<LateAnswer>,
+    pub(super) client_sequence: u32,
+    pub(super) last_answered: Option<u32>,
+    pub(super) incoming: Option<Wanted>,
+    pub(super) late: Option<LateAnswer>,
     /// Positions of the interpolator: where the arm stood when commanding began.
-    interpolator: JointPositions,
-    in_force: Wanted,
-    in_force_since_s: f64,
+    pub(super) interpolator: JointPositions,
+    pub(super) in_force: Wanted,
+    pub(super) in_force_since_s: f64,
     /// Where the arm is told to be: each command brings it towards the positions in force, no faster than the joints.
-    commanded_rad: [f64; 7],
+    pub(super) commanded_rad: [f64; 7],
     /// When positions like those of the interpolator came last, s.
-    mirrored_s: Option<f64>,
-    expired: bool,
+    pub(super) mirrored_s: Option<f64>,
+    pub(super) expired: bool,
     law: Law,
-    commanded_torque_n_m: [f64; 7],
-    statistics: ControllerStatistics,
-    events: VecDeque<ControllerEvent>,
-    refusal: Option<FriError>,
-    ended: Option<EndReason>,
+    pub(super) commanded_torque_n_m: [f64; 7],
+    pub(super) statistics: ControllerStatistics,
+    pub(super) events: VecDeque<ControllerEvent>,
+    pub(super) refusal: Option<FriError>,
+    pub(super) ended: Option<EndReason>,
 }
 
 impl<P: SimulatedPlant> Controller<P> {
@@ -120,10 +99,7 @@ impl<P: SimulatedPlant> Controller<P> {
         let answer_s = config.send_period_s() * f64::from(config.receive_multiplier);
         Ok(Self {
             limits,
-            codec: Codec {
-                version: config.version,
-                arrays: config.arrays,
-            },
+            codec: Codec::new(config.version),
             // A command must live until the next one can come.
             expiry_s: config.command_expiry_s.max(2.0 * answer_s),
             cycles: 0,
@@ -161,102 +137,6 @@ impl<P: SimulatedPlant> Controller<P> {
             plant,
             config,
         })
-    }
-
-    /// Takes a datagram of the client. Whatever is wrong with it is counted.
-    pub fn receive(&mut self, datagram: &[u8]) {
-        if self.faults.is_deaf() {
-            self.statistics.not_arrived += 1;
-            return;
-        }
-        match self.codec.decode_command(datagram) {
-            Ok(message) => match self.faults.delay() {
-                Some(Delay { cycles, is_used }) if self.late.is_none() => {
-                    let due = self.cycles + u64::from(cycles);
-                    self.late = Some(LateAnswer {
-                        message,
-                        due,
-                        is_used,
-                    });
-                }
-                _ => self.take_answer(&message),
-            },
-            Err(error) => {
-                self.statistics.malformed += 1;
-                self.refusal = Some(error);
-            }
-        }
-    }
-
-    fn take_answer(&mut self, message: &CommandMessage) {
-        let answers = message.header.reflected_sequence;
-        let age = self.sequence.wrapping_sub(answers);
-        if self.counted == 0 || age >= self.config.receive_multiplier {
-            self.statistics.late += 1;
-            return;
-        }
-        if self.last_answered == Some(answers) {
-            self.statistics.repeated += 1;
-            return;
-        }
-        self.last_answered = Some(answers);
-        self.client_sequence = message.header.sequence;
-        self.answered = true;
-        if self.state >= SessionState::CommandingWait {
-            match self.wanted(message) {
-                Ok(Some(wanted)) => self.incoming = Some(wanted),
-                Ok(None) => self.statistics.incomplete += 1,
-                Err(error) => {
-                    self.statistics.non_finite += 1;
-                    self.refusal = Some(error);
-                }
-            }
-        }
-    }
-
-    /// What was held back comes, unless a newer answer overtook it.
-    fn take_late(&mut self) {
-        let Some(late) = self.late.take_if(|late| late.due <= self.cycles) else {
-            return;
-        };
-        self.take_answer(&late.message);
-        let sequence = late.message.header.sequence;
-        if cycles_between(self.client_sequence, sequence) == 0.0 {
-            return;
-        }
-        self.client_sequence = sequence;
-        if late.is_used && self.state >= SessionState::CommandingWait {
-            self.incoming = self.wanted(&late.message).ok().flatten();
-        }
-    }
-
-    /// What the mode needs of a command; `None` if it is not there.
-    fn wanted(&self, message: &CommandMessage) -> Result<Option<Wanted>, FriError> {
-        let data = message.data.unwrap_or_default();
-        let Some(position_rad) = data.position_rad else {
-            return Ok(None);
-        };
-        let (mut torque_n_m, mut wrench) = ([0.0; 7], [0.0; 6]);
-        match self.config.mode {
-            ClientCommandMode::Torque => match data.torque_n_m {
-                Some(torque) => torque_n_m = torque,
-                None => return Ok(None),
-            },
-            ClientCommandMode::Wrench => match data.wrench {
-                Some(given) => wrench = given,
-                None => return Ok(None),
-            },
-            _ => {}
-        }
-        all_finite("commanded position", &position_rad)?;
-        all_finite("commanded torque", &torque_n_m)?;
-        all_finite("commanded wrench", &wrench)?;
-        Ok(Some(Wanted {
-            answers: message.header.reflected_sequence,
-            position_rad,
-            torque_n_m,
-            wrench: wrench_from_wire(&wrench),
-        }))
     }
 
     /// One send period: the arm moves on, the answers of the last period are judged, the next message is written. Returns its
@@ -323,30 +203,6 @@ impl<P: SimulatedPlant> Controller<P> {
             self.plant.advance(IMPEDANCE_PERIOD_S)?;
         }
         Ok(())
-    }
-
-    /// Closes the window of an expected answer, if the next message expects one.
-    fn judge_answers(&mut self) {
-        let multiplier = u64::from(self.config.receive_multiplier);
-        if self.counted == 0 || !self.counted.is_multiple_of(multiplier) {
-            return;
-        }
-        let answered = std::mem::take(&mut self.answered);
-        self.window.push(answered);
-        self.statistics.expected += 1;
-        if answered {
-            self.statistics.in_time += 1;
-            self.misses = 0;
-        } else {
-            self.statistics.missed += 1;
-            self.misses += 1;
-            self.statistics.longest_miss = self.statistics.longest_miss.max(self.misses);
-        }
-        let (from, to) = (self.quality, self.faults.said(self.window.quality()));
-        if from != to {
-            self.quality = to;
-            self.say(EventKind::Quality { from, to });
-        }
     }
 
     fn step_session(&mut self, now_s: f64, measured: &ArmState) -> Result<(), P::Error> {
@@ -514,7 +370,7 @@ impl<P: SimulatedPlant> Controller<P> {
         self.say(EventKind::State { from, to });
     }
 
-    fn say(&mut self, kind: EventKind) {
+    pub(super) fn say(&mut self, kind: EventKind) {
         if self.events.len() == EVENTS {
             self.events.pop_front();
             self.statistics.dropped_events += 1;
@@ -579,12 +435,6 @@ impl<P: SimulatedPlant> Controller<P> {
         self.quality
     }
 
-    /// Share of the last answers that came in time.
-    #[must_use]
-    pub fn share_in_time(&self) -> f64 {
-        self.window.share()
-    }
-
     /// Time of the next message on the clock of the controller, s.
     #[must_use]
     pub fn t_s(&self) -> f64 {
@@ -616,26 +466,5 @@ impl<P: SimulatedPlant> Controller<P> {
     /// The simulated arm, to push it or to ask it for its state.
     pub const fn plant_mut(&mut self) -> &mut P {
         &mut self.plant
-    }
-}
-
-/// Messages from one to a later one, as numbers that wrap count them. A client may answer a message before the one that its last
-/// command counts from, if it has several to choose from: that is no step back round the whole circle.
-const fn cycles_between(earlier: u32, later: u32) -> f64 {
-    let ahead = later.wrapping_sub(earlier).cast_signed();
-    if ahead > 0 { ahead as f64 } else { 0.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::cycles_between;
-
-    #[test]
-    fn numbers_of_messages_wrap() {
-        assert_eq!(cycles_between(3, 8), 5.0);
-        assert_eq!(cycles_between(u32::MAX - 1, 2), 4.0);
-        assert_eq!(cycles_between(8, 8), 0.0);
-        assert_eq!(cycles_between(8, 5), 0.0);
-        assert_eq!(cycles_between(1, u32::MAX), 0.0);
     }
 }

@@ -1,5 +1,6 @@
 //! A simulated controller of the arm: everything that a client sees, without the arm.
 
+mod answers;
 mod config;
 mod faults;
 mod impedance;
@@ -13,6 +14,7 @@ mod report;
 #[cfg(feature = "sim")]
 mod sim;
 mod udp;
+mod wanted;
 
 pub use config::ControllerConfig;
 pub use faults::FaultConfig;

@@ -2,7 +2,7 @@
 
 use crate::codec::ConnectionQuality;
 use crate::error::FriError;
-use hwall_numeric::check::that;
+use hwall_numeric::check::{that, within};
 
 /// How the simulated controller judges a connection. The manufacturer does not publish how the real one does: the numbers
 /// are assumptions.
@@ -45,8 +45,7 @@ pub(super) struct AnswerWindow {
 impl AnswerWindow {
     pub(super) fn new(config: QualityConfig) -> Result<Self, FriError> {
         let window = config.window;
-        let in_range = (1..=100_000).contains(&window);
-        that(in_range, "window", window as f64, "1 to 100000")?;
+        within("window", window as f64, 1.0..=1e5, "1 to 100000")?;
         let in_range = config.least <= window;
         that(in_range, "least", config.least as f64, "at most the window")?;
         let mut least = 0.0;

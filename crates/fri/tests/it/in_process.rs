@@ -100,16 +100,6 @@ fn a_leap_after_torques_is_refused() {
 }
 
 #[test]
-fn the_same_commands_give_the_same_states_to_the_last_bit() {
-    let run = || {
-        let mut client = commanding(torque_arm(), ClientCommandMode::Torque);
-        let (_, state) = hanging_behind(&mut client);
-        (state, *client.transport().controller().statistics())
-    };
-    assert_eq!(run(), run());
-}
-
-#[test]
 fn a_controller_that_ends_commanding_is_heard() {
     let mut client = commanding(servo(), ClientCommandMode::Position);
     let q = client.state().expect("a state").q;

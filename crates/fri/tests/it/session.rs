@@ -5,7 +5,7 @@ use hwall_fri::codec::{
     ClientCommandMode, Codec, ConnectionQuality, DATAGRAM_BYTES, Datagram, SessionState,
 };
 use hwall_fri::controller::{
-    Controller, ControllerConfig, EndReason, EventKind, LinkConfig, SimulatedPlant,
+    Controller, ControllerConfig, EndReason, EventKind, Link, LinkConfig, SimulatedPlant,
 };
 use hwall_fri::{ControllerError, FriError, FriVersion, LimitViolation};
 use hwall_kinematics::Wrench;
@@ -26,6 +26,18 @@ fn config(mode: ClientCommandMode) -> ControllerConfig {
         ready_s: Some(0.1),
         ..ControllerConfig::default()
     }
+}
+
+fn in_mode<P: SimulatedPlant>(plant: P, mode: ClientCommandMode) -> Bench<P> {
+    Bench::new(plant, config(mode), LinkConfig::default())
+}
+
+fn lossy(loss: f64) -> Link {
+    let config = LinkConfig {
+        loss,
+        ..LinkConfig::default()
+    };
+    Link::new(config).expect("a link")
 }
 
 fn sine(t_s: f64, amplitude: f64) -> f64 {
@@ -99,11 +111,7 @@ fn torques_lie_over_the_springs_of_the_joints() {
 
 #[test]
 fn a_wrench_lies_over_the_springs_of_the_tool() {
-    let mut bench = Bench::new(
-        torque_arm(),
-        config(ClientCommandMode::Wrench),
-        LinkConfig::default(),
-    );
+    let mut bench = in_mode(torque_arm(), ClientCommandMode::Wrench);
     bench.run(1.0, |_, _, _| {});
     assert_eq!(bench.states(), READY);
     let before = bench.controller.plant().pose();
@@ -143,33 +151,19 @@ fn modes_that_an_arm_cannot_do_are_refused() {
             Some(ControllerError::Fri(FriError::UnsupportedMode(mode)))
         );
     }
-    for wrong in [
-        ControllerConfig {
-            send_period_ms: 0,
-            ..ControllerConfig::default()
-        },
-        ControllerConfig {
-            send_period_ms: 11,
-            ..ControllerConfig::default()
-        },
-        ControllerConfig {
-            receive_multiplier: 0,
-            ..ControllerConfig::default()
-        },
-        ControllerConfig {
-            command_expiry_s: f64::NAN,
-            ..ControllerConfig::default()
-        },
-        ControllerConfig {
-            wait_s: -1.0,
-            ..ControllerConfig::default()
-        },
-    ] {
-        let refused = Controller::new(servo(), wrong).err();
-        assert!(matches!(
-            refused,
-            Some(ControllerError::Fri(FriError::Argument(_)))
-        ));
+    let wrong: [fn(&mut ControllerConfig); 5] = [
+        |c| c.send_period_ms = 0,
+        |c| c.send_period_ms = 11,
+        |c| c.receive_multiplier = 0,
+        |c| c.command_expiry_s = f64::NAN,
+        |c| c.wait_s = -1.0,
+    ];
+    for spoil in wrong {
+        let mut config = ControllerConfig::default();
+        spoil(&mut config);
+        let refused = Controller::new(servo(), config).err();
+        let is_argument = |e| matches!(e, ControllerError::Fri(FriError::Argument(_)));
+        assert!(refused.is_some_and(is_argument));
     }
 }
 
@@ -177,14 +171,10 @@ fn modes_that_an_arm_cannot_do_are_refused() {
 #[test]
 fn quality_falls_with_loss_and_delay() {
     let run = |link: LinkConfig| {
-        let mut bench = Bench::new(
-            servo(),
-            config(ClientCommandMode::Position),
-            LinkConfig::default(),
-        );
+        let mut bench = in_mode(servo(), ClientCommandMode::Position);
         bench.run(1.0, |_, _, _| {});
         assert_eq!(bench.controller.state(), SessionState::CommandingActive);
-        bench.out = hwall_fri::controller::Link::new(link).expect("a link");
+        bench.out = Link::new(link).expect("a link");
         bench.run(1.0, |_, _, _| {});
         bench
     };
@@ -249,20 +239,12 @@ fn quality_falls_with_loss_and_delay() {
 /// The client falls silent: the arm holds when the command has expired, quality falls, and all begins anew with the client.
 #[test]
 fn a_silent_client_leaves_a_standing_arm() {
-    let mut bench = Bench::new(
-        servo(),
-        config(ClientCommandMode::Position),
-        LinkConfig::default(),
-    );
+    let mut bench = in_mode(servo(), ClientCommandMode::Position);
     bench.run(2.0, |t_s, _, data| {
         data.position_rad.as_mut().expect("positions")[0] += sine(t_s, 0.3)
     });
     assert_eq!(bench.controller.state(), SessionState::CommandingActive);
-    let silence = LinkConfig {
-        loss: 1.0,
-        ..LinkConfig::default()
-    };
-    bench.out = hwall_fri::controller::Link::new(silence).expect("a link");
+    bench.out = lossy(1.0);
     bench.run(0.6, |_, _, _| {});
     let at = |kind: fn(&EventKind) -> bool| {
         bench
@@ -294,7 +276,7 @@ fn a_silent_client_leaves_a_standing_arm() {
             .all(|v| v.abs() < 1e-9),
         "at rest"
     );
-    bench.out = hwall_fri::controller::Link::new(LinkConfig::default()).expect("a link");
+    bench.out = lossy(0.0);
     bench.run(1.0, |_, _, _| {});
     assert_eq!(bench.controller.state(), SessionState::CommandingActive);
     assert_eq!(bench.controller.statistics().activations, 2);
@@ -311,11 +293,7 @@ fn a_command_expires() {
     bench.run(2.0, |t_s, _, data| {
         data.position_rad.as_mut().expect("positions")[0] += 0.2 * t_s
     });
-    let silence = LinkConfig {
-        loss: 1.0,
-        ..LinkConfig::default()
-    };
-    bench.out = hwall_fri::controller::Link::new(silence).expect("a link");
+    bench.out = lossy(1.0);
     let began_s = bench.controller.t_s();
     bench.run(0.2, |_, _, _| {});
     let expired = bench.events.iter().find(|e| e.kind == EventKind::Expired);
@@ -324,7 +302,7 @@ fn a_command_expires() {
     assert_eq!(bench.controller.state(), SessionState::CommandingActive);
     assert_eq!(bench.controller.plant().qd().0[0], 0.0);
     // Who goes on as if nothing had been is stopped; who begins where the arm is goes on.
-    bench.out = hwall_fri::controller::Link::new(LinkConfig::default()).expect("a link");
+    bench.out = lossy(0.0);
     bench.run(0.1, |_, message, data| {
         data.position_rad = message.data.expect("data").position_rad
     });
@@ -335,11 +313,7 @@ fn a_command_expires() {
 #[test]
 fn guards() {
     let after = |overlay: &mut dyn FnMut(&mut [f64; 7])| {
-        let mut bench = Bench::new(
-            servo(),
-            config(ClientCommandMode::Position),
-            LinkConfig::default(),
-        );
+        let mut bench = in_mode(servo(), ClientCommandMode::Position);
         bench.run(1.0, |_, _, _| {});
         bench.run(0.04, |_, _, data| {
             overlay(data.position_rad.as_mut().expect("positions"))
@@ -403,11 +377,7 @@ fn guards() {
 
 #[test]
 fn a_hard_push_ends_commanding() {
-    let mut bench = Bench::new(
-        torque_arm(),
-        config(ClientCommandMode::Position),
-        LinkConfig::default(),
-    );
+    let mut bench = in_mode(torque_arm(), ClientCommandMode::Position);
     bench.run(1.0, |_, _, _| {});
     let push = Wrench {
         force_n: DVec3::new(0.0, 0.0, -150.0),
@@ -429,11 +399,7 @@ fn a_hard_push_ends_commanding() {
 
 #[test]
 fn too_much_torque_ends_commanding() {
-    let mut bench = Bench::new(
-        torque_arm(),
-        config(ClientCommandMode::Torque),
-        LinkConfig::default(),
-    );
+    let mut bench = in_mode(torque_arm(), ClientCommandMode::Torque);
     bench.run(1.0, |_, _, _| {});
     bench.run(0.02, |_, _, data| {
         data.torque_n_m = Some([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 41.0])
@@ -450,11 +416,7 @@ fn too_much_torque_ends_commanding() {
 /// Nothing has an effect in the first quarter of a second, and nothing without what the mode needs.
 #[test]
 fn commanding_begins_late_and_only_with_a_mirror() {
-    let mut bench = Bench::new(
-        torque_arm(),
-        config(ClientCommandMode::Torque),
-        LinkConfig::default(),
-    );
+    let mut bench = in_mode(torque_arm(), ClientCommandMode::Torque);
     bench.run(2.0, |_, _, _| {});
     let when = |state| {
         let entered = |e: &&hwall_fri::controller::ControllerEvent| matches!(e.kind, EventKind::State { to, .. } if to == state);
@@ -468,11 +430,7 @@ fn commanding_begins_late_and_only_with_a_mirror() {
     assert!((0.25..0.26).contains(&apart_s), "{apart_s} s");
 
     // Positions without torques are no commands in this mode.
-    let mut incomplete = Bench::new(
-        torque_arm(),
-        config(ClientCommandMode::Torque),
-        LinkConfig::default(),
-    );
+    let mut incomplete = in_mode(torque_arm(), ClientCommandMode::Torque);
     let codec = Codec::new(FriVersion::V1_15);
     incomplete.client.codec = codec;
     let mut buffer: Datagram = [0; DATAGRAM_BYTES];
@@ -498,11 +456,7 @@ fn commanding_begins_late_and_only_with_a_mirror() {
 #[test]
 fn malformed_and_repeated_datagrams_are_counted() {
     let mut sampler = Sampler::new(5);
-    let mut bench = Bench::new(
-        servo(),
-        config(ClientCommandMode::Position),
-        LinkConfig::default(),
-    );
+    let mut bench = in_mode(servo(), ClientCommandMode::Position);
     bench.run(1.0, |_, _, _| {});
     let mut buffer: Datagram = [0; DATAGRAM_BYTES];
     for _ in 0..200 {
@@ -548,11 +502,7 @@ fn the_same_datagrams_give_the_same_answers() {
 
 #[test]
 fn a_closed_session_is_idle() {
-    let mut bench = Bench::new(
-        servo(),
-        config(ClientCommandMode::Position),
-        LinkConfig::default(),
-    );
+    let mut bench = in_mode(servo(), ClientCommandMode::Position);
     bench.run(1.0, |_, _, _| {});
     bench.controller.close().expect("closed");
     let answered = bench.client.answered;

@@ -117,6 +117,17 @@ where
     }
 }
 
+fn in_mode<P: SimulatedPlant + Send>(
+    plant: P,
+    mode: ClientCommandMode,
+    body: impl FnOnce(&mut FriClient),
+) -> Outcome
+where
+    P::Error: Send,
+{
+    with_controller(plant, config(mode), LinkConfig::default(), body)
+}
+
 /// Every message is answered or counted on the client's side, every expected answer on the controller's.
 fn check_counts(outcome: &Outcome) {
     let (client, controller) = (&outcome.client, &outcome.controller);
@@ -179,85 +190,55 @@ fn two_seconds_at_a_kilohertz_in_every_version() {
 }
 
 #[test]
-fn every_mth_message_is_answered() {
-    let config = ControllerConfig {
-        send_period_ms: 2,
-        receive_multiplier: 4,
-        ..config(ClientCommandMode::Position)
-    };
-    let outcome = with_controller(servo(), config, LinkConfig::default(), |client| {
+fn torques_and_wrenches() {
+    let outcome = in_mode(torque_arm(), ClientCommandMode::Torque, |client| {
         client.wait_for_commanding(TIMEOUT).expect("commanding");
-        for _ in 0..200 {
-            client.command(ArmCommand::Hold).expect("held");
+        let q0 = client.state().expect("a state").q;
+        // Against the measured positions the springs do nothing: two newton metres move the free joint.
+        for _ in 0..300 {
+            let torque = JointTorques([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0]);
+            client
+                .command(ArmCommand::Torque(torque))
+                .expect("a torque");
             client.wait_for_message(TIMEOUT).expect("a message");
         }
+        let moved_rad = client.state().expect("a state").q[6] - q0[6];
+        assert!(moved_rad > 0.02, "{moved_rad} rad");
+        let refused = client.command(ArmCommand::Torque(JointTorques([
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 50.0,
+        ])));
+        assert!(matches!(
+            refused,
+            Err(FriError::Limit(LimitViolation::Torque { joint: 6, .. }))
+        ));
+        client.wait_for_message(TIMEOUT).expect("a message");
+        client.command(ArmCommand::Hold).expect("held");
     });
-    let (client, controller) = (outcome.client, outcome.controller);
-    assert_eq!(controller.expected, controller.in_time + controller.missed);
-    assert!(client.answered * 4 <= client.received, "{client:?}");
-    assert!(controller.accepted > 10, "{controller:?}");
-}
-
-#[test]
-fn torques_and_wrenches() {
-    let outcome = with_controller(
-        torque_arm(),
-        config(ClientCommandMode::Torque),
-        LinkConfig::default(),
-        |client| {
-            client.wait_for_commanding(TIMEOUT).expect("commanding");
-            let q0 = client.state().expect("a state").q;
-            // Against the measured positions the springs do nothing: two newton metres move the free joint.
-            for _ in 0..300 {
-                let torque = JointTorques([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0]);
-                client
-                    .command(ArmCommand::Torque(torque))
-                    .expect("a torque");
-                client.wait_for_message(TIMEOUT).expect("a message");
-            }
-            let moved_rad = client.state().expect("a state").q[6] - q0[6];
-            assert!(moved_rad > 0.02, "{moved_rad} rad");
-            let refused = client.command(ArmCommand::Torque(JointTorques([
-                0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 50.0,
-            ])));
-            assert!(matches!(
-                refused,
-                Err(FriError::Limit(LimitViolation::Torque { joint: 6, .. }))
-            ));
-            client.wait_for_message(TIMEOUT).expect("a message");
-            client.command(ArmCommand::Hold).expect("held");
-        },
-    );
     check_counts(&outcome);
     assert_eq!(outcome.ended, Some(EndReason::Closed));
     assert_eq!(outcome.client.refused, 1);
 
-    let outcome = with_controller(
-        torque_arm(),
-        config(ClientCommandMode::Wrench),
-        LinkConfig::default(),
-        |client| {
-            client.wait_for_commanding(TIMEOUT).expect("commanding");
-            let q0 = client.state().expect("a state").q;
-            let push = Wrench {
-                force_n: DVec3::new(0.0, 0.0, 60.0),
-                ..Wrench::default()
-            };
-            for _ in 0..500 {
-                client.command_wrench(&push).expect("a wrench");
-                client.wait_for_message(TIMEOUT).expect("a message");
-            }
-            let q = client.state().expect("a state").q;
-            let arm = SrsArm::iiwa7();
-            let moved_m = arm.forward(&q).position_m() - arm.forward(&q0).position_m();
-            assert!(moved_m.length() > 0.005, "{moved_m}");
-            let refused = client.command(ArmCommand::Position(q));
-            assert!(
-                matches!(refused, Err(FriError::OtherMode { .. })),
-                "{refused:?}"
-            );
-        },
-    );
+    let outcome = in_mode(torque_arm(), ClientCommandMode::Wrench, |client| {
+        client.wait_for_commanding(TIMEOUT).expect("commanding");
+        let q0 = client.state().expect("a state").q;
+        let push = Wrench {
+            force_n: DVec3::new(0.0, 0.0, 60.0),
+            ..Wrench::default()
+        };
+        for _ in 0..500 {
+            client.command_wrench(&push).expect("a wrench");
+            client.wait_for_message(TIMEOUT).expect("a message");
+        }
+        let q = client.state().expect("a state").q;
+        let arm = SrsArm::iiwa7();
+        let moved_m = arm.forward(&q).position_m() - arm.forward(&q0).position_m();
+        assert!(moved_m.length() > 0.005, "{moved_m}");
+        let refused = client.command(ArmCommand::Position(q));
+        assert!(
+            matches!(refused, Err(FriError::OtherMode { .. })),
+            "{refused:?}"
+        );
+    });
     check_counts(&outcome);
     assert_eq!(outcome.ended, Some(EndReason::Closed));
 }
@@ -265,50 +246,45 @@ fn torques_and_wrenches() {
 /// Refused commands leave the last one in force; the controller still gets its answers.
 #[test]
 fn commands_outside_the_limits_are_refused_here() {
-    let outcome = with_controller(
-        servo(),
-        config(ClientCommandMode::Position),
-        LinkConfig::default(),
-        |client| {
-            client.wait_for_commanding(TIMEOUT).expect("commanding");
-            let q0 = client.state().expect("a state").q;
-            let mut command = |q: JointPositions| {
-                let result = client.command(ArmCommand::Position(q));
-                client.wait_for_message(TIMEOUT).expect("a message");
-                result
-            };
-            let mut nan = q0;
-            nan.0[2] = f64::NAN;
-            assert!(matches!(command(nan), Err(FriError::Argument(_))));
-            let mut leap = q0;
-            leap.0[1] += 0.2;
-            let speed = |e| matches!(e, FriError::Limit(LimitViolation::Speed { joint: 1, .. }));
-            assert!(command(leap).is_err_and(speed));
-            let beyond = JointPositions([0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-            let position = |e| {
-                matches!(
-                    e,
-                    FriError::Limit(LimitViolation::Position { joint: 1, .. })
-                )
-            };
-            assert!(command(beyond).is_err_and(position));
-            assert!(command(q0).is_ok());
-            let torque = client.command(ArmCommand::Torque(JointTorques([0.0; 7])));
-            let mode = ClientCommandMode::Position;
-            assert_eq!(
-                torque,
-                Err(FriError::OtherMode {
-                    asked: "torque",
-                    mode
-                })
-            );
-            for _ in 0..100 {
-                client.wait_for_message(TIMEOUT).expect("a message");
-                client.command(ArmCommand::Hold).expect("held");
-            }
-            assert_eq!(client.session_state(), Some(SessionState::CommandingActive));
-        },
-    );
+    let outcome = in_mode(servo(), ClientCommandMode::Position, |client| {
+        client.wait_for_commanding(TIMEOUT).expect("commanding");
+        let q0 = client.state().expect("a state").q;
+        let mut command = |q: JointPositions| {
+            let result = client.command(ArmCommand::Position(q));
+            client.wait_for_message(TIMEOUT).expect("a message");
+            result
+        };
+        let mut nan = q0;
+        nan.0[2] = f64::NAN;
+        assert!(matches!(command(nan), Err(FriError::Argument(_))));
+        let mut leap = q0;
+        leap.0[1] += 0.2;
+        let speed = |e| matches!(e, FriError::Limit(LimitViolation::Speed { joint: 1, .. }));
+        assert!(command(leap).is_err_and(speed));
+        let beyond = JointPositions([0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let position = |e| {
+            matches!(
+                e,
+                FriError::Limit(LimitViolation::Position { joint: 1, .. })
+            )
+        };
+        assert!(command(beyond).is_err_and(position));
+        assert!(command(q0).is_ok());
+        let torque = client.command(ArmCommand::Torque(JointTorques([0.0; 7])));
+        let mode = ClientCommandMode::Position;
+        assert_eq!(
+            torque,
+            Err(FriError::OtherMode {
+                asked: "torque",
+                mode
+            })
+        );
+        for _ in 0..100 {
+            client.wait_for_message(TIMEOUT).expect("a message");
+            client.command(ArmCommand::Hold).expect("held");
+        }
+        assert_eq!(client.session_state(), Some(SessionState::CommandingActive));
+    });
     check_counts(&outcome);
     assert_eq!(outcome.client.refused, 4);
     assert_eq!(
@@ -476,26 +452,17 @@ fn settings_are_checked() {
         listen: any_port(),
         ..FriClientConfig::default()
     };
-    for wrong in [
-        FriClientConfig {
-            silence_s: 0.0,
-            ..local
-        },
-        FriClientConfig {
-            velocity_hz: f64::NAN,
-            ..local
-        },
-        FriClientConfig {
-            max_torque_n_m: [-1.0; 7],
-            ..local
-        },
-        FriClientConfig {
-            braking_rad_per_s2: [0.0; 7],
-            ..local
-        },
-    ] {
-        let refused = FriClient::bind(&model, wrong).err();
-        assert!(matches!(refused, Some(FriError::Argument(_))), "{wrong:?}");
+    let wrong: [fn(&mut FriClientConfig); 4] = [
+        |c| c.silence_s = 0.0,
+        |c| c.velocity_hz = f64::NAN,
+        |c| c.max_torque_n_m = [-1.0; 7],
+        |c| c.braking_rad_per_s2 = [0.0; 7],
+    ];
+    for spoil in wrong {
+        let mut config = local;
+        spoil(&mut config);
+        let refused = FriClient::bind(&model, config).err();
+        assert!(matches!(refused, Some(FriError::Argument(_))), "{config:?}");
     }
     let first = FriClient::bind(&model, local).expect("a client");
     let taken = FriClientConfig {

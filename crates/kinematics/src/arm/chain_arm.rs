@@ -34,7 +34,7 @@ const RESTARTS_IN_A_STEP: usize = 8;
 /// - [`BranchPolicy::Keep`], [`BranchPolicy::Beside`]: the first only.
 /// - [`BranchPolicy::Prefer`]: nine; the nearest of the first four solutions wins. It fits into a control step of 1 ms and
 ///   misses about one in a hundred poses that can be held and are far from the reference.
-/// - [`BranchPolicy::Any`]: always all 41 (see [`ChainArm::with_search`]), the nearest wins. Not for a control step.
+/// - [`BranchPolicy::Any`]: always all 41, the nearest wins. Not for a control step.
 ///
 /// Same input, same answer.
 ///
@@ -63,10 +63,7 @@ impl ChainArm {
                 most: MOST_JOINTS,
             });
         }
-        let still = JointLimit {
-            min_rad: 0.0,
-            max_rad: 0.0,
-        };
+        let still = JointLimit::new(0.0, 0.0);
         let mut limits = [still; MOST_JOINTS];
         let mut max_velocity_rad_per_s = [1.0; MOST_JOINTS];
         for (i, joint) in chain.joints().iter().enumerate() {
@@ -108,19 +105,6 @@ impl ChainArm {
                 .with_tip(link_from_flange * flange_from_tool),
             ..self.clone()
         }
-    }
-
-    /// The same arm with another effort and accuracy of the search. [`BranchPolicy::Prefer`] makes at most eight of
-    /// the restarts.
-    ///
-    /// # Errors
-    /// A tolerance that is not positive.
-    pub fn with_search(&self, search: NumericConfig) -> Result<Self, KinematicsError> {
-        search.validate()?;
-        Ok(Self {
-            search,
-            ..self.clone()
-        })
     }
 
     /// The chain from base to flange.

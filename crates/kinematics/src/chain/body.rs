@@ -69,8 +69,9 @@ pub(super) struct Screw {
 }
 
 impl Screw {
-    pub(super) const ZERO: Self = Self {
-        angular: DVec3::ZERO,
-        linear: DVec3::ZERO,
-    };
+    pub(super) const ZERO: Self = Self::new(DVec3::ZERO, DVec3::ZERO);
+
+    pub(super) const fn new(angular: DVec3, linear: DVec3) -> Self {
+        Self { angular, linear }
+    }
 }

@@ -112,12 +112,6 @@ impl ChainDynamics {
         &self.chain
     }
 
-    /// Gravity, base axes, m/s².
-    #[must_use]
-    pub fn gravity_m_per_s2(&self) -> DVec3 {
-        self.gravity
-    }
-
     /// Memory that fits this model.
     #[must_use]
     pub fn scratch(&self) -> DynamicsScratch {
@@ -194,34 +188,6 @@ impl ChainDynamics {
         self.chain.check("joint accelerations", qdd)?;
         self.place(q, scratch)?;
         self.newton_euler(qd, |i| qdd[i], scratch, out);
-        Ok(all_finite("joint torques", out)?)
-    }
-
-    /// Torques at zero joint acceleration, `C(q, q̇) q̇ + g(q)`.
-    ///
-    /// # Errors
-    /// A wrong number of values, NaN or infinity.
-    pub fn nonlinear(&self, q: &[f64], qd: &[f64]) -> Result<Vec<f64>, KinematicsError> {
-        let mut out = vec![0.0; self.bodies.len()];
-        self.nonlinear_into(q, qd, &mut self.scratch(), &mut out)?;
-        Ok(out)
-    }
-
-    /// As [`ChainDynamics::nonlinear`], without allocation.
-    ///
-    /// # Errors
-    /// As [`ChainDynamics::nonlinear`], or an `out` of another length.
-    pub fn nonlinear_into(
-        &self,
-        q: &[f64],
-        qd: &[f64],
-        scratch: &mut DynamicsScratch,
-        out: &mut [f64],
-    ) -> Result<(), KinematicsError> {
-        self.check_out(out)?;
-        self.chain.check("joint velocities", qd)?;
-        self.place(q, scratch)?;
-        self.newton_euler(qd, |_| 0.0, scratch, out);
         Ok(all_finite("joint torques", out)?)
     }
 
@@ -447,16 +413,9 @@ impl ChainDynamics {
             } = s.axes[i];
             let arm = origin_m - center;
             s.bodies[i] = s.bodies[i].about(arm);
-            s.screws[i] = if self.chain.frames[i].prismatic {
-                Screw {
-                    angular: DVec3::ZERO,
-                    linear: z,
-                }
-            } else {
-                Screw {
-                    angular: z,
-                    linear: arm.cross(z),
-                }
+            s.screws[i] = match self.chain.frames[i].prismatic {
+                true => Screw::new(DVec3::ZERO, z),
+                false => Screw::new(z, arm.cross(z)),
             };
         }
         let mut composite = Body::EMPTY;

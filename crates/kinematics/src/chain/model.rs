@@ -26,16 +26,19 @@ use hwall_numeric::check::all_finite;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "RawChain", into = "RawChain"))]
+#[cfg_attr(feature = "serde", serde(try_from = "RawChain"))]
 pub struct Chain {
     joints: Vec<ChainJoint>,
     link_from_tip: Pose,
-    left_out: Vec<String>,
+    links_left_out: Vec<String>,
     /// First and last link, where a description names them.
     ends: Option<[String; 2]>,
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(super) frames: Vec<AxisFrame>,
     /// Last axis frame from tip.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(super) last_from_tip: Pose,
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(super) extent: Extent,
 }
 
@@ -67,7 +70,7 @@ impl Chain {
         Ok(Self {
             joints,
             link_from_tip,
-            left_out: Vec::new(),
+            links_left_out: Vec::new(),
             ends: None,
             frames,
             last_from_tip,
@@ -111,7 +114,7 @@ impl Chain {
     /// gripper, arms beyond the tip). The chain cannot move them, so the dynamics leave them out.
     #[must_use]
     pub fn links_left_out(&self) -> &[String] {
-        &self.left_out
+        &self.links_left_out
     }
 
     /// The links from which and to which the chain leads; `None` if it was not read from a description.
@@ -123,7 +126,7 @@ impl Chain {
 
     #[cfg(feature = "urdf")]
     pub(super) fn named(mut self, ends: [&str; 2], links_left_out: Vec<String>) -> Self {
-        self.left_out = links_left_out;
+        self.links_left_out = links_left_out;
         self.ends = Some(ends.map(str::to_owned));
         self
     }
@@ -187,7 +190,7 @@ impl Extent {
 
 /// Unchecked twin for serde: a chain read from a file passes through [`Chain::new`].
 #[cfg(feature = "serde")]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(serde::Deserialize)]
 struct RawChain {
     joints: Vec<ChainJoint>,
     link_from_tip: Pose,
@@ -201,19 +204,7 @@ impl TryFrom<RawChain> for Chain {
     type Error = KinematicsError;
     fn try_from(raw: RawChain) -> Result<Self, Self::Error> {
         let mut chain = Self::new(raw.joints, raw.link_from_tip)?;
-        (chain.left_out, chain.ends) = (raw.links_left_out, raw.ends);
+        (chain.links_left_out, chain.ends) = (raw.links_left_out, raw.ends);
         Ok(chain)
-    }
-}
-
-#[cfg(feature = "serde")]
-impl From<Chain> for RawChain {
-    fn from(chain: Chain) -> Self {
-        Self {
-            joints: chain.joints,
-            link_from_tip: chain.link_from_tip,
-            links_left_out: chain.left_out,
-            ends: chain.ends,
-        }
     }
 }

@@ -13,7 +13,7 @@ impl ChainDynamics {
     ///
     /// `wrench`: what the outside exerts on the tip, base axes, about the tip's origin. `matrix` gets `M`, n × n, row-major
     /// (symmetric to the last bit), kg m²; `driving` gets `b`, N m. Whoever knows of more (rotors, friction, stops) adds it
-    /// before solving. Does not allocate. Error: as [`ChainDynamics::mass_matrix`] and [`ChainDynamics::nonlinear`].
+    /// before solving. Does not allocate. Error: as [`ChainDynamics::mass_matrix`] and [`ChainDynamics::inverse`].
     ///
     /// # Errors
     /// A wrong number of values, NaN or infinity.
@@ -78,16 +78,9 @@ impl ChainDynamics {
             v = back * (v + omega.cross(*t));
             omega = back * omega;
             // The velocity from below suffices: the joint's own adds nothing to a product with its axis.
-            *screw = if frame.prismatic {
-                Screw {
-                    angular: DVec3::ZERO,
-                    linear: omega.cross(DVec3::Z),
-                }
-            } else {
-                Screw {
-                    angular: omega.cross(DVec3::Z),
-                    linear: v.cross(DVec3::Z),
-                }
+            *screw = match frame.prismatic {
+                true => Screw::new(DVec3::ZERO, omega.cross(DVec3::Z)),
+                false => Screw::new(omega.cross(DVec3::Z), v.cross(DVec3::Z)),
             };
             if frame.prismatic {
                 v.z += rate;

@@ -56,7 +56,6 @@ impl ChainJacobian {
 pub struct ChainScratch {
     axes: Vec<Axis>,
     columns: Vec<[f64; 6]>,
-    links: Vec<Pose>,
 }
 
 impl ChainScratch {
@@ -64,12 +63,6 @@ impl ChainScratch {
     #[must_use]
     pub fn jacobian_columns(&self) -> &[[f64; 6]] {
         &self.columns
-    }
-
-    /// The link poses of the last [`Chain::link_poses_into`].
-    #[must_use]
-    pub fn link_poses(&self) -> &[Pose] {
-        &self.links
     }
 }
 
@@ -81,7 +74,6 @@ impl Chain {
         ChainScratch {
             axes: Vec::with_capacity(n),
             columns: Vec::with_capacity(n),
-            links: Vec::with_capacity(n),
         }
     }
 
@@ -97,32 +89,18 @@ impl Chain {
         finite_pose(self.tip_pose(q, |_, _, _| ()))
     }
 
-    /// Poses of all links, in the frames that the description gave them, and of the tip last.
+    /// Pose of every link in the base frame, the tip last. Error as [`Chain::forward`].
     ///
     /// # Errors
     /// As [`Chain::forward`].
     pub fn link_poses(&self, q: &[f64]) -> Result<Vec<Pose>, KinematicsError> {
-        let mut scratch = self.scratch();
-        let tip = self.link_poses_into(q, &mut scratch)?;
-        scratch.links.push(tip);
-        Ok(scratch.links)
-    }
-
-    /// Returns the tip's pose; the link poses are in [`ChainScratch::link_poses`]. Does not allocate.
-    ///
-    /// # Errors
-    /// As [`Chain::forward`].
-    pub fn link_poses_into(
-        &self,
-        q: &[f64],
-        scratch: &mut ChainScratch,
-    ) -> Result<Pose, KinematicsError> {
         self.check("joint positions", q)?;
-        let links = &mut scratch.links;
-        links.clear();
-        finite_pose(self.tip_pose(q, |frame, r, p| {
+        let mut links = Vec::with_capacity(self.joint_count() + 1);
+        let tip = finite_pose(self.tip_pose(q, |frame, r, p| {
             links.push(Pose::from_parts_unchecked(r, p) * frame.axis_from_link)
-        }))
+        }))?;
+        links.push(tip);
+        Ok(links)
     }
 
     /// Geometric Jacobian of the tip in base axes.
@@ -156,42 +134,6 @@ impl Chain {
                 .map(|(frame, axis)| frame.column(axis, tip.position_m())),
         );
         Ok(tip)
-    }
-
-    /// `J̇ q̇`: acceleration of the tip at constant joint velocities, `[linear, angular]` in base axes.
-    ///
-    /// The linear part is the classical acceleration of the tip's origin, m/s²; the angular one rad/s².
-    ///
-    /// # Errors
-    /// A wrong number of values, NaN or infinity.
-    pub fn jacobian_dot_qd(&self, q: &[f64], qd: &[f64]) -> Result<[f64; 6], KinematicsError> {
-        self.check("joint positions", q)?;
-        self.check("joint velocities", qd)?;
-        let (mut omega, mut alpha, mut acceleration) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-        let (mut previous, mut joint) = (DVec3::ZERO, 0);
-        let tip = self.tip_pose(q, |frame, r, p| {
-            let (arm, z, rate) = (p - previous, r.z_axis, qd[joint]);
-            acceleration += alpha.cross(arm) + omega.cross(omega.cross(arm));
-            if frame.prismatic {
-                acceleration += 2.0 * rate * omega.cross(z);
-            } else {
-                alpha += rate * omega.cross(z);
-                omega += rate * z;
-            }
-            (previous, joint) = (p, joint + 1);
-        });
-        let arm = tip.position_m() - previous;
-        acceleration += alpha.cross(arm) + omega.cross(omega.cross(arm));
-        let drift = [
-            acceleration.x,
-            acceleration.y,
-            acceleration.z,
-            alpha.x,
-            alpha.y,
-            alpha.z,
-        ];
-        all_finite("acceleration", &drift)?;
-        Ok(drift)
     }
 
     /// Axis directions and points in the base frame; returns the tip's pose. Inputs are checked by the caller.

@@ -34,6 +34,12 @@ impl Branch {
     pub(super) const SHOULDER_ELBOW: [u8; 2] = [0x99, 0x66];
     pub(super) const ELBOW_WRIST: [u8; 2] = [0xC3, 0x3C];
     pub(super) const WRIST: [u8; 2] = [0x0F, 0xF0];
+    pub(super) const TURNING: [[u8; 2]; 4] = [
+        Self::SHOULDER,
+        Self::SHOULDER_ELBOW,
+        Self::ELBOW_WRIST,
+        Self::WRIST,
+    ];
     pub(super) const ELBOW: [u8; 2] = [0x33, 0xCC];
 
     /// Branch of a configuration; a joint at exactly zero counts as the non-negative shoulder or

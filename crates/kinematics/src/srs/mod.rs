@@ -10,7 +10,6 @@ mod model;
 mod nearest;
 mod parameters;
 mod redundancy;
-mod statics;
 mod verdict;
 
 pub use arm_angles::{ArmAngleArc, FeasibleArmAngles};

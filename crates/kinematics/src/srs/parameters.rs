@@ -56,36 +56,31 @@ impl SrsParameters {
     /// KUKA LBR iiwa 7 R800 with the plain flange and no tool (manufacturer's data sheet).
     #[must_use]
     pub fn iiwa7() -> Self {
-        Self {
-            geometry: SrsGeometry {
-                d_bs_m: 0.340,
-                d_se_m: 0.400,
-                d_ew_m: 0.400,
-                d_wf_m: 0.126,
-            },
-            limits: IIWA_LIMITS_DEG.map(JointLimit::symmetric_deg),
-            max_velocity_rad_per_s: [98.0_f64, 98.0, 100.0, 130.0, 140.0, 180.0, 180.0]
-                .map(f64::to_radians),
-            max_torque_n_m: [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0],
-            flange_from_tool: Pose::IDENTITY,
-        }
+        let max_torque_n_m = [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0];
+        let deg_per_s = [98.0, 98.0, 100.0, 130.0, 140.0, 180.0, 180.0];
+        Self::iiwa([0.340, 0.400, 0.400, 0.126], deg_per_s, max_torque_n_m)
     }
 
     /// KUKA LBR iiwa 14 R820 with the plain flange and no tool (manufacturer's data sheet).
     #[must_use]
     pub fn iiwa14() -> Self {
+        let max_torque_n_m = [320.0, 320.0, 176.0, 176.0, 110.0, 40.0, 40.0];
+        let deg_per_s = [85.0, 85.0, 100.0, 75.0, 130.0, 135.0, 135.0];
+        Self::iiwa([0.360, 0.420, 0.400, 0.126], deg_per_s, max_torque_n_m)
+    }
+
+    fn iiwa(lengths_m: [f64; 4], deg_per_s: [f64; 7], max_torque_n_m: [f64; 7]) -> Self {
+        let [d_bs_m, d_se_m, d_ew_m, d_wf_m] = lengths_m;
+        let geometry = SrsGeometry {
+            d_bs_m,
+            d_se_m,
+            d_ew_m,
+            d_wf_m,
+        };
+        let limits = IIWA_LIMITS_DEG.map(JointLimit::symmetric_deg);
         Self {
-            geometry: SrsGeometry {
-                d_bs_m: 0.360,
-                d_se_m: 0.420,
-                d_ew_m: 0.400,
-                d_wf_m: 0.126,
-            },
-            limits: IIWA_LIMITS_DEG.map(JointLimit::symmetric_deg),
-            max_velocity_rad_per_s: [85.0_f64, 85.0, 100.0, 75.0, 130.0, 135.0, 135.0]
-                .map(f64::to_radians),
-            max_torque_n_m: [320.0, 320.0, 176.0, 176.0, 110.0, 40.0, 40.0],
-            flange_from_tool: Pose::IDENTITY,
+            max_torque_n_m,
+            ..Self::new(geometry, limits, deg_per_s.map(f64::to_radians))
         }
     }
 }

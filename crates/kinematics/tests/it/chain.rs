@@ -3,8 +3,7 @@
 use crate::chain_support::{franka, random_chain, random_q, references, shift, ur5e};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
-    ArgumentError, Chain, ChainJoint, JointKind, JointLimit, KinematicsError, Pose, Wrench,
-    rotation_vector,
+    Chain, ChainJoint, JointKind, JointLimit, KinematicsError, Pose, rotation_vector,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, central_difference};
 use std::f64::consts::PI;
@@ -18,7 +17,7 @@ fn iiwa7_agrees_with_pinocchio() {
     let chain = Chain::iiwa7();
     let mut errors = Vec::new();
     for case in references() {
-        let (q, qd) = (case.numbers("q"), case.numbers("qd"));
+        let q = case.numbers("q");
         let pose = chain.forward(&q).unwrap();
         assert_close!(
             pose.position_m(),
@@ -41,14 +40,6 @@ fn iiwa7_agrees_with_pinocchio() {
                 errors.push(entry - expected[row * 7 + joint]);
             }
         }
-        let drift = chain.jacobian_dot_qd(&q, &qd).unwrap();
-        assert_close!(
-            drift.to_vec(),
-            case.numbers("drift"),
-            Tol::new(1e-13, 1e-13),
-            "{}",
-            case.tag()
-        );
     }
     let errors = ErrorStats::from_errors(errors);
     println!("Jacobian entries: {errors}");
@@ -97,11 +88,6 @@ fn slid_and_turned_frames_give_the_plain_product() {
                 scratch.jacobian_columns(),
                 chain.jacobian(&q).unwrap().columns
             );
-            assert_eq!(
-                chain.link_poses_into(&q, &mut scratch).unwrap(),
-                *mine.last().unwrap()
-            );
-            assert_eq!(scratch.link_poses(), &mine[..links.len()]);
         }
     }
 }
@@ -127,114 +113,7 @@ fn jacobian_times_velocity_is_the_derivative_of_the_pose() {
         let angular = central_difference(turned, 0.0, 1e-5);
         assert_close!(twist.linear_m_per_s, linear, Tol::abs(1e-8));
         assert_close!(twist.angular_rad_per_s, angular, Tol::abs(1e-8));
-
-        let drift = chain.jacobian_dot_qd(&q, &qd).unwrap();
-        let velocity = |t: f64| {
-            let twist = chain.jacobian(&at(t)).unwrap().twist(&qd).unwrap();
-            [twist.linear_m_per_s, twist.angular_rad_per_s]
-        };
-        assert_close!(
-            drift[..3].to_vec(),
-            central_difference(|t| velocity(t)[0], 0.0, 1e-5).to_array(),
-            Tol::abs(1e-7)
-        );
-        assert_close!(
-            drift[3..].to_vec(),
-            central_difference(|t| velocity(t)[1], 0.0, 1e-5).to_array(),
-            Tol::abs(1e-7)
-        );
     }
-}
-
-#[test]
-fn torques_do_the_work_of_the_wrench() {
-    let mut sampler = Sampler::new(13);
-    let chain = franka();
-    let q = random_q(&chain, &mut sampler);
-    let jacobian = chain.jacobian(&q).unwrap();
-    let wrench = Wrench {
-        force_n: sampler.unit_vector() * 9.0,
-        moment_n_m: sampler.unit_vector(),
-    };
-    let qd = random_q(&chain, &mut sampler);
-    let twist = jacobian.twist(&qd).unwrap();
-    let joint_power: f64 = jacobian
-        .torques(&wrench)
-        .iter()
-        .zip(&qd)
-        .map(|(a, b)| a * b)
-        .sum();
-    let tip_power =
-        wrench.force_n.dot(twist.linear_m_per_s) + wrench.moment_n_m.dot(twist.angular_rad_per_s);
-    assert_close!(joint_power, tip_power, Tol::abs(1e-13));
-}
-
-#[test]
-fn published_poses_of_other_arms() {
-    // Panda: at zero the flange lies at x 0.088, z 0.333 + 0.316 + 0.384 - 0.107, pointing down.
-    let panda = franka().forward(&[0.0; 7]).unwrap();
-    assert_close!(
-        panda.position_m(),
-        DVec3::new(0.088, 0.0, 0.926),
-        Tol::abs(1e-15)
-    );
-    assert_close!(
-        panda.transform_vector(DVec3::Z),
-        DVec3::NEG_Z,
-        Tol::abs(1e-15)
-    );
-    // UR5e: at zero the arm lies along -x, the tool points along -y.
-    let ur = ur5e().forward(&[0.0; 6]).unwrap();
-    assert_close!(
-        ur.position_m(),
-        DVec3::new(-0.8172, -0.2329, 0.0628),
-        Tol::abs(1e-15)
-    );
-    // iiwa 14: straight up.
-    let up = Chain::iiwa14().forward(&[0.0; 7]).unwrap();
-    assert_close!(
-        up.position_m(),
-        DVec3::new(0.0, 0.0, 0.36 + 0.42 + 0.4 + 0.126),
-        Tol::abs(1e-15)
-    );
-}
-
-#[test]
-fn tool_moves_the_tip() {
-    let chain = Chain::iiwa7();
-    let tool = chain.link_from_tip() * shift(0.0, 0.1, 0.2);
-    let q = [0.3, -0.5, 0.7, 1.1, -0.2, 0.4, 0.9];
-    let expected = chain.forward(&q).unwrap() * shift(0.0, 0.1, 0.2);
-    let pose = chain.with_tip(tool).forward(&q).unwrap();
-    assert_close!(pose.position_m(), expected.position_m(), Tol::abs(1e-15));
-    assert_eq!(chain.with_tip(tool).link_from_tip(), tool);
-}
-
-#[test]
-fn limits_of_the_presets() {
-    for (chain, velocity_deg) in [(Chain::iiwa7(), 98.0_f64), (Chain::iiwa14(), 85.0)] {
-        let half: Vec<f64> = chain
-            .joints()
-            .iter()
-            .map(|j| j.limit.max_rad.to_degrees().round())
-            .collect();
-        assert_eq!(half, [170.0, 120.0, 170.0, 120.0, 170.0, 120.0, 175.0]);
-        assert_eq!(
-            chain.joints()[0].max_velocity,
-            Some(velocity_deg.to_radians())
-        );
-        assert!(
-            chain
-                .joints()
-                .iter()
-                .all(|j| j.inertials.iter().all(|i| i.validate().is_ok()))
-        );
-    }
-    let error = Chain::iiwa7().check_limits(&[0.0, 0.0, 0.0, -2.2, 0.0, 0.0, 0.0]);
-    assert!(matches!(
-        error,
-        Err(KinematicsError::JointLimit { index: 3, .. })
-    ));
 }
 
 #[test]
@@ -250,70 +129,43 @@ fn bad_input_is_an_error() {
     assert_eq!(chain.jacobian(&[0.0; 8]), Err(wrong(8)));
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let q = [0.0, 0.0, bad, 0.0, 0.0, 0.0, 0.0];
-        let mut scratch = chain.scratch();
-        assert!(matches!(
-            chain.forward(&q),
-            Err(KinematicsError::Argument(ArgumentError::NonFinite {
-                index: Some(2),
-                ..
-            }))
-        ));
-        assert!(chain.link_poses(&q).is_err());
-        assert!(chain.forward_jacobian_into(&q, &mut scratch).is_err());
-        assert!(chain.jacobian_dot_qd(&[0.0; 7], &q).is_err());
-        assert!(chain.check_limits(&q).is_err());
+        let error = chain.forward(&q).unwrap_err().to_string();
+        assert!(error.starts_with("joint positions[2] is"), "{error}");
+        assert!(chain.link_poses(&q).is_err() && chain.check_limits(&q).is_err());
+        assert!(
+            chain
+                .forward_jacobian_into(&q, &mut chain.scratch())
+                .is_err()
+        );
     }
     assert!(chain.jacobian(&[0.0; 7]).unwrap().twist(&[0.0; 3]).is_err());
     let rail = |name| ChainJoint::prismatic(name, Pose::IDENTITY, DVec3::X, JointLimit::FREE);
     let rails = Chain::new(vec![rail("a"), rail("b")], Pose::IDENTITY).unwrap();
-    assert!(matches!(
-        rails.forward(&[1.7e308; 2]),
-        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
-    ));
+    let error = rails.forward(&[1.7e308; 2]).unwrap_err().to_string();
+    assert!(error.contains("not a finite number"), "{error}");
 
-    let joint = |axis| ChainJoint::revolute("a", Pose::IDENTITY, axis, JointLimit::FREE);
-    let chain = |joints| Chain::new(joints, Pose::IDENTITY);
-    assert_eq!(chain(vec![]), Err(KinematicsError::NoJoints));
-    assert!(matches!(
-        chain(vec![joint(DVec3::ZERO)]),
-        Err(KinematicsError::ZeroAxis { .. })
-    ));
-    assert!(matches!(
-        chain(vec![joint(DVec3::NAN)]),
-        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
-    ));
-    let twice = vec![joint(DVec3::X), joint(DVec3::Y)];
-    assert_eq!(
-        chain(twice),
-        Err(KinematicsError::DuplicateJoint { joint: "a".into() })
-    );
-    let reversed = ChainJoint {
-        limit: JointLimit {
-            min_rad: 1.0,
-            max_rad: -1.0,
-        },
-        ..joint(DVec3::X)
-    };
-    assert!(matches!(
-        chain(vec![reversed]),
-        Err(KinematicsError::LimitsReversed { .. })
-    ));
-    let no_number = ChainJoint {
-        limit: JointLimit {
-            min_rad: f64::NAN,
-            max_rad: 1.0,
-        },
-        ..joint(DVec3::X)
-    };
-    assert!(chain(vec![no_number]).is_err());
+    let hinge = |axis, limit| ChainJoint::revolute("a", Pose::IDENTITY, axis, limit);
+    let joint = |axis| hinge(axis, JointLimit::FREE);
+    let limited = |min_rad, max_rad| hinge(DVec3::X, JointLimit::new(min_rad, max_rad));
     let still = ChainJoint {
         max_velocity: Some(0.0),
         ..joint(DVec3::X)
     };
-    assert!(matches!(
-        chain(vec![still]),
-        Err(KinematicsError::Argument(ArgumentError::OutOfRange { .. }))
-    ));
+    for (joints, said) in [
+        (vec![], "the chain has no movable joint"),
+        (vec![joint(DVec3::ZERO)], "has no direction"),
+        (vec![joint(DVec3::NAN)], "joint axis[0] is NaN"),
+        (
+            vec![joint(DVec3::X), joint(DVec3::Y)],
+            "two joints are called \"a\"",
+        ),
+        (vec![limited(1.0, -1.0)], "limits reversed"),
+        (vec![limited(f64::NAN, 1.0)], "joint limits[0] is NaN"),
+        (vec![still], "max_velocity is 0"),
+    ] {
+        let error = Chain::new(joints, Pose::IDENTITY).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
 }
 
 #[test]
@@ -368,19 +220,6 @@ fn coincident_and_nearly_parallel_joints() {
         chain.link_poses(&q).unwrap()[2].position_m(),
         links[2].position_m(),
         Tol::abs(1e-15)
-    );
-}
-
-#[test]
-fn two_hundred_joints() {
-    let mut sampler = Sampler::new(14);
-    let chain = random_chain(&mut sampler, 200, 0.1);
-    let q = random_q(&chain, &mut sampler);
-    let (_, tip) = forward_plainly(&chain, &q);
-    assert_close!(
-        chain.forward(&q).unwrap().position_m(),
-        tip.position_m(),
-        Tol::abs(1e-13)
     );
 }
 

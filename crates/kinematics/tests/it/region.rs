@@ -120,10 +120,7 @@ fn random_limits_links_and_tools() {
         let mut limits = SrsArm::iiwa7().limits().map(|l| {
             let lo = sampler.uniform(l.min_rad, l.max_rad);
             let hi = sampler.uniform(lo, l.max_rad);
-            JointLimit {
-                min_rad: lo,
-                max_rad: hi,
-            }
+            JointLimit::new(lo, hi)
         });
         match i % 4 {
             0 => limits[sampler.index(7)] = JointLimit::FREE,
@@ -279,10 +276,7 @@ fn a_joint_without_room_is_led_through_its_middle() {
     for joint in [0, 1, 2, 4, 5, 6] {
         for width in [0.0, 1e-9, 1e-3, 0.2] {
             let mut limits = *SrsArm::iiwa7().limits();
-            limits[joint] = JointLimit {
-                min_rad: 0.6 - 0.5 * width,
-                max_rad: 0.6 + 0.5 * width,
-            };
+            limits[joint] = JointLimit::new(0.6 - 0.5 * width, 0.6 + 0.5 * width);
             let arm = SrsArm::iiwa7().with_limits(limits).expect("valid");
             let [reachable, unreachable, undecided] = attack(&arm, 3_000, SEED + joint as u64);
             println!("joint {joint}, width {width}: {reachable} {unreachable} {undecided}");

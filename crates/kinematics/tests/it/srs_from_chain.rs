@@ -2,8 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
-    Chain, ChainJoint, JointLimit, JointPositions, KinematicsError, Pose, SrsArm, SrsGeometry,
-    SrsParameters,
+    Chain, ChainJoint, JointLimit, JointPositions, KinematicsError, Pose, SrsArm,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::FRAC_PI_2;
@@ -131,14 +130,4 @@ fn what_is_no_such_arm_says_which_joint() {
         six,
         Err(KinematicsError::WrongJointCount { got: 6, .. })
     ));
-}
-
-#[test]
-fn parameters_need_no_torques_and_no_tool() {
-    let iiwa = SrsParameters::iiwa7();
-    let geometry = SrsGeometry { ..iiwa.geometry };
-    let plain = SrsParameters::new(geometry, iiwa.limits, iiwa.max_velocity_rad_per_s);
-    let arm = SrsArm::new(plain).unwrap();
-    let q = JointPositions([0.3, 0.4, -0.2, 1.0, 0.1, -0.6, 0.2]);
-    assert_eq!(arm.forward(&q), SrsArm::iiwa7().forward(&q));
 }

@@ -13,11 +13,11 @@ fn bounds() -> JointBounds {
 /// A state within the bounds that can also be kept within them.
 fn random_state(sampler: &mut Sampler) -> JointPoint {
     loop {
-        let point = JointPoint {
-            q_rad: sampler.uniform(-1.0, 1.0),
-            qd_rad_per_s: sampler.uniform(-LIMITS[0], LIMITS[0]),
-            qdd_rad_per_s2: sampler.uniform(-LIMITS[1], LIMITS[1]),
-        };
+        let point = JointPoint::new(
+            sampler.uniform(-1.0, 1.0),
+            sampler.uniform(-LIMITS[0], LIMITS[0]),
+            sampler.uniform(-LIMITS[1], LIMITS[1]),
+        );
         if point.coming_velocity_rad_per_s(&bounds()).abs() <= LIMITS[0] {
             return point;
         }
@@ -142,11 +142,11 @@ fn goals_that_jump_every_step_keep_the_stopping_point_between_them() {
 fn beyond_its_bounds_a_joint_comes_back_and_still_arrives() {
     let mut sampler = Sampler::new(5);
     for _ in 0..300 {
-        let start = JointPoint {
-            q_rad: sampler.uniform(-1.0, 1.0),
-            qd_rad_per_s: sampler.uniform(-3.0, 3.0) * LIMITS[0],
-            qdd_rad_per_s2: sampler.uniform(-3.0, 3.0) * LIMITS[1],
-        };
+        let start = JointPoint::new(
+            sampler.uniform(-1.0, 1.0),
+            sampler.uniform(-3.0, 3.0) * LIMITS[0],
+            sampler.uniform(-3.0, 3.0) * LIMITS[1],
+        );
         let goal = sampler.uniform(-1.0, 1.0);
         let (_, most) = run(start, goal, 2e-3, &mut sampler);
         assert!(most[2] <= 1.0 + 1e-6, "{start:?} {most:?}");

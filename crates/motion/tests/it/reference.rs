@@ -55,71 +55,6 @@ fn how_far_and_how_soon_are_inverse() {
     assert_eq!(limits.farthest_rad(f64::INFINITY), [f64::INFINITY; 7]);
 }
 
-/// Goals that change every few milliseconds: largest speed, acceleration and jerk as shares of their limits.
-fn retargeted(timing: JointTiming) -> [f64; 3] {
-    let (arm, limits) = arm();
-    let mut sampler = Sampler::new(2);
-    let mut motion = ReferenceMotion::new(&arm, &limits, &random_q(&mut sampler, &arm))
-        .expect("finite")
-        .with_timing(timing);
-    let mut most = [0.0_f64; 3];
-    let mut before = *motion.state();
-    for _ in 0..1500 {
-        motion
-            .set_goal(&random_q(&mut sampler, &arm))
-            .expect("a motion");
-        for _ in 0..sampler.index(300) + 1 {
-            let now = motion.step(1e-3).expect("a step");
-            for i in 0..7 {
-                let jump = (now.q[i] - before.q[i]).abs();
-                assert!(jump <= limits.velocity_rad_per_s[i] * 1e-3 * (1.0 + 1e-6));
-                assert!(arm.limits()[i].distance_rad(now.q[i]) >= 0.0);
-                let jerk = (now.qdd_rad_per_s2[i] - before.qdd_rad_per_s2[i]).abs() / 1e-3;
-                let shares = [
-                    now.qd[i].abs() / limits.velocity_rad_per_s[i],
-                    now.qdd_rad_per_s2[i].abs() / limits.acceleration_rad_per_s2[i],
-                    jerk / limits.jerk_rad_per_s3[i],
-                ];
-                most = std::array::from_fn(|k| most[k].max(shares[k]));
-            }
-            before = now;
-        }
-    }
-    most
-}
-
-#[test]
-fn limits_are_kept_whatever_goals_come() {
-    for timing in [
-        JointTiming::Together,
-        JointTiming::Soonest,
-        JointTiming::Straight,
-    ] {
-        let most = retargeted(timing);
-        assert!(most.iter().all(|m| *m <= 1.0 + 1e-6), "{timing:?} {most:?}");
-    }
-}
-
-#[test]
-fn braking_ends_at_rest_and_a_restart_forgets_the_goal() {
-    let (arm, limits) = arm();
-    let mut sampler = Sampler::new(3);
-    let (from, to) = (random_q(&mut sampler, &arm), random_q(&mut sampler, &arm));
-    let mut motion = ReferenceMotion::new(&arm, &limits, &from).expect("finite");
-    motion.set_goal(&to).expect("inside");
-    for _ in 0..200 {
-        motion.step(1e-3).expect("a step");
-    }
-    motion.brake();
-    assert_eq!(motion.goal(), None);
-    let left_s = motion.left_s();
-    assert!(left_s > 0.0 && left_s < 0.6, "{left_s}");
-    motion.step(left_s).expect("a step");
-    assert_eq!(motion.state().qd.0, [0.0; 7]);
-    motion.restart(&JointState::at_rest(from)).expect("finite");
-    assert_eq!((motion.left_s(), motion.state().q), (0.0, from));
-}
-
 #[test]
 fn nothing_is_allocated_after_construction() {
     let (arm, limits) = arm();
@@ -391,29 +326,6 @@ fn braking_is_as_short_as_each_joint_can() {
 }
 
 #[test]
-fn a_smaller_share_of_speed_slows_a_motion_down_within_the_limits() {
-    let (arm, limits) = arm();
-    let from = JointPositions::from_deg([-100.0, -60.0, -90.0, -80.0, -100.0, -70.0, -120.0]);
-    let to = JointPositions(from.0.map(|q| -q));
-    let mut motion = ReferenceMotion::new(&arm, &limits, &from).expect("finite");
-    motion.set_goal(&to).expect("a motion");
-    motion.step(0.5).expect("a step");
-    assert!(motion.state().qd[0] > 0.9 * limits.velocity_rad_per_s[0]);
-    motion.set_speed_share(0.1).expect("a share");
-    let mut kept = Kept::default();
-    for _ in 0..400 {
-        kept.step(&mut motion, 1e-3);
-    }
-    kept.assert();
-    for i in 0..7 {
-        assert!(motion.state().qd[i].abs() <= 0.1 * limits.velocity_rad_per_s[i] + 1e-9);
-    }
-    motion.set_speed_share(1.0).expect("a share");
-    motion.step(10.0).expect("a step");
-    assert_eq!(*motion.state(), JointState::at_rest(to));
-}
-
-#[test]
 fn bad_input_is_named_and_changes_nothing() {
     let (arm, limits) = arm();
     let from = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
@@ -461,29 +373,6 @@ fn bad_input_is_named_and_changes_nothing() {
     }
     assert!(limits.travel_time_s(&from, &nan).is_nan());
     assert!(limits.travel_time_s(&nan, &from).is_nan());
-}
-
-#[test]
-fn a_copy_goes_on_as_the_original() {
-    let (arm, limits) = arm();
-    let mut sampler = Sampler::new(12);
-    let mut motion =
-        ReferenceMotion::new(&arm, &limits, &random_q(&mut sampler, &arm)).expect("finite");
-    for _ in 0..50 {
-        motion
-            .set_goal(&random_q(&mut sampler, &arm))
-            .expect("a motion");
-        motion.step(0.1).expect("a step");
-        let mut copy = motion.clone();
-        let goal = random_q(&mut sampler, &arm);
-        for motion in [&mut copy, &mut motion] {
-            motion.step(0.05).expect("a step");
-            motion.set_goal(&goal).expect("a motion");
-            motion.step(0.1).expect("a step");
-        }
-        assert_eq!(copy.state(), motion.state());
-        assert_eq!(copy.left_s(), motion.left_s());
-    }
 }
 
 #[test]

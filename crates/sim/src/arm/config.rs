@@ -3,7 +3,7 @@
 use crate::error::SimError;
 use hwall_kinematics::ArmKinematics;
 use hwall_motion::{IIWA7_ACCELERATION_RAD_PER_S2, JointBounds};
-use hwall_numeric::check::{non_negative, that};
+use hwall_numeric::check::{non_negative, within};
 
 /// Settings of a [`ServoArm`](crate::ServoArm). Those of joints beyond the arm's last one are not read.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,12 +45,9 @@ impl ServoConfig {
     /// The bounds of every joint. Speeds and accelerations outside `1e-3..=1e6` are rejected: with less a joint hardly
     /// moves within hours.
     pub(super) fn bounds(&self, arm: &dyn ArmKinematics) -> Result<[JointBounds; 7], SimError> {
-        let delay_s = self.reaction_delay_s;
-        let in_range = (0.0..=1.0).contains(&delay_s);
-        that(in_range, "reaction_delay_s", delay_s, "between 0 and 1")?;
-        let rise_s = self.jerk_time_s;
-        let in_range = (1e-4..=1.0).contains(&rise_s);
-        that(in_range, "jerk_time_s", rise_s, "between 1e-4 and 1")?;
+        let (delay_s, rise_s) = (self.reaction_delay_s, self.jerk_time_s);
+        within("reaction_delay_s", delay_s, 0.0..=1.0, "between 0 and 1")?;
+        within("jerk_time_s", rise_s, 1e-4..=1.0, "between 1e-4 and 1")?;
         non_negative("torque_noise_n_m", self.torque_noise_n_m)?;
         let velocity = self
             .max_velocity_rad_per_s
@@ -63,8 +60,7 @@ impl ServoConfig {
                 ("max_velocity_rad_per_s", speed),
                 ("max_acceleration_rad_per_s2", acceleration),
             ] {
-                let in_range = (1e-3..=1e6).contains(&value);
-                that(in_range, what, value, "between 1e-3 and 1e6")?;
+                within(what, value, 1e-3..=1e6, "between 1e-3 and 1e6")?;
             }
             *bounds = JointBounds::new(speed, acceleration, acceleration / rise_s)?;
         }

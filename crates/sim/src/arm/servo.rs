@@ -169,11 +169,7 @@ impl ServoArm {
     /// Puts the joints somewhere else, within limits and speeds: where an arm was moved by others.
     pub(super) fn place(&mut self, q: &JointPositions, qd: &JointVelocities) {
         for (i, (joint, tracking)) in self.joints.iter_mut().zip(&self.tracking).enumerate() {
-            *joint = tracking.within_range(JointPoint {
-                q_rad: q[i],
-                qd_rad_per_s: qd[i],
-                qdd_rad_per_s2: 0.0,
-            });
+            *joint = tracking.within_range(JointPoint::new(q[i], qd[i], 0.0));
         }
     }
 

@@ -84,11 +84,11 @@ impl Segment {
     pub(super) fn at(&self, joint: usize, t_s: f64) -> JointPoint {
         let [c0, c1, c2, c3] = self.cubics[joint];
         let t = t_s.min(self.end_s) - self.start_s;
-        JointPoint {
-            q_rad: c0 + t * (c1 + t * (c2 + t * c3)),
-            qd_rad_per_s: c1 + t * (2.0 * c2 + t * 3.0 * c3),
-            qdd_rad_per_s2: 2.0 * c2 + 6.0 * c3 * t,
-        }
+        JointPoint::new(
+            c0 + t * (c1 + t * (c2 + t * c3)),
+            c1 + t * (2.0 * c2 + t * 3.0 * c3),
+            2.0 * c2 + 6.0 * c3 * t,
+        )
     }
 }
 

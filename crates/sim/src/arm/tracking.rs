@@ -81,11 +81,11 @@ impl Tracking {
         if !as_asked {
             return None;
         }
-        let mut next = JointPoint {
-            q_rad: end.q_rad,
-            qd_rad_per_s: end.qd_rad_per_s.clamp(-v, v),
-            qdd_rad_per_s2: end.qdd_rad_per_s2.clamp(-a, a),
-        };
+        let mut next = JointPoint::new(
+            end.q_rad,
+            end.qd_rad_per_s.clamp(-v, v),
+            end.qdd_rad_per_s2.clamp(-a, a),
+        );
         let coming = next.coming_velocity_rad_per_s(&self.bounds);
         if coming.abs() > v {
             // As much acceleration as full speed leaves.
@@ -138,20 +138,20 @@ impl Tracking {
         };
         let a = qdd.clamp(-a_max, a_max);
         // Seen from a frame that moves as what is asked does at the end of the step.
-        let relative = JointPoint {
-            q_rad: joint.q_rad - (asked.q_rad - dt_s * (v - 0.5 * a * dt_s)),
-            qd_rad_per_s: joint.qd_rad_per_s - (v - a * dt_s),
-            qdd_rad_per_s2: joint.qdd_rad_per_s2 - a,
-        };
+        let relative = JointPoint::new(
+            joint.q_rad - (asked.q_rad - dt_s * (v - 0.5 * a * dt_s)),
+            joint.qd_rad_per_s - (v - a * dt_s),
+            joint.qdd_rad_per_s2 - a,
+        );
         let [least, most] = ahead.range_rad_per_s2;
         let braking = bounds.beside(v, [least.min(a), most.max(a)]);
         let relative = relative.towards_braking(0.0, &bounds.beside(v, [a, a]), &braking, dt_s);
         let met = relative == JointPoint::at_rest(0.0);
-        let mut next = JointPoint {
-            q_rad: asked.q_rad + relative.q_rad,
-            qd_rad_per_s: v + relative.qd_rad_per_s,
-            qdd_rad_per_s2: a + relative.qdd_rad_per_s2,
-        };
+        let mut next = JointPoint::new(
+            asked.q_rad + relative.q_rad,
+            v + relative.qd_rad_per_s,
+            a + relative.qdd_rad_per_s2,
+        );
         let coming = next.coming_velocity_rad_per_s(bounds);
         let fastest = if coming.abs() > next.qd_rad_per_s.abs() {
             coming
@@ -162,11 +162,7 @@ impl Tracking {
             next = joint.at_speed(v_max.copysign(fastest), bounds, dt_s);
         }
         if !met && !is_beside {
-            let asked = JointPoint {
-                q_rad: asked.q_rad,
-                qd_rad_per_s: v,
-                qdd_rad_per_s2: a,
-            };
+            let asked = JointPoint::new(asked.q_rad, v, a);
             next = self.before_rest(joint, step, &asked, ahead.rest_rad, next);
         }
         let stop = next.stopping_point_rad(bounds);

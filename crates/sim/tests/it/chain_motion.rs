@@ -3,12 +3,10 @@
 use crate::common::chain::{BOTH, LEVER_KG_M2, QUIET, START, iiwa7, lever, run, turning};
 use crate::common::motion::Case;
 use hwall_kinematics::glam::DVec3;
-use hwall_kinematics::{
-    Chain, ChainDynamics, ChainJoint, Inertial, JointLimit, KinematicsError, Pose, Wrench,
-};
+use hwall_kinematics::{Chain, Wrench};
 use hwall_sim::{
-    ArgumentError, ChainMotion, ChainMotionConfig, HeldTorques, Integrator, JointFriction,
-    MotionSampling, SimError, sample_motion,
+    ChainMotion, ChainMotionConfig, HeldTorques, Integrator, JointFriction, MotionSampling,
+    SimError, sample_motion,
 };
 use hwall_testkit::{Sampler, Tol, assert_close, shared};
 use std::collections::BTreeMap;
@@ -58,29 +56,6 @@ fn agrees_with_all_of_the_reference() {
 }
 
 #[test]
-fn runge_kutta_is_of_fourth_order() {
-    let after = |dt_s: f64| {
-        let config = ChainMotionConfig {
-            integrator: Integrator::Rk4,
-            ..Default::default()
-        };
-        let mut motion = ChainMotion::new(iiwa7(), &START, &[0.5; 7], config).unwrap();
-        run(&mut motion, (0.4 / dt_s).round() as usize, dt_s, &[1.0; 7]);
-        motion.q().to_vec()
-    };
-    let worst = |a: &[f64], b: &[f64]| {
-        let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
-        differences.fold(0.0, f64::max)
-    };
-    let exact = after(2.5e-5);
-    let (coarse, fine) = (worst(&after(2e-3), &exact), worst(&after(1e-3), &exact));
-    assert!(
-        (10.0..25.0).contains(&(coarse / fine)),
-        "{coarse:e} {fine:e}"
-    );
-}
-
-#[test]
 fn energy_stays_without_friction() {
     for (integrator, dt_s, most_j) in [
         (Integrator::Rk4, 1e-4, 1e-8),
@@ -100,57 +75,6 @@ fn energy_stays_without_friction() {
         }
         println!("{integrator:?}: {worst_j:e} J in 10 s");
         assert!(worst_j < most_j, "{integrator:?}: {worst_j:e} J");
-    }
-}
-
-#[test]
-fn nothing_turns_the_arm_about_the_vertical() {
-    // Gravity has no moment about the first axis, and turning the whole arm changes no energy.
-    let config = ChainMotionConfig {
-        integrator: Integrator::Rk4,
-        ..Default::default()
-    };
-    let dynamics = iiwa7();
-    let mut motion = ChainMotion::new(dynamics.clone(), &START, &[0.7; 7], config).unwrap();
-    let mut scratch = dynamics.scratch();
-    let (mut p, mut gradient) = ([0.0; 7], [0.0; 7]);
-    let mut momentum = |motion: &ChainMotion| {
-        dynamics
-            .momentum_into(motion.q(), motion.qd(), &mut scratch, &mut p, &mut gradient)
-            .unwrap();
-        p[0]
-    };
-    let start = momentum(&motion);
-    run(&mut motion, 20_000, 1e-4, &[0.0; 7]);
-    assert_close!(momentum(&motion), start, Tol::abs(1e-9));
-}
-
-#[test]
-fn slides_fall_freely() {
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-    let joints = axes.into_iter().enumerate().map(|(i, axis)| ChainJoint {
-        inertials: vec![Inertial::point(
-            "mass",
-            1.0 + i as f64,
-            DVec3::new(0.1, 0.2, 0.3),
-        )],
-        ..ChainJoint::prismatic(format!("slide {i}"), Pose::IDENTITY, axis, JointLimit::FREE)
-    });
-    let chain = Chain::new(joints.collect(), Pose::IDENTITY).unwrap();
-    let gravity = DVec3::new(1.0, -2.0, -9.0);
-    let dynamics = ChainDynamics::new(&chain)
-        .unwrap()
-        .with_gravity(gravity)
-        .unwrap();
-    let config = ChainMotionConfig {
-        integrator: Integrator::Rk4,
-        ..Default::default()
-    };
-    let v = [0.5, 1.0, 2.0];
-    let mut motion = ChainMotion::new(dynamics, &[0.0; 3], &v, config).unwrap();
-    run(&mut motion, 1000, 1e-3, &[0.0; 3]);
-    for i in 0..3 {
-        assert_close!(motion.q()[i], v[i] + 0.5 * gravity[i], Tol::abs(1e-11));
     }
 }
 
@@ -194,7 +118,7 @@ fn a_wrench_on_the_flange_is_the_torque_of_its_jacobian() {
             )
             .unwrap();
         let torques = dynamics.chain().jacobian(&q).unwrap().torques(&wrench);
-        let bias = dynamics.nonlinear(&q, &qd).unwrap();
+        let bias = dynamics.inverse(&q, &qd, &[0.0; 7]).unwrap();
         let expected: Vec<f64> = torques.iter().zip(bias).map(|(t, b)| t - b).collect();
         assert_close!(driving.to_vec(), expected, Tol::abs(1e-12));
         assert_close!(
@@ -357,60 +281,44 @@ fn bad_input_is_named() {
     let make = |q: &[f64], qd: &[f64], config| ChainMotion::new(iiwa7(), q, qd, config).map(|_| ());
     let plain = ChainMotionConfig::default;
     assert!(make(&[0.0; 7], &[0.0; 7], plain()).is_ok());
-    for error in [
-        make(&[0.0; 6], &[0.0; 7], plain()),
-        make(&[0.0; 7], &[0.0; 8], plain()),
-        make(
-            &[0.0; 7],
-            &[0.0; 7],
-            ChainMotionConfig {
-                rotor_inertia_kg_m2: vec![0.0; 2],
-                ..plain()
-            },
-        ),
-    ] {
-        let expected = |e: &SimError| {
-            matches!(
-                e,
-                SimError::Kinematics(KinematicsError::WrongJointCount { .. })
-            )
-        };
-        assert!(expected(&error.unwrap_err()));
-    }
-    for error in [
-        make(&[f64::NAN; 7], &[0.0; 7], plain()),
-        make(&[0.0; 7], &[f64::INFINITY; 7], plain()),
-        make(
-            &[0.0; 7],
-            &[0.0; 7],
-            ChainMotionConfig {
-                friction: vec![JointFriction::viscous(-1.0); 7],
-                ..plain()
-            },
-        ),
-        make(
-            &[0.0; 7],
-            &[0.0; 7],
-            ChainMotionConfig {
-                rotor_inertia_kg_m2: vec![f64::NAN; 7],
-                ..plain()
-            },
-        ),
-    ] {
-        assert!(matches!(error.unwrap_err(), SimError::Argument(_)));
-    }
-    let beyond = ChainMotionConfig {
-        stops: vec![[0.1, 0.2]; 7],
-        ..plain()
+    let zero = &[0.0; 7][..];
+    let with = |spoil: &dyn Fn(&mut ChainMotionConfig)| {
+        let mut config = plain();
+        spoil(&mut config);
+        make(zero, zero, config)
     };
-    let error = make(&[0.0; 7], &[0.0; 7], beyond).unwrap_err();
-    assert!(matches!(error, SimError::JointLimit { joint: 0, .. }));
-    let nowhere = ChainMotionConfig {
-        stops: vec![[f64::NAN, 1.0]; 7],
-        ..plain()
-    };
-    assert!(make(&[0.0; 7], &[0.0; 7], nowhere).is_err());
-
+    for (made, said) in [
+        (make(&[0.0; 6], zero, plain()), "joint positions has 6"),
+        (make(zero, &[0.0; 8], plain()), "joint velocities has 8"),
+        (
+            with(&|c| c.rotor_inertia_kg_m2 = vec![0.0; 2]),
+            "rotor inertia has 2",
+        ),
+        (
+            make(&[f64::NAN; 7], zero, plain()),
+            "joint positions[0] is NaN",
+        ),
+        (
+            make(zero, &[f64::INFINITY; 7], plain()),
+            "joint velocities[0] is inf",
+        ),
+        (
+            with(&|c| c.friction = vec![JointFriction::viscous(-1.0); 7]),
+            "viscous",
+        ),
+        (
+            with(&|c| c.rotor_inertia_kg_m2 = vec![f64::NAN; 7]),
+            "rotor inertia is NaN",
+        ),
+        (
+            with(&|c| c.stops = vec![[0.1, 0.2]; 7]),
+            "joint 0: 0 rad outside",
+        ),
+        (with(&|c| c.stops = vec![[f64::NAN, 1.0]; 7]), "joint 0"),
+    ] {
+        let error = made.unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
     for integrator in BOTH {
         let config = ChainMotionConfig {
             integrator,
@@ -445,31 +353,19 @@ fn bad_input_is_named() {
         every_s: 0.1,
         max_step_s: 1e-3,
     };
-    for wrong in [
-        MotionSampling {
-            duration_s: 0.0,
-            ..sampling
-        },
-        MotionSampling {
-            every_s: f64::NAN,
-            ..sampling
-        },
-        MotionSampling {
-            every_s: 1e-12,
-            ..sampling
-        },
-        MotionSampling {
-            max_step_s: -1.0,
-            ..sampling
-        },
-    ] {
+    let wrong: [fn(&mut MotionSampling); 4] = [
+        |s| s.duration_s = 0.0,
+        |s| s.every_s = f64::NAN,
+        |s| s.every_s = 1e-12,
+        |s| s.max_step_s = -1.0,
+    ];
+    for spoil in wrong {
+        let mut wrong = sampling;
+        spoil(&mut wrong);
         let none = HeldTorques::new(1);
         let visit = |_: hwall_sim::MotionSample<'_>| Ok::<(), SimError>(());
         let error = sample_motion(&mut motion, &none, &QUIET, &wrong, visit).unwrap_err();
-        assert!(matches!(
-            error,
-            SimError::Argument(ArgumentError::OutOfRange { .. })
-        ));
+        assert!(matches!(error, SimError::Argument(_)), "{error}");
     }
 }
 

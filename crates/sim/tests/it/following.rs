@@ -26,6 +26,19 @@ fn limits() -> MotionLimits {
     MotionLimits::of_arm(&SrsArm::iiwa7(), &config).expect("valid")
 }
 
+/// Somewhere within the range of every joint.
+fn anywhere(sampler: &mut Sampler) -> JointPositions {
+    let ranges = SrsArm::iiwa7().limits().map(|l| (l.min_rad, l.max_rad));
+    JointPositions(sampler.array_within(ranges))
+}
+
+/// A motion at the arm's own limits, from rest.
+fn motion_from(start: &JointPositions) -> ReferenceMotion {
+    let model = SrsArm::iiwa7();
+    let planned = MotionLimits::of_arm(&model, &MotionConfig::default()).expect("valid");
+    ReferenceMotion::new(&model, &planned, start).expect("finite")
+}
+
 fn moved(by_rad: f64) -> JointPositions {
     JointPositions(start().0.map(|q| q + by_rad))
 }
@@ -92,10 +105,9 @@ fn a_step_arrives_in_the_least_time_without_overshoot() {
     for round in 0..60 {
         let mut arm = servo();
         let reach = [1.0, 0.1, 1e-2, 1e-4][round % 4];
-        let ranges = *arm.model().limits();
+        let to = anywhere(&mut sampler);
         let goal = JointPositions(std::array::from_fn(|i| {
-            let to = sampler.uniform(ranges[i].min_rad, ranges[i].max_rad);
-            start()[i] + reach * (to - start()[i])
+            start()[i] + reach * (to[i] - start()[i])
         }));
         arm.command(ArmCommand::Position(goal)).expect("accepted");
         let track = Track::run(&mut arm, 3000, |_| None);
@@ -153,53 +165,15 @@ fn a_ramp_is_followed_with_the_delay_alone() {
     }
 }
 
-#[test]
-fn a_sine_within_the_limits_lags_by_the_delay() {
-    let mut arm = servo();
-    let limits = limits();
-    let omega = 4.0;
-    // Half the limits; begins smoothly.
-    let size: [f64; 7] = std::array::from_fn(|i| {
-        (limits.acceleration_rad_per_s2[i] / omega).min(limits.velocity_rad_per_s[i]) * 0.5 / omega
-    });
-    let at = |t_s: f64| {
-        let t_s = t_s.max(0.0);
-        let rise = (t_s / 0.8).min(1.0);
-        let rise = rise.powi(3) * (10.0 - rise * (15.0 - 6.0 * rise));
-        JointPositions(std::array::from_fn(|i| {
-            start()[i] + rise * size[i] * (omega * t_s).sin()
-        }))
-    };
-    let track = Track::run(&mut arm, 6000, |t_s| Some(ArmCommand::Position(at(t_s))));
-    track.assert_within_limits(1e-6);
-    let (mut off, mut beyond) = (0.0_f64, 0.0_f64);
-    for (step, q) in track.q.iter().enumerate() {
-        let asked = at(step as f64 * 1e-3 - DELAY_S);
-        for i in 0..7 {
-            // A lag of 1e-6 s at full speed.
-            off = off.max((q[i] - asked[i]).abs() / (size[i] * omega * 1e-6));
-            beyond = beyond.max((q[i] - start()[i]).abs() / size[i] - 1.0);
-        }
-    }
-    assert!(off < 1.0 && beyond < 1e-9, "{off} {beyond}");
-}
-
 /// Largest distance from the delayed motion that was commanded, rad, over a random feasible stream; and the track.
 fn following_error(period: usize, seed: u64, timing: JointTiming) -> (f64, Track) {
-    let model = SrsArm::iiwa7();
-    let planned = MotionLimits::of_arm(&model, &MotionConfig::default()).expect("valid");
-    let mut motion = ReferenceMotion::new(&model, &planned, &start())
-        .expect("finite")
-        .with_timing(timing);
+    let mut motion = motion_from(&start()).with_timing(timing);
     let mut sampler = Sampler::new(seed);
     let (mut arm, mut asked, mut worst, mut until) = (servo(), vec![start()], 0.0_f64, 0);
     let mut track = Track { q: vec![start().0] };
     for step in 0..40_000 {
         if step == until {
-            let goal = model
-                .limits()
-                .map(|l| sampler.uniform(l.min_rad, l.max_rad));
-            motion.set_goal(&JointPositions(goal)).expect("a motion");
+            motion.set_goal(&anywhere(&mut sampler)).expect("a motion");
             until += 1 + sampler.index(700);
         }
         if step % period == 0 {
@@ -210,9 +184,7 @@ fn following_error(period: usize, seed: u64, timing: JointTiming) -> (f64, Track
         arm.advance(1e-3).expect("a step");
         track.q.push(arm.q().0);
         let delayed = asked[(step + 1_usize).saturating_sub(22)];
-        worst = (0..7)
-            .map(|i| (arm.q()[i] - delayed[i]).abs())
-            .fold(worst, f64::max);
+        worst = worst.max(arm.q().max_abs_difference(&delayed));
     }
     (worst, track)
 }
@@ -266,11 +238,8 @@ fn an_infeasible_ramp_that_stops_is_not_overshot() {
 #[test]
 fn a_stream_caught_up_with_is_not_overshot_when_it_brakes() {
     // Behind by a leap when it begins, and still catching up when it brakes.
-    let model = SrsArm::iiwa7();
-    let planned = MotionLimits::of_arm(&model, &MotionConfig::default()).expect("valid");
     for (share, behind_rad) in [(0.3, 0.3), (0.5, 0.1), (0.8, 0.05), (1.0, 0.02)] {
-        let mut motion =
-            ReferenceMotion::new(&model, &planned, &moved(behind_rad)).expect("finite");
+        let mut motion = motion_from(&moved(behind_rad));
         motion.set_speed_share(share).expect("a share");
         motion
             .set_goal(&moved(behind_rad + 0.45))
@@ -322,9 +291,7 @@ fn after_a_disturbance_the_stream_is_met_again_if_it_leaves_a_margin() {
         motion.step(1e-3).expect("a step");
         arm.advance(1e-3).expect("a step");
         let delayed = asked[(step + 2_usize).saturating_sub(22)];
-        let off = (0..7)
-            .map(|i| (arm.q()[i] - delayed[i]).abs())
-            .fold(0.0, f64::max);
+        let off = arm.q().max_abs_difference(&delayed);
         off_since = if off < 1e-9 { 0 } else { off_since + 1 };
         assert!(
             off_since < 900 && off < 0.05,
@@ -337,25 +304,22 @@ fn after_a_disturbance_the_stream_is_met_again_if_it_leaves_a_margin() {
 fn limits_are_kept_whatever_is_commanded() {
     let model = SrsArm::iiwa7();
     let ranges = *model.limits();
+    let walk = |from: &JointPositions, sampler: &mut Sampler, lo: f64, hi: f64| {
+        JointPositions(std::array::from_fn(|i| {
+            (from[i] + sampler.uniform(lo, hi)).clamp(ranges[i].min_rad, ranges[i].max_rad)
+        }))
+    };
     for seed in 0..4 {
         let mut sampler = Sampler::new(20 + seed);
         let mut arm = servo();
         let mut to = start();
         let track = Track::run(&mut arm, 20_000, |t_s| {
             // A different kind of nonsense every second.
-            let anywhere = |sampler: &mut Sampler| {
-                JointPositions(ranges.map(|l| sampler.uniform(l.min_rad, l.max_rad)))
-            };
             match (t_s as usize + seed as usize) % 6 {
                 0 => to = anywhere(&mut sampler),
                 1 if sampler.index(50) == 0 => to = anywhere(&mut sampler),
                 // A random walk that is faster than any joint.
-                2 => {
-                    to = JointPositions(std::array::from_fn(|i| {
-                        (to[i] + sampler.uniform(-0.05, 0.05))
-                            .clamp(ranges[i].min_rad, ranges[i].max_rad)
-                    }));
-                }
+                2 => to = walk(&to, &mut sampler, -0.05, 0.05),
                 // Right at the limits.
                 3 if sampler.index(100) == 0 => {
                     to = JointPositions(
@@ -364,12 +328,7 @@ fn limits_are_kept_whatever_is_commanded() {
                 }
                 4 if sampler.index(30) == 0 => return Some(ArmCommand::Hold),
                 // Slow drift with noise.
-                5 => {
-                    to = JointPositions(std::array::from_fn(|i| {
-                        (to[i] + sampler.uniform(-1e-3, 1.2e-3))
-                            .clamp(ranges[i].min_rad, ranges[i].max_rad)
-                    }));
-                }
+                5 => to = walk(&to, &mut sampler, -1e-3, 1.2e-3),
                 _ if sampler.bool() => return None,
                 _ => {}
             }
@@ -388,32 +347,9 @@ fn limits_are_kept_whatever_is_commanded() {
 }
 
 #[test]
-fn hold_in_full_motion_brakes_within_the_limits() {
-    let mut sampler = Sampler::new(5);
-    for _ in 0..40 {
-        let mut arm = servo();
-        let ranges = *arm.model().limits();
-        let goal = JointPositions(ranges.map(|l| sampler.uniform(l.min_rad, l.max_rad)));
-        let hold_s = sampler.uniform(0.01, 0.8);
-        let track = Track::run(&mut arm, 2000, |t_s| {
-            Some(if t_s < hold_s {
-                ArmCommand::Position(goal)
-            } else {
-                ArmCommand::Hold
-            })
-        });
-        track.assert_within_limits(1e-6);
-        let still = track.q.len() - 700;
-        assert!(track.q[still..].iter().all(|q| *q == arm.q().0));
-    }
-}
-
-#[test]
 fn irregular_periods_and_a_late_command_are_followed_within_the_limits() {
-    let model = SrsArm::iiwa7();
-    let planned = MotionLimits::of_arm(&model, &MotionConfig::default()).expect("valid");
     let mut sampler = Sampler::new(6);
-    let mut motion = ReferenceMotion::new(&model, &planned, &start()).expect("finite");
+    let mut motion = motion_from(&start());
     let (mut arm, mut fine) = (servo(), vec![start()]);
     let mut worst = [0.0_f64; 2];
     let (mut due_s, mut until_s) = (0.0, 0.0);
@@ -421,10 +357,7 @@ fn irregular_periods_and_a_late_command_are_followed_within_the_limits() {
         // The motion at 0.1 ms; commands at 0.1 to 8 ms, later all 1 ms with one 15 ms late now and then.
         let t_s = tick as f64 * 1e-4;
         if t_s >= until_s {
-            let goal = model
-                .limits()
-                .map(|l| sampler.uniform(l.min_rad, l.max_rad));
-            motion.set_goal(&JointPositions(goal)).expect("a motion");
+            motion.set_goal(&anywhere(&mut sampler)).expect("a motion");
             until_s += sampler.uniform(0.1, 0.7);
         }
         let late = tick >= 100_000;
@@ -441,9 +374,7 @@ fn irregular_periods_and_a_late_command_are_followed_within_the_limits() {
         fine.push(motion.step(1e-4).expect("a step").q);
         arm.advance(1e-4).expect("a step");
         let delayed = fine[(tick + 1).saturating_sub(220)];
-        let off = (0..7)
-            .map(|i| (arm.q()[i] - delayed[i]).abs())
-            .fold(0.0, f64::max);
+        let off = arm.q().max_abs_difference(&delayed);
         worst[usize::from(late)] = worst[usize::from(late)].max(off);
     }
     assert!(worst[0] < 5e-4 && worst[1] < 1e-3, "{worst:?}");
@@ -463,15 +394,10 @@ fn noise_on_a_stream_does_not_make_it_lag() {
         track.assert_within_limits(1e-6);
         let off = |(step, q): (usize, &[f64; 7])| {
             let asked = at((step as f64 * 1e-3 - DELAY_S).max(0.0));
-            (0..7).map(|i| (q[i] - asked[i]).abs()).fold(0.0, f64::max)
+            asked.max_abs_difference(&JointPositions(*q))
         };
-        let worst = track
-            .q
-            .iter()
-            .enumerate()
-            .skip(500)
-            .map(off)
-            .fold(0.0, f64::max);
+        let after_the_start = track.q.iter().enumerate().skip(500);
+        let worst = after_the_start.map(off).fold(0.0, f64::max);
         assert!(worst < most_rad, "{noise_rad}: {worst}");
     }
 }
@@ -506,10 +432,7 @@ fn a_stream_that_ends_abruptly_is_come_back_to() {
 fn nothing_is_allocated_after_construction() {
     let mut sampler = Sampler::new(9);
     let mut arm = servo();
-    let ranges = *arm.model().limits();
-    let goals: Vec<_> = (0..100)
-        .map(|_| JointPositions(ranges.map(|l| sampler.uniform(l.min_rad, l.max_rad))))
-        .collect();
+    let goals: Vec<_> = (0..100).map(|_| anywhere(&mut sampler)).collect();
     let counted = allocation_counter::measure(|| {
         for step in 0..5000_usize {
             let smooth = moved(1e-4 * (step % 1000) as f64);

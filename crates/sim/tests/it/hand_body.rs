@@ -276,32 +276,17 @@ fn a_resting_press_on_an_arm_stays_calm() {
 fn bad_input_is_refused() {
     let nan = f64::NAN;
     let good = HandBodyConfig::default();
-    for config in [
-        HandBodyConfig {
-            mass_kg: 0.0,
-            ..good
-        },
-        HandBodyConfig {
-            finger_stiffness_n_per_m: nan,
-            ..good
-        },
-        HandBodyConfig {
-            arm_damping_n_s_per_m: -1.0,
-            ..good
-        },
-        HandBodyConfig {
-            friction: f64::INFINITY,
-            ..good
-        },
-        HandBodyConfig {
-            shear_stiffness_n_per_m: 0.0,
-            ..good
-        },
-        HandBodyConfig {
-            half_extent_m: nan,
-            ..good
-        },
-    ] {
+    let wrong: [fn(&mut HandBodyConfig); 6] = [
+        |c| c.mass_kg = 0.0,
+        |c| c.finger_stiffness_n_per_m = f64::NAN,
+        |c| c.arm_damping_n_s_per_m = -1.0,
+        |c| c.friction = f64::INFINITY,
+        |c| c.shear_stiffness_n_per_m = 0.0,
+        |c| c.half_extent_m = f64::NAN,
+    ];
+    for spoil in wrong {
+        let mut config = good;
+        spoil(&mut config);
         assert!(HandBody::new(config, DVec3::ZERO, DVec3::ZERO).is_err());
     }
     assert!(HandBody::new(good, DVec3::NAN, DVec3::ZERO).is_err());

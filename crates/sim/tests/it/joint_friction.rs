@@ -166,20 +166,3 @@ fn friction_only_takes_energy() {
         }
     }
 }
-
-#[test]
-fn a_rotor_adds_its_inertia() {
-    let config = ChainMotionConfig {
-        rotor_inertia_kg_m2: vec![1.5],
-        integrator: Integrator::Rk4,
-        ..Default::default()
-    };
-    let mut motion = ChainMotion::new(lever(DVec3::Z), &[0.0], &[0.0], config).unwrap();
-    run(&mut motion, 1000, 1e-3, &[3.0]);
-    assert_close!(motion.qd()[0], 3.0 / (LEVER_KG_M2 + 1.5), Tol::abs(1e-11));
-    assert_close!(
-        motion.energy_j().unwrap(),
-        3.0 * motion.q()[0],
-        Tol::abs(1e-10)
-    );
-}

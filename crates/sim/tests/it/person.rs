@@ -61,96 +61,6 @@ fn minimum_jerk_peaks_at_1_875_times_distance_over_time() {
 }
 
 #[test]
-fn the_index_tip_crosses_the_surface_within_1_mm_of_the_target_at_contact() {
-    for seed in 0..100 {
-        let sequence = sequence(seed, 10);
-        for touch in sequence.touches() {
-            for (t_s, into) in [(touch.contact_s, 1.0), (touch.release_s, -1.0)] {
-                let tip_m = sequence.true_index_tip(t_s);
-                assert!(
-                    tip_m.distance(touch.target_m) < 0.4e-3,
-                    "{} m",
-                    tip_m.distance(touch.target_m)
-                );
-                assert!(height(touch, tip_m).abs() < 1e-12);
-                let before = height(touch, sequence.true_index_tip(t_s - 0.01 * into));
-                let after = height(touch, sequence.true_index_tip(t_s + 0.01 * into));
-                assert!(before > 0.0 && after < 0.0, "{before} {after}");
-            }
-            // Still on its way at contact.
-            let speed = -sequence
-                .true_index_velocity_m_per_s(touch.contact_s)
-                .dot(touch.normal);
-            assert!((0.03..1.0).contains(&speed), "{speed} m/s");
-            let pressed = sequence.true_index_tip(0.5 * (touch.press_s + touch.withdraw_s));
-            assert_close!(height(touch, pressed), -touch.depth_m, Tol::abs(0.31e-3));
-        }
-    }
-}
-
-#[test]
-fn times_are_in_order_and_durations_as_configured() {
-    let mut leads_s = 0.0;
-    for seed in 0..100 {
-        let person = person(seed);
-        assert!((0.6..=1.2).contains(&person.mean_reach_s()));
-        let sequence = person.plan(&plan(seed, 10)).unwrap();
-        let mut last_s = 0.0;
-        for touch in sequence.touches() {
-            let times = [
-                last_s,
-                touch.look_s,
-                touch.start_s,
-                touch.contact_s,
-                touch.press_s,
-                touch.withdraw_s,
-                touch.release_s,
-                touch.end_s,
-            ];
-            assert!(times.is_sorted_by(|a, b| a < b), "{times:?}");
-            assert!((0.5..=1.0).contains(&(touch.withdraw_s - touch.press_s + 1e-12)));
-            let ratio = (touch.press_s - touch.start_s) / person.mean_reach_s();
-            assert!((0.74..1.36).contains(&ratio), "{ratio}");
-            assert_eq!(sequence.touch_at(touch.contact_s), Some(touch));
-            assert_eq!(sequence.touch_at(touch.look_s - 1e-3), None);
-            leads_s += touch.start_s - touch.look_s;
-            last_s = touch.end_s;
-        }
-        assert_eq!(sequence.duration_s(), last_s);
-    }
-    assert_close!(leads_s / 1000.0, 0.3, Tol::abs(0.01));
-}
-
-#[test]
-fn the_gaze_is_on_the_target_before_the_hand_starts() {
-    for seed in 0..50 {
-        let sequence = sequence(seed, 10);
-        for touch in sequence.touches() {
-            let off = |t_s| {
-                let truth = sequence.truth(t_s);
-                truth
-                    .gaze
-                    .angle_between(touch.target_m - truth.head_m)
-                    .to_degrees()
-            };
-            // 1 degree in two directions; 5 is five standard deviations.
-            assert!(off(touch.start_s) < 5.0, "{}", off(touch.start_s));
-            assert!(off(touch.contact_s) < 5.0);
-            let before = sequence.truth(touch.look_s - 1e-3);
-            assert!(
-                before.gaze.angle_between(DVec3::new(-1.0, 0.0, -0.2)) < 1e-9,
-                "still ahead"
-            );
-            let rest_m = PersonConfig::default().hand_rest_m;
-            assert!(
-                sequence.true_index_tip(touch.start_s).distance(rest_m) < 0.31e-3,
-                "hand still at rest"
-            );
-        }
-    }
-}
-
-#[test]
 fn same_seed_same_sequence_and_another_seed_another_person() {
     let times = || (0..3000).map(|i| f64::from(i) * 0.0137);
     let all = |seed| {
@@ -234,13 +144,19 @@ fn tremor_has_its_amplitude_and_frequency_at_rest() {
 #[test]
 fn the_hand_is_whole_and_moves_without_jumps() {
     for gesture in Gesture::ALL {
-        let config = PersonConfig {
-            gesture: Some(gesture),
-            ..PersonConfig::default()
-        };
         for seed in 0..20 {
-            let person = Person::new(config, seed).unwrap();
-            let sequence = person.plan(&plan(seed, 5)).unwrap();
+            let config = PersonConfig {
+                gesture: Some(gesture),
+                ..match seed % 2 {
+                    0 => PersonConfig::default(),
+                    _ => PersonConfig::varied(),
+                }
+            };
+            let sequence = match seed % 4 {
+                3 => common::changing(config, seed, 4),
+                _ => common::sequence(config, seed, 4),
+            };
+            let person = sequence.person();
             let mut last = sequence.truth(0.0);
             let steps = (sequence.duration_s() / 1e-3) as u32 + 500;
             for i in 1..steps {
@@ -251,7 +167,7 @@ fn the_hand_is_whole_and_moves_without_jumps() {
                 for (tip_m, last_m) in truth.tips_m.iter().zip(last.tips_m) {
                     assert!(tip_m.distance(truth.palm_m) < 0.65 * size);
                     assert!(
-                        tip_m.distance(last_m) < 5e-3,
+                        tip_m.distance(last_m) < 8e-3,
                         "{} m in 1 ms",
                         tip_m.distance(last_m)
                     );
@@ -361,80 +277,4 @@ fn impossible_plans_are_errors_that_name_the_touch() {
     ] {
         assert!(person(0).plan(&[bad]).is_err(), "{bad:?}");
     }
-}
-
-#[test]
-fn bad_settings_are_errors() {
-    let good = PersonConfig::default();
-    let refused = |config: PersonConfig| assert!(Person::new(config, 0).is_err(), "{config:?}");
-    for bad in [f64::NAN, -1.0, f64::INFINITY] {
-        refused(PersonConfig {
-            hand_length_m: [bad, 0.2],
-            ..good
-        });
-        refused(PersonConfig {
-            mean_reach_s: [0.6, bad],
-            ..good
-        });
-        refused(PersonConfig {
-            curvature: [bad, 0.05],
-            ..good
-        });
-        refused(PersonConfig {
-            press_depth_m: [0.01, bad],
-            ..good
-        });
-        refused(PersonConfig {
-            hold_s: [bad, 1.0],
-            ..good
-        });
-        refused(PersonConfig {
-            pause_s: [bad, 1.0],
-            ..good
-        });
-        refused(PersonConfig {
-            gaze_lead_s: [bad, 0.3],
-            ..good
-        });
-        refused(PersonConfig {
-            gaze_offset_rad: bad,
-            ..good
-        });
-        refused(PersonConfig {
-            gaze_noise_rad: bad,
-            ..good
-        });
-        refused(PersonConfig {
-            tremor_m: [bad, 3e-4],
-            ..good
-        });
-        refused(PersonConfig {
-            tracker_noise_m: bad,
-            ..good
-        });
-    }
-    refused(PersonConfig {
-        head_m: DVec3::NAN,
-        ..good
-    });
-    refused(PersonConfig {
-        hand_rest_m: DVec3::NAN,
-        ..good
-    });
-    refused(PersonConfig {
-        facing: DVec3::Z,
-        ..good
-    });
-    refused(PersonConfig {
-        facing: DVec3::NAN,
-        ..good
-    });
-    refused(PersonConfig {
-        mean_reach_s: [1.2, 0.6],
-        ..good
-    });
-    refused(PersonConfig {
-        tremor_m: [0.01; 2],
-        ..good
-    });
 }

@@ -1,7 +1,7 @@
 //! The force of a fingertip on the board.
 
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{JointPositions, Pose, SrsArm};
+use hwall_kinematics::{ArmKinematics, JointPositions, Pose, SrsArm};
 use hwall_sim::{ArgumentError, HandContact, SimError};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
@@ -134,29 +134,18 @@ fn nan_and_bad_settings_are_errors() {
             "{refused:?}"
         );
     }
+    let wrong: [fn(&mut HandContact, f64); 4] = [
+        |c, x| c.stiffness_n_per_m = x,
+        |c, x| c.damping_n_s_per_m = x,
+        |c, x| c.half_extent_m = x,
+        |c, x| c.max_depth_m = x,
+    ];
     for value in [f64::NAN, -1.0, f64::INFINITY] {
-        for bad in [
-            HandContact {
-                stiffness_n_per_m: value,
-                ..contact
-            },
-            HandContact {
-                damping_n_s_per_m: value,
-                ..contact
-            },
-            HandContact {
-                half_extent_m: value,
-                ..contact
-            },
-            HandContact {
-                max_depth_m: value,
-                ..contact
-            },
-        ] {
-            assert!(
-                bad.wrench(&Pose::IDENTITY, tip, DVec3::ZERO).is_err(),
-                "{bad:?}"
-            );
+        for spoil in wrong {
+            let mut bad = contact;
+            spoil(&mut bad, value);
+            let refused = bad.wrench(&Pose::IDENTITY, tip, DVec3::ZERO);
+            assert!(refused.is_err(), "{bad:?}");
         }
     }
 }

@@ -187,156 +187,82 @@ fn rests_scatter_and_the_hand_dwells() {
     }
 }
 
+type Spoil = fn(&mut PersonConfig);
+/// A setting by name, and how to set it.
+type Setting = (&'static str, fn(&mut PersonConfig, f64));
+
+/// Settings of one number that must lie between 0 and 1, or within less.
+const SHARES: &[Setting] = &[
+    ("posture_rad", |c, x| c.posture_rad = x),
+    ("distance_exponent", |c, x| c.distance_exponent = x),
+    ("corrections", |c, x| c.corrections = x),
+    ("reach_scatter", |c, x| c.reach_scatter = x),
+    ("gaze_misses", |c, x| c.gaze_misses = x),
+    ("gaze_leaves", |c, x| c.gaze_leaves = x),
+    ("glances_back", |c, x| c.glances_back = x),
+    ("dropout", |c, x| c.dropout = x),
+    ("speed_peak", |c, x| c.speed_peak = [0.5, x]),
+    ("speed_peak", |c, x| c.speed_peak = [x, 0.5]),
+    ("undershoot", |c, x| c.undershoot = [0.05, x]),
+];
+
+/// Others that must not be negative.
+const SIZES: &[Setting] = &[
+    ("head_scatter_m", |c, x| c.head_scatter_m = x),
+    ("rest_scatter_m", |c, x| c.rest_scatter_m = x),
+    ("lean_m", |c, x| c.lean_m = [x, 0.1]),
+    ("onset_dwell_s", |c, x| c.onset_dwell_s = [x, 0.1]),
+    ("gaze_lead_s", |c, x| c.gaze_lead_s = [0.1, x]),
+    ("gaze_lead_s", |c, x| c.gaze_lead_s = [x, 0.3]),
+    ("tremor_m", |c, x| c.tremor_m = [x, 1e-4]),
+    ("dropout_s", |c, x| c.dropout_s = x),
+    ("hand_length_m", |c, x| c.hand_length_m = [x, 0.2]),
+    ("mean_reach_s", |c, x| c.mean_reach_s = [0.6, x]),
+    ("curvature", |c, x| c.curvature = [x, 0.05]),
+    ("press_depth_m", |c, x| c.press_depth_m = [0.01, x]),
+    ("hold_s", |c, x| c.hold_s = [x, 1.0]),
+    ("pause_s", |c, x| c.pause_s = [x, 1.0]),
+    ("glance_s", |c, x| c.glance_s = [x, 0.6]),
+    ("glance_s", |c, x| c.glance_s = [0.2, x]),
+    ("gaze_offset_rad", |c, x| c.gaze_offset_rad = x),
+    ("gaze_noise_rad", |c, x| c.gaze_noise_rad = x),
+    ("tracker_noise_m", |c, x| c.tracker_noise_m = x),
+];
+
+const OTHERS: &[(&str, Spoil)] = &[
+    ("speed_peak", |c| c.speed_peak = [0.2, 0.5]),
+    ("dropout_s", |c| c.dropout_s = 0.0),
+    ("press_depth_m", |c| c.tremor_m = [0.0, 0.005]),
+    ("head_m", |c| c.head_m = DVec3::NAN),
+    ("hand_rest_m", |c| c.hand_rest_m = DVec3::NAN),
+    ("facing", |c| c.facing = DVec3::Z),
+    ("facing", |c| c.facing = DVec3::NAN),
+    ("mean_reach_s", |c| c.mean_reach_s = [1.2, 0.6]),
+    ("glances", |c| c.glances = [0, 4]),
+    ("glances", |c| c.glances = [2, 1]),
+    ("glance_s", |c| c.glance_s = [0.0, 0.6]),
+    ("glance_s", |c| c.glance_s = [0.6, 0.2]),
+];
+
 #[test]
 fn settings_out_of_their_range_are_named() {
-    let good = PersonConfig::varied();
-    let named = |name: &str, config: PersonConfig| {
-        let refused = config.validate().expect_err(name).to_string();
-        assert!(refused.contains(name), "{name}: {refused}");
-        assert!(Population::new(config, 0).is_err() && Person::new(config, 0).is_err());
+    let refused = |name: &str, spoil: &dyn Fn(&mut PersonConfig)| {
+        for mut config in [PersonConfig::varied(), PersonConfig::glancing()] {
+            spoil(&mut config);
+            let refused = config.validate().expect_err(name).to_string();
+            assert!(refused.contains(name), "{name}: {refused}");
+            assert!(Population::new(config, 0).is_err() && Person::new(config, 0).is_err());
+        }
     };
-    for bad in [f64::NAN, -1.0, f64::INFINITY, 9.0] {
-        named(
-            "posture_rad",
-            PersonConfig {
-                posture_rad: bad,
-                ..good
-            },
-        );
-        named(
-            "distance_exponent",
-            PersonConfig {
-                distance_exponent: bad,
-                ..good
-            },
-        );
-        named(
-            "corrections",
-            PersonConfig {
-                corrections: bad,
-                ..good
-            },
-        );
-        named(
-            "reach_scatter",
-            PersonConfig {
-                reach_scatter: bad,
-                ..good
-            },
-        );
-        named(
-            "gaze_misses",
-            PersonConfig {
-                gaze_misses: bad,
-                ..good
-            },
-        );
-        named(
-            "gaze_leaves",
-            PersonConfig {
-                gaze_leaves: bad,
-                ..good
-            },
-        );
-        named(
-            "dropout",
-            PersonConfig {
-                dropout: bad,
-                ..good
-            },
-        );
-        named(
-            "speed_peak",
-            PersonConfig {
-                speed_peak: [0.5, bad],
-                ..good
-            },
-        );
-        named(
-            "speed_peak",
-            PersonConfig {
-                speed_peak: [bad, 0.5],
-                ..good
-            },
-        );
-        named(
-            "undershoot",
-            PersonConfig {
-                undershoot: [0.05, bad],
-                ..good
-            },
-        );
-    }
     for bad in [f64::NAN, -1.0, f64::INFINITY] {
-        named(
-            "head_scatter_m",
-            PersonConfig {
-                head_scatter_m: bad,
-                ..good
-            },
-        );
-        named(
-            "rest_scatter_m",
-            PersonConfig {
-                rest_scatter_m: bad,
-                ..good
-            },
-        );
-        named(
-            "lean_m",
-            PersonConfig {
-                lean_m: [bad, 0.1],
-                ..good
-            },
-        );
-        named(
-            "onset_dwell_s",
-            PersonConfig {
-                onset_dwell_s: [bad, 0.1],
-                ..good
-            },
-        );
-        named(
-            "gaze_lead_s",
-            PersonConfig {
-                gaze_lead_s: [0.1, bad],
-                ..good
-            },
-        );
-        named(
-            "tremor_m",
-            PersonConfig {
-                tremor_m: [bad, 1e-4],
-                ..good
-            },
-        );
-        named(
-            "dropout_s",
-            PersonConfig {
-                dropout_s: bad,
-                ..good
-            },
-        );
+        for (name, spoil) in SHARES.iter().chain(SIZES) {
+            refused(name, &|config| spoil(config, bad));
+        }
     }
-    named(
-        "speed_peak",
-        PersonConfig {
-            speed_peak: [0.2, 0.5],
-            ..good
-        },
-    );
-    named(
-        "dropout_s",
-        PersonConfig {
-            dropout_s: 0.0,
-            ..good
-        },
-    );
-    named(
-        "press_depth_m",
-        PersonConfig {
-            tremor_m: [0.0, 0.005],
-            ..good
-        },
-    );
+    for (name, spoil) in SHARES {
+        refused(name, &|config| spoil(config, 9.0));
+    }
+    for (name, spoil) in OTHERS {
+        refused(name, spoil);
+    }
 }

@@ -435,10 +435,7 @@ fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, Ki
     });
     let limit = match tag {
         _ if joint.kind == Kind::Continuous => JointLimit::FREE,
-        Some(limit) => JointLimit {
-            min_rad: limit.lower,
-            max_rad: limit.upper,
-        },
+        Some(limit) => JointLimit::new(limit.lower, limit.upper),
         None => {
             return Err(KinematicsError::UrdfNoLimits {
                 joint: joint.name.clone(),

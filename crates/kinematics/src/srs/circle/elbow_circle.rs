@@ -111,69 +111,26 @@ impl ElbowCircle {
         );
         let (gx, gy, gn) = (flange.x_axis, flange.y_axis, flange.z_axis);
         let joint1 = [
-            Sinusoid {
-                s: -sin_b * y.x,
-                c: -sin_b * v.x,
-                k: cos_b * u.x,
-            },
-            Sinusoid {
-                s: -sin_b * y.y,
-                c: -sin_b * v.y,
-                k: cos_b * u.y,
-            },
+            Sinusoid::new(-sin_b * y.x, -sin_b * v.x, cos_b * u.x),
+            Sinusoid::new(-sin_b * y.y, -sin_b * v.y, cos_b * u.y),
         ];
-        let joint2 = Sinusoid {
-            s: 0.0,
-            c: sin_b * sin_theta,
-            k: cos_b * cos_theta,
-        };
+        let joint2 = Sinusoid::new(0.0, sin_b * sin_theta, cos_b * cos_theta);
         let joint3 = [
-            Sinusoid {
-                s: 0.0,
-                c: cos_b * sin_theta,
-                k: -sin_b * cos_theta,
-            },
-            Sinusoid {
-                s: sin_theta,
-                c: 0.0,
-                k: 0.0,
-            },
+            Sinusoid::new(0.0, cos_b * sin_theta, -sin_b * cos_theta),
+            Sinusoid::new(sin_theta, 0.0, 0.0),
         ];
         let joint5 = [
-            Sinusoid {
-                s: cos_e * gn.y,
-                c: cos_e * gn.x,
-                k: -sin_e * gn.z,
-            },
-            Sinusoid {
-                s: -gn.x,
-                c: gn.y,
-                k: 0.0,
-            },
+            Sinusoid::new(cos_e * gn.y, cos_e * gn.x, -sin_e * gn.z),
+            Sinusoid::new(-gn.x, gn.y, 0.0),
         ];
-        let joint6 = Sinusoid {
-            s: sin_e * gn.y,
-            c: sin_e * gn.x,
-            k: cos_e * gn.z,
-        };
+        let joint6 = Sinusoid::new(sin_e * gn.y, sin_e * gn.x, cos_e * gn.z);
         let joint7 = [
-            Sinusoid {
-                s: -sin_e * gx.y,
-                c: -sin_e * gx.x,
-                k: -cos_e * gx.z,
-            },
-            Sinusoid {
-                s: sin_e * gy.y,
-                c: sin_e * gy.x,
-                k: cos_e * gy.z,
-            },
+            Sinusoid::new(-sin_e * gx.y, -sin_e * gx.x, -cos_e * gx.z),
+            Sinusoid::new(sin_e * gy.y, sin_e * gy.x, cos_e * gy.z),
         ];
         let across = (gn.x * gn.x + gn.y * gn.y).sqrt();
         let straightest_wrist = if across > 0.0 {
-            Direction {
-                sin: gn.y / across,
-                cos: gn.x / across,
-            }
+            Direction::new(gn.y / across, gn.x / across)
         } else {
             Direction::ZERO
         };
@@ -233,11 +190,7 @@ impl ElbowCircle {
     /// and where most poses are reachable if they are reachable at all.
     pub(in crate::srs) fn extremes(&self) -> [Direction; 4] {
         let near = self.straightest_wrist;
-        let opposite = Direction {
-            sin: -near.sin,
-            cos: -near.cos,
-        };
-        [near, Direction::ZERO, Direction::HALF_TURN, opposite]
+        [near, Direction::ZERO, Direction::HALF_TURN, near.opposite()]
     }
 
     /// `dq/dψ` at a held pose; infinite where a branch meets its singularity.

@@ -32,10 +32,7 @@ impl ElbowCircle {
                 if end.is_finite() {
                     let psi = Direction::from_angle(slope * (end - at_zero));
                     visit(psi);
-                    visit(Direction {
-                        sin: -psi.sin,
-                        cos: -psi.cos,
-                    });
+                    visit(psi.opposite());
                 }
             }
         }
@@ -69,11 +66,7 @@ impl ElbowCircle {
                 // Symmetric limits share their ends; `|q| >= 0` is no limit.
                 if end < 1.0 && !seen.contains(&end) {
                     seen[slot] = end;
-                    Sinusoid {
-                        k: cosine.k - end,
-                        ..*cosine
-                    }
-                    .roots(tolerance, &mut visit);
+                    cosine.minus(end).roots(tolerance, &mut visit);
                 }
             }
         }
@@ -113,11 +106,7 @@ impl ElbowCircle {
             .zip([slack.shoulder, slack.wrist])
         {
             for end in cone.slack_ends(slack) {
-                Sinusoid {
-                    k: cosine.k - end,
-                    ..*cosine
-                }
-                .roots(0.0, |psi| {
+                cosine.minus(end).roots(0.0, |psi| {
                     if held == 0 {
                         held = holds(psi);
                     }

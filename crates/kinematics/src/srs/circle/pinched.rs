@@ -76,10 +76,7 @@ impl Pinched {
                 let [x, y] = &circle.turning[i];
                 Sinusoid::combine(cos, y, -sin, x)
             }
-            Place::Tilting(i, _) => Sinusoid {
-                k: circle.tilting[i].k - cos,
-                ..circle.tilting[i]
-            },
+            Place::Tilting(i, _) => circle.tilting[i].minus(cos),
         }
     }
 
@@ -87,18 +84,13 @@ impl Pinched {
     pub(in crate::srs) fn sides(&self, circle: &ElbowCircle, psi: Direction, slack: f64) -> u8 {
         match self.place {
             Place::Turning(i) => {
-                let masks = [
-                    Branch::SHOULDER,
-                    Branch::SHOULDER_ELBOW,
-                    Branch::ELBOW_WRIST,
-                    Branch::WRIST,
-                ][i];
+                let [same, opposite] = Branch::TURNING[i];
                 let [x, y] = &circle.turning[i];
                 let towards = self.middle[0] * x.at(psi) + self.middle[1] * y.at(psi);
                 if towards > slack {
-                    masks[0]
+                    same
                 } else if towards < -slack {
-                    masks[1]
+                    opposite
                 } else {
                     0
                 }

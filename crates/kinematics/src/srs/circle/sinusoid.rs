@@ -10,8 +10,19 @@ pub(in crate::srs) struct Sinusoid {
 
 impl Sinusoid {
     #[inline(always)]
+    pub(in crate::srs) const fn new(s: f64, c: f64, k: f64) -> Self {
+        Self { s, c, k }
+    }
+
+    #[inline(always)]
     pub(in crate::srs) fn at(&self, psi: Direction) -> f64 {
         self.s * psi.sin + self.c * psi.cos + self.k
+    }
+
+    /// `self - value`.
+    #[inline(always)]
+    pub(in crate::srs) fn minus(&self, value: f64) -> Self {
+        Self::new(self.s, self.c, self.k - value)
     }
 
     /// Slope with respect to ψ.
@@ -23,11 +34,8 @@ impl Sinusoid {
     /// `a x + b y`.
     #[inline(always)]
     pub(in crate::srs) fn combine(a: f64, x: &Self, b: f64, y: &Self) -> Self {
-        Self {
-            s: a * x.s + b * y.s,
-            c: a * x.c + b * y.c,
-            k: a * x.k + b * y.k,
-        }
+        let (s, c) = (a * x.s + b * y.s, a * x.c + b * y.c);
+        Self::new(s, c, a * x.k + b * y.k)
     }
 
     /// Passes both roots to `visit`; a tangency within `tolerance` counts as one root.
@@ -42,20 +50,18 @@ impl Sinusoid {
         if gap > 0.0 {
             let along = -self.k * inv;
             let across = gap.sqrt() * inv;
-            visit(Direction {
-                sin: self.s * along + self.c * across,
-                cos: self.c * along - self.s * across,
-            });
-            visit(Direction {
-                sin: self.s * along - self.c * across,
-                cos: self.c * along + self.s * across,
-            });
+            let [s, c] = [self.s, self.c];
+            visit(Direction::new(
+                s * along + c * across,
+                c * along - s * across,
+            ));
+            visit(Direction::new(
+                s * along - c * across,
+                c * along + s * across,
+            ));
         } else if self.k.abs() - r2.sqrt() <= tolerance {
             let scale = -self.k.signum() * inv.sqrt();
-            visit(Direction {
-                sin: self.s * scale,
-                cos: self.c * scale,
-            });
+            visit(Direction::new(self.s * scale, self.c * scale));
         }
     }
 }
@@ -68,15 +74,17 @@ pub(in crate::srs) struct Direction {
 }
 
 impl Direction {
-    pub(in crate::srs) const ZERO: Self = Self { sin: 0.0, cos: 1.0 };
-    pub(in crate::srs) const HALF_TURN: Self = Self {
-        sin: 0.0,
-        cos: -1.0,
-    };
+    pub(in crate::srs) const ZERO: Self = Self::new(0.0, 1.0);
+    pub(in crate::srs) const HALF_TURN: Self = Self::new(0.0, -1.0);
+
+    #[inline(always)]
+    pub(in crate::srs) const fn new(sin: f64, cos: f64) -> Self {
+        Self { sin, cos }
+    }
 
     pub(in crate::srs) fn from_angle(psi_rad: f64) -> Self {
         let (sin, cos) = psi_rad.sin_cos();
-        Self { sin, cos }
+        Self::new(sin, cos)
     }
 
     pub(in crate::srs) fn angle(self) -> f64 {
@@ -92,17 +100,19 @@ impl Direction {
     pub(in crate::srs) fn between(self, other: Self) -> Self {
         let (sin, cos) = (self.sin + other.sin, self.cos + other.cos);
         let scale = 1.0 / (sin * sin + cos * cos).sqrt();
-        Self {
-            sin: sin * scale,
-            cos: cos * scale,
-        }
+        Self::new(sin * scale, cos * scale)
     }
 
     #[inline(always)]
     pub(in crate::srs) fn turned_by(self, by: Self) -> Self {
-        Self {
-            sin: self.sin * by.cos + self.cos * by.sin,
-            cos: self.cos * by.cos - self.sin * by.sin,
-        }
+        Self::new(
+            self.sin * by.cos + self.cos * by.sin,
+            self.cos * by.cos - self.sin * by.sin,
+        )
+    }
+
+    #[inline(always)]
+    pub(in crate::srs) const fn opposite(self) -> Self {
+        Self::new(-self.sin, -self.cos)
     }
 }

@@ -58,17 +58,11 @@ fn moved(limit: JointLimit, by_rad: f64) -> JointLimit {
         // Past half a turn a joint of the other kind is simply free; this keeps both kinds valid
         // and differs from the true widening by less than 1e-12 rad of range.
         let end = PI - 5e-13;
-        return JointLimit {
-            min_rad: min_rad.max(-end),
-            max_rad: max_rad.min(end),
-        };
+        return JointLimit::new(min_rad.max(-end), max_rad.min(end));
     }
     if min_rad > max_rad {
         let middle = 0.5 * (min_rad + max_rad);
-        return JointLimit {
-            min_rad: middle,
-            max_rad: middle,
-        };
+        return JointLimit::new(middle, middle);
     }
-    JointLimit { min_rad, max_rad }
+    JointLimit::new(min_rad, max_rad)
 }

@@ -101,12 +101,7 @@ impl SrsArm {
         let circle = self
             .elbow_circle(flange_pose)
             .map_err(|length| self.length_reason(length))?;
-        let mut search = Search {
-            arm: self,
-            circle: &circle,
-            shoulder: 0,
-            wrist: 0,
-        };
+        let mut search = Search::new(self, &circle);
         match search.run() {
             Some((psi, mask)) => Ok(Place { circle, psi, mask }),
             None => {
@@ -142,14 +137,9 @@ impl SrsArm {
             let eta = w.cross(forearm).length().atan2(w.dot(forearm));
             let triangle = Triangle::from_angles(length, beta, eta);
             let circle = ElbowCircle::new(w, triangle, elbow_mask, &flange_pose.rotation());
-            let found = Search {
-                arm: self,
-                circle: &circle,
-                shoulder: 0,
-                wrist: 0,
-            }
-            .run();
-            found.map(|(psi, mask)| Place { circle, psi, mask })
+            Search::new(self, &circle)
+                .run()
+                .map(|(psi, mask)| Place { circle, psi, mask })
         })
     }
 
@@ -179,7 +169,16 @@ struct Search<'a> {
     wrist: u8,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    const fn new(arm: &'a SrsArm, circle: &'a ElbowCircle) -> Self {
+        Self {
+            arm,
+            circle,
+            shoulder: 0,
+            wrist: 0,
+        }
+    }
+
     /// The extremes first: they decide most poses, without a root.
     #[inline(always)]
     fn run(&mut self) -> Option<(Direction, u8)> {

@@ -74,7 +74,7 @@ pub(crate) fn franka() -> Chain {
                 format!("panda_{}", i + 1),
                 origin,
                 DVec3::Z,
-                JointLimit { min_rad, max_rad },
+                JointLimit::new(min_rad, max_rad),
             )
         });
     Chain::new(joints.collect(), shift(0.0, 0.0, 0.107)).expect("panda")
@@ -90,10 +90,7 @@ pub(crate) fn ur5e() -> Chain {
         (0.0997, 0.0, -FRAC_PI_2),
         (0.0996, 0.0, 0.0),
     ];
-    let limit = JointLimit {
-        min_rad: -2.0 * PI,
-        max_rad: 2.0 * PI,
-    };
+    let limit = JointLimit::new(-2.0 * PI, 2.0 * PI);
     let mut origin = Pose::IDENTITY;
     let mut joints = Vec::new();
     for (i, &(d, a, alpha)) in rows.iter().enumerate() {
@@ -119,25 +116,9 @@ pub(crate) fn random_chain(sampler: &mut Sampler, n: usize, prismatic_share: f64
         let axis = sampler.unit_vector() * sampler.uniform(0.1, 3.0);
         let name = format!("joint {i}");
         if sampler.uniform(0.0, 1.0) < prismatic_share {
-            ChainJoint::prismatic(
-                name,
-                origin,
-                axis,
-                JointLimit {
-                    min_rad: -0.3,
-                    max_rad: 0.5,
-                },
-            )
+            ChainJoint::prismatic(name, origin, axis, JointLimit::new(-0.3, 0.5))
         } else {
-            ChainJoint::revolute(
-                name,
-                origin,
-                axis,
-                JointLimit {
-                    min_rad: -2.0,
-                    max_rad: 2.5,
-                },
-            )
+            ChainJoint::revolute(name, origin, axis, JointLimit::new(-2.0, 2.5))
         }
     });
     let joints = joints.collect();

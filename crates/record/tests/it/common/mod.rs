@@ -7,7 +7,7 @@ use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::geometry::{Pose, Wrench};
 use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::{ArmCommand, ArmState, Board};
-use hwall::kinematics::{Chain, JointPositions, JointVelocities, SrsArm};
+use hwall::kinematics::{ArmKinematics, Chain, JointPositions, JointVelocities, SrsArm};
 use hwall::scene::Scene;
 use hwall::{Controller, Cycle, Session, SessionConfig, WorldPose, maps_of};
 use hwall_record::{

@@ -5,7 +5,7 @@ use super::motion::Integrator;
 use super::sensor::TorqueSensor;
 use crate::error::SimError;
 use hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2;
-use hwall_numeric::check::{non_negative, positive, that};
+use hwall_numeric::check::{non_negative, positive, that, within};
 
 /// Settings of a [`TorqueArm`](crate::TorqueArm). Those of joints beyond the arm's last one are not read.
 ///
@@ -159,38 +159,27 @@ impl TorqueConfig {
     }
 
     pub(super) fn validate(&self, joints: usize) -> Result<(), SimError> {
-        let period_s = self.control_period_s;
-        let in_range = (1e-4..=0.1).contains(&period_s);
-        that(
-            in_range,
+        let drive = &self.drive;
+        let (period_s, step_s) = (self.control_period_s, self.max_step_s);
+        within(
             "control_period_s",
             period_s,
+            1e-4..=0.1,
             "between 1e-4 and 0.1",
         )?;
-        let in_range = (1e-6..=0.1).contains(&self.max_step_s);
-        that(
-            in_range,
-            "max_step_s",
-            self.max_step_s,
-            "between 1e-6 and 0.1",
+        within("max_step_s", step_s, 1e-6..=0.1, "between 1e-6 and 0.1")?;
+        let (delay_s, torque_delay_s) = (self.command_delay_s, drive.torque_delay_s);
+        within("command_delay_s", delay_s, 0.0..=1.0, "between 0 and 1")?;
+        within(
+            "torque_delay_s",
+            torque_delay_s,
+            0.0..=0.1,
+            "between 0 and 0.1",
         )?;
-        let delay_s = self.command_delay_s;
-        let in_range = (0.0..=1.0).contains(&delay_s);
-        that(in_range, "command_delay_s", delay_s, "between 0 and 1")?;
-        let drive = &self.drive;
-        let delay_s = drive.torque_delay_s;
-        let in_range = (0.0..=0.1).contains(&delay_s);
-        that(in_range, "torque_delay_s", delay_s, "between 0 and 0.1")?;
         non_negative("torque_lag_s", drive.torque_lag_s)?;
         let rate = drive.max_torque_rate_n_m_per_s;
         that(rate > 0.0, "max_torque_rate_n_m_per_s", rate, "positive")?;
-        let share = drive.hidden_share;
-        that(
-            (0.0..=1.0).contains(&share),
-            "hidden_share",
-            share,
-            "0 to 1",
-        )?;
+        within("hidden_share", drive.hidden_share, 0.0..=1.0, "0 to 1")?;
         for joint in 0..joints {
             non_negative("rotor_inertia_kg_m2", drive.rotor_inertia_kg_m2[joint])?;
             if let Some(most) = drive.max_torque_n_m {

@@ -1,7 +1,7 @@
 //! Friction of a joint, and what a controller does against it.
 
 use hwall_numeric::ArgumentError;
-use hwall_numeric::check::{non_negative, positive, that};
+use hwall_numeric::check::{non_negative, positive, that, within};
 
 /// Friction of one joint: breakaway, the Stribeck fall to Coulomb friction, viscous friction.
 ///
@@ -100,13 +100,8 @@ impl Default for FrictionCompensation {
 
 impl FrictionCompensation {
     pub(super) fn validate(&self) -> Result<(), ArgumentError> {
-        let in_range = (0.0..=1.0).contains(&self.share);
-        that(
-            in_range,
-            "friction compensation share",
-            self.share,
-            "0 to 1",
-        )?;
+        let what = "friction compensation share";
+        within(what, self.share, 0.0..=1.0, "0 to 1")?;
         non_negative("off_rad_per_s", self.off_rad_per_s)?;
         let above = self.full_rad_per_s > self.off_rad_per_s && self.full_rad_per_s.is_finite();
         let wanted = "above off_rad_per_s";

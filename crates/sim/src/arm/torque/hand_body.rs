@@ -3,7 +3,7 @@
 use crate::error::SimError;
 use glam::DVec3;
 use hwall_kinematics::{Pose, Twist, Wrench};
-use hwall_numeric::check::{all_finite, non_negative, positive, that};
+use hwall_numeric::check::{all_finite, non_negative, positive, within};
 
 /// Longest step of the hand's own integration, s.
 const MAX_STEP_S: f64 = 5e-5;
@@ -141,8 +141,12 @@ impl HandBody {
         board_velocity: &Twist,
         drive: &HandDrive,
     ) -> Result<Wrench, SimError> {
-        let in_range = (f64::MIN_POSITIVE..=1.0).contains(&dt_s);
-        that(in_range, "dt_s", dt_s, "above 0 and at most 1")?;
+        within(
+            "dt_s",
+            dt_s,
+            f64::MIN_POSITIVE..=1.0,
+            "above 0 and at most 1",
+        )?;
         all_finite("board velocity", &board_velocity.to_array())?;
         match drive {
             HandDrive::Aim {

@@ -1,0 +1,108 @@
+//! What a message of the controller says, and when.
+
+use crate::codec::MonitorMessage;
+use std::time::Duration;
+
+/// The newest message of the controller.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Newest {
+    pub(super) message: MonitorMessage,
+    pub(super) q_rad: [f64; 7],
+    /// Time on the controller's clock, ns.
+    pub(super) time_ns: u64,
+    /// On the transport's clock.
+    pub(super) arrived: Duration,
+}
+
+/// Longest send period that is believed, ms: steps are judged by it.
+const LONGEST_PERIOD_MS: u32 = 100;
+
+/// Time between messages of the controller, ms.
+fn period_ms(message: &MonitorMessage) -> u32 {
+    let said = message.connection.send_period_ms.unwrap_or(1);
+    said.clamp(1, LONGEST_PERIOD_MS)
+}
+
+/// Share by which the time of messages follows the controller's stamps. Stamps that jitter by 5 ms move it by 0.025 ms in a message.
+const FOLLOWS_STAMPS: f64 = 0.005;
+/// And so much of a period at most: velocities err by no more than this share.
+const MOST_FOLLOWED: f64 = 0.02;
+/// A stamp that is ahead by more than this says that the controller has stood still: its clock is believed, ns.
+const STOOD_STILL_NS: f64 = 5e8;
+
+/// Time of a message `ahead` after the last one, ns. A controller sends once in every period, so messages count time; what its stamps say
+/// otherwise is followed slowly, for they may jitter. Without a period the stamps are all there is.
+pub(super) fn time_of_message(
+    last_ns: u64,
+    ahead: u32,
+    message: &MonitorMessage,
+    stamp_ns: Option<i128>,
+) -> u64 {
+    let dt_ns = f64::from(ahead) * f64::from(period_ms(message)) * 1e6;
+    let by_period_ns = last_ns.saturating_add(dt_ns as u64);
+    let Some(stamp_ns) = stamp_ns else {
+        return by_period_ns;
+    };
+    let off_ns = (stamp_ns - i128::from(by_period_ns)) as f64;
+    let no_period = message.connection.send_period_ms.is_none();
+    // A clock that was set back says nothing any more.
+    if off_ns < -STOOD_STILL_NS {
+        return by_period_ns;
+    }
+    if no_period || off_ns > STOOD_STILL_NS {
+        return u64::try_from(stamp_ns).map_or(by_period_ns, |stamp_ns| stamp_ns.max(last_ns));
+    }
+    let most_ns = MOST_FOLLOWED * dt_ns;
+    by_period_ns.saturating_add_signed((FOLLOWS_STAMPS * off_ns).clamp(-most_ns, most_ns) as i64)
+}
+
+/// Longest time between answers that is believed, s.
+const LONGEST_ANSWER_PERIOD_S: f64 = 0.1;
+
+/// Time between messages that are answered, s: what one command may move the arm is judged by it.
+pub(super) fn answer_period_s(message: &MonitorMessage) -> f64 {
+    let multiplier = message.connection.receive_multiplier.unwrap_or(1).max(1);
+    let period_s = f64::from(period_ms(message)) * 1e-3 * f64::from(multiplier);
+    period_s.min(LONGEST_ANSWER_PERIOD_S)
+}
+
+/// Of what is used: are all of them numbers?
+pub(super) fn is_finite(message: &MonitorMessage) -> bool {
+    let data = message.data.unwrap_or_default();
+    let used = [
+        data.position_rad,
+        data.commanded_position_rad,
+        data.external_torque_n_m,
+        message.interpolator.and_then(|i| i.position_rad),
+    ];
+    used.iter().flatten().flatten().all(|v| v.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::time_of_message;
+    use crate::codec::{ConnectionInfo, ConnectionQuality, Header, MonitorMessage, SessionState};
+
+    #[test]
+    fn messages_count_time_and_stamps_only_lead_it() {
+        let message = MonitorMessage {
+            header: Header::default(),
+            robot: None,
+            data: None,
+            connection: ConnectionInfo {
+                state: SessionState::CommandingActive,
+                quality: ConnectionQuality::Good,
+                send_period_ms: Some(5),
+                receive_multiplier: None,
+            },
+            interpolator: None,
+        };
+        let at = |stamp_ns| time_of_message(1_000_000_000, 1, &message, stamp_ns);
+        assert_eq!(at(None), 1_005_000_000);
+        assert_eq!(at(Some(1_005_000_000)), 1_005_000_000);
+        // 4 ms of jitter, a clock set back by a minute, a controller that stood still for two seconds.
+        assert_eq!(at(Some(1_009_000_000)), 1_005_020_000);
+        assert_eq!(at(Some(-59_000_000_000)), 1_005_000_000);
+        assert_eq!(at(Some(3_000_000_000)), 3_000_000_000);
+    }
+}
