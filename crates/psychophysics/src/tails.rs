@@ -13,6 +13,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};
 ///
 /// Error: below 1e-11 relative down to 1e-300 (tests/it/tails.rs). NaN for degrees of freedom that are not above zero.
 /// Source: `I_x(df2/2, df1/2)`, `x = df2 / (df2 + df1 f)`, Abramowitz and Stegun 26.6.2.
+#[must_use]
 pub fn f_tail(f: f64, df1: f64, df2: f64) -> f64 {
     if f.is_nan() || !(df1 > 0.0 && df2 > 0.0) {
         return f64::NAN;
@@ -34,6 +35,7 @@ pub fn f_tail(f: f64, df1: f64, df2: f64) -> f64 {
 /// `P(|T| > |t|)` with `df` degrees of freedom, two-sided.
 ///
 /// Error: as [`f_tail`].
+#[must_use]
 pub fn t_tail_two_sided(t: f64, df: f64) -> f64 {
     f_tail(t * t, 1.0, df)
 }
@@ -41,6 +43,7 @@ pub fn t_tail_two_sided(t: f64, df: f64) -> f64 {
 /// The `t` for which `P(|T| > t)` is `p`.
 ///
 /// Error: below 1e-12 relative. NaN unless `0 < p < 1` and `df > 0`.
+#[must_use]
 pub fn t_quantile_two_sided(p: f64, df: f64) -> f64 {
     if !(p > 0.0 && p < 1.0 && df > 0.0) {
         return f64::NAN;
@@ -70,6 +73,7 @@ pub fn t_quantile_two_sided(p: f64, df: f64) -> f64 {
 ///
 /// Error: below 1e-11 relative down to 1e-300 for up to 1e4 degrees of freedom, then growing with them, to 1e-6 at
 /// 1e8. NaN for degrees of freedom below 1e-6 or above 1e8, where the terms of the fraction no longer end.
+#[must_use]
 pub fn chi2_tail(x: f64, df: f64) -> f64 {
     if x.is_nan() || !(1e-6..=1e8).contains(&df) {
         f64::NAN
@@ -83,11 +87,13 @@ pub fn chi2_tail(x: f64, df: f64) -> f64 {
 }
 
 /// `P(Z > z)` of the standard normal distribution.
+#[must_use]
 pub fn normal_tail(z: f64) -> f64 {
     0.5 * erfc(z * FRAC_1_SQRT_2)
 }
 
 /// `P(Z < z)` of the standard normal distribution.
+#[must_use]
 pub fn normal_cdf(z: f64) -> f64 {
     normal_tail(-z)
 }
@@ -98,6 +104,7 @@ pub fn normal_cdf(z: f64) -> f64 {
 /// Error: below 1e-10. NaN for degrees of freedom below 1e-6 or above 1e6, for a noncentrality that is negative or above 1e6,
 /// where sums get long.
 /// Source: Johnson, Kotz and Balakrishnan 1995, ch. 30.
+#[must_use]
 pub fn noncentral_f_cdf(f: f64, df1: f64, df2: f64, lambda: f64) -> f64 {
     if f.is_nan() || ![df1, df2].iter().all(is_countable) || !(0.0..=1e6).contains(&lambda) {
         return f64::NAN;
@@ -120,6 +127,7 @@ pub fn noncentral_f_cdf(f: f64, df1: f64, df2: f64, lambda: f64) -> f64 {
 /// Error: below 1e-10. NaN for degrees of freedom below 1e-6 or above 1e6, for a noncentrality that is not finite or beyond
 /// 1000, where sums get long.
 /// Source: Johnson, Kotz and Balakrishnan 1995, ch. 31; Lenth 1989.
+#[must_use]
 pub fn noncentral_t_cdf(t: f64, df: f64, delta: f64) -> f64 {
     if t.is_nan() || !is_countable(&df) || delta.is_nan() || delta.abs() > 1000.0 {
         return f64::NAN;
@@ -179,6 +187,7 @@ fn weighted_mean(mean: f64, shift: f64, of: impl Fn(f64) -> f64) -> f64 {
 
 /// The `z` below which a standard normal number lies with probability `p`; infinite at 0 and 1, NaN
 /// beyond.
+#[must_use]
 pub fn normal_quantile(p: f64) -> f64 {
     if !(0.0..=1.0).contains(&p) {
         return f64::NAN;

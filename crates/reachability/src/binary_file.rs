@@ -59,6 +59,7 @@ pub enum BinaryFileError {
 
 impl BinaryFormat {
     /// A body as bytes. It must be of plain numbers and lists of known length, which always can be written.
+    #[must_use]
     pub fn to_bytes(&self, body: &impl Serialize) -> Vec<u8> {
         // Postcard has no reason to refuse such a body.
         let body = postcard::to_stdvec(body).unwrap_or_default();

@@ -72,31 +72,37 @@ impl Plane {
     }
 
     /// The point from which places are counted, m.
+    #[must_use]
     pub const fn origin_m(&self) -> DVec3 {
         self.origin_m
     }
 
     /// Unit normal, towards the person.
+    #[must_use]
     pub const fn normal(&self) -> DVec3 {
         self.normal
     }
 
     /// Unit vector along the plane.
+    #[must_use]
     pub const fn along(&self) -> DVec3 {
         self.along
     }
 
     /// Unit vector up the plane: normal × along.
+    #[must_use]
     pub const fn up(&self) -> DVec3 {
         self.up
     }
 
     /// The point `origin + s along + z up`, m.
+    #[must_use]
     pub fn point_m(&self, at: WallPoint) -> DVec3 {
         self.origin_m + self.along * at.s_m + self.up * at.z_m
     }
 
     /// The point of the plane nearest to `point_m`, and how far off the plane `point_m` lies.
+    #[must_use]
     pub fn project(&self, point_m: DVec3) -> WallProjection {
         let from = point_m - self.origin_m;
         WallProjection {
@@ -106,6 +112,7 @@ impl Plane {
     }
 
     /// Orientation of a board on the plane at `roll_rad`: z is the normal; at roll 0 x is `along` and y is `up`.
+    #[must_use]
     pub fn board_rotation(&self, roll_rad: f64) -> DMat3 {
         rolled([self.along, self.up, self.normal], roll_rad)
     }
@@ -120,6 +127,7 @@ impl Plane {
     }
 
     /// The line along the plane at a distance up from the origin, m.
+    #[must_use]
     pub const fn line(self, height_m: f64) -> PlaneLine {
         PlaneLine {
             plane: self,
@@ -151,6 +159,7 @@ pub struct PlaneLine {
 
 impl PlaneLine {
     /// The point at `s_m`, m.
+    #[must_use]
     pub fn point_m(&self, s_m: f64) -> DVec3 {
         self.plane.point_m(WallPoint::new(s_m, self.height_m))
     }

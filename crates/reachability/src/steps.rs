@@ -64,11 +64,13 @@ impl Steps {
     }
 
     /// How many.
+    #[must_use]
     pub const fn count(&self) -> usize {
         self.count as usize
     }
 
     /// Value `index`, m.
+    #[must_use]
     pub fn at(&self, index: usize) -> f64 {
         self.first_m + self.step_m * index as f64
     }
@@ -79,6 +81,7 @@ impl Steps {
     }
 
     /// Distance between neighbours, m.
+    #[must_use]
     pub const fn spacing_m(&self) -> f64 {
         self.step_m.abs()
     }
@@ -96,6 +99,7 @@ impl Steps {
 
     /// The nearest value's index, `None` further than half a step from all of them (or NaN).
     #[inline]
+    #[must_use]
     pub fn nearest(&self, value_m: f64) -> Option<usize> {
         // Truncation instead of rounding, which is a call without SSE 4.1; NaN fails both
         // comparisons.

@@ -73,32 +73,38 @@ impl WallPlane {
     }
 
     /// Heading γ of the normal, rad.
+    #[must_use]
     pub const fn heading_rad(&self) -> f64 {
         self.heading_rad
     }
 
     /// `n · p`, m.
+    #[must_use]
     pub const fn distance_m(&self) -> f64 {
         self.distance_m
     }
 
     /// Unit normal n, towards the person.
+    #[must_use]
     pub const fn normal(&self) -> DVec3 {
         self.normal
     }
 
     /// Unit vector t along the wall; seen from the person's side it points to the right.
+    #[must_use]
     pub fn along(&self) -> DVec3 {
         DVec3::new(-self.normal.y, self.normal.x, 0.0)
     }
 
     /// The point `d n + s t + z k`, m.
+    #[must_use]
     pub fn point_m(&self, at: WallPoint) -> DVec3 {
         let DVec3 { x, y, .. } = self.normal * self.distance_m + self.along() * at.s_m;
         DVec3::new(x, y, at.z_m)
     }
 
     /// The point of the wall nearest to `point_m`, and how far off the wall `point_m` lies.
+    #[must_use]
     pub fn project(&self, point_m: DVec3) -> WallProjection {
         WallProjection {
             at: WallPoint::new(self.along().dot(point_m), point_m.z),
@@ -107,6 +113,7 @@ impl WallPlane {
     }
 
     /// Orientation of a board on the wall at `roll_rad`: z is n; at roll 0 x is t and y is up.
+    #[must_use]
     pub fn board_rotation(&self, roll_rad: f64) -> DMat3 {
         rolled([self.along(), DVec3::Z, self.normal], roll_rad)
     }
@@ -121,6 +128,7 @@ impl WallPlane {
     }
 
     /// The horizontal line of the wall at a height.
+    #[must_use]
     pub const fn line(self, height_m: f64) -> WallLine {
         WallLine {
             plane: self,
@@ -152,6 +160,7 @@ impl WallPoint {
     }
 
     /// Distance to another point of the same wall, m.
+    #[must_use]
     pub fn distance_m(&self, other: Self) -> f64 {
         (self.s_m - other.s_m).hypot(self.z_m - other.z_m)
     }
@@ -177,6 +186,7 @@ pub struct WallLine {
 
 impl WallLine {
     /// The point at `s_m`, m.
+    #[must_use]
     pub fn point_m(&self, s_m: f64) -> DVec3 {
         self.plane.point_m(WallPoint::new(s_m, self.height_m))
     }

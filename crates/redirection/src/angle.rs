@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 /// The same direction in `(-π, π]`, rad. NaN and infinity give NaN.
 ///
 /// Error: below 1e-15 for angles within a few turns.
+#[must_use]
 pub fn wrapped_rad(angle_rad: f64) -> f64 {
     if -PI < angle_rad && angle_rad <= PI {
         return angle_rad;

@@ -107,11 +107,13 @@ impl AvatarTurn {
     }
 
     /// The settings.
+    #[must_use]
     pub const fn config(&self) -> &TurnConfig {
         &self.config
     }
 
     /// Turn since the beginning, rad.
+    #[must_use]
     pub const fn turned_rad(&self) -> f64 {
         self.turned_rad
     }

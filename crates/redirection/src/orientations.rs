@@ -72,11 +72,13 @@ impl SampledOrientations {
     }
 
     /// Distance between neighbours, rad.
+    #[must_use]
     pub const fn step_rad(&self) -> f64 {
         self.step_rad
     }
 
     /// The last one on each side, rad.
+    #[must_use]
     pub fn end_rad(&self) -> f64 {
         self.each_side * self.step_rad
     }

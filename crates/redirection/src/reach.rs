@@ -94,11 +94,13 @@ impl RedirectedReach {
     }
 
     /// How the real reach differs from the virtual one.
+    #[must_use]
     pub const fn shift(&self) -> &ReachShift {
         &self.shift
     }
 
     /// From the real point to the virtual one at the board, m.
+    #[must_use]
     pub const fn offset_m(&self) -> DVec3 {
         self.offset_m
     }

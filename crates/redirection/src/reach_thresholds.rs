@@ -94,6 +94,7 @@ impl ReachThresholds {
     }
 
     /// The shift within the thresholds that is nearest in each of its three parts.
+    #[must_use]
     pub fn nearest(&self, shift: &ReachShift) -> ReachShift {
         let within = |value: f64, least: f64, most: f64| value.min(most).max(least);
         ReachShift {
@@ -171,16 +172,19 @@ impl ReachFrame {
     }
 
     /// Where it starts, m.
+    #[must_use]
     pub const fn start_m(&self) -> DVec3 {
         self.start_m
     }
 
     /// Its length, m.
+    #[must_use]
     pub const fn length_m(&self) -> f64 {
         self.length_m
     }
 
     /// Where the real hand ends when the virtual one is at the goal, m; shifts must be below a quarter turn, gains positive.
+    #[must_use]
     pub fn real_goal_m(&self, shift: &ReachShift) -> DVec3 {
         let way = self.along
             + self.right * shift.horizontal_rad.tan()
@@ -190,6 +194,7 @@ impl ReachFrame {
 
     /// The shift that puts the real hand at a place when the virtual one is at the goal: the inverse of
     /// [`real_goal_m`](Self::real_goal_m). NaN in gives NaN out.
+    #[must_use]
     pub fn shift_to(&self, real_goal_m: DVec3) -> ReachShift {
         let real = real_goal_m - self.start_m;
         let along = real.dot(self.along);
@@ -201,6 +206,7 @@ impl ReachFrame {
     }
 
     /// How the way of the real hand to one place differs from that of the virtual one to another, m, seen along the reach.
+    #[must_use]
     pub(crate) fn shift_between(&self, real_m: DVec3, virtual_m: DVec3) -> ReachShift {
         let angles = |place_m: DVec3| {
             let way = place_m - self.start_m;

@@ -236,6 +236,7 @@ impl Scene {
     }
 
     /// Bytes that triangles and hierarchies take, shared between copies.
+    #[must_use]
     pub fn geometry_bytes(&self) -> usize {
         let indices = self.geometry.triangles_of.iter().map(|t| size_of_val(&**t));
         let parts = self.geometry.parts.iter().map(Part::bytes);
@@ -259,6 +260,7 @@ impl Scene {
     }
 
     /// All surfaces; a [`SurfaceId`] is an index into them.
+    #[must_use]
     pub fn surfaces(&self) -> &[Surface] {
         &self.surfaces
     }
@@ -267,11 +269,13 @@ impl Scene {
     ///
     /// # Panics
     /// If the id is of another scene.
+    #[must_use]
     pub fn surface(&self, id: SurfaceId) -> &Surface {
         &self.surfaces[id.0]
     }
 
     /// The surface of that name.
+    #[must_use]
     pub fn find(&self, name: &str) -> Option<SurfaceId> {
         self.surfaces
             .iter()
@@ -280,6 +284,7 @@ impl Scene {
     }
 
     /// Triangles in the scene.
+    #[must_use]
     pub fn triangle_count(&self) -> usize {
         self.geometry.triangles_of.iter().map(Vec::len).sum()
     }
@@ -304,6 +309,7 @@ impl Scene {
     }
 
     /// The box around everything at the present openings.
+    #[must_use]
     pub fn bounds(&self) -> Bounds {
         let mut bounds = Bounds {
             min_m: DVec3::INFINITY,
@@ -320,6 +326,7 @@ impl Scene {
     }
 
     /// Opening of a door (rad) or panel (m); `None` for what does not move.
+    #[must_use]
     pub fn opening(&self, id: SurfaceId) -> Option<f64> {
         self.surfaces.get(id.0)?.kind.range()?;
         Some(self.openings[id.0])
@@ -369,6 +376,7 @@ impl Scene {
     ///
     /// Vertical means within [`VERTICAL_TOLERANCE_RAD`](crate::VERTICAL_TOLERANCE_RAD) of the z axis. Connected
     /// triangles of one surface merge while they stay in one plane.
+    #[must_use]
     pub fn vertical_facets(&self) -> Vec<Facet> {
         let touchable = self
             .surfaces

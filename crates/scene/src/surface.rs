@@ -88,6 +88,7 @@ pub struct OpeningRange {
 
 impl Surface {
     /// Is a hand meant to touch it?
+    #[must_use]
     pub fn touchable(&self) -> bool {
         self.kind != SurfaceKind::Untouchable
     }
@@ -95,6 +96,7 @@ impl Surface {
 
 impl SurfaceKind {
     /// The word for the kind in a sidecar.
+    #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Static => "static",
@@ -109,6 +111,7 @@ impl SurfaceKind {
     }
 
     /// Range of the opening; `None` for what does not move.
+    #[must_use]
     pub const fn range(&self) -> Option<OpeningRange> {
         match *self {
             Self::RevolvingDoor {
@@ -126,6 +129,7 @@ impl SurfaceKind {
     }
 
     /// How it moves when it is pushed; `None` for what does not move.
+    #[must_use]
     pub const fn mechanics(&self) -> Option<&Mechanics> {
         match self {
             Self::RevolvingDoor { mechanics, .. } | Self::Sliding { mechanics, .. } => {

@@ -148,7 +148,8 @@ impl Intake {
             Some(&tally.looking_on)
         } else if !self.follows(message.side, is_seen, now_s) {
             let frame = self.space.to_base(&frame, message.axes);
-            let seen = frame.point(HandPoint::Palm).or(frame.centroid_m());
+            let seen = frame.point(HandPoint::Palm);
+            let seen = seen.or(frame.contact_point().map(|tip| tip.position_m));
             self.other = seen.map(|palm_m| (palm_m, frame.t_s));
             Some(&tally.other_hand)
         } else if frame.t_s <= self.newest_s {

@@ -178,6 +178,7 @@ impl Analysis {
     ///
     /// # Panics
     /// Never: every part has names and numbers that JSON can hold.
+    #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("names and numbers only")
     }

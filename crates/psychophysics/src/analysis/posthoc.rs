@@ -75,6 +75,7 @@ pub struct Comparison {
 
 impl Comparison {
     /// The p value adjusted for the number of comparisons.
+    #[must_use]
     pub const fn p_adjusted(&self, how: Adjustment) -> Option<f64> {
         match how {
             Adjustment::Bonferroni => self.p_bonferroni,

@@ -29,6 +29,7 @@ impl Ratio {
     }
 
     /// The number, if there is one.
+    #[must_use]
     pub const fn finite(self) -> Option<f64> {
         match self {
             Self::Finite(value) => Some(value),

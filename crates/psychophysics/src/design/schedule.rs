@@ -57,6 +57,7 @@ pub struct ScheduledTrial {
 
 impl Schedule {
     /// Number of conditions.
+    #[must_use]
     pub fn conditions(&self) -> usize {
         count_cells(&self.factors)
     }
@@ -143,6 +144,7 @@ impl Schedule {
     }
 
     /// Level of every factor in a condition; `None` unless it is one of [`Schedule::conditions`].
+    #[must_use]
     pub fn levels(&self, mut condition: usize) -> Option<Vec<&str>> {
         if condition >= self.conditions() {
             return None;

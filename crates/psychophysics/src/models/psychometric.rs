@@ -51,6 +51,7 @@ pub struct Psychometric {
 
 impl Psychometric {
     /// Share of "greater" at a stimulus.
+    #[must_use]
     pub fn share(&self, stimulus: f64) -> f64 {
         self.sigmoid.at((stimulus - self.pse) / self.scale)
     }

@@ -34,6 +34,7 @@ pub struct PowerLaw {
 
 impl PowerLaw {
     /// The magnitude that the law gives for a stimulus.
+    #[must_use]
     pub fn magnitude(&self, stimulus: f64) -> f64 {
         self.constant * stimulus.powf(self.exponent)
     }

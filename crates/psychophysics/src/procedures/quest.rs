@@ -175,6 +175,7 @@ impl QuestPlus {
     }
 
     /// Place of the stimulus whose answer leaves the least entropy in the mean, the first of equal ones.
+    #[must_use]
     pub const fn next_place(&self) -> usize {
         self.next
     }

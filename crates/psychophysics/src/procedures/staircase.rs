@@ -41,6 +41,7 @@ impl StaircaseConfig {
     /// Share of right answers at the stimulus to which it converges: where harder and easier balance.
     ///
     /// `p^n step_down = (1 - p^n) step_up`. Source: Levitt 1971 for equal steps, Kaernbach 1991 for `n` = 1.
+    #[must_use]
     pub fn target_share(&self) -> f64 {
         let balance = self.step_up / (self.step_up + self.step_down);
         balance.powf(1.0 / f64::from(self.down_after))
@@ -111,6 +112,7 @@ impl Staircase {
     }
 
     /// The stimulus to present now; `None` at the end.
+    #[must_use]
     pub fn stimulus(&self) -> Option<f64> {
         (self.reversals.len() < self.config.reversals).then_some(self.stimulus)
     }
@@ -147,11 +149,13 @@ impl Staircase {
     }
 
     /// Trials so far.
+    #[must_use]
     pub const fn trials(&self) -> usize {
         self.trials
     }
 
     /// Stimuli at which the direction changed.
+    #[must_use]
     pub fn reversals(&self) -> &[f64] {
         &self.reversals
     }

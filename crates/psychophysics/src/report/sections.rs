@@ -7,11 +7,13 @@ use crate::study::Normalisation;
 
 impl Analysis {
     /// Tables in plain text, columns aligned.
+    #[must_use]
     pub fn to_text(&self) -> String {
         self.report(false)
     }
 
     /// The same tables in Markdown.
+    #[must_use]
     pub fn to_markdown(&self) -> String {
         self.report(true)
     }

@@ -17,6 +17,7 @@ pub struct ShapiroWilk {
 ///
 /// Error: that of Royston's approximation, about 1 % of p where it matters; as R's `shapiro.test`.
 /// Source: Royston 1995, Applied Statistics 44, algorithm AS R94.
+#[must_use]
 pub fn shapiro_wilk(values: &[f64]) -> Option<ShapiroWilk> {
     let n = values.len();
     if !(3..=5000).contains(&n) || values.iter().any(|v| !v.is_finite()) {

@@ -29,6 +29,7 @@ pub struct Wilcoxon {
 ///
 /// Error: exact to rounding, else that of the normal approximation; as R's `wilcox.test`.
 /// Source: Wilcoxon 1945; Kerby 2014 for the correlation.
+#[must_use]
 pub fn wilcoxon_signed_rank(differences: &[f64]) -> Option<Wilcoxon> {
     let largest = differences.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
     signed_rank_of(differences, largest)

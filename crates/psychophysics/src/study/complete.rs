@@ -147,26 +147,31 @@ impl Study {
     }
 
     /// Rows of the table that were left out because they do not count, as [`Columns::valid`](super::Columns::valid) says.
+    #[must_use]
     pub const fn invalid_rows(&self) -> usize {
         self.invalid_rows
     }
 
     /// Subjects who were left out, with [`Missing::CompleteCases`](super::Missing::CompleteCases).
+    #[must_use]
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
     }
 
     /// Names of the subjects, in order of appearance.
+    #[must_use]
     pub fn subjects(&self) -> &[String] {
         &self.subjects
     }
 
     /// The factors within subjects.
+    #[must_use]
     pub fn within(&self) -> &[Factor] {
         &self.within
     }
 
     /// The factor between subjects, if any.
+    #[must_use]
     pub const fn between(&self) -> Option<&Groups> {
         self.between.as_ref()
     }
@@ -181,21 +186,25 @@ impl Study {
     }
 
     /// All values: subject by subject, the last factor fastest.
+    #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
     /// Name of the column of values.
+    #[must_use]
     pub fn value_name(&self) -> &str {
         &self.value_name
     }
 
     /// Number of combinations of levels within subjects.
+    #[must_use]
     pub fn cells(&self) -> usize {
         count_cells(&self.within)
     }
 
     /// Number of trials averaged into each value.
+    #[must_use]
     pub const fn rounds(&self) -> usize {
         self.rounds
     }
@@ -211,6 +220,7 @@ impl Study {
     }
 
     /// Number of subjects in each group; of all, without a factor between subjects.
+    #[must_use]
     pub fn group_sizes(&self) -> Vec<usize> {
         let Some(groups) = &self.between else {
             return vec![self.subjects.len()];
@@ -225,6 +235,7 @@ impl Study {
     }
 
     /// Level of every factor within subjects in a cell.
+    #[must_use]
     pub fn levels_of(&self, mut cell: usize) -> Vec<usize> {
         let mut levels = vec![0; self.within.len()];
         for (level, factor) in levels.iter_mut().zip(&self.within).rev() {
@@ -235,6 +246,7 @@ impl Study {
     }
 
     /// A cell in words: `orientation=45, velocity=20`.
+    #[must_use]
     pub fn cell_name(&self, cell: usize) -> String {
         let levels = self.levels_of(cell);
         let named = self.within.iter().zip(levels);

@@ -25,6 +25,7 @@ impl Factor {
     }
 
     /// The levels as numbers, where all are.
+    #[must_use]
     pub fn numbers(&self) -> Option<Vec<f64>> {
         let number = |l: &String| l.parse().ok().filter(|v: &f64| v.is_finite());
         self.levels.iter().map(number).collect()

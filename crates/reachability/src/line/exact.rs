@@ -191,6 +191,7 @@ impl ExactSolver {
     }
 
     /// Accuracy of the ends, m.
+    #[must_use]
     pub const fn accuracy_m(&self) -> f64 {
         self.family.accuracy_m
     }

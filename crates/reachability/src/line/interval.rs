@@ -19,16 +19,19 @@ impl Interval {
     }
 
     /// Length, m.
+    #[must_use]
     pub fn length_m(&self) -> f64 {
         self.hi_m - self.lo_m
     }
 
     /// Does it contain `s_m`? NaN lies in no interval.
+    #[must_use]
     pub fn contains(&self, s_m: f64) -> bool {
         self.lo_m <= s_m && s_m <= self.hi_m
     }
 
     /// Distance from `s_m` to the nearest point of the interval, m; 0 inside.
+    #[must_use]
     pub fn distance_m(&self, s_m: f64) -> f64 {
         (self.lo_m - s_m).max(s_m - self.hi_m).max(0.0)
     }

@@ -29,21 +29,25 @@ pub struct LineReachability {
 
 impl LineReachability {
     /// Is the point at `s_m` in an interval?
+    #[must_use]
     pub fn contains(&self, s_m: f64) -> bool {
         self.intervals.iter().any(|i| i.span.contains(s_m))
     }
 
     /// Is the answer of [`contains`](Self::contains) at `s_m` proven?
+    #[must_use]
     pub fn is_proven(&self, s_m: f64) -> bool {
         !self.unknown.iter().any(|band| band.contains(s_m))
     }
 
     /// Reachable length, m.
+    #[must_use]
     pub fn length_m(&self) -> f64 {
         total_m(self.intervals.iter().map(|i| i.span.length_m()))
     }
 
     /// Length without proof, m.
+    #[must_use]
     pub fn unknown_m(&self) -> f64 {
         total_m(self.unknown.iter().map(Interval::length_m))
     }

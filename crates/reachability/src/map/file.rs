@@ -35,6 +35,7 @@ struct StoredLine {
 
 impl ReachabilityMap {
     /// The map as bytes.
+    #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let lines = self.lines().map(|index| {
             let intervals = self.intervals(index).iter();

@@ -26,6 +26,7 @@ impl WallGrid {
     /// `0.926 - 0.05 k` m and 31 heights at `-0.26 + 0.05 j` m each ([H-Wall], IV.8).
     ///
     /// Its normals are `(cos g, -sin g, 0)`, so the headings are -g, from -45 to 45 degrees.
+    #[must_use]
     pub fn dissertation() -> Vec<Self> {
         let steps = |first, step, count| Steps::new(first, step, count).expect("constants");
         (0..7)
@@ -91,6 +92,7 @@ impl WallGrid {
     }
 
     /// How many lines.
+    #[must_use]
     pub fn line_count(&self) -> usize {
         self.distances.count() * self.heights.count()
     }

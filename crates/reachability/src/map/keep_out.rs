@@ -83,6 +83,7 @@ impl KeepOutBox {
     }
 
     /// Its name, for messages.
+    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }

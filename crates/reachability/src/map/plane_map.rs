@@ -54,6 +54,7 @@ impl PlaneMap {
     }
 
     /// The plane.
+    #[must_use]
     pub const fn plane(&self) -> &Plane {
         &self.plane
     }
@@ -66,6 +67,7 @@ impl PlaneMap {
 
     /// Can a board be held at the point of the plane nearest to this one, as the nearest line has it? `None` more than half
     /// a step beyond the lines, or for NaN.
+    #[must_use]
     pub fn look_up(&self, point_m: DVec3) -> Option<bool> {
         let WallPoint { s_m, z_m } = self.plane.project(point_m).at;
         let line = self.lines.get(self.heights.nearest(z_m)?)?;
@@ -74,6 +76,7 @@ impl PlaneMap {
 
     /// Reachable area between the first line and the last, m²: the lines' lengths by the trapezoidal rule, so the border
     /// lines count half and one line alone has none. Error: at an edge that leans, of second order in the step.
+    #[must_use]
     pub fn area_m2(&self) -> f64 {
         let lengths = self.lines.iter().map(LineReachability::length_m);
         self.heights.integral(lengths)

@@ -214,26 +214,31 @@ impl ReachabilityMap {
     }
 
     /// The boxes that it keeps out of, each with what is carried past it.
+    #[must_use]
     pub fn keep_out(&self) -> &[KeepOut] {
         &self.keep_out
     }
 
     /// The arm it was made for, with its tool.
+    #[must_use]
     pub const fn arm(&self) -> &SrsArm {
         &self.arm
     }
 
     /// What the solver was asked for.
+    #[must_use]
     pub const fn config(&self) -> &ExactConfig {
         &self.config
     }
 
     /// How it was made; empty for a map from a file.
+    #[must_use]
     pub const fn report(&self) -> BuildReport {
         self.report
     }
 
     /// The solver behind it, for lines that it does not hold.
+    #[must_use]
     pub const fn solver(&self) -> &ExactSolver {
         &self.solver
     }
@@ -264,6 +269,7 @@ impl ReachabilityMap {
     }
 
     /// Where a line is; `None` for an index that the map does not hold.
+    #[must_use]
     pub fn line(&self, index: LineIndex) -> Option<WallLine> {
         self.flat(index)?;
         let grid = &self.walls[index.wall].grid;
@@ -273,6 +279,7 @@ impl ReachabilityMap {
 
     /// The reachable intervals of a line, sorted; none for an index that the map does not hold.
     #[inline]
+    #[must_use]
     pub fn intervals(&self, index: LineIndex) -> &[ReachableInterval] {
         match self.flat(index) {
             Some(i) => &self.intervals[self.starts[i][0] as usize..self.starts[i + 1][0] as usize],
@@ -281,6 +288,7 @@ impl ReachabilityMap {
     }
 
     /// The bands of a line where nothing is proven, sorted.
+    #[must_use]
     pub fn unknown(&self, index: LineIndex) -> &[Interval] {
         match self.flat(index) {
             Some(i) => &self.unknown[self.starts[i][1] as usize..self.starts[i + 1][1] as usize],
@@ -294,6 +302,7 @@ impl ReachabilityMap {
     /// `None` where no line is near: for a heading further than 7.5 degrees from all walls, more
     /// than half a step outside the planes or heights, or for NaN. The verdict is that of the
     /// nearest line: for the point itself see [`is_reachable`](Self::is_reachable).
+    #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<LookUp> {
         // The best heading first, without a branch in the loop; squared, so that a normal of any
         // length will do. NaN and a normal without direction find nothing.
@@ -349,6 +358,7 @@ impl ReachabilityMap {
     ///
     /// It stays `inset_m` away from the ends of its interval (in the middle of a shorter one), so
     /// that a board sent there is not at its very limit.
+    #[must_use]
     pub fn nearest_on_lines(
         &self,
         wall: usize,
@@ -380,6 +390,7 @@ impl ReachabilityMap {
     }
 
     /// Lengths of all lines together.
+    #[must_use]
     pub fn lengths(&self) -> MapLengths {
         MapLengths {
             reachable_m: total_m(self.intervals.iter().map(|i| i.span.length_m())),
@@ -388,6 +399,7 @@ impl ReachabilityMap {
     }
 
     /// Memory held, bytes.
+    #[must_use]
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.starts)
             + size_of_val(&*self.intervals)

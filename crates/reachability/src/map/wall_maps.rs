@@ -137,11 +137,13 @@ impl WallMaps {
     }
 
     /// The map of all walls, two for each facet; `None` where no facet is near enough.
+    #[must_use]
     pub const fn map(&self) -> Option<&ReachabilityMap> {
         self.map.as_ref()
     }
 
     /// The facets that were near enough, as they were given.
+    #[must_use]
     pub fn facets(&self) -> &[WallFacet] {
         &self.facets
     }
@@ -150,6 +152,7 @@ impl WallMaps {
     ///
     /// The answer comes from the nearest line first; where that line is out of reach at the place,
     /// the place itself is asked for.
+    #[must_use]
     pub fn present(&self, point_m: DVec3, normal: DVec3) -> Presented {
         let looked_up = |map: &ReachabilityMap| map.look_up(point_m, normal);
         let Some((map, found)) = self.map.as_ref().and_then(|m| Some((m, looked_up(m)?))) else {
@@ -169,6 +172,7 @@ impl WallMaps {
     }
 
     /// Reachable stretches of all lines by their ends, base frame, m; for drawing.
+    #[must_use]
     pub fn stretches(&self) -> Vec<[DVec3; 2]> {
         let Some(map) = &self.map else {
             return Vec::new();

@@ -73,6 +73,7 @@ impl ChainMap {
     ///
     /// `None` where no line is near: for a heading further than 7.5 degrees from all walls, more than half a step outside the
     /// planes or heights, or for NaN. Beyond the ends of a wall nothing is reachable.
+    #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<bool> {
         let across = normal.x * normal.x + normal.y * normal.y;
         let along = |wall: &GridLines| wall.normal.dot(normal);
@@ -96,6 +97,7 @@ impl ChainMap {
 
     /// Area of what was found within the walls' ends and between their first and last heights, m², of all their planes: the
     /// lines' lengths by the trapezoidal rule, as [`PlaneMap::area_m2`](crate::PlaneMap::area_m2) counts.
+    #[must_use]
     pub fn area_m2(&self) -> f64 {
         let area = |wall: &GridLines| -> f64 {
             let lines = &self.lines[wall.first..][..wall.grid.line_count()];

@@ -85,6 +85,7 @@ pub struct LineExtremes {
 
 impl LineExtremes {
     /// From one end to the other, as if there were no hole between.
+    #[must_use]
     pub const fn interval(&self) -> Interval {
         Interval::new(self.lo.s_m, self.hi.s_m)
     }

@@ -24,6 +24,7 @@ pub struct Placement {
 
 impl Placement {
     /// Share of the targets reached, 0 to 1.
+    #[must_use]
     pub fn share(&self) -> f64 {
         self.reachable as f64 / self.total as f64
     }
@@ -51,26 +52,31 @@ pub struct PlacementScores {
 impl PlacementScores {
     /// The best positions, each at its best heading: by targets reached, then by the worst
     /// margin, then in the order of the grid (x fastest).
+    #[must_use]
     pub fn best(&self) -> &[Placement] {
         &self.best
     }
 
     /// What was asked for.
+    #[must_use]
     pub const fn config(&self) -> &PlacementConfig {
         &self.config
     }
 
     /// Targets in all.
+    #[must_use]
     pub const fn total(&self) -> usize {
         self.total
     }
 
     /// Targets reached from position `(ix, iy)` at a heading's index; `None` outside the grid.
+    #[must_use]
     pub fn reachable(&self, ix: usize, iy: usize, heading: usize) -> Option<usize> {
         self.of_position(ix, iy)?.get(heading).map(|&n| n as usize)
     }
 
     /// The best that position `(ix, iy)` gives; `None` outside the grid.
+    #[must_use]
     pub fn cell(&self, ix: usize, iy: usize) -> Option<PlacementCell> {
         let counts = self.of_position(ix, iy)?;
         let reachable = most(counts);
@@ -83,6 +89,7 @@ impl PlacementScores {
 
     /// The heat map: the largest share of targets, 0 to 1, of each position, row by row: all of `x`
     /// for the first of `y`, and so on.
+    #[must_use]
     pub fn shares(&self) -> Vec<f64> {
         let positions = self.counts.chunks_exact(self.config.headings_rad.len());
         let share = |counts| f64::from(most(counts)) / self.total as f64;

@@ -217,27 +217,32 @@ impl WallRegion {
     }
 
     /// The wall.
+    #[must_use]
     pub const fn plane(&self) -> WallPlane {
         self.plane
     }
 
     /// The connected parts; empty where nothing, or only a point or a line, is in reach.
+    #[must_use]
     pub fn polygons(&self) -> &[WallPolygon] {
         &self.polygons
     }
 
     /// Corners of [`triangles`](Self::triangles): those of all rings, in order.
+    #[must_use]
     pub fn vertices(&self) -> &[WallPoint] {
         &self.vertices
     }
 
     /// Triangles that cover the polygons, counter-clockwise, as indices of
     /// [`vertices`](Self::vertices): a constrained Delaunay triangulation, for drawing and sums.
+    #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
     /// Area, m²: the sum over the triangles.
+    #[must_use]
     pub fn area_m2(&self) -> f64 {
         let corner = |&i: &u32| self.vertices[i as usize];
         let area = |t: &[u32; 3]| signed_area_m2(&[corner(&t[0]), corner(&t[1]), corner(&t[2])]);
@@ -245,23 +250,27 @@ impl WallRegion {
     }
 
     /// Is the point in one of the polygons? Their outlines belong to them; NaN is nowhere.
+    #[must_use]
     pub fn contains(&self, at: WallPoint) -> bool {
         self.strips.contains(at)
     }
 
     /// The point of the polygons nearest to `at`: itself where they contain it, `None` where there
     /// are no polygons, or for NaN.
+    #[must_use]
     pub fn nearest(&self, at: WallPoint) -> Option<WallPoint> {
         self.strips.nearest(at)
     }
 
     /// What was proven while the region was made, `None` if that was not asked for or nothing is
     /// near enough to be in reach.
+    #[must_use]
     pub const fn proof(&self) -> Option<&RegionProof> {
         self.proof.as_ref()
     }
 
     /// Lines that were solved.
+    #[must_use]
     pub const fn line_count(&self) -> usize {
         self.lines
     }

@@ -20,6 +20,7 @@ impl WallPolygon {
     }
 
     /// Area without the holes, m², from the outline alone (shoelace formula).
+    #[must_use]
     pub fn area_m2(&self) -> f64 {
         self.rings().map(signed_area_m2).sum()
     }

@@ -323,6 +323,7 @@ impl<'a> Body<'a> {
             t_s: self.f64(2)?.unwrap_or_default(),
             head_m: self.vector(9)?,
             gaze: self.vector(10)?,
+            other_hand_m: self.vector(OTHER_HAND_FIELD)?,
             is_of_another: self.u64(ANOTHER_FIELD)? != 0,
             ..HandFrame::default()
         };

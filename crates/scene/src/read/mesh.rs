@@ -40,6 +40,7 @@ pub struct LoadReport {
 
 impl LoadReport {
     /// Was nothing left out and nothing mended?
+    #[must_use]
     pub fn is_clean(&self) -> bool {
         *self == Self::default()
     }

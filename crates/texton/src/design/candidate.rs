@@ -39,6 +39,7 @@ pub struct DesignLevel {
 
 impl DesignLevel {
     /// As a level for a [`LevelTable`](crate::LevelTable).
+    #[must_use]
     pub const fn level(&self) -> Level {
         Level {
             scan: self.scan,

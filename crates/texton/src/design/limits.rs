@@ -21,6 +21,7 @@ impl PrintProcess {
     /// Sources: the tables of design rules of two printing services, Protolabs Network ("3D printing design rules": clearance,
     /// smallest feature, tolerance) and Fathom ("Additive technologies design guidelines": the same and the thickness of a layer),
     /// read in 2026; where they differ, the more careful number. The height of three layers is this crate's own rule.
+    #[must_use]
     pub const fn limits(self) -> ProcessLimits {
         let (gap, breadth, layer, tolerance) = match self {
             Self::Fdm => (0.5, 2.0, 0.25, 0.3),

@@ -18,6 +18,7 @@ pub struct Encounter {
 
 impl Encounter {
     /// Length of bare plate between the two, mm.
+    #[must_use]
     pub fn gap_mm(&self) -> f64 {
         self.enters_mm - self.leaves_mm
     }
@@ -32,6 +33,7 @@ const COLUMNS: f64 = 1e9;
 impl Texture {
     /// The first other bump on a scan through the middle of one; `None` if there is none in the next 64 rows
     /// (up to 1e9 columns away), so that the scan runs (nearly) along a gap of the grid.
+    #[must_use]
     pub fn encounter(&self, scan: ScanAngle) -> Option<Encounter> {
         let [a, b] = self.texton().radii().to_array();
         let [pitch_mm, _] = self.layout().pitch_mm();

@@ -25,6 +25,7 @@ pub enum Layout {
 
 impl Layout {
     /// Pitch along the long axis and distance of the rows, mm.
+    #[must_use]
     pub const fn pitch_mm(&self) -> [f64; 2] {
         match *self {
             Self::Rectangular { long_mm, short_mm } | Self::Staggered { long_mm, short_mm } => {
@@ -34,6 +35,7 @@ impl Layout {
     }
 
     /// Where the bump of a column and row stands relative to that of column 0 and row 0, mm.
+    #[must_use]
     pub fn offset_mm(&self, column: i64, row: i64) -> DVec2 {
         let [long_mm, short_mm] = self.pitch_mm();
         let moved = match self {
@@ -44,6 +46,7 @@ impl Layout {
     }
 
     /// Area of the plate for each bump, mm².
+    #[must_use]
     pub fn cell_area_mm2(&self) -> f64 {
         let [long_mm, short_mm] = self.pitch_mm();
         long_mm * short_mm

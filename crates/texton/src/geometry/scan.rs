@@ -59,21 +59,25 @@ impl ScanAngle {
     }
 
     /// The angle, rad, from 0 to π/2.
+    #[must_use]
     pub const fn rad(self) -> f64 {
         self.rad
     }
 
     /// The angle, degrees, from 0 to 90.
+    #[must_use]
     pub fn deg(self) -> f64 {
         self.rad.to_degrees()
     }
 
     /// Its cosine: the share of the scan along the long axis.
+    #[must_use]
     pub const fn cos(self) -> f64 {
         self.cos
     }
 
     /// Its sine: the share along the short axis.
+    #[must_use]
     pub const fn sin(self) -> f64 {
         self.sin
     }

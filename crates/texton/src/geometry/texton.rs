@@ -33,6 +33,7 @@ pub struct Radii {
 
 impl Radii {
     /// Along x and along y, mm.
+    #[must_use]
     pub const fn to_array(self) -> [f64; 2] {
         [self.long_mm, self.short_mm]
     }
@@ -97,21 +98,25 @@ impl Texton {
     }
 
     /// The shape.
+    #[must_use]
     pub const fn shape(&self) -> TextonShape {
         self.shape
     }
 
     /// Radii of the base.
+    #[must_use]
     pub const fn radii(&self) -> Radii {
         self.radii
     }
 
     /// Height, mm.
+    #[must_use]
     pub const fn height_mm(&self) -> f64 {
         self.height_mm
     }
 
     /// Radii of the flat top; zero for a hemiellipsoid.
+    #[must_use]
     pub fn top_radii(&self) -> Radii {
         match self.shape {
             TextonShape::Hemiellipsoid => Radii {
@@ -130,22 +135,26 @@ impl Texton {
 
     /// `w(θ) = 2 √(r_x² cos² θ + r_y² sin² θ)`, mm: equation V.1 of the dissertation, which takes this for
     /// the width felt along a scan.
+    #[must_use]
     pub fn width_mm(&self, scan: ScanAngle) -> f64 {
         2.0 * (self.radii.long_mm * scan.cos()).hypot(self.radii.short_mm * scan.sin())
     }
 
     /// Width of the bump across the scan, `2 √(r_x² sin² θ + r_y² cos² θ)`, mm.
+    #[must_use]
     pub fn breadth_mm(&self, scan: ScanAngle) -> f64 {
         2.0 * (self.radii.long_mm * scan.sin()).hypot(self.radii.short_mm * scan.cos())
     }
 
     /// How far a finger's centre line stays on a bump that it meets in the middle, mm:
     /// `2 / √(cos² θ / r_x² + sin² θ / r_y²)`.
+    #[must_use]
     pub fn contact_length_mm(&self, scan: ScanAngle) -> f64 {
         2.0 / (scan.cos() / self.radii.long_mm).hypot(scan.sin() / self.radii.short_mm)
     }
 
     /// Volume above the plate, mm³.
+    #[must_use]
     pub fn volume_mm3(&self) -> f64 {
         let [a, b] = self.radii.to_array();
         match self.shape {
@@ -159,12 +168,14 @@ impl Texton {
     }
 
     /// Area of the base, mm².
+    #[must_use]
     pub fn base_area_mm2(&self) -> f64 {
         PI * self.radii.long_mm * self.radii.short_mm
     }
 
     /// Height of the surface above the plate, mm, at a place relative to the middle of the bump, mm;
     /// zero beside the bump.
+    #[must_use]
     pub fn height_at_mm(&self, at_mm: DVec2) -> f64 {
         let DVec2 { x: x_mm, y: y_mm } = at_mm;
         let [a, b] = self.radii.to_array();
@@ -205,6 +216,7 @@ impl Texton {
     /// A cone's is `atan(tan(side) (c + d) / (2 √(c d)))`, `c` and `d` the radii of its top: an ellipse both of
     /// whose radii shrink by the same length shrinks less between the axes than along them, and least of all
     /// at the top.
+    #[must_use]
     pub fn steepest_rad(&self) -> f64 {
         match self.shape {
             TextonShape::Hemiellipsoid => std::f64::consts::FRAC_PI_2,

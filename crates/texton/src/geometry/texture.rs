@@ -75,16 +75,19 @@ impl Texture {
     }
 
     /// The bump.
+    #[must_use]
     pub const fn texton(&self) -> &Texton {
         &self.texton
     }
 
     /// The grid.
+    #[must_use]
     pub const fn layout(&self) -> &Layout {
         &self.layout
     }
 
     /// Share of the plate that bumps cover.
+    #[must_use]
     pub fn coverage(&self) -> f64 {
         self.texton.base_area_mm2() / self.layout.cell_area_mm2()
     }
@@ -93,6 +96,7 @@ impl Texture {
     ///
     /// Twice the distance from the place halfway between two middles to either ellipse, as the two are
     /// mirror images of each other; zero for bumps that touch.
+    #[must_use]
     pub fn gap_mm(&self) -> f64 {
         let radii = self.texton.radii().to_array();
         let gap_mm = neighbours()
@@ -114,6 +118,7 @@ impl Texture {
     ///
     /// In a rectangular grid all larger angles meet it too. In a staggered grid the scan passes the bump on
     /// the other side where `p_short / tan θ < p_long / 2 - r_x`.
+    #[must_use]
     pub fn least_spaced_rad(&self) -> f64 {
         let [_, short_mm] = self.layout.pitch_mm();
         let moved_mm = self.layout.offset_mm(0, 1).x;
@@ -126,6 +131,7 @@ impl Texture {
     /// long axis; `None` between, where the scan passes the ends of the bumps (the dissertation
     /// uses no such angle). In a staggered grid to the next row where its shifted bump is met, else
     /// `2 p_short / sin θ` where the row after it is met, else `None`.
+    #[must_use]
     pub fn spacing_mm(&self, scan: ScanAngle) -> Option<f64> {
         let [long_mm, short_mm] = self.layout.pitch_mm();
         if scan.sin() == 0.0 {
@@ -144,16 +150,19 @@ impl Texture {
 
     /// Mean distance between the bumps that the centre line of a finger meets, over all parallel lines,
     /// mm: `p_long p_short / (2 √(r_x² sin² θ + r_y² cos² θ))`.
+    #[must_use]
     pub fn mean_encounter_mm(&self, scan: ScanAngle) -> f64 {
         self.layout.cell_area_mm2() / self.texton.breadth_mm(scan)
     }
 
     /// Bumps per second at a speed, `v / d`, Hz, by [`Texture::spacing_mm`].
+    #[must_use]
     pub fn ridge_frequency_hz(&self, scan: ScanAngle, speed_mm_per_s: f64) -> Option<f64> {
         Some(speed_mm_per_s / self.spacing_mm(scan)?)
     }
 
     /// Bumps per second at a speed, Hz, by [`Texture::mean_encounter_mm`].
+    #[must_use]
     pub fn encounter_frequency_hz(&self, scan: ScanAngle, speed_mm_per_s: f64) -> f64 {
         speed_mm_per_s / self.mean_encounter_mm(scan)
     }

@@ -49,16 +49,19 @@ impl HeightField {
     }
 
     /// Columns and rows.
+    #[must_use]
     pub fn size(&self) -> [usize; 2] {
         [self.columns, self.heights_mm.len() / self.columns]
     }
 
     /// Distance of neighbouring pixels, mm.
+    #[must_use]
     pub const fn pitch_mm(&self) -> f64 {
         self.pitch_mm
     }
 
     /// All heights, mm, the lowest row first.
+    #[must_use]
     pub fn heights_mm(&self) -> &[f32] {
         &self.heights_mm
     }
@@ -73,6 +76,7 @@ impl HeightField {
 
     /// Height at a place, mm; linear between the middles of pixels, and constant from the outermost middles
     /// to the border. `None` outside. `at_mm`: from the lower left corner of the field.
+    #[must_use]
     pub fn height_at_mm(&self, at_mm: DVec2) -> Option<f64> {
         let size = self.size();
         let inside = |i: usize| at_mm[i] >= 0.0 && at_mm[i] <= size[i] as f64 * self.pitch_mm;
@@ -88,6 +92,7 @@ impl HeightField {
     }
 
     /// Unit normal of a pixel by central differences, one-sided at the border; z away from the plate.
+    #[must_use]
     pub fn normal(&self, column: usize, row: usize) -> [f64; 3] {
         let [columns, rows] = self.size();
         let (i, j) = (column as i64, row as i64);
@@ -182,6 +187,7 @@ impl HeightField {
 impl Patch {
     /// Height of the true surface above the plate, mm; `None` outside the patch and in its holes.
     /// Goes through every bump: for many places use [`Patch::height_field`].
+    #[must_use]
     pub fn height_at_mm(&self, at_mm: DVec2) -> Option<f64> {
         let size = self.spec().size_mm;
         let on_plate = (0..2).all(|i| at_mm[i] >= 0.0 && at_mm[i] <= size[i]);

@@ -173,11 +173,13 @@ impl Calibration {
     }
 
     /// The conditions, sorted by orientation, then speed.
+    #[must_use]
     pub fn nodes(&self) -> &[CalibrationNode] {
         &self.nodes
     }
 
     /// The conditions as levels to choose from.
+    #[must_use]
     pub fn levels(&self) -> Vec<Level> {
         let level = |node: &CalibrationNode| Level {
             scan: node.scan,

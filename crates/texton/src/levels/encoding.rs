@@ -56,11 +56,13 @@ impl Encoding {
     }
 
     /// The level of a texture, by its place in the list given.
+    #[must_use]
     pub fn level(&self, texture: usize) -> Option<&Level> {
         self.levels.get(texture)
     }
 
     /// The level of the texture whose roughness is nearest, the smoother of two equally near ones; `None` for NaN.
+    #[must_use]
     pub fn level_for(&self, roughness: f64) -> Option<&Level> {
         if roughness.is_nan() {
             return None;
@@ -77,11 +79,13 @@ impl Encoding {
     }
 
     /// The chosen levels, from the smoothest.
+    #[must_use]
     pub fn levels(&self) -> &[Level] {
         self.table.levels()
     }
 
     /// Smallest difference of neighbouring magnitudes; `None` for one texture.
+    #[must_use]
     pub fn least_step(&self) -> Option<f64> {
         let steps = self.levels().windows(2);
         steps

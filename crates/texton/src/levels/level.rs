@@ -46,11 +46,13 @@ impl LevelTable {
     }
 
     /// The levels, from the smoothest.
+    #[must_use]
     pub fn levels(&self) -> &[Level] {
         &self.levels
     }
 
     /// The level whose magnitude is nearest, the smoother of two equally near ones; `None` for NaN.
+    #[must_use]
     pub fn nearest(&self, magnitude: f64) -> Option<&Level> {
         if magnitude.is_nan() {
             return None;

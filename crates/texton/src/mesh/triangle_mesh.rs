@@ -36,12 +36,14 @@ pub struct MeshCheck {
 
 impl MeshCheck {
     /// Is every edge shared by exactly two triangles of the same orientation?
+    #[must_use]
     pub const fn is_watertight(&self) -> bool {
         self.triangles > 0 && self.open_edges == 0 && self.doubled_edges == 0
     }
 
     /// Is it the boundary of a solid: watertight, a surface at every point, oriented outward, without empty
     /// triangles? Triangles that pass through each other are not looked for.
+    #[must_use]
     pub fn is_solid(&self) -> bool {
         self.is_watertight()
             && self.pinched_points == 0
@@ -84,11 +86,13 @@ impl TriangleMesh {
     }
 
     /// The points, mm.
+    #[must_use]
     pub fn points_mm(&self) -> &[[f64; 3]] {
         &self.points_mm
     }
 
     /// The triangles, as indices of points.
+    #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
@@ -99,6 +103,7 @@ impl TriangleMesh {
     }
 
     /// Volume enclosed, mm³, for a watertight mesh.
+    #[must_use]
     pub fn volume_mm3(&self) -> f64 {
         // From a point of the mesh, so that meshes far from the origin lose no digits.
         let Some(origin) = self.points_mm.first().map(|p| DVec3::from_array(*p)) else {
@@ -112,6 +117,7 @@ impl TriangleMesh {
     }
 
     /// Area of all triangles, mm².
+    #[must_use]
     pub fn area_mm2(&self) -> f64 {
         self.triangles
             .iter()
@@ -126,6 +132,7 @@ impl TriangleMesh {
     }
 
     /// Checks every edge and every point.
+    #[must_use]
     pub fn check(&self) -> MeshCheck {
         let edges = Edges::new(self);
         let mut doubled_edges = 0;

@@ -111,6 +111,7 @@ impl ScanEstimator {
     }
 
     /// The direction, rad, from -π to π.
+    #[must_use]
     pub const fn direction_rad(&self) -> f64 {
         self.direction_rad
     }

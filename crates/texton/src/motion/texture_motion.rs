@@ -129,6 +129,7 @@ impl TextureMotion {
     }
 
     /// The limits.
+    #[must_use]
     pub const fn limits(&self) -> &MotionLimits {
         &self.limits
     }
@@ -139,11 +140,13 @@ impl TextureMotion {
     }
 
     /// The direction of the scan, rad.
+    #[must_use]
     pub const fn scan_rad(&self) -> f64 {
         self.scan.direction_rad()
     }
 
     /// The roll for a level and the present scan, rad, from -π/2 to π/2; half a turn more feels the same.
+    #[must_use]
     pub fn roll_for(&self, level: &Level) -> f64 {
         nearest_half_turn(self.scan.direction_rad() + level.scan.rad(), 0.0)
     }
@@ -183,6 +186,7 @@ impl TextureMotion {
     }
 
     /// Is there a place left to ask about?
+    #[must_use]
     pub const fn is_probing(&self) -> bool {
         self.probing.is_some()
     }

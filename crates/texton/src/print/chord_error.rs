@@ -15,6 +15,7 @@ impl Patch {
     ///
     /// `mesh`: of this patch, in its frame, also one from a file or another tool. Each triangle above the
     /// plate is compared with the bump nearest to it.
+    #[must_use]
     pub fn chord_error_mm(&self, mesh: &TriangleMesh) -> f64 {
         let texton = self.texture().texton();
         let [a, b] = texton.radii().to_array();

@@ -252,16 +252,19 @@ impl Patch {
     }
 
     /// The texture.
+    #[must_use]
     pub const fn texture(&self) -> &Texture {
         &self.texture
     }
 
     /// What it was made from.
+    #[must_use]
     pub const fn spec(&self) -> &PatchSpec {
         &self.spec
     }
 
     /// How many bumps there are, and how many were left out.
+    #[must_use]
     pub const fn counts(&self) -> BumpCounts {
         self.counts
     }
@@ -272,6 +275,7 @@ impl Patch {
     }
 
     /// Volume of the true shape, mm³: plate and bumps without holes.
+    #[must_use]
     pub fn volume_mm3(&self) -> f64 {
         let [x, y] = self.spec.size_mm;
         let holes: f64 = self.spec.holes.iter().map(|h| h.diameter_mm.powi(2)).sum();
@@ -280,12 +284,14 @@ impl Patch {
     }
 
     /// Share of the patch that bumps cover.
+    #[must_use]
     pub fn coverage(&self) -> f64 {
         let [x, y] = self.spec.size_mm;
         self.bumps.len() as f64 * self.texture.texton().base_area_mm2() / (x * y)
     }
 
     /// The tiles as patches of their own. Tiles without bumps are plain plates.
+    #[must_use]
     pub fn tiles(&self) -> Vec<Tile> {
         let tiles = self.rectangles();
         let cut = |tile: &Rectangle| {

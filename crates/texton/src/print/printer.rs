@@ -63,6 +63,7 @@ pub enum Finding {
 
 impl Finding {
     /// Does it keep the patch from being printed as designed? Otherwise it is a note.
+    #[must_use]
     pub const fn is_fault(&self) -> bool {
         !matches!(self, Self::LeftOut { .. })
     }
@@ -75,6 +76,7 @@ impl Patch {
     /// What will not come out as designed on a printer; for the released patch only the bumps left out.
     ///
     /// Overlapping bumps do not occur: [`Texture::new`](crate::geometry::Texture::new) refuses them.
+    #[must_use]
     pub fn print_check(&self, printer: &Printer) -> Vec<Finding> {
         let texton = self.texture().texton();
         let least_mm = printer.least_feature_mm;

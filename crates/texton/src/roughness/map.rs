@@ -19,6 +19,7 @@ pub enum SurfaceRoughness {
 
 impl SurfaceRoughness {
     /// The roughness at texture coordinates u, v; `None` for NaN and infinity, also where it is uniform.
+    #[must_use]
     pub fn at(&self, uv: DVec2) -> Option<f64> {
         match self {
             Self::Uniform(value) => uv.is_finite().then_some(*value),
@@ -77,6 +78,7 @@ impl RoughnessMap {
     }
 
     /// Columns and rows.
+    #[must_use]
     pub const fn size(&self) -> [usize; 2] {
         [self.width, self.height]
     }
@@ -86,6 +88,7 @@ impl RoughnessMap {
     ///
     /// u runs to the right and v upwards (as in OBJ files), from 0 to 1 over the image; outside, the value at
     /// the border continues.
+    #[must_use]
     pub fn at(&self, uv: DVec2) -> Option<f64> {
         if !uv.is_finite() {
             return None;

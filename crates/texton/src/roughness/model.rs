@@ -62,6 +62,7 @@ pub enum Prediction {
 
 impl Prediction {
     /// The number, within the range or not.
+    #[must_use]
     pub const fn value(&self) -> Option<f64> {
         match *self {
             Self::Within(value) | Self::Beyond { value, .. } => Some(value),
@@ -70,6 +71,7 @@ impl Prediction {
     }
 
     /// Is it within the model's range?
+    #[must_use]
     pub const fn is_within(&self) -> bool {
         matches!(self, Self::Within(_))
     }

@@ -44,6 +44,7 @@ pub struct Tally {
 
 impl Tally {
     /// Are all as wanted?
+    #[must_use]
     pub const fn is_full(self) -> bool {
         self.hits == self.of
     }
@@ -79,17 +80,20 @@ pub struct OrderScore {
 
 impl OrderScore {
     /// Is every pair of orientations in order, and are those of one rank closer to each other than the ranks?
+    #[must_use]
     pub fn reproduces_orientation(&self) -> bool {
         self.orientation.is_full() && self.plateau < 1.0
     }
 
     /// Is every pair of speeds in order?
+    #[must_use]
     pub fn reproduces_speed(&self) -> bool {
         self.speed.is_full()
     }
 }
 
 /// Every model of this crate with its defaults.
+#[must_use]
 pub fn roughness_models() -> Vec<Box<dyn RoughnessModel>> {
     let variation = |pairs| SpatialVariation {
         pairs,
