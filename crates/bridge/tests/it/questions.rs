@@ -38,6 +38,13 @@ fn say(socket: &mut Socket, text: String) {
     socket.send(Message::Text(text.into())).unwrap();
 }
 
+fn answer(socket: &mut Socket, id: u64, value: u32) {
+    say(
+        socket,
+        format!(r#"{{"type":"answer","id":{id},"value":{value}}}"#),
+    );
+}
+
 #[test]
 fn the_first_answer_that_fits_counts() {
     let (server, address) = start();
@@ -67,14 +74,9 @@ fn the_first_answer_that_fits_counts() {
         say(&mut page, wrong);
     }
     assert_eq!(server.wait(Duration::from_millis(200)), None);
-    say(
-        &mut page,
-        format!(r#"{{"type":"answer","id":{id},"value":5}}"#),
-    );
-    say(
-        &mut page,
-        format!(r#"{{"type":"answer","id":{id},"value":6}}"#),
-    );
+    for value in [5, 6] {
+        answer(&mut page, id, value);
+    }
     assert_eq!(server.wait(Duration::from_secs(10)), Some(5.0));
     // Somebody who comes later sees the next question, not the last one.
     server.ask(Question {
@@ -84,10 +86,7 @@ fn the_first_answer_that_fits_counts() {
     let mut late = connect(address);
     assert_eq!(next(&mut late)["kind"], "two");
     let id = next(&mut page)["id"].as_u64().unwrap();
-    say(
-        &mut late,
-        format!(r#"{{"type":"answer","id":{id},"value":2}}"#),
-    );
+    answer(&mut late, id, 2);
     assert_eq!(server.wait(Duration::from_secs(10)), Some(2.0));
     server.tell("Rest");
     assert_eq!(next(&mut page)["text"], "Rest");
@@ -107,11 +106,9 @@ fn the_page_is_served_to_this_machine_alone() {
         text
     };
     let page = get("localhost");
-    assert!(
-        page.starts_with("HTTP/1.1 200")
-            && page.contains("Content-Security-Policy")
-            && page.contains("Go on")
-    );
+    for part in ["HTTP/1.1 200", "Content-Security-Policy", "Go on"] {
+        assert!(page.contains(part), "{part}");
+    }
     assert!(get("evil.example").starts_with("HTTP/1.1 403"));
     for hostile in [
         "\r\n\r\n",
@@ -130,20 +127,18 @@ fn the_page_is_served_to_this_machine_alone() {
 
 #[test]
 fn answers_fit_their_questions() {
-    for (answering, good, bad) in [
+    let scale = Answering::Scale { points: 5 };
+    let cases: [(Answering, &[f64], &[f64]); 4] = [
         (
             Answering::Number,
-            vec![0.1, 1e6],
-            vec![0.0, -1.0, f64::NAN, f64::INFINITY],
+            &[0.1, 1e6],
+            &[0.0, -1.0, f64::NAN, f64::INFINITY],
         ),
-        (
-            Answering::Scale { points: 5 },
-            vec![1.0, 5.0],
-            vec![0.0, 6.0, 1.5, f64::NAN],
-        ),
-        (Answering::Two, vec![1.0, 2.0], vec![0.0, 3.0]),
-        (Answering::Continue, vec![1.0], vec![2.0]),
-    ] {
+        (scale, &[1.0, 5.0], &[0.0, 6.0, 1.5, f64::NAN]),
+        (Answering::Two, &[1.0, 2.0], &[0.0, 3.0]),
+        (Answering::Continue, &[1.0], &[2.0]),
+    ];
+    for (answering, good, bad) in cases {
         assert!(good.iter().all(|v| answering.fits(*v)), "{answering:?}");
         assert!(!bad.iter().any(|v| answering.fits(*v)), "{answering:?}");
     }

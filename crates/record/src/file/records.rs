@@ -88,8 +88,11 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// What a record is, and its body; or what is left of a body that is cut.
-fn framed(rest: &[u8]) -> Option<(u8, Result<&[u8], &[u8]>)> {
+/// The body of a record, or what is left of one that is cut.
+type Body<'a> = Result<&'a [u8], &'a [u8]>;
+
+/// What a record is, and its body.
+fn framed(rest: &[u8]) -> Option<(u8, Body<'_>)> {
     let mut framing = Cursor { rest };
     let ([op], length) = (framing.array()?, framing.u64()?);
     let whole = usize::try_from(length).ok().and_then(|n| framing.take(n));

@@ -245,10 +245,8 @@ fn three_conditions_run_to_the_end_and_go_on_after_a_cut() {
         let angle_deg = shown.angle_deg.expect("felt");
         let speed_mm_per_s = shown.speed_mm_per_s.expect("felt");
         assert!((angle_deg - wanted.angle_deg).abs() < 3.0, "{shown:?}");
-        assert!(
-            (speed_mm_per_s - wanted.speed_mm_per_s).abs() < 4.0,
-            "{shown:?}"
-        );
+        let off_mm_per_s = speed_mm_per_s - wanted.speed_mm_per_s;
+        assert!(off_mm_per_s.abs() < 4.0, "{shown:?}");
         let force_n = shown.force_n.expect("felt");
         assert!((3.0..15.0).contains(&force_n), "{shown:?}");
         assert!((0.5..2.0).contains(&shown.contact_s), "{shown:?}");
@@ -259,13 +257,8 @@ fn three_conditions_run_to_the_end_and_go_on_after_a_cut() {
     let mut study = Study::resume(&folder, disk).expect("it is done");
     let mut simulated = hwall_study::SimulatedStage::new().expect("one");
     let refused = conduct(&mut study, &mut simulated, &mut answers);
-    assert_eq!(
-        refused,
-        Err(StudyError::OtherArm {
-            stored: ArmKind::Fri,
-            asked: ArmKind::Simulated
-        })
-    );
+    let (stored, asked) = (ArmKind::Fri, ArmKind::Simulated);
+    assert_eq!(refused, Err(StudyError::OtherArm { stored, asked }));
 }
 
 #[test]
@@ -281,10 +274,8 @@ fn a_trial_that_comes_to_nothing_says_why() {
         let (mut stage, _) = stage(person, config);
         let shown = stage.present(&Stimulus::default(), 1).expect("presented");
         let because = stage.because().expect("more words");
-        assert!(
-            shown.fault == fault && because.contains(why),
-            "{shown:?} {because}"
-        );
+        assert_eq!(shown.fault, fault, "{because}");
+        assert!(because.contains(why), "{because}");
         assert_eq!(stage.because(), None);
     }
     let bad = ArmTrialConfig {
@@ -316,10 +307,8 @@ fn an_arm_that_fails_or_is_stopped_ends_the_trial_in_a_named_state() {
     assert!(stops.join().expect("a thread"), "it has ended");
     let because = stage.because().unwrap_or_default();
     let fault = shown.map(|shown| shown.fault);
-    assert!(
-        matches!(fault, Ok(Fault::Interrupted | Fault::ArmGone) | Err(_)),
-        "{fault:?}"
-    );
+    let is_named = matches!(fault, Ok(Fault::Interrupted | Fault::ArmGone) | Err(_));
+    assert!(is_named, "{fault:?}");
     let why = stage.why_ended().unwrap_or_default();
     assert!(why.contains("stopped: requested"), "{because} {why}");
 }

@@ -40,6 +40,22 @@ fn create(folder: &Path, durability: Durability) -> Result<Study, StudyError> {
     Study::create(folder, protocol(), Participants::People, durability)
 }
 
+/// The same with so many subjects.
+fn create_for(folder: &Path, subjects: usize) -> Result<Study, StudyError> {
+    let protocol = Protocol {
+        subjects,
+        ..protocol()
+    };
+    Study::create(folder, protocol, Participants::People, Durability::System)
+}
+
+fn answer(value: f64) -> Answer {
+    Answer {
+        value,
+        answered_s: 1.0,
+    }
+}
+
 /// What a subject without whims feels and says.
 fn shown(angle_deg: f64) -> Presentation {
     let rendered = Rendered {
@@ -62,17 +78,12 @@ fn run(study: &mut Study, steps: usize) -> usize {
             NextStep::Done => return done,
             NextStep::Rest { .. } => study.rested().unwrap(),
             NextStep::Present { trial, .. } => {
-                study
-                    .presented(&shown(90.0 * trial.condition as f64))
-                    .unwrap();
+                let shown = shown(90.0 * trial.condition as f64);
+                study.presented(&shown).unwrap();
             }
             NextStep::Answer { trial, .. } => {
                 let value = (trial.number + 10 * trial.condition) as f64;
-                let answer = Answer {
-                    value,
-                    answered_s: 1.25,
-                };
-                study.answered(answer).unwrap();
+                study.answered(answer(value)).unwrap();
             }
         }
     }
@@ -81,12 +92,7 @@ fn run(study: &mut Study, steps: usize) -> usize {
 
 fn whole(name: &str, subjects: usize) -> (Vec<TrialRecord>, Vec<u8>) {
     let folder = folder(name);
-    let protocol = Protocol {
-        subjects,
-        ..protocol()
-    };
-    let mut study =
-        Study::create(&folder, protocol, Participants::People, Durability::System).unwrap();
+    let mut study = create_for(&folder, subjects).unwrap();
     run(&mut study, usize::MAX);
     let bytes = fs::read(Study::log_path(&folder)).unwrap();
     (study.trials().to_vec(), bytes)
@@ -106,15 +112,11 @@ fn a_cut_at_any_byte_resumes_to_the_same_study() {
         let mut study = if cut < first {
             // Without its protocol there is no study, and nothing had been done: it begins anew in the same folder.
             refused!(resumed, StudyError::NothingRecorded { .. });
-            let protocol = Protocol {
-                subjects: 1,
-                ..protocol()
-            };
-            Study::create(&folder, protocol, Participants::People, Durability::System)
-                .unwrap_or_else(|error| panic!("cut at {cut}: {error}"))
+            create_for(&folder, 1)
         } else {
-            resumed.unwrap_or_else(|error| panic!("cut at {cut}: {error}"))
-        };
+            resumed
+        }
+        .unwrap_or_else(|error| panic!("cut at {cut}: {error}"));
         // Whole lines are never lost: what was answered by then is still there.
         let answered = |b: &[u8]| {
             b.split_inclusive(|b| *b == b'\n')
@@ -143,11 +145,8 @@ fn every_changed_byte_is_found() {
     let (_, bytes) = whole("changed", 1);
     let folder = folder("changes");
     let path = Study::log_path(&folder);
-    let last_line = bytes[..bytes.len() - 1]
-        .iter()
-        .rposition(|b| *b == b'\n')
-        .unwrap()
-        + 1;
+    let mut before = bytes[..bytes.len() - 1].iter();
+    let last_line = before.rposition(|b| *b == b'\n').unwrap() + 1;
     for place in 0..bytes.len() {
         let mut spoilt = bytes.clone();
         spoilt[place] ^= 1 << (place % 8);
@@ -177,10 +176,8 @@ fn every_changed_byte_is_found() {
         exchanged.swap(i, i + 1);
         for wrong in [left_out, doubled, exchanged] {
             fs::write(&path, wrong.concat()).unwrap();
-            assert!(
-                EventLog::open(&path, Durability::System).is_err(),
-                "line {i}"
-            );
+            let opened = EventLog::open(&path, Durability::System);
+            assert!(opened.is_err(), "line {i}");
         }
     }
 }
@@ -250,10 +247,6 @@ fn spoilt_trials_come_again_at_the_end_of_their_block() {
 fn what_is_not_due_is_refused() {
     let folder = folder("refused");
     let mut study = create(&folder, Durability::System).unwrap();
-    let answer = |value: f64| Answer {
-        value,
-        answered_s: 1.0,
-    };
     refused!(study.answered(answer(1.0)), StudyError::NoTrial { .. });
     assert!(study.rested().is_err());
     study.presented(&shown(0.0)).unwrap();
@@ -308,14 +301,11 @@ fn what_is_not_due_is_refused() {
     let event = Event::Rested { subject: 0 };
     let path = Study::log_path(&folder.join("foreign"));
     fs::create_dir_all(folder.join("foreign")).unwrap();
-    EventLog::create(&path, Durability::System)
-        .unwrap()
-        .append(&event)
-        .unwrap();
-    refused!(
-        Study::resume(&folder.join("foreign"), Durability::System),
-        StudyError::NoStudy { .. }
-    );
+    let mut log = EventLog::create(&path, Durability::System).unwrap();
+    log.append(&event).unwrap();
+    drop(log);
+    let foreign = Study::resume(&folder.join("foreign"), Durability::System);
+    refused!(foreign, StudyError::NoStudy { .. });
 }
 
 #[test]
@@ -392,9 +382,8 @@ fn what_would_not_come_back_is_not_written() {
     }
     assert_eq!(fs::read(&path).unwrap(), before);
     // Every number comes back bit by bit.
-    study
-        .presented(&with(&|r| r.force_n = Some(0.1 + 0.2)))
-        .unwrap();
+    let presented = with(&|r| r.force_n = Some(0.1 + 0.2));
+    study.presented(&presented).unwrap();
     let value = 1e-9 * (1.0 + f64::EPSILON);
     let answered_s = 2.0 / 3.0;
     study.answered(Answer { value, answered_s }).unwrap();
@@ -427,10 +416,6 @@ fn a_refused_event_never_is_in_the_log() {
     let mut study = create(&folder, Durability::System).unwrap();
     run(&mut study, 1);
     let before = fs::read(&path).unwrap();
-    let answer = |value: f64| Answer {
-        value,
-        answered_s: 1.0,
-    };
     assert!(study.answered(answer(-3.0)).is_err());
     assert!(study.answered(answer(f64::NAN)).is_err());
     assert!(study.presented(&shown(0.0)).is_err());
@@ -484,20 +469,16 @@ fn a_new_study_makes_all_its_folders() {
 /// The plan of one subject does not take longer with more subjects; a study of the largest size begins at once.
 #[test]
 fn plans_are_those_of_the_whole_schedule() {
-    for order in [
-        hwall_study::TrialOrder::Random,
-        hwall_study::TrialOrder::Latin,
-    ] {
+    use hwall_study::TrialOrder;
+    for order in [TrialOrder::Random, TrialOrder::Latin] {
         let of = |subjects| Protocol {
             subjects,
             order,
             ..protocol()
         };
         for subject in 0..3 {
-            assert_eq!(
-                of(3).plan(subject).unwrap(),
-                of(1000).plan(subject).unwrap()
-            );
+            let [few, many] = [3, 1000].map(|subjects| of(subjects).plan(subject).unwrap());
+            assert_eq!(few, many);
         }
         assert!(of(3).plan(3).unwrap().is_empty());
     }
