@@ -4,6 +4,7 @@ mod arm;
 mod board;
 pub mod body;
 mod error;
+mod low_pass;
 pub mod motion;
 pub mod object;
 pub mod passivity;

@@ -144,12 +144,8 @@ impl ArmBody {
         for (number, parts) in (1..).zip(can_clear) {
             let number = f64::from(number);
             let wanted = "one that the arm can be clear of: does its normal point to the arm, are its lengths in metres?";
-            that(
-                parts.contains(&true),
-                "obstacle of the room",
-                number,
-                wanted,
-            )?;
+            let valid = parts.contains(&true);
+            that(valid, "obstacle of the room", number, wanted)?;
         }
         self.room = room;
         Ok(self)

@@ -1,14 +1,13 @@
 //! Which configuration presents a target.
 
-use super::follower::FollowerConfig;
+use super::follower_config::FollowerConfig;
+use super::goal::{Goal, SAME_NORMAL_RAD, validate};
 use super::solver::{DRIFT_RAD, Place, Solver};
 use crate::board::{BoardTarget, surface_axes};
 use crate::error::HapticsError;
 use glam::{DVec2, DVec3};
-use hwall_geometry::direction;
 use hwall_kinematics::{ArmSolution, BranchPolicy, JointPositions, Unreachable};
 use hwall_motion::ReferenceMotion;
-use hwall_numeric::check::{all_finite, non_negative};
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 /// What was last worked out for a target.
@@ -19,42 +18,6 @@ struct Aim {
     unreachable: Option<Unreachable>,
     /// Rolls that wait for their search; until none is left, the target is not known to be unreachable.
     unsearched: usize,
-}
-
-/// A configuration that puts the board on a target, or behind it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Goal {
-    pub(super) q: JointPositions,
-    /// Where the middle of the face is, on the surface, m.
-    pub(super) point_m: DVec3,
-    pub(super) normal: DVec3,
-    pub(super) roll_rad: f64,
-    /// How far behind the surface, m.
-    pub(super) behind_m: f64,
-}
-
-impl Goal {
-    /// Is another goal so near on the same plane that one face covers both?
-    pub(super) fn is_beside(&self, other: &Self) -> bool {
-        let off = other.point_m - self.point_m;
-        self.normal.angle_between(other.normal) <= SAME_NORMAL_RAD
-            && off.dot(self.normal).abs() <= SAME_PLANE_M
-            && off.length() <= BESIDE_M
-    }
-
-    /// The place on the surface itself.
-    pub(super) fn on_surface(&self) -> Place {
-        self.place(-self.behind_m)
-    }
-
-    /// The place further behind the surface.
-    pub(super) fn place(&self, further_m: f64) -> Place {
-        Place {
-            point_m: self.point_m - self.normal * (self.behind_m + further_m),
-            normal: self.normal,
-            roll_rad: self.roll_rad,
-        }
-    }
 }
 
 /// Another middle or configuration is preferred to the one that was asked for only if it saves this, s.
@@ -84,29 +47,6 @@ const FAMILY_RAD: f64 = 2.0 * DRIFT_RAD;
 const GROWN_M: f64 = 0.01;
 /// A goal that leaves the slack is moved to this share of it.
 const RECENTRED: f64 = 0.5;
-/// Points this far off a plane are on it, and goals this near on it are one place, m.
-const SAME_PLANE_M: f64 = 1e-3;
-const BESIDE_M: f64 = 0.05;
-/// Normals that differ by less belong to one plane, rad.
-const SAME_NORMAL_RAD: f64 = 0.01;
-
-/// Rejects a target that is not finite, or with a negative length. Its unit normal.
-pub(super) fn validate(target: &BoardTarget) -> Result<DVec3, HapticsError> {
-    all_finite("point_m", &target.point_m.to_array())?;
-    all_finite("roll_rad", target.roll_rad.as_slice())?;
-    non_negative("behind_m", target.behind_m)?;
-    for slack in target.slack_m {
-        non_negative("slack_m", slack)?;
-    }
-    for slack in target.sooner_within_m.into_iter().flatten() {
-        non_negative("sooner_within_m", slack)?;
-    }
-    if let Some(near) = &target.near {
-        all_finite("near", &near.0)?;
-    }
-    Ok(direction("normal", target.normal)?)
-}
-
 /// The goal in force and how it was found.
 #[derive(Debug, Clone)]
 pub(super) struct Goals {

@@ -28,9 +28,13 @@
 //! was off its speed for some 50 ms and up to 1.4 mm off its plane, probably because a joint met its limit or a singular pose some
 //! centimetres ahead (not traced).
 
+mod approach_config;
 mod barrier;
+mod barrier_tree;
 mod between;
 mod follower;
+mod follower_config;
+mod goal;
 mod goals;
 mod link;
 mod planner;
@@ -42,9 +46,11 @@ mod slide;
 mod solver;
 mod way;
 
-pub use barrier::{Barrier, BarrierTree};
-pub use follower::{Follower, FollowerConfig};
+pub use approach_config::ApproachConfig;
+pub use barrier::Barrier;
+pub use barrier_tree::BarrierTree;
+pub use follower::Follower;
+pub use follower_config::FollowerConfig;
 pub use planner::{Planner, PlannerConfig};
 pub use profile::{JointBounds, JointMotion};
-pub use route::ApproachConfig;
 pub use slide::Slide;

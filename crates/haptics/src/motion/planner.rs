@@ -1,10 +1,11 @@
 //! Goals and ways, apart from the motion: what takes long is not done in a control step.
 
-use super::barrier::BarrierTree;
+use super::barrier_tree::BarrierTree;
+use super::goal::Destination;
 use super::goals::Goals;
 use super::link::Link;
 use super::preposition::Preposition;
-use super::route::{Destination, Route};
+use super::route::Route;
 use crate::board::BoardTarget;
 use crate::body::PersonBody;
 use crate::error::HapticsError;
@@ -107,7 +108,7 @@ impl Default for Answer {
 /// How much a planner does at a time, and how far ahead its plans begin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannerConfig {
-    /// Fixations at the board after which no other way is looked at in a call of [`Planner::plan`]; default 400, some 0.5 ms. The way
+    /// Looks at the board after which no other way is looked at in a call of [`Planner::plan`]; default 400, some 0.5 ms. The way
     /// under way is looked at to its end: [`Planner::MOST_LOOKS`] more.
     pub looks: usize,
     /// Steps of the control loop after which a plan begins; default 0, for a planner that is called between two steps. On a thread of

@@ -180,25 +180,6 @@ mod tests {
     };
 
     #[test]
-    fn a_resting_goal_is_met_exactly_without_overshoot() {
-        let mut s = Sampler::new(11);
-        for _ in 0..2000 {
-            let start = JointMotion::at_rest(s.uniform(-2.0, 2.0));
-            let goal = s.uniform(-2.0, 2.0);
-            let (lo, hi) = (start.q_rad.min(goal), start.q_rad.max(goal));
-            let mut motion = start;
-            for _ in 0..5000 {
-                motion = motion.towards(goal, &BOUNDS, s.uniform(0.0, 0.01));
-                assert!(
-                    (lo - 1e-15..=hi + 1e-15).contains(&motion.q_rad),
-                    "{motion:?} to {goal}"
-                );
-            }
-            assert_eq!(motion, JointMotion::at_rest(goal));
-        }
-    }
-
-    #[test]
     fn the_way_does_not_depend_on_the_steps() {
         let mut s = Sampler::new(12);
         for _ in 0..2000 {
@@ -285,9 +266,11 @@ mod tests {
         }
     }
 
-    /// Steps to the goal with irregular steps; returns the time at rest there.
+    /// Steps to the goal with irregular steps, no further beyond it than it has to brake; returns the time at rest there.
     fn run(mut joint: JointMotion, goal: f64, bounds: &JointBounds) -> f64 {
         let ahead = (goal - joint.q_rad).signum();
+        let brakes = (joint.stopping_point_rad(bounds) - goal) * ahead;
+        let most = if brakes > 0.0 { brakes + 1e-11 } else { 1e-14 };
         let (mut t, mut i) = (0.0, 0);
         while joint != JointMotion::at_rest(goal) {
             let dt = [1e-3, 3e-4, 1e-9, 7e-4, 9e-6][i % 5];
@@ -299,7 +282,7 @@ mod tests {
             );
             assert!(next.qd_rad_per_s.abs() <= bounds.velocity);
             let over = (next.q_rad - goal) * ahead;
-            assert!(over <= 1e-14, "overshot by {over}");
+            assert!(over <= most, "overshot by {over}");
             (joint, t, i) = (next, t + dt, i + 1);
             assert!(i < 1_000_000, "never arrives: {joint:?}");
         }
@@ -332,42 +315,16 @@ mod tests {
         }
     }
 
-    /// Positions over two seconds in steps of a millisecond.
-    fn positions(mut joint: JointMotion, goal: f64) -> (JointMotion, Vec<f64>) {
-        let mut passed = Vec::new();
-        for _ in 0..2000 {
-            joint = joint.towards(goal, &BOUNDS, 1e-3);
-            passed.push(joint.q_rad);
+    #[test]
+    fn brakes_and_returns_whatever_the_speed_at_first() {
+        let mut s = Sampler::new(11);
+        for _ in 0..200 {
+            let start = JointMotion {
+                q_rad: s.uniform(-2.0, 2.0),
+                qd_rad_per_s: s.uniform(-1.5, 1.5),
+            };
+            run(start, s.uniform(-2.0, 2.0), &BOUNDS);
         }
-        (joint, passed)
-    }
-
-    #[test]
-    fn brakes_and_returns_when_the_goal_jumps_too_near() {
-        let (joint, passed) = positions(
-            JointMotion {
-                q_rad: 0.0,
-                qd_rad_per_s: 1.0,
-            },
-            0.01,
-        );
-        assert_eq!(joint, JointMotion::at_rest(0.01));
-        // The stopping distance v² / 2a, and no more.
-        let furthest = passed.into_iter().fold(0.0, f64::max);
-        assert!((furthest - 0.05).abs() < 1e-12, "{furthest}");
-    }
-
-    #[test]
-    fn turns_round_when_moving_away() {
-        let (joint, passed) = positions(
-            JointMotion {
-                q_rad: 0.0,
-                qd_rad_per_s: -1.0,
-            },
-            0.2,
-        );
-        assert_eq!(joint, JointMotion::at_rest(0.2));
-        assert!(passed.into_iter().fold(0.0, f64::min) >= -0.05 - 1e-6);
     }
 
     #[test]

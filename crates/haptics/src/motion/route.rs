@@ -1,8 +1,10 @@
 //! Which way the board takes to its goal: straight, or by a place behind the surfaces.
 
-use super::barrier::{BarrierTree, Barriers, Footprint, Plane, corners_and_middle};
-use super::goals::Goal;
-use super::search::{Behind, DETOURS, Search, Surroundings};
+use super::approach_config::ApproachConfig;
+use super::barrier::{Footprint, Plane, corners_and_middle};
+use super::barrier_tree::{BarrierTree, Barriers};
+use super::goal::{Destination, Goal};
+use super::search::{Behind, Search, Surroundings};
 use super::solver::{Place, Solver};
 use super::way::{Check, Clear, PLACES, SPARE_M, Way};
 use crate::board::{Board, board_pose, surface_axes};
@@ -10,104 +12,10 @@ use crate::body::{PersonBody, Separation};
 use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_kinematics::JointPositions;
 use hwall_motion::ReferenceMotion;
-use hwall_numeric::check::{non_negative, positive};
-
-/// How the board stays behind the surfaces on its way.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ApproachConfig {
-    /// How far corners and middle of the face may come in front of a surface on their way, m; default 0.003. A way that comes up
-    /// to 1.75 mm further is taken if there is none better, and a way is looked at so closely that it comes no more than 0.25 mm
-    /// further between two looks: with the default the bound is 5 mm, for as long as targets and barriers let the board be
-    /// behind it at all. A board that is further in front already (it was pushed, or the barriers are new) comes no further.
-    pub allowed_m: f64,
-    /// A way that comes in front of a surface is bent. If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the quickest that
-    /// serves is taken, m; default 0.015 to 0.15. All zero: always straight to the goal.
-    pub detours_m: [f64; DETOURS],
-    /// Where no barrier is known at a goal, its plane counts this far around it, m; default 0.3.
-    pub extent_m: f64,
-    /// Over what the face covers at its goal, only the surface that it presents counts; around that, others less and less within
-    /// this margin, m; default 0.2: a shelf stands out of its wall, and a board at an outer corner of a room overhangs it.
-    pub footprint_m: f64,
-    /// While the board is on a detour or has a bend ahead, a shorter way is tried after this time, s; default 0.02.
-    pub retry_s: f64,
-}
-
-impl Default for ApproachConfig {
-    fn default() -> Self {
-        Self {
-            allowed_m: 0.003,
-            detours_m: [0.015, 0.03, 0.045, 0.065, 0.1, 0.15],
-            extent_m: 0.3,
-            footprint_m: 0.2,
-            retry_s: 0.02,
-        }
-    }
-}
-
-impl ApproachConfig {
-    /// Rejects negative settings.
-    ///
-    /// # Errors
-    /// The first setting outside its range; NaN is outside every range.
-    pub fn validate(&self) -> Result<(), HapticsError> {
-        non_negative("allowed_m", self.allowed_m)?;
-        for detour in self.detours_m {
-            non_negative("detours_m", detour)?;
-        }
-        positive("extent_m", self.extent_m)?;
-        non_negative("footprint_m", self.footprint_m)?;
-        positive("retry_s", self.retry_s)?;
-        Ok(())
-    }
-}
 
 /// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
 const SOONER_S: f64 = 0.02;
-/// A search goes on while its destination is off by no more, m and rad.
-const DRIFTS_M: f64 = 0.05;
-const DRIFTS_RAD: f64 = 0.1;
-
-/// Where the board is going, as far as its way is concerned.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Destination {
-    /// A place on a surface, or behind it.
-    Goal(Goal),
-    /// A posture, wherever the board is then.
-    Posture(JointPositions),
-}
-
-impl Destination {
-    pub(super) const fn q(&self) -> &JointPositions {
-        match self {
-            Self::Goal(goal) => &goal.q,
-            Self::Posture(q) => q,
-        }
-    }
-
-    const fn goal(&self) -> Option<&Goal> {
-        match self {
-            Self::Goal(goal) => Some(goal),
-            Self::Posture(_) => None,
-        }
-    }
-
-    /// Does a way to this destination still serve another one, which is the same or has only drifted? It is taken, and the rest of the
-    /// way is planned as for any drift; a search that began anew for every millimetre would not end.
-    fn serves(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Goal(this), Self::Goal(other)) => {
-                this.behind_m == other.behind_m
-                    && this.point_m.distance(other.point_m) <= DRIFTS_M
-                    && this.normal.angle_between(other.normal) <= DRIFTS_RAD
-            }
-            (Self::Posture(this), Self::Posture(other)) => this == other,
-            _ => false,
-        }
-    }
-}
-
 /// What a place is to the way of the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
@@ -518,48 +426,4 @@ fn place_of(face: &Pose) -> Option<Place> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Places left on planes that nobody knows, one behind the other at x, the newest first.
-    fn left(x_m: [f64; 3]) -> [Option<Place>; PLACES] {
-        let mut left = [None; PLACES];
-        for (slot, x_m) in left.iter_mut().zip(x_m) {
-            *slot = Some(Place {
-                point_m: DVec3::new(x_m, 0.0, 0.5),
-                normal: DVec3::X,
-                roll_rad: 0.0,
-            });
-        }
-        left
-    }
-
-    #[test]
-    fn only_the_place_left_last_keeps_its_plane_whether_there_is_a_goal_or_not() {
-        let board = Board::default();
-        let mut route = Route::new(ApproachConfig::default(), Some(board));
-        route.left = left([0.6, 0.5, 0.4]);
-        let counts = |route: &Route, goal: Option<&Goal>| {
-            let planes = route.check(&board, goal).expect("poses are finite").planes;
-            let at_m = planes.into_iter().flatten().map(|plane| plane.point_m.x);
-            at_m.collect::<Vec<_>>()
-        };
-        // On the way to a posture there is no place ahead, and none under way.
-        assert_eq!(counts(&route, None), [0.6]);
-        route.under_way = route.left[1];
-        assert_eq!(counts(&route, None), [0.5, 0.6]);
-        let roles: Vec<Role> = route.places(None).map(|(role, _)| role).collect();
-        let before = Role::LeftBefore;
-        assert_eq!(roles, [Role::UnderWay, Role::LeftLast, before, before]);
-        // A way to a destination in front of the newest plane cannot stay behind it.
-        let mut ends_in_front = route.clone();
-        ends_in_front.ends = board_pose(DVec3::new(0.65, 0.1, 0.5), DVec3::X, 0.0).ok();
-        assert_eq!(counts(&ends_in_front, None), [0.0_f64; 0]);
-        ends_in_front.ends = board_pose(DVec3::new(0.55, 0.1, 0.5), DVec3::X, 0.0).ok();
-        assert_eq!(counts(&ends_in_front, None), [0.6]);
-        // A newest place that was forgotten with its surface passes its role on to nobody.
-        route.left[0] = None;
-        route.under_way = None;
-        assert!(counts(&route, None).is_empty());
-    }
-}
+mod tests;

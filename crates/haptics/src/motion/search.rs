@@ -1,6 +1,6 @@
 //! The search for a way of the board to its goal: straight, bent, or by a place behind the surfaces.
 
-use super::route::Destination;
+use super::goal::Destination;
 use super::solver::{Place, Solver};
 use super::way::{Check, LOOKS_OF_WAY, Way};
 use crate::error::HapticsError;
@@ -9,7 +9,7 @@ use hwall_motion::ReferenceMotion;
 
 /// A configuration for a place takes about as long as so many looks.
 const LOOKS_OF_SOLUTION: usize = 2;
-/// Fixations at the last of the ways of a step, which is looked at to its end.
+/// Looks at the last way of a step, which is looked at to its end.
 pub(super) const LOOKS_OF_LAST: usize = LOOKS_OF_SOLUTION + LOOKS_OF_WAY;
 /// A bend that takes no longer than this, in shares of the straight way and s, is taken without looking further.
 const GOOD_ENOUGH: f64 = 1.15;
@@ -238,7 +238,7 @@ impl Search {
         })
     }
 
-    /// Fixations at the way to the destination by a configuration; `None` if there is no such motion.
+    /// Looks at the way to the destination by a configuration; `None` if there is no such motion.
     fn by_way_of(
         &mut self,
         by_way_of: JointPositions,
@@ -254,7 +254,7 @@ impl Search {
         Some(way)
     }
 
-    /// Fixations at the way to a configuration from which it will go on to the destination.
+    /// Looks at the way to a configuration from which it will go on to the destination.
     fn stopping_at(
         &mut self,
         q: JointPositions,

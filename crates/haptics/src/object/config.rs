@@ -100,12 +100,8 @@ impl ObjectConfig {
         non_negative("friction", self.friction)?;
         let [low, high] = self.range;
         that(low < f64::INFINITY, "range[0]", low, "a number or -inf")?;
-        that(
-            high > f64::NEG_INFINITY,
-            "range[1]",
-            high,
-            "a number or inf",
-        )?;
+        let valid = high > f64::NEG_INFINITY;
+        that(valid, "range[1]", high, "a number or inf")?;
         that(low <= high, "range[1]", high, "at least range[0]")?;
         let e = self.restitution;
         that((0.0..=1.0).contains(&e), "restitution", e, "from 0 to 1")?;
@@ -120,18 +116,10 @@ impl ObjectConfig {
         }
         // What the closed form squares and divides must stay finite.
         let decay = self.damping / self.inertia;
-        that(
-            decay * decay < f64::INFINITY,
-            "damping",
-            self.damping,
-            "less, for this inertia",
-        )?;
-        that(
-            stiffness / self.inertia < f64::INFINITY,
-            "stiffness",
-            stiffness,
-            "less, for this inertia",
-        )?;
+        let valid = decay * decay < f64::INFINITY;
+        that(valid, "damping", self.damping, "less, for this inertia")?;
+        let valid = stiffness / self.inertia < f64::INFINITY;
+        that(valid, "stiffness", stiffness, "less, for this inertia")?;
         Ok(())
     }
 }
@@ -168,12 +156,8 @@ impl Click {
     fn validate(&self) -> Result<(), HapticsError> {
         finite("click start", self.start)?;
         finite("click snap", self.snap)?;
-        that(
-            self.snap > self.start,
-            "click snap",
-            self.snap,
-            "above its start",
-        )?;
+        let valid = self.snap > self.start;
+        that(valid, "click snap", self.snap, "above its start")?;
         let release = self.release;
         let between = (self.start..=self.snap).contains(&release);
         that(

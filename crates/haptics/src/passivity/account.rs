@@ -48,12 +48,8 @@ pub(super) struct Cost {
 impl PortAccount {
     pub(super) fn new(config: PortConfig) -> Result<Self, HapticsError> {
         let periods = config.sampling.delay_s / config.sampling.period_s;
-        that(
-            periods <= MOST_PERIODS as f64,
-            "delay_s over period_s",
-            periods,
-            "at most 60",
-        )?;
+        let valid = periods <= MOST_PERIODS as f64;
+        that(valid, "delay_s over period_s", periods, "at most 60")?;
         // Rounding must not make a delay of whole periods one of a period less.
         let whole = (periods + 1e-9).floor();
         Ok(Self {

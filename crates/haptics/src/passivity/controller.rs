@@ -38,7 +38,6 @@ impl DissipationLimit {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PassivityController {
     limit: DissipationLimit,
-    dissipated_j: f64,
 }
 
 impl PassivityController {
@@ -48,10 +47,7 @@ impl PassivityController {
     /// As [`DissipationLimit::validate`].
     pub fn new(limit: DissipationLimit) -> Result<Self, HapticsError> {
         limit.validate()?;
-        Ok(Self {
-            limit,
-            dissipated_j: 0.0,
-        })
+        Ok(Self { limit })
     }
 
     /// What to add to the command for the coming period: for impedance the force on the device (N) from its velocity (m/s),
@@ -62,7 +58,7 @@ impl PassivityController {
     /// # Errors
     /// NaN, infinity, or a period that is not positive.
     pub fn correction(
-        &mut self,
+        &self,
         balance_j: f64,
         imposed: f64,
         period_s: f64,
@@ -75,13 +71,6 @@ impl PassivityController {
         }
         let gain = (-balance_j / (imposed * imposed * period_s)).min(self.limit.gain);
         let size = (gain * imposed.abs()).min(self.limit.correction);
-        self.dissipated_j += size * imposed.abs() * period_s;
         Ok(-size.copysign(imposed))
-    }
-
-    /// What it has dissipated by its own account, J.
-    #[must_use]
-    pub const fn dissipated_j(&self) -> f64 {
-        self.dissipated_j
     }
 }

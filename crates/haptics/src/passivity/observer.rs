@@ -1,7 +1,7 @@
 //! The account of energy at the port.
 
 use crate::error::HapticsError;
-use hwall_numeric::check::{finite, non_negative};
+use hwall_numeric::check::finite;
 
 /// Energy that has gone in through a port, less what has come out.
 ///
@@ -41,22 +41,6 @@ impl EnergyObserver {
         finite("force_n", force_n)?;
         finite("displacement_m", displacement_m)?;
         self.book_energy(force_n * displacement_m)
-    }
-
-    /// A force (N) and a velocity (m/s) that both last for a time (s). Returns the balance, J.
-    ///
-    /// # Errors
-    /// NaN, infinity or a negative time; the account then stays as it was.
-    pub fn book_power(
-        &mut self,
-        force_n: f64,
-        velocity_m_per_s: f64,
-        dt_s: f64,
-    ) -> Result<f64, HapticsError> {
-        finite("force_n", force_n)?;
-        finite("velocity_m_per_s", velocity_m_per_s)?;
-        non_negative("dt_s", dt_s)?;
-        self.book_energy(force_n * velocity_m_per_s * dt_s)
     }
 
     /// An energy that is known, J: into the device if positive. Returns the balance, J.

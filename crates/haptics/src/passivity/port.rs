@@ -178,12 +178,8 @@ impl PortConfig {
         non_negative("still_band", self.still_band)?;
         non_negative("initial_j", self.initial_j)?;
         positive("spill_s", self.spill_s)?;
-        that(
-            self.capacity_j >= self.initial_j,
-            "capacity_j",
-            self.capacity_j,
-            "at least initial_j",
-        )?;
+        let valid = self.capacity_j >= self.initial_j;
+        that(valid, "capacity_j", self.capacity_j, "at least initial_j")?;
         Ok(())
     }
 }

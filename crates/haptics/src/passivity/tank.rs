@@ -15,7 +15,6 @@ pub struct EnergyTank {
     energy_j: f64,
     capacity_j: f64,
     debt_j: f64,
-    spilled_j: f64,
 }
 
 impl EnergyTank {
@@ -35,7 +34,6 @@ impl EnergyTank {
             energy_j,
             capacity_j,
             debt_j: 0.0,
-            spilled_j: 0.0,
         })
     }
 
@@ -48,7 +46,6 @@ impl EnergyTank {
         let level_j = finite("level_j", self.energy_j - self.debt_j + energy_j)?;
         self.debt_j = (-level_j).max(0.0);
         let level_j = level_j.max(0.0);
-        self.spilled_j += (level_j - self.capacity_j).max(0.0);
         self.energy_j = level_j.min(self.capacity_j);
         Ok(())
     }
@@ -62,7 +59,6 @@ impl EnergyTank {
         that((0.0..=1.0).contains(&share), "share", share, "from 0 to 1")?;
         let gone_j = share * (self.energy_j - above_j).max(0.0);
         self.energy_j -= gone_j;
-        self.spilled_j += gone_j;
         Ok(())
     }
 
@@ -109,11 +105,5 @@ impl EnergyTank {
     #[must_use]
     pub const fn debt_j(&self) -> f64 {
         self.debt_j
-    }
-
-    /// What did not fit, J.
-    #[must_use]
-    pub const fn spilled_j(&self) -> f64 {
-        self.spilled_j
     }
 }

@@ -1,5 +1,8 @@
 //! One control step: watch the inputs, feel for a touch, move or hold.
 
+mod diversions;
+mod inputs;
+
 use super::aim::aimed_at;
 use super::config::{ForceConfig, RendererConfig, WatchdogConfig};
 use super::contact::{ContactDetector, ContactState};
@@ -12,7 +15,6 @@ use super::proximity::ProximityConfig;
 use super::recess::clear_of;
 use super::step::{Phase, RenderInput, RenderStep};
 use super::supervised::{SpeedCap, Withdrawal};
-use super::yielding::beyond;
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::{Board, BoardTarget};
 use crate::body::Separation;
@@ -21,29 +23,12 @@ use crate::motion::{BarrierTree, Follower, Planner};
 use crate::safety::SafeRequest;
 use crate::usual_step::UsualStep;
 use glam::DVec3;
-use hwall_geometry::Wrench;
-use hwall_kinematics::{
-    ArmKinematics, JointPositions, JointTorques, JointVelocities, Unreachable, WrenchConfig,
-    WrenchEstimate,
-};
+use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
 
-/// No hand presses and no arm bears more, N: beyond it the torque sensors are broken, and the filter would take long
-/// to forget what they say.
-const MAX_FORCE_N: f64 = 1e4;
-
 /// A board that stops within this time counts as one at rest, s: it may go along with an object, or be commanded again after a hold.
 const AT_REST_S: f64 = 0.02;
-/// Joints slower than this count as at rest even if they brake gently, rad/s: ten times the noise of velocities.
-const NOISE_RAD_PER_S: f64 = 5e-3;
-/// A motion that could stop within this time has stopped, s.
-const ROUNDING_S: f64 = 1e-9;
-/// A finger within this of the middle of the face keeps the board on a moving object between two pushes, m.
-const RIDES_M: f64 = 0.2;
-
-/// What is less than this may be an error of the torque sensors, and moves no object, N.
-const LIGHT_N: f64 = 0.5;
 
 /// Outcome of an aim.
 #[derive(Debug, Clone, Copy, Default)]
@@ -316,245 +301,30 @@ impl Renderer {
             self.is_detached = true;
         }
         RenderStep {
-            command,
-            phase,
             wrench,
             normal_force_n,
             unreachable,
-            goal: self.follower.goal(),
             sliding,
-            left_s: self.follower.left_s(),
             obstructed,
             object_port: self.objects.as_ref().and_then(Objects::ledger),
+            ..self.report(command, phase)
+        }
+    }
+
+    /// A step of which nothing more is known.
+    fn report(&self, command: ArmCommand, phase: Phase) -> RenderStep {
+        RenderStep {
+            command,
+            phase,
+            wrench: None,
+            normal_force_n: None,
+            unreachable: None,
+            goal: self.follower.goal(),
+            sliding: false,
+            left_s: self.follower.left_s(),
+            obstructed: false,
+            object_port: None,
             blocked: self.follower.is_blocked(),
-        }
-    }
-
-    /// What a supervisor asks for instead of going on: to stand, to withdraw, or to give way.
-    fn supervised(
-        &mut self,
-        request: Option<SafeRequest>,
-        torque: Option<&JointTorques>,
-        dt_s: f64,
-    ) -> ArmCommand {
-        let Self {
-            withdrawal,
-            follower,
-            ..
-        } = self;
-        let pushed = |bias: JointTorques| torque.map(|torque| beyond(torque, &bias));
-        let back = match request {
-            Some(SafeRequest::Yield {
-                speed_m_per_s,
-                bias,
-            }) => {
-                let torque = pushed(bias.unwrap_or_default());
-                Some(withdrawal.give_way(follower, torque.as_ref(), speed_m_per_s, dt_s))
-            }
-            Some(SafeRequest::Retreat {
-                behind_m,
-                speed_m_per_s,
-                bias,
-            }) => {
-                let torque = bias.and_then(pushed);
-                match withdrawal.is_pushed(torque.as_ref()) {
-                    true => {
-                        Some(withdrawal.give_way(follower, torque.as_ref(), speed_m_per_s, dt_s))
-                    }
-                    false => withdrawal.step(follower, behind_m, speed_m_per_s, dt_s),
-                }
-            }
-            _ => None,
-        };
-        if let Some(q) = back {
-            return ArmCommand::Position(q);
-        }
-        // The arm brakes by itself.
-        self.end_withdrawal();
-        self.is_detached = true;
-        let _ = self.follower.brake(dt_s);
-        ArmCommand::Hold
-    }
-
-    /// The motion goes on from where the board has withdrawn to.
-    fn end_withdrawal(&mut self) {
-        if let Some((q, qd)) = self.withdrawal.end() {
-            let _ = self.follower.restart(&q, &qd);
-        }
-    }
-
-    /// No object is under the hand any more; all go on by themselves.
-    fn stop_objects(&mut self, dt_s: f64) {
-        self.let_go(None);
-        if let Some(objects) = &mut self.objects {
-            objects.go_on(dt_s);
-        }
-    }
-
-    /// The board leaves the object that it was on; its motion goes on from there, or from the measured state of an arm that
-    /// torques took there.
-    fn let_go(&mut self, state: Option<&ArmState>) {
-        let Some(objects) = &mut self.objects else {
-            return;
-        };
-        let by_torques = objects.by_torques();
-        let Some((q, qd)) = objects.release() else {
-            return;
-        };
-        let measured = state.filter(|_| by_torques);
-        let (q, qd) = measured.map_or((q, qd), |state| (state.q, state.qd));
-        let _ = self.follower.restart(&q, &qd);
-    }
-
-    /// Does the board stay on the object that it was pushed on? A push may be lighter than what begins a touch, and a finger that a
-    /// door runs away from will meet it again: it stays until the finger leaves.
-    fn rides(&self, input: &RenderInput<'_>, state: &ArmState) -> bool {
-        let touched = self.touched_object();
-        touched.is_some()
-            && touched == input.object
-            && input.person_m.iter().any(|point| {
-                let face = self.arm().forward(&state.q);
-                point.distance(face.position_m()) <= RIDES_M
-            })
-    }
-
-    /// A board that is met on its way to an object comes to rest before it goes along with that, or slides: joints cannot stop at once.
-    fn comes_to_rest(&self, input: &RenderInput<'_>) -> bool {
-        self.objects.is_some()
-            && input.object.is_some()
-            && self.touched_object().is_none()
-            && self.follower.stop_s() > AT_REST_S
-    }
-
-    /// The time by which the command goes on.
-    fn tick(&mut self, now_s: f64) -> Result<f64, HoldReason> {
-        if !now_s.is_finite() {
-            return Err(HoldReason::NonFiniteTime);
-        }
-        // After a clock was set back, time counts from its new value.
-        let elapsed_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
-        if elapsed_s < 0.0 {
-            return Err(HoldReason::TimeReversed { by_s: -elapsed_s });
-        }
-        Ok(self.steps.advance(elapsed_s, self.watchdog.max_step_s))
-    }
-
-    fn check_state(&self, now_s: f64, state: &ArmState) -> Result<(), HoldReason> {
-        state.validate().map_err(|error| match error {
-            HapticsError::NonFiniteState { what, joint, .. } => {
-                HoldReason::NonFiniteState { what, joint }
-            }
-            _ => HoldReason::NonFiniteState {
-                what: "state",
-                joint: 0,
-            },
-        })?;
-        let age_s = now_s - state.t_s;
-        if age_s.abs() > self.watchdog.max_state_age_s {
-            return Err(HoldReason::StaleState { age_s });
-        }
-        Ok(())
-    }
-
-    /// Commands the arm again from where it is, once it has come to rest; false until then.
-    fn attach(&mut self, state: &ArmState) -> Result<bool, HoldReason> {
-        if !self.is_detached {
-            return Ok(true);
-        }
-        let fastest = state
-            .qd
-            .0
-            .iter()
-            .fold(0.0, |most: f64, qd| most.max(qd.abs()));
-        let stop_s = self.follower.limits().stop_s(&state.qd);
-        let qd = if stop_s > AT_REST_S && fastest > NOISE_RAD_PER_S {
-            state.qd
-        } else if self.follower.stop_s() > ROUNDING_S {
-            // What is left of the measured speed may be noise, or the end of a motion.
-            return Ok(false);
-        } else {
-            self.is_detached = false;
-            JointVelocities::default()
-        };
-        let bad = |_| HoldReason::NonFiniteState {
-            what: "q",
-            joint: 0,
-        };
-        self.follower.restart(&state.q, &qd).map_err(bad)?;
-        Ok(!self.is_detached)
-    }
-
-    /// The command that goes along with a touched object; `None` without one.
-    fn along_with_object(
-        &mut self,
-        phase: Phase,
-        input: &RenderInput<'_>,
-        state: &ArmState,
-        wrench: Option<Wrench>,
-        dt_s: f64,
-    ) -> Option<(ArmCommand, Option<Unreachable>, bool)> {
-        let rides = self.rides(input, state);
-        let comes_to_rest = self.comes_to_rest(input);
-        let objects = self.objects.as_mut()?;
-        let is_contact = matches!(phase, Phase::Contact { .. });
-        let rides = matches!(phase, Phase::NonContact) && rides;
-        let wrench = if is_contact || self.felt_n >= LIGHT_N {
-            wrench
-        } else {
-            Some(Wrench::default())
-        };
-        let touched = input
-            .object
-            .filter(|_| (is_contact || rides) && !comes_to_rest);
-        let rendered = match (touched, wrench) {
-            (Some(index), Some(wrench)) if dt_s > 0.0 => {
-                let q = self.follower.commanded();
-                let slide = input.slide.filter(|_| is_contact);
-                objects.render(index, &q, state, (&wrench, slide), dt_s)
-            }
-            _ => None,
-        };
-        objects.go_on(dt_s);
-        match rendered {
-            Some(Ok(step)) => {
-                let slides = is_contact && input.slide.is_some_and(|s| s.validate().is_ok());
-                let slides = slides && step.unreachable.or(step.cannot_slide).is_none();
-                Some((step.command, step.unreachable, slides))
-            }
-            Some(Err(_)) => Some((ArmCommand::Hold, None, false)),
-            None if touched.is_some() && objects.touched().is_some() => {
-                Some((ArmCommand::Hold, None, false))
-            }
-            None => {
-                self.let_go(Some(state));
-                None
-            }
-        }
-    }
-
-    /// Force and moment of the outside on the face at its measured place, base axes, about its middle; and how hard it is pressed, N.
-    fn felt(&self, state: &ArmState) -> Result<Option<(Wrench, f64)>, HoldReason> {
-        let Some(torque) = state.external_torque else {
-            return Ok(None);
-        };
-        let ForceConfig {
-            damping_m,
-            moment_length_m,
-            ..
-        } = self.force;
-        let (face, jacobian) = self.arm().forward_and_jacobian(&state.q);
-        let outward = face.rotation().z_axis;
-        let config = WrenchConfig {
-            damping_m,
-            moment_length_m,
-        };
-        let found = WrenchEstimate::from_torques(&jacobian, &torque, &config);
-        let wrench = found.map(|estimate| estimate.wrench).ok();
-        let force_n = wrench.map_or(f64::NAN, |wrench| -wrench.normal_force_n(outward));
-        // NaN, from torques too large to square, fails the comparison.
-        match wrench {
-            Some(wrench) if force_n.abs() <= MAX_FORCE_N => Ok(Some((wrench, force_n))),
-            _ => Err(HoldReason::ImplausibleForce { force_n }),
         }
     }
 
@@ -607,17 +377,6 @@ impl Renderer {
         }
     }
 
-    /// First-order low pass.
-    fn filtered(&mut self, force_n: f64, dt_s: f64) -> f64 {
-        let share = if self.force.filter_s > 0.0 {
-            -(-dt_s / self.force.filter_s).exp_m1()
-        } else {
-            1.0
-        };
-        self.felt_n += share * (force_n - self.felt_n);
-        self.felt_n
-    }
-
     /// The arm brakes by itself; the command comes to rest beside it.
     fn hand_over(&mut self, reason: HoldReason, dt_s: f64) -> RenderStep {
         // From nothing after a fault, for a single raw value may be all noise; but a finger that presses is not taken
@@ -631,18 +390,6 @@ impl Renderer {
         self.is_detached = true;
         // The step is finite and not negative, so braking cannot fail.
         let _ = self.follower.brake(dt_s);
-        RenderStep {
-            command: ArmCommand::Hold,
-            phase: Phase::Hold(reason),
-            wrench: None,
-            normal_force_n: None,
-            unreachable: None,
-            goal: self.follower.goal(),
-            sliding: false,
-            left_s: self.follower.left_s(),
-            obstructed: false,
-            object_port: None,
-            blocked: self.follower.is_blocked(),
-        }
+        self.report(ArmCommand::Hold, Phase::Hold(reason))
     }
 }

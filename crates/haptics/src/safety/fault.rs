@@ -23,6 +23,10 @@ pub(super) struct Fault {
 }
 
 impl Fault {
+    pub(super) const fn new(reason: SafeReason, severity: Severity) -> Self {
+        Self { reason, severity }
+    }
+
     /// The worse of two; of equals the first.
     pub(super) fn worse(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
@@ -97,10 +101,7 @@ impl FaultMachine {
     /// Stopped, latched.
     pub(super) fn stop(&mut self, now_s: f64) {
         self.trouble = Some(Trouble {
-            fault: Fault {
-                reason: SafeReason::Requested,
-                severity: Severity::Broken,
-            },
+            fault: Fault::new(SafeReason::Requested, Severity::Broken),
             stage: Stage::Stop,
             since_s: now_s,
             sound_since_s: None,

@@ -1,11 +1,13 @@
 //! Between renderer and arm: every input watched, every command limited, every fault a named safe state.
 
+mod limited;
+
 use super::cycle::{Sent, SupervisorInput, SupervisorStep};
 use super::fault::{Condition, Fault, FaultMachine, Severity, Stage};
 use super::limits::braking::Braking;
 use super::limits::motion_guard::GuardLimits;
 use super::limits::person::PersonPart;
-use super::state::{Channel, SafeReason, SafeRequest, SafeState};
+use super::state::{SafeReason, SafeRequest, SafeState};
 use super::supervisor_config::SupervisorConfig;
 use super::watch::agreement::Agreement;
 use super::watch::clock::Clock;
@@ -14,11 +16,10 @@ use super::watch::inspection::Inspection;
 use super::watch::torque_bias::TorqueBias;
 use crate::arm::ArmCommand;
 use crate::board::Board;
-use crate::body::{ArmBody, BodyRegion, PersonBody, Separation};
+use crate::body::{ArmBody, PersonBody, Separation};
 use crate::error::HapticsError;
-use crate::render::{beyond, distance_and_closing, is_push};
 use glam::DVec2;
-use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
+use hwall_kinematics::{ArmKinematics, JointTorques};
 use std::sync::Arc;
 
 /// A held arm whose joints are slower than this has come to rest, rad/s: above what the noise of sensors makes of a resting arm.
@@ -191,20 +192,15 @@ impl Supervisor {
             _ => {}
         }
         let found = match tick {
-            Err(reason) => Some(Fault {
-                reason,
-                severity: Severity::Blind,
-            }),
+            Err(reason) => Some(Fault::new(reason, Severity::Blind)),
             Ok(_) => {
                 let (body, now_s) = (self.separation.body(), self.clock.elapsed_s);
                 let found = self.inspection.look(input, self.sent, body, now_s);
                 Fault::worse(found.worst, self.biased(input, found.arm_is_sound, dt_s))
             }
         };
-        let refused = std::mem::take(&mut self.refused).then_some(Fault {
-            reason: SafeReason::Refused,
-            severity: Severity::Blind,
-        });
+        let refused = Fault::new(SafeReason::Refused, Severity::Blind);
+        let refused = std::mem::take(&mut self.refused).then_some(refused);
         let found = Fault::worse(found, refused);
         let timing = &self.config.timing;
         let qd = &input.state.qd.0;
@@ -285,17 +281,13 @@ impl Supervisor {
         }
         bias.step(input.state, is_out_of_reach && contact.is_none(), dt_s);
         if let Some((joint, torque_n_m)) = contact {
-            return Some(Fault {
-                reason: SafeReason::UnexpectedContact { joint, torque_n_m },
-                severity: Severity::Unsure,
-            });
+            let reason = SafeReason::UnexpectedContact { joint, torque_n_m };
+            return Some(Fault::new(reason, Severity::Unsure));
         }
         let (joint, bias_n_m) = bias.beyond(self.arm.joint_count(), &self.guard)?;
-        Some(Fault {
-            reason: SafeReason::TorqueBias { joint, bias_n_m },
-            // A hand may be near by now, and a touch would be hidden: somebody has to look.
-            severity: Severity::Broken,
-        })
+        // A hand may be near by now, and a touch would be hidden: somebody has to look.
+        let reason = SafeReason::TorqueBias { joint, bias_n_m };
+        Some(Fault::new(reason, Severity::Broken))
     }
 
     /// The command to send, and what it was cut by.
@@ -310,195 +302,11 @@ impl Supervisor {
                 self.limited(input, dt_s, Some(self.config.timing.retreat_m_per_s))
             }
             Some(Stage::Compliant) => {
-                let last = match self.sent {
-                    Sent::Torque(torque) => torque,
-                    _ => JointTorques::default(),
-                };
-                let (torque, _) = self
-                    .guard
-                    .limited_torque(&last, &JointTorques::default(), dt_s);
+                let (torque, _) = self.limited_torque(&JointTorques::default(), dt_s);
                 (ArmCommand::Torque(torque), None)
             }
             Some(Stage::Hold | Stage::Stop) => (ArmCommand::Hold, None),
         }
-    }
-
-    /// The renderer's command within all limits. `retreat`: the speed of one, m/s.
-    fn limited(
-        &mut self,
-        input: &SupervisorInput<'_>,
-        dt_s: f64,
-        retreat: Option<f64>,
-    ) -> (ArmCommand, Option<(f64, SafeReason)>) {
-        match input.command {
-            ArmCommand::Position(wanted) => self.limited_position(input, &wanted, dt_s, retreat),
-            ArmCommand::Torque(wanted) => {
-                let last = match self.sent {
-                    Sent::Torque(torque) => torque,
-                    _ => JointTorques::default(),
-                };
-                let (torque, cut) = self.guard.limited_torque(&last, &wanted, dt_s);
-                let (q, qd) = (&input.state.q, &input.state.qd);
-                if let Some(reason) = self.too_near(input.now_s, q, qd, false) {
-                    return (ArmCommand::Hold, Some((0.0, reason)));
-                }
-                let near = self.near(input, q, qd, retreat);
-                let slowed = near.or(cut.map(|reason| (1.0, reason)));
-                (ArmCommand::Torque(torque), slowed)
-            }
-            other => (other, None),
-        }
-    }
-
-    /// Cuts slow the arm down as hard as its joints may, not harder; the share is what was allowed.
-    fn limited_position(
-        &mut self,
-        input: &SupervisorInput<'_>,
-        wanted: &JointPositions,
-        dt_s: f64,
-        retreat: Option<f64>,
-    ) -> (ArmCommand, Option<(f64, SafeReason)>) {
-        let (wanted, cut) = self.guard.within(wanted);
-        let mut slowed = cut.map(|reason| (1.0, reason));
-        let state = input.state;
-        let last = match (self.braking, self.sent) {
-            (Some(braking), Sent::Position(_)) => braking,
-            _ => Braking::from_state(&state.q, &state.qd.0, &self.guard.velocity_rad_per_s),
-        };
-        if dt_s <= 0.0 {
-            // No time passes: where it was sent, it stays.
-            self.braking = Some(last);
-            return (ArmCommand::Position(*last.sent()), slowed);
-        }
-        let most = self.guard.acceleration_rad_per_s2;
-        let rates = last.rates_rad_per_s(&wanted, &most, dt_s);
-        let (mut share, joint_cut) = self.guard.share_of_rates(&rates);
-        if let Some(reason) = joint_cut {
-            slowed = Some((share, reason));
-        }
-        let qd = JointVelocities(rates.map(|rate| share * rate));
-        if let Some((less, reason)) = self.near(input, last.sent(), &qd, retreat) {
-            share *= less;
-            slowed = Some((share, reason));
-        }
-        // A way back begins at rest, wherever the arm was going.
-        let is_cut = share < 1.0 || retreat.is_some();
-        let mut next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
-        // Nothing is safer than braking, so braking is not judged again.
-        let (at, qd) = (next.sent(), next.rates());
-        if let Some(reason) = self.too_near(input.now_s, at, qd, retreat.is_some()) {
-            next = last.next(&wanted, &rates, Some(0.0), &most, dt_s);
-            slowed = Some((next.share_of(&rates), reason));
-        }
-        // While it makes up for a cut it is slowed for the same reason, and asks for nothing more.
-        self.cut_for = match slowed {
-            Some((_, reason)) => Some(reason),
-            None => self.cut_for.filter(|_| next.sent() != &wanted),
-        };
-        let slowed = slowed.or(self.cut_for.map(|reason| (1.0, reason)));
-        let (sent, _) = self.guard.within(next.sent());
-        self.braking = Some(next.sending(sent));
-        (ArmCommand::Position(sent), slowed)
-    }
-
-    /// What would the arm come too near to before it had come to rest from this motion: itself, the room, head or torso? One that
-    /// `leaves` may move away from a person.
-    fn too_near(
-        &self,
-        now_s: f64,
-        q: &JointPositions,
-        qd: &JointVelocities,
-        leaves: bool,
-    ) -> Option<SafeReason> {
-        let braking = &self.guard.acceleration_rad_per_s2;
-        let body = self.separation.body();
-        let here = body.at(q);
-        if let Some(nearest) = body.meets_from(&here, q, qd, braking) {
-            return Some(SafeReason::met(&nearest));
-        }
-        let gap = (self.separation).gap_from(&here, (q, qd), &self.person, now_s, leaves)?;
-        (gap.left_m < 0.0 || gap.left_m.is_nan()).then_some(SafeReason::PersonNear {
-            part: match gap.region {
-                BodyRegion::Head | BodyRegion::Torso => Channel::Head,
-                BodyRegion::Arm => Channel::Palm,
-            },
-            distance_m: gap.distance_m,
-        })
-    }
-
-    /// Share of a joint motion that the person's points (and a retreat) allow, and the tightest reason; `None`: all of it.
-    fn near(
-        &self,
-        input: &SupervisorInput<'_>,
-        q: &JointPositions,
-        qd: &JointVelocities,
-        retreat: Option<f64>,
-    ) -> Option<(f64, SafeReason)> {
-        /// Slower than this nothing is slowed down, m/s.
-        const SLOWEST_M_PER_S: f64 = 1e-3;
-        if input.person.is_empty() && retreat.is_none() {
-            return None;
-        }
-        let (face, jacobian) = self.arm.forward_and_jacobian(q);
-        let twist = jacobian.twist(qd);
-        let limits = &self.config.person;
-        // Cuts brake no harder than the joints may, all together.
-        let stop_s = (qd.0.iter().zip(&self.guard.acceleration_rad_per_s2))
-            .map(|(qd, most)| qd.abs() / most)
-            .fold(0.0, f64::max);
-        let mut tightest: Option<(f64, SafeReason)> = None;
-        let mut cap = |allowed: f64, speed: f64, reason: SafeReason| {
-            let share = allowed / speed.max(SLOWEST_M_PER_S);
-            if share < tightest.map_or(1.0, |(share, _)| share) {
-                tightest = Some((share, reason));
-            }
-        };
-        for point in input
-            .person
-            .iter()
-            .filter(|point| point.part.may_be_touched() && point.position_m.is_finite())
-        {
-            let (distance_m, closing) =
-                distance_and_closing(&self.board, &face, &twist, point.position_m);
-            let reason = SafeReason::PersonNear {
-                part: point.part.channel(),
-                distance_m,
-            };
-            let separation = &limits.separation;
-            cap(
-                separation.allowed_stopping_m_per_s(distance_m, closing, stop_s),
-                closing,
-                reason,
-            );
-            if distance_m <= limits.contact_zone_m {
-                cap(self.speed_cap_m_per_s, closing, reason);
-            }
-        }
-        if let (Some(speed), Some(trouble)) = (retreat, self.faults.trouble) {
-            let outward = twist.linear_m_per_s.dot(face.rotation().z_axis);
-            let reason = trouble.fault.reason;
-            let is_pressed = trouble.fault.severity == Severity::Pressed;
-            let bias = match self.torque_bias() {
-                None if is_pressed => Some(JointTorques::default()),
-                bias => bias,
-            };
-            let push = input.state.external_torque.zip(bias);
-            let push = push.map(|(torque, bias)| beyond(&torque, &bias));
-            let gives_way = push.is_some_and(|push| {
-                let power_w: f64 = push.0.iter().zip(&qd.0).map(|(n_m, qd)| n_m * qd).sum();
-                is_push(&push) && power_w > 0.0
-            });
-            let speed = match gives_way {
-                true => self.config.timing.yield_m_per_s,
-                false => speed,
-            };
-            cap(speed, twist.linear_m_per_s.length(), reason);
-            // A retreat goes back, and not forward, unless it is pushed there.
-            if outward > SLOWEST_M_PER_S && !gives_way {
-                cap(0.0, outward, reason);
-            }
-        }
-        tightest
     }
 
     fn remember(&mut self, input: &SupervisorInput<'_>, command: ArmCommand) {

@@ -1,11 +1,12 @@
 //! The board on its way: behind the surfaces, and exactly at its place at the end.
 
+use crate::support::{Change, assert_named, iiwa as arm};
 use glam::DVec3;
 use hwall_haptics::{
-    ApproachConfig, Barrier, BarrierTree, Board, BoardTarget, Follower, FollowerConfig,
-    HapticsError, Planner, PlannerConfig, board_pose,
+    ApproachConfig, Barrier, BarrierTree, Board, BoardTarget, Follower, FollowerConfig, Planner,
+    PlannerConfig, board_pose,
 };
-use hwall_kinematics::{JointPositions, SrsArm};
+use hwall_kinematics::JointPositions;
 use hwall_testkit::Sampler;
 use std::sync::Arc;
 
@@ -29,22 +30,26 @@ fn barriers() -> Vec<Barrier> {
     ]
 }
 
-fn arm() -> SrsArm {
-    let face = Board::default().flange_from_board_face().unwrap();
-    SrsArm::iiwa7().with_tool(face)
-}
-
 /// Elbow to the side, the board behind the first wall.
 fn waiting() -> JointPositions {
     JointPositions::from_deg([24.0, 62.0, -104.0, -108.0, -37.0, -82.0, 36.0])
 }
 
 fn follower(barriers: &[Barrier]) -> Follower {
+    follower_with(barriers, ApproachConfig::default())
+}
+
+fn follower_with(barriers: &[Barrier], config: ApproachConfig) -> Follower {
     let mut follower = Follower::new(Arc::new(arm()), FollowerConfig::default(), &waiting())
         .unwrap()
-        .with_board(ApproachConfig::default(), Board::default());
+        .with_board(config, Board::default());
     follower.set_barriers(barriers);
     follower
+}
+
+fn go_on(follower: &mut Follower) {
+    follower.step(DT_S).unwrap();
+    follower.plan();
 }
 
 /// A call of the planner looks at ways no more often.
@@ -117,8 +122,7 @@ fn random_targets(
                 let share = [0.09, 0.25, 0.5, 0.7, 1.0][sampler.index(5)];
                 follower.set_speed_share(share).unwrap();
             }
-            follower.step(DT_S).unwrap();
-            follower.plan();
+            go_on(&mut follower);
             assert!(follower.looks() <= most_looks());
             outcome.in_front_m.extend(follower.protrusion_m());
         }
@@ -206,8 +210,7 @@ fn the_board_ends_exactly_at_its_place() {
     };
     follower.set_target(&target).unwrap();
     for _ in 0..2000 {
-        follower.step(DT_S).unwrap();
-        follower.plan();
+        go_on(&mut follower);
     }
     let face = follower.commanded_pose();
     let wanted = DVec3::new(WALL_X_M - 0.01, -0.05, 0.6);
@@ -218,16 +221,11 @@ fn the_board_ends_exactly_at_its_place() {
 /// How long the board takes to each target when it was on its way to another one before, s; `None`: not within 4 s.
 fn arrivals_after_a_change_s(retry_s: f64) -> Vec<Option<f64>> {
     let mut sampler = Sampler::new(43);
-    let mut follower = Follower::new(Arc::new(arm()), FollowerConfig::default(), &waiting())
-        .unwrap()
-        .with_board(
-            ApproachConfig {
-                retry_s,
-                ..ApproachConfig::default()
-            },
-            Board::default(),
-        );
-    follower.set_barriers(&barriers()[..2]);
+    let config = ApproachConfig {
+        retry_s,
+        ..ApproachConfig::default()
+    };
+    let mut follower = follower_with(&barriers()[..2], config);
     let mut arrivals = Vec::new();
     for _ in 0..200 {
         follower.restart(&waiting(), &Default::default()).unwrap();
@@ -238,15 +236,13 @@ fn arrivals_after_a_change_s(retry_s: f64) -> Vec<Option<f64>> {
             continue;
         }
         for _ in 0..(before_s / DT_S) as usize {
-            follower.step(DT_S).unwrap();
-            follower.plan();
+            go_on(&mut follower);
         }
         if follower.aim(&target(then)).unwrap().is_some() {
             continue;
         }
         let arrives = |_: &usize| {
-            follower.step(DT_S).unwrap();
-            follower.plan();
+            go_on(&mut follower);
             Some(follower.commanded()) == follower.goal()
         };
         let steps = (1..=(4.0 / DT_S) as usize).find(arrives);
@@ -280,8 +276,7 @@ fn a_shelf_is_reached_from_behind_its_wall() {
         .unwrap();
     let mut most_m = f64::NEG_INFINITY;
     for _ in 0..2000 {
-        follower.step(DT_S).unwrap();
-        follower.plan();
+        go_on(&mut follower);
         most_m = most_m.max(follower.protrusion_m().unwrap_or(most_m));
     }
     assert!(follower.commanded_pose().position_m().distance(point_m) < 1e-9);
@@ -301,8 +296,7 @@ fn a_shelf_that_nobody_knows_does_not_keep_the_board_for_good() {
             let target = BoardTarget::new(point_m, normal, 0.0);
             assert_eq!(follower.set_target(&target).unwrap(), None);
             for _ in 0..2500 {
-                follower.step(DT_S).unwrap();
-                follower.plan();
+                go_on(&mut follower);
             }
             let off_m = follower.commanded_pose().position_m().distance(point_m);
             assert!(off_m < 1e-9, "{point_m} of {normal}: {off_m}");
@@ -326,8 +320,7 @@ fn steps_of_a_search(share: f64, restless: bool) -> (usize, usize) {
             let more = 1.0 + 1e-3 * (step % 7) as f64;
             follower.set_speed_share(share * more).unwrap();
         }
-        follower.step(DT_S).unwrap();
-        follower.plan();
+        go_on(&mut follower);
         steps += usize::from(follower.looks() > 0);
         most = most.max(follower.looks());
         if follower.commanded_velocity().0.iter().any(|qd| *qd != 0.0) {
@@ -341,8 +334,7 @@ fn steps_of_a_search(share: f64, restless: bool) -> (usize, usize) {
     // As fast as usual it arrives, on ways that were found meanwhile.
     follower.set_speed_share(1.0).unwrap();
     for _ in 0..2000 {
-        follower.step(DT_S).unwrap();
-        follower.plan();
+        go_on(&mut follower);
         let in_front_m = follower.protrusion_m().unwrap();
         assert!(in_front_m <= BOUND_M, "{in_front_m}");
     }
@@ -385,34 +377,14 @@ fn what_is_before_a_surface_is_told() {
 
 #[test]
 fn settings_and_barriers_out_of_range_are_refused() {
-    let wrong = [
-        ApproachConfig {
-            allowed_m: -1.0,
-            ..ApproachConfig::default()
-        },
-        ApproachConfig {
-            detours_m: [f64::NAN; 6],
-            ..ApproachConfig::default()
-        },
-        ApproachConfig {
-            extent_m: 0.0,
-            ..ApproachConfig::default()
-        },
-        ApproachConfig {
-            footprint_m: f64::INFINITY,
-            ..ApproachConfig::default()
-        },
-        ApproachConfig {
-            retry_s: 0.0,
-            ..ApproachConfig::default()
-        },
+    let wrong: [Change<ApproachConfig>; 5] = [
+        ("allowed_m", |c| c.allowed_m = -1.0),
+        ("detours_m", |c| c.detours_m = [f64::NAN; 6]),
+        ("extent_m", |c| c.extent_m = 0.0),
+        ("footprint_m", |c| c.footprint_m = f64::INFINITY),
+        ("retry_s", |c| c.retry_s = 0.0),
     ];
-    for config in wrong {
-        assert!(
-            matches!(config.validate(), Err(HapticsError::Argument(_))),
-            "{config:?}"
-        );
-    }
+    assert_named(&ApproachConfig::default(), &wrong, |c| c.validate());
     let at = DVec3::X;
     assert!(Barrier::new(at * f64::NAN, DVec3::X, [1.0; 2]).is_err());
     assert!(Barrier::new(at, DVec3::ZERO, [1.0; 2]).is_err());

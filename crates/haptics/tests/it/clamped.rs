@@ -1,5 +1,6 @@
 //! Whoever is caught by the arm is let go: on either side of the board, or at a link.
 
+use crate::support::{DT_S, at_rest, home, iiwa, rates};
 use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_haptics::safety::{
@@ -9,16 +10,11 @@ use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, RenderInput, Renderer, RendererConfig, SafeRequest,
     SafeState,
 };
-use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, SrsArm};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const DT_S: f64 = 1e-3;
 const REACTION: usize = 22;
-
-fn home() -> JointPositions {
-    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
-}
 
 /// A soft thing that the arm meets.
 #[derive(Clone, Copy)]
@@ -54,23 +50,14 @@ struct Scene {
 impl Scene {
     fn new() -> Self {
         let board = Board::default();
-        let arm =
-            ArmKinematics::carrying(&SrsArm::iiwa7(), board.flange_from_board_face().unwrap());
-        let mut config = SupervisorConfig {
-            ..SupervisorConfig::default()
-        };
+        let mut config = SupervisorConfig::default();
         config.hand.frozen_s = None;
         config.head.frozen_s = None;
         Self {
             renderer: Renderer::new(&SrsArm::iiwa7(), &board, RendererConfig::default()).unwrap(),
             supervisor: Supervisor::new(&SrsArm::iiwa7(), &board, config).unwrap(),
-            arm,
-            state: ArmState {
-                t_s: 0.0,
-                q: home(),
-                qd: JointVelocities::default(),
-                external_torque: Some(JointTorques::default()),
-            },
+            arm: Arc::new(iiwa()),
+            state: at_rest(0.0, home()),
             sent: VecDeque::from(vec![home(); REACTION]),
             now_s: 0.0,
             request: None,
@@ -82,6 +69,20 @@ impl Scene {
             bias_n_m: 0.0,
             other: None,
         }
+    }
+
+    fn run(&mut self, hand: &Hand, cycles: usize) {
+        for _ in 0..cycles {
+            self.step(hand);
+        }
+    }
+
+    /// The largest force meanwhile, N.
+    fn most_n(&mut self, hand: &Hand, cycles: usize) -> f64 {
+        (0..cycles).fold(0.0, |most_n, _| {
+            self.step(hand);
+            self.force_n.max(most_n)
+        })
     }
 
     fn point_m(&self, q: &JointPositions, point: usize) -> DVec3 {
@@ -106,10 +107,8 @@ impl Scene {
                 torque[joint] += force.dot(way) / 1e-6;
             }
         }
+        torque[0] += self.bias_n_m;
         self.state.external_torque = Some(torque);
-        if let Some(torque) = &mut self.state.external_torque {
-            torque[0] += self.bias_n_m;
-        }
         self.state.t_s = self.now_s;
         let face = self.arm.forward(&home());
         let target = BoardTarget::new(face.position_m(), face.rotation().z_axis, self.now_s);
@@ -146,7 +145,7 @@ impl Scene {
         };
         self.sent.push_back(next);
         let q = self.sent.pop_front().unwrap();
-        self.state.qd = JointVelocities(std::array::from_fn(|i| (q[i] - self.state.q[i]) / DT_S));
+        self.state.qd = rates(&self.state.q, &q);
         self.state.q = q;
     }
 }
@@ -161,9 +160,7 @@ fn clamped(point: usize, pushes: DVec3, n_per_m: f64, most_n: f64) -> (f64, f64)
         pushes,
         n_per_m,
     };
-    for _ in 0..300 {
-        scene.step(&hand);
-    }
+    scene.run(&hand, 300);
     assert_eq!(scene.said, SafeState::Normal);
     // It is pressed more and more until that is noticed.
     for _ in 0..60_000 {
@@ -177,16 +174,9 @@ fn clamped(point: usize, pushes: DVec3, n_per_m: f64, most_n: f64) -> (f64, f64)
     }
     let noticed_n = scene.force_n;
     assert_ne!(scene.said, SafeState::Normal, "{noticed_n} N");
-    let mut most_n = 0.0_f64;
-    for _ in 0..500 {
-        scene.step(&hand);
-        most_n = most_n.max(scene.force_n);
-    }
+    let most_n = scene.most_n(&hand, 500);
     let left_n = scene.force_n;
-    for _ in 0..3000 {
-        scene.step(&hand);
-        most_n = most_n.max(scene.force_n);
-    }
+    let most_n = scene.most_n(&hand, 3000).max(most_n);
     assert!(scene.force_n < 65.0, "{} N for ever", scene.force_n);
     (most_n - noticed_n, left_n)
 }
@@ -230,9 +220,7 @@ fn a_squeezed_person_who_stands_close_by_is_let_go() {
         let level = face.rotation().z_axis.with_z(0.0).normalize();
         scene.head_m = face.position_m() + level * (gap_m + 0.18) + DVec3::Z * 0.5;
         let hand = pressing(&face);
-        for _ in 0..1000 {
-            scene.step(&hand);
-        }
+        scene.run(&hand, 1000);
         println!("{gap_m} m: {:.1} N, {}", scene.force_n, scene.said);
         assert!(scene.force_n < 65.0, "{gap_m} m: {} N", scene.force_n);
     }
@@ -268,14 +256,10 @@ fn a_failed_sensor_does_not_lead_the_arm_away() {
         pushes: DVec3::Z,
         n_per_m: 0.0,
     };
-    for _ in 0..300 {
-        scene.step(&hand);
-    }
+    scene.run(&hand, 300);
     scene.bias_n_m = 100.0;
     let before_m = scene.point_m(&scene.state.q, 4);
-    for _ in 0..6000 {
-        scene.step(&hand);
-    }
+    scene.run(&hand, 6000);
     let way_m = before_m.distance(scene.point_m(&scene.state.q, 4));
     println!("{way_m:.3} m, {}", scene.said);
     assert!(way_m < 0.2, "{way_m}");
@@ -294,15 +278,9 @@ fn a_retreat_stops_before_a_hand_that_nobody_sees() {
             n_per_m,
         };
         // The arm rests out of reach: what its sensors say without a push is known.
-        for _ in 0..1000 {
-            scene.step(&hand);
-        }
+        scene.run(&hand, 1000);
         scene.fingertip_stamp_s = Some(scene.now_s);
-        let mut most_n = 0.0_f64;
-        for _ in 0..6000 {
-            scene.step(&hand);
-            most_n = most_n.max(scene.force_n);
-        }
+        let most_n = scene.most_n(&hand, 6000);
         println!(
             "{n_per_m}: at most {most_n:.1} N, {:.1} N at the end",
             scene.force_n
@@ -332,9 +310,7 @@ fn a_push_on_a_link_is_named_and_let_go() {
                 pushes,
                 n_per_m: 5e3,
             };
-            for _ in 0..1000 {
-                scene.step(&hand);
-            }
+            scene.run(&hand, 1000);
             assert_eq!(scene.said, SafeState::Normal);
             hand.at_m = scene.point_m(&scene.state.q, point) + pushes * (65.0 / hand.n_per_m);
             let named_ms = (0..50).find(|_| {
@@ -344,11 +320,7 @@ fn a_push_on_a_link_is_named_and_let_go() {
             let named_ms = named_ms.expect("named");
             let reason = scene.said.reason().expect("a reason").name();
             assert_eq!(reason, "unexpected_contact", "{point} {pushes}");
-            let mut most_n = 0.0_f64;
-            for _ in 0..3000 {
-                scene.step(&hand);
-                most_n = most_n.max(scene.force_n);
-            }
+            let most_n = scene.most_n(&hand, 3000);
             println!(
                 "{point} {pushes}: {named_ms} ms, at most {most_n:.1} N, then {:.1}",
                 scene.force_n
@@ -375,9 +347,7 @@ fn a_push_on_a_link_is_named_while_a_hand_is_at_the_board() {
             }
             scene.is_touched = true;
             at_board.at_m = face.position_m() - 0.015 * face.rotation().z_axis;
-            for _ in 0..500 {
-                scene.step(&at_board);
-            }
+            scene.run(&at_board, 500);
             assert_eq!(scene.said, SafeState::Normal, "the hand alone");
             let n_per_m = 5e3;
             let at_m = scene.point_m(&scene.state.q, point) + pushes * (65.0 / n_per_m);
@@ -411,14 +381,10 @@ fn a_retreat_does_not_follow_sensors_that_are_off() {
             pushes: -DVec3::X,
             n_per_m: 0.0,
         };
-        for _ in 0..rested {
-            scene.step(&nobody);
-        }
+        scene.run(&nobody, rested);
         let from_m = scene.point_m(&scene.state.q, 4);
         scene.fingertip_stamp_s = Some(scene.now_s);
-        for _ in 0..4000 {
-            scene.step(&nobody);
-        }
+        scene.run(&nobody, 4000);
         let way_m = scene.point_m(&scene.state.q, 4) - from_m;
         let back_m = -way_m.dot(normal);
         assert!(back_m > 0.01, "{rested}: {way_m}");

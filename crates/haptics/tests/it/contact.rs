@@ -1,9 +1,8 @@
 //! The contact state machine on planted forces.
 
+use crate::support::{Change, DT_S, assert_named};
 use hwall_haptics::{ArgumentError, ContactConfig, ContactDetector, ContactState, HapticsError};
 use hwall_testkit::Sampler;
-
-const DT_S: f64 = 1e-3;
 
 /// Number of onsets and of ends over the samples.
 fn changes(
@@ -117,22 +116,18 @@ fn a_clock_set_back_restarts_the_dwell() {
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let make = |on_n, off_n, dwell_s| {
-        ContactDetector::new(ContactConfig {
-            on_n,
-            off_n,
-            dwell_s,
-        })
-        .err()
+    let bad: [Change<ContactConfig>; 5] = [
+        ("on_n", |c| c.on_n = f64::NAN),
+        ("on_n", |c| c.on_n = -3.0),
+        ("off_n", |c| c.off_n = c.on_n + 0.5),
+        ("off_n", |c| c.off_n = f64::NAN),
+        ("dwell_s", |c| c.dwell_s = f64::INFINITY),
+    ];
+    assert_named(&ContactConfig::default(), &bad, ContactDetector::new);
+    let equal = ContactConfig {
+        on_n: 3.0,
+        off_n: 3.0,
+        dwell_s: 0.0,
     };
-    let named = |error: Option<HapticsError>| match error {
-        Some(HapticsError::Argument(ArgumentError::OutOfRange { what, .. })) => what,
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(named(make(f64::NAN, 1.0, 0.1)), "on_n");
-    assert_eq!(named(make(-3.0, 1.0, 0.1)), "on_n");
-    assert_eq!(named(make(3.0, 3.5, 0.1)), "off_n");
-    assert_eq!(named(make(3.0, f64::NAN, 0.1)), "off_n");
-    assert_eq!(named(make(3.0, 1.0, f64::INFINITY)), "dwell_s");
-    assert!(make(3.0, 3.0, 0.0).is_none());
+    assert!(ContactDetector::new(equal).is_ok());
 }

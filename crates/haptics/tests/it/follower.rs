@@ -1,27 +1,13 @@
 //! The follower: limits at every step, exact arrival, branches kept, unreachable targets.
 
+use crate::support::{Change, DT_S, assert_named, home as start, iiwa as arm};
 use glam::DVec3;
 use hwall_haptics::{
-    ArgumentError, Board, BoardTarget, Follower, FollowerConfig, GeometryError, HapticsError,
+    ArgumentError, BoardTarget, Follower, FollowerConfig, GeometryError, HapticsError,
 };
-use hwall_kinematics::{
-    ArmKinematics, ArmScratch, ArmSolution, BranchPolicy, Chain, ChainArm, Jacobian, JointLimit,
-    JointPositions, KinematicsError, MOST_JOINTS, NearestConfig, Pose, SrsArm, Unreachable,
-};
-use hwall_testkit::{Sampler, Timing, format_ns};
+use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
+use hwall_testkit::Sampler;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
-
-const DT_S: f64 = 1e-3;
-
-fn start() -> JointPositions {
-    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
-}
-
-fn arm() -> SrsArm {
-    SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().unwrap())
-}
 
 fn follower(config: FollowerConfig) -> Follower {
     Follower::new(Arc::new(arm()), config, &start()).unwrap()
@@ -379,99 +365,6 @@ fn an_unreachable_target_keeps_the_goal_and_says_why() {
     assert_ne!(f.goal(), Some(goal));
 }
 
-/// A chain that counts how often it is asked, by whether it may search.
-#[derive(Debug)]
-struct Counted {
-    chain: ChainArm,
-    descents: AtomicUsize,
-    searches: AtomicUsize,
-}
-
-impl ArmKinematics for Counted {
-    fn joint_count(&self) -> usize {
-        self.chain.joint_count()
-    }
-    fn limits(&self) -> &[JointLimit; MOST_JOINTS] {
-        self.chain.limits()
-    }
-    fn max_velocity_rad_per_s(&self) -> &[f64; MOST_JOINTS] {
-        self.chain.max_velocity_rad_per_s()
-    }
-    fn forward(&self, q: &JointPositions) -> Pose {
-        self.chain.forward(q)
-    }
-    fn jacobian(&self, q: &JointPositions) -> Jacobian {
-        self.chain.jacobian(q)
-    }
-    fn nearest(
-        &self,
-        base_from_tool: &Pose,
-        reference: &JointPositions,
-        config: &NearestConfig,
-        scratch: &mut ArmScratch,
-    ) -> Result<ArmSolution, KinematicsError> {
-        let counter = match config.policy {
-            BranchPolicy::Keep => &self.descents,
-            _ => &self.searches,
-        };
-        counter.fetch_add(1, Ordering::Relaxed);
-        self.chain
-            .nearest(base_from_tool, reference, config, scratch)
-    }
-    fn searches(&self) -> bool {
-        self.chain.searches()
-    }
-    fn carrying(&self, flange_from_tool: Pose) -> Arc<dyn ArmKinematics> {
-        self.chain.carrying(flange_from_tool)
-    }
-    fn scratch(&self) -> ArmScratch {
-        ArmKinematics::scratch(&self.chain)
-    }
-}
-
-#[test]
-fn a_step_searches_one_roll_at_most_while_an_unreachable_target_drifts() {
-    let face = Board::default().flange_from_board_face().unwrap();
-    let counted = Arc::new(Counted {
-        chain: ChainArm::new(Chain::iiwa7()).unwrap().with_tool(face),
-        descents: AtomicUsize::new(0),
-        searches: AtomicUsize::new(0),
-    });
-    let mut f = Follower::new(counted.clone(), FollowerConfig::default(), &start()).unwrap();
-    let ahead = target(DVec3::new(0.55, 0.1, 0.6), DVec3::X);
-    assert_eq!(f.aim(&ahead).unwrap(), None);
-    let goal = f.goal().unwrap();
-    let mut times_ns = Vec::new();
-    for step in 0..1000 {
-        counted.descents.store(0, Ordering::Relaxed);
-        counted.searches.store(0, Ordering::Relaxed);
-        // Inside the base, a little further at each step.
-        let inside = target(DVec3::new(1e-4 * f64::from(step), 0.0, 0.2), DVec3::X);
-        let began = Instant::now();
-        let reason = f.aim(&inside).unwrap();
-        times_ns.push(began.elapsed().as_nanos() as f64);
-        // The verdict takes a call for each roll, and stays while the target drifts.
-        assert_eq!(reason.is_some(), step >= 3, "step {step}: {reason:?}");
-        assert!(counted.descents.load(Ordering::Relaxed) <= 5);
-        assert!(counted.searches.load(Ordering::Relaxed) <= 1);
-        f.step(DT_S).unwrap();
-    }
-    assert_eq!(f.goal(), Some(goal));
-    let Timing { p99_ns, max_ns, .. } = Timing::from_samples_ns(times_ns);
-    println!("p99 {}, at most {}", format_ns(p99_ns), format_ns(max_ns));
-    // The same target again costs nothing once it is known.
-    let inside = target(DVec3::new(0.0999, 0.0, 0.2), DVec3::X);
-    counted.descents.store(0, Ordering::Relaxed);
-    assert!(f.aim(&inside).unwrap().is_some());
-    assert_eq!(counted.descents.load(Ordering::Relaxed), 0);
-    // A search goes on at an equal target until a configuration is found.
-    let behind = target(DVec3::new(-0.5, 0.0, 0.6), DVec3::NEG_X);
-    for _ in 0..4 {
-        assert_eq!(f.aim(&behind).unwrap(), None);
-    }
-    assert_ne!(f.goal(), Some(goal));
-}
-
 #[test]
 fn bad_targets_and_steps_are_typed_errors_and_change_nothing() {
     let mut f = follower(FollowerConfig::default());
@@ -512,33 +405,13 @@ fn bad_targets_and_steps_are_typed_errors_and_change_nothing() {
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let named = |config: FollowerConfig| match Follower::new(Arc::new(arm()), config, &start()) {
-        Err(HapticsError::Argument(
-            ArgumentError::OutOfRange { what, .. } | ArgumentError::NonFinite { what, .. },
-        )) => what,
-        other => panic!("{other:?}"),
-    };
-    let d = FollowerConfig::default;
-    assert_eq!(
-        named(FollowerConfig {
-            rolls_rad: vec![],
-            ..d()
-        }),
-        "number of rolls"
-    );
-    assert_eq!(
-        named(FollowerConfig {
-            rolls_rad: vec![f64::NAN],
-            ..d()
-        }),
-        "rolls_rad"
-    );
-    assert_eq!(named(FollowerConfig { far_m: -1.0, ..d() }), "far_m");
-    assert_eq!(
-        named(FollowerConfig {
-            far_rad: f64::NAN,
-            ..d()
-        }),
-        "far_rad"
-    );
+    let bad: [Change<FollowerConfig>; 4] = [
+        ("number of rolls", |c| c.rolls_rad.clear()),
+        ("rolls_rad", |c| c.rolls_rad = vec![f64::NAN]),
+        ("far_m", |c| c.far_m = -1.0),
+        ("far_rad", |c| c.far_rad = f64::NAN),
+    ];
+    assert_named(&FollowerConfig::default(), &bad, |config| {
+        Follower::new(Arc::new(arm()), config, &start())
+    });
 }

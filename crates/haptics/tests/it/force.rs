@@ -1,10 +1,10 @@
 //! The filtered normal force: its delay, and what noise of the torque sensors makes of it.
 
+use crate::support::{DT_S, at_rest, force};
 use hwall_haptics::{ArmState, Board, ForceConfig, Phase, RenderStep, Renderer, RendererConfig};
-use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
+use hwall_kinematics::{JointPositions, JointTorques, SrsArm};
 use hwall_testkit::Sampler;
 
-const DT_S: f64 = 1e-3;
 /// Noise of every torque sensor, N m.
 const NOISE_N_M: f64 = 0.05;
 
@@ -50,17 +50,11 @@ impl Pressed {
         self.now_s += DT_S;
         let arm = self.renderer.arm();
         let outward = arm.forward(&self.q).rotation().z_axis;
-        let wrench = Wrench {
-            force_n: outward * -press_n,
-            ..Wrench::default()
-        };
-        let exact = arm.torques_from_wrench(&self.q, &wrench);
+        let exact = arm.torques_from_wrench(&self.q, &force(outward * -press_n));
         let torque = exact.0.map(|t| t + noise_n_m * self.sampler.normal());
         let state = ArmState {
-            t_s: self.now_s,
-            q: self.q,
-            qd: JointVelocities::default(),
             external_torque: Some(JointTorques(torque)),
+            ..at_rest(self.now_s, self.q)
         };
         self.renderer.step(self.now_s, &state, None)
     }
@@ -127,10 +121,8 @@ fn a_single_noisy_state_after_a_fault_is_no_contact() {
     let mut pressed = Pressed::new(NOISIEST, 0.01);
     for _ in 0..2000 {
         let blind = ArmState {
-            t_s: f64::NAN,
-            q: pressed.q,
-            qd: JointVelocities::default(),
             external_torque: None,
+            ..at_rest(f64::NAN, pressed.q)
         };
         assert!(matches!(
             pressed.renderer.step(pressed.now_s, &blind, None).phase,

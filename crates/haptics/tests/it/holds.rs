@@ -1,11 +1,12 @@
 //! After a hold, at whatever moment of a motion it began, the command goes on from where the arm is, within its limits.
 
+use crate::support::{at_rest, home};
 use glam::DVec3;
 use hwall_haptics::safety::SafeRequest;
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, RenderInput, Renderer, RendererConfig,
 };
-use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm};
+use hwall_kinematics::SrsArm;
 use hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2;
 use hwall_testkit::Sampler;
 
@@ -72,14 +73,8 @@ fn hold_often(dt_s: f64, holds: usize) {
     let iiwa = SrsArm::iiwa7();
     let mut renderer = Renderer::new(&iiwa, &Board::default(), RendererConfig::default()).unwrap();
     let fastest: [f64; 7] = renderer.follower().limits().velocity_rad_per_s;
-    let q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
     let mut arm = Arm {
-        state: ArmState {
-            t_s: 0.0,
-            q,
-            qd: JointVelocities::default(),
-            external_torque: Some(JointTorques::default()),
-        },
+        state: at_rest(0.0, home()),
     };
     let (mut held, mut moved) = (0, 0);
     let (mut fault, mut left) = (Fault::None, 0);

@@ -1,6 +1,7 @@
 //! An arm that does not do what it is told is noticed, and one that does is left alone.
 
-use crate::supervised::{Bench, DT_S, home};
+use crate::supervised::Bench;
+use crate::support::{DT_S, home};
 use hwall_haptics::ArmCommand;
 use hwall_haptics::safety::{ObedienceConfig, SafeReason, SafeState, SupervisorConfig};
 use hwall_kinematics::{JointPositions, JointTorques};
@@ -19,10 +20,6 @@ fn measured(bench: &mut Bench, q: JointPositions) {
     bench.state.qd[0] = (bench.state.q[0] - last) / DT_S;
 }
 
-fn reason(state: SafeState) -> Option<SafeReason> {
-    state.reason()
-}
-
 #[test]
 fn positions_that_are_not_followed() {
     let mut bench = Bench::new();
@@ -34,7 +31,7 @@ fn positions_that_are_not_followed() {
         // 0.2 s to be 0.1 rad off, and 0.15 s of delay in which it stood.
         if t_s < 0.35 {
             assert_eq!(said.state, SafeState::Normal, "{t_s}");
-        } else if reason(said.state) == Some(SafeReason::NotObeyed) {
+        } else if said.state.reason() == Some(SafeReason::NotObeyed) {
             assert!(said.latched && said.command == ArmCommand::Hold);
             assert!(t_s < 0.4, "{t_s} s");
             return;
@@ -50,7 +47,7 @@ fn positions_that_are_followed_at_half_the_speed() {
         let t_s = f64::from(step) * DT_S;
         bench.command = ArmCommand::Position(turned(0.5 * t_s));
         measured(&mut bench, turned(0.25 * t_s));
-        if reason(bench.step().state) == Some(SafeReason::NotObeyed) {
+        if bench.step().state.reason() == Some(SafeReason::NotObeyed) {
             // 0.3 rad off 0.15 s ago, 0.1 s to be sure.
             assert!((1.5..1.7).contains(&t_s), "{t_s} s");
             return;
@@ -86,7 +83,7 @@ fn a_hold_that_drifts() {
             measured(&mut bench, turned(rate_rad_per_s * t_s));
             let said = bench.step();
             assert_eq!(said.command, ArmCommand::Hold);
-            if reason(said.state) == Some(SafeReason::NotObeyed) {
+            if said.state.reason() == Some(SafeReason::NotObeyed) {
                 first_s = first_s.or(Some(t_s));
             }
         }
@@ -130,21 +127,15 @@ fn it_can_be_left_out_and_settings_are_checked() {
         measured(&mut bench, home());
         assert_eq!(bench.step().state, SafeState::Normal);
     }
+    let settings: [fn(&mut ObedienceConfig, f64); 3] = [
+        |config, bad| config.delay_s = bad,
+        |config, bad| config.tolerance_rad = bad,
+        |config, bad| config.drift_rad = bad,
+    ];
     for bad in [f64::NAN, -1.0, f64::INFINITY] {
-        for config in [
-            ObedienceConfig {
-                delay_s: bad,
-                ..ObedienceConfig::default()
-            },
-            ObedienceConfig {
-                tolerance_rad: bad,
-                ..ObedienceConfig::default()
-            },
-            ObedienceConfig {
-                drift_rad: bad,
-                ..ObedienceConfig::default()
-            },
-        ] {
+        for set in settings {
+            let mut config = ObedienceConfig::default();
+            set(&mut config, bad);
             assert!(config.validate().is_err());
         }
     }

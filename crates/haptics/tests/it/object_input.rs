@@ -1,5 +1,6 @@
 //! Configurations and steps of objects that make no sense are refused by name.
 
+use crate::support::{Change, assert_named};
 use hwall_haptics::{Click, Detent, MovingObject, ObjectConfig};
 
 #[test]
@@ -16,183 +17,61 @@ fn bad_configurations_are_named() {
         half_width: 0.1,
         force: 2.0,
     };
-    let with_click = |click| ObjectConfig {
+    let with_click = || ObjectConfig {
         click: Some(click),
         ..good()
     };
-    let with_detent = |detent| ObjectConfig {
+    let with_detent = || ObjectConfig {
         detents: vec![detent],
         ..good()
     };
-    let nan = f64::NAN;
-    let cases = [
-        (ObjectConfig::new(0.0), "inertia"),
-        (ObjectConfig::new(-1.0), "inertia"),
-        (ObjectConfig::new(nan), "inertia"),
-        (ObjectConfig::new(f64::INFINITY), "inertia"),
-        (
-            ObjectConfig {
-                stiffness: -1.0,
-                ..good()
-            },
-            "stiffness",
-        ),
-        (
-            ObjectConfig {
-                stiffness: nan,
-                ..good()
-            },
-            "stiffness",
-        ),
-        (
-            ObjectConfig {
-                stiffness: 1e300,
-                ..ObjectConfig::new(1e-300)
-            },
-            "stiffness",
-        ),
-        (
-            ObjectConfig {
-                rest: nan,
-                ..good()
-            },
-            "rest",
-        ),
-        (
-            ObjectConfig {
-                damping: -1e-9,
-                ..good()
-            },
-            "damping",
-        ),
-        (
-            ObjectConfig {
-                damping: f64::INFINITY,
-                ..good()
-            },
-            "damping",
-        ),
-        (
-            ObjectConfig {
-                damping: 1e200,
-                ..good()
-            },
-            "damping",
-        ),
-        (
-            ObjectConfig {
-                friction: -2.0,
-                ..good()
-            },
-            "friction",
-        ),
-        (
-            ObjectConfig {
-                range: [nan, 1.0],
-                ..good()
-            },
-            "range[0]",
-        ),
-        (
-            ObjectConfig {
-                range: [0.0, nan],
-                ..good()
-            },
-            "range[1]",
-        ),
-        (
-            ObjectConfig {
-                range: [1.0, 0.0],
-                ..good()
-            },
-            "range[1]",
-        ),
-        (
-            ObjectConfig {
-                range: [f64::INFINITY, f64::INFINITY],
-                ..good()
-            },
-            "range[0]",
-        ),
-        (
-            ObjectConfig {
-                restitution: 1.1,
-                ..good()
-            },
-            "restitution",
-        ),
-        (
-            ObjectConfig {
-                restitution: nan,
-                ..good()
-            },
-            "restitution",
-        ),
-        (
-            with_detent(Detent {
-                position: nan,
-                ..detent
-            }),
-            "detent position",
-        ),
-        (
-            with_detent(Detent {
-                half_width: 0.0,
-                ..detent
-            }),
-            "detent half_width",
-        ),
-        (
-            with_detent(Detent {
-                force: -1.0,
-                ..detent
-            }),
-            "detent force",
-        ),
-        (
-            with_click(Click {
-                start: nan,
-                ..click
-            }),
-            "click start",
-        ),
-        (
-            with_click(Click {
-                snap: 0.001,
-                ..click
-            }),
-            "click snap",
-        ),
-        (
-            with_click(Click {
-                release: 0.004,
-                ..click
-            }),
-            "click release",
-        ),
-        (
-            with_click(Click {
-                release: 0.0,
-                ..click
-            }),
-            "click release",
-        ),
-        (
-            with_click(Click {
-                force: nan,
-                ..click
-            }),
-            "click force",
-        ),
+    const NAN: f64 = f64::NAN;
+    let bad: [Change<ObjectConfig>; 18] = [
+        ("inertia", |c| c.inertia = 0.0),
+        ("inertia", |c| c.inertia = -1.0),
+        ("inertia", |c| c.inertia = NAN),
+        ("inertia", |c| c.inertia = f64::INFINITY),
+        ("stiffness", |c| c.stiffness = -1.0),
+        ("stiffness", |c| c.stiffness = NAN),
+        ("stiffness", |c| (c.stiffness, c.inertia) = (1e300, 1e-300)),
+        ("rest", |c| c.rest = NAN),
+        ("damping", |c| c.damping = -1e-9),
+        ("damping", |c| c.damping = f64::INFINITY),
+        ("damping", |c| c.damping = 1e200),
+        ("friction", |c| c.friction = -2.0),
+        ("range[0]", |c| c.range = [NAN, 1.0]),
+        ("range[1]", |c| c.range = [0.0, NAN]),
+        ("range[1]", |c| c.range = [1.0, 0.0]),
+        ("range[0]", |c| c.range = [f64::INFINITY; 2]),
+        ("restitution", |c| c.restitution = 1.1),
+        ("restitution", |c| c.restitution = NAN),
     ];
-    for (config, name) in cases {
-        let message = MovingObject::new(config.clone()).unwrap_err().to_string();
-        assert!(
-            message.starts_with(name),
-            "{message:?} does not name {name}"
-        );
-    }
-    for config in [good(), with_click(click), with_detent(detent)] {
+    assert_named(&good(), &bad, MovingObject::new);
+    let bad: [Change<Detent>; 3] = [
+        ("detent position", |d| d.position = NAN),
+        ("detent half_width", |d| d.half_width = 0.0),
+        ("detent force", |d| d.force = -1.0),
+    ];
+    assert_named(&detent, &bad, |detent| {
+        MovingObject::new(ObjectConfig {
+            detents: vec![detent],
+            ..good()
+        })
+    });
+    let bad: [Change<Click>; 5] = [
+        ("click start", |c| c.start = NAN),
+        ("click snap", |c| c.snap = 0.001),
+        ("click release", |c| c.release = 0.004),
+        ("click release", |c| c.release = 0.0),
+        ("click force", |c| c.force = NAN),
+    ];
+    assert_named(&click, &bad, |click| {
+        MovingObject::new(ObjectConfig {
+            click: Some(click),
+            ..good()
+        })
+    });
+    for config in [good(), with_click(), with_detent()] {
         assert!(config.validate().is_ok());
     }
 }

@@ -1,14 +1,13 @@
 //! A hand that meets the board on its way to a door.
 
+use crate::support::{DT_S, at_rest, before_door, force, positions};
 use hwall_haptics::glam::DVec3;
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, BoardTarget, MotionConfig, MotionLimits, MovingObject,
-    ObjectCommand, ObjectConfig, ObjectPath, ObjectRenderingConfig, RenderInput, RenderedObject,
-    Renderer, RendererConfig, Slide,
+    Board, BoardTarget, MotionConfig, MotionLimits, MovingObject, ObjectCommand, ObjectConfig,
+    ObjectPath, ObjectRenderingConfig, RenderInput, RenderedObject, Renderer, RendererConfig,
+    Slide,
 };
-use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
-
-const DT_S: f64 = 1e-3;
+use hwall_kinematics::{JointVelocities, SrsArm};
 
 #[test]
 fn a_board_that_is_met_at_speed_brakes_before_it_goes_along_with_the_door() {
@@ -27,16 +26,12 @@ fn a_slide_waits_until_the_board_has_braked() {
 }
 
 fn met_on_the_way(slide: Option<Slide>) {
-    let q = JointPositions::from_deg([0.0, 45.0, 0.0, -70.0, 0.0, -25.0, 90.0]);
+    let q = before_door();
     let arm = SrsArm::iiwa7();
     let mut renderer = Renderer::new(&arm, &Board::default(), RendererConfig::default()).unwrap();
     let first = renderer.arm().forward(&q);
     let door = RenderedObject {
-        object: MovingObject::new(ObjectConfig {
-            inertia: 4.0,
-            ..ObjectConfig::default()
-        })
-        .unwrap(),
+        object: MovingObject::new(ObjectConfig::new(4.0)).unwrap(),
         path: ObjectPath::Sliding {
             direction: -first.rotation().z_axis,
         },
@@ -48,12 +43,7 @@ fn met_on_the_way(slide: Option<Slide>) {
             vec![door],
         )
         .unwrap();
-    let mut state = ArmState {
-        t_s: 0.0,
-        q,
-        qd: JointVelocities::default(),
-        external_torque: Some(JointTorques::default()),
-    };
+    let mut state = at_rest(0.0, q);
     let most = MotionLimits::of_arm(&arm, &MotionConfig::default())
         .unwrap()
         .acceleration_rad_per_s2;
@@ -62,11 +52,8 @@ fn met_on_the_way(slide: Option<Slide>) {
     for step in 0..1500 {
         state.t_s = f64::from(step) * DT_S;
         let is_met = step >= 300;
-        let push = Wrench {
-            force_n: renderer.arm().forward(&state.q).rotation().z_axis
-                * (if is_met { -6.0 } else { 0.0 }),
-            ..Wrench::default()
-        };
+        let push_n = if is_met { -6.0 } else { 0.0 };
+        let push = force(renderer.arm().forward(&state.q).rotation().z_axis * push_n);
         state.external_torque = Some(renderer.arm().torques_from_wrench(&state.q, &push));
         let aside = first.position_m() + DVec3::new(-0.25, 0.45, -0.1);
         let target = BoardTarget::new(aside, first.rotation().z_axis, state.t_s);
@@ -78,9 +65,7 @@ fn met_on_the_way(slide: Option<Slide>) {
         };
         let answer = renderer.step_with(state.t_s, &state, &input);
         renderer.plan();
-        let ArmCommand::Position(next) = answer.command else {
-            panic!("{answer:?}");
-        };
+        let next = positions(answer.command);
         for joint in 0..7 {
             let qd = (next[joint] - state.q[joint]) / DT_S;
             let acceleration = (qd - last_qd[joint]).abs() / DT_S;

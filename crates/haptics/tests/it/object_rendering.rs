@@ -1,26 +1,19 @@
 //! Moving objects under a board: an arm that does at once what it is told, and bad input.
 
+use crate::support::{Change, assert_named, at_rest, before_door as start, force, iiwa, positions};
 use hwall_haptics::glam::DVec3;
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, HapticsError, MovingObject, ObjectCommand, ObjectConfig,
-    ObjectPath, ObjectRendering, ObjectRenderingConfig, RenderedObject,
+    ArmCommand, MovingObject, ObjectCommand, ObjectConfig, ObjectPath, ObjectRendering,
+    ObjectRenderingConfig, RenderedObject,
 };
-use hwall_kinematics::{
-    ArmKinematics, Chain, ChainDynamics, JointPositions, JointTorques, JointVelocities, SrsArm,
-    Unreachable, Wrench,
-};
+use hwall_kinematics::{ArmKinematics, Chain, ChainDynamics, JointPositions, Unreachable, Wrench};
 use hwall_testkit::{Tol, assert_close};
 use std::sync::Arc;
 
 const PERIOD_S: f64 = 1e-3;
 
 fn arm() -> Arc<dyn ArmKinematics> {
-    let face = Board::default().flange_from_board_face().unwrap();
-    Arc::new(SrsArm::iiwa7().with_tool(face))
-}
-
-fn start() -> JointPositions {
-    JointPositions::from_deg([0.0, 45.0, 0.0, -70.0, 0.0, -25.0, 90.0])
+    Arc::new(iiwa())
 }
 
 fn torque() -> ObjectCommand {
@@ -49,25 +42,13 @@ fn door(config: ObjectConfig) -> RenderedObject {
     }
 }
 
-fn state(q: JointPositions) -> ArmState {
-    ArmState {
-        t_s: 0.0,
-        q,
-        qd: JointVelocities::default(),
-        external_torque: Some(JointTorques::default()),
-    }
-}
-
 fn rendering(command: ObjectCommand) -> ObjectRendering {
     ObjectRendering::new(arm(), command, ObjectRenderingConfig::default()).unwrap()
 }
 
 /// Against the normal of the face.
 fn push(q: &JointPositions, force_n: f64) -> Wrench {
-    Wrench {
-        force_n: -arm().forward(q).rotation().z_axis * force_n,
-        ..Wrench::default()
-    }
+    force(-arm().forward(q).rotation().z_axis * force_n)
 }
 
 /// Positions of the face, one for each period, of an arm that is at once where it is told to be.
@@ -79,7 +60,7 @@ fn followed(rendered: &mut RenderedObject, force_n: f64, steps: usize) -> Vec<Jo
         .map(|_| {
             let wrench = push(&q, force_n);
             let step = rendering
-                .step(rendered, &state(q), &wrench, PERIOD_S)
+                .step(rendered, &at_rest(0.0, q), &wrench, PERIOD_S)
                 .unwrap();
             if let ArmCommand::Position(next) = step.command {
                 q = next;
@@ -174,15 +155,13 @@ fn what_the_arm_cannot_reach_holds_the_object_back() {
         let before_j = energy_j(&rendered);
         let wrench = push(&q, -15.0);
         let step = rendering
-            .step(&mut rendered, &state(q), &wrench, PERIOD_S)
+            .step(&mut rendered, &at_rest(0.0, q), &wrench, PERIOD_S)
             .unwrap();
         if let Some(reason) = step.unreachable {
             assert!(energy_j(&rendered) <= before_j);
             reasons.push(reason);
         }
-        let ArmCommand::Position(next) = step.command else {
-            panic!("{:?}", step.command)
-        };
+        let next = positions(step.command);
         assert!(next.max_abs_difference(&q) < 0.01);
         q = next;
     }
@@ -201,7 +180,7 @@ fn light_objects_are_made_heavier_and_the_step_says_so() {
         let step = rendering
             .step(
                 &mut rendered,
-                &state(start()),
+                &at_rest(0.0, start()),
                 &push(&start(), 1.0),
                 PERIOD_S,
             )
@@ -213,7 +192,12 @@ fn light_objects_are_made_heavier_and_the_step_says_so() {
         let mut heavy = panel(ObjectConfig::new(10.0));
         rendering.begin(&heavy, &start()).unwrap();
         let step = rendering
-            .step(&mut heavy, &state(start()), &push(&start(), 1.0), PERIOD_S)
+            .step(
+                &mut heavy,
+                &at_rest(0.0, start()),
+                &push(&start(), 1.0),
+                PERIOD_S,
+            )
             .unwrap();
         assert_eq!(step.raised_inertia, None);
         assert_eq!(heavy.object.inertia(), 10.0);
@@ -257,18 +241,15 @@ fn bad_input_is_named_and_changes_nothing() {
         let mut rendering = rendering(command);
         rendering.begin(&rendered, &start()).unwrap();
         let good = push(&start(), 5.0);
-        let bad_wrench = Wrench {
-            force_n: DVec3::new(f64::NAN, 0.0, 0.0),
-            ..Wrench::default()
-        };
-        let mut bad_state = state(start());
+        let bad_wrench = force(DVec3::new(f64::NAN, 0.0, 0.0));
+        let mut bad_state = at_rest(0.0, start());
         bad_state.q[3] = f64::NAN;
         let before = rendered.object.position();
         for (state, wrench, dt_s) in [
-            (state(start()), bad_wrench, PERIOD_S),
+            (at_rest(0.0, start()), bad_wrench, PERIOD_S),
             (bad_state, good, PERIOD_S),
-            (state(start()), good, 0.0),
-            (state(start()), good, f64::NAN),
+            (at_rest(0.0, start()), good, 0.0),
+            (at_rest(0.0, start()), good, f64::NAN),
         ] {
             let answer = rendering.step(&mut rendered, &state, &wrench, dt_s);
             assert!(answer.is_err());
@@ -282,27 +263,20 @@ fn bad_input_is_named_and_changes_nothing() {
         );
         assert!(
             rendering
-                .step(&mut rendered, &state(start()), &good, PERIOD_S)
+                .step(&mut rendered, &at_rest(0.0, start()), &good, PERIOD_S)
                 .is_ok()
         );
     }
-    for config in [
-        ObjectRenderingConfig {
-            filter_s: f64::NAN,
-            ..Default::default()
-        },
-        ObjectRenderingConfig {
-            motion_delay_s: Some(-1.0),
-            ..Default::default()
-        },
-        ObjectRenderingConfig {
-            max_acceleration_rad_per_s2: [0.0; 7],
-            ..Default::default()
-        },
-    ] {
-        let error = ObjectRendering::new(arm(), ObjectCommand::Position, config).unwrap_err();
-        assert!(matches!(error, HapticsError::Argument(_)));
-    }
+    let bad: [Change<ObjectRenderingConfig>; 3] = [
+        ("filter_s", |c| c.filter_s = f64::NAN),
+        ("motion_delay_s", |c| c.motion_delay_s = Some(-1.0)),
+        ("max_acceleration_rad_per_s2", |c| {
+            c.max_acceleration_rad_per_s2 = [0.0; 7]
+        }),
+    ];
+    assert_named(&ObjectRenderingConfig::default(), &bad, |config| {
+        ObjectRendering::new(arm(), ObjectCommand::Position, config)
+    });
 }
 
 #[test]
@@ -322,7 +296,7 @@ fn steps_do_not_allocate() {
                 let wrench = if k < 300 { there } else { back };
                 let q = *rendering.q();
                 rendering
-                    .step(&mut rendered, &state(q), &wrench, PERIOD_S)
+                    .step(&mut rendered, &at_rest(0.0, q), &wrench, PERIOD_S)
                     .unwrap();
             }
         });

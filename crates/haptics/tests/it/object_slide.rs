@@ -1,14 +1,14 @@
 //! A board that slides within the face of an object while the object yields.
 
+use crate::support::{DT_S, at_rest, before_door, force, positions};
 use hwall_haptics::glam::DVec3;
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, BoardTarget, ForceConfig, MovingObject, ObjectCommand,
-    ObjectConfig, ObjectPath, ObjectRenderingConfig, RenderInput, RenderStep, RenderedObject,
-    Renderer, RendererConfig, Slide,
+    ArmState, Board, BoardTarget, ForceConfig, MovingObject, ObjectCommand, ObjectConfig,
+    ObjectPath, ObjectRenderingConfig, RenderInput, RenderStep, RenderedObject, Renderer,
+    RendererConfig, Slide,
 };
-use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, Pose, SrsArm, Wrench};
+use hwall_kinematics::{Pose, SrsArm};
 
-const DT_S: f64 = 1e-3;
 const PUSH_N: f64 = 5.0;
 
 /// A panel or a door under a push of 5 N, and an arm that does at once what it is told.
@@ -23,7 +23,7 @@ struct Rig {
 
 impl Rig {
     fn new(path: impl Fn(&Pose) -> ObjectPath, config: ObjectConfig) -> Self {
-        let q = JointPositions::from_deg([0.0, 45.0, 0.0, -70.0, 0.0, -25.0, 90.0]);
+        let q = before_door();
         let settings = RendererConfig {
             force: ForceConfig {
                 filter_s: 0.0,
@@ -47,15 +47,9 @@ impl Rig {
         renderer
             .set_objects(ObjectCommand::Position, prompt, vec![object])
             .unwrap();
-        let state = ArmState {
-            t_s: 0.0,
-            q,
-            qd: JointVelocities::default(),
-            external_torque: Some(JointTorques::default()),
-        };
         Self {
             renderer,
-            state,
+            state: at_rest(0.0, q),
             first,
             push_n: PUSH_N,
             drag_n: DVec3::ZERO,
@@ -68,20 +62,11 @@ impl Rig {
 
     fn step(&mut self, slide: Option<Slide>) -> RenderStep {
         self.state.t_s += DT_S;
-        let push = Wrench {
-            force_n: self.face().rotation().z_axis * -self.push_n + self.drag_n,
-            ..Wrench::default()
-        };
+        let push = force(self.face().rotation().z_axis * -self.push_n + self.drag_n);
         let arm = self.renderer.arm();
         self.state.external_torque = Some(arm.torques_from_wrench(&self.state.q, &push));
-        let target = BoardTarget {
-            stamp_s: self.state.t_s,
-            ..BoardTarget::new(
-                self.first.position_m(),
-                self.first.rotation().z_axis,
-                self.state.t_s,
-            )
-        };
+        let (at_m, normal) = (self.first.position_m(), self.first.rotation().z_axis);
+        let target = BoardTarget::new(at_m, normal, self.state.t_s);
         let input = RenderInput {
             target: Some(&target),
             slide: slide.as_ref(),
@@ -90,12 +75,13 @@ impl Rig {
         };
         let step = self.renderer.step_with(self.state.t_s, &self.state, &input);
         self.renderer.plan();
-        let ArmCommand::Position(q) = step.command else {
-            panic!("{step:?}");
-        };
-        self.state.q = q;
+        self.state.q = positions(step.command);
         step
     }
+}
+
+fn inward(face: &Pose) -> ObjectPath {
+    ObjectPath::sliding(-face.rotation().z_axis).unwrap()
 }
 
 fn spring() -> ObjectConfig {
@@ -109,7 +95,6 @@ fn spring() -> ObjectConfig {
 #[test]
 fn a_textured_panel_yields_as_its_closed_form_and_scans_with_the_speed_of_its_texture() {
     for (speed, turn) in [(0.05_f64, 0.0), (-0.08, 0.0), (0.03, 0.2)] {
-        let inward = |face: &Pose| ObjectPath::sliding(-face.rotation().z_axis).unwrap();
         let mut rig = Rig::new(inward, spring());
         let [x, z] = [rig.first.rotation().x_axis, rig.first.rotation().z_axis];
         // What points along the normal is no slide.
@@ -308,14 +293,8 @@ fn a_panel_that_is_held_scans_along_its_path_until_it_gives_way() {
     }
 }
 
-/// Joint angles of the command, and the largest step from those before, rad.
-fn leap(rig: &Rig, before: &JointPositions) -> f64 {
-    rig.state.q.max_abs_difference(before)
-}
-
 #[test]
 fn a_door_that_is_let_go_is_left_without_a_leap() {
-    let inward = |face: &Pose| ObjectPath::sliding(-face.rotation().z_axis).unwrap();
     let mut rig = Rig::new(inward, spring());
     rig.push_n = 20.0;
     for _ in 0..600 {
@@ -329,7 +308,7 @@ fn a_door_that_is_let_go_is_left_without_a_leap() {
     for k in 0..1500 {
         let before = rig.state.q;
         rig.step(None);
-        let leap_rad = leap(&rig, &before);
+        let leap_rad = rig.state.q.max_abs_difference(&before);
         let most_rad = most.iter().fold(0.0_f64, |a, b| a.max(*b)) * DT_S;
         assert!(leap_rad <= most_rad, "{k}: {leap_rad} rad");
     }
@@ -340,7 +319,6 @@ fn a_door_that_is_let_go_is_left_without_a_leap() {
 fn a_slide_on_an_object_brakes_before_a_joint_meets_its_limit() {
     // Joint 7 begins at 90 of 175 degrees.
     for turn in [0.5, 0.3] {
-        let inward = |face: &Pose| ObjectPath::sliding(-face.rotation().z_axis).unwrap();
         let mut rig = Rig::new(inward, spring());
         let most = ObjectRenderingConfig::default().max_acceleration_rad_per_s2;
         let (mut qd, mut stopped, mut worst) = ([0.0; 7], 0, 0.0_f64);

@@ -1,21 +1,17 @@
 //! Nothing that moves meets head or torso: people who stand in the way, and who walk into it.
 
+use crate::support::{DT_S, at_rest, iiwa, rates};
 use glam::DVec3;
 use hwall_haptics::body::{ArmBody, ArmCapsules, BodyConfig, Capsule, Room};
 use hwall_haptics::safety::{
     PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
 };
-use hwall_haptics::{
-    ArmCommand, ArmState, Board, Follower, FollowerConfig, SafeRequest, SafeState,
-};
-use hwall_kinematics::{
-    ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, Wrench,
-};
+use hwall_haptics::{ArmCommand, Board, Follower, FollowerConfig, SafeRequest, SafeState};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm, Wrench};
 use hwall_testkit::{Sampler, seeds};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const DT_S: f64 = 1e-3;
 /// Faster than this a part of the arm moves, m/s.
 const MOVES_M_PER_S: f64 = 0.01;
 /// A command takes effect so many cycles later.
@@ -49,7 +45,7 @@ enum Person {
 fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
     let mut random = Sampler::new(seed);
     let board = Board::default();
-    let arm = ArmKinematics::carrying(&SrsArm::iiwa7(), board.flange_from_board_face().unwrap());
+    let arm: Arc<dyn ArmKinematics> = Arc::new(iiwa());
     let body = ArmBody::new(Arc::clone(&arm), board, BodyConfig::default())
         .unwrap()
         .in_room(Room::default())
@@ -95,12 +91,7 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
     let mut sent = VecDeque::from(vec![start; REACTION]);
     let mut seen = VecDeque::new();
     let (mut last, mut way_m) = (body.at(&start), 0.0);
-    let mut state = ArmState {
-        t_s: 0.0,
-        q: start,
-        qd: JointVelocities::default(),
-        external_torque: Some(JointTorques::default()),
-    };
+    let mut state = at_rest(0.0, start);
     let (mut goal, mut share, mut frame_s) = (start, 1.0, -1.0);
     let mut newest = (head_m, 0.0);
     for cycle in 0..4000 {
@@ -176,7 +167,7 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
             };
             return (Some(met), way_m);
         }
-        state.qd = JointVelocities(std::array::from_fn(|i| (q[i] - state.q[i]) / DT_S));
+        state.qd = rates(&state.q, &q);
         (state.q, state.t_s) = (q, now_s + DT_S);
         last = now;
     }

@@ -1,16 +1,13 @@
 //! The renderer against a perfect arm: following, touching, every watchdog, every recovery.
 
+use crate::support::{Change, DT_S, assert_named, at_rest, force, home, positions, rates};
 use glam::DVec3;
 use hwall_haptics::{
-    ArgumentError, ArmCommand, ArmState, Board, BoardTarget, ForceConfig, HapticsError, HoldReason,
-    Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig,
+    ArmCommand, ArmState, Board, BoardTarget, ForceConfig, HoldReason, Phase, RenderStep, Renderer,
+    RendererConfig, WatchdogConfig,
 };
-use hwall_kinematics::{
-    JointPositions, JointTorques, JointVelocities, SrsArm, Unreachable, Wrench,
-};
+use hwall_kinematics::{JointTorques, JointVelocities, SrsArm, Unreachable, Wrench};
 use hwall_testkit::{ErrorStats, Sampler};
-
-const DT_S: f64 = 1e-3;
 
 /// An arm that does at once what it is told, and a renderer.
 struct Rig {
@@ -34,18 +31,10 @@ fn unfiltered() -> RendererConfig {
 
 impl Rig {
     fn new() -> Self {
-        let q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
-        let qd = JointVelocities::default();
-        let external_torque = Some(JointTorques::default());
         Self {
             renderer: Renderer::new(&SrsArm::iiwa7(), &Board::default(), unfiltered()).unwrap(),
             now_s: 0.0,
-            state: ArmState {
-                t_s: 0.0,
-                q,
-                qd,
-                external_torque,
-            },
+            state: at_rest(0.0, home()),
             target: Some(BoardTarget {
                 roll_rad: None,
                 ..BoardTarget::new(DVec3::new(0.55, 0.1, 0.6), DVec3::X, 0.0)
@@ -68,10 +57,7 @@ impl Rig {
         self.state.t_s = self.now_s;
         let arm = self.renderer.arm();
         let outward = arm.forward(&self.state.q).rotation().z_axis;
-        let wrench = Wrench {
-            force_n: outward * -self.press_n,
-            ..Wrench::default()
-        };
+        let wrench = force(outward * -self.press_n);
         self.state.external_torque = Some(arm.torques_from_wrench(&self.state.q, &wrench));
         if let Some(target) = &mut self.target {
             target.stamp_s = self.now_s;
@@ -81,8 +67,7 @@ impl Rig {
         let step = self.renderer.step(now_s, &state, target.as_ref());
         self.renderer.plan();
         if let ArmCommand::Position(q) = step.command {
-            self.state.qd =
-                JointVelocities(std::array::from_fn(|j| (q[j] - self.state.q[j]) / DT_S));
+            self.state.qd = rates(&self.state.q, &q);
             self.state.q = q;
         } else {
             self.state.qd = JointVelocities::default();
@@ -295,9 +280,7 @@ fn a_stalled_loop_goes_on_where_it_was() {
     rig.run(150);
     let before = rig.state.q;
     rig.now_s += 10.0;
-    let ArmCommand::Position(q) = rig.step().command else {
-        panic!()
-    };
+    let q = positions(rig.step().command);
     let most = WatchdogConfig::default().max_step_s * 0.9 * 180.0_f64.to_radians();
     assert!(q.max_abs_difference(&before) <= most + 1e-9);
 }
@@ -307,9 +290,7 @@ fn no_command_before_the_first_good_state_and_none_far_from_the_arm() {
     let mut rig = Rig::new();
     let first = rig.step_with(|_, state, _| state.q[0] = f64::NAN);
     assert_eq!(first.command, ArmCommand::Hold);
-    let ArmCommand::Position(q) = rig.step().command else {
-        panic!()
-    };
+    let q = positions(rig.step().command);
     assert!(
         q.max_abs_difference(&rig.state.q) < 1e-2,
         "starts at the measured configuration"
@@ -379,16 +360,11 @@ fn a_press_of_known_force_is_estimated() {
         };
         let torque = arm.torques_from_wrench(&found.q, &wrench);
         let state = ArmState {
-            t_s: 0.0,
-            q: found.q,
-            qd: JointVelocities::default(),
             external_torque: Some(torque),
+            ..at_rest(0.0, found.q)
         };
-        let estimate = Rig::new()
-            .renderer
-            .step(0.0, &state, None)
-            .normal_force_n
-            .unwrap();
+        let step = Rig::new().renderer.step(0.0, &state, None);
+        let estimate = step.normal_force_n.unwrap();
         errors.push((estimate - press_n).abs() / press_n);
     }
     assert!(errors.len() > 400);
@@ -401,56 +377,27 @@ fn a_press_of_known_force_is_estimated() {
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let named = |change: fn(&mut RendererConfig)| {
-        let mut config = RendererConfig::default();
-        change(&mut config);
-        match Renderer::new(&SrsArm::iiwa7(), &Board::default(), config) {
-            Err(HapticsError::Argument(ArgumentError::OutOfRange { what, .. })) => what,
-            other => panic!("{other:?}"),
-        }
-    };
-    assert_eq!(named(|c| c.force.damping_m = f64::NAN), "damping_m");
-    assert_eq!(named(|c| c.force.moment_length_m = 0.0), "moment_length_m");
-    for bad in [f64::NAN, -1e-9, f64::INFINITY] {
-        let force = ForceConfig {
-            filter_s: bad,
-            ..Default::default()
-        };
-        let mut allowed = RendererConfig::default();
-        allowed.follower.approach.allowed_m = bad;
-        let mut clearance = RendererConfig::default();
-        clearance.proximity.clearance_m = bad;
-        for (wanted, config) in [
-            (
-                "filter_s",
-                RendererConfig {
-                    force,
-                    ..Default::default()
-                },
-            ),
-            ("allowed_m", allowed),
-            ("clearance_m", clearance),
-        ] {
-            match Renderer::new(&SrsArm::iiwa7(), &Board::default(), config) {
-                Err(HapticsError::Argument(ArgumentError::OutOfRange { what, .. })) => {
-                    assert_eq!(what, wanted)
-                }
-                other => panic!("{other:?}"),
-            }
-        }
-    }
-    assert_eq!(
-        named(|c| c.watchdog.max_target_age_s = -1.0),
-        "max_target_age_s"
-    );
-    assert_eq!(
-        named(|c| c.watchdog.max_state_age_s = 0.0),
-        "max_state_age_s"
-    );
-    assert_eq!(named(|c| c.watchdog.max_step_s = f64::NAN), "max_step_s");
-    assert_eq!(named(|c| c.contact.on_n = f64::NAN), "on_n");
-    assert_eq!(
-        named(|c| c.proximity.braking_m_per_s2 = 0.0),
-        "braking_m_per_s2"
-    );
+    let bad: [Change<RendererConfig>; 16] = [
+        ("damping_m", |c| c.force.damping_m = f64::NAN),
+        ("moment_length_m", |c| c.force.moment_length_m = 0.0),
+        ("filter_s", |c| c.force.filter_s = f64::NAN),
+        ("filter_s", |c| c.force.filter_s = -1e-9),
+        ("filter_s", |c| c.force.filter_s = f64::INFINITY),
+        ("allowed_m", |c| c.follower.approach.allowed_m = f64::NAN),
+        ("allowed_m", |c| c.follower.approach.allowed_m = -1e-9),
+        ("allowed_m", |c| {
+            c.follower.approach.allowed_m = f64::INFINITY
+        }),
+        ("clearance_m", |c| c.proximity.clearance_m = f64::NAN),
+        ("clearance_m", |c| c.proximity.clearance_m = -1e-9),
+        ("clearance_m", |c| c.proximity.clearance_m = f64::INFINITY),
+        ("max_target_age_s", |c| c.watchdog.max_target_age_s = -1.0),
+        ("max_state_age_s", |c| c.watchdog.max_state_age_s = 0.0),
+        ("max_step_s", |c| c.watchdog.max_step_s = f64::NAN),
+        ("on_n", |c| c.contact.on_n = f64::NAN),
+        ("braking_m_per_s2", |c| c.proximity.braking_m_per_s2 = 0.0),
+    ];
+    assert_named(&RendererConfig::default(), &bad, |config| {
+        Renderer::new(&SrsArm::iiwa7(), &Board::default(), config)
+    });
 }

@@ -1,21 +1,16 @@
 //! Things in the real room: how far away they are, and that no part of the arm meets them, nor another part.
 
+use crate::support::{DT_S, at_rest, iiwa, rates};
 use glam::{DQuat, DVec3};
 use hwall_geometry::Pose;
 use hwall_haptics::body::{ArmBody, BodyConfig, Capsule, Obstacle, PersonBody, Room};
 use hwall_haptics::safety::{
     PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
 };
-use hwall_haptics::{
-    ArmCommand, ArmState, Board, Follower, FollowerConfig, SafeRequest, SafeState,
-};
-use hwall_kinematics::{
-    ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, Wrench,
-};
+use hwall_haptics::{ArmCommand, Board, Follower, FollowerConfig, SafeRequest, SafeState};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm, Wrench};
 use hwall_testkit::{Sampler, seeds};
 use std::sync::Arc;
-
-const DT_S: f64 = 1e-3;
 
 fn pose(random: &mut Sampler, within_m: f64) -> Pose {
     let angle = random.uniform(-3.0, 3.0);
@@ -106,16 +101,12 @@ fn what_is_no_obstacle_is_refused_and_nan_is_near() {
     let rests = JointPositions::default();
     let still = JointVelocities::default();
     assert!(body.meets(&rests, &still, &[5.0; 7]).is_none());
-    assert!(
-        body.meets(&rests, &JointVelocities([f64::NAN; 7]), &[5.0; 7])
-            .is_some()
-    );
+    let unknown = JointVelocities([f64::NAN; 7]);
+    assert!(body.meets(&rests, &unknown, &[5.0; 7]).is_some());
 }
 
 fn arm() -> (Arc<dyn ArmKinematics>, Board) {
-    let board = Board::default();
-    let face = board.flange_from_board_face().unwrap();
-    (ArmKinematics::carrying(&SrsArm::iiwa7(), face), board)
+    (Arc::new(iiwa()), Board::default())
 }
 
 /// A floor and a box on a way of the arm, which goes from one free posture to another for some seconds. Returns how often it arrived, and
@@ -157,12 +148,7 @@ fn run(seed: u64, plans: bool) -> (u32, f64) {
     if plans {
         follower.keep_clear(supervisor.separation().clone());
     }
-    let mut state = ArmState {
-        t_s: 0.0,
-        q: start,
-        qd: JointVelocities::default(),
-        external_torque: Some(JointTorques::default()),
-    };
+    let mut state = at_rest(0.0, start);
     let (mut goal, mut since, mut share) = (start, 0, 1.0);
     let (mut arrived, mut least_m) = (0, f64::INFINITY);
     for cycle in 0..6000 {
@@ -214,7 +200,7 @@ fn run(seed: u64, plans: bool) -> (u32, f64) {
             "{:?}",
             step.state
         );
-        state.qd = JointVelocities(std::array::from_fn(|i| (q[i] - state.q[i]) / DT_S));
+        state.qd = rates(&state.q, &q);
         (state.q, state.t_s) = (q, now_s + DT_S);
         least_m = least_m.min(body.nearest(&q).distance_m);
     }

@@ -1,5 +1,6 @@
 //! Capsules, limits of contact, pushes at the edge.
 
+use crate::support::{Change, assert_named};
 use glam::DVec3;
 use hwall_haptics::body::{ArmBody, BodyConfig, Capsule};
 use hwall_haptics::safety::{BoardLoad, ContactLimits, LoadLimits, WorkspaceBox};
@@ -139,11 +140,8 @@ fn a_folded_arm_meets_itself() {
         );
         assert!(apart_m(folded) < body.clearance_m(), "{}", apart_m(folded));
         assert!(apart_m(folded).is_finite());
-        assert!(
-            body.nearest(&JointPositions([f64::NAN; 7]))
-                .distance_m
-                .is_nan()
-        );
+        let nowhere = body.nearest(&JointPositions([f64::NAN; 7]));
+        assert!(nowhere.distance_m.is_nan());
     }
 }
 
@@ -174,31 +172,16 @@ fn speed_caps_follow_two_masses_on_a_spring() {
     assert!((needle.lasting_force_n() - 1.9).abs() < 1e-12);
     assert_eq!(limits.lasting_force_n(), 140.0);
     assert_eq!(limits.impact_force_n(), 280.0);
-    let wrong = [
-        ContactLimits {
-            quasi_static_n: f64::NAN,
-            ..limits
-        },
-        ContactLimits {
-            transient_n: 100.0,
-            ..limits
-        },
-        ContactLimits {
-            energy_j: 0.0,
-            ..limits
-        },
-        ContactLimits {
-            transient_pressure_factor: 0.5,
-            ..limits
-        },
-        ContactLimits {
-            implausible_n: 10.0,
-            ..limits
-        },
+    let wrong: [Change<ContactLimits>; 5] = [
+        ("quasi_static_n", |l| l.quasi_static_n = f64::NAN),
+        ("transient_n", |l| l.transient_n = 100.0),
+        ("energy_j", |l| l.energy_j = 0.0),
+        ("transient_pressure_factor", |l| {
+            l.transient_pressure_factor = 0.5
+        }),
+        ("implausible_n", |l| l.implausible_n = 10.0),
     ];
-    for limits in wrong {
-        assert!(limits.validate().is_err(), "{limits:?}");
-    }
+    assert_named(&limits, &wrong, |limits| limits.validate());
 }
 
 #[test]
@@ -241,20 +224,7 @@ fn a_box_holds_what_is_inside() {
     inside.validate().unwrap();
     assert!(inside.contains(DVec3::ZERO) && inside.contains(DVec3::ONE));
     assert!(!inside.contains(DVec3::new(0.0, 0.0, 1.1)) && !inside.contains(DVec3::NAN));
-    assert!(
-        WorkspaceBox {
-            max_m: DVec3::splat(-2.0),
-            ..inside
-        }
-        .validate()
-        .is_err()
-    );
-    assert!(
-        WorkspaceBox {
-            max_m: DVec3::NAN,
-            ..inside
-        }
-        .validate()
-        .is_err()
-    );
+    for max_m in [DVec3::splat(-2.0), DVec3::NAN] {
+        assert!(WorkspaceBox { max_m, ..inside }.validate().is_err());
+    }
 }

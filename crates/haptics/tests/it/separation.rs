@@ -1,18 +1,18 @@
 //! The gap between arm and person.
 
+use crate::support::iiwa;
 use glam::DVec3;
 use hwall_haptics::Board;
 use hwall_haptics::body::{ArmBody, BodyConfig, Capsule, PersonBody, Separation, SeparationConfig};
 use hwall_haptics::safety::{PersonPart, PersonPoint};
-use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm};
+use hwall_kinematics::{JointPositions, JointVelocities};
 use hwall_testkit::Sampler;
+use std::sync::Arc;
 
 const BRAKING: [f64; 7] = [8.0; 7];
 
 fn body() -> ArmBody {
-    let board = Board::default();
-    let arm = ArmKinematics::carrying(&SrsArm::iiwa7(), board.flange_from_board_face().unwrap());
-    ArmBody::new(arm, board, BodyConfig::default()).unwrap()
+    ArmBody::new(Arc::new(iiwa()), Board::default(), BodyConfig::default()).unwrap()
 }
 
 fn person(points: &[(PersonPart, DVec3)], stamp_s: f64) -> PersonBody {

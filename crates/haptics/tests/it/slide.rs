@@ -1,21 +1,17 @@
 //! A touched board that moves within its plane, and targets that ask for a roll.
 
+use crate::support::{DT_S, at_rest, force, iiwa as arm, positions};
 use glam::DVec3;
 use hwall_haptics::{
-    ArgumentError, ArmCommand, ArmState, Board, BoardTarget, Follower, FollowerConfig,
-    HapticsError, Phase, RenderInput, Renderer, RendererConfig, Slide, board_pose, surface_axes,
+    ArgumentError, ArmState, Board, BoardTarget, Follower, FollowerConfig, HapticsError, Phase,
+    RenderInput, Renderer, RendererConfig, Slide, board_pose, surface_axes,
 };
-use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
+use hwall_kinematics::{JointPositions, JointVelocities, SrsArm};
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
-const DT_S: f64 = 1e-3;
 const START: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, 60.0, 0.0];
-
-fn arm() -> SrsArm {
-    SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().unwrap())
-}
 
 fn target(roll_rad: Option<f64>) -> BoardTarget {
     BoardTarget {
@@ -171,27 +167,17 @@ fn slides_that_are_not_finite_move_nothing() {
 #[test]
 fn the_renderer_slides_in_contact_only() {
     let arm = arm();
-    let mut renderer = Renderer::new(
-        &SrsArm::iiwa7(),
-        &Board::default(),
-        RendererConfig::default(),
-    )
-    .unwrap();
+    let config = RendererConfig::default();
+    let mut renderer = Renderer::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap();
     let mut q = in_place().commanded();
     let away = slide(DVec3::Y * 0.05);
     let mut y_m = Vec::new();
     for i in 0..1500 {
         let now_s = f64::from(i) * DT_S;
-        let press = Wrench {
-            force_n: DVec3::NEG_X * if (300..900).contains(&i) { 8.0 } else { 0.0 },
-            ..Wrench::default()
-        };
-        let torque: JointTorques = arm.jacobian(&q).torques(&press);
+        let press = force(DVec3::NEG_X * if (300..900).contains(&i) { 8.0 } else { 0.0 });
         let state = ArmState {
-            t_s: now_s,
-            q,
-            qd: JointVelocities::default(),
-            external_torque: Some(torque),
+            external_torque: Some(arm.jacobian(&q).torques(&press)),
+            ..at_rest(now_s, q)
         };
         let aim = BoardTarget {
             stamp_s: now_s,
@@ -212,10 +198,7 @@ fn the_renderer_slides_in_contact_only() {
         renderer.plan();
         let touched = matches!(step.phase, Phase::Contact { .. });
         assert_eq!(step.sliding, touched && i < 700, "{i}");
-        let ArmCommand::Position(next) = step.command else {
-            panic!("{step:?}")
-        };
-        q = next;
+        q = positions(step.command);
         y_m.push(arm.forward(&q).position_m().y);
     }
     assert!((y_m[300] - 0.1).abs() < 1e-6);
@@ -283,6 +266,21 @@ fn the_axes_of_a_surface_are_those_of_a_board_at_roll_0() {
     assert!(surface_axes(DVec3::ZERO).is_err());
 }
 
+/// A follower at rest at a random configuration, the normal of its face, and a random direction within it.
+fn somewhere(sampler: &mut Sampler) -> (Follower, DVec3, DVec3) {
+    let arm = arm();
+    let mut start = JointPositions::from_deg(START);
+    for joint in 0..7 {
+        start[joint] += sampler.uniform(-0.4, 0.4);
+    }
+    start[6] = sampler.uniform(-1.0, 1.0) * arm.limits()[6].max_rad;
+    let turned = sampler.uniform(0.0, 2.0 * PI);
+    let normal = arm.forward(&start).rotation().z_axis;
+    let [x, y] = surface_axes(normal).unwrap();
+    let follower = Follower::new(Arc::new(arm), FollowerConfig::default(), &start).unwrap();
+    (follower, normal, x * turned.cos() + y * turned.sin())
+}
+
 #[test]
 fn random_slides_with_turn_keep_to_the_accelerations_of_the_joints() {
     // S3: a slide drove joint 7 into its limit and stopped it in one cycle; 85 of 200 broke the bound, by up to 126 times.
@@ -290,17 +288,9 @@ fn random_slides_with_turn_keep_to_the_accelerations_of_the_joints() {
     let mut sampler = Sampler::new(18);
     let (mut done, mut hindered, mut worst) = (0, 0, 0.0_f64);
     while done < 200 {
-        let mut start = JointPositions::from_deg(START);
-        for joint in 0..7 {
-            start[joint] += sampler.uniform(-0.4, 0.4);
-        }
-        start[6] = sampler.uniform(-1.0, 1.0) * arm.limits()[6].max_rad;
-        let mut follower =
-            Follower::new(Arc::new(arm.clone()), FollowerConfig::default(), &start).unwrap();
-        let turned = sampler.uniform(0.0, 2.0 * PI);
-        let [x, y] = surface_axes(arm.forward(&start).rotation().z_axis).unwrap();
+        let (mut follower, _, way) = somewhere(&mut sampler);
         let slide = Slide {
-            velocity_m_per_s: (x * turned.cos() + y * turned.sin()) * sampler.uniform(0.0, 0.1),
+            velocity_m_per_s: way * sampler.uniform(0.0, 0.1),
             turn_rad_per_s: sampler.uniform(-0.7, 0.7),
         };
         done += 1;
@@ -332,27 +322,16 @@ fn random_slides_with_turn_keep_to_the_accelerations_of_the_joints() {
 
 #[test]
 fn a_slide_that_ends_before_a_joint_limit_does_not_swing_back() {
-    let arm = arm();
     let mut sampler = Sampler::new(18);
     let (mut stops, mut worst) = (0, 0.0_f64);
     for _ in 0..300 {
-        let mut start = JointPositions::from_deg(START);
-        for joint in 0..7 {
-            start[joint] += sampler.uniform(-0.4, 0.4);
-        }
-        start[6] = sampler.uniform(-1.0, 1.0) * arm.limits()[6].max_rad;
-        let mut follower =
-            Follower::new(Arc::new(arm.clone()), FollowerConfig::default(), &start).unwrap();
-        let turned = sampler.uniform(0.0, 2.0 * PI);
-        let [x, y] = surface_axes(arm.forward(&start).rotation().z_axis).unwrap();
-        let way = x * turned.cos() + y * turned.sin();
+        let (mut follower, normal, way) = somewhere(&mut sampler);
         // Either along, or about the normal: of both at once neither is a way that could be gone back.
         let turns = sampler.bool();
         let slide = Slide {
             velocity_m_per_s: if turns { DVec3::ZERO } else { way * 0.1 },
             turn_rad_per_s: if turns { 0.7 } else { 0.0 },
         };
-        let normal = arm.forward(&start).rotation().z_axis;
         let (mut peak, mut back, mut stopped) = (0.0_f64, 0.0_f64, false);
         for _ in 0..2500 {
             stopped |= follower.slide(DT_S, &slide).unwrap().is_some();

@@ -1,10 +1,11 @@
 //! Every watchdog of the supervisor, one by one.
 
-use crate::supervised::{Bench, DT_S, home};
+use crate::supervised::Bench;
+use crate::support::{DT_S, force, home};
 use glam::DVec3;
 use hwall_haptics::ArmCommand;
 use hwall_haptics::safety::{Channel, PersonPart, SafeRequest, SafeState};
-use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, Wrench};
+use hwall_kinematics::{JointPositions, JointTorques, JointVelocities};
 
 /// A fault stands at once, ends in its last state in the time that is stated, and is forgotten after the recovery time.
 fn faulty(channel: Channel, kind: &str, retreats: bool, spoil: impl Fn(&mut Bench, &mut f64)) {
@@ -46,58 +47,48 @@ fn faulty(channel: Channel, kind: &str, retreats: bool, spoil: impl Fn(&mut Benc
 
 #[test]
 fn nan_on_every_channel() {
-    faulty(Channel::Time, "non_finite", false, |_, now| *now = f64::NAN);
-    faulty(Channel::Position, "non_finite", false, |b, _| {
-        b.state.t_s = f64::INFINITY
-    });
-    faulty(Channel::Position, "non_finite", false, |b, _| {
-        b.state.q[3] = f64::NAN
-    });
-    faulty(Channel::Velocity, "non_finite", false, |b, _| {
-        b.state.qd[0] = f64::INFINITY
-    });
-    faulty(Channel::Torque, "non_finite", true, |b, _| {
-        b.state.external_torque = Some(JointTorques([f64::NAN; 7]));
-    });
-    faulty(Channel::Fingertip, "non_finite", true, |b, _| {
-        b.person[0].position_m.x = f64::NAN
-    });
-    faulty(Channel::Palm, "non_finite", true, |b, _| {
-        b.person[1].position_m.y = f64::INFINITY
-    });
-    faulty(Channel::Head, "non_finite", true, |b, _| {
-        b.person[2].stamp_s = f64::NAN
-    });
-    faulty(Channel::Target, "non_finite", true, |b, _| {
-        b.target = Some(DVec3::NAN)
-    });
-    faulty(Channel::Force, "non_finite", true, |b, _| {
-        b.force = Some(Wrench {
-            force_n: DVec3::NAN,
-            ..Wrench::default()
-        });
-    });
-    faulty(Channel::Command, "non_finite", false, |b, _| {
-        b.command = ArmCommand::Position(JointPositions([f64::NAN; 7]));
-    });
-    faulty(Channel::Command, "non_finite", false, |b, _| {
-        b.command = ArmCommand::Torque(JointTorques([f64::INFINITY; 7]));
-    });
+    type Spoil = fn(&mut Bench, &mut f64);
+    let spoils: [(Channel, bool, Spoil); 12] = [
+        (Channel::Time, false, |_, now| *now = f64::NAN),
+        (Channel::Position, false, |b, _| b.state.t_s = f64::INFINITY),
+        (Channel::Position, false, |b, _| b.state.q[3] = f64::NAN),
+        (Channel::Velocity, false, |b, _| {
+            b.state.qd[0] = f64::INFINITY
+        }),
+        (Channel::Torque, true, |b, _| {
+            b.state.external_torque = Some(JointTorques([f64::NAN; 7]));
+        }),
+        (Channel::Fingertip, true, |b, _| {
+            b.person[0].position_m.x = f64::NAN
+        }),
+        (Channel::Palm, true, |b, _| {
+            b.person[1].position_m.y = f64::INFINITY
+        }),
+        (Channel::Head, true, |b, _| b.person[2].stamp_s = f64::NAN),
+        (Channel::Target, true, |b, _| b.target = Some(DVec3::NAN)),
+        (Channel::Force, true, |b, _| {
+            b.force = Some(force(DVec3::NAN))
+        }),
+        (Channel::Command, false, |b, _| {
+            b.command = ArmCommand::Position(JointPositions([f64::NAN; 7]));
+        }),
+        (Channel::Command, false, |b, _| {
+            b.command = ArmCommand::Torque(JointTorques([f64::INFINITY; 7]));
+        }),
+    ];
+    for (channel, retreats, spoil) in spoils {
+        faulty(channel, "non_finite", retreats, spoil);
+    }
 }
 
 #[test]
 fn stale_inputs() {
     faulty(Channel::Position, "stale", false, |b, _| b.state.t_s -= 0.2);
     faulty(Channel::Position, "stale", false, |b, _| b.state.t_s += 0.2);
-    faulty(Channel::Fingertip, "stale", true, |b, _| {
-        b.person[0].stamp_s -= 0.3
-    });
-    faulty(Channel::Palm, "stale", true, |b, _| {
-        b.person[1].stamp_s -= 0.3
-    });
-    faulty(Channel::Head, "stale", true, |b, _| {
-        b.person[2].stamp_s -= 0.3
-    });
+    let parts = [Channel::Fingertip, Channel::Palm, Channel::Head];
+    for (part, channel) in parts.into_iter().enumerate() {
+        faulty(channel, "stale", true, |b, _| b.person[part].stamp_s -= 0.3);
+    }
 }
 
 /// What was there once and does not come any more ages.

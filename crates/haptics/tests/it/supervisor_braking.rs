@@ -1,15 +1,24 @@
 //! Cuts of the supervisor brake no harder than the joints may.
 
-use crate::supervised::{Bench, DT_S, home};
+use crate::supervised::Bench;
+use crate::support::{DT_S, force, home, iiwa, positions, rates};
 use glam::DVec3;
+use hwall_haptics::ArmCommand;
 use hwall_haptics::safety::{GuardLimits, PersonPart};
-use hwall_haptics::{ArmCommand, Board};
-use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm, Wrench};
+use hwall_kinematics::{JointPositions, JointVelocities, SrsArm};
+
+/// Between two cycles no joint changes its speed by more than it may.
+fn assert_within(hardest: &[f64; 7], before: &JointVelocities, now: &JointVelocities, k: usize) {
+    for joint in 0..7 {
+        let change = (now[joint] - before[joint]).abs() / DT_S;
+        assert!(change <= hardest[joint] * 1.001, "{k}, {joint}: {change}");
+    }
+}
 
 /// A person who comes near makes a moving arm slow down; neither that nor going on is a leap of its speed.
 #[test]
 fn a_cut_of_speed_is_no_leap_of_speed() {
-    let arm = SrsArm::iiwa7().carrying(Board::default().flange_from_board_face().unwrap());
+    let arm = iiwa();
     let normal = arm.forward(&home()).rotation().z_axis;
     let hardest = GuardLimits::of_arm(&SrsArm::iiwa7()).acceleration_rad_per_s2;
     let mut bench = Bench::new();
@@ -23,7 +32,7 @@ fn a_cut_of_speed_is_no_leap_of_speed() {
         let way = (place(&ahead) - place(&home())).dot(normal).signum();
         (joint, way)
     });
-    let (mut to, mut from, mut before) = (home(), home(), [0.0; 7]);
+    let (mut to, mut from, mut before) = (home(), home(), JointVelocities::default());
     let (mut rate, mut slowest, mut slowed) = (0.0_f64, f64::INFINITY, 0);
     for k in 0..1500 {
         // Soon fast, for a while, and to rest.
@@ -44,21 +53,16 @@ fn a_cut_of_speed_is_no_leap_of_speed() {
                 bench.supervisor.forget(PersonPart::Fingertip);
             }
         });
-        let ArmCommand::Position(q) = step.command else {
-            panic!("{k}: {step:?}");
-        };
-        let rates: [f64; 7] = std::array::from_fn(|i| (q[i] - from[i]) / DT_S);
-        for joint in 0..7 {
-            let change = (rates[joint] - before[joint]).abs() / DT_S;
-            assert!(change <= hardest[joint] * 1.001, "{k}, {joint}: {change}");
-        }
+        let q = positions(step.command);
+        let now = rates(&from, &q);
+        assert_within(&hardest, &before, &now, k);
         if near {
             slowed += usize::from(step.state.name() == "slowed");
             let closing = (place(&q) - place(&from)).dot(normal) / DT_S;
             slowest = slowest.min(closing);
         }
-        (from, bench.state.q, before) = (q, q, rates);
-        bench.state.qd = JointVelocities(rates);
+        (from, bench.state.q, before) = (q, q, now);
+        bench.state.qd = now;
     }
     println!("{slowed} of 100 slowed, {slowest} m/s");
     assert!(slowed > 90 && slowest < 0.32, "{slowed}, {slowest} m/s");
@@ -71,7 +75,7 @@ fn a_retreat_from_a_motion_is_no_leap_of_speed() {
     let hardest = GuardLimits::of_arm(&SrsArm::iiwa7()).acceleration_rad_per_s2;
     let mut bench = Bench::new();
     bench.run(5);
-    let (mut to, mut from, mut before) = (home(), home(), [0.0; 7]);
+    let (mut to, mut from, mut before) = (home(), home(), JointVelocities::default());
     let (mut rate, mut retreats) = (0.0_f64, 0);
     for k in 0..1000 {
         if k < 300 {
@@ -83,26 +87,18 @@ fn a_retreat_from_a_motion_is_no_leap_of_speed() {
         let step = bench.step_with(|bench, _| {
             // Until the way back would be over.
             if (300..310).contains(&k) {
-                bench.force = Some(Wrench {
-                    force_n: DVec3::X * -400.0,
-                    ..Wrench::default()
-                });
+                bench.force = Some(force(DVec3::X * -400.0));
             }
         });
-        let ArmCommand::Position(q) = step.command else {
-            panic!("{k}: {step:?}");
-        };
-        let rates: [f64; 7] = std::array::from_fn(|i| (q[i] - from[i]) / DT_S);
-        for joint in 0..7 {
-            let change = (rates[joint] - before[joint]).abs() / DT_S;
-            assert!(change <= hardest[joint] * 1.001, "{k}, {joint}: {change}");
-        }
+        let q = positions(step.command);
+        let now = rates(&from, &q);
+        assert_within(&hardest, &before, &now, k);
         retreats += usize::from(step.state.name() == "retreating");
-        (from, bench.state.q, before) = (q, q, rates);
-        bench.state.qd = JointVelocities(rates);
+        (from, bench.state.q, before) = (q, q, now);
+        bench.state.qd = now;
     }
     assert!(retreats > 600, "{retreats}");
-    assert!(before.iter().all(|rate| rate.abs() < 1e-3), "{before:?}");
+    assert!(before.0.iter().all(|rate| rate.abs() < 1e-3), "{before:?}");
 }
 
 /// A command that is cut and behind what is wanted is no place to leap from, either: a loop that comes late goes on by four usual steps.
@@ -123,9 +119,7 @@ fn after_a_stall_a_command_that_is_cut_does_not_leap() {
                 bench.now_s += stall_s;
             }
             let step = bench.step();
-            let ArmCommand::Position(q) = step.command else {
-                panic!("{k}: {step:?}");
-            };
+            let q = positions(step.command);
             slowed += usize::from(step.state.name() == "slowed");
             let turned = (q[0] - from[0]).abs();
             let steps = if k == 380 { 4.0 } else { 1.0 };
@@ -134,9 +128,8 @@ fn after_a_stall_a_command_that_is_cut_does_not_leap() {
                 "stall of {stall_s} s, step {k}: {turned} rad"
             );
             largest = largest.max(turned);
-            let qd = JointVelocities(std::array::from_fn(|i| (q[i] - from[i]) / DT_S));
+            bench.state.qd[0] = rates(&from, &q)[0].min(most[0]);
             (from, bench.state.q) = (q, q);
-            bench.state.qd[0] = qd[0].min(most[0]);
         }
         println!("stall of {stall_s} s: largest step {largest:.4} rad, {slowed} cycles slowed");
         assert!(slowed > 100, "{slowed}");
@@ -154,9 +147,7 @@ fn the_first_command_of_an_arm_that_is_too_fast_is_not() {
         to[0] += 3.0 * most[0] * DT_S;
         bench.command = ArmCommand::Position(to);
         let step = bench.step();
-        let ArmCommand::Position(q) = step.command else {
-            panic!("{k}: {step:?}");
-        };
+        let q = positions(step.command);
         let turned = (q[0] - from[0]).abs();
         assert!(turned <= most[0] * DT_S * (1.0 + 1e-6), "{k}: {turned} rad");
         (from, bench.state.q) = (q, q);

@@ -1,24 +1,22 @@
 //! Every limit of the supervisor, one by one.
 
-use crate::supervised::{Bench, DT_S, home};
+use crate::supervised::Bench;
+use crate::support::{Change, DT_S, assert_named, force, home, iiwa, positions, rates};
 use glam::DVec3;
 use hwall_haptics::body::{ArmBody, BodyConfig, Room};
 use hwall_haptics::safety::{
-    Channel, GuardLimits, Latch, PersonPart, SafeReason, SafeRequest, SafeState, Supervisor,
+    Channel, GuardLimits, PersonPart, SafeReason, SafeRequest, SafeState, Supervisor,
     SupervisorConfig, SupervisorInput, WorkspaceBox,
 };
 use hwall_haptics::{ArmCommand, Board};
 use hwall_kinematics::{
-    ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, SrsParameters, Wrench,
+    ArmKinematics, JointPositions, JointTorques, SrsArm, SrsParameters, Wrench,
 };
 use hwall_testkit::Sampler;
 
 #[test]
 fn too_much_force_withdraws_at_once_and_is_latched() {
-    let push = |force_n: f64| Wrench {
-        force_n: DVec3::new(-force_n, 0.0, 0.0),
-        ..Wrench::default()
-    };
+    let push = |force_n: f64| force(DVec3::NEG_X * force_n);
     let mut bench = Bench::new();
     bench.run(10);
     // An impact within the limit is allowed for half a second.
@@ -47,13 +45,8 @@ fn too_much_force_withdraws_at_once_and_is_latched() {
     assert_eq!((broken.state.name(), broken.latched), ("holding", true));
     assert_eq!(broken.state.reason().unwrap().name(), "implausible_force");
     assert_eq!(bench.run(400).state.name(), "holding");
-    assert_eq!(
-        bench
-            .run_with(400, |b, _| b.force = Some(push(5000.0)))
-            .state
-            .name(),
-        "stopped"
-    );
+    let stopped = bench.run_with(400, |b, _| b.force = Some(push(5000.0)));
+    assert_eq!(stopped.state.name(), "stopped");
 }
 
 /// A torque-controlled arm gives way instead, as fast as torques may change.
@@ -62,10 +55,7 @@ fn too_much_force_on_a_torque_arm_makes_it_float() {
     let mut bench = Bench::new();
     bench.command = ArmCommand::Torque(JointTorques([10.0; 7]));
     bench.run(30);
-    let push = Wrench {
-        force_n: DVec3::new(-300.0, 0.0, 0.0),
-        ..Wrench::default()
-    };
+    let push = force(DVec3::NEG_X * 300.0);
     let mut step = bench.step_with(|b, _| b.force = Some(push));
     let mut last = 10.0;
     for _ in 0..12 {
@@ -119,9 +109,7 @@ fn commands_are_cut_to_the_limits_of_joints() {
     let (mut from, mut speed) = (home(), 0.0);
     for k in 0..5000 {
         let step = bench.step();
-        let ArmCommand::Position(q) = step.command else {
-            panic!("{step:?}");
-        };
+        let q = positions(step.command);
         let now = (q[0] - from[0]) / DT_S;
         assert!(now.abs() <= most * 1.001);
         assert!((now - speed).abs() <= hardest * DT_S * (1.0 + 1e-6), "{k}");
@@ -142,9 +130,7 @@ fn commands_are_cut_to_the_limits_of_joints() {
     over[6] = limit + 0.05;
     bench.command = ArmCommand::Position(over);
     let step = bench.run(3);
-    let ArmCommand::Position(q) = step.command else {
-        panic!("{step:?}");
-    };
+    let q = positions(step.command);
     assert!(q[6] <= limit);
     assert_eq!(step.state.reason().unwrap().name(), "command_limit");
 }
@@ -170,10 +156,8 @@ fn an_arm_beyond_its_limits_is_stopped_and_latched() {
             ("joint_limit", Some(channel))
         );
         assert!(step.latched);
-        assert_eq!(
-            bench.run_with(1000, |b, _| spoil(b)).state.name(),
-            "stopped"
-        );
+        let stopped = bench.run_with(1000, |b, _| spoil(b));
+        assert_eq!(stopped.state.name(), "stopped");
         bench.run(100);
         bench.supervisor.reset();
         assert_eq!(bench.run(600).state, SafeState::Normal, "{channel:?}");
@@ -214,7 +198,7 @@ fn the_board_stays_in_its_box() {
 /// A board that comes nearer to a finger, a head, or a hand that it would hit too hard is slowed down.
 #[test]
 fn near_a_person_the_board_is_slow() {
-    let arm = SrsArm::iiwa7().carrying(Board::default().flange_from_board_face().unwrap());
+    let arm = iiwa();
     let face = arm.forward(&home());
     let normal = face.rotation().z_axis;
     let mut q = home();
@@ -237,9 +221,7 @@ fn near_a_person_the_board_is_slow() {
         q[joint] += sign * 2e-3;
         bench.command = ArmCommand::Position(*q);
         let step = bench.step();
-        let ArmCommand::Position(out) = step.command else {
-            panic!("{step:?}");
-        };
+        let out = positions(step.command);
         let speed = (outward(&out) - outward(&home())) / DT_S;
         *q = home();
         (step, speed)
@@ -260,7 +242,7 @@ fn near_a_person_the_board_is_slow() {
 
 #[test]
 fn a_retreat_goes_back_and_slowly() {
-    let arm = SrsArm::iiwa7().carrying(Board::default().flange_from_board_face().unwrap());
+    let arm = iiwa();
     let normal = arm.forward(&home()).rotation().z_axis;
     for (sign, moves) in [(1.0, false), (-1.0, true)] {
         let mut bench = Bench::new();
@@ -277,9 +259,7 @@ fn a_retreat_goes_back_and_slowly() {
             to[3] += sign * outwards * 1e-3;
             bench.command = ArmCommand::Position(to);
             let step = bench.step_with(lost);
-            let ArmCommand::Position(out) = step.command else {
-                panic!("{step:?}");
-            };
+            let out = positions(step.command);
             let speed = place(&out).distance(place(&q)) / DT_S;
             assert!(speed <= 0.101, "{speed}");
             // It takes its time to be that fast.
@@ -290,82 +270,10 @@ fn a_retreat_goes_back_and_slowly() {
 }
 
 #[test]
-fn a_stop_on_demand_lasts_until_it_is_reset() {
-    let mut bench = Bench::new();
-    bench.run(5);
-    bench.supervisor.stop();
-    let step = bench.run(5000);
-    assert_eq!(
-        step.state,
-        SafeState::Stopped {
-            reason: SafeReason::Requested
-        }
-    );
-    assert!(step.latched && step.command == ArmCommand::Hold);
-    bench.supervisor.reset();
-    assert_eq!(bench.run(300).state, SafeState::Normal);
-}
-
-/// It once ended the release but left the reason that a stop was asked for, so the stop was latched again.
-#[test]
-fn a_slight_fault_after_a_reset_does_not_latch_the_stop_again() {
-    for steps in [1, 100, 2000] {
-        let mut bench = Bench::new();
-        bench.run(5);
-        bench.supervisor.stop();
-        bench.run(20);
-        bench.supervisor.reset();
-        let slight = bench.run_with(steps, |b, _| b.person[2].stamp_s -= 0.3);
-        let reason = slight.state.reason().unwrap();
-        assert_eq!((reason.name(), slight.latched), ("stale", false), "{steps}");
-        assert_eq!(slight.command, ArmCommand::Hold);
-        assert_eq!(bench.run(300).state, SafeState::Normal, "{steps}");
-    }
-}
-
-#[test]
-fn a_slight_fault_after_a_reset_holds_before_it_withdraws() {
-    let mut bench = Bench::new();
-    bench.run(5);
-    let most_n = bench.supervisor.config().contact.implausible_n;
-    let held = bench.run_with(290, |b, _| {
-        b.force = Some(Wrench {
-            force_n: DVec3::NEG_X * 2.0 * most_n,
-            moment_n_m: DVec3::ZERO,
-        });
-    });
-    assert_eq!((held.state.name(), held.latched), ("holding", true));
-    bench.run(100);
-    bench.supervisor.reset();
-    let stale = |b: &mut Bench, _: &mut f64| b.person[2].stamp_s -= 0.3;
-    let hold_ms = (bench.supervisor.config().timing.hold_s * 1e3) as usize;
-    let slight = bench.run_with(hold_ms - 5, stale);
-    assert_eq!(slight.state.name(), "holding", "{slight:?}");
-    assert_eq!(bench.run_with(20, stale).state.name(), "retreating");
-}
-
-/// Whatever else breaks meanwhile, a stop that was asked for takes a person to end it.
-#[test]
-fn a_stop_on_demand_outlasts_other_faults() {
-    let mut bench = Bench::with(SupervisorConfig {
-        latch: Latch::Nothing,
-        ..SupervisorConfig::default()
-    });
-    bench.run(5);
-    bench.supervisor.stop();
-    let broken = bench.run_with(20, |b, _| b.state.q.0[3] += 1.0);
-    assert!(broken.latched, "{broken:?}");
-    let after = bench.run(1000);
-    assert_eq!((after.state.name(), after.latched), ("stopped", true));
-    bench.supervisor.reset();
-    assert_eq!(bench.run(600).state, SafeState::Normal);
-}
-
-#[test]
 fn an_edge_push_holds() {
     let mut bench = Bench::new();
     bench.run(5);
-    let arm = SrsArm::iiwa7().carrying(Board::default().flange_from_board_face().unwrap());
+    let arm = iiwa();
     let face = arm.forward(&home());
     let force_n = face.transform_vector(DVec3::new(0.0, 0.0, -20.0));
     let lever = face.transform_vector(DVec3::new(0.11, 0.0, 0.0));
@@ -381,8 +289,7 @@ fn an_edge_push_holds() {
 
 #[test]
 fn settings_out_of_range_are_named() {
-    type Change = fn(&mut SupervisorConfig);
-    let bad: [(&str, Change); 7] = [
+    let bad: [Change<SupervisorConfig>; 7] = [
         ("quasi_static_n", |c| c.contact.quasi_static_n = 0.0),
         ("person_m_per_s", |c| c.separation.person_m_per_s = f64::NAN),
         ("edge_m", |c| c.load.edge_m = -1.0),
@@ -391,20 +298,13 @@ fn settings_out_of_range_are_named() {
         ("hold_s", |c| c.timing.hold_s = f64::INFINITY),
         ("max_age_s", |c| c.hand.max_age_s = 0.0),
     ];
-    for (name, change) in bad {
-        let mut config = SupervisorConfig::default();
-        change(&mut config);
-        let error = Supervisor::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap_err();
-        assert!(error.to_string().starts_with(name), "{name}: {error}");
-    }
+    assert_named(&SupervisorConfig::default(), &bad, |config| {
+        Supervisor::new(&SrsArm::iiwa7(), &Board::default(), config)
+    });
     let mut bench = Bench::new();
-    assert!(bench.supervisor.set_effective_mass_kg(0.0).is_err());
-    assert!(
-        bench
-            .supervisor
-            .set_effective_mass_kg(f64::INFINITY)
-            .is_ok()
-    );
+    let supervisor = &mut bench.supervisor;
+    assert!(supervisor.set_effective_mass_kg(0.0).is_err());
+    assert!(supervisor.set_effective_mass_kg(f64::INFINITY).is_ok());
 }
 
 #[test]
@@ -530,8 +430,7 @@ fn targets_below_the_table_or_inside_the_base_get_no_command() {
             bench.command = ArmCommand::Position(wanted);
             let said = bench.step();
             if let ArmCommand::Position(q) = said.command {
-                bench.state.qd =
-                    JointVelocities(std::array::from_fn(|i| (q[i] - bench.state.q[i]) / 1e-3));
+                bench.state.qd = rates(&bench.state.q, &q);
                 bench.state.q = q;
             } else {
                 named = named.or(said.state.reason());

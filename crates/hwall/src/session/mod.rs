@@ -264,7 +264,7 @@ impl<P: Predictor> Session<P> {
         command
     }
 
-    /// Fixations for goals and ways, after the command of a step was sent: some 0.5 ms at the most, see [`Planner::plan`]. Without it the arm
+    /// Looks for goals and ways, after the command of a step was sent: some 0.5 ms at the most, see [`Planner::plan`]. Without it the arm
     /// stays where it is.
     pub fn plan(&mut self) {
         match &mut self.planning {

@@ -1,9 +1,11 @@
 //! The tracker's side of a session: frames in, guidance out.
 
+mod guiding;
+
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
 use super::handover::{FeltTouches, Guidance, OpeningReceiver, Sender, WorldBarriers};
 use super::policy::{Decision, Policy, Presenting};
-use super::response::{Answer, kept_response};
+use super::response::kept_response;
 use super::waiting::Waiting;
 use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
@@ -14,7 +16,7 @@ use crate::walls::Walls;
 use glam::DVec3;
 use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall_hand::{BodyPoint, GazeFilter, HandFilter, HandFrame, Tracking};
-use hwall_haptics::{Board, BoardTarget, PlaceTolerance, PostureTarget};
+use hwall_haptics::{Board, PlaceTolerance};
 use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions};
 use hwall_reachability::{Presented, WallMaps};
 use hwall_scene::Scene;
@@ -64,14 +66,8 @@ pub(super) struct Newest {
     intent: Option<Intent>,
     /// The configuration that answers the hand, from a predictor that knows joints.
     responds_with: Option<JointPositions>,
-    fingertip: Option<Fingertip>,
-    palm_m: Option<DVec3>,
-    head_m: Option<DVec3>,
-    elbow_m: Option<DVec3>,
-    other_hand_m: Option<DVec3>,
-    people_before: u64,
-    /// Arm's clock, s.
-    stamp_s: f64,
+    /// What is told of the person, whatever the board does.
+    person: Guidance,
     /// The place that was announced last.
     goal: Option<Goal>,
     /// Did the predictor not know such motions?
@@ -223,13 +219,16 @@ impl<P: Predictor> Perception<P> {
                 Decision::Wait => Intent::Wait,
             }),
             responds_with,
-            fingertip,
-            palm_m: tracking.state().and(frame.palm_m),
-            head_m: frame.head_m.filter(|m| m.is_finite()),
-            elbow_m: frame.body(BodyPoint::Elbow),
-            other_hand_m: frame.other_hand_m.filter(|m| m.is_finite()),
-            people_before: self.newest.people_before + u64::from(frame.is_of_another),
-            stamp_s: arm_s,
+            person: Guidance {
+                fingertip,
+                palm_m: tracking.state().and(frame.palm_m),
+                head_m: frame.head_m.filter(|m| m.is_finite()),
+                elbow_m: frame.body(BodyPoint::Elbow),
+                other_hand_m: frame.other_hand_m.filter(|m| m.is_finite()),
+                people_before: self.newest.person.people_before + u64::from(frame.is_of_another),
+                seen_s: arm_s,
+                ..Guidance::default()
+            },
             goal: self.newest.goal,
             unfamiliar: self.newest.unfamiliar,
         };
@@ -264,7 +263,7 @@ impl<P: Predictor> Perception<P> {
             let t_s = if arm_s.is_finite() {
                 arm_s
             } else {
-                self.newest.stamp_s
+                self.newest.person.seen_s
             };
             self.events.push(t_s, EventKind::WorldRefused);
         })?;
@@ -434,162 +433,10 @@ impl<P: Predictor> Perception<P> {
             .is_ok_and(|closest| closest.distance_m <= LIES_M && off_plane_m.abs() <= LIES_M)
     }
 
-    /// Where the control half shall bring the board.
-    fn guide(&mut self, foreseen: Option<Foreseen>) {
-        let Newest {
-            fingertip,
-            palm_m,
-            head_m,
-            elbow_m,
-            other_hand_m,
-            people_before,
-            stamp_s,
-            intent,
-            ..
-        } = self.newest;
-        let mut guidance = Guidance {
-            fingertip,
-            palm_m,
-            head_m,
-            elbow_m,
-            other_hand_m,
-            seen_s: stamp_s,
-            people_before,
-            world_moves: self.world.moves(),
-            ..Guidance::default()
-        };
-        // Joints were learnt in a world that stands where it stood.
-        let intent = match self.newest.responds_with {
-            Some(_) if self.world.world_from_base().is_some() => Some(Intent::Wait),
-            _ => intent,
-        };
-        let posture = self.waiting.posture();
-        let posture = posture.map(|q| PostureTarget {
-            q,
-            prepositions_to: None,
-            stamp_s,
-        });
-        match (intent, foreseen) {
-            (Some(Intent::Wait), _) if posture.is_some() => {
-                guidance.waits = posture;
-            }
-            (Some(Intent::Preposition), foreseen) if posture.is_some() => {
-                let prepositions_to = foreseen.and_then(|Foreseen { contact, presented }| {
-                    let point_m = match presented {
-                        Presented::Nearest(point_m) => point_m,
-                        _ => contact.point_m,
-                    };
-                    self.waiting.near(point_m, contact.normal)
-                });
-                guidance.waits = posture.map(|posture| PostureTarget {
-                    prepositions_to,
-                    ..posture
-                });
-            }
-            // Without a posture to wait at, joints that do not count lead nowhere: the arm holds.
-            (Some(Intent::Wait), _) if self.newest.responds_with.is_some() => {}
-            (Some(intent), Some(foreseen)) => self.aim(&mut guidance, foreseen, intent),
-            // Nobody is seen, or nothing is about to be touched.
-            _ if fingertip.is_some() => guidance.waits = posture,
-            _ => {}
-        }
-        self.untold = Some(guidance);
-    }
-
     /// Last part of [`frame`](Self::frame): tells the control half what was found.
     pub(super) fn tell(&mut self) {
         if let Some(guidance) = self.untold.take() {
             self.sender.send(&guidance);
         }
-    }
-
-    /// Fills in where the board shall be for a contact.
-    fn aim(&mut self, guidance: &mut Guidance, foreseen: Foreseen, intent: Intent) {
-        let Foreseen { contact, presented } = foreseen;
-        let stamp_s = self.newest.stamp_s;
-        let point_m = match presented {
-            Presented::Nearest(point_m) => point_m,
-            _ => contact.point_m,
-        };
-        let roll_rad = self.roll_rad(&contact);
-        let off_m = point_m.distance(contact.point_m);
-        let slack_m = self
-            .policy
-            .slack_m(
-                &contact,
-                &self.world.base_from_world(),
-                &self.board,
-                &self.in_place,
-            )
-            .map(|slack_m| (slack_m - off_m).max(0.0));
-        let target = BoardTarget {
-            point_m,
-            normal: contact.normal,
-            stamp_s,
-            roll_rad,
-            behind_m: match intent {
-                Intent::Ready => self.policy.ready_m(),
-                _ => 0.0,
-            },
-            slack_m,
-            near: self.waiting.near(point_m, contact.normal),
-            sooner_within_m: None,
-        };
-        guidance.answer = self.newest.responds_with.map(|q| {
-            let surfaces = (self.barriers.all(), &self.board);
-            Answer::of(&q, surfaces, &*self.arm, &mut self.scratch)
-        });
-        let mut served = target;
-        if let Some(answer) = &guidance.answer {
-            answer.place(&mut served, &*self.arm);
-        }
-        guidance.target = Some(served);
-        guidance.surface = Some(contact.surface);
-        guidance.roughness = contact.roughness;
-        guidance.contact_s = contact.time_to_contact_s.map(|time| stamp_s + time.mean_s);
-        self.announce(Goal {
-            surface: contact.surface,
-            target,
-            presented,
-        });
-    }
-
-    /// The roll at which the board feels as rough as the surface, rad.
-    fn roll_rad(&mut self, contact: &ContactPrediction) -> Option<f64> {
-        #[cfg(feature = "texture")]
-        return self
-            .levels
-            .as_ref()
-            .and_then(|levels| levels.roll_rad(&mut self.presenter, contact));
-        #[cfg(not(feature = "texture"))]
-        {
-            let _ = contact;
-            None
-        }
-    }
-
-    fn announce(&mut self, goal: Goal) {
-        let place = |goal: &Goal| {
-            let BoardTarget {
-                point_m,
-                normal,
-                roll_rad,
-                ..
-            } = goal.target;
-            (goal.surface, point_m, normal, roll_rad)
-        };
-        // The control side holds for a place that is NaN, and says so.
-        if !(goal.target.point_m.is_finite() && goal.target.normal.is_finite()) {
-            return;
-        }
-        if self
-            .newest
-            .goal
-            .is_none_or(|last| place(&last) != place(&goal))
-        {
-            self.events
-                .push(self.newest.stamp_s, EventKind::GoalSet(goal));
-        }
-        self.newest.goal = Some(goal);
     }
 }

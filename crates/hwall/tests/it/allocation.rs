@@ -2,7 +2,7 @@
 
 use crate::common::{Bench, Hand, rough_wall, session};
 use hwall::glam::DVec3;
-use hwall::haptics::{ArmCommand, HoldReason};
+use hwall::haptics::HoldReason;
 use hwall::kinematics::JointPositions;
 use hwall::{EventKind, SessionState};
 
@@ -31,15 +31,13 @@ fn steps_and_frames_do_not_allocate() {
                 goals += usize::from(matches!(event.kind, EventKind::GoalSet(_)));
             }
         }
-        let (now_s, mut state) = (bench.now_s(), bench.state());
         // Every now and then a bad state, before the touch and in it; in between the session recovers.
-        if (now_s / 0.01).round() as i64 % 70 == 0 {
-            state.q = JointPositions([f64::NAN; 7]);
-        }
-        let mut command = ArmCommand::Hold;
-        let info = allocation_counter::measure(|| command = control.step(now_s, &state));
-        planner.plan();
-        assert_eq!(info.count_total, 0, "at {now_s} s, {:?}", control.state());
+        let is_bad = (bench.now_s() / 0.01).round() as i64 % 70 == 0;
+        bench.step_apart(&mut control, &mut planner, |state| {
+            if is_bad {
+                state.q = JointPositions([f64::NAN; 7]);
+            }
+        });
         match control.state() {
             SessionState::Approaching | SessionState::Late => approaching += 1,
             SessionState::InPlace => in_place += 1,
@@ -47,7 +45,6 @@ fn steps_and_frames_do_not_allocate() {
             _ => {}
         }
         sliding += usize::from(control.last_step().is_some_and(|step| step.sliding));
-        bench.obey(command);
     }
     let counts = [approaching, in_place, held];
     assert!(counts.iter().all(|n| *n > 100), "{counts:?}");
@@ -62,13 +59,8 @@ fn holding_does_not_allocate() {
     let (_, mut planner, mut control) = session(rough_wall(0.6, None)).split();
     let mut bench = Bench::new(hand);
     for _ in 0..200 {
-        let (now_s, state) = (bench.now_s(), bench.state());
-        let mut command = ArmCommand::Hold;
-        let info = allocation_counter::measure(|| command = control.step(now_s, &state));
-        planner.plan();
-        assert_eq!(info.count_total, 0);
+        bench.step_apart(&mut control, &mut planner, |_| {});
         let held = SessionState::Holding(HoldReason::NoTarget);
         assert_eq!(control.state(), held);
-        bench.obey(command);
     }
 }

@@ -1,11 +1,11 @@
 //! Scenes, arms, predictions and people that make no sense: a named state, the board behind the surface, nothing else.
 
-use crate::common::{Bench, GazeSession, Hand, TRACKER_S, home, iiwa, session, wall};
-use hwall::contact::{
-    ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
+use crate::common::{
+    Bench, GazeSession, Hand, TRACKER_S, by_gaze, config, corners_m, home, iiwa, session,
+    session_on, wall,
 };
+use hwall::contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall::glam::{DMat3, DVec3};
-use hwall::hand::HandFilterConfig;
 use hwall::haptics::{Board, HoldReason};
 use hwall::scene::{Scene, SurfaceId};
 use hwall::{Session, SessionConfig, SessionError, SessionState, Walls, WallsConfig};
@@ -22,31 +22,16 @@ fn walls_of(scene: &Scene) -> Walls {
     Walls::of(scene, &iiwa(), &Board::default(), &config).expect("walls")
 }
 
-fn session_with<P: Predictor>(scene: Scene, walls: Walls, predictor: P) -> Session<P> {
-    let config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
-        ..SessionConfig::default()
-    };
-    let board = Board::default();
-    Session::new(&iiwa(), &board, scene, walls, predictor, config).expect("a session")
-}
-
 fn led_by_gaze(scene: Scene) -> GazeSession {
     let walls = walls_of(&scene);
-    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
-    session_with(scene, walls, predictor)
+    session_on(scene, walls, by_gaze(), config())
 }
 
 /// How far the furthest corner of the face is in front of the wall, m.
 fn in_front_m(bench: &Bench) -> f64 {
-    let (face, board) = (bench.servo.pose(), Board::default());
-    let corner_m = |x: f64, y: f64| {
-        let corner_m = DVec3::new(x * board.half_width_m, y * board.half_height_m, 0.0);
-        face.transform_point(corner_m).x - WALL_M
-    };
-    let corners_m = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
-    let corners_m = corners_m.map(|(x, y)| corner_m(x, y));
-    corners_m.into_iter().fold(f64::NEG_INFINITY, f64::max)
+    let corners_m = corners_m(&bench.servo.pose());
+    let in_front_m = corners_m.map(|corner_m| corner_m.x - WALL_M);
+    in_front_m.into_iter().fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Cycles up to a time, s, each followed by a check. Commands outside the limits of the arm are refused by the bench.
@@ -57,13 +42,7 @@ fn run<P: Predictor>(
     mut check: impl FnMut(&Bench, &Session<P>),
 ) {
     while bench.now_s() < until_s {
-        while let Some(frame) = bench.next_frame() {
-            session.frame(&frame);
-        }
-        let state = bench.state();
-        let command = session.step(bench.now_s(), &state);
-        session.plan();
-        bench.obey(command);
+        bench.cycle(session);
         check(bench, session);
     }
 }
@@ -159,23 +138,9 @@ fn a_scene_of_too_many_upright_pieces_is_named() {
     let of = |count| {
         let scene = strips(count);
         assert_eq!(scene.vertical_facets().len(), count);
-        let predictor =
-            DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
-        let walls = Walls::of(
-            &wall(WALL_M),
-            &iiwa(),
-            &Board::default(),
-            &WallsConfig::default(),
-        );
-        let (board, config) = (Board::default(), SessionConfig::default());
-        Session::new(
-            &iiwa(),
-            &board,
-            scene,
-            walls.expect("walls"),
-            predictor,
-            config,
-        )
+        let (board, walls) = (Board::default(), walls_of(&wall(WALL_M)));
+        let config = SessionConfig::default();
+        Session::new(&iiwa(), &board, scene, walls, by_gaze(), config)
     };
     assert!(of(2048).is_ok());
     let error = of(2049).err().expect("an error");
@@ -208,7 +173,8 @@ fn targets_that_jump_in_every_frame_or_are_nan_move_no_board_out_of_the_wall() {
         vec![nowhere],
     ] {
         let are_bad = places.iter().all(|place| place.point_m.is_nan());
-        let mut session = session_with(wall(WALL_M), walls.clone(), Restless { places });
+        let predictor = Restless { places };
+        let mut session = session_on(wall(WALL_M), walls.clone(), predictor, config());
         let hand = Hand::reaching_in(1.0, TARGET_M);
         let mut bench = Bench::with_arm(std::sync::Arc::new(iiwa()), waiting, hand);
         run(&mut bench, &mut session, 1.4, |bench, session| {

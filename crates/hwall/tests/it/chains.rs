@@ -41,9 +41,7 @@ fn serves(name: &str, arm: &Arc<dyn ArmKinematics>) {
     let mut times_ns = Vec::new();
     let (mut arrived_s, mut touched) = (None, Vec::new());
     while bench.now_s() < hand.end_s + 0.5 {
-        while let Some(frame) = bench.next_frame() {
-            session.frame(&frame);
-        }
+        bench.show_frames(&mut session);
         let (now_s, state) = (bench.now_s(), bench.state());
         let began = Instant::now();
         let command = session.step(now_s, &state);

@@ -110,10 +110,7 @@ fn a_missing_tracker_is_held_and_resumed() {
     events(&mut session, &mut bench, 0.9);
     let mut told = Vec::new();
     for _ in 0..300 {
-        let (now_s, state) = (bench.now_s(), bench.state());
-        let command = session.step(now_s, &state);
-        session.plan();
-        bench.obey(command);
+        bench.step_with(&mut session, |_| {});
         told.extend(std::iter::from_fn(|| session.next_event()));
     }
     // The supervisor first, then the renderer.

@@ -1,16 +1,12 @@
 //! What the board feels is told to the predictor: where and when, once a reach, and never during a fault.
 
-use crate::common::{Bench, Hand, home, iiwa, wall};
-use hwall::contact::{
-    ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
-};
+use crate::common::{Bench, Hand, by_gaze, config, session_with, wall};
+use hwall::contact::{ContactPrediction, DeterministicPredictor, Predictor, PredictorInput};
 use hwall::glam::DVec3;
-use hwall::hand::{HandFilterConfig, Pose};
-use hwall::haptics::{ArmCommand, Board};
+use hwall::hand::Pose;
 use hwall::kinematics::JointPositions;
 use hwall::scene::Scene;
-use hwall::{EventKind, Session, SessionConfig, maps_of};
-use std::sync::Arc;
+use hwall::{EventKind, Session, SessionConfig};
 
 /// Foresees by the gaze ray, and notes what it is told.
 struct Listening {
@@ -29,17 +25,9 @@ impl Predictor for Listening {
 }
 
 fn listening(adapts: bool) -> Session<Listening> {
-    let (arm, scene) = (iiwa(), wall(0.6));
-    let maps = maps_of(&scene, &arm).expect("maps");
-    let inner = DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
-    let told = Vec::with_capacity(8);
-    let config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
-        adapts,
-        ..SessionConfig::default()
-    };
-    let predictor = Listening { inner, told };
-    Session::new(&arm, &Board::default(), scene, maps, predictor, config).expect("a session")
+    let config = SessionConfig { adapts, ..config() };
+    let (inner, told) = (by_gaze(), Vec::with_capacity(8));
+    session_with(wall(0.6), Listening { inner, told }, config)
 }
 
 /// Runs one reach for the wall; in cycles of `bad` seconds the state of the arm is NaN. Returns what the predictor was
@@ -55,7 +43,7 @@ fn run_seen(
     off_m: DVec3,
 ) -> (Vec<(DVec3, f64)>, Vec<f64>) {
     let hand = Hand::reaching_in(1.5, DVec3::new(0.6, 0.1, 0.6));
-    let mut bench = Bench::with_arm(Arc::new(iiwa()), home(), hand);
+    let mut bench = Bench::new(hand);
     let (mut perception, mut planner, mut control) = listening(adapts).split();
     let mut felt = Vec::new();
     let mut warm = false;
@@ -66,20 +54,17 @@ fn run_seen(
             assert!(!warm || info.count_total == 0, "{info:?}");
             warm |= perception.contact().is_some();
         }
-        let (now_s, mut state) = (bench.now_s(), bench.state());
-        if bad.contains(&now_s) {
-            state.q = JointPositions([f64::NAN; 7]);
-        }
-        let mut command = ArmCommand::Hold;
-        let info = allocation_counter::measure(|| command = control.step(now_s, &state));
-        planner.plan();
-        assert_eq!(info.count_total, 0, "at {now_s} s");
+        let is_bad = bad.contains(&bench.now_s());
+        bench.step_apart(&mut control, &mut planner, |state| {
+            if is_bad {
+                state.q = JointPositions([f64::NAN; 7]);
+            }
+        });
         while let Some(event) = control.next_event() {
             if matches!(event.kind, EventKind::Touched { .. }) {
                 felt.push(event.t_s);
             }
         }
-        bench.obey(command);
     }
     (perception.predictor().told.clone(), felt)
 }

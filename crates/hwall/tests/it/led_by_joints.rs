@@ -1,13 +1,12 @@
 //! A session that is led by joint angles: safe whatever they are.
 
-use crate::common::{Bench, DT_S, Hand, home, iiwa, wall};
+use crate::common::{Bench, DT_S, Hand, config, corners_m, home, iiwa, session_on, wall};
 use hwall::contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall::glam::{DMat3, DVec3};
-use hwall::hand::HandFilterConfig;
-use hwall::haptics::{Board, HoldReason};
+use hwall::haptics::HoldReason;
 use hwall::kinematics::{ArmKinematics, JointPositions, NearestConfig};
 use hwall::scene::{Scene, SurfaceId};
-use hwall::{Session, SessionConfig, SessionState, Walls};
+use hwall::{SessionState, Walls};
 
 const WALL_X_M: f64 = 0.75;
 
@@ -57,18 +56,12 @@ fn holding(point_m: DVec3) -> JointPositions {
 fn states(q: JointPositions, sd_m: f64) -> (Vec<SessionState>, f64, DVec3) {
     let target_m = DVec3::new(WALL_X_M, 0.0, 0.6);
     let predictor = Fixed::new(q, target_m, sd_m);
-    let arm = iiwa();
     let walls = Walls {
         waiting: Some(home()),
         ..Walls::default()
     };
-    let config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
-        ..SessionConfig::default()
-    };
-    let scene = wall(WALL_X_M);
-    let made = Session::new(&arm, &Board::default(), scene, walls, predictor, config);
-    let (mut perception, mut planner, mut control) = made.expect("a session").split();
+    let session = session_on(wall(WALL_X_M), walls, predictor, config());
+    let (mut perception, mut planner, mut control) = session.split();
     let hand = Hand::reaching_in(2.0, target_m);
     let mut bench = Bench::new(hand);
     let (mut seen, mut most_m) = (Vec::new(), f64::NEG_INFINITY);
@@ -77,18 +70,10 @@ fn states(q: JointPositions, sd_m: f64) -> (Vec<SessionState>, f64, DVec3) {
             perception.frame(&frame);
             while perception.next_event().is_some() {}
         }
-        let (now_s, state) = (bench.now_s(), bench.state());
-        let mut command = hwall::haptics::ArmCommand::Hold;
-        let info = allocation_counter::measure(|| command = control.step(now_s, &state));
-        planner.plan();
-        assert_eq!(info.count_total, 0, "at {now_s} s");
+        bench.step_apart(&mut control, &mut planner, |_| {});
         while control.next_event().is_some() {}
-        bench.obey(command);
         seen.push(control.state());
-        let half = Board::default().half_width_m;
-        for corner in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-            let at = DVec3::new(half * corner.0, half * corner.1, 0.0);
-            let corner_m = bench.servo.pose().transform_point(at);
+        for corner_m in corners_m(&bench.servo.pose()) {
             most_m = most_m.max(corner_m.x - WALL_X_M);
         }
     }

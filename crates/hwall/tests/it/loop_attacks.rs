@@ -1,12 +1,13 @@
 //! Attacks on the control loop that once got through, with the numbers that they got through with.
 
-use crate::common::{Bench, DT_S, GazeSession, Hand, iiwa, session, wall};
-use hwall::SessionState;
+use crate::common::{
+    Bench, DT_S, GazeSession, Hand, by_gaze, config, corners_m, iiwa, session, session_with, wall,
+};
 use hwall::glam::DVec3;
 use hwall::haptics::safety::{Latch, SafeReason};
-use hwall::haptics::{ArmCommand, ArmState, Board, ContactState};
+use hwall::haptics::{ArmCommand, ArmState, ContactState};
 use hwall::kinematics::JointPositions;
-use hwall::{Session, SessionConfig, maps_of, session_supervisor};
+use hwall::{SessionConfig, SessionState, session_supervisor};
 use hwall_testkit::Sampler;
 
 const TARGET_M: DVec3 = DVec3::new(0.6, -0.25, 0.7);
@@ -18,18 +19,13 @@ fn rig() -> (GazeSession, Bench) {
 
 /// A session in which one thing of the supervisor is set otherwise.
 fn latching(latch: Latch) -> GazeSession {
-    let (arm, scene) = (iiwa(), wall(0.6));
-    let maps = maps_of(&scene, &arm).unwrap();
-    let config = hwall::contact::DeterministicConfig::ray_led();
-    let predictor = hwall::contact::DeterministicPredictor::new(config).unwrap();
     let mut supervisor = session_supervisor();
     supervisor.latch = latch;
     let config = SessionConfig {
-        hand: hwall::hand::HandFilterConfig::simulated(),
         supervisor: Some(supervisor),
-        ..SessionConfig::default()
+        ..config()
     };
-    Session::new(&arm, &Board::default(), scene, maps, predictor, config).unwrap()
+    session_with(wall(0.6), by_gaze(), config)
 }
 
 /// One cycle whose state is spoiled; the arm gets the command. The command, and how far it is from where the arm truly is, rad.
@@ -38,20 +34,31 @@ fn cycle(
     bench: &mut Bench,
     spoil: impl Fn(&mut ArmState),
 ) -> (ArmCommand, f64) {
-    while let Some(frame) = bench.next_frame() {
-        session.frame(&frame);
-    }
-    let mut state = bench.state();
-    let truly = state.q;
-    spoil(&mut state);
-    let command = session.step(bench.now_s(), &state);
-    session.plan();
-    let apart_rad = match command {
-        ArmCommand::Position(q) => q.max_abs_difference(&truly),
+    let mut truly = None;
+    let command = bench.cycle_with(session, |state| {
+        truly = Some(state.q);
+        spoil(state);
+    });
+    let apart_rad = match (command, truly) {
+        (ArmCommand::Position(q), Some(truly)) => q.max_abs_difference(&truly),
         _ => 0.0,
     };
-    bench.obey(command);
     (command, apart_rad)
+}
+
+/// Sound cycles.
+fn sound_cycles(session: &mut GazeSession, bench: &mut Bench, count: usize) {
+    for _ in 0..count {
+        bench.cycle(session);
+    }
+}
+
+/// Where a command sends the arm.
+fn place(command: ArmCommand) -> Option<JointPositions> {
+    match command {
+        ArmCommand::Position(q) => Some(q),
+        _ => None,
+    }
 }
 
 fn reason(session: &GazeSession) -> Option<SafeReason> {
@@ -77,9 +84,7 @@ fn s1_a_wrong_state_at_the_start_is_no_place_to_begin_from() {
             let mut held = 0;
             // Frames first: from the first cycle on there is somewhere to go.
             while bench.now_s() < 0.1 {
-                while let Some(frame) = bench.next_frame() {
-                    session.frame(&frame);
-                }
+                bench.show_frames(&mut session);
                 bench.obey(ArmCommand::Hold);
             }
             for k in 0..400 {
@@ -138,9 +143,7 @@ fn s1_an_angle_that_stays_where_it_leapt_to_is_not_believed() {
         let (mut session, mut bench) = rig();
         bench.hand = Hand::reaching_in(8.0, TARGET_M);
         // In place, long before the hand.
-        for _ in 0..2500 {
-            cycle(&mut session, &mut bench, |_| {});
-        }
+        sound_cycles(&mut session, &mut bench, 2500);
         for _ in 0..1000 {
             let spoil = |state: &mut ArmState| state.q[joint] += off_rad;
             let (_, apart_rad) = cycle(&mut session, &mut bench, spoil);
@@ -152,13 +155,9 @@ fn s1_an_angle_that_stays_where_it_leapt_to_is_not_believed() {
             "joint {joint}: {reason:?}"
         );
         assert!(session.control().is_latched());
-        for _ in 0..400 {
-            cycle(&mut session, &mut bench, |_| {});
-        }
+        sound_cycles(&mut session, &mut bench, 400);
         session.reset();
-        for _ in 0..400 {
-            cycle(&mut session, &mut bench, |_| {});
-        }
+        sound_cycles(&mut session, &mut bench, 400);
         assert!(!session.control().is_latched());
     }
 }
@@ -168,9 +167,7 @@ fn s1_a_velocity_that_is_none_lets_no_leap_of_an_angle_through() {
     for velocity in [f64::NAN, f64::INFINITY, 1e6, -1e6] {
         let (mut session, mut bench) = rig();
         bench.hand = Hand::reaching_in(8.0, TARGET_M);
-        for _ in 0..2500 {
-            cycle(&mut session, &mut bench, |_| {});
-        }
+        sound_cycles(&mut session, &mut bench, 2500);
         cycle(&mut session, &mut bench, |state| state.qd[0] = velocity);
         for _ in 0..1000 {
             let (_, apart_rad) = cycle(&mut session, &mut bench, |state| state.q[0] += 0.25);
@@ -197,13 +194,8 @@ fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap()
             state.q[6] += trembles;
             state.qd = Default::default();
             state.qd[6] += trembles;
-            while let Some(frame) = bench.next_frame() {
-                session.frame(&frame);
-            }
-            last = match session.step(bench.now_s(), &state) {
-                ArmCommand::Position(q) => Some(q),
-                _ => None,
-            };
+            bench.show_frames(&mut session);
+            last = place(session.step(bench.now_s(), &state));
             match &last {
                 Some(q) => most_rad = most_rad.max(q.max_abs_difference(&stood)),
                 None => held += 1,
@@ -288,13 +280,7 @@ fn s5_torques_that_no_sensor_says_are_no_touch() {
 fn s5_a_bias_of_the_torque_sensors_is_found_at_rest_and_named() {
     for (bias_n_m, is_named) in [(20.0, true), (-20.0, true), (3.0, false), (0.0, false)] {
         // A person who waits for a while: the board is in place before, and at rest.
-        let hand = Hand {
-            start_s: 2.5,
-            press_s: 4.0,
-            leave_s: 5.0,
-            end_s: 5.5,
-            ..Hand::reaching_in(1.5, TARGET_M)
-        };
+        let hand = Hand::reaching_in(1.5, TARGET_M).later(2.0);
         let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
         let biased = |state: &mut ArmState| {
             if let Some(torque) = &mut state.external_torque {
@@ -322,23 +308,18 @@ fn s5_a_bias_of_the_torque_sensors_is_found_at_rest_and_named() {
 
 #[test]
 fn s6_no_corner_comes_near_a_hand_faster_than_it_can_stop() {
-    let board = Board::default();
     let mut fastest = 0.0_f64;
     let mut over = 0.0_f64;
     for (k, y) in [-0.3, -0.1, 0.1, 0.3].into_iter().enumerate() {
         for reach_s in [0.6, 1.0, 1.5] {
             let target_m = DVec3::new(0.6, y, 0.5 + 0.08 * k as f64);
-            let (mut session, mut bench) = (
-                session(wall(0.6)),
-                Bench::new(Hand::reaching_in(reach_s, target_m)),
-            );
+            let mut session = session(wall(0.6));
+            let mut bench = Bench::new(Hand::reaching_in(reach_s, target_m));
             while bench.now_s() < bench.hand.press_s {
                 bench.cycle(&mut session);
                 let (pose, twist) = (bench.servo.pose(), bench.servo.twist());
                 let tip_m = bench.hand.tip_m(bench.now_s());
-                for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-                    let corner = DVec3::new(x * board.half_width_m, y * board.half_height_m, 0.0);
-                    let corner_m = pose.transform_point(corner);
+                for corner_m in corners_m(&pose) {
                     let lever_m = corner_m - pose.position_m();
                     let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever_m);
                     fastest = fastest.max(velocity.length());
@@ -367,9 +348,7 @@ fn lost_commands_are_noticed_before_the_arm_is_far_off() {
         to_the_approach(&mut session, &mut bench);
         let mut most_rad = 0.0_f64;
         for k in 0..2000 {
-            while let Some(frame) = bench.next_frame() {
-                session.frame(&frame);
-            }
+            bench.show_frames(&mut session);
             let mut state = bench.state();
             state.q[6] += 1e-9 * f64::from(k % 7);
             state.qd[6] += 1e-9 * f64::from(k % 7);
@@ -396,25 +375,9 @@ fn lost_commands_are_noticed_before_the_arm_is_far_off() {
 
 #[test]
 fn what_ends_by_itself_and_what_needs_a_person_is_a_setting() {
-    let dropout = |session: &mut GazeSession, bench: &mut Bench| {
-        to_the_approach(session, bench);
-        for _ in 0..50 {
-            cycle(session, bench, |state| state.q[0] = f64::NAN);
-        }
-        for _ in 0..400 {
-            cycle(session, bench, |_| {});
-        }
-    };
-    let too_far = |session: &mut GazeSession, bench: &mut Bench| {
-        to_the_approach(session, bench);
-        let beyond = iiwa().limits()[5].max_rad + 0.05;
-        for _ in 0..50 {
-            cycle(session, bench, |state| state.q[5] = beyond);
-        }
-        for _ in 0..400 {
-            cycle(session, bench, |_| {});
-        }
-    };
+    let beyond = iiwa().limits()[5].max_rad + 0.05;
+    let dropout = |state: &mut ArmState| state.q[0] = f64::NAN;
+    let too_far = |state: &mut ArmState| state.q[5] = beyond;
     assert_eq!(session_supervisor().latch, Latch::Serious);
     for (latch, after_dropout, after_limit) in [
         (Latch::Nothing, false, false),
@@ -422,20 +385,19 @@ fn what_ends_by_itself_and_what_needs_a_person_is_a_setting() {
         (Latch::Everything, true, true),
     ] {
         for (fault, latched) in [
-            (
-                &dropout as &dyn Fn(&mut GazeSession, &mut Bench),
-                after_dropout,
-            ),
+            (&dropout as &dyn Fn(&mut ArmState), after_dropout),
             (&too_far, after_limit),
         ] {
             let mut session = latching(latch);
             let mut bench = Bench::new(Hand::reaching_in(1.5, TARGET_M));
-            fault(&mut session, &mut bench);
+            to_the_approach(&mut session, &mut bench);
+            for _ in 0..50 {
+                cycle(&mut session, &mut bench, fault);
+            }
+            sound_cycles(&mut session, &mut bench, 400);
             assert_eq!(session.control().is_latched(), latched, "{latch:?}");
             session.reset();
-            for _ in 0..400 {
-                cycle(&mut session, &mut bench, |_| {});
-            }
+            sound_cycles(&mut session, &mut bench, 400);
             assert!(!session.control().is_latched(), "{latch:?}");
             let held = reason(&session);
             let is_near = |r| {
@@ -448,9 +410,7 @@ fn what_ends_by_itself_and_what_needs_a_person_is_a_setting() {
             assert!(held.is_none_or(is_near), "{held:?}");
             // A stop that was asked for needs a person whatever the setting.
             session.stop();
-            for _ in 0..400 {
-                cycle(&mut session, &mut bench, |_| {});
-            }
+            sound_cycles(&mut session, &mut bench, 400);
             assert!(session.control().is_latched(), "{latch:?}");
         }
     }
@@ -480,15 +440,7 @@ fn random_faults_end_in_a_named_state_and_no_command_leaps() {
             // The next touch, elsewhere.
             let target_m =
                 TARGET_M + DVec3::new(0.0, sampler.uniform(0.0, 0.5), sampler.uniform(-0.2, 0.1));
-            let after_s = bench.now_s();
-            let hand = Hand::reaching_in(1.0, target_m);
-            bench.hand = Hand {
-                start_s: hand.start_s + after_s,
-                press_s: hand.press_s + after_s,
-                leave_s: hand.leave_s + after_s,
-                end_s: hand.end_s + after_s,
-                ..hand
-            };
+            bench.hand = Hand::reaching_in(1.0, target_m).later(bench.now_s());
         }
         let (channel, joint) = (sampler.index(4), sampler.index(7));
         let sizes = [
@@ -529,16 +481,11 @@ fn random_faults_end_in_a_named_state_and_no_command_leaps() {
                     what()
                 );
             }
-            last = match command {
-                ArmCommand::Position(q) => Some(q),
-                _ => None,
-            };
+            last = place(command);
         }
         named += usize::from(was_named);
         session.reset();
-        for _ in 0..150 {
-            cycle(&mut session, &mut bench, |_| {});
-        }
+        sound_cycles(&mut session, &mut bench, 150);
         assert!(
             !session.control().is_latched(),
             "run {run}: channel {channel}, joint {joint}, {by}: {:?}",

@@ -1,20 +1,19 @@
 //! A virtual world that moves, leaps and trembles, and a hand that is lost on a moving board.
 
+use crate::common::{TRACKER_S, by_gaze, config, home, iiwa, session_on};
 use hwall::contact::{
-    ContactEstimate, ContactEstimator, ContactPrediction, DeterministicConfig,
-    DeterministicPredictor, FusedConfig, FusedPredictor, PredictionSource, Predictor,
-    PredictorInput,
+    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor,
+    PredictionSource, Predictor, PredictorInput,
 };
 use hwall::geometry::Pose;
 use hwall::glam::{DMat3, DVec3};
-use hwall::hand::{HandFilterConfig, HandFrame};
-use hwall::haptics::{ArmCommand, ArmState, Board};
-use hwall::kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm, Wrench};
+use hwall::hand::HandFrame;
+use hwall::haptics::{ArmCommand, ArmState};
+use hwall::kinematics::{ArmKinematics, JointPositions, JointVelocities, Wrench};
 use hwall::reachability::{Presented, WallMaps};
 use hwall::scene::{Scene, SurfaceId};
-use hwall::{EventKind, Session, SessionConfig, SessionState, WorldPose, maps_of};
+use hwall::{EventKind, Session, SessionState, WorldPose, maps_of};
 
-const TRACKER_S: f64 = 1.0 / 90.0;
 const PLACE_M: DVec3 = DVec3::new(0.6, 0.0, 0.5);
 
 /// Always the same contact, in the frame of the scene; keeps what it is given of the hand.
@@ -52,17 +51,8 @@ fn wall(roughness: Option<f64>) -> Scene {
         .0
 }
 
-fn iiwa() -> SrsArm {
-    let face = Board::default().flange_from_board_face();
-    SrsArm::iiwa7().with_tool(face.expect("a board"))
-}
-
 fn session<P: Predictor>(scene: Scene, maps: WallMaps, predictor: P) -> Session<P> {
-    let config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
-        ..SessionConfig::default()
-    };
-    Session::new(&iiwa(), &Board::default(), scene, maps, predictor, config).expect("a session")
+    session_on(scene, maps, predictor, config())
 }
 
 fn frame(t_s: f64, hand_m: DVec3) -> HandFrame {
@@ -93,7 +83,7 @@ impl Bench {
     fn new() -> Self {
         Self {
             t_s: 0.0,
-            q: JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]),
+            q: home(),
             pressed: false,
         }
     }
@@ -149,6 +139,11 @@ fn resting(t_s: f64) -> Option<HandFrame> {
     Some(frame(t_s, HAND_M))
 }
 
+fn last_velocity(session: &Session<Fixed>) -> DVec3 {
+    let perception = session.perception();
+    *perception.predictor().velocities.last().expect("a hand")
+}
+
 #[test]
 fn a_resting_hand_that_is_steered_along_moves_in_the_world() {
     let mut session = session(wall(None), WallMaps::default(), Fixed::at(PLACE_M));
@@ -160,23 +155,13 @@ fn a_resting_hand_that_is_steered_along_moves_in_the_world() {
             .expect("in order");
         session.frame(&frame(t_s, HAND_M));
     }
-    let last = *session
-        .perception()
-        .predictor()
-        .velocities
-        .last()
-        .expect("a hand");
+    let last = last_velocity(&session);
     assert!((last - DVec3::NEG_X).length() < 0.02, "{last}");
     // A world that has stood still since carries nobody.
     for k in 120..150 {
         session.frame(&frame(f64::from(k) * TRACKER_S, HAND_M));
     }
-    let last = *session
-        .perception()
-        .predictor()
-        .velocities
-        .last()
-        .expect("a hand");
+    let last = last_velocity(&session);
     assert!(last.length() < 0.02, "{last}");
 }
 
@@ -287,8 +272,7 @@ fn after_a_leap_nothing_is_remembered_of_where_the_hand_was() {
 fn a_hand_that_is_lost_stops_the_board_that_slides_under_it() {
     let (mut moved_m, mut slid_m) = (Vec::new(), Vec::new());
     for silent in [false, true] {
-        let ray = DeterministicPredictor::new(DeterministicConfig::ray_led());
-        let mut session = session(wall(Some(0.5)), WallMaps::default(), ray.expect("defaults"));
+        let mut session = session(wall(Some(0.5)), WallMaps::default(), by_gaze());
         let mut bench = Bench::new();
         bench.run(&mut session, 2.5, |t_s| {
             Some(frame(t_s, PLACE_M + DVec3::X * 0.01))

@@ -1,16 +1,13 @@
 //! The arm waits as suits the time that a person leaves it, and turns to another posture only between touches.
 
-use crate::common::{Bench, Hand, iiwa, wall};
+use crate::common::{Bench, Hand, by_gaze, config, iiwa, session_on, wall};
 use hwall::arrival::WaitingConfig;
-use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::contact::DeterministicPredictor;
 use hwall::glam::DVec3;
-use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::hand::HandFrame;
 use hwall::haptics::Board;
 use hwall::kinematics::JointPositions;
-use hwall::{
-    Control, Perception, Planner, Session, SessionConfig, SessionState, Walls, WallsConfig,
-    WorldPose,
-};
+use hwall::{Control, Perception, Planner, SessionState, Walls, WallsConfig, WorldPose};
 use std::sync::Arc;
 
 fn walls() -> Walls {
@@ -37,15 +34,8 @@ struct Person {
 
 impl Person {
     fn meets(walls: &Walls) -> Self {
-        let predictor =
-            DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
-        let config = SessionConfig {
-            hand: HandFilterConfig::simulated(),
-            ..SessionConfig::default()
-        };
-        let (board, scene) = (Board::default(), wall(0.6));
-        let session = Session::new(&iiwa(), &board, scene, walls.clone(), predictor, config);
-        let (perception, planner, control) = session.expect("a session").split();
+        let session = session_on(wall(0.6), walls.clone(), by_gaze(), config());
+        let (perception, planner, control) = session.split();
         let start = walls.waiting.expect("a posture");
         let hand = Hand::reaching_in(0.3, DVec3::new(0.6, 0.0, 0.6));
         Self {
@@ -59,15 +49,8 @@ impl Person {
 
     /// Touches the wall once, reaching for so long, s, and rests.
     fn touches(&mut self, reach_s: f64) {
-        let began_s = self.bench.now_s();
         let hand = Hand::reaching_in(reach_s, DVec3::new(0.6, 0.0, 0.6));
-        self.bench.hand = Hand {
-            start_s: began_s + hand.start_s,
-            press_s: began_s + hand.press_s,
-            leave_s: began_s + hand.leave_s,
-            end_s: began_s + hand.end_s,
-            ..hand
-        };
+        self.bench.hand = hand.later(self.bench.now_s());
         let until_s = self.bench.hand.end_s + 1.5;
         self.goes_on(until_s, |frame| frame);
     }
@@ -91,12 +74,8 @@ impl Person {
                     assert_eq!(self.perception.waits_at(), waits_at);
                 }
             }
-            let (now_s, state) = (self.bench.now_s(), self.bench.state());
-            let mut command = hwall::haptics::ArmCommand::Hold;
-            let info = allocation_counter::measure(|| command = self.control.step(now_s, &state));
-            self.planner.plan();
-            assert_eq!(info.count_total, 0, "at {now_s} s");
-            self.bench.obey(command);
+            let (control, planner) = (&mut self.control, &mut self.planner);
+            self.bench.step_apart(control, planner, |_| {});
         }
     }
 

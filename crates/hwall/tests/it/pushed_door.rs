@@ -1,12 +1,10 @@
 //! A door that yields under the hand, and one that does not.
 
-use crate::common::{Bench, GazeSession, Hand, iiwa};
-use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use crate::common::{Bench, GazeSession, Hand, by_gaze, config, session_with};
 use hwall::glam::DVec3;
-use hwall::hand::HandFilterConfig;
-use hwall::haptics::{ArmCommand, Board, PlaceTolerance};
+use hwall::haptics::{ArmCommand, PlaceTolerance};
 use hwall::scene::{Scene, SurfaceId};
-use hwall::{MovingSurface, Session, SessionConfig, SessionState, maps_of};
+use hwall::{MovingSurface, SessionConfig, SessionState};
 
 /// Half a metre from the hinge, which stands at y = -0.3.
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.2, 0.6);
@@ -26,15 +24,11 @@ fn door(spring_n_m_per_rad: f64) -> Scene {
 }
 
 fn session(scene: Scene, objects: bool) -> GazeSession {
-    let arm = iiwa();
-    let maps = maps_of(&scene, &arm).expect("maps");
-    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
     let config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
         objects,
-        ..SessionConfig::default()
+        ..config()
     };
-    Session::new(&arm, &Board::default(), scene, maps, predictor, config).expect("a session")
+    session_with(scene, by_gaze(), config)
 }
 
 fn moving(session: &GazeSession) -> MovingSurface {
@@ -122,15 +116,8 @@ fn after_a_fault_the_door_goes_on_from_where_the_arm_is() {
     }
     // States that are nothing, while the door swings.
     for _ in 0..300 {
-        let mut state = bench.state();
-        state.q[0] = f64::NAN;
-        while let Some(frame) = bench.next_frame() {
-            session.frame(&frame);
-        }
-        let command = session.step(bench.now_s(), &state);
-        session.plan();
+        let command = bench.cycle_with(&mut session, |state| state.q[0] = f64::NAN);
         assert_eq!(command, ArmCommand::Hold);
-        bench.obey(command);
     }
     assert!(!moving(&session).touched);
     // No command leaps.

@@ -1,33 +1,31 @@
 //! The safe states of a session: what they are called, what the board does in them, and how they end.
 
-use crate::common::{Bench, GazeSession, Hand, iiwa, session, wall};
-use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use crate::common::{Bench, GazeSession, Hand, by_gaze, config, session, session_with, wall};
 use hwall::glam::DVec3;
-use hwall::hand::HandFilterConfig;
 use hwall::haptics::safety::{Channel, PersonPart};
-use hwall::haptics::{ArmCommand, ArmState, Board, HoldReason, SafeReason, SafeState};
-use hwall::{EventKind, Session, SessionConfig, SessionState, maps_of};
+use hwall::haptics::{ArmCommand, ArmState, HoldReason, SafeReason, SafeState};
+use hwall::{EventKind, SessionState};
 
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
 
-/// In place before a slow hand.
-fn in_place() -> (GazeSession, Bench) {
-    let hand = Hand::reaching_in(4.0, TARGET_M);
+/// A session in a state, which it reaches by a time, s, before a hand that reaches for so long, s; what happened is forgotten.
+fn brought_to(state: SessionState, reach_s: f64, until_s: f64) -> (GazeSession, Bench) {
+    let hand = Hand::reaching_in(reach_s, TARGET_M);
     let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
-    bench.run(&mut session, 1.6);
-    assert_eq!(session.state(), SessionState::InPlace);
+    bench.run(&mut session, until_s);
+    assert_eq!(session.state(), state);
     while session.next_event().is_some() {}
     (session, bench)
 }
 
+/// In place before a slow hand.
+fn in_place() -> (GazeSession, Bench) {
+    brought_to(SessionState::InPlace, 4.0, 1.6)
+}
+
 /// Pressed for 0.3 s.
 fn touched() -> (GazeSession, Bench) {
-    let hand = Hand::reaching_in(1.5, TARGET_M);
-    let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
-    bench.run(&mut session, hand.press_s + 0.3);
-    assert_eq!(session.state(), SessionState::Touched);
-    while session.next_event().is_some() {}
-    (session, bench)
+    brought_to(SessionState::Touched, 1.5, 2.3)
 }
 
 /// Cycles for a time, s, with the state spoiled; the states of the session, each once, in order.
@@ -35,18 +33,12 @@ fn spoiled(
     session: &mut GazeSession,
     bench: &mut Bench,
     for_s: f64,
-    spoil: impl Fn(ArmState) -> ArmState,
+    spoil: impl Fn(&mut ArmState),
 ) -> Vec<&'static str> {
     let until_s = bench.now_s() + for_s;
     let mut names = Vec::new();
     while bench.now_s() < until_s {
-        while let Some(frame) = bench.next_frame() {
-            session.frame(&frame);
-        }
-        let state = spoil(bench.state());
-        let command = session.step(bench.now_s(), &state);
-        session.plan();
-        bench.obey(command);
+        bench.cycle_with(session, &spoil);
         let name = match session.state() {
             SessionState::Safe(safe) => safe.name(),
             SessionState::Holding(reason) => reason.name(),
@@ -72,17 +64,9 @@ fn headless(
             frame.head_m = None;
             session.frame(&frame);
         }
-        step(session, bench);
+        bench.step_with(session, |_| {});
         after(session, bench);
     }
-}
-
-/// One step of the arm, without a frame.
-fn step(session: &mut GazeSession, bench: &mut Bench) {
-    let state = bench.state();
-    let command = session.step(bench.now_s(), &state);
-    session.plan();
-    bench.obey(command);
 }
 
 #[test]
@@ -126,19 +110,16 @@ fn a_retreat_is_no_faster_than_asked_for_and_ends_behind_the_surface() {
 #[test]
 fn a_fault_that_the_renderer_has_named_keeps_that_name() {
     let (mut session, mut bench) = in_place();
-    let names = spoiled(&mut session, &mut bench, 0.6, |mut state| {
+    let names = spoiled(&mut session, &mut bench, 0.6, |state| {
         state.q[1] = f64::NAN;
-        state
     });
     assert_eq!(names, ["non_finite_state"]);
     assert_eq!(session.control().safety().name(), "stopped");
     let events: Vec<_> = std::iter::from_fn(|| session.next_event()).collect();
     let held = |kind: &EventKind| matches!(kind, EventKind::Held(_) | EventKind::Safe(_));
     assert_eq!(events.iter().filter(|e| held(&e.kind)).count(), 1);
-    assert_eq!(
-        spoiled(&mut session, &mut bench, 0.2, |state| state),
-        ["non_finite_state", "free"]
-    );
+    let names = spoiled(&mut session, &mut bench, 0.2, |_| {});
+    assert_eq!(names, ["non_finite_state", "free"]);
 }
 
 #[test]
@@ -149,7 +130,7 @@ fn a_touched_board_stands_whatever_the_tracker_does() {
     while bench.now_s() < until_s {
         // No frame at all.
         while bench.next_frame().is_some() {}
-        step(&mut session, &mut bench);
+        bench.step_with(&mut session, |_| {});
         assert_eq!(session.state(), SessionState::Touched);
     }
     assert_eq!(bench.servo.q(), q);
@@ -169,9 +150,8 @@ fn a_hand_that_presses_too_hard_is_let_go_and_that_is_latched() {
         .arm()
         .jacobian(&bench.servo.q())
         .torques(&push);
-    let names = spoiled(&mut session, &mut bench, 0.3, |mut state| {
+    let names = spoiled(&mut session, &mut bench, 0.3, |state| {
         state.external_torque = Some(torque);
-        state
     });
     assert_eq!(names.last(), Some(&"retreating"), "{names:?}");
     let SafeState::Retreating { reason } = session.control().safety() else {
@@ -180,10 +160,10 @@ fn a_hand_that_presses_too_hard_is_let_go_and_that_is_latched() {
     assert!(matches!(reason, SafeReason::Force { limit_n, .. } if limit_n == 280.0));
     assert!(bench.servo.pose().position_m().x < from_m.x - 0.01);
     // Gone, but latched.
-    spoiled(&mut session, &mut bench, 0.5, |state| state);
+    spoiled(&mut session, &mut bench, 0.5, |_| {});
     assert!(session.control().is_latched());
     session.reset();
-    spoiled(&mut session, &mut bench, 0.3, |state| state);
+    spoiled(&mut session, &mut bench, 0.3, |_| {});
     assert!(!session.control().is_latched());
     assert_eq!(session.control().safety().name(), "normal");
 }
@@ -229,7 +209,9 @@ fn another(session: &mut GazeSession, bench: &mut Bench) {
     let mut frame = loop {
         match bench.next_frame() {
             Some(frame) => break frame,
-            None => step(session, bench),
+            None => {
+                bench.step_with(session, |_| {});
+            }
         }
     };
     (frame.head_m, frame.is_of_another) = (None, true);
@@ -239,17 +221,11 @@ fn another(session: &mut GazeSession, bench: &mut Bench) {
 /// Where no head is required, somebody without one is served after somebody with one.
 #[test]
 fn somebody_without_a_head_is_served_after_somebody_with_one() {
-    let mut config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
-        ..SessionConfig::default()
-    };
+    let mut config = config();
     if let Some(supervisor) = &mut config.supervisor {
         supervisor.required = vec![PersonPart::Fingertip];
     }
-    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
-    let (arm, board) = (iiwa(), Board::default());
-    let maps = maps_of(&wall(0.6), &arm).unwrap();
-    let mut session = Session::new(&arm, &board, wall(0.6), maps, predictor, config).unwrap();
+    let mut session = session_with(wall(0.6), by_gaze(), config);
     let mut bench = Bench::new(Hand::reaching_in(4.0, TARGET_M));
     bench.run(&mut session, 1.0);
     another(&mut session, &mut bench);
@@ -267,7 +243,7 @@ fn waiting_for_a_first_frame_is_no_fault() {
     let hand = Hand::reaching_in(1.5, TARGET_M);
     let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
     for k in 0..500 {
-        step(&mut session, &mut bench);
+        bench.step_with(&mut session, |_| {});
         assert_eq!(session.state(), SessionState::Holding(HoldReason::NoTarget));
         // The first two states could be wrong; then nobody is there.
         let reason = match k {

@@ -1,28 +1,25 @@
 //! A door with a texture, pushed by a hand with a mass, at both levels of the arm: it opens as its closed form says
 //! under the force that the hand exerts, and the texture moves along its face meanwhile.
 
-use crate::common::{home, iiwa};
-use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use crate::common::{
+    DT_S, GazeSession, TRACKER_S, by_gaze, config, home, iiwa, session_on, with_room,
+};
 use hwall::geometry::{Pose, Twist, Wrench};
 use hwall::glam::DVec3;
-use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::hand::HandFrame;
 use hwall::haptics::{
-    Arm, ArmCommand, ArmState, Board, ImpedanceConfig, MovingObject, ObjectCommand, ObjectPath,
+    Arm, ArmCommand, ArmState, ImpedanceConfig, MovingObject, ObjectCommand, ObjectPath,
 };
 use hwall::kinematics::{Chain, ChainDynamics, Inertial, JointPositions};
 use hwall::scene::{Scene, SurfaceId};
 use hwall::texture::TexturedTouch;
-use hwall::{
-    EventKind, MovingSurface, Session, SessionConfig, SessionState, Walls, maps_of, object_of,
-};
+use hwall::{EventKind, MovingSurface, SessionConfig, SessionState, Walls, maps_of, object_of};
 use hwall_sim::{
     HandBody, HandBodyConfig, HandDrive, ServoArm, ServoConfig, SimError, TorqueArm, TorqueConfig,
     minimum_jerk,
 };
 use std::sync::Arc;
 
-const DT_S: f64 = 1e-3;
-const TRACKER_S: f64 = 1.0 / 90.0;
 const DOOR: SurfaceId = SurfaceId(0);
 const HINGE_M: DVec3 = DVec3::new(0.6, -0.5, 0.0);
 /// Half a metre from the hinge.
@@ -35,13 +32,6 @@ const REACH_S: f64 = 2.0;
 const PRESS_S: f64 = 3.2;
 const LEAVE_S: f64 = 5.7;
 const END_S: f64 = 8.5;
-
-/// A posture from which the roll is taken that leaves joint 7 room.
-fn with_room() -> JointPositions {
-    let mut q = home();
-    q[6] = 0.3;
-    q
-}
 
 /// What is allowed at a level of the arm.
 struct Bounds {
@@ -149,7 +139,7 @@ impl Simulated {
 }
 
 struct Run {
-    session: Session<DeterministicPredictor>,
+    session: GazeSession,
     arm: Simulated,
     hand: HandBody,
     cycles: u32,
@@ -173,16 +163,12 @@ impl Run {
             },
         };
         let config = SessionConfig {
-            hand: HandFilterConfig::simulated(),
             object_command,
-            ..SessionConfig::default()
+            ..config()
         };
-        let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
-        let board = Board::default();
-        let session = Session::new(&iiwa(), &board, scene, walls, predictor, config).unwrap();
         Self {
             arm: Simulated::new(level, home),
-            session,
+            session: session_on(scene, walls, by_gaze(), config),
             hand: HandBody::new(HandBodyConfig::default(), aim_m(0.0), DVec3::ZERO).unwrap(),
             cycles: 0,
             frames: 0,

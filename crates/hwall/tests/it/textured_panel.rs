@@ -1,21 +1,17 @@
 //! A sliding panel with a texture: taken along by a finger that scans across its path, and held while a finger scans along it.
 
-use crate::common::{home, iiwa};
-use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use crate::common::{DT_S, TRACKER_S, by_gaze, config, iiwa, session_on, with_room};
 use hwall::geometry::Wrench;
 use hwall::glam::DVec3;
-use hwall::hand::{HandFilterConfig, HandFrame};
+use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, Board, MovingObject};
-use hwall::kinematics::JointPositions;
 use hwall::scene::{Scene, SurfaceId};
 use hwall::texton::{Level, ScanAngle};
 use hwall::texture::TextureLevels;
-use hwall::{EventKind, Session, SessionConfig, Walls, maps_of, object_of};
+use hwall::{EventKind, Walls, maps_of, object_of};
 use hwall_sim::{HandContact, ServoArm, ServoConfig, minimum_jerk};
 use std::sync::Arc;
 
-const DT_S: f64 = 1e-3;
-const TRACKER_S: f64 = 1.0 / 90.0;
 const PANEL: SurfaceId = SurfaceId(0);
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
 const DEPTH_M: f64 = 0.015;
@@ -36,13 +32,6 @@ fn panel(direction: DVec3, mechanics: &str) -> Scene {
          range_m = [-0.5, 0.5]\n{mechanics}"
     );
     Scene::from_obj_str(obj, Some(&sidecar)).unwrap().0
-}
-
-/// A posture from which the roll is taken that leaves joint 7 room.
-fn with_room() -> JointPositions {
-    let mut q = home();
-    q[6] = 0.3;
-    q
 }
 
 /// Where the finger would be if nothing stopped it, m. It speeds up along `takes` as long as it presses, m/s².
@@ -71,19 +60,13 @@ fn touched(direction: DVec3, mechanics: &str, takes: DVec3) -> Felt {
     let mut ideal = MovingObject::new(config).unwrap();
     let mut walls = Walls::from(maps_of(&scene, &iiwa()).unwrap());
     walls.waiting = Some(with_room());
-    let config = SessionConfig {
-        hand: HandFilterConfig::simulated(),
-        ..SessionConfig::default()
-    };
-    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
-    let board = Board::default();
-    let mut session = Session::new(&iiwa(), &board, scene, walls, predictor, config).unwrap();
+    let mut session = session_on(scene, walls, by_gaze(), config());
     let level = Level {
         scan: ScanAngle::from_deg(90.0).unwrap(),
         speed_mm_per_s: 1e3 * BOARD_M_PER_S,
         magnitude: 1.0,
     };
-    session.set_texture_levels(TextureLevels::of_level(level, &board).unwrap());
+    session.set_texture_levels(TextureLevels::of_level(level, &Board::default()).unwrap());
     let mut arm = ServoArm::new(Arc::new(iiwa()), with_room(), ServoConfig::default()).unwrap();
     let finger = HandContact::default();
     let (mut frames, mut felt, mut count, mut started) = (0, Felt::default(), 0, false);

@@ -1,11 +1,11 @@
 //! The halves of a session on two threads, and a session whose perception has its own.
 
-use crate::common::{Bench, DT_S, Hand, TRACKER_S, iiwa, session, wall};
+use crate::common::{Bench, DT_S, Hand, TRACKER_S, session, session_with, wall};
 use hwall::contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall::glam::DVec3;
-use hwall::haptics::{ArmCommand, Board};
+use hwall::haptics::ArmCommand;
 use hwall::scene::Scene;
-use hwall::{EventKind, Session, SessionConfig, SessionState, maps_of};
+use hwall::{EventKind, Session, SessionConfig, SessionState};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
@@ -137,18 +137,8 @@ impl Predictor for Waiting {
 /// A session whose frames are perceived on a thread of their own.
 fn apart() -> (Session<Waiting>, Sender<bool>) {
     let (say, word) = channel();
-    let (arm, scene) = (iiwa(), wall(0.6));
-    let maps = maps_of(&scene, &arm).expect("maps");
-    let session = Session::new(
-        &arm,
-        &Board::default(),
-        scene,
-        maps,
-        Waiting { word },
-        SessionConfig::default(),
-    );
-    let session = session.expect("a session").perceive_on_thread();
-    (session.expect("a thread"), say)
+    let session = session_with(wall(0.6), Waiting { word }, SessionConfig::default());
+    (session.perceive_on_thread().expect("a thread"), say)
 }
 
 /// Steps until this holds, as long as it takes; frames come meanwhile.
@@ -158,18 +148,9 @@ fn step_until(
     until: impl Fn(&Session<Waiting>) -> bool,
 ) {
     while !until(session) {
-        cycle(session, bench);
+        bench.cycle(session);
         thread::yield_now();
     }
-}
-
-fn cycle(session: &mut Session<Waiting>, bench: &mut Bench) {
-    while let Some(frame) = bench.next_frame() {
-        session.frame(&frame);
-    }
-    let command = session.step(bench.now_s(), &bench.state());
-    session.plan();
-    bench.obey(command);
 }
 
 #[test]
@@ -179,7 +160,7 @@ fn steps_go_on_while_a_frame_is_perceived() {
     // Far more frames than may wait: the oldest are left out.
     let until_s = 200.0 * TRACKER_S;
     while bench.now_s() < until_s {
-        cycle(&mut session, &mut bench);
+        bench.cycle(&mut session);
     }
     assert_eq!(session.perceived(), Some(0));
     assert!(session.tracking().is_none());

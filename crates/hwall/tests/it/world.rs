@@ -130,12 +130,8 @@ fn a_bad_state_does_not_let_a_touch_forget_that_the_world_moved() {
         .expect("a later stamp");
     bench.cycle(&mut session);
     for _ in 0..5 {
-        let mut state = bench.state();
-        state.q[0] = f64::NAN;
-        let command = session.step(bench.now_s(), &state);
-        session.plan();
+        bench.step_with(&mut session, |state| state.q[0] = f64::NAN);
         assert!(matches!(session.state(), SessionState::Holding(_)));
-        bench.obey(command);
     }
     // States count again once they have been sound for a while.
     let sound_s = bench.now_s() + 0.15;

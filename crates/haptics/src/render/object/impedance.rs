@@ -117,12 +117,8 @@ impl FrictionLeft {
         }
         let [slow, moving] = self.between_rad_per_s;
         non_negative("between_rad_per_s[0]", slow)?;
-        that(
-            moving > slow,
-            "between_rad_per_s[1]",
-            moving,
-            "above the first",
-        )?;
+        let valid = moving > slow;
+        that(valid, "between_rad_per_s[1]", moving, "above the first")?;
         Ok(())
     }
 

@@ -49,12 +49,8 @@ impl JointGuard {
             positive("most_n_m", most)?;
         }
         let share = self.speed_share;
-        that(
-            (0.0..=1.0).contains(&share),
-            "speed_share",
-            share,
-            "from 0 to 1",
-        )?;
+        let valid = (0.0..=1.0).contains(&share);
+        that(valid, "speed_share", share, "from 0 to 1")?;
         Ok(())
     }
 

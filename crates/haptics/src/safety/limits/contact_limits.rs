@@ -70,12 +70,8 @@ impl ContactLimits {
         positive("energy_j", self.energy_j)?;
         positive("pressure_n_per_m2", self.pressure_n_per_m2)?;
         let factor = self.transient_pressure_factor;
-        that(
-            factor >= 1.0 && factor.is_finite(),
-            "transient_pressure_factor",
-            factor,
-            "at least 1",
-        )?;
+        let valid = factor >= 1.0 && factor.is_finite();
+        that(valid, "transient_pressure_factor", factor, "at least 1")?;
         positive("contact_area_m2", self.contact_area_m2)?;
         positive("hand_mass_kg", self.hand_mass_kg)?;
         positive("hand_stiffness_n_per_m", self.hand_stiffness_n_per_m)?;

@@ -1,4 +1,4 @@
-//! Fixations at every input of a cycle and names the worst that is wrong.
+//! Looks at every input of a cycle and names the worst that is wrong.
 
 use super::obedience::Obedience;
 use super::state_consistency::{Doubt, StateConsistency};
@@ -8,6 +8,7 @@ use crate::arm::{ArmCommand, ArmState};
 use crate::board::Board;
 use crate::body::ArmBody;
 use crate::error::HapticsError;
+use crate::low_pass;
 use crate::safety::cycle::{Sent, SupervisorInput};
 use crate::safety::fault::{Fault, Severity};
 use crate::safety::limits::contact_limits::ContactLimits;
@@ -164,7 +165,7 @@ impl Inspection {
         }
     }
 
-    /// Fixations at everything.
+    /// Looks at everything.
     pub(in crate::safety) fn look(
         &mut self,
         input: &SupervisorInput<'_>,
@@ -195,19 +196,12 @@ impl Inspection {
             .obedience
             .as_mut()
             .is_none_or(|o| o.holds(&input.state.q, joints, elapsed_s));
-        let astray = (!obeys).then_some(Fault {
-            reason: SafeReason::NotObeyed,
-            severity: Severity::Broken,
-        });
-        Fault::worse(force, astray)
+        let astray = Fault::new(SafeReason::NotObeyed, Severity::Broken);
+        Fault::worse(force, (!obeys).then_some(astray))
     }
 
     fn look_at_arm(&mut self, input: &SupervisorInput<'_>) -> Option<Fault> {
         let SupervisorInput { now_s, state, .. } = *input;
-        let blind = |reason| Fault {
-            reason,
-            severity: Severity::Blind,
-        };
         // An arm that is nearly there may be kept by its friction.
         let is_there = match self.last_sent {
             Sent::Position(to) => to.max_abs_difference(&state.q) <= STICKS_RAD,
@@ -242,10 +236,7 @@ impl Inspection {
                 WatchFault::Jump { by } if by > LOST_RAD => Severity::Broken,
                 _ => Severity::Blind,
             };
-            return Some(Fault {
-                reason: reason_of(fault, Channel::Position),
-                severity,
-            });
+            return Some(Fault::new(reason_of(fault, Channel::Position), severity));
         }
         let (ticked, shown) = (
             state.qd.0.iter().any(|v| *v != 0.0),
@@ -253,21 +244,20 @@ impl Inspection {
         );
         let qd = &mut self.watches.velocity;
         if let Err(fault) = qd.check(now_s, state.t_s, &state.qd.0, ticked && shown) {
-            return Some(blind(reason_of(fault, Channel::Velocity)));
+            let reason = reason_of(fault, Channel::Velocity);
+            return Some(Fault::new(reason, Severity::Blind));
         }
         // With velocities that are sound: how far the arm may have come is judged by them.
         let joints = self.arm.joint_count();
         if let Err(doubt) = self.consistency.find(state) {
             let channel = Channel::Position;
             let beyond = self.guard.check_state(joints, state).err();
-            // Nobody but a person can say where the arm is.
-            return Some(Fault {
-                reason: beyond.unwrap_or(match doubt {
-                    Doubt::StillFrozen(for_s) => SafeReason::Frozen { channel, for_s },
-                    Doubt::Elsewhere(by) => SafeReason::Jump { channel, by },
-                }),
-                severity: Severity::Broken,
+            let reason = beyond.unwrap_or(match doubt {
+                Doubt::StillFrozen(for_s) => SafeReason::Frozen { channel, for_s },
+                Doubt::Elsewhere(by) => SafeReason::Jump { channel, by },
             });
+            // Nobody but a person can say where the arm is.
+            return Some(Fault::new(reason, Severity::Broken));
         }
         let torque = match state.external_torque {
             Some(torque) => {
@@ -279,18 +269,11 @@ impl Inspection {
             None => self.watches.torque.missing(now_s),
         };
         if let Err(fault) = torque {
-            return Some(Fault {
-                reason: reason_of(fault, Channel::Torque),
-                severity: Severity::Unsure,
-            });
+            let reason = reason_of(fault, Channel::Torque);
+            return Some(Fault::new(reason, Severity::Unsure));
         }
-        self.guard
-            .check_state(joints, state)
-            .err()
-            .map(|reason| Fault {
-                reason,
-                severity: Severity::Broken,
-            })
+        let beyond = self.guard.check_state(joints, state).err();
+        beyond.map(|reason| Fault::new(reason, Severity::Broken))
     }
 
     /// Do the angles change in another way than the velocities say?
@@ -312,12 +295,7 @@ impl Inspection {
         sent: Sent,
         body: &ArmBody,
     ) -> Option<Fault> {
-        let blind = |reason| {
-            Some(Fault {
-                reason,
-                severity: Severity::Blind,
-            })
-        };
+        let blind = |reason| Some(Fault::new(reason, Severity::Blind));
         let values = match &input.command {
             ArmCommand::Position(q) => q.0,
             ArmCommand::Torque(torque) => torque.0,
@@ -355,12 +333,7 @@ impl Inspection {
 
     fn look_at_person(&mut self, input: &SupervisorInput<'_>, elapsed_s: f64) -> Option<Fault> {
         let mut found = None;
-        let unsure = |reason| {
-            Some(Fault {
-                reason,
-                severity: Severity::Unsure,
-            })
-        };
+        let unsure = |reason| Some(Fault::new(reason, Severity::Unsure));
         for part in PersonPart::ALL {
             let newest = input.person.iter().find(|point| point.part == part);
             if !part.is_missed() {
@@ -397,7 +370,7 @@ impl Inspection {
     }
 
     fn look_at_force(&mut self, input: &SupervisorInput<'_>, elapsed_s: f64) -> Option<Fault> {
-        let fault = |reason, severity| Some(Fault { reason, severity });
+        let fault = |reason, severity| Some(Fault::new(reason, severity));
         let Some(wrench) = input.force else {
             return match self.watches.force.missing(input.now_s) {
                 Ok(()) => None,
@@ -449,10 +422,7 @@ impl Inspection {
             true => last,
             false => Wrench::default(),
         };
-        let share = match self.load.filter_s > 0.0 {
-            true => -(-dt_s.clamp(0.0, GAP_S) / self.load.filter_s).exp_m1(),
-            false => 1.0,
-        };
+        let share = low_pass::share(dt_s.clamp(0.0, GAP_S), self.load.filter_s);
         let filtered = Wrench {
             force_n: last.force_n.lerp(wrench.force_n, share),
             moment_n_m: last.moment_n_m.lerp(wrench.moment_n_m, share),

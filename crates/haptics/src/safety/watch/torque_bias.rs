@@ -2,6 +2,7 @@
 
 use crate::arm::ArmState;
 use crate::error::HapticsError;
+use crate::low_pass;
 use crate::safety::limits::motion_guard::GuardLimits;
 use hwall_kinematics::{JointTorques, MOST_JOINTS};
 use hwall_numeric::check::{non_negative, positive};
@@ -99,10 +100,7 @@ impl TorqueBias {
         unexplained: impl FnOnce(&JointTorques, &[f64; MOST_JOINTS]) -> JointTorques,
     ) -> Option<(usize, f64)> {
         let (bias, torque) = (self.bias?, state.external_torque?);
-        let share = match self.config.contact_filter_s > 0.0 {
-            true => -(-dt_s / self.config.contact_filter_s).exp_m1(),
-            false => 1.0,
-        };
+        let share = low_pass::share(dt_s, self.config.contact_filter_s);
         for joint in 0..MOST_JOINTS {
             let beyond = &mut self.beyond[joint];
             *beyond += share * (torque[joint] - bias[joint] - *beyond);
@@ -148,10 +146,7 @@ impl TorqueBias {
             self.mean = torque;
         }
         // The plain mean at first, of the newest samples later.
-        let filtered = match self.config.filter_s > 0.0 {
-            true => -(-dt_s / self.config.filter_s).exp_m1(),
-            false => 1.0,
-        };
+        let filtered = low_pass::share(dt_s, self.config.filter_s);
         let share = filtered.max(1.0 / f64::from(self.samples));
         for joint in 0..MOST_JOINTS {
             self.mean[joint] += share * (torque[joint] - self.mean[joint]);

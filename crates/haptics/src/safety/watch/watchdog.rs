@@ -25,12 +25,8 @@ impl ChannelWatch {
     pub fn validate(&self) -> Result<(), HapticsError> {
         positive("max_age_s", self.max_age_s)?;
         that(self.jump > 0.0, "jump", self.jump, "positive")?;
-        that(
-            self.rate_per_s >= 0.0,
-            "rate_per_s",
-            self.rate_per_s,
-            "at least 0",
-        )?;
+        let valid = self.rate_per_s >= 0.0;
+        that(valid, "rate_per_s", self.rate_per_s, "at least 0")?;
         if let Some(frozen_s) = self.frozen_s {
             positive("frozen_s", frozen_s)?;
         }
@@ -96,7 +92,7 @@ impl Watch {
         self.last.map(|sample| sample.stamp_s)
     }
 
-    /// Fixations at a sample. `should_change`: does something move that this input would show? Only then it can be frozen.
+    /// Looks at a sample. `should_change`: does something move that this input would show? Only then it can be frozen.
     ///
     /// Every finite sample is remembered, also one that is at fault: what leaps and then stays is sound again. The same sample
     /// handed in again (same stamp) ages, but is not frozen.

@@ -1,13 +1,12 @@
 //! A control loop around the supervisor, for its tests.
 
+use crate::support::{DT_S, at_rest, home};
 use glam::DVec3;
 use hwall_haptics::safety::{
     PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput, SupervisorStep,
 };
 use hwall_haptics::{ArmCommand, ArmState, Board};
-use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
-
-pub(crate) const DT_S: f64 = 1e-3;
+use hwall_kinematics::{SrsArm, Wrench};
 
 /// A loop with an arm that does at once what it is told.
 pub(crate) struct Bench {
@@ -21,10 +20,6 @@ pub(crate) struct Bench {
     pub(crate) ticks: u32,
     /// Things that tremble, as measured ones do.
     trembles: bool,
-}
-
-pub(crate) fn home() -> JointPositions {
-    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
 }
 
 impl Bench {
@@ -54,12 +49,7 @@ impl Bench {
         Self {
             supervisor: Supervisor::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap(),
             now_s: 10.0,
-            state: ArmState {
-                t_s: 10.0,
-                q: home(),
-                qd: JointVelocities::default(),
-                external_torque: Some(JointTorques::default()),
-            },
+            state: at_rest(10.0, home()),
             person,
             target: Some(DVec3::new(0.6, 0.0, 0.6)),
             force: Some(Wrench::default()),
@@ -117,11 +107,7 @@ impl Bench {
     }
 
     pub(crate) fn run(&mut self, steps: usize) -> SupervisorStep {
-        let mut last = self.step();
-        for _ in 1..steps {
-            last = self.step();
-        }
-        last
+        self.run_with(steps, |_, _| {})
     }
 
     pub(crate) fn run_with(

@@ -1,18 +1,21 @@
 //! The arm's side of a session: states in, commands out.
 
+#[cfg(feature = "texture")]
+mod texture;
+pub(super) mod timing;
+
+use self::timing::{RESTS_S, SOON_S};
 use super::safety::{Safety, same_fault};
 use super::state::SessionState;
 use crate::session::event::{Event, EventKind, EventQueue};
 use crate::session::handover::{Feeler, Guidance, OpeningSender, Receiver};
 use crate::session::response::SHORT_M;
 #[cfg(feature = "texture")]
-use crate::texture::{BoardTexture, SurfaceMotion, TextureInput};
+use crate::texture::BoardTexture;
 use glam::DVec3;
-#[cfg(feature = "texture")]
-use hwall_haptics::ObjectPath;
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, ContactState, Phase, PlaceTolerance, PostureTarget,
-    RenderInput, RenderStep, Renderer, SafeState, Slide,
+    RenderInput, RenderStep, Renderer, SafeState,
 };
 use hwall_kinematics::{ArmKinematics, ArmScratch};
 use hwall_scene::SurfaceId;
@@ -274,125 +277,9 @@ impl Control {
         self.events.missed()
     }
 
-    /// How a touched board moves within its plane, judged by the state after the last step.
-    #[cfg(feature = "texture")]
-    fn slide(&mut self, now_s: f64, state: &ArmState) -> Option<Slide> {
-        // A lost hand, or guidance that is too old, ends the slide.
-        let heard = self
-            .guidance
-            .target
-            .is_some_and(|target| (now_s - target.stamp_s).abs() <= self.max_guidance_age_s);
-        let touched = heard && self.contact.is_some_and(|contact| !contact.world_moved);
-        // While the arm brakes, the slide waits.
-        let stands = |s| matches!(s, SessionState::Holding(_) | SessionState::Safe(_));
-        let holds = |step: hwall_haptics::RenderStep| step.command == ArmCommand::Hold;
-        let braking = touched && (stands(self.state) || self.step.is_some_and(holds));
-        let surface_motion = self.surface_motion();
-        let guidance = &self.guidance;
-        let texture = self.texture.as_mut()?;
-        if braking || !now_s.is_finite() || state.validate().is_err() {
-            return None;
-        }
-        let step = texture.step(
-            now_s,
-            &state.q,
-            &self.renderer.arm().forward(&state.q),
-            &TextureInput {
-                touched,
-                surface: guidance.surface,
-                roughness: guidance.roughness,
-                fingertip: guidance.fingertip,
-                surface_motion,
-            },
-        );
-        if let Some(touch) = step.started {
-            self.events.push(now_s, EventKind::TextureStarted(touch));
-        }
-        if step.ended {
-            self.events.push(now_s, EventKind::TextureEnded);
-        }
-        step.slide
-    }
-
-    /// How the touched panel or drawer moves, as of the last step. A door turns its board with it.
-    #[cfg(feature = "texture")]
-    fn surface_motion(&self) -> SurfaceMotion {
-        let renderer = &self.renderer;
-        let touched = renderer.touched_object();
-        let Some(rendered) = touched.and_then(|index| renderer.objects().get(index)) else {
-            return SurfaceMotion::default();
-        };
-        let ObjectPath::Sliding { direction } = rendered.path else {
-            return SurfaceMotion::default();
-        };
-        SurfaceMotion {
-            by_m: direction * (rendered.object.position() - self.touched_at),
-            velocity_m_per_s: direction * rendered.object.velocity(),
-        }
-    }
-
     #[cfg(not(feature = "texture"))]
-    fn slide(&mut self, _: f64, _: &ArmState) -> Option<Slide> {
+    fn slide(&mut self, _: f64, _: &ArmState) -> Option<hwall_haptics::Slide> {
         None
-    }
-
-    /// The slack of a target. If there is no time to correct the goal before the hand arrives, the whole face is slack: a goal that
-    /// still covers the touch is better than a better one that is reached too late.
-    fn slack_m(&self, now_s: f64, target: &BoardTarget) -> [f64; 2] {
-        let left_s = self.step.and_then(|step| step.left_s);
-        let (Some(contact_s), Some(left_s)) = (self.guidance.contact_s, left_s) else {
-            return target.slack_m;
-        };
-        let has_time = contact_s - now_s > left_s + MOVES_ON_S;
-        let Some(goal) = self.renderer.follower().goal().filter(|_| !has_time) else {
-            return target.slack_m;
-        };
-        // An overdue hand leaves time enough.
-        if now_s > contact_s + OVERDUE_S {
-            return target.slack_m;
-        }
-        let half_m = self.board.half_width_m.min(self.board.half_height_m);
-        let widest_m = half_m - self.in_place.inset_m - EDGE_M;
-        let off_m = self.renderer.arm().forward(&goal).position_m() - target.point_m;
-        let holds = off_m.length() <= widest_m && off_m.dot(target.normal).abs() <= SAME_PLANE_M;
-        match holds {
-            // Without slack the point is too uncertain to stay.
-            true => target.slack_m.map(|slack_m| match slack_m > 0.0 {
-                true => slack_m.max(widest_m),
-                false => slack_m,
-            }),
-            false => target.slack_m,
-        }
-    }
-
-    /// The slack of a target, m, if the hand is expected before the board: within it, the goal may move to where the board arrives
-    /// sooner.
-    fn sooner_within_m(&self, now_s: f64, target: &BoardTarget) -> Option<[f64; 2]> {
-        let left_s = self.step?.left_s?;
-        let due_s = self.guidance.contact_s?;
-        let is_free = target.slack_m.iter().all(|m| *m > 0.0);
-        let is_first = self.contact.is_none() && hand_is_first(now_s, due_s, left_s);
-        (is_free && is_first).then_some(target.slack_m)
-    }
-
-    /// Will the hand clearly arrive before the board?
-    fn will_be_late(&self, now_s: f64, state: &ArmState) -> bool {
-        let (Some(target), Some(contact_s)) = (self.guidance.target, self.guidance.contact_s)
-        else {
-            return false;
-        };
-        let left_s = self.step.and_then(|step| step.left_s);
-        let presents = target.behind_m == 0.0 && self.contact.is_none();
-        // A board on its surface does not go back for a small correction.
-        let face = self.renderer.arm().forward(&state.q);
-        let off_m = face.position_m() - target.point_m;
-        let is_on_surface = off_m.length() <= self.board.half_width_m
-            && off_m.dot(target.normal).abs() <= ON_SURFACE_M
-            && face.rotation().z_axis.angle_between(target.normal) <= ON_SURFACE_RAD;
-        let is_there = self.state == SessionState::InPlace || is_on_surface;
-        let near = contact_s - now_s <= SOON_S;
-        let is_late = |left_s: f64| left_s > SLOW_S && now_s + left_s > contact_s + LATE_S;
-        presents && !is_there && near && left_s.is_some_and(is_late)
     }
 
     /// Sets the state after a step, and reports what changed.
@@ -511,32 +398,6 @@ impl Control {
     }
 }
 
-/// A board that arrives later than this after the expected contact is late, s: the error of the expectation.
-const LATE_S: f64 = 0.2;
-/// A face within this distance and angle of its surface is on it, m and rad.
-const ON_SURFACE_M: f64 = 0.01;
-const ON_SURFACE_RAD: f64 = 0.1;
-/// A hand that is overdue by this may not come at all, s.
-pub(super) const OVERDUE_S: f64 = 0.3;
-/// Time to correct the goal by a small distance during the motion, s.
-const MOVES_ON_S: f64 = 0.15;
-/// A face serves a touch this far outside the area that counts as in place, m.
-const EDGE_M: f64 = 0.005;
-/// A goal within this distance of a target's plane is on it, m.
-const SAME_PLANE_M: f64 = 1e-3;
-/// A board this close to its goal in time is slow, and goes on, s.
-const SLOW_S: f64 = 0.2;
-/// A board this close to its goal in time has come to rest there, s.
-pub(super) const RESTS_S: f64 = 0.02;
-/// A board stays short of the surface only if contact is expected within this time, s.
-const SOON_S: f64 = 0.3;
-
-/// Does a hand that is due at `due_s` arrive before a board that needs `left_s`? A board at rest is not late, and an overdue hand may
-/// not come at all.
-fn hand_is_first(now_s: f64, due_s: f64, left_s: f64) -> bool {
-    now_s <= due_s + OVERDUE_S && (due_s - now_s).max(RESTS_S) < left_s
-}
-
 /// Targets within this distance are the same place, m.
 const SAME_M: f64 = 0.05;
 /// Largest distance between the normals of such targets: targets from predicted joint angles are noisy.
@@ -549,33 +410,5 @@ fn same_place(a: Option<BoardTarget>, b: Option<BoardTarget>) -> bool {
             a.normal.distance(b.normal) <= SAME_NORMAL && a.point_m.distance(b.point_m) <= SAME_M
         }
         _ => false,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_hand_is_first_while_it_comes_and_the_board_is_under_way() {
-        for (due_s, left_s, is_first) in [
-            (10.2, 0.5, true),
-            (10.5, 0.2, false),
-            // Overdue, and not come at all.
-            (9.9, 0.5, true),
-            (9.9 - OVERDUE_S, 0.5, false),
-            // The board rests, or nearly.
-            (9.9, 0.0, false),
-            (9.9, RESTS_S, false),
-            // Nobody knows.
-            (f64::NAN, 0.5, false),
-            (10.2, f64::NAN, false),
-        ] {
-            assert_eq!(
-                hand_is_first(10.0, due_s, left_s),
-                is_first,
-                "{due_s} {left_s}"
-            );
-        }
     }
 }

@@ -145,7 +145,7 @@ impl WorldBarriers {
         &self.barriers
     }
 
-    /// Fixations whether something has moved since, and tells the other half if so.
+    /// Sees whether something has moved since, and tells the other half if so.
     ///
     /// # Errors
     /// The surfaces cannot be made out, since the last call; the other half knows none from then on.

@@ -1,13 +1,14 @@
 //! A session before a wall, a simulated arm, and a hand that touches the wall once.
 
-use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
+use hwall::geometry::Pose;
 use hwall::glam::DVec3;
 use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
 use hwall::kinematics::{ArmKinematics, JointPositions, SrsArm};
 use hwall::reachability::WallMaps;
 use hwall::scene::Scene;
-use hwall::{Session, SessionConfig, maps_of};
+use hwall::{Control, Planner, Session, SessionConfig, Walls, maps_of};
 use hwall_sim::{HandContact, ServoArm, ServoConfig, minimum_jerk};
 use std::sync::Arc;
 
@@ -42,24 +43,71 @@ pub(crate) fn home() -> JointPositions {
     JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
 }
 
+/// A posture from which the roll is taken that leaves joint 7 room.
+#[cfg(feature = "texture")]
+pub(crate) fn with_room() -> JointPositions {
+    let mut q = home();
+    q[6] = 0.3;
+    q
+}
+
 /// Contacts are foreseen by the gaze ray.
 pub(crate) type GazeSession = Session<DeterministicPredictor>;
 
-/// A session of the iiwa for a scene in its base frame.
-pub(crate) fn session(scene: Scene) -> GazeSession {
-    let arm = iiwa();
-    let maps = maps_of(&scene, &arm).expect("maps");
-    session_of(&arm, scene, maps)
-}
-
-/// A session led by the gaze, for a hand without tremor.
-pub(crate) fn session_of(arm: &dyn ArmKinematics, scene: Scene, maps: WallMaps) -> GazeSession {
-    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
-    let config = SessionConfig {
+/// Settings for a hand without tremor.
+pub(crate) fn config() -> SessionConfig {
+    SessionConfig {
         hand: HandFilterConfig::simulated(),
         ..SessionConfig::default()
-    };
-    Session::new(arm, &Board::default(), scene, maps, predictor, config).expect("a session")
+    }
+}
+
+pub(crate) fn by_gaze() -> DeterministicPredictor {
+    DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits")
+}
+
+/// A session of the iiwa, led by the gaze, for a scene in its base frame.
+pub(crate) fn session(scene: Scene) -> GazeSession {
+    session_with(scene, by_gaze(), config())
+}
+
+/// The same with another predictor or other settings; what is known of the walls are their maps.
+pub(crate) fn session_with<P: Predictor>(
+    scene: Scene,
+    predictor: P,
+    config: SessionConfig,
+) -> Session<P> {
+    let maps = maps_of(&scene, &iiwa()).expect("maps");
+    session_on(scene, maps, predictor, config)
+}
+
+/// The same with whatever is known of the walls.
+pub(crate) fn session_on<P: Predictor>(
+    scene: Scene,
+    walls: impl Into<Walls>,
+    predictor: P,
+    config: SessionConfig,
+) -> Session<P> {
+    let board = Board::default();
+    Session::new(&iiwa(), &board, scene, walls, predictor, config).expect("a session")
+}
+
+/// A session of any arm, led by the gaze.
+pub(crate) fn session_of(arm: &dyn ArmKinematics, scene: Scene, maps: WallMaps) -> GazeSession {
+    let board = Board::default();
+    Session::new(arm, &board, scene, maps, by_gaze(), config()).expect("a session")
+}
+
+/// Corners of a face, m.
+pub(crate) fn corners_m(face: &Pose) -> [DVec3; 4] {
+    let board = Board::default();
+    [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(x, y)| {
+        face.transform_point(DVec3::new(
+            x * board.half_width_m,
+            y * board.half_height_m,
+            0.0,
+        ))
+    })
 }
 
 /// A hand that rests, reaches straight for a wall facing +x, presses, slides while it does, and goes back. It has
@@ -88,6 +136,17 @@ impl Hand {
             leave_s: 1.5 + reach_s,
             end_s: 2.0 + reach_s,
             slide_m_per_s: DVec3::ZERO,
+        }
+    }
+
+    /// The same, later.
+    pub(crate) fn later(self, by_s: f64) -> Self {
+        Self {
+            start_s: self.start_s + by_s,
+            press_s: self.press_s + by_s,
+            leave_s: self.leave_s + by_s,
+            end_s: self.end_s + by_s,
+            ..self
         }
     }
 
@@ -188,20 +247,60 @@ impl Bench {
         self.cycles += 1;
     }
 
-    /// One cycle of a whole session.
-    pub(crate) fn cycle(&mut self, session: &mut GazeSession) -> ArmCommand {
+    /// Shows a session what the tracker has sent by now.
+    pub(crate) fn show_frames<P: Predictor>(&mut self, session: &mut Session<P>) {
         while let Some(frame) = self.next_frame() {
             session.frame(&frame);
         }
-        let state = self.state();
+    }
+
+    /// One cycle of a whole session.
+    pub(crate) fn cycle<P: Predictor>(&mut self, session: &mut Session<P>) -> ArmCommand {
+        self.cycle_with(session, |_| {})
+    }
+
+    /// The same with a state that is spoiled on its way to the session.
+    pub(crate) fn cycle_with<P: Predictor>(
+        &mut self,
+        session: &mut Session<P>,
+        spoil: impl FnOnce(&mut ArmState),
+    ) -> ArmCommand {
+        self.show_frames(session);
+        self.step_with(session, spoil)
+    }
+
+    /// The same without a frame.
+    pub(crate) fn step_with<P: Predictor>(
+        &mut self,
+        session: &mut Session<P>,
+        spoil: impl FnOnce(&mut ArmState),
+    ) -> ArmCommand {
+        let mut state = self.state();
+        spoil(&mut state);
         let command = session.step(self.now_s(), &state);
         session.plan();
         self.obey(command);
         command
     }
 
+    /// A step of a session that was split; it must not allocate.
+    pub(crate) fn step_apart(
+        &mut self,
+        control: &mut Control,
+        planner: &mut Planner,
+        spoil: impl FnOnce(&mut ArmState),
+    ) {
+        let (now_s, mut state) = (self.now_s(), self.state());
+        spoil(&mut state);
+        let mut command = ArmCommand::Hold;
+        let info = allocation_counter::measure(|| command = control.step(now_s, &state));
+        planner.plan();
+        assert_eq!(info.count_total, 0, "at {now_s} s, {:?}", control.state());
+        self.obey(command);
+    }
+
     /// Cycles up to a time, s.
-    pub(crate) fn run(&mut self, session: &mut GazeSession, until_s: f64) {
+    pub(crate) fn run<P: Predictor>(&mut self, session: &mut Session<P>, until_s: f64) {
         while self.now_s() < until_s {
             self.cycle(session);
         }

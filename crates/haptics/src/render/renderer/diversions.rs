@@ -1,0 +1,160 @@
+//! What a step does instead of going to its target: along with an object, or as a supervisor asks.
+
+use super::{AT_REST_S, Renderer};
+use crate::arm::{ArmCommand, ArmState};
+use crate::render::step::{Phase, RenderInput};
+use crate::render::yielding::beyond;
+use crate::safety::SafeRequest;
+use hwall_geometry::Wrench;
+use hwall_kinematics::{JointTorques, Unreachable};
+
+/// A finger within this of the middle of the face keeps the board on a moving object between two pushes, m.
+const RIDES_M: f64 = 0.2;
+/// What is less than this may be an error of the torque sensors, and moves no object, N.
+const LIGHT_N: f64 = 0.5;
+
+impl Renderer {
+    /// What a supervisor asks for instead of going on: to stand, to withdraw, or to give way.
+    pub(super) fn supervised(
+        &mut self,
+        request: Option<SafeRequest>,
+        torque: Option<&JointTorques>,
+        dt_s: f64,
+    ) -> ArmCommand {
+        let Self {
+            withdrawal,
+            follower,
+            ..
+        } = self;
+        let pushed = |bias: JointTorques| torque.map(|torque| beyond(torque, &bias));
+        let back = match request {
+            Some(SafeRequest::Yield {
+                speed_m_per_s,
+                bias,
+            }) => {
+                let torque = pushed(bias.unwrap_or_default());
+                Some(withdrawal.give_way(follower, torque.as_ref(), speed_m_per_s, dt_s))
+            }
+            Some(SafeRequest::Retreat {
+                behind_m,
+                speed_m_per_s,
+                bias,
+            }) => {
+                let torque = bias.and_then(pushed);
+                match withdrawal.is_pushed(torque.as_ref()) {
+                    true => {
+                        Some(withdrawal.give_way(follower, torque.as_ref(), speed_m_per_s, dt_s))
+                    }
+                    false => withdrawal.step(follower, behind_m, speed_m_per_s, dt_s),
+                }
+            }
+            _ => None,
+        };
+        if let Some(q) = back {
+            return ArmCommand::Position(q);
+        }
+        // The arm brakes by itself.
+        self.end_withdrawal();
+        self.is_detached = true;
+        let _ = self.follower.brake(dt_s);
+        ArmCommand::Hold
+    }
+
+    /// The motion goes on from where the board has withdrawn to.
+    pub(super) fn end_withdrawal(&mut self) {
+        if let Some((q, qd)) = self.withdrawal.end() {
+            let _ = self.follower.restart(&q, &qd);
+        }
+    }
+
+    /// No object is under the hand any more; all go on by themselves.
+    pub(super) fn stop_objects(&mut self, dt_s: f64) {
+        self.let_go(None);
+        if let Some(objects) = &mut self.objects {
+            objects.go_on(dt_s);
+        }
+    }
+
+    /// The board leaves the object that it was on; its motion goes on from there, or from the measured state of an arm that
+    /// torques took there.
+    pub(super) fn let_go(&mut self, state: Option<&ArmState>) {
+        let Some(objects) = &mut self.objects else {
+            return;
+        };
+        let by_torques = objects.by_torques();
+        let Some((q, qd)) = objects.release() else {
+            return;
+        };
+        let measured = state.filter(|_| by_torques);
+        let (q, qd) = measured.map_or((q, qd), |state| (state.q, state.qd));
+        let _ = self.follower.restart(&q, &qd);
+    }
+
+    /// Does the board stay on the object that it was pushed on? A push may be lighter than what begins a touch, and a finger that a
+    /// door runs away from will meet it again: it stays until the finger leaves.
+    pub(super) fn rides(&self, input: &RenderInput<'_>, state: &ArmState) -> bool {
+        let touched = self.touched_object();
+        touched.is_some()
+            && touched == input.object
+            && input.person_m.iter().any(|point| {
+                let face = self.arm().forward(&state.q);
+                point.distance(face.position_m()) <= RIDES_M
+            })
+    }
+
+    /// A board that is met on its way to an object comes to rest before it goes along with that, or slides: joints cannot stop at once.
+    pub(super) fn comes_to_rest(&self, input: &RenderInput<'_>) -> bool {
+        self.objects.is_some()
+            && input.object.is_some()
+            && self.touched_object().is_none()
+            && self.follower.stop_s() > AT_REST_S
+    }
+
+    /// The command that goes along with a touched object; `None` without one.
+    pub(super) fn along_with_object(
+        &mut self,
+        phase: Phase,
+        input: &RenderInput<'_>,
+        state: &ArmState,
+        wrench: Option<Wrench>,
+        dt_s: f64,
+    ) -> Option<(ArmCommand, Option<Unreachable>, bool)> {
+        let rides = self.rides(input, state);
+        let comes_to_rest = self.comes_to_rest(input);
+        let objects = self.objects.as_mut()?;
+        let is_contact = matches!(phase, Phase::Contact { .. });
+        let rides = matches!(phase, Phase::NonContact) && rides;
+        let wrench = if is_contact || self.felt_n >= LIGHT_N {
+            wrench
+        } else {
+            Some(Wrench::default())
+        };
+        let touched = input
+            .object
+            .filter(|_| (is_contact || rides) && !comes_to_rest);
+        let rendered = match (touched, wrench) {
+            (Some(index), Some(wrench)) if dt_s > 0.0 => {
+                let q = self.follower.commanded();
+                let slide = input.slide.filter(|_| is_contact);
+                objects.render(index, &q, state, (&wrench, slide), dt_s)
+            }
+            _ => None,
+        };
+        objects.go_on(dt_s);
+        match rendered {
+            Some(Ok(step)) => {
+                let slides = is_contact && input.slide.is_some_and(|s| s.validate().is_ok());
+                let slides = slides && step.unreachable.or(step.cannot_slide).is_none();
+                Some((step.command, step.unreachable, slides))
+            }
+            Some(Err(_)) => Some((ArmCommand::Hold, None, false)),
+            None if touched.is_some() && objects.touched().is_some() => {
+                Some((ArmCommand::Hold, None, false))
+            }
+            None => {
+                self.let_go(Some(state));
+                None
+            }
+        }
+    }
+}

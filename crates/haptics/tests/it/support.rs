@@ -1,0 +1,72 @@
+//! What several tests set up alike.
+
+use glam::DVec3;
+use hwall_haptics::{ArmCommand, ArmState, Board, HapticsError};
+use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
+use std::fmt::Debug;
+
+/// Period of the control loop, s.
+pub(crate) const DT_S: f64 = 1e-3;
+
+/// The iiwa with the face of the board as its tool.
+pub(crate) fn iiwa() -> SrsArm {
+    SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().unwrap())
+}
+
+pub(crate) fn home() -> JointPositions {
+    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
+}
+
+/// The board upright, with room to yield to a push.
+pub(crate) fn before_door() -> JointPositions {
+    JointPositions::from_deg([0.0, 45.0, 0.0, -70.0, 0.0, -25.0, 90.0])
+}
+
+/// A sound state of an arm that rests and feels nothing.
+pub(crate) fn at_rest(t_s: f64, q: JointPositions) -> ArmState {
+    ArmState {
+        t_s,
+        q,
+        qd: JointVelocities::default(),
+        external_torque: Some(JointTorques::default()),
+    }
+}
+
+pub(crate) fn force(force_n: DVec3) -> Wrench {
+    Wrench {
+        force_n,
+        moment_n_m: DVec3::ZERO,
+    }
+}
+
+/// The positions that are commanded; anything else is a failure.
+#[track_caller]
+pub(crate) fn positions(command: ArmCommand) -> JointPositions {
+    match command {
+        ArmCommand::Position(q) => q,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Mean velocities between two configurations, a period apart.
+pub(crate) fn rates(from: &JointPositions, to: &JointPositions) -> JointVelocities {
+    JointVelocities(std::array::from_fn(|i| (to[i] - from[i]) / DT_S))
+}
+
+/// What makes settings bad, and how the error then begins.
+pub(crate) type Change<C> = (&'static str, fn(&mut C));
+
+/// Every change makes good settings bad, and the error names it.
+#[track_caller]
+pub(crate) fn assert_named<C: Clone, T: Debug>(
+    good: &C,
+    changes: &[Change<C>],
+    mut check: impl FnMut(C) -> Result<T, HapticsError>,
+) {
+    for (name, change) in changes {
+        let mut config = good.clone();
+        change(&mut config);
+        let error = check(config).expect_err(name).to_string();
+        assert!(error.starts_with(name), "{name}: {error}");
+    }
+}
