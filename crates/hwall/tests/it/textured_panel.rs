@@ -56,8 +56,8 @@ struct Felt {
 
 fn touched(direction: DVec3, mechanics: &str, takes: DVec3) -> Felt {
     let scene = panel(direction, mechanics);
-    let (config, path) = object_of(&scene, PANEL).unwrap().unwrap();
-    let mut ideal = MovingObject::new(config).unwrap();
+    let (mechanics, path) = object_of(&scene, PANEL).unwrap().unwrap();
+    let mut ideal = MovingObject::new(mechanics).unwrap();
     let mut walls = Walls::from(maps_of(&scene, &iiwa()).unwrap());
     walls.waiting = Some(with_room());
     let mut session = session_on(scene, walls, by_gaze(), config());

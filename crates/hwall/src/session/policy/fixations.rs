@@ -24,7 +24,7 @@ pub(super) struct FixationFrame {
     pub(super) is_still: bool,
 }
 
-/// Fixations count for so much less after each that follows.
+/// Weight of a fixation relative to the next one.
 const FADES: f64 = 0.9;
 /// Prior: one fixation that led to a reach.
 const LED_BEFORE: f64 = 1.0;
