@@ -2,7 +2,7 @@
 
 use crate::hands::HandQueue;
 use crate::pacing::Pacing;
-use crate::server::{Orders, Shared};
+use crate::server::shared::{Orders, Shared};
 use hwall::contact::Predictor;
 use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmState};

@@ -1,7 +1,8 @@
 //! The errors of the crate.
 
-use crate::client::Unfit;
-use crate::codec::{ClientCommandMode, ConnectionQuality, FriVersion, SessionState};
+use crate::client::unfit::Unfit;
+use crate::codec::states::{ClientCommandMode, ConnectionQuality, NoValue, SessionState};
+use crate::codec::version::FriVersion;
 use crate::limits::LimitViolation;
 use hwall_numeric::ArgumentError;
 use hwall_protobuf::ProtobufError;
@@ -138,6 +139,12 @@ pub enum FriError {
     /// A command outside the limits of the joints.
     #[error(transparent)]
     Limit(#[from] LimitViolation),
+}
+
+impl From<NoValue> for FriError {
+    fn from(NoValue { what, value }: NoValue) -> Self {
+        Self::UnknownValue { what, value }
+    }
 }
 
 fn other(version: Option<FriVersion>) -> String {

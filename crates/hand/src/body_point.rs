@@ -1,6 +1,6 @@
 //! Points that are tracked beside those of the hand.
 
-use crate::frame::HandPoint;
+use crate::hand_point::HandPoint;
 
 /// A tracked point of the arm that holds the hand, or of what the hand holds. It never stands for the contact; estimators
 /// may learn from it.

@@ -3,6 +3,7 @@
 mod body_point;
 mod error;
 mod frame;
+mod hand_point;
 mod noise;
 pub mod reach;
 pub mod recording;
@@ -11,8 +12,9 @@ pub mod track;
 
 pub use body_point::{BodyPoint, NamedPoint};
 pub use error::HandError;
-pub use frame::{GazeRay, HandFrame, HandPoint, MAX_COORDINATE_M, TrackedPoint};
+pub use frame::{GazeRay, HandFrame, MAX_COORDINATE_M, TrackedPoint};
 pub use glam;
+pub use hand_point::HandPoint;
 pub use hwall_geometry::{self, Pose};
 pub use hwall_numeric::ArgumentError;
 pub use reach::{

@@ -1,7 +1,7 @@
 //! A session with a recorder beside it.
 
+use crate::input::Request;
 use crate::recorder::Recorder;
-use crate::recording::Request;
 use crate::replay::tell;
 use hwall::contact::Predictor;
 use hwall::hand::HandFrame;

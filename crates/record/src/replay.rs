@@ -2,7 +2,8 @@
 
 use crate::error::RecordError;
 use crate::file::Ending;
-use crate::recording::{Input, Inputs, Recording, Request};
+use crate::input::{Input, Request};
+use crate::recording::{Inputs, Recording};
 use crate::setup::{Run, Setup};
 use hwall::contact::Predictor;
 use hwall::haptics::{ArmCommand, PlannerConfig};

@@ -2,13 +2,14 @@
 
 use crate::error::RecordError;
 use crate::file::GrowingFile;
+use crate::input::Input;
 use crate::message::look::{self, Level, MovingFrame};
 use crate::message::session;
-use crate::recorder::{Item, RecorderConfig};
-use crate::recording::Input;
+use crate::recorder_config::RecorderConfig;
 use crate::schema::descriptor_set;
 use crate::setup::Setup;
 use crate::skeleton::Skeleton;
+use crate::view::View;
 use hwall::geometry::Pose;
 use hwall::hand::Tracking;
 use hwall::scene::{Scene, SurfaceId};
@@ -28,6 +29,16 @@ const NAP: Duration = Duration::from_millis(2);
 const PAUSE_NS: u64 = 1_000_000_000;
 /// Times beyond this are no times of a session, s: 30 years.
 const LONGEST_S: f64 = 1e9;
+
+/// What is handed to the thread that writes. `sequence` counts the messages of the session, so that a reader sees gaps.
+// Boxing the large ones would allocate in the loop.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug)]
+pub(crate) enum Item {
+    Input(u64, Input),
+    View(View),
+    Event(Event),
+}
 
 /// What is drawn and does not change.
 pub(crate) struct Stage {
@@ -255,7 +266,7 @@ impl Writer {
         }
     }
 
-    fn view(&mut self, view: &crate::view::View) -> Result<(), RecordError> {
+    fn view(&mut self, view: &View) -> Result<(), RecordError> {
         let t_ns = self.time_ns(view.t_s);
         let finite = view.q.iter().all(|q| q.is_finite());
         if finite {

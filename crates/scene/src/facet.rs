@@ -1,5 +1,6 @@
 //! Planar vertical pieces of surfaces: facets.
 
+use crate::part::closest::closest_point;
 use crate::part::triangle::{self, Triangle};
 use crate::surface::SurfaceId;
 use glam::DVec3;
@@ -109,7 +110,7 @@ fn facet(surface: SurfaceId, normal: DVec3, faces: &[Triangle]) -> Facet {
     let moment = |t: &Triangle| (t[0] + t[1] + t[2]) / 3.0 * triangle::area_m2(t);
     let centroid = faces.iter().map(moment).sum::<DVec3>() / area_m2;
     // The centre of a wall with a window lies in the window; then the middle of a face does.
-    let on_face = |t: &Triangle| triangle::closest_point(centroid, t).distance_squared(centroid);
+    let on_face = |t: &Triangle| closest_point(centroid, t).distance_squared(centroid);
     let size_squared = area_m2 * 1e-18;
     let point_m = if faces.iter().any(|t| on_face(t) <= size_squared) {
         centroid

@@ -2,6 +2,7 @@
 //!
 //! Nothing here is published. The libraries under `crates/` do the work; this composes them.
 
+mod board_body;
 pub mod built_in_room;
 pub mod console;
 pub mod input;

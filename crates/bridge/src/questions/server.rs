@@ -3,7 +3,7 @@
 use super::question::{Question, Said, Told};
 use crate::error::BridgeError;
 use crate::http::serve;
-use crate::server::locked;
+use crate::server::locked::locked;
 use std::io;
 use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,7 +1,8 @@
 //! From the loop to all clients.
 
+use super::locked::locked;
 use super::reply::{self, Reply};
-use super::shared::{FromLoop, Shared, locked};
+use super::shared::{FromLoop, Shared};
 use hwall_view::ViewFrame;
 use std::time::Duration;
 use tungstenite::Bytes;

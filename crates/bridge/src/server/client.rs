@@ -1,26 +1,16 @@
-//! One client: a thread that reads, a thread that writes, and a small queue between it and everybody else.
+//! One client: a small queue between its connection and everybody else.
 
-use super::reply::Reply;
-use super::shared::{Shared, locked};
+use super::locked::locked;
 use crate::counts::Tally;
-use crate::hands::{ClientStream, PageMessage};
 use std::collections::VecDeque;
-use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
-use std::time::Duration;
-use tungstenite::protocol::frame::coding::CloseCode;
-use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
-use tungstenite::{Bytes, Error, Message, Utf8Bytes, WebSocket};
+use std::sync::{Condvar, Mutex, PoisonError};
+use tungstenite::{Bytes, Utf8Bytes};
 
 /// Texts that wait for a slow client at most.
 const MOST_TEXTS: usize = 256;
 /// A client that has not answered a ping for this long gets no views, s: what it gets then would be late.
 const LAGS_S: f64 = 0.5;
-/// A write that takes longer ends the connection.
-const WRITE: Duration = Duration::from_secs(2);
-/// A client is told what was wrong with its messages at most once in this time, s.
-const SAY_S: f64 = 1.0;
 
 /// A client as the other threads see it.
 pub(crate) struct Client {
@@ -44,6 +34,15 @@ struct Outbox {
 }
 
 impl Client {
+    pub(super) fn new(id: u64, stream: TcpStream) -> Self {
+        Self {
+            id,
+            outbox: Mutex::default(),
+            wake: Condvar::new(),
+            stream,
+        }
+    }
+
     /// A text; a client that does not take them loses the oldest.
     pub(super) fn say(&self, text: &str, tally: &Tally) {
         let mut outbox = locked(&self.outbox);
@@ -87,10 +86,30 @@ impl Client {
     }
 
     /// When the ping of this number was sent, s, if it is the one that is waited for.
-    fn answered(&self, number: u64) -> Option<f64> {
+    pub(super) fn answered(&self, number: u64) -> Option<f64> {
         let mut outbox = locked(&self.outbox);
         let (_, sent_s) = outbox.unanswered.take_if(|(waits, _)| *waits == number)?;
         Some(sent_s)
+    }
+
+    /// What waits to be sent, as soon as there is something; `None` once the connection has ended.
+    pub(super) fn wait(&self) -> Option<(VecDeque<Utf8Bytes>, Option<Bytes>, Option<u64>)> {
+        let mut outbox = locked(&self.outbox);
+        while outbox.texts.is_empty()
+            && outbox.view.is_none()
+            && outbox.ping.is_none()
+            && !outbox.ended
+        {
+            outbox = self
+                .wake
+                .wait(outbox)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+        if outbox.ended {
+            return None;
+        }
+        let texts = std::mem::take(&mut outbox.texts);
+        Some((texts, outbox.view.take(), outbox.ping.take()))
     }
 
     /// Ends the connection.
@@ -99,218 +118,5 @@ impl Client {
         self.wake.notify_one();
         // It may have ended by itself.
         let _ = self.stream.shutdown(Shutdown::Both);
-    }
-}
-
-/// A stream that two WebSockets share, one reading, one writing: each write is whole.
-struct Half {
-    stream: TcpStream,
-    writing: Arc<Mutex<()>>,
-}
-
-impl Half {
-    fn of(stream: &TcpStream, writing: &Arc<Mutex<()>>) -> io::Result<Self> {
-        Ok(Self {
-            stream: stream.try_clone()?,
-            writing: Arc::clone(writing),
-        })
-    }
-}
-
-impl Read for Half {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        self.stream.read(buffer)
-    }
-}
-
-impl Write for Half {
-    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
-        let _whole = locked(&self.writing);
-        // A WebSocket gives whole frames; the other half must not come between their parts.
-        self.stream.write_all(buffer)?;
-        Ok(buffer.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-/// Serves a WebSocket until it ends. `rest`: what came after the head of its request.
-pub(super) fn serve(shared: &Arc<Shared>, stream: TcpStream, rest: Vec<u8>) -> io::Result<()> {
-    stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(Duration::from_secs_f64(shared.config.silent_s)))?;
-    stream.set_write_timeout(Some(WRITE))?;
-    let writing = Arc::default();
-    let limits = WebSocketConfig::default()
-        .read_buffer_size(8192)
-        // What waits is limited by the outbox; a scene may be of any size.
-        .write_buffer_size(0)
-        .max_message_size(Some(shared.config.max_message_bytes))
-        .max_frame_size(Some(shared.config.max_message_bytes));
-    let half = Half::of(&stream, &writing)?;
-    let mut reader = WebSocket::from_partially_read(half, rest, Role::Server, Some(limits));
-    let client = Arc::new(Client {
-        id: shared.new_client_id(),
-        outbox: Mutex::default(),
-        wake: Condvar::new(),
-        stream: stream.try_clone()?,
-    });
-    if !join(shared, &client) {
-        shared.tally.refused_clients.add(1);
-        let text = "too many clients; try again when one has left";
-        let _ = reader.send(Message::text(Reply::Error { text }.to_json()));
-        close(&mut reader, CloseCode::Again, "too many clients");
-        return Ok(());
-    }
-    let joined = Joined { shared, client };
-    let client = &joined.client;
-    let half = Half::of(&stream, &writing)?;
-    let mut writer = WebSocket::from_raw_socket(half, Role::Server, Some(limits));
-    let sender = {
-        let (shared, client) = (Arc::clone(shared), Arc::clone(client));
-        std::thread::Builder::new()
-            .name("bridge-write".to_owned())
-            .spawn(move || write(&shared, &client, &mut writer))
-    };
-    let mut stream_of_hands = ClientStream::new(client.id);
-    if sender.is_ok() {
-        read(shared, client, &mut reader, &mut stream_of_hands);
-    }
-    drop(joined);
-    if let Ok(thread) = sender {
-        // It ends with the connection.
-        let _ = thread.join();
-    }
-    Ok(())
-}
-
-/// A client that is among the others until this is dropped, also by a panic.
-struct Joined<'a> {
-    shared: &'a Shared,
-    client: Arc<Client>,
-}
-
-impl Drop for Joined<'_> {
-    fn drop(&mut self) {
-        let id = self.client.id;
-        locked(&self.shared.clients).retain(|other| other.id != id);
-        locked(&self.shared.intake).forget(id);
-        self.client.end();
-    }
-}
-
-/// Adds a client, and greets it, unless there are enough.
-fn join(shared: &Shared, client: &Arc<Client>) -> bool {
-    let mut clients = locked(&shared.clients);
-    if clients.len() >= shared.config.max_clients || shared.is_stopped() {
-        return false;
-    }
-    // Under the lock, so that a change of the scene reaches those who are here and those who come.
-    client.say(&locked(&shared.greeting), &shared.tally);
-    clients.push(Arc::clone(client));
-    true
-}
-
-fn close(socket: &mut WebSocket<Half>, code: CloseCode, reason: &'static str) {
-    let reason = Utf8Bytes::from_static(reason);
-    let _ = socket.close(Some(CloseFrame { code, reason }));
-    let _ = socket.flush();
-}
-
-/// Takes messages until the connection ends.
-fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &mut ClientStream) {
-    let tally = &shared.tally;
-    let mut said_s = f64::NEG_INFINITY;
-    let mut complain = |malformed: u64, text: &str, now_s: f64| {
-        tally.malformed.add(malformed);
-        if now_s - said_s > SAY_S {
-            said_s = now_s;
-            client.say(&Reply::Error { text }.to_json(), tally);
-        }
-    };
-    loop {
-        let message = socket.read();
-        let now_s = shared.now_s();
-        match message {
-            Ok(Message::Text(text)) => match PageMessage::parse(&text) {
-                Ok(PageMessage::Ping { id, client_ms }) => {
-                    let pong = Reply::Pong {
-                        id,
-                        client_ms,
-                        server_ms: 1e3 * now_s,
-                    };
-                    client.say(&pong.to_json(), tally);
-                }
-                Ok(PageMessage::Hand(hand)) => {
-                    locked(&shared.intake).take(hands, &hand, now_s, tally);
-                    if hands.in_seconds {
-                        complain(0, "stamps look like seconds, not milliseconds", now_s);
-                    }
-                }
-                Ok(PageMessage::Stop) => shared.orders.stop(),
-                Ok(PageMessage::Release) => shared.orders.let_go(),
-                Ok(PageMessage::Enable) => shared.orders.enable(),
-                Err(refused) => complain(1, &format!("message refused: {refused}"), now_s),
-            },
-            Ok(Message::Binary(_)) => complain(1, "binary messages have no meaning", now_s),
-            Ok(Message::Pong(payload)) => {
-                let number = payload.as_ref().try_into().map(u64::from_le_bytes);
-                if let Some(sent_s) = number.ok().and_then(|number| client.answered(number)) {
-                    hands.clock.round_trip(sent_s, now_s);
-                }
-            }
-            Ok(_) => {}
-            Err(Error::Capacity(_)) => {
-                tally.too_large.add(1);
-                close(socket, CloseCode::Size, "message too large");
-                return;
-            }
-            Err(Error::Protocol(_) | Error::Utf8(_) | Error::AttackAttempt) => {
-                // Also a connection that was cut: that is no fault of its messages.
-                if socket.can_write() {
-                    tally.malformed.add(1);
-                    close(socket, CloseCode::Protocol, "not a WebSocket frame");
-                }
-                return;
-            }
-            Err(_) => return,
-        }
-    }
-}
-
-/// Sends what waits until the connection ends.
-fn write(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>) {
-    loop {
-        let mut outbox = locked(&client.outbox);
-        while outbox.texts.is_empty()
-            && outbox.view.is_none()
-            && outbox.ping.is_none()
-            && !outbox.ended
-        {
-            outbox = client
-                .wake
-                .wait(outbox)
-                .unwrap_or_else(PoisonError::into_inner);
-        }
-        if outbox.ended {
-            return;
-        }
-        let texts = std::mem::take(&mut outbox.texts);
-        let (view, ping) = (outbox.view.take(), outbox.ping.take());
-        drop(outbox);
-        let is_view = view.is_some();
-        let all = texts
-            .into_iter()
-            .map(Message::Text)
-            .chain(view.map(Message::Binary))
-            .chain(ping.map(|number| Message::Ping(number.to_le_bytes().to_vec().into())));
-        for message in all {
-            if socket.send(message).is_err() {
-                client.end();
-                return;
-            }
-        }
-        shared.tally.views_sent.add(u64::from(is_view));
     }
 }

@@ -2,8 +2,10 @@
 
 mod broadcast;
 mod client;
+mod connection;
+pub(crate) mod locked;
 mod reply;
-mod shared;
+pub(crate) mod shared;
 
 use crate::bridge::{Bridge, ViewSender};
 use crate::config::BridgeConfig;
@@ -14,7 +16,8 @@ use crate::http::request::{self, Refusal, Request};
 use crate::http::serve;
 use crate::pacing::Pacing;
 use hwall_view::{ViewScene, live_page};
-use shared::FromLoop;
+use locked::locked;
+use shared::{FromLoop, Shared};
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
@@ -22,7 +25,6 @@ use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 pub use shared::{Order, Orders};
-pub(crate) use shared::{Shared, locked};
 
 /// Most connections at a time, pages included.
 const MAX_CONNECTIONS: usize = 64;
@@ -179,7 +181,7 @@ fn accept(shared: &Arc<Shared>, listener: &TcpListener) {
                 }
             };
             match serve::answer(&mut stream, within, &own.config.hosts, &page, judged)? {
-                Some(rest) => client::serve(&own, stream, rest),
+                Some(rest) => connection::serve(&own, stream, rest),
                 None => Ok(()),
             }
         },

@@ -1,6 +1,7 @@
 //! What the threads of a server share.
 
 use super::client::Client;
+use super::locked::locked;
 use crate::config::BridgeConfig;
 use crate::counts::{BridgeCounts, Tally};
 use crate::hands::Intake;
@@ -8,7 +9,7 @@ use hwall::Event;
 use hwall_view::ViewFrame;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::mpsc::Receiver;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// What a person asks of the arm.
@@ -152,9 +153,4 @@ impl Shared {
         }
         first
     }
-}
-
-/// A thread that panicked leaves nothing half done here: every change is one assignment.
-pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -2,8 +2,8 @@
 
 use super::blend::combination::{Axes, Blend, Region, combine};
 use super::blend::evidence::Evidence;
-use super::blend::quantiles::weighted_quantile;
 use super::blend::sources::{SOURCES, Source};
+use super::quantiles::weighted_quantile;
 use super::reaches::reach_track::{BlockKind, Inputs};
 use super::regression::local_ridge::Fitted;
 use hwall_hand::NamedPoint;

@@ -1,22 +1,19 @@
-//! A model of the touching point alone: for hands of which no more is seen.
+//! What a model of the touching point alone learns from: for hands of which no more is seen.
 
 use super::config::LearnedConfig;
-use super::estimator::Learnt;
-use super::model::LearnedModel;
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
-use std::sync::Arc;
 
 /// It answers now and then, and its inputs are few: small enough that it adds little to the training.
 const REGIONS: usize = 16;
 const FOLDS: usize = 8;
 const REACHES: usize = 400;
 
-/// Learnt from the same reaches with nothing else seen; `None` where too few of them show the touching point.
-pub(super) fn learnt(
+/// The same reaches with nothing else seen, and the settings for them.
+pub(super) fn stripped(
     reaches: &[&LabelledReach],
     point: HandPoint,
     config: &LearnedConfig,
-) -> Option<Arc<Learnt>> {
+) -> (Vec<LabelledReach>, LearnedConfig) {
     let stripped = |reach: &&LabelledReach| LabelledReach {
         frames: reach.frames.iter().map(|f| only(f, point)).collect(),
         ..(*reach).clone()
@@ -34,8 +31,7 @@ pub(super) fn learnt(
         other_pace: None,
         ..*config
     };
-    let model = LearnedModel::train(&reaches, &config).ok()?;
-    Some(model.learnt)
+    (reaches, config)
 }
 
 /// The frame with the touching point alone.

@@ -2,8 +2,9 @@
 
 use super::account::Account;
 use super::blend::adaptation::{Adaptation, Pending};
-use super::blend::combination::{Blend, Region, between_knots, combine, placed, time_key};
+use super::blend::combination::{Blend, Region, combine, placed};
 use super::blend::habit::WayLeft;
+use super::blend::knots::{between_knots, time_key};
 use super::blend::places::Places;
 use super::blend::sources::{Ends, SOURCES, Source, of_combination};
 use super::config::{Combination, Frame};

@@ -1,7 +1,8 @@
 //! What a model would have said of the reaches it was learnt from, had it not learnt from them.
 
-use super::blend::combination::{Blend, Region, between_knots, combine, time_key};
+use super::blend::combination::{Blend, Region, combine};
 use super::blend::evidence::Evidence;
+use super::blend::knots::{between_knots, time_key};
 use super::blend::sources::SOURCES;
 use super::blend::training::HeldOut;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};

@@ -55,6 +55,7 @@ mod file;
 mod held_out;
 mod model;
 mod primitive;
+mod quantiles;
 mod reaches;
 mod regression;
 

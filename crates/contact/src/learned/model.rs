@@ -5,12 +5,12 @@ use super::alone;
 use super::blend::combination::Blend;
 use super::blend::evidence::{Evidence, Witness, near};
 use super::blend::places::Places;
-use super::blend::quantiles::weighted_quantile;
 use super::blend::sources::{SOURCES, Source, of_combination};
 use super::config::{Combination, Frame, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
 use super::held_out::{HeldOutReach, held_out_reaches};
 use super::primitive;
+use super::quantiles::weighted_quantile;
 use super::reaches::paces::at_another_pace;
 use super::reaches::reach_track::Inputs;
 use super::reaches::samples::{self, TrainingSample};
@@ -151,7 +151,11 @@ impl LearnedModel {
         let [room, start] = fitted;
         let alone = match inputs.others.is_empty() && !inputs.head {
             true => None,
-            false => alone::learnt(made, inputs.point, config),
+            false => {
+                let (reaches, config) = alone::stripped(made, inputs.point, config);
+                let model = Self::train(&reaches, &config);
+                model.ok().map(|model| model.learnt)
+            }
         };
         let model = Self {
             alone,

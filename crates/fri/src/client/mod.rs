@@ -9,7 +9,7 @@ mod config;
 mod fri_client;
 mod newest;
 mod transport;
-mod unfit;
+pub(crate) mod unfit;
 mod velocity;
 
 pub(crate) use braking::CommandedMotion;

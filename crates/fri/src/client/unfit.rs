@@ -1,8 +1,8 @@
 //! What the controller says of itself that does not go with commands.
 
-use crate::codec::{
-    ClientCommandMode, ControlMode, DriveState, MonitorMessage, OverlayType, SafetyState,
-    SessionState,
+use crate::codec::message::MonitorMessage;
+use crate::codec::states::{
+    ClientCommandMode, ControlMode, DriveState, OverlayType, SafetyState, SessionState,
 };
 
 /// A value with which the arm takes no commands, and what to do about it.

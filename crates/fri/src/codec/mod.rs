@@ -2,11 +2,12 @@
 
 mod command;
 mod frame;
-mod message;
+pub(crate) mod message;
 mod monitor;
 mod parts;
-mod states;
-mod version;
+mod reading;
+pub(crate) mod states;
+pub(crate) mod version;
 
 pub use command::COMMAND_MESSAGE_ID;
 pub use message::{

@@ -1,8 +1,13 @@
 //! The enumerations of the protocol.
 
-use crate::error::FriError;
 use std::fmt;
-use std::str::FromStr;
+
+/// A number that an enumeration does not have.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NoValue {
+    pub(crate) what: &'static str,
+    pub(crate) value: i32,
+}
 
 /// An enumeration as it stands on the wire: its values with their numbers and names.
 macro_rules! wire_enum {
@@ -23,10 +28,10 @@ macro_rules! wire_enum {
                 self as u64
             }
 
-            pub(crate) fn from_number(number: i32) -> Result<Self, FriError> {
+            pub(crate) fn from_number(number: i32) -> Result<Self, NoValue> {
                 match number {
                     $($number => Ok(Self::$value),)+
-                    value => Err(FriError::UnknownValue { what: $what, value }),
+                    value => Err(NoValue { what: $what, value }),
                 }
             }
         }
@@ -148,16 +153,5 @@ wire_enum! {
         Joint = 1, "JOINT";
         /// In Cartesian space.
         Cartesian = 2, "CARTESIAN";
-    }
-}
-
-impl FromStr for ClientCommandMode {
-    type Err = FriError;
-
-    /// From the name of the protocol, in capitals or not.
-    fn from_str(text: &str) -> Result<Self, FriError> {
-        let same = |mode: &&Self| mode.to_string().eq_ignore_ascii_case(text);
-        let mode = Self::ALL.iter().find(same).copied();
-        mode.ok_or_else(|| FriError::UnknownMode(text.to_owned()))
     }
 }

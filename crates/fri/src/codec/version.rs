@@ -1,9 +1,6 @@
 //! The versions of the interface and what differs between them on the wire.
 
-use super::{frame, monitor};
-use crate::error::FriError;
 use std::fmt;
-use std::str::FromStr;
 
 /// A version of the interface. Within a major version the messages are the same, but for what stands here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,23 +17,6 @@ pub enum FriVersion {
 impl FriVersion {
     /// All versions.
     pub const ALL: [Self; 3] = [Self::V1_15, Self::V2_5, Self::V2_7];
-
-    /// The version that a datagram of a controller looks like. `None`: of none, or it holds nothing by which 1.x and 2.x differ.
-    #[must_use]
-    pub fn of_datagram(datagram: &[u8]) -> Option<Self> {
-        let framed = frame::open(datagram).ok();
-        if framed.is_some_and(|message| monitor::read(message, Self::V2_7).is_ok()) {
-            return Some(Self::V2_7);
-        }
-        let state = |version| monitor::read(datagram, version).ok()?.data;
-        let commanded = state(Self::V1_15).is_some_and(|s| s.commanded_position_rad.is_some());
-        let pose = state(Self::V2_5).is_some_and(|s| s.pose.is_some() || s.redundancy.is_some());
-        match (commanded, pose) {
-            (true, false) => Some(Self::V1_15),
-            (false, true) => Some(Self::V2_5),
-            _ => None,
-        }
-    }
 
     /// Is a datagram a length, the message and a checksum?
     #[must_use]
@@ -70,17 +50,5 @@ impl fmt::Display for FriVersion {
             Self::V2_5 => "2.5",
             Self::V2_7 => "2.7",
         })
-    }
-}
-
-impl FromStr for FriVersion {
-    type Err = FriError;
-
-    fn from_str(text: &str) -> Result<Self, FriError> {
-        let same = |version: &Self| version.to_string() == text;
-        Self::ALL
-            .into_iter()
-            .find(same)
-            .ok_or_else(|| FriError::UnknownVersion(text.to_owned()))
     }
 }

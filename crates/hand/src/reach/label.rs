@@ -5,7 +5,7 @@ use super::onset::ReachOnset;
 use super::segment::{Knot, MAX_GAP_S, Reach, ReachEnd, SegmentConfig, find_reaches, speeds};
 use super::touching_point::TouchingPoint;
 use crate::error::HandError;
-use crate::frame::HandPoint;
+use crate::hand_point::HandPoint;
 use crate::recording::{Recording, Sample};
 use crate::track::FreezeConfig;
 use glam::DVec3;

@@ -3,7 +3,8 @@
 use super::onset::ReachOnset;
 use super::segment::{Knot, speeds};
 use crate::error::HandError;
-use crate::frame::{HandFrame, HandPoint};
+use crate::frame::HandFrame;
+use crate::hand_point::HandPoint;
 use glam::DVec3;
 
 /// One reach from the start of the movement to its contact, and where and when that was.

@@ -2,7 +2,7 @@
 
 use super::onset::ReachOnset;
 use crate::error::HandError;
-use crate::frame::HandPoint;
+use crate::hand_point::HandPoint;
 use crate::recording::Recording;
 use crate::track::FreezeConfig;
 use glam::DVec3;

@@ -1,6 +1,6 @@
 //! Where the touching point of a hand is, also while it is not seen.
 
-use crate::frame::HandPoint;
+use crate::hand_point::HandPoint;
 use glam::DVec3;
 
 /// Locates the touching point in the course of one reach. While it is missing, another point of the hand

@@ -2,7 +2,8 @@
 
 use crate::body_point::{BodyPoint, NamedPoint};
 use crate::error::HandError;
-use crate::frame::{HandFrame, HandPoint};
+use crate::frame::HandFrame;
+use crate::hand_point::HandPoint;
 use glam::DVec3;
 use std::sync::Arc;
 

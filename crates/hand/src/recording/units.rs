@@ -1,7 +1,7 @@
 //! What the rows of a recording say of its units and of the rates of its channels.
 
 use super::in_memory::{Quantity, Recording};
-use crate::frame::HandPoint;
+use crate::hand_point::HandPoint;
 use glam::DVec3;
 
 /// Usual distances, m: from the palm to the furthest tip, and across all that a hand reaches.

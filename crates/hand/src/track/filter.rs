@@ -3,7 +3,8 @@
 use super::freeze::{FreezeConfig, FreezeWatch, Frozen};
 use super::lost::LostReason;
 use crate::error::HandError;
-use crate::frame::{HandFrame, HandPoint};
+use crate::frame::HandFrame;
+use crate::hand_point::HandPoint;
 use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_numeric::check::{non_negative, positive};

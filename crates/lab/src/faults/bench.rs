@@ -1,6 +1,6 @@
 //! One run: an arm, a session, a hand with a mass, and a fault at a moment of a touch.
 
-use super::fault::{Fault, Input, Link, Other, Phase, Spoiled};
+use super::fault::{Fault, Input, Link, Other, Phase, Spoiled, to_and_fro};
 use super::number::WrongNumber;
 use super::predictor::SpoiledPredictor;
 use super::script::{REST_M, Script, TARGET_M};
@@ -38,14 +38,6 @@ const MOST_WAIT_S: f64 = 1.4;
 const MOST_REACH_S: f64 = 1.0;
 /// It touches so far beside the usual place at most, in either direction along the wall, m.
 const BESIDE_M: f64 = 0.3;
-
-/// Plus and minus one, ten times a second.
-pub(super) fn to_and_fro(since_s: f64) -> f64 {
-    match (since_s / 0.1) as i64 % 2 {
-        0 => 1.0,
-        _ => -1.0,
-    }
-}
 
 /// What all runs share.
 pub(super) struct Setup {

@@ -221,3 +221,11 @@ impl Phase {
         matches!(self, Self::Approaching | Self::TouchedDoor | Self::Sliding)
     }
 }
+
+/// Plus and minus one, ten times a second.
+pub(super) fn to_and_fro(since_s: f64) -> f64 {
+    match (since_s / 0.1) as i64 % 2 {
+        0 => 1.0,
+        _ => -1.0,
+    }
+}

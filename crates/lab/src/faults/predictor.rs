@@ -1,6 +1,6 @@
 //! A predictor that can be spoiled.
 
-use super::fault::{Fault, Input, Other, Spoiled};
+use super::fault::{Fault, Input, Other, Spoiled, to_and_fro};
 use glam::DVec3;
 use hwall_contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
@@ -50,7 +50,7 @@ impl Predictor for SpoiledPredictor {
                 Spoiled::Frozen => self.answers.clone_from(&self.frozen),
                 Spoiled::NotANumber => put(&|_| DVec3::NAN),
                 Spoiled::Jumping => {
-                    let off_m = DVec3::Y * 0.2 * super::bench::to_and_fro(since_s);
+                    let off_m = DVec3::Y * 0.2 * to_and_fro(since_s);
                     put(&|at| at + off_m);
                 }
                 Spoiled::Stale => {}

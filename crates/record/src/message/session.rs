@@ -1,7 +1,7 @@
 //! What a session was given and what it answered: written, and read back bit by bit.
 
 use crate::error::RecordError;
-use crate::recording::{Input, Request};
+use crate::input::{Input, Request};
 use crate::setup::{ArmSource, Run, Setup};
 use glam::{DMat3, DVec3};
 use hwall::Cycle;

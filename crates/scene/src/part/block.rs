@@ -3,7 +3,7 @@
 //! A ray looks at the axes in an order of its own, so a triangle of nine numbers in a row would have to be taken apart
 //! for every ray: a quarter of all instructions of a ray cast.
 
-use super::rigid_part::Face;
+use super::triangle::Face;
 use glam::DVec3;
 
 /// Triangles of a block.

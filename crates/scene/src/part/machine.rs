@@ -1,7 +1,7 @@
 //! What a traversal does with the eight boxes of a node at once, by the vectors of the machine that runs it. Every
 //! machine computes the same numbers, so answers do not depend on it.
 
-use super::tree::{BoxRay, CHILDREN, Node};
+use super::node::{BoxRay, CHILDREN, Node};
 use pulp::Simd;
 
 /// Boxes by distance: the bits of a distance that is not negative, in whose lowest three stands the lane. They are in

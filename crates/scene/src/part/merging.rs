@@ -3,7 +3,7 @@
 //! A ray that meets a box opens it with a probability in proportion to the area of the box. The cheapest choice follows
 //! from the leaves up [Ylitie 2017, section 3.1].
 
-use super::tree::CHILDREN;
+use super::node::CHILDREN;
 use obvhs::bvh2::Bvh2;
 
 pub(super) struct Merging<'a> {

@@ -5,10 +5,12 @@
 //! of the part.
 
 use super::block::{Block, LANES};
+use super::closest::closest_point;
 use super::machine::{self, Machine, Task};
-use super::together::{STACK, Together, WORTHWHILE};
-use super::tree::{BoxRay, BuildQuality, PADDING, Tree};
-use super::triangle::{self, Triangle, WatertightRay};
+use super::node::BoxRay;
+use super::tree::{BuildQuality, PADDING, Tree};
+use super::triangle::{self, Face, Triangle};
+use super::watertight::WatertightRay;
 use glam::DVec3;
 use std::ops::Range;
 
@@ -33,13 +35,6 @@ pub(crate) struct PartHit {
     pub(crate) triangle: usize,
     pub(crate) point_m: DVec3,
     pub(crate) distance_m: f64,
-}
-
-/// A triangle in the frame of the part and the surface that it belongs to.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Face {
-    pub(crate) corners_m: Triangle,
-    pub(crate) surface: u32,
 }
 
 #[derive(Clone)]
@@ -198,30 +193,6 @@ impl Part {
     #[inline(always)]
     pub(super) fn bound(&self, distance_m: f64) -> f32 {
         (distance_m * self.per_unit) as f32 + DISTANCE_SLACK
-    }
-
-    /// The nearest hits of many rays. `rays` tells each and where it ends, `found` is told of those that meet something.
-    pub(crate) fn ray_casts(
-        &self,
-        count: usize,
-        rays: impl Fn(usize) -> (PartRay, f64),
-        mut found: impl FnMut(usize, PartHit),
-    ) {
-        if count >= WORTHWHILE && self.tree.stack() <= STACK {
-            machine::run(Together {
-                part: self,
-                count,
-                rays,
-                found,
-            });
-            return;
-        }
-        for ray in 0..count {
-            let (part_ray, max_m) = rays(ray);
-            if let Some(hit) = self.ray_cast(&part_ray, max_m) {
-                found(ray, hit);
-            }
-        }
     }
 
     /// Moves the start of the ray to just before the box of the part, in f64, so that single
@@ -383,7 +354,7 @@ impl Nearest {
     }
 
     fn offer(&mut self, p: DVec3, i: usize, triangle: &Triangle) {
-        let point = triangle::closest_point(p, triangle);
+        let point = closest_point(p, triangle);
         let distance_squared = p.distance_squared(point);
         if distance_squared > self.bound() {
             return;

@@ -6,22 +6,48 @@
 //! way that it would go alone, so its hit is the same to the last bit.
 
 use super::block::LANES;
-use super::machine::{Machine, Task, distance};
+use super::machine::{self, Machine, Task, distance};
+use super::node::{BoxRay, CHILDREN, is_leaf, leaf_of};
 use super::rigid_part::{Part, PartHit, PartRay};
-use super::tree::{BoxRay, CHILDREN, is_leaf, leaf_of};
-use super::triangle::WatertightRay;
+use super::watertight::WatertightRay;
 
 /// Rays that take turns: enough to wait for none of them, few enough for their stacks to stay in the nearest cache.
 const TURNS: usize = 32;
 
 /// Fewer rays are faster one by one.
-pub(super) const WORTHWHILE: usize = TURNS;
+const WORTHWHILE: usize = TURNS;
 
 /// Children that a ray can leave for later; deeper trees are searched by one ray after the other.
-pub(super) const STACK: usize = 120;
+const STACK: usize = 120;
 
 /// What lies below all children on a stack. No tree has so many leaves.
 const END: u32 = u32::MAX;
+
+impl Part {
+    /// The nearest hits of many rays. `rays` tells each and where it ends, `found` is told of those that meet something.
+    pub(crate) fn ray_casts(
+        &self,
+        count: usize,
+        rays: impl Fn(usize) -> (PartRay, f64),
+        mut found: impl FnMut(usize, PartHit),
+    ) {
+        if count >= WORTHWHILE && self.tree.stack() <= STACK {
+            machine::run(Together {
+                part: self,
+                count,
+                rays,
+                found,
+            });
+            return;
+        }
+        for ray in 0..count {
+            let (part_ray, max_m) = rays(ray);
+            if let Some(hit) = self.ray_cast(&part_ray, max_m) {
+                found(ray, hit);
+            }
+        }
+    }
+}
 
 /// Casts many rays. `rays` tells each and where it ends, `found` is told of those that meet something.
 pub(super) struct Together<'a, R, F> {

@@ -8,6 +8,7 @@ use super::block::LANES;
 use super::even_tree;
 use super::machine::{Keys, LEFT_OUT, Machine, Next, distance, key};
 use super::merging::Merging;
+use super::node::{BoxRay, CHILDREN, LEAF, Node, UNUSED, is_leaf, leaf_of};
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -49,49 +50,8 @@ pub enum BuildQuality {
     Best,
 }
 
-/// Children of a node.
-pub(super) const CHILDREN: usize = 8;
-
-/// Unused children have a box that nothing meets.
-#[derive(Debug, Clone, Copy)]
-#[repr(align(64))]
-pub(super) struct Node {
-    /// Lower and upper planes of the boxes, by axis.
-    pub(super) planes: [[[f32; CHILDREN]; 3]; 2],
-    /// Index of a node, or a leaf.
-    children: [u32; CHILDREN],
-}
-
-/// Marks a leaf; below it stands its number.
-const LEAF: u32 = 1 << 31;
-
-/// No node has the root for a child.
-const UNUSED: u32 = 0;
-
 /// Triangles that a tree can count.
 pub(crate) const MAX_TRIANGLES: u64 = 1 << 29;
-
-/// The number of a leaf.
-#[inline(always)]
-pub(super) fn leaf_of(child: u32) -> usize {
-    (child & !LEAF) as usize
-}
-
-/// A leaf, not a node?
-#[inline(always)]
-pub(super) fn is_leaf(child: u32) -> bool {
-    child & LEAF != 0
-}
-
-impl Node {
-    pub(super) const EMPTY: Self = Self {
-        planes: [
-            [[f32::INFINITY; CHILDREN]; 3],
-            [[f32::NEG_INFINITY; CHILDREN]; 3],
-        ],
-        children: [UNUSED; CHILDREN],
-    };
-}
 
 #[derive(Clone)]
 pub(super) struct Tree {
@@ -385,34 +345,6 @@ fn upwards(within_squared: f64, offset: f64) -> f32 {
     let more = ((within_squared - offset) as f32).next_up();
     // The difference of two infinities: so far away that nothing can be told apart.
     if more.is_nan() { f32::INFINITY } else { more }
-}
-
-/// A ray prepared for boxes.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct BoxRay {
-    pub(super) origin: [f32; 3],
-    pub(super) inverse: [f32; 3],
-    /// By axis: which plane the ray meets first, 0 for the lower.
-    pub(super) entered: [usize; 3],
-}
-
-impl BoxRay {
-    /// `inverse`: of each component of the direction.
-    #[inline(always)]
-    pub(super) fn new(origin: DVec3, inverse: DVec3) -> Self {
-        // The inverse of epsilon at most, so that no product of zero and infinity arises.
-        let limit = f64::from(1.0 / f32::EPSILON);
-        let inverse = inverse.clamp(DVec3::splat(-limit), DVec3::splat(limit));
-        Self {
-            origin: origin.as_vec3().to_array(),
-            inverse: inverse.as_vec3().to_array(),
-            entered: [
-                usize::from(inverse.x < 0.0),
-                usize::from(inverse.y < 0.0),
-                usize::from(inverse.z < 0.0),
-            ],
-        }
-    }
 }
 
 /// Boxes of the triangles, padded.

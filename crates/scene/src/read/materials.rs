@@ -1,6 +1,6 @@
 //! Material libraries beside an OBJ: the colours of materials by name.
 
-use super::obj::{LoadLimits, read_text};
+use super::text::{LoadLimits, read_text};
 use std::collections::{HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 

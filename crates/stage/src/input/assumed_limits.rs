@@ -1,6 +1,6 @@
 //! What a description does not say of an arm: how fast its joints may change their speed.
 
-use crate::run::simulated_arm::{BOARD_KG, board_body};
+use crate::board_body::{BOARD_KG, board_body};
 use hwall::haptics::Board;
 use hwall_kinematics::{Chain, ChainDynamics, JointLimit, MOST_JOINTS};
 use hwall_testkit::Sampler;

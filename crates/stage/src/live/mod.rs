@@ -2,7 +2,7 @@
 
 mod driven;
 mod flags;
-mod holds;
+pub(crate) mod holds;
 mod preparation;
 mod recorded;
 mod simulated;

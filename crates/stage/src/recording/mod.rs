@@ -2,10 +2,13 @@
 
 mod replay;
 mod rerun;
+pub(crate) mod runs;
 mod setup;
 mod start;
+mod words;
 
 pub use replay::replay;
 pub use rerun::Rebuilt;
-pub use setup::{SessionSource, run_of};
+pub use runs::run_of;
+pub use setup::SessionSource;
 pub use start::{finish, of_stage, planned, start, urdf_beside};

@@ -1,6 +1,7 @@
 //! The sessions of a recording, made again.
 
-use super::setup::{Options, run_from};
+use super::runs::run_from;
+use super::setup::Options;
 use crate::input::arms::{BoardArm, NamedArm};
 use crate::person::predictors::Predictors;
 use crate::person::responses::{self, Scenery};

@@ -1,7 +1,8 @@
-//! A session's settings as the options of a recording.
+//! What sessions are made of, as the options of a recording.
 //!
 //! Numbers are written with `{:?}`: as many digits as it takes to come back bit by bit.
 
+use super::words::{flag_of, name_of, named, numbers, numbers_of, wanted};
 use crate::input::arms::NamedArm;
 use crate::input::floor_pose::FloorPose;
 use crate::input::real_room::RealRoom;
@@ -9,16 +10,14 @@ use crate::input::scene_file::SceneFile;
 use crate::person::predictors::{PredictorKind, TrainingPeople};
 use crate::person::responses::Scenery;
 use crate::run::simulated_arm::ArmLevel;
-use crate::run::stage::SessionSettings;
 use crate::setting;
 use anyhow::{Context, bail};
-use clap::ValueEnum;
 use glam::DVec3;
 use hwall::LikelyTouches;
 use hwall::arrival::WeightedTarget;
 use hwall::reachability::Target;
-use hwall_hand::{HandFilterConfig, HandPoint};
-use hwall_record::{ArmSource, Run, Setup};
+use hwall_hand::HandPoint;
+use hwall_record::{ArmSource, Setup};
 use hwall_scene::{FileFrame, LoadLimits, read_text};
 use hwall_sim::PersonConfig;
 use std::path::Path;
@@ -115,49 +114,6 @@ impl SessionSource<'_> {
     }
 }
 
-/// One session of a recording.
-///
-/// # Errors
-/// A filter that is neither that for simulated hands nor the usual one.
-pub fn run_of(number: usize, settings: &SessionSettings<'_>) -> anyhow::Result<Run> {
-    let filter = FILTERS
-        .iter()
-        .find(|(_, config)| config() == settings.filter);
-    let (filter, _) =
-        filter.context("a hand filter with settings of its own cannot be recorded")?;
-    let options = [
-        ("hand_filter", (*filter).to_owned()),
-        ("sees_head", settings.sees_head.to_string()),
-        (
-            "arm_minus_tracker_s",
-            numbers(&[settings.arm_minus_tracker_s]),
-        ),
-    ];
-    Ok(Run {
-        number: u32::try_from(number)?,
-        options: options.map(|(key, value)| (key.to_owned(), value)).into(),
-    })
-}
-
-type Filter = (&'static str, fn() -> HandFilterConfig);
-
-const FILTERS: [Filter; 2] = [
-    ("simulated", HandFilterConfig::simulated),
-    ("usual", HandFilterConfig::default),
-];
-
-/// The filter, whether the head is tracked, and the clock's offset, s, of a run.
-pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, bool, f64)> {
-    let name = wanted(run.option("hand_filter"), "hand_filter")?;
-    let filter = FILTERS.iter().find(|(known, _)| *known == name);
-    let (_, filter) = filter.with_context(|| format!("hand_filter: {name:?} is not known"))?;
-    let sees_head = wanted(run.option("sees_head"), "sees_head")?;
-    let sees_head = flag_of("sees_head", sees_head)?;
-    let offset = wanted(run.option("arm_minus_tracker_s"), "arm_minus_tracker_s")?;
-    let [offset_s] = numbers_of("arm_minus_tracker_s", offset)?;
-    Ok((filter(), sees_head, offset_s))
-}
-
 /// The options of a setup, read back.
 pub(super) struct Options {
     /// Unit and axes of the scene's text.
@@ -241,44 +197,6 @@ fn standing(usual: &TrainingPeople, head_m: DVec3, hand_rest_m: DVec3) -> Person
     }
 }
 
-fn wanted<'a>(value: Option<&'a str>, key: &str) -> anyhow::Result<&'a str> {
-    value.with_context(|| format!("the recording does not say its {key}: not one of the main job"))
-}
-
-/// The word of the command line.
-fn name_of(value: impl ValueEnum) -> String {
-    let word = value.to_possible_value();
-    word.map_or_else(String::new, |word| word.get_name().to_owned())
-}
-
-fn flag_of(key: &str, text: &str) -> anyhow::Result<bool> {
-    let flag = text.parse();
-    flag.with_context(|| format!("{key}: {text:?} is neither true nor false"))
-}
-
-fn named<T: ValueEnum>(key: &str, text: &str) -> anyhow::Result<T> {
-    T::from_str(text, false).map_err(|_| anyhow::anyhow!("{key}: {text:?} is not known"))
-}
-
-fn numbers(values: &[f64]) -> String {
-    let words: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
-    words.join(" ")
-}
-
-fn numbers_of<const N: usize>(key: &str, text: &str) -> anyhow::Result<[f64; N]> {
-    let parsed = text.split_whitespace().map(|word| {
-        let value: f64 = word
-            .parse()
-            .with_context(|| format!("{key}: {word:?} is no number"))?;
-        anyhow::ensure!(value.is_finite(), "{key}: {word} is not finite");
-        Ok(value)
-    });
-    let values: Vec<f64> = parsed.collect::<anyhow::Result<_>>()?;
-    let count = values.len();
-    let all = <[f64; N]>::try_from(values);
-    all.map_err(|_| anyhow::anyhow!("{key}: {count} numbers instead of {N}"))
-}
-
 /// Likely touches that no places name.
 const USUAL_RANGE: &str = "usual range";
 /// In place of a roll that is free.
@@ -331,8 +249,12 @@ fn touches_of(text: &str) -> anyhow::Result<LikelyTouches> {
 mod tests {
     use super::*;
     use crate::input::arms::BoardArm;
+    use crate::recording::runs::{run_from, run_of};
+    use crate::run::stage::SessionSettings;
     use hwall::Walls;
     use hwall::haptics::Board;
+    use hwall_hand::HandFilterConfig;
+    use hwall_record::Run;
     use hwall_scene::Scene;
 
     /// The built-in room with an iiwa 7.

@@ -1,6 +1,6 @@
 //! A servo arm behind the Fast Robot Interface, on a connection as bad as wanted, in simulated time.
 
-use super::simulated_arm::ArmError;
+use super::arm_error::ArmError;
 use hwall::haptics::{Arm, ArmCommand, ArmState};
 use hwall_fri::controller::{Controller, ControllerConfig, FaultConfig, InProcess};
 use hwall_fri::{ClientStatistics, FriClient, FriClientConfig, FriError};

@@ -2,14 +2,15 @@
 
 use crate::console::note;
 use crate::input::counted::asked_in;
-use crate::live::Holds;
+use crate::live::holds::Holds;
 use crate::person::hand::Hand;
-use crate::recording::run_of;
+use crate::recording::runs::run_of;
+use crate::run::arm_error::ArmError;
 use crate::run::kept::log::{HandNow, Log, Run, StepCost};
 use crate::run::kept::push_log::PushLog;
 use crate::run::kept::texture_log::TextureLog;
 use crate::run::kept::trace::Trace;
-use crate::run::simulated_arm::{ArmError, Finger, SimulatedArm};
+use crate::run::simulated_arm::{Finger, SimulatedArm};
 use crate::run::stage::{SessionSettings, Stage};
 use glam::DVec3;
 use hwall::haptics::{ArmCommand, ArmState};

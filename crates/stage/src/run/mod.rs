@@ -1,5 +1,6 @@
 //! One run of the closed loop: what it leaves behind, and how it is judged.
 
+pub(crate) mod arm_error;
 pub mod base_by_arrival;
 pub mod behind_fri;
 pub mod closed_loop;

@@ -1,16 +1,19 @@
 //! The simulated arm of a run: at one of two levels, or behind an interface that loses commands.
 
 use super::behind_fri::FriArm;
+use crate::board_body::BOARD_KG;
 use crate::input::arms::BoardArm;
 use clap::ValueEnum;
 use glam::DVec3;
 use hwall::haptics::{Arm, ArmCommand, ArmState, Board, ImpedanceConfig, ObjectCommand};
-use hwall_fri::FriError;
 use hwall_fri::controller::FaultConfig;
 use hwall_geometry::{Pose, Twist, Wrench};
-use hwall_kinematics::{ArmKinematics, ChainDynamics, Inertial, JointPositions, JointVelocities};
+use hwall_kinematics::{ArmKinematics, ChainDynamics, JointPositions, JointVelocities};
 use hwall_sim::{HandContact, ServoArm, ServoConfig, SimError, TorqueArm, TorqueConfig};
 use std::sync::Arc;
+
+pub use super::arm_error::ArmError;
+pub use crate::board_body::board_body;
 
 /// How much of the arm is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -21,9 +24,6 @@ pub enum ArmLevel {
     /// Rigid bodies, friction, torque loop and sensors; objects are rendered by torques.
     Torque,
 }
-
-/// Mass of the board with its mount, kg: a plate of 200 x 200 x 20 mm of light wood and an adapter.
-pub(crate) const BOARD_KG: f64 = 0.6;
 
 impl ArmLevel {
     /// Time from a command to its first effect, s.
@@ -63,29 +63,6 @@ impl ArmLevel {
 pub fn dynamics(arm: &BoardArm) -> anyhow::Result<ChainDynamics> {
     let carried = board_body(arm.board(), BOARD_KG);
     Ok(ChainDynamics::new(&arm.links()?)?.with_payload(&carried)?)
-}
-
-/// A board of this mass, kg, at the flange.
-#[must_use]
-pub fn board_body(board: &Board, mass_kg: f64) -> Inertial {
-    let size_m = DVec3::new(
-        2.0 * board.half_width_m,
-        2.0 * board.half_height_m,
-        board.thickness_m,
-    );
-    let middle_m = DVec3::Z * (0.5 * board.thickness_m);
-    Inertial::solid_box("board", mass_kg, middle_m, size_m)
-}
-
-/// What a simulated arm refuses.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ArmError {
-    /// The arm.
-    #[error(transparent)]
-    Sim(#[from] SimError),
-    /// The interface.
-    #[error(transparent)]
-    Fri(#[from] FriError),
 }
 
 /// What the simulated arm answers, whatever it is behind.

@@ -1,11 +1,11 @@
 //! What the touches of one person in one room teach beyond what was learnt from others.
 
 use crate::learned::blend::calibration::MOST_DISTANCE;
-use crate::learned::blend::combination::{Blend, KNOTS, Region, nearest_knot};
+use crate::learned::blend::combination::{Blend, Personal, Region};
 use crate::learned::blend::habit::{Habit, WayLeft, Ways};
-use crate::learned::blend::lateness::Lateness;
+use crate::learned::blend::knots::{KNOTS, nearest_knot};
+use crate::learned::blend::lateness::{DRIFT, Lateness};
 use crate::learned::blend::misses::Misses;
-use crate::learned::blend::personal::Personal;
 use crate::learned::blend::places::OWN_ENDS;
 use crate::learned::blend::sources::{Ends, SOURCES};
 use glam::{DMat3, DVec3};
@@ -30,8 +30,6 @@ const AGREEING: usize = 2;
 const SETTLED: f64 = 1.0;
 /// Largest share of one error that is taken for lasting.
 const MOST_GAIN: f64 = 0.7;
-/// Share of a lasting error's variance that is added with every touch: habits and rooms drift.
-pub(super) const DRIFT: f64 = 0.02;
 /// Of several estimates at about the same time left, the latest counts for at least so much of their mean.
 const LATEST: f64 = 0.2;
 /// Bounds of the factor on the covariance.

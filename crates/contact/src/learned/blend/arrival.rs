@@ -1,6 +1,6 @@
 //! A hand that has all but stopped near where it is expected has arrived.
 
-use crate::learned::blend::quantiles::weighted_quantile;
+use crate::learned::quantiles::weighted_quantile;
 use crate::learned::reaches::reach_track::PROGRESS;
 use glam::DVec3;
 

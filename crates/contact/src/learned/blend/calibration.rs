@@ -1,13 +1,11 @@
 //! How sure a combination of sources is, learnt from its errors on held-out reaches.
 
 use crate::learned::blend::arrival::Arrival;
-use crate::learned::blend::combination::{
-    Axes, Blend, Combined, KNOTS, Region, between_knots, disagreement, time_key,
-};
+use crate::learned::blend::combination::{Axes, Blend, Combined, Personal, Region, disagreement};
 use crate::learned::blend::evidence::{Evidence, clip};
-use crate::learned::blend::personal::Personal;
-use crate::learned::blend::quantiles::{SENSOR_M, sensor, weighted_quantile};
+use crate::learned::blend::knots::{KNOTS, between_knots, time_key};
 use crate::learned::blend::turns::Turns;
+use crate::learned::quantiles::{SENSOR_M, sensor, weighted_quantile};
 use crate::matrices::trace;
 use glam::{DMat3, DVec3};
 

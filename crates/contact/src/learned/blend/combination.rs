@@ -2,10 +2,11 @@
 //! were held out.
 
 use crate::learned::blend::arrival::Arrival;
-use crate::learned::blend::personal::Personal;
+use crate::learned::blend::habit::Habits;
+use crate::learned::blend::knots::KNOTS;
 use crate::learned::blend::places::Places;
-use crate::learned::blend::quantiles::{SENSOR_M, sensor};
 use crate::learned::blend::sources::{Ends, Pairs, SOURCES, Source, weights};
+use crate::learned::quantiles::{SENSOR_M, sensor};
 use crate::learned::reaches::reach_track::way_axes;
 use glam::{DMat3, DVec3};
 
@@ -15,11 +16,6 @@ const CLOCK_S: f64 = 2e-3;
 const LOST: f64 = 3.0;
 /// Largest ratio of a disagreement to the usual one that counts.
 const MOST_DISAGREEMENT: f64 = 30.0;
-/// How many values of the time left the spread is learnt at.
-pub(in crate::learned) const KNOTS: usize = 6;
-/// Times left are compared by the logarithm of themselves and this, s.
-const TIME_OFFSET_S: f64 = 0.02;
-
 /// In which axes errors are alike from reach to reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -202,6 +198,37 @@ fn weighted(moments: &Pairs, ends: &Ends, there: [bool; SOURCES]) -> Option<Comb
     })
 }
 
+/// What is a person's own, at the times left of the knots.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::learned) struct Personal {
+    /// Share of the mean squared error of each source.
+    pub(in crate::learned) sources: [[f64; SOURCES]; KNOTS],
+    /// Share of the mean squared error of the time left.
+    pub(in crate::learned) time: [f64; KNOTS],
+    /// How people end elsewhere than foreseen.
+    pub(in crate::learned) habits: [Habits; KNOTS],
+}
+
+impl Personal {
+    /// The same for all sources and times left, before anything is learnt.
+    pub(in crate::learned) const fn even(share: f64) -> Self {
+        Self {
+            sources: [[share; SOURCES]; KNOTS],
+            time: [share; KNOTS],
+            habits: [Habits::NONE; KNOTS],
+        }
+    }
+
+    /// Share of the mean squared error of each source at one time left that is corrected in the source itself. Where the offset
+    /// of the habit is learnt, only what moves is: else the same would be learnt twice, by the sources less exactly.
+    pub(in crate::learned) fn lasting(&self, knot: usize) -> [f64; SOURCES] {
+        match self.habits[knot].offset > 0.0 {
+            true => [0.0; SOURCES],
+            false => self.sources[knot],
+        }
+    }
+}
+
 /// All that is known of the errors of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::learned) struct Blend {
@@ -210,44 +237,13 @@ pub(in crate::learned) struct Blend {
     pub(in crate::learned) regions: Vec<Region>,
     /// The covariance goes with this power of the disagreement of the sources.
     pub(in crate::learned) by_disagreement: f64,
-    /// Values of the time left, as [`time_key`], and the factors on the covariance there.
+    /// Values of the time left, as [`time_key`](super::knots::time_key), and the factors on the covariance there.
     pub(in crate::learned) knots: [f64; KNOTS],
     pub(in crate::learned) factors: [f64; KNOTS],
     /// Mean squared distance from the truth at those times left, in standard deviations and per axis.
     pub(in crate::learned) usual_distances: [f64; KNOTS],
     /// What of the errors is one person's own.
     pub(in crate::learned) personal: Personal,
-}
-
-/// A time left as it is compared, dimensionless.
-pub(in crate::learned) fn time_key(left_s: f64) -> f64 {
-    (left_s.max(0.0) + TIME_OFFSET_S).ln()
-}
-
-/// Weights of the knots on both sides of a time left: they add up to 1.
-pub(in crate::learned) fn between_knots(knots: &[f64; KNOTS], key: f64) -> [f64; KNOTS] {
-    let mut out = [0.0; KNOTS];
-    let above = knots.iter().position(|k| *k > key);
-    match above {
-        Some(0) => out[0] = 1.0,
-        None => out[KNOTS - 1] = 1.0,
-        Some(k) => {
-            let share = (key - knots[k - 1]) / (knots[k] - knots[k - 1]).max(1e-12);
-            (out[k - 1], out[k]) = (1.0 - share, share);
-        }
-    }
-    out
-}
-
-/// The knot that counts most.
-pub(in crate::learned) fn nearest_knot(hats: &[f64; KNOTS]) -> usize {
-    let mut nearest = 0;
-    for k in 1..KNOTS {
-        if hats[k] > hats[nearest] {
-            nearest = k;
-        }
-    }
-    nearest
 }
 
 impl Blend {

@@ -2,9 +2,9 @@
 
 use crate::learned::blend::combination::Region;
 use crate::learned::blend::places::Places;
-use crate::learned::blend::quantiles::weighted_quantile;
 use crate::learned::blend::sources::Ends;
 use crate::learned::blend::turns::{Sums, Turns};
+use crate::learned::quantiles::weighted_quantile;
 use crate::learned::reaches::samples::TrainingSample;
 use crate::learned::regression::local_ridge::Rows;
 use hwall_numeric::parallel;

@@ -1,6 +1,6 @@
 //! People end elsewhere than foreseen, each in a way of their own: further or less far, bowed to one side, up or down.
 
-use crate::learned::blend::combination::KNOTS;
+use crate::learned::blend::knots::KNOTS;
 use glam::{DMat3, DVec3};
 
 /// An older touch counts this much less than the next one.

@@ -2,12 +2,15 @@
 
 use crate::learned::blend::arrival::{Arrival, Stop};
 use crate::learned::blend::calibration::{Calibrated, calibrated};
-use crate::learned::blend::combination::{Axes, Blend, Combined, Region, combine, placed};
+use crate::learned::blend::combination::{
+    Axes, Blend, Combined, Personal, Region, combine, placed,
+};
 use crate::learned::blend::evidence::{CLIP, Evidence, clip};
-use crate::learned::blend::personal::{Personal, lasting};
-use crate::learned::blend::quantiles::{SENSOR_M, weighted_quantile};
+use crate::learned::blend::habit::{ForeseenReach, Habits, WayLeft, habits};
+use crate::learned::blend::knots::{KNOTS, between_knots, nearest_knot, time_key};
 use crate::learned::blend::sources::SOURCES;
 use crate::learned::blend::turns::Turns;
+use crate::learned::quantiles::{SENSOR_M, weighted_quantile};
 use glam::DVec3;
 use hwall_numeric::parallel;
 
@@ -217,4 +220,108 @@ fn independent(evidence: &Evidence, points_m: &[DVec3], regions: &[Region]) -> f
     let reaches = evidence.reaches();
     let each = reaches / evidence.person_count() as f64;
     reaches / (1.0 + (each - 1.0).max(0.0) * alike)
+}
+
+/// The share that lasts where only one person is known.
+const UNKNOWN_SHARE: f64 = 0.03;
+/// Misses count up to this many times the usual.
+const MOST_MISS: f64 = 4.0;
+/// Bounds of a share.
+const SHARES: [f64; 2] = [0.02, 0.9];
+
+impl Personal {
+    /// From what was foreseen of reaches held out.
+    fn of(evidence: &Evidence, combined: &[Combined], blend: &Blend) -> Self {
+        let knots = evidence.of_rows(|row| {
+            let left_s = evidence.witnesses[row].left_s;
+            nearest_knot(&between_knots(&blend.knots, time_key(left_s)))
+        });
+        let regions =
+            evidence.of_rows(|row| Region::between(&blend.regions, evidence.rows.gates(row)));
+        let of_source = |row: usize, k: usize| {
+            let miss_m = evidence.witnesses[row].ends_m[k]? - evidence.samples[row].end_m;
+            let region = &regions[row];
+            Some(miss_m / (region.moments[k][k] * region.size_m2).sqrt())
+        };
+        let late = |row: usize| {
+            let witness = &evidence.witnesses[row];
+            let late_s = witness.true_left_s - witness.left_s;
+            Some(DVec3::X * (late_s / regions[row].time_sd_s()))
+        };
+        let at = |knot: usize, miss: &dyn Fn(usize) -> Option<DVec3>| {
+            let of_knot: f64 = (0..knots.len())
+                .filter(|&row| knots[row] == knot)
+                .map(|row| evidence.samples[row].weight)
+                .sum();
+            // Every reach passes all times left, so the weights at each add up to the number of reaches.
+            let times = evidence.reaches() / of_knot.max(f64::MIN_POSITIVE);
+            lasting(evidence, times, |row| {
+                (knots[row] == knot).then(|| miss(row)).flatten()
+            })
+        };
+        Self {
+            sources: std::array::from_fn(|knot| {
+                std::array::from_fn(|k| at(knot, &|row| of_source(row, k)))
+            }),
+            time: std::array::from_fn(|knot| at(knot, &late)),
+            habits: habits_of(evidence, combined, blend, &regions),
+        }
+    }
+}
+
+fn habits_of(
+    evidence: &Evidence,
+    combined: &[Combined],
+    blend: &Blend,
+    regions: &[Region],
+) -> [Habits; KNOTS] {
+    let mut reaches = vec![ForeseenReach::default(); evidence.made];
+    for (row, sample) in evidence.samples.iter().enumerate() {
+        // Behind them are copies at another pace.
+        let Some(reach) = reaches.get_mut(sample.reach) else {
+            continue;
+        };
+        (reach.person, reach.contact_m) = (evidence.people[row], sample.end_m);
+        let left = WayLeft {
+            now_m: sample.now_m,
+            end_m: combined[row].point_m,
+            variance_m2: regions[row].axis_variance_m2(),
+        };
+        let hats = between_knots(&blend.knots, time_key(evidence.witnesses[row].left_s));
+        for (lefts, hat) in reach.left.iter_mut().zip(hats) {
+            if hat > 0.0 {
+                lefts.push((left, hat));
+            }
+        }
+    }
+    habits(evidence.person_count(), &reaches)
+}
+
+/// The share of errors, in units of their usual size, that stays the same from reach to reach of one person: variance
+/// of the means of people, less what the mean of so many reaches has by chance. The weights of samples count so many `times`.
+fn lasting(evidence: &Evidence, times: f64, miss: impl Fn(usize) -> Option<DVec3>) -> f64 {
+    // Sums of the errors, of their squares and of the weights.
+    let mut sums = vec![(DVec3::ZERO, 0.0, 0.0); evidence.person_count()];
+    for (row, sample) in evidence.samples.iter().enumerate() {
+        let Some(miss) = miss(row).filter(|m| m.is_finite()) else {
+            continue;
+        };
+        let (miss, weight) = (miss.clamp_length_max(MOST_MISS), times * sample.weight);
+        let (sum, square, n) = &mut sums[evidence.people[row]];
+        *sum += miss * weight;
+        *square += miss.length_squared() * weight;
+        *n += weight;
+    }
+    let (mut between, mut within, mut n) = (0.0, 0.0, 0.0);
+    for (sum, square, reaches) in sums.into_iter().filter(|s| s.2 > 1.5) {
+        let mean = (sum / reaches).length_squared();
+        let own = (square / reaches - mean).max(0.0) * reaches / (reaches - 1.0);
+        between += (mean - own / reaches).max(0.0);
+        within += own;
+        n += 1.0;
+    }
+    if n < 2.0 {
+        return UNKNOWN_SHARE;
+    }
+    (between / (between + within).max(1e-9)).clamp(SHARES[0], SHARES[1])
 }

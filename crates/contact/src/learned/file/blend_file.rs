@@ -3,9 +3,9 @@
 use super::length;
 use crate::error::ContactError;
 use crate::learned::blend::arrival::Arrival;
-use crate::learned::blend::combination::{Axes, Blend, KNOTS, Region};
+use crate::learned::blend::combination::{Axes, Blend, Personal, Region};
 use crate::learned::blend::habit::Habits;
-use crate::learned::blend::personal::Personal;
+use crate::learned::blend::knots::KNOTS;
 use crate::learned::blend::sources::SOURCES;
 use hwall_numeric::check::{non_negative, positive, that};
 use serde::{Deserialize, Serialize};

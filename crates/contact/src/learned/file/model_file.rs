@@ -347,8 +347,8 @@ fn absorb_value(digest: &mut Digest, value: &Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::learned::blend::combination::KNOTS;
     use crate::learned::blend::habit::Habits;
+    use crate::learned::blend::knots::KNOTS;
     use crate::{ContactEstimator, LearnedConfig};
     use hwall_hand::{HandFrame, HandPoint, LabelledReach};
     use serde_json::json;

@@ -2,8 +2,8 @@
 
 use super::hand_primitive::{FittedReaches, Primitive, PrimitiveRun, Training, demonstration};
 use crate::error::ContactError;
-use crate::learned::blend::quantiles::weighted_quantile;
 use crate::learned::config::LearnedConfig;
+use crate::learned::quantiles::weighted_quantile;
 use crate::learned::reaches::reach_track::{Inputs, ReachTrack};
 use crate::learned::reaches::samples::{SampleTimes, TrainingSample};
 use glam::DVec3;

@@ -1,9 +1,8 @@
 //! Trees on top of a regression, in units of its usual error.
 
-use super::local_ridge::{Fitted, Rows};
-use super::training::by_region;
+use super::local_ridge::{Fitted, Rows, by_region};
 use super::trees::{Lessons, Trees};
-use crate::learned::blend::quantiles::{SENSOR_M, weighted_quantile};
+use crate::learned::quantiles::{SENSOR_M, weighted_quantile};
 use crate::learned::reaches::samples::TrainingSample;
 use glam::DVec3;
 use hwall_numeric::dense::Matrix;

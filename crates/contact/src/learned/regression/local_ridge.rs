@@ -459,3 +459,18 @@ fn padded(row: &[f64]) -> Padded {
     padded[..row.len()].copy_from_slice(row);
     padded
 }
+
+/// Mean of the values of all rows, by region.
+pub(super) fn by_region(rows: &Rows, values: &[f64]) -> Vec<f64> {
+    (0..rows.regions)
+        .map(|region| {
+            let (mut sum, mut weight) = (0.0, f64::MIN_POSITIVE);
+            for (row, value) in values.iter().enumerate() {
+                let gate = rows.gates(row)[region];
+                sum += gate * value;
+                weight += gate;
+            }
+            sum / weight
+        })
+        .collect()
+}

@@ -2,10 +2,10 @@
 
 use super::correction::Correction;
 use super::gates::Gates;
-use super::local_ridge::{Blocks, Fitted, LocalRidge, Rows};
+use super::local_ridge::{Blocks, Fitted, LocalRidge, Rows, by_region};
 use crate::error::ContactError;
-use crate::learned::blend::quantiles::SENSOR_M;
 use crate::learned::config::LearnedConfig;
+use crate::learned::quantiles::SENSOR_M;
 use crate::learned::reaches::reach_track::{BlockKind, Inputs};
 use crate::learned::reaches::samples::TrainingSample;
 use glam::DVec3;
@@ -171,19 +171,4 @@ fn weigh(rows: &mut Rows, held_out: &[f64]) {
         let expected: f64 = rows.gates(row).iter().zip(&usual).map(|(g, u)| g * u).sum();
         rows.weights[row] /= expected + 3.0 * SENSOR_M * SENSOR_M;
     }
-}
-
-/// Mean of the values of all rows, by region.
-pub(super) fn by_region(rows: &Rows, values: &[f64]) -> Vec<f64> {
-    (0..rows.regions)
-        .map(|region| {
-            let (mut sum, mut weight) = (0.0, f64::MIN_POSITIVE);
-            for (row, value) in values.iter().enumerate() {
-                let gate = rows.gates(row)[region];
-                sum += gate * value;
-                weight += gate;
-            }
-            sum / weight
-        })
-        .collect()
 }

@@ -1,6 +1,7 @@
 //! The search against the exact test of every triangle.
 
 use super::super::machine::Portable;
+use super::super::together::Together;
 use super::*;
 use hwall_testkit::Sampler;
 

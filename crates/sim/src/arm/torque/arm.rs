@@ -343,7 +343,7 @@ impl TorqueArm {
             let before = seven(self.motion.qd());
             self.motion.step(step_s, &total[..n], &Wrench::default())?;
             for i in 0..n {
-                self.sensed[i] += step_s * motors[i] + self.motion.friction_impulse[i]
+                self.sensed[i] += step_s * motors[i] + self.motion.chain.friction_impulse[i]
                     - rotors[i] * (self.motion.qd()[i] - before[i]);
             }
         }

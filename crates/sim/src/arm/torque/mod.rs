@@ -8,6 +8,7 @@ mod friction;
 mod hand_body;
 mod held;
 mod motion;
+mod moving_chain;
 mod observer;
 mod rk4;
 mod sensor;

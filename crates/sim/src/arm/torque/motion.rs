@@ -1,10 +1,11 @@
 //! Motion of a chain of rigid bodies with friction and stops.
 
 use super::friction::JointFriction;
+use super::moving_chain::MovingChain;
 use super::rk4::Rk4;
 use super::steps::{StepSolver, Steps};
 use crate::error::SimError;
-use hwall_kinematics::{ChainDynamics, DynamicsScratch, KinematicsError, Wrench};
+use hwall_kinematics::{ChainDynamics, KinematicsError, Wrench};
 use hwall_numeric::check::{all_finite, non_negative, positive};
 
 /// How the equations of motion are integrated.
@@ -55,20 +56,8 @@ pub struct ChainMotionConfig {
 /// ```
 #[derive(Debug, Clone)]
 pub struct ChainMotion {
-    pub(super) dynamics: ChainDynamics,
-    pub(super) friction: Vec<JointFriction>,
-    pub(super) rotors: Vec<f64>,
-    stops: Vec<[f64; 2]>,
+    pub(super) chain: MovingChain,
     integrator: Integrator,
-    pub(super) q: Vec<f64>,
-    pub(super) qd: Vec<f64>,
-    /// Angular impulse of friction in the last step, N m s.
-    pub(super) friction_impulse: Vec<f64>,
-    pub(super) scratch: DynamicsScratch,
-    pub(super) matrix: Vec<f64>,
-    pub(super) driving: Vec<f64>,
-    pub(super) steps: Vec<Steps>,
-    pub(super) solver: StepSolver,
     rk4: Rk4,
 }
 
@@ -134,19 +123,21 @@ impl ChainMotion {
         }
         let scratch = dynamics.scratch();
         Ok(Self {
-            scratch,
-            dynamics,
-            friction,
-            rotors: rotor_inertia_kg_m2,
-            stops,
+            chain: MovingChain {
+                scratch,
+                dynamics,
+                friction,
+                rotors: rotor_inertia_kg_m2,
+                stops,
+                q: q.to_vec(),
+                qd: qd.to_vec(),
+                friction_impulse: vec![0.0; n],
+                matrix: vec![0.0; n * n],
+                driving: vec![0.0; n],
+                steps: vec![Steps::constant(0.0); n],
+                solver: StepSolver::new(n),
+            },
             integrator,
-            q: q.to_vec(),
-            qd: qd.to_vec(),
-            friction_impulse: vec![0.0; n],
-            matrix: vec![0.0; n * n],
-            driving: vec![0.0; n],
-            steps: vec![Steps::constant(0.0); n],
-            solver: StepSolver::new(n),
             rk4: Rk4::new(n),
         })
     }
@@ -157,34 +148,29 @@ impl ChainMotion {
     /// A time step that is not above zero, NaN or infinity, or a motion that overflows; the state is then as before.
     pub fn step(&mut self, dt_s: f64, torques: &[f64], wrench: &Wrench) -> Result<(), SimError> {
         positive("dt_s", dt_s)?;
+        let chain = &mut self.chain;
         match self.integrator {
-            Integrator::SemiImplicit => self.semi_implicit(dt_s, torques, wrench),
-            Integrator::Rk4 => {
-                // Taken out, since it works on the rest.
-                let mut rk4 = std::mem::take(&mut self.rk4);
-                let done = rk4.step(self, dt_s, torques, wrench);
-                self.rk4 = rk4;
-                done
-            }
+            Integrator::SemiImplicit => chain.semi_implicit(dt_s, torques, wrench),
+            Integrator::Rk4 => self.rk4.step(chain, dt_s, torques, wrench),
         }
     }
 
     /// Joint positions, rad or m.
     #[must_use]
     pub fn q(&self) -> &[f64] {
-        &self.q
+        &self.chain.q
     }
 
     /// Joint velocities, rad/s or m/s.
     #[must_use]
     pub fn qd(&self) -> &[f64] {
-        &self.qd
+        &self.chain.qd
     }
 
     /// The rigid bodies.
     #[must_use]
     pub const fn dynamics(&self) -> &ChainDynamics {
-        &self.dynamics
+        &self.chain.dynamics
     }
 
     /// Kinetic energy, that of the rotors included, and potential energy, zero for a mass at the base origin, J. Allocates.
@@ -192,95 +178,15 @@ impl ChainMotion {
     /// # Errors
     /// A motion whose energy overflows.
     pub fn energy_j(&self) -> Result<f64, SimError> {
-        let rotors: f64 = self
+        let chain = &self.chain;
+        let rotors: f64 = chain
             .rotors
             .iter()
-            .zip(&self.qd)
+            .zip(&chain.qd)
             .map(|(b, v)| 0.5 * b * v * v)
             .sum();
-        Ok(self.dynamics.kinetic_energy_j(&self.q, &self.qd)?
-            + self.dynamics.potential_energy_j(&self.q)?
+        Ok(chain.dynamics.kinetic_energy_j(&chain.q, &chain.qd)?
+            + chain.dynamics.potential_energy_j(&chain.q)?
             + rotors)
-    }
-
-    /// `M` with the rotors and what drives it, at a state, into `matrix` and `driving`.
-    pub(super) fn equations(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        torques: &[f64],
-        wrench: &Wrench,
-    ) -> Result<(), SimError> {
-        self.dynamics.equations_into(
-            q,
-            qd,
-            torques,
-            wrench,
-            &mut self.scratch,
-            &mut self.matrix,
-            &mut self.driving,
-        )?;
-        let n = q.len();
-        for (i, rotor) in self.rotors.iter().enumerate() {
-            self.matrix[i * n + i] += rotor;
-        }
-        Ok(())
-    }
-
-    /// How far a joint may move to either side, `[at most 0, at least 0]`.
-    pub(super) fn room(&self, joint: usize) -> [f64; 2] {
-        let [least, most] = self.stops[joint];
-        let q = self.q[joint];
-        [(least - q).min(0.0), (most - q).max(0.0)]
-    }
-
-    /// Removes the rounding by which a joint stands beyond its stop.
-    pub(super) fn within_stops(&self, joint: usize, q: f64) -> f64 {
-        let [least, most] = self.stops[joint];
-        q.clamp(least, most)
-    }
-
-    pub(super) fn semi_implicit(
-        &mut self,
-        dt_s: f64,
-        torques: &[f64],
-        wrench: &Wrench,
-    ) -> Result<(), SimError> {
-        let n = self.q.len();
-        let (q, qd) = (std::mem::take(&mut self.q), std::mem::take(&mut self.qd));
-        let evaluated = self.equations(&q, &qd, torques, wrench);
-        (self.q, self.qd) = (q, qd);
-        evaluated?;
-        for i in 0..n {
-            let row = &self.matrix[i * n..][..n];
-            let momentum: f64 = row.iter().zip(&self.qd).map(|(m, v)| m * v).sum();
-            self.driving[i] = momentum + dt_s * self.driving[i];
-            let friction = &self.friction[i];
-            let dry = dt_s * friction.dry_n_m(self.qd[i]);
-            let [least, most] = self.room(i).map(|room| room / dt_s);
-            self.steps[i] = Steps::friction_between(dry, least, most);
-        }
-        for (i, friction) in self.friction.iter().enumerate() {
-            self.matrix[i * n + i] += dt_s * friction.viscous_n_m_s_per_rad;
-        }
-        self.solver
-            .solve(&self.matrix, &self.driving, &self.steps, &self.qd)
-            .map_err(|joint| KinematicsError::SingularMass { joint })?;
-        all_finite("joint velocities", &self.solver.x)?;
-        for i in 0..n {
-            let v = self.solver.x[i];
-            let q = self.q[i] + dt_s * v;
-            all_finite("joint positions", &[q])?;
-        }
-        for i in 0..n {
-            let (friction, v) = (&self.friction[i], self.solver.x[i]);
-            let dry = dt_s * friction.dry_n_m(self.qd[i]);
-            // The rest of λ is the stop's.
-            self.friction_impulse[i] =
-                self.solver.lambda[i].clamp(-dry, dry) - dt_s * friction.viscous_n_m_s_per_rad * v;
-            self.q[i] = self.within_stops(i, self.q[i] + dt_s * v);
-            self.qd[i] = v;
-        }
-        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! Runge-Kutta steps that are cut where a joint comes to rest or meets a stop.
 
-use super::motion::ChainMotion;
+use super::moving_chain::MovingChain;
 use super::steps::Steps;
 use crate::error::SimError;
 use hwall_kinematics::{KinematicsError, Wrench};
@@ -33,7 +33,7 @@ impl Event {
 }
 
 /// Memory of the integrator.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Rk4 {
     /// Start of the whole step.
     before: [Vec<f64>; 2],
@@ -65,7 +65,7 @@ impl Rk4 {
     /// One step; an error leaves the state as it was.
     pub(super) fn step(
         &mut self,
-        motion: &mut ChainMotion,
+        motion: &mut MovingChain,
         dt_s: f64,
         torques: &[f64],
         wrench: &Wrench,
@@ -82,7 +82,7 @@ impl Rk4 {
 
     fn pieces(
         &mut self,
-        motion: &mut ChainMotion,
+        motion: &mut MovingChain,
         dt_s: f64,
         torques: &[f64],
         wrench: &Wrench,
@@ -129,7 +129,7 @@ impl Rk4 {
     /// Which joints are held, and against which side dry friction acts on the others.
     fn choose_directions(
         &mut self,
-        motion: &mut ChainMotion,
+        motion: &mut MovingChain,
         torques: &[f64],
         wrench: &Wrench,
     ) -> Result<(), SimError> {
@@ -178,7 +178,7 @@ impl Rk4 {
     /// The four stages of a piece from the motion's state; the new state is in `q` and `qd`.
     fn stages(
         &mut self,
-        motion: &mut ChainMotion,
+        motion: &mut MovingChain,
         h_s: f64,
         torques: &[f64],
         wrench: &Wrench,
@@ -234,7 +234,7 @@ impl Rk4 {
     }
 
     /// The first joint that comes to rest or meets a stop within the piece, and after which share of it.
-    fn first_event(&self, motion: &ChainMotion) -> Option<(f64, Event)> {
+    fn first_event(&self, motion: &MovingChain) -> Option<(f64, Event)> {
         let mut first: Option<(f64, Event)> = None;
         let mut note = |share: f64, event: Event| {
             if first.is_none_or(|(earliest, _)| share < earliest) {
@@ -268,7 +268,7 @@ impl Rk4 {
     /// bisection.
     fn locate(
         &mut self,
-        motion: &mut ChainMotion,
+        motion: &mut MovingChain,
         event: Event,
         left_s: f64,
         torques: &[f64],
@@ -302,7 +302,7 @@ impl Rk4 {
     }
 
     /// The impact of all joints that stand at a stop: takes their speed towards it, and does to the others what that does.
-    fn impact(&mut self, motion: &mut ChainMotion) -> Result<(), SimError> {
+    fn impact(&mut self, motion: &mut MovingChain) -> Result<(), SimError> {
         let n = motion.q.len();
         self.q.copy_from_slice(&motion.q);
         let (zeros, still) = (&self.zeros, Wrench::default());

@@ -1,0 +1,50 @@
+//! The sessions of a recording, each with its settings as options.
+
+use super::words::{flag_of, numbers, numbers_of, wanted};
+use crate::run::stage::SessionSettings;
+use anyhow::Context;
+use hwall_hand::HandFilterConfig;
+use hwall_record::Run;
+
+/// One session of a recording.
+///
+/// # Errors
+/// A filter that is neither that for simulated hands nor the usual one.
+pub fn run_of(number: usize, settings: &SessionSettings<'_>) -> anyhow::Result<Run> {
+    let filter = FILTERS
+        .iter()
+        .find(|(_, config)| config() == settings.filter);
+    let (filter, _) =
+        filter.context("a hand filter with settings of its own cannot be recorded")?;
+    let options = [
+        ("hand_filter", (*filter).to_owned()),
+        ("sees_head", settings.sees_head.to_string()),
+        (
+            "arm_minus_tracker_s",
+            numbers(&[settings.arm_minus_tracker_s]),
+        ),
+    ];
+    Ok(Run {
+        number: u32::try_from(number)?,
+        options: options.map(|(key, value)| (key.to_owned(), value)).into(),
+    })
+}
+
+type Filter = (&'static str, fn() -> HandFilterConfig);
+
+const FILTERS: [Filter; 2] = [
+    ("simulated", HandFilterConfig::simulated),
+    ("usual", HandFilterConfig::default),
+];
+
+/// The filter, whether the head is tracked, and the clock's offset, s, of a run.
+pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, bool, f64)> {
+    let name = wanted(run.option("hand_filter"), "hand_filter")?;
+    let filter = FILTERS.iter().find(|(known, _)| *known == name);
+    let (_, filter) = filter.with_context(|| format!("hand_filter: {name:?} is not known"))?;
+    let sees_head = wanted(run.option("sees_head"), "sees_head")?;
+    let sees_head = flag_of("sees_head", sees_head)?;
+    let offset = wanted(run.option("arm_minus_tracker_s"), "arm_minus_tracker_s")?;
+    let [offset_s] = numbers_of("arm_minus_tracker_s", offset)?;
+    Ok((filter(), sees_head, offset_s))
+}
