@@ -8,6 +8,7 @@ pub mod response;
 pub mod session;
 #[cfg(feature = "texture")]
 pub mod texture;
+mod upright_pieces;
 mod walls;
 
 pub use error::SessionError;
@@ -17,7 +18,8 @@ pub use session::{
     Planner, PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl,
     WorldPose, drive, session_supervisor,
 };
-pub use walls::{BudgetAtlas, LikelyTouches, Walls, WallsConfig, barriers_of, facets_of, maps_of};
+pub use upright_pieces::barriers_of;
+pub use walls::{BudgetAtlas, LikelyTouches, Walls, WallsConfig, facets_of, maps_of};
 
 // The whole system through one dependency.
 pub use hwall_arrival as arrival;

@@ -1,18 +1,17 @@
 //! The walls of a scene, as maps of where the arm can present its board.
 
 use crate::error::SessionError;
-use crate::session::check_pieces;
 #[cfg(feature = "texture")]
 use crate::texture::TextureLevels;
-use glam::DVec3;
+use crate::upright_pieces::check_pieces;
 use hwall_arrival::{
     ArrivalError, Atlas, AtlasConfig, BoardExtent, Surfaces, TouchRange, WaitingConfig,
     WaitingPosture, WeightedTarget, targets_of_facets, targets_of_maps, waiting_posture,
     waiting_posture_from,
 };
-use hwall_haptics::{Barrier, Board, MotionConfig, MotionLimits, surface_axes};
+use hwall_haptics::{Board, MotionConfig, MotionLimits};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
-use hwall_numeric::check::{all_finite, finite, positive, that};
+use hwall_numeric::check::{all_finite, positive, that};
 use hwall_numeric::parallel;
 use hwall_reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_scene::{Facet, Scene};
@@ -305,55 +304,5 @@ impl From<WallMaps> for Walls {
             maps,
             ..Self::default()
         }
-    }
-}
-
-/// Surfaces whose plane passes the base at less than this are no barriers, m.
-const LEAST_BARRIER_M: f64 = 0.3;
-
-/// Surfaces that the board stays behind: the vertical ones of the scene, seen from the base of the arm.
-///
-/// # Errors
-/// A facet without a direction.
-pub fn barriers_of(scene: &Scene) -> Result<Vec<Barrier>, SessionError> {
-    let mut barriers = Vec::new();
-    for facet in scene.vertical_facets() {
-        barriers.extend(barrier_of(facet.point_m, facet.normal, &facet.outline_m)?);
-    }
-    Ok(barriers)
-}
-
-/// A flat piece of a surface in the base frame as a barrier; `None` for one whose plane passes close to the base, or without
-/// extent.
-///
-/// # Errors
-/// NaN, infinity, or no direction.
-pub(crate) fn barrier_of(
-    point_m: DVec3,
-    normal: DVec3,
-    outline_m: &[DVec3],
-) -> Result<Option<Barrier>, SessionError> {
-    let distance_m = normal.dot(point_m);
-    // A plane that passes close to the base has no side that is clearly the arm's.
-    if distance_m.abs() < LEAST_BARRIER_M {
-        return Ok(None);
-    }
-    finite("distance of a surface", distance_m)?;
-    let outwards = normal * distance_m.signum();
-    let [x, y] = surface_axes(outwards)?;
-    let along = |axis: DVec3| {
-        let at = outline_m.iter().map(|corner| corner.dot(axis));
-        let (least, most) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| {
-            (a.min(s), b.max(s))
-        });
-        (0.5 * (least + most), 0.5 * (most - least))
-    };
-    let ((at_x, half_x), (at_y, half_y)) = (along(x), along(y));
-    let middle_m = x * at_x + y * at_y + outwards * point_m.dot(outwards);
-    // A facet without extent cannot be met.
-    if half_x > 0.0 && half_y > 0.0 {
-        Ok(Some(Barrier::new(middle_m, outwards, [half_x, half_y])?))
-    } else {
-        Ok(None)
     }
 }

@@ -14,6 +14,7 @@ mod fault_matrix;
 mod faults;
 mod feel;
 mod figures;
+mod house;
 mod limits;
 mod maps;
 mod object_port;

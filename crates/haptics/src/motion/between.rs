@@ -1,7 +1,7 @@
 //! How far the face may come in front of surfaces between two instants at which it was looked at.
 
+use super::barrier::tree::{Barriers, distance_m};
 use super::barrier::{Footprint, Plane};
-use super::barrier_tree::{Barriers, distance_m};
 use glam::DVec3;
 
 /// Distances that differ by less are equal, m.

@@ -3,12 +3,12 @@
 mod slides;
 
 use super::approach_config::ApproachConfig;
-use super::barrier_tree::BarrierTree;
+use super::barrier::tree::BarrierTree;
 use super::follower_config::FollowerConfig;
 use super::goal;
 use super::goals::Goals;
-use super::link::Link;
-use super::planner::{Aim, Answer, Asked, Planner};
+use super::link::{Aim, Answer, Asked, Link};
+use super::planner::Planner;
 use super::profile::JointBounds;
 use super::route::Route;
 use super::slide::{Slide, Sliding};

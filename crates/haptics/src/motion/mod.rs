@@ -30,7 +30,6 @@
 
 mod approach_config;
 mod barrier;
-mod barrier_tree;
 mod between;
 mod follower;
 mod follower_config;
@@ -48,7 +47,7 @@ mod way;
 
 pub use approach_config::ApproachConfig;
 pub use barrier::Barrier;
-pub use barrier_tree::BarrierTree;
+pub use barrier::tree::BarrierTree;
 pub use follower::Follower;
 pub use follower_config::FollowerConfig;
 pub use planner::{Planner, PlannerConfig};

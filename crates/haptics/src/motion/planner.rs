@@ -1,109 +1,19 @@
 //! Goals and ways, apart from the motion: what takes long is not done in a control step.
 
-use super::barrier_tree::BarrierTree;
+use super::barrier::tree::BarrierTree;
 use super::goal::Destination;
 use super::goals::Goals;
-use super::link::Link;
+use super::link::{Aim, Answer, Asked, Link};
 use super::preposition::Preposition;
 use super::route::Route;
 use crate::board::BoardTarget;
-use crate::body::PersonBody;
 use crate::error::HapticsError;
 use hwall_geometry::Pose;
 use hwall_kinematics::{JointPositions, Unreachable};
-use hwall_motion::{MotionPlan, ReferenceMotion, UnderWay};
+use hwall_motion::{ReferenceMotion, UnderWay};
 
 /// A way to a goal that only drifts is planned anew after this time, s: a plan costs as much as ten steps.
 const DRIFT_S: f64 = 0.01;
-
-/// Where the board shall go.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) enum Aim {
-    #[default]
-    Nowhere,
-    Target(BoardTarget),
-    /// A posture, and one to lean to from it as far as the board stays behind the surfaces.
-    Posture {
-        q: JointPositions,
-        prepositions_to: Option<JointPositions>,
-    },
-}
-
-/// How often the motion was left for another.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Counts {
-    /// A measured state; goals and places are forgotten.
-    pub(super) forgets: u64,
-    /// Braking; the search is given up.
-    pub(super) stops: u64,
-    /// A slide that is over.
-    pub(super) slides: u64,
-}
-
-/// The follower's question after a step. It counts instead of setting flags, so a question that replaces an unread one loses nothing.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Asked {
-    /// Of the step.
-    pub(super) number: u64,
-    pub(super) aim: Aim,
-    /// As last seen.
-    pub(super) person: PersonBody,
-    pub(super) counts: Counts,
-    /// The steps so far, s, and the last of them.
-    pub(super) clock_s: f64,
-    pub(super) dt_s: f64,
-    /// Is the arm on its way to the aim? It may brake or slide instead.
-    pub(super) goes: bool,
-    pub(super) under_way: UnderWay,
-    /// The newest plan that was taken or refused.
-    pub(super) answered: u64,
-}
-
-/// What the planner knows by now.
-#[derive(Debug, Clone)]
-pub(super) struct Answer {
-    /// The step that was asked about, and what had been counted by then.
-    pub(super) to: u64,
-    pub(super) counts: Counts,
-    /// The target that was looked at, and why it cannot be presented.
-    pub(super) target: Option<BoardTarget>,
-    pub(super) unreachable: Option<Unreachable>,
-    pub(super) destination: Option<JointPositions>,
-    pub(super) is_blocked: bool,
-    pub(super) is_detour: bool,
-    pub(super) is_searching_anew: bool,
-    pub(super) knows_surfaces: bool,
-    /// The number of the surfaces that it knew.
-    pub(super) surfaces: u64,
-    pub(super) protrusion_m: Option<f64>,
-    pub(super) looks: usize,
-    pub(super) tests: usize,
-    /// Does a new motion begin?
-    pub(super) moves: bool,
-    pub(super) motion: MotionPlan,
-}
-
-impl Default for Answer {
-    fn default() -> Self {
-        Self {
-            to: 0,
-            counts: Counts::default(),
-            target: None,
-            unreachable: None,
-            destination: None,
-            is_blocked: false,
-            is_detour: false,
-            is_searching_anew: false,
-            knows_surfaces: true,
-            surfaces: 0,
-            protrusion_m: None,
-            looks: 0,
-            tests: 0,
-            moves: false,
-            motion: MotionPlan::reserved(),
-        }
-    }
-}
 
 /// How much a planner does at a time, and how far ahead its plans begin.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,8 @@
 //! Which way the board takes to its goal: straight, or by a place behind the surfaces.
 
 use super::approach_config::ApproachConfig;
+use super::barrier::tree::{BarrierTree, Barriers};
 use super::barrier::{Footprint, Plane, corners_and_middle};
-use super::barrier_tree::{BarrierTree, Barriers};
 use super::goal::{Destination, Goal};
 use super::search::{Behind, Search, Surroundings};
 use super::solver::{Place, Solver};

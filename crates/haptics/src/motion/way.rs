@@ -1,7 +1,7 @@
 //! A way of the board, looked at before it is taken.
 
+use super::barrier::tree::Barriers;
 use super::barrier::{FacePoint, FacePoints, Footprint, Plane, corners_and_middle};
-use super::barrier_tree::Barriers;
 use super::between::Stretch;
 use super::solver::Solver;
 use crate::board::Board;

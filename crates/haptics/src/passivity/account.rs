@@ -1,7 +1,7 @@
 //! What sampling, delay and sensors may hide from the account, and what commands under way may still cost.
 
 use super::observer::EnergyObserver;
-use super::port::{Causality, PortConfig};
+use super::port_config::{Causality, PortConfig};
 use crate::error::HapticsError;
 use hwall_numeric::check::that;
 

@@ -41,6 +41,7 @@ mod controller;
 mod design;
 mod observer;
 mod port;
+mod port_config;
 mod tank;
 
 pub use controller::{DissipationLimit, PassivityController};
@@ -49,7 +50,6 @@ pub use design::{
     required_damping_n_s_per_m,
 };
 pub use observer::EnergyObserver;
-pub use port::{
-    Causality, HandBounds, PassivePort, PassivityMethod, PortConfig, PortInput, PortOutput,
-};
+pub use port::{PassivePort, PortInput, PortOutput};
+pub use port_config::{Causality, HandBounds, PassivityMethod, PortConfig};
 pub use tank::EnergyTank;

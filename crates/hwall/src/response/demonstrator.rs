@@ -2,7 +2,7 @@
 
 use super::demonstration::{ResponseDemonstration, Task};
 use crate::error::SessionError;
-use crate::walls::barriers_of;
+use crate::upright_pieces::barriers_of;
 use hwall_hand::HandFrame;
 use hwall_haptics::{BarrierTree, Board, BoardTarget, Follower, FollowerConfig};
 use hwall_kinematics::{ArmKinematics, JointPositions};

@@ -86,6 +86,14 @@ impl Seen {
     };
 }
 
+impl ResponseModel {
+    /// Follows reaches, one after the other.
+    #[must_use]
+    pub fn filter(&self) -> ResponseFilter {
+        ResponseFilter::new(self)
+    }
+}
+
 impl ResponseFilter {
     pub(super) fn new(model: &ResponseModel) -> Self {
         let hand = 3 * model.points().len();

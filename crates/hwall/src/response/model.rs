@@ -3,7 +3,6 @@
 use super::components::components;
 use super::demonstration::{ResponseDemonstration, Task};
 use super::familiarity::{Familiarity, LEAST};
-use super::filter::ResponseFilter;
 use crate::error::SessionError;
 use hwall_bip::{
     Bank, BankConfig, Basis, Covariance, Demonstration, FilterConfig, Group, Mixture, Model,
@@ -71,7 +70,7 @@ impl ResponseModel {
     /// Learns from demonstrations, in the base frame of the arm. Those points of the hand count that were seen in all of them.
     ///
     /// The last quarter for each task is held out once, to learn how much reaches deviate from a mixture that does not know them
-    /// ([`ResponseFilter::is_familiar`]); from fewer than four dozen nothing is learnt of that.
+    /// ([`ResponseFilter::is_familiar`](super::ResponseFilter::is_familiar)); from fewer than four dozen nothing is learnt of that.
     ///
     /// # Errors
     /// No demonstration; one that is too short, has NaN in its joints or times that do not increase; no common point of the hand;
@@ -171,12 +170,6 @@ impl ResponseModel {
             variance_m2: config.noise_m.powi(2),
             familiarity: None,
         })
-    }
-
-    /// Follows reaches, one after the other.
-    #[must_use]
-    pub fn filter(&self) -> ResponseFilter {
-        ResponseFilter::new(self)
     }
 
     /// The task of each component of the mixture.

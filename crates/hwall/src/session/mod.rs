@@ -33,7 +33,6 @@ use crate::texture::{BoardTexture, Presenter, TextureLevels};
 use crate::walls::Walls;
 use control::Safety;
 use event::EventQueue;
-pub(crate) use handover::check_pieces;
 use handover::{Guidance, WorldBarriers, felt_touches, handover, openings};
 use hwall_contact::{ContactPrediction, Predictor};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};

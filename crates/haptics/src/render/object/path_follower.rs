@@ -2,7 +2,6 @@
 
 mod joints;
 
-use self::joints::{BEFORE_LIMITS, FARTHEST};
 use super::face_slide::{FaceSlide, InFace};
 use crate::error::HapticsError;
 use crate::motion::Slide;
@@ -38,6 +37,11 @@ const HELD_S: f64 = 0.1;
 const BRAKED_SHARE: f64 = 0.9;
 /// A slide that has to be slower than this share of what is wanted counts as one that cannot be.
 const LEAST_SLIDE: f64 = 0.02;
+
+/// Share of the acceleration with which the face brakes before a joint's limit: rates of joints change on the way.
+const BEFORE_LIMITS: f64 = 0.4;
+/// No path is longer, rad or m.
+const FARTHEST: f64 = 1e3;
 
 /// Carries the face along with an object: from its position to joint angles, within the speeds of the joints.
 #[derive(Debug, Clone)]

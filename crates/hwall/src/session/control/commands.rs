@@ -2,9 +2,8 @@
 
 #[cfg(feature = "texture")]
 mod texture;
-pub(super) mod timing;
+mod timing;
 
-use self::timing::{RESTS_S, SOON_S};
 use super::safety::{Safety, same_fault};
 use super::state::SessionState;
 use crate::session::event::{Event, EventKind, EventQueue};
@@ -20,6 +19,13 @@ use hwall_haptics::{
 use hwall_kinematics::{ArmKinematics, ArmScratch};
 use hwall_scene::SurfaceId;
 use std::sync::Arc;
+
+/// A hand that is overdue by this may not come at all, s.
+pub(super) const OVERDUE_S: f64 = 0.3;
+/// A board this close to its goal in time has come to rest there, s.
+pub(super) const RESTS_S: f64 = 0.02;
+/// A board stays short of the surface only if contact is expected within this time, s.
+const SOON_S: f64 = 0.3;
 
 /// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is waited for,
 /// no clock is read, and no input makes it fail.

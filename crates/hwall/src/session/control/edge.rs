@@ -1,7 +1,6 @@
 //! Where two surfaces meet, a board keeps to the one that it serves if it would be too late on the other.
 
-use super::commands::Control;
-use super::commands::timing::{OVERDUE_S, RESTS_S};
+use super::commands::{Control, OVERDUE_S, RESTS_S};
 use crate::session::handover::Guidance;
 use hwall_haptics::{BoardTarget, QUARTER_TURNS_RAD, board_pose};
 use hwall_kinematics::{BranchPolicy, NearestConfig};

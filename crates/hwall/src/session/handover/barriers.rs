@@ -2,7 +2,7 @@
 
 use crate::error::SessionError;
 use crate::objects::paths_of;
-use crate::walls::barrier_of;
+use crate::upright_pieces::{barrier_of, within_limit};
 use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_haptics::{BarrierTree, ObjectPath, Planner};
@@ -15,8 +15,6 @@ const OPENED: f64 = 1e-3;
 /// A world that tilted by more than this since shows other surfaces upright, as a cosine; 1 degree, as for
 /// [`Scene::vertical_facets`].
 const TILTED: f64 = 0.99985;
-/// No more pieces than this are told; more are an error.
-const MOST: usize = 2048;
 
 /// A vertical piece of a surface where it was when the scene was looked at, base frame.
 struct Piece {
@@ -65,18 +63,6 @@ pub(in crate::session) struct BarrierReceiver {
     newest: Newest,
     base_from_world: Pose,
     leaps: u64,
-}
-
-fn within_limit(count: usize) -> Result<(), SessionError> {
-    match count > MOST {
-        true => Err(SessionError::TooManyUprightPieces { count, most: MOST }),
-        false => Ok(()),
-    }
-}
-
-/// Names a scene of more upright pieces than a session follows, before minutes are spent on it.
-pub(crate) fn check_pieces(scene: &Scene) -> Result<(), SessionError> {
-    within_limit(scene.vertical_facets().len())
 }
 
 impl WorldBarriers {

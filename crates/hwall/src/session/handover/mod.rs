@@ -7,7 +7,6 @@ mod newest;
 mod openings;
 mod sequence_lock;
 
-pub(crate) use barriers::check_pieces;
 pub(super) use barriers::{BarrierReceiver, WorldBarriers};
 pub(super) use felt::{Feeler, FeltTouches, felt_touches};
 pub(super) use guidance::Guidance;

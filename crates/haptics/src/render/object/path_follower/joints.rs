@@ -1,6 +1,6 @@
 //! How the joints turn for a motion of the face, and how far and fast they may.
 
-use super::PathFollower;
+use super::{BEFORE_LIMITS, FARTHEST, PathFollower};
 use crate::render::object::face_slide::MOST_M_PER_S2;
 use hwall_geometry::Twist;
 use hwall_kinematics::{JointPositions, JointVelocities};
@@ -8,10 +8,6 @@ use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transpose
 
 /// Share of the joint speeds that following an object may use.
 const SPEED_SHARE: f64 = 0.95;
-/// Share of the acceleration with which the face brakes before a joint's limit: rates of joints change on the way.
-pub(super) const BEFORE_LIMITS: f64 = 0.4;
-/// No path is longer, rad or m.
-pub(super) const FARTHEST: f64 = 1e3;
 /// Joints nearer than this to a limit turn less, rad; on the limit so many times less, about.
 const SPARED_RAD: f64 = 0.6;
 const SPARED: f64 = 40.0;

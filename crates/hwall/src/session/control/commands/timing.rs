@@ -1,6 +1,6 @@
 //! Whether the board or the hand arrives first, and what follows for where the board goes.
 
-use super::Control;
+use super::{Control, OVERDUE_S, RESTS_S, SOON_S};
 use crate::session::control::state::SessionState;
 use hwall_haptics::{ArmState, BoardTarget};
 
@@ -9,8 +9,6 @@ const LATE_S: f64 = 0.2;
 /// A face within this distance and angle of its surface is on it, m and rad.
 const ON_SURFACE_M: f64 = 0.01;
 const ON_SURFACE_RAD: f64 = 0.1;
-/// A hand that is overdue by this may not come at all, s.
-pub(in crate::session::control) const OVERDUE_S: f64 = 0.3;
 /// Time to correct the goal by a small distance during the motion, s.
 const MOVES_ON_S: f64 = 0.15;
 /// A face serves a touch this far outside the area that counts as in place, m.
@@ -19,10 +17,6 @@ const EDGE_M: f64 = 0.005;
 const SAME_PLANE_M: f64 = 1e-3;
 /// A board this close to its goal in time is slow, and goes on, s.
 const SLOW_S: f64 = 0.2;
-/// A board this close to its goal in time has come to rest there, s.
-pub(in crate::session::control) const RESTS_S: f64 = 0.02;
-/// A board stays short of the surface only if contact is expected within this time, s.
-pub(super) const SOON_S: f64 = 0.3;
 
 impl Control {
     /// The slack of a target. If there is no time to correct the goal before the hand arrives, the whole face is slack: a goal that

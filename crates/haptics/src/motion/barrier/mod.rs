@@ -1,5 +1,7 @@
 //! Surfaces that the board must stay behind.
 
+pub(super) mod tree;
+
 use crate::board::{Board, surface_axes};
 use crate::error::HapticsError;
 use glam::{DVec3, Vec3A};
@@ -60,7 +62,7 @@ impl Barrier {
     }
 
     /// A box around it, so much larger that rounding to single precision leaves nothing out.
-    pub(super) fn padded_box(&self) -> Aabb {
+    pub(in crate::motion) fn padded_box(&self) -> Aabb {
         let [x, y] = [0, 1].map(|i| self.axes[i].abs() * self.half_extent_m[i]);
         let pad = (self.middle_m.abs() + x + y + 1.0) * f64::from(4.0 * f32::EPSILON);
         let half_m = x + y + pad;
@@ -73,12 +75,12 @@ impl Barrier {
     }
 
     /// Distance of a point in front of the plane, m.
-    pub(super) fn in_front_m(&self, point_m: DVec3) -> f64 {
+    pub(in crate::motion) fn in_front_m(&self, point_m: DVec3) -> f64 {
         (point_m - self.middle_m).dot(self.normal)
     }
 
     /// Distance of a point in front of the plane, m, and how far it is beside the rectangle, m.
-    pub(super) fn place_of(&self, point_m: DVec3) -> Beside {
+    pub(in crate::motion) fn place_of(&self, point_m: DVec3) -> Beside {
         let off = point_m - self.middle_m;
         let beyond = |i: usize| (off.dot(self.axes[i]).abs() - self.half_extent_m[i]).max(0.0);
         Beside {
@@ -88,7 +90,7 @@ impl Barrier {
     }
 
     /// Does a plane through a point coincide with this one there?
-    pub(super) fn is_at(&self, point_m: DVec3, normal: DVec3) -> bool {
+    pub(in crate::motion) fn is_at(&self, point_m: DVec3, normal: DVec3) -> bool {
         let place = self.place_of(point_m);
         place.beside_m == 0.0
             && place.in_front_m.abs() <= SAME_PLANE_M
@@ -97,23 +99,23 @@ impl Barrier {
 }
 
 /// A plane this near to a barrier is that barrier, m and as a cosine.
-pub(super) const SAME_PLANE_M: f64 = 1e-3;
+pub(in crate::motion) const SAME_PLANE_M: f64 = 1e-3;
 const SAME_PLANE_COS: f64 = 0.9999;
 /// Distances that differ by less are those to a common edge, m.
-pub(super) const EDGE_M: f64 = 1e-9;
+pub(in crate::motion) const EDGE_M: f64 = 1e-9;
 
 /// Corners of boxes are no further away, m.
 const FAR_M: DVec3 = DVec3::splat(1e30);
 
 /// Where a point is with regard to a rectangle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Beside {
-    pub(super) in_front_m: f64,
+pub(in crate::motion) struct Beside {
+    pub(in crate::motion) in_front_m: f64,
     beside_m: f64,
 }
 
 impl Beside {
-    pub(super) fn distance_m(self) -> f64 {
+    pub(in crate::motion) fn distance_m(self) -> f64 {
         self.in_front_m.hypot(self.beside_m)
     }
 }
@@ -121,7 +123,7 @@ impl Beside {
 /// The face of the board at a place that it serves or served: over it, only what is before that face is in front; around it,
 /// a point may be before other surfaces by what it is inside the margin.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Footprint {
+pub(in crate::motion) struct Footprint {
     face: Pose,
     half_m: [f64; 2],
     margin_m: f64,
@@ -129,7 +131,7 @@ pub(super) struct Footprint {
 
 impl Footprint {
     /// The face and a margin around it.
-    pub(super) fn new(face: Pose, board: &Board, margin_m: f64) -> Self {
+    pub(in crate::motion) fn new(face: Pose, board: &Board, margin_m: f64) -> Self {
         Self {
             face,
             half_m: [board.half_width_m, board.half_height_m],
@@ -138,7 +140,7 @@ impl Footprint {
     }
 
     /// The same carried along with a world that moved.
-    pub(super) fn carried(&self, moved: &Pose) -> Self {
+    pub(in crate::motion) fn carried(&self, moved: &Pose) -> Self {
         Self {
             face: *moved * self.face,
             ..*self
@@ -146,7 +148,7 @@ impl Footprint {
     }
 
     /// Is a face so near that some of its points are eased, or may be before long?
-    pub(super) fn is_under(&self, board: &Board, face: &Pose) -> bool {
+    pub(in crate::motion) fn is_under(&self, board: &Board, face: &Pose) -> bool {
         corners_and_middle(board, face).into_iter().any(|point_m| {
             let p = self.face.inverse_transform_point(point_m);
             let beyond_m = (p.x.abs() - self.half_m[0]).max(p.y.abs() - self.half_m[1]);
@@ -155,22 +157,22 @@ impl Footprint {
     }
 
     /// How far a point is beside the face, the larger of both ways, m; below zero over it.
-    pub(super) fn beyond_m(&self, point_m: DVec3) -> f64 {
+    pub(in crate::motion) fn beyond_m(&self, point_m: DVec3) -> f64 {
         let p = self.face.inverse_transform_point(point_m);
         (p.x.abs() - self.half_m[0]).max(p.y.abs() - self.half_m[1])
     }
 
     /// How far a point is before the plane of the face, m.
-    pub(super) fn before_face_m(&self, point_m: DVec3) -> f64 {
+    pub(in crate::motion) fn before_face_m(&self, point_m: DVec3) -> f64 {
         self.face.inverse_transform_point(point_m).z
     }
 
-    pub(super) const fn margin_m(&self) -> f64 {
+    pub(in crate::motion) const fn margin_m(&self) -> f64 {
         self.margin_m
     }
 
     /// What a point that is so far before the nearest surface counts as; `None` beyond the margin.
-    pub(super) fn eased(&self, found: FacePoint) -> Option<FacePoint> {
+    pub(in crate::motion) fn eased(&self, found: FacePoint) -> Option<FacePoint> {
         // Behind a surface nothing is to be eased.
         if found.in_front_m <= 0.0 {
             return None;
@@ -201,16 +203,16 @@ impl Footprint {
 
 /// A point of the face of the board beside a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FacePoint {
-    pub(super) point_m: DVec3,
+pub(in crate::motion) struct FacePoint {
+    pub(in crate::motion) point_m: DVec3,
     /// Of the surface that it is nearest to.
-    pub(super) normal: DVec3,
+    pub(in crate::motion) normal: DVec3,
     /// Negative behind it, m.
-    pub(super) in_front_m: f64,
+    pub(in crate::motion) in_front_m: f64,
 }
 
 impl FacePoint {
-    pub(super) fn or_further(self, other: Self) -> Self {
+    pub(in crate::motion) fn or_further(self, other: Self) -> Self {
         match other.in_front_m > self.in_front_m {
             true => other,
             false => self,
@@ -219,10 +221,10 @@ impl FacePoint {
 }
 
 /// Middle and corners of the face; `None` where no surface is known.
-pub(super) type FacePoints = [Option<FacePoint>; 5];
+pub(in crate::motion) type FacePoints = [Option<FacePoint>; 5];
 
 /// Middle and corners of a face, m.
-pub(super) fn corners_and_middle(board: &Board, face: &Pose) -> [DVec3; 5] {
+pub(in crate::motion) fn corners_and_middle(board: &Board, face: &Pose) -> [DVec3; 5] {
     let points = [
         (0.0, 0.0),
         (1.0, 1.0),
@@ -241,21 +243,21 @@ pub(super) fn corners_and_middle(board: &Board, face: &Pose) -> [DVec3; 5] {
 
 /// A plane about a place that the board serves, where no barrier is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Plane {
-    pub(super) point_m: DVec3,
+pub(in crate::motion) struct Plane {
+    pub(in crate::motion) point_m: DVec3,
     /// Unit normal.
-    pub(super) normal: DVec3,
-    pub(super) radius_m: f64,
+    pub(in crate::motion) normal: DVec3,
+    pub(in crate::motion) radius_m: f64,
 }
 
 impl Plane {
     /// How far the points beside the place are in front, m; negative if all are behind.
-    pub(super) fn most_in_front_m(&self, points_m: &[DVec3]) -> f64 {
+    pub(in crate::motion) fn most_in_front_m(&self, points_m: &[DVec3]) -> f64 {
         let sides = points_m.iter().filter_map(|point_m| self.side(*point_m));
         sides.fold(f64::NEG_INFINITY, |most, side| most.max(side.in_front_m))
     }
 
-    pub(super) fn side(&self, point_m: DVec3) -> Option<FacePoint> {
+    pub(in crate::motion) fn side(&self, point_m: DVec3) -> Option<FacePoint> {
         let off = point_m - self.point_m;
         (off.length() <= self.radius_m).then_some(FacePoint {
             point_m,

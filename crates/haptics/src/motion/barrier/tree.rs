@@ -1,6 +1,6 @@
 //! Many surfaces, and which of them a point is nearest to.
 
-use super::barrier::{
+use super::{
     Barrier, Beside, EDGE_M, FacePoint, FacePoints, Footprint, Plane, SAME_PLANE_M,
     corners_and_middle,
 };
@@ -78,7 +78,7 @@ const OPEN: usize = 96;
 
 /// The surfaces, and how many boxes and rectangles were tested.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Barriers {
+pub(in crate::motion) struct Barriers {
     tree: BarrierTree,
     tests: Cell<usize>,
 }
@@ -94,26 +94,26 @@ impl From<BarrierTree> for Barriers {
 
 impl Barriers {
     /// Counts anew.
-    pub(super) fn begin(&self) {
+    pub(in crate::motion) fn begin(&self) {
         self.tests.set(0);
     }
 
     /// Boxes and rectangles that were tested since.
-    pub(super) const fn tests(&self) -> usize {
+    pub(in crate::motion) const fn tests(&self) -> usize {
         self.tests.get()
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(in crate::motion) fn is_empty(&self) -> bool {
         self.tree.all().is_empty()
     }
 
-    pub(super) fn set(&mut self, tree: BarrierTree) {
+    pub(in crate::motion) fn set(&mut self, tree: BarrierTree) {
         self.tree = tree;
     }
 
     /// Shows the barriers in whose boxes `least`, the least value of what is looked for, is within the bound, the lesser boxes first.
     /// The bound may become narrower on the way.
-    pub(super) fn walk<S>(
+    pub(in crate::motion) fn walk<S>(
         &self,
         state: &mut S,
         least: impl Fn(&Aabb) -> f64,
@@ -165,7 +165,7 @@ impl Barriers {
     }
 
     /// Is a plane through a point one of the barriers?
-    pub(super) fn have(&self, point_m: DVec3, normal: DVec3) -> bool {
+    pub(in crate::motion) fn have(&self, point_m: DVec3, normal: DVec3) -> bool {
         let mut found = false;
         self.walk(
             &mut found,
@@ -178,7 +178,7 @@ impl Barriers {
 
     /// The point of the face that comes furthest in front of the surfaces, of its corners and its middle, see
     /// [`all_in_front`](Self::all_in_front).
-    pub(super) fn most_in_front(
+    pub(in crate::motion) fn most_in_front(
         &self,
         board: &Board,
         face: &Pose,
@@ -194,7 +194,7 @@ impl Barriers {
     ///
     /// The surface nearest to a point decides on which side the point is, as for a closed mesh: next to a shelf the board is
     /// behind the wall, not beside the shelf.
-    pub(super) fn all_in_front(
+    pub(in crate::motion) fn all_in_front(
         &self,
         board: &Board,
         face: &Pose,
@@ -249,7 +249,7 @@ impl Barriers {
     }
 
     /// The distance to the nearest surface, m; infinite without any.
-    pub(super) fn least_distance_m(&self, point_m: DVec3) -> f64 {
+    pub(in crate::motion) fn least_distance_m(&self, point_m: DVec3) -> f64 {
         let mut least_m = f64::INFINITY;
         self.walk(
             &mut least_m,
@@ -262,7 +262,7 @@ impl Barriers {
 }
 
 /// No more than the distance of a point from what is in a box, m.
-pub(super) fn distance_m(aabb: &Aabb, point_m: DVec3) -> f64 {
+pub(in crate::motion) fn distance_m(aabb: &Aabb, point_m: DVec3) -> f64 {
     let [min, max] = [aabb.min, aabb.max].map(|corner| corner.as_dvec3());
     (min - point_m).max(point_m - max).max(DVec3::ZERO).length()
 }
