@@ -94,8 +94,8 @@ fn unfit_control(mode: ControlMode, command: Option<ClientCommandMode>) -> Optio
 mod tests {
     use super::{Unfit, unfit};
     use crate::codec::{
-        ClientCommandMode, ConnectionInfo, ConnectionQuality, ControlMode, Header,
-        InterpolatorData, MonitorMessage, RobotInfo, SessionState,
+        ClientCommandMode, ConnectionInfo, ConnectionQuality, ControlMode, DriveState, Header,
+        InterpolatorData, MonitorMessage, OperationMode, RobotInfo, SafetyState, SessionState,
     };
 
     fn message(robot: Option<RobotInfo>, interpolator: Option<InterpolatorData>) -> MonitorMessage {
@@ -111,6 +111,37 @@ mod tests {
             },
             interpolator,
         }
+    }
+
+    #[test]
+    fn values_of_the_robot() {
+        let robot = |change: &dyn Fn(&mut RobotInfo)| {
+            let mut robot = RobotInfo::default();
+            change(&mut robot);
+            unfit(&message(Some(robot), None))
+        };
+        for &safety in SafetyState::ALL {
+            let stops = safety != SafetyState::NormalOperation;
+            let found = robot(&|r| r.safety = Some(safety));
+            assert_eq!(found, stops.then_some(Unfit::Safety(safety)));
+        }
+        for &state in DriveState::ALL {
+            let mut drives = [DriveState::Active; 7];
+            drives[4] = state;
+            let rests = state != DriveState::Active;
+            let found = robot(&|r| r.drives = Some(drives));
+            assert_eq!(found, rests.then_some(Unfit::Drive { joint: 4, state }));
+        }
+        for &operation in OperationMode::ALL {
+            assert_eq!(robot(&|r| r.operation = Some(operation)), None);
+        }
+        let mut monitoring = message(None, None);
+        monitoring.robot = Some(RobotInfo {
+            drives: Some([DriveState::Off; 7]),
+            ..RobotInfo::default()
+        });
+        monitoring.connection.state = SessionState::MonitoringReady;
+        assert_eq!(unfit(&monitoring), None);
     }
 
     #[test]

@@ -32,12 +32,26 @@ fn in_mode<P: SimulatedPlant>(plant: P, mode: ClientCommandMode) -> Bench<P> {
     Bench::new(plant, config(mode), LinkConfig::default())
 }
 
-fn lossy(loss: f64) -> Link {
-    let config = LinkConfig {
+/// A network that loses this share of all datagrams and delays the others by so much and at most so much more.
+const fn network(loss: f64, delay_s: f64, jitter_s: f64, seed: u64) -> LinkConfig {
+    LinkConfig {
         loss,
-        ..LinkConfig::default()
-    };
-    Link::new(config).expect("a link")
+        delay_s,
+        jitter_s,
+        seed,
+    }
+}
+
+fn lossy(loss: f64) -> Link {
+    Link::new(network(loss, 0.0, 0.0, 1)).expect("a link")
+}
+
+/// The limit beyond which commanding ended.
+fn limit<P: SimulatedPlant>(bench: &Bench<P>) -> LimitViolation {
+    match bench.controller.ended() {
+        Some(EndReason::Limit(limit)) => limit,
+        other => panic!("{other:?}"),
+    }
 }
 
 fn sine(t_s: f64, amplitude: f64) -> f64 {
@@ -178,11 +192,7 @@ fn quality_falls_with_loss_and_delay() {
         bench.run(1.0, |_, _, _| {});
         bench
     };
-    let light = run(LinkConfig {
-        loss: 0.08,
-        seed: 3,
-        ..LinkConfig::default()
-    });
+    let light = run(network(0.08, 0.0, 0.0, 3));
     assert_eq!(light.controller.state(), SessionState::CommandingActive);
     assert_eq!(light.controller.quality(), ConnectionQuality::Good);
     let statistics = light.controller.statistics();
@@ -191,21 +201,9 @@ fn quality_falls_with_loss_and_delay() {
         "{statistics:?}"
     );
     for link in [
-        LinkConfig {
-            loss: 0.4,
-            seed: 4,
-            ..LinkConfig::default()
-        },
-        LinkConfig {
-            delay_s: 0.0015,
-            ..LinkConfig::default()
-        },
-        LinkConfig {
-            delay_s: 0.0002,
-            jitter_s: 0.003,
-            seed: 5,
-            ..LinkConfig::default()
-        },
+        network(0.4, 0.0, 0.0, 4),
+        network(0.0, 0.0015, 0.0, 1),
+        network(0.0, 0.0002, 0.003, 5),
     ] {
         let heavy = run(link);
         assert!(
@@ -224,14 +222,7 @@ fn quality_falls_with_loss_and_delay() {
         send_period_ms: 5,
         ..config(ClientCommandMode::Position)
     };
-    let mut bench = Bench::new(
-        servo(),
-        slow,
-        LinkConfig {
-            delay_s: 0.0015,
-            ..LinkConfig::default()
-        },
-    );
+    let mut bench = Bench::new(servo(), slow, network(0.0, 0.0015, 0.0, 1));
     bench.run(3.0, |_, _, _| {});
     assert_eq!(bench.controller.state(), SessionState::CommandingActive);
 }
@@ -247,12 +238,8 @@ fn a_silent_client_leaves_a_standing_arm() {
     bench.out = lossy(1.0);
     bench.run(0.6, |_, _, _| {});
     let at = |kind: fn(&EventKind) -> bool| {
-        bench
-            .events
-            .iter()
-            .filter(|e| kind(&e.kind))
-            .map(|e| e.t_s)
-            .next_back()
+        let of_kind = bench.events.iter().rfind(|e| kind(&e.kind));
+        of_kind.map(|e| e.t_s)
     };
     let expired_s = at(|k| *k == EventKind::Expired);
     let ended_s = at(|k| matches!(k, EventKind::Ended(_)));
@@ -262,20 +249,10 @@ fn a_silent_client_leaves_a_standing_arm() {
         expired_s.is_none_or(|t_s| (t_s - 2.05).abs() < 0.005),
         "{expired_s:?}"
     );
-    assert!(
-        (ended_s.expect("it ended") - 2.05).abs() < 0.005,
-        "{ended_s:?}"
-    );
-    assert!(
-        bench
-            .controller
-            .plant()
-            .qd()
-            .0
-            .iter()
-            .all(|v| v.abs() < 1e-9),
-        "at rest"
-    );
+    let ended_s = ended_s.expect("it ended");
+    assert!((ended_s - 2.05).abs() < 0.005, "{ended_s}");
+    let qd = bench.controller.plant().qd();
+    assert!(qd.0.iter().all(|v| v.abs() < 1e-9), "at rest");
     bench.out = lossy(0.0);
     bench.run(1.0, |_, _, _| {});
     assert_eq!(bench.controller.state(), SessionState::CommandingActive);
@@ -321,17 +298,8 @@ fn guards() {
         bench
     };
     let leap = after(&mut |q| q[2] += 0.1);
-    let speed = |e: Option<EndReason>| {
-        matches!(
-            e,
-            Some(EndReason::Limit(LimitViolation::Speed { joint: 2, .. }))
-        )
-    };
-    assert!(
-        speed(leap.controller.ended()),
-        "{:?}",
-        leap.controller.ended()
-    );
+    let speed = limit(&leap);
+    assert!(matches!(speed, LimitViolation::Speed { joint: 2, .. }));
     assert_eq!(leap.controller.state(), SessionState::MonitoringReady);
     assert!(
         leap.controller.plant().q().max_abs_difference(&start()) < 1e-9,
@@ -339,17 +307,11 @@ fn guards() {
     );
 
     let beyond = after(&mut |q| q[3] = -2.2);
-    let position = |e: Option<EndReason>| {
-        matches!(
-            e,
-            Some(EndReason::Limit(LimitViolation::Position { joint: 3, .. }))
-        )
-    };
-    assert!(
-        position(beyond.controller.ended()),
-        "{:?}",
-        beyond.controller.ended()
-    );
+    let position = limit(&beyond);
+    assert!(matches!(
+        position,
+        LimitViolation::Position { joint: 3, .. }
+    ));
 
     let mut nan = after(&mut |q| q[1] = f64::NAN);
     assert_eq!(nan.controller.ended(), None);
@@ -404,13 +366,12 @@ fn too_much_torque_ends_commanding() {
     bench.run(0.02, |_, _, data| {
         data.torque_n_m = Some([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 41.0])
     });
-    let ended = bench.controller.ended();
     let torque = LimitViolation::Torque {
         joint: 6,
         value_n_m: 41.0,
         max_n_m: 40.0,
     };
-    assert_eq!(ended, Some(EndReason::Limit(torque)));
+    assert_eq!(limit(&bench), torque);
 }
 
 /// Nothing has an effect in the first quarter of a second, and nothing without what the mode needs.
@@ -482,12 +443,7 @@ fn malformed_and_repeated_datagrams_are_counted() {
 
 #[test]
 fn the_same_datagrams_give_the_same_answers() {
-    let link = LinkConfig {
-        loss: 0.1,
-        jitter_s: 0.0004,
-        seed: 9,
-        ..LinkConfig::default()
-    };
+    let link = network(0.1, 0.0, 0.0004, 9);
     let run = || {
         let mut bench = Bench::new(servo(), config(ClientCommandMode::Position), link);
         bench.run(3.0, |t_s, _, data| {

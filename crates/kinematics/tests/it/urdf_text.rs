@@ -212,8 +212,10 @@ fn mutated_arms_are_errors_or_sound_chains() {
     let report = attack("urdf", &[IIWA7.into()], 20_000, 71, |bytes| {
         match load(&String::from_utf8_lossy(bytes)) {
             Ok(chain) => {
-                let tip = chain.forward(&vec![0.1; chain.joint_count()]).unwrap();
-                assert!(tip.position_m().is_finite() && tip.rotation().is_finite());
+                // Links of 1e308 m are read; where they lead is an error.
+                if let Ok(tip) = chain.forward(&vec![0.1; chain.joint_count()]) {
+                    assert!(tip.position_m().is_finite() && tip.rotation().is_finite());
+                }
                 for joint in chain.joints() {
                     assert!(joint.limit.min_rad <= joint.limit.max_rad);
                     assert!(joint.max_velocity.is_none_or(|v| v > 0.0 && v.is_finite()));
@@ -228,7 +230,7 @@ fn mutated_arms_are_errors_or_sound_chains() {
     });
     assert_eq!(report.findings, 0, "{report:?}");
     assert!(
-        report.accepted > 1_000 && report.refused > 5_000,
+        report.accepted > 1_000 && report.refused > 2_000,
         "{report:?}"
     );
 }

@@ -118,16 +118,10 @@ fn a_change_of_mind_lands_on_what_is_touched_in_the_end() {
 }
 
 #[test]
-fn a_glancing_sequence_is_a_pure_function_of_time() {
+fn a_gaze_that_glances_never_leaps() {
     let [a, b] = [(); 2].map(|()| looking(PersonConfig::glancing(), 4, 12));
     assert_eq!(a, b);
-    assert_ne!(a, looking(PersonConfig::glancing(), 5, 12));
-    let n = (a.duration_s() * 90.0) as u32;
-    let forwards: Vec<_> = (0..n).map(|i| a.tracked(f64::from(i) / 90.0)).collect();
-    for i in (0..n).rev().step_by(7) {
-        assert_eq!(b.tracked(f64::from(i) / 90.0), forwards[i as usize]);
-    }
-    // The gaze never leaps: the fastest saccade turns by 1.875 of its angle over its duration.
+    // The fastest saccade turns by 1.875 of its angle over its duration.
     let dt_s = 1e-4;
     let steps = (a.duration_s() / dt_s) as u32;
     let mut before = a.truth(0.0).gaze;

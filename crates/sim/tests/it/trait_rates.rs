@@ -44,18 +44,6 @@ fn a_population_is_the_same_however_many_are_drawn() {
 }
 
 #[test]
-fn the_traits_of_varied_people_leave_the_plain_ones_alone() {
-    // Pace and hand of the same seed do not change as traits are switched on.
-    let (plain, varied) = (PersonConfig::default(), PersonConfig::varied());
-    for seed in 0..20 {
-        let [a, b] = [plain, varied].map(|c| Person::new(c, seed).unwrap());
-        assert_eq!(a.mean_reach_s(), b.mean_reach_s());
-        assert_eq!(a.hand_length_m(), b.hand_length_m());
-        assert_ne!(a.speed_peak(), b.speed_peak());
-    }
-}
-
-#[test]
 fn dropouts_occur_at_the_asked_rate_and_last() {
     for (dropout, dropout_s) in [(0.05, 0.05), (0.3, 0.1), (0.1, 1e-3)] {
         let config = PersonConfig {

@@ -54,6 +54,32 @@ fn every_trait_leaves_the_contact_at_the_target() {
     }
 }
 
+#[test]
+fn the_hand_never_jumps() {
+    for gesture in Gesture::ALL {
+        let config = PersonConfig {
+            gesture: Some(gesture),
+            ..PersonConfig::varied()
+        };
+        for seed in 0..4 {
+            for sequence in [sequence(config, seed, 4), changing(config, seed, 4)] {
+                let steps = (sequence.duration_s() / 1e-3) as u32;
+                let mut last = sequence.truth(0.0);
+                for i in 1..steps {
+                    let truth = sequence.truth(f64::from(i) * 1e-3);
+                    let moved = |a: DVec3, b: DVec3| a.distance(b) < 8e-3;
+                    assert!(moved(truth.palm_m, last.palm_m), "palm at {}", truth.t_s);
+                    assert!(moved(truth.head_m, last.head_m), "head at {}", truth.t_s);
+                    for (tip_m, last_m) in truth.tips_m.into_iter().zip(last.tips_m) {
+                        assert!(moved(tip_m, last_m), "tip at {}", truth.t_s);
+                    }
+                    last = truth;
+                }
+            }
+        }
+    }
+}
+
 /// Where a straight reach is fastest, share of its time.
 fn measured_peak(config: PersonConfig, seed: u64) -> f64 {
     let person = Person::new(config, seed).unwrap();
