@@ -5,84 +5,19 @@ use hwall_lab::attack::{loop_again, targets};
 const INPUTS: u64 = 1500;
 const RUNS: u64 = 150;
 
-fn nothing_gets_through(reader: &str) {
-    for target in targets(reader).unwrap() {
+#[test]
+fn nothing_gets_through() {
+    for target in targets("all").unwrap() {
         let report = target.attack(INPUTS, RUNS, 11).unwrap();
-        assert_eq!(report.findings, 0, "{:#?}", report.examples);
+        assert_eq!(
+            report.findings, 0,
+            "{}: {:#?}",
+            target.name, report.examples
+        );
         // An attack of which everything is refused at the door tests nothing behind it.
         assert!(report.refused > 0, "{report:?}");
         assert!(report.accepted > 0, "{report:?}");
     }
-}
-
-#[test]
-fn scenes() {
-    nothing_gets_through("scene");
-}
-
-#[test]
-fn recordings_of_hands() {
-    nothing_gets_through("hand");
-}
-
-#[test]
-fn arms() {
-    nothing_gets_through("urdf");
-}
-
-#[test]
-fn studies() {
-    nothing_gets_through("study");
-}
-
-#[test]
-fn logs_of_studies() {
-    nothing_gets_through("log");
-}
-
-#[test]
-fn calibrations() {
-    nothing_gets_through("calibration");
-}
-
-#[test]
-fn models() {
-    nothing_gets_through("model");
-}
-
-#[test]
-fn regions() {
-    nothing_gets_through("regions");
-}
-
-#[test]
-fn maps() {
-    nothing_gets_through("map");
-}
-
-#[test]
-fn atlases() {
-    nothing_gets_through("atlas");
-}
-
-#[test]
-fn meshes() {
-    nothing_gets_through("stl");
-}
-
-#[test]
-fn pictures() {
-    nothing_gets_through("exr");
-}
-
-#[test]
-fn recordings_of_sessions() {
-    nothing_gets_through("session");
-}
-
-#[test]
-fn the_control_loop() {
-    nothing_gets_through("loop");
 }
 
 /// Which runs these are hangs on the order of draws; `object_on_the_way.rs` of `hwall-haptics` is the case by itself.

@@ -31,6 +31,18 @@ impl<'a> Observation<'a> {
         }
     }
 
+    /// The degrees of freedom observed, for filters of other crates.
+    #[must_use]
+    pub const fn dofs(&self) -> &'a [usize] {
+        self.dofs
+    }
+
+    /// Their values.
+    #[must_use]
+    pub const fn values(&self) -> &'a [f64] {
+        self.values
+    }
+
     /// With a variance for each value instead, in the squared unit of the degree of freedom.
     #[must_use]
     pub fn with_variances(self, variances: &'a [f64]) -> Self {

@@ -3,7 +3,7 @@
 //! For comparison only: it is slower by orders of magnitude and loses positive definiteness with
 //! ill-conditioned bases, as the original does.
 
-use hwall_bip::{Basis, BipError, Prior};
+use hwall_bip::{Basis, BipError, MotionFilter, Observation, Prior};
 use hwall_numeric::check;
 use hwall_numeric::dense::{cholesky_in_place, dot, solve_lower, solve_lower_transposed};
 
@@ -27,12 +27,8 @@ pub struct FullFilter {
     covariance: Vec<f64>,
 }
 
-/// Values and slopes of basis functions at one phase, group by group.
-#[derive(Default)]
-struct Functions {
-    values: Vec<Vec<f64>>,
-    slopes: Vec<Vec<f64>>,
-}
+/// Values and slopes of the basis functions of a group at one phase.
+type Functions = (Vec<f64>, Vec<f64>);
 
 impl FullFilter {
     /// From a prior, with the variance of the phase at its start and of its acceleration.
@@ -88,60 +84,17 @@ impl FullFilter {
         })
     }
 
-    /// One call: a prediction over `dt`, then an observation of these degrees of freedom.
-    ///
-    /// # Errors
-    /// An unknown degree of freedom, numbers that are not finite, an innovation covariance that
-    /// is no longer positive definite.
-    pub fn step(&mut self, dt: f64, dofs: &[usize], values: &[f64]) -> Result<(), BipError> {
-        length("values", dofs.len(), values.len())?;
-        check::all_finite("values", values)?;
-        check::finite("dt", dt)?;
-        let count = self.layout.len();
-        let mut y = vec![0.0; count];
-        let mut noise: Vec<f64> = self.noise.iter().map(|r| r + INACTIVE_NOISE).collect();
-        let mut active = vec![false; count];
-        for (&dof, value) in dofs.iter().zip(values) {
-            if dof >= count {
-                return Err(BipError::UnknownDof { dof, dofs: count });
-            }
-            y[dof] = *value;
-            noise[dof] = self.noise[dof];
-            active[dof] = true;
-        }
-        self.predict(dt);
-        self.update(&y, &noise, &active)?;
-        self.state[0] = self.state[0].clamp(0.0, 1.0);
-        Ok(())
-    }
-
-    fn predict(&mut self, dt: f64) {
-        let n = self.state.len();
-        let p = &mut self.covariance;
-        self.state[0] = (self.state[0] + dt * self.state[1]).clamp(0.0, 1.0);
-        for j in 0..n {
-            p[j] += dt * p[n + j];
-        }
-        for i in 0..n {
-            p[i * n] += dt * p[i * n + 1];
-        }
-        let q = self.process_variance;
-        p[0] += q * dt.powi(4) / 4.0;
-        p[1] += q * dt.powi(3) / 2.0;
-        p[n] += q * dt.powi(3) / 2.0;
-        p[n + 1] += q * dt * dt;
-    }
-
     fn update(&mut self, y: &[f64], noise: &[f64], active: &[bool]) -> Result<(), BipError> {
         let (n, m) = (self.state.len(), self.layout.len());
-        let Functions { values, slopes } = self.functions(self.state[0])?;
+        let functions = self.functions(self.state[0])?;
         let mut predicted = vec![0.0; m];
         // Sparse rows of H: the slope at the phase, the basis at the weights.
         let mut slope = vec![0.0; m];
         for (d, &(g, first)) in self.layout.iter().enumerate() {
-            let weights = &self.state[first..first + values[g].len()];
-            predicted[d] = self.offset[d] + dot(&values[g], weights);
-            slope[d] = dot(&slopes[g], weights);
+            let (values, slopes) = &functions[g];
+            let weights = &self.state[first..first + values.len()];
+            predicted[d] = self.offset[d] + dot(values, weights);
+            slope[d] = dot(slopes, weights);
         }
         let mut hp = vec![0.0; m * n];
         let mut pht = vec![0.0; n * m];
@@ -149,7 +102,7 @@ impl FullFilter {
             for j in 0..n {
                 let mut row = slope[d] * self.covariance[j];
                 let mut column = slope[d] * self.covariance[j * n];
-                for (b, psi) in values[g].iter().enumerate() {
+                for (b, psi) in functions[g].0.iter().enumerate() {
                     row += psi * self.covariance[(first + b) * n + j];
                     column += psi * self.covariance[j * n + first + b];
                 }
@@ -160,8 +113,9 @@ impl FullFilter {
         let mut s = vec![0.0; m * m];
         for i in 0..m {
             for (e, &(g, first)) in self.layout.iter().enumerate() {
+                let (values, _) = &functions[g];
                 s[i * m + e] =
-                    slope[e] * hp[i * n] + dot(&values[g], &hp[i * n + first..][..values[g].len()]);
+                    slope[e] * hp[i * n] + dot(values, &hp[i * n + first..][..values.len()]);
             }
             s[i * m + i] += noise[i];
         }
@@ -189,52 +143,102 @@ impl FullFilter {
     }
 
     /// Values and slopes of the functions of each group.
-    fn functions(&self, phase: f64) -> Result<Functions, BipError> {
-        let mut all = Functions::default();
-        for basis in &self.bases {
-            let mut values = vec![0.0; basis.count()];
-            let mut slopes = vec![0.0; basis.count()];
+    fn functions(&self, phase: f64) -> Result<Vec<Functions>, BipError> {
+        let of = |basis: &Basis| {
+            let (mut values, mut slopes) = (vec![0.0; basis.count()], vec![0.0; basis.count()]);
             basis.evaluate_into(phase, &mut values, &mut slopes)?;
-            all.values.push(values);
-            all.slopes.push(slopes);
+            Ok((values, slopes))
+        };
+        self.bases.iter().map(of).collect()
+    }
+}
+
+impl MotionFilter for FullFilter {
+    fn predict(&mut self, dt: f64) -> Result<(), BipError> {
+        check::finite("dt", dt)?;
+        let n = self.state.len();
+        let p = &mut self.covariance;
+        self.state[0] = (self.state[0] + dt * self.state[1]).clamp(0.0, 1.0);
+        for j in 0..n {
+            p[j] += dt * p[n + j];
         }
-        Ok(all)
+        for i in 0..n {
+            p[i * n] += dt * p[i * n + 1];
+        }
+        let q = self.process_variance;
+        p[0] += q * dt.powi(4) / 4.0;
+        p[1] += q * dt.powi(3) / 2.0;
+        p[n] += q * dt.powi(3) / 2.0;
+        p[n + 1] += q * dt * dt;
+        Ok(())
     }
 
-    /// Mean of the phase.
-    pub fn phase(&self) -> f64 {
+    fn observe(&mut self, observation: &Observation<'_>) -> Result<(), BipError> {
+        let (dofs, values) = (observation.dofs(), observation.values());
+        length("values", dofs.len(), values.len())?;
+        check::all_finite("values", values)?;
+        let count = self.layout.len();
+        let mut y = vec![0.0; count];
+        let mut noise: Vec<f64> = self.noise.iter().map(|r| r + INACTIVE_NOISE).collect();
+        let mut active = vec![false; count];
+        for (&dof, value) in dofs.iter().zip(values) {
+            if dof >= count {
+                return Err(BipError::UnknownDof { dof, dofs: count });
+            }
+            y[dof] = *value;
+            noise[dof] = self.noise[dof];
+            active[dof] = true;
+        }
+        self.update(&y, &noise, &active)?;
+        self.state[0] = self.state[0].clamp(0.0, 1.0);
+        Ok(())
+    }
+
+    /// Variances are negative where rounding has cost the covariance its definiteness.
+    fn moments_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        let (functions, n) = (self.functions(phase)?, self.state.len());
+        for ((&dof, mean), variance) in dofs.iter().zip(mean).zip(variance) {
+            let count = self.layout.len();
+            let unknown = BipError::UnknownDof { dof, dofs: count };
+            let &(g, first) = self.layout.get(dof).ok_or(unknown)?;
+            let psi = &functions[g].0;
+            let row = |i: usize| &self.covariance[(first + i) * n + first..][..psi.len()];
+            let weighted = psi.iter().enumerate().map(|(i, x)| x * dot(row(i), psi));
+            *variance = weighted.sum();
+            *mean = self.offset[dof] + dot(psi, &self.state[first..first + psi.len()]);
+        }
+        Ok(())
+    }
+
+    /// In this convention, the mean motion alone.
+    fn predict_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        self.moments_at(phase, dofs, mean, variance)
+    }
+
+    fn phase(&self) -> f64 {
         self.state[0]
     }
 
-    /// Mean of the phase velocity, 1/time.
-    pub fn phase_velocity(&self) -> f64 {
+    fn phase_velocity(&self) -> f64 {
         self.state[1]
     }
 
-    /// Covariance of phase and phase velocity, which need not be symmetric.
-    pub fn phase_covariance(&self) -> [[f64; 2]; 2] {
-        let n = self.state.len();
-        let p = &self.covariance;
+    /// It need not be symmetric.
+    fn phase_covariance(&mut self) -> [[f64; 2]; 2] {
+        let (n, p) = (self.state.len(), &self.covariance);
         [[p[0], p[1]], [p[n], p[n + 1]]]
-    }
-
-    /// Mean trajectory of a degree of freedom at a phase; `None` if there is no such degree of
-    /// freedom or a function overflows there.
-    pub fn mean_at(&self, phase: f64, dof: usize) -> Option<f64> {
-        let &(g, first) = self.layout.get(dof)?;
-        let values = self.functions(phase).ok()?.values;
-        Some(self.offset[dof] + dot(&values[g], &self.state[first..first + values[g].len()]))
-    }
-
-    /// Variance of a degree of freedom at a given phase, without measurement noise; `None` as for
-    /// [`mean_at`](Self::mean_at). Negative where rounding has cost the covariance its definiteness.
-    pub fn variance_at(&self, phase: f64, dof: usize) -> Option<f64> {
-        let &(g, first) = self.layout.get(dof)?;
-        let values = self.functions(phase).ok()?.values;
-        let (psi, n) = (&values[g], self.state.len());
-        let row = |i: usize| &self.covariance[(first + i) * n + first..][..psi.len()];
-        let weighted = psi.iter().enumerate().map(|(i, x)| x * dot(row(i), psi));
-        Some(weighted.sum())
     }
 }
 

@@ -12,77 +12,6 @@ use hwall_testkit::Timing;
 use serde::Serialize;
 use std::time::Instant;
 
-/// What is asked of a filter in the middle of a motion.
-pub trait Followed {
-    /// Lets `dt` pass, then takes what was observed.
-    ///
-    /// # Errors
-    /// Whatever the filter refuses.
-    fn step(&mut self, dt: f64, dofs: &[usize], values: &[f64]) -> Result<(), BipError>;
-
-    /// Means of phase and phase velocity, 1/time, and their covariance.
-    fn phase(&mut self) -> ([f64; 2], [[f64; 2]; 2]);
-
-    /// Mean and variance of all degrees of freedom at phase 1; with `measured` of what will be measured: with the
-    /// residual of held-out motions and the spread that made their intervals right.
-    ///
-    /// # Errors
-    /// Whatever the filter refuses.
-    fn end(
-        &mut self,
-        measured: bool,
-        mean: &mut [f64],
-        variance: &mut [f64],
-    ) -> Result<(), BipError>;
-}
-
-impl<F: MotionFilter> Followed for F {
-    fn step(&mut self, dt: f64, dofs: &[usize], values: &[f64]) -> Result<(), BipError> {
-        self.predict(dt)?;
-        self.observe(&Observation::new(dofs, values))
-    }
-
-    fn phase(&mut self) -> ([f64; 2], [[f64; 2]; 2]) {
-        let means = [MotionFilter::phase(self), self.phase_velocity()];
-        (means, self.phase_covariance())
-    }
-
-    fn end(
-        &mut self,
-        measured: bool,
-        mean: &mut [f64],
-        variance: &mut [f64],
-    ) -> Result<(), BipError> {
-        let all: Vec<usize> = (0..mean.len()).collect();
-        match measured {
-            true => self.predict_at(1.0, &all, mean, variance),
-            false => self.moments_at(1.0, &all, mean, variance),
-        }
-    }
-}
-
-/// Its noise is that of the prior it was made from; it knows the mean motion alone.
-impl Followed for FullFilter {
-    fn step(&mut self, dt: f64, dofs: &[usize], values: &[f64]) -> Result<(), BipError> {
-        FullFilter::step(self, dt, dofs, values)
-    }
-
-    fn phase(&mut self) -> ([f64; 2], [[f64; 2]; 2]) {
-        let means = [FullFilter::phase(self), self.phase_velocity()];
-        (means, self.phase_covariance())
-    }
-
-    fn end(&mut self, _: bool, mean: &mut [f64], variance: &mut [f64]) -> Result<(), BipError> {
-        let dofs = mean.len();
-        for (dof, (mean, variance)) in mean.iter_mut().zip(variance).enumerate() {
-            let unknown = || BipError::UnknownDof { dof, dofs };
-            *mean = self.mean_at(1.0, dof).ok_or_else(unknown)?;
-            *variance = self.variance_at(1.0, dof).ok_or_else(unknown)?;
-        }
-        Ok(())
-    }
-}
-
 /// One test motion: the filter's estimates after each sample, in the layout of the JSON file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct TestRun {
@@ -183,7 +112,7 @@ pub fn run(setup: &Setup, trained: &TrainedModel, tests: &TrajectorySet) -> anyh
 ///
 /// # Errors
 /// A filter that fails, with the motion and the sample.
-pub fn follow<F: Followed>(
+pub fn follow<F: MotionFilter>(
     new: impl Fn() -> F,
     measured: bool,
     observed: &[usize],
@@ -213,16 +142,21 @@ pub fn follow<F: Followed>(
             let present = observed.iter().filter_map(present);
             let (dofs, values): (Vec<usize>, Vec<f64>) = present.unzip();
             let place = || format!("{}, sample {}", trajectory.name, k + 1);
-            let step = timed(&mut step_ns, &mut || filter.step(dt, &dofs, &values));
+            let step = timed(&mut step_ns, &mut || {
+                filter.predict(dt)?;
+                filter.observe(&Observation::new(&dofs, &values))
+            });
             step.with_context(place)?;
+            let all: Vec<usize> = (0..row.len()).collect();
             let (mut mean, mut variance) = (vec![0.0; row.len()], vec![0.0; row.len()]);
-            let end = timed(&mut query_ns, &mut || {
-                filter.end(measured, &mut mean, &mut variance)
+            let end = timed(&mut query_ns, &mut || match measured {
+                true => filter.predict_at(1.0, &all, &mut mean, &mut variance),
+                false => filter.moments_at(1.0, &all, &mut mean, &mut variance),
             });
             end.with_context(place)?;
-            let ([phase, velocity], [[p00, p01], [_, p11]]) = filter.phase();
-            out.phase.push(phase);
-            out.phase_vel.push(velocity);
+            let [[p00, p01], [_, p11]] = filter.phase_covariance();
+            out.phase.push(filter.phase());
+            out.phase_vel.push(filter.phase_velocity());
             out.phase_variance.push(p00);
             out.covariance.push(p01);
             out.velocity_variance.push(p11);
