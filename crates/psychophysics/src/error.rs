@@ -179,4 +179,4 @@ pub(crate) fn inner_probability(what: &'static str, value: f64) -> Result<f64, A
 }
 
 /// What may fail with an error of this crate.
-pub type Result<T, E = PsychophysicsError> = std::result::Result<T, E>;
+pub(crate) type Result<T, E = PsychophysicsError> = std::result::Result<T, E>;

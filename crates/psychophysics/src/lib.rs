@@ -11,7 +11,7 @@ pub mod samples;
 pub mod study;
 pub mod tails;
 
-pub use error::{PsychophysicsError, Result};
+pub use error::PsychophysicsError;
 pub use hwall_numeric::ArgumentError;
 
 // A study, its table and its scale.

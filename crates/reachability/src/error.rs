@@ -66,4 +66,4 @@ impl ReachabilityError {
 }
 
 /// What may fail with an error of this crate.
-pub type Result<T, E = ReachabilityError> = std::result::Result<T, E>;
+pub(crate) type Result<T, E = ReachabilityError> = std::result::Result<T, E>;

@@ -17,7 +17,7 @@ pub mod placement;
 pub mod polygon;
 
 pub use binary_file::{BinaryFileError, BinaryFormat};
-pub use error::{ReachabilityError, Result};
+pub use error::ReachabilityError;
 pub use plane::{Plane, PlaneLine};
 pub use progress::{Monitor, Progress};
 pub use steps::Steps;

@@ -31,4 +31,4 @@ pub enum RedirectionError {
 }
 
 /// What may fail with an error of this crate.
-pub type Result<T, E = RedirectionError> = std::result::Result<T, E>;
+pub(crate) type Result<T, E = RedirectionError> = std::result::Result<T, E>;

@@ -10,7 +10,7 @@ mod walking_thresholds;
 
 pub use angle::wrapped_rad;
 pub use avatar_turn::{AvatarTurn, PersonMotion, TurnConfig, TurnStep};
-pub use error::{RedirectionError, Result};
+pub use error::RedirectionError;
 pub use orientations::{SampledOrientations, Snapped};
 pub use reach::{RedirectedReach, VirtualHand};
 pub use reach_thresholds::{ReachFrame, ReachShift, ReachThresholds};

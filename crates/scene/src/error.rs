@@ -49,6 +49,7 @@ pub enum SceneError {
     #[error("OBJ line {line}: face index {index}, but {vertices} vertices are defined so far")]
     ObjIndex {
         line: usize,
+        /// As it is written: from 1, or back from the newest if negative.
         index: i64,
         vertices: usize,
     },
@@ -102,6 +103,7 @@ pub enum SceneError {
     #[error("surface {surface:?}: opening {value} outside [{min}, {max}]")]
     OpeningOutOfRange {
         surface: String,
+        /// rad or m, as the bounds.
         value: f64,
         min: f64,
         max: f64,
@@ -144,4 +146,4 @@ pub(crate) fn finite(what: &'static str, v: DVec3) -> Result<DVec3, ArgumentErro
 }
 
 /// What may fail with an error of this crate.
-pub type Result<T, E = SceneError> = std::result::Result<T, E>;
+pub(crate) type Result<T, E = SceneError> = std::result::Result<T, E>;

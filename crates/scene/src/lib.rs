@@ -20,7 +20,7 @@ pub use part::BuildQuality;
 pub use queries::{Hit, Ray};
 
 // Reading.
-pub use error::{Result, SceneError};
+pub use error::SceneError;
 pub use part::triangle::COORDINATE_LIMIT_M;
 pub use read::{FileFrame, LoadLimits, LoadReport, SurfaceMesh, UNNAMED, read_text};
 

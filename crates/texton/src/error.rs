@@ -141,4 +141,4 @@ impl TextonError {
 }
 
 /// What may fail with an error of this crate.
-pub type Result<T, E = TextonError> = std::result::Result<T, E>;
+pub(crate) type Result<T, E = TextonError> = std::result::Result<T, E>;

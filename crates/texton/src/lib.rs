@@ -13,7 +13,7 @@ mod picture;
 pub mod print;
 pub mod roughness;
 
-pub use error::{Result, TextonError};
+pub use error::TextonError;
 pub use glam;
 pub use hwall_numeric::ArgumentError;
 

@@ -91,7 +91,7 @@ impl Atlas {
     /// An atlas from bytes that [`to_bytes`](Self::to_bytes) made.
     ///
     /// # Errors
-    /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant.
+    /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant of `BinaryFileError`.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ArrivalError> {
         FORMAT.from_bytes::<Body>(bytes)?.into_atlas()
     }

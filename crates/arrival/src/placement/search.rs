@@ -365,7 +365,7 @@ impl Room<'_> {
         waiting
     }
 
-    /// All of it has been checked.
+    /// The task as seen from a base; its parts were checked when the search began.
     fn task<'a>(&'a self, seen: &'a FromBase, config: &'a WaitingConfig) -> Task<'a> {
         Task {
             passage: Passage::new(self.arm, self.board, &seen.surfaces, config.clearance),

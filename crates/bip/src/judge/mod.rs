@@ -19,6 +19,8 @@ pub use evaluation::{
 };
 pub use motion_filter::MotionFilter;
 pub use selection::{Criterion, SelectionConfig, default_candidates, select_groups};
+pub use tuning::{Trial, Tuned, TuningConfig, tune};
+
 /// `each(0), each(1), ...` in order; with the feature `parallel` on all cores.
 fn map_indexed<T: Send>(count: usize, each: impl Fn(usize) -> T + Sync) -> Vec<T> {
     if cfg!(feature = "parallel") {
@@ -27,5 +29,3 @@ fn map_indexed<T: Send>(count: usize, each: impl Fn(usize) -> T + Sync) -> Vec<T
         (0..count).map(each).collect()
     }
 }
-
-pub use tuning::{Trial, Tuned, TuningConfig, tune};

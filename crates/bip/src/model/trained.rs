@@ -34,7 +34,7 @@ pub(crate) struct ModelParts {
     pub phase_velocity: PhaseVelocity,
     pub sampling_period: f64,
     pub demonstrations: usize,
-    /// Of the prior's covariance, in files of older versions: 0 for none, which is all that is trained now.
+    /// By how much older versions shrank the prior's covariance; 0 in models trained now.
     pub shrinkage: f64,
     pub tuning: Option<Tuning>,
 }

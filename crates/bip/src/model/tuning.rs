@@ -19,12 +19,12 @@ pub struct Tuning {
     /// Factor on the standard deviation of the time to the end: with it, 90 % intervals held 90 % of the ends of held-out
     /// motions. The velocity of the phase varies in longer waves than the random acceleration of the filter. Files of
     /// version 1 have none.
-    #[cfg_attr(feature = "serde", serde(default = "no_spread"))]
+    #[cfg_attr(feature = "serde", serde(default = "unit_spread"))]
     pub time_spread: f64,
 }
 
 #[cfg(feature = "serde")]
-fn no_spread() -> f64 {
+fn unit_spread() -> f64 {
     1.0
 }
 

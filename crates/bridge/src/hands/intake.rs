@@ -15,6 +15,9 @@ pub(crate) const HAND_QUEUE: usize = 256;
 /// The pace of a client's clock is taken over this time, s: a dozen samples of a headset.
 const PACE_S: f64 = 0.15;
 
+/// The other hand goes with a frame that is no more than this newer, s: a sample of 30 Hz.
+const OTHER_AGE_S: f64 = 0.035;
+
 /// A frame on its way to the loop, its time and that of its receipt on the server's clock.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ReceivedFrame {
@@ -167,7 +170,7 @@ impl Intake {
         frame.is_of_another = self.is_another;
         let other = self
             .other
-            .filter(|(_, at_s)| frame.t_s - at_s <= self.max_age_s);
+            .filter(|(_, at_s)| frame.t_s - at_s <= OTHER_AGE_S);
         frame.other_hand_m = other.map(|(palm_m, _)| palm_m);
         let received = ReceivedFrame {
             frame,
@@ -448,7 +451,8 @@ mod tests {
         assert_eq!(take(&mut s, 0.0, Side::Right, true), Some(false));
         // The same instant, the other hand.
         assert_eq!(take(&mut s, 0.0, Side::Left, true), None);
-        assert_eq!(take(&mut s, 0.1, Side::Right, false), Some(true));
+        assert_eq!(take(&mut s, 0.03, Side::Right, false), Some(true));
+        assert_eq!(take(&mut s, 0.1, Side::Right, false), Some(false));
         assert_eq!(take(&mut s, 0.1, Side::Left, true), None);
         // The hand that is followed changes; the first one is not seen then.
         assert_eq!(take(&mut s, 0.2, Side::Left, true), Some(false));

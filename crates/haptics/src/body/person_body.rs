@@ -67,6 +67,8 @@ pub(super) const MOST: usize = 5;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Seen {
     pub(super) region: BodyRegion,
+    /// The tracked point that it is known from.
+    pub(super) part: PersonPart,
     pub(super) capsule: Capsule,
     pub(super) stamp_s: f64,
 }
@@ -92,6 +94,7 @@ impl PersonBody {
         let seen = |region, capsule| {
             Some(Seen {
                 region,
+                part: PersonPart::Head,
                 capsule,
                 stamp_s: head.stamp_s,
             })
@@ -104,6 +107,7 @@ impl PersonBody {
         };
         let limb = |from_m: DVec3, from_s: f64, to: &PersonPoint| Seen {
             region: BodyRegion::Arm,
+            part: to.part,
             capsule: Capsule {
                 from_m,
                 to_m: to.position_m,

@@ -3,6 +3,7 @@
 use super::arm_body::{ArmBody, ArmCapsules, MOST as MOST_PARTS, least_or_nan};
 use super::person_body::{BodyRegion, MOST as MOST_SEEN, PersonBody, PersonBodyConfig, Seen};
 use crate::error::HapticsError;
+use crate::safety::PersonPart;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_numeric::check::non_negative;
 
@@ -60,6 +61,8 @@ impl SeparationConfig {
 pub struct Gap {
     /// The nearest region.
     pub region: BodyRegion,
+    /// The tracked point that it is known from.
+    pub part: PersonPart,
     /// Distance at the moment of the least margin, m: a lower bound.
     pub distance_m: f64,
     /// Distance beyond what is needed, m: the least until the arm stands. Below zero the arm has to brake.
@@ -214,6 +217,7 @@ impl Separation {
             };
             Gap {
                 region: seen.region,
+                part: seen.part,
                 distance_m: least_m,
                 left_m: least_m - clearance_m - person_m_per_s * (age_s + until_s),
             }

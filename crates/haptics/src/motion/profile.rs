@@ -174,6 +174,16 @@ mod tests {
     use hwall_testkit::Sampler;
     use proptest::prelude::*;
 
+    /// Positions over two seconds in steps of a millisecond.
+    fn positions(mut joint: JointMotion, goal: f64) -> (JointMotion, Vec<f64>) {
+        let mut passed = Vec::new();
+        for _ in 0..2000 {
+            joint = joint.towards(goal, &BOUNDS, 1e-3);
+            passed.push(joint.q_rad);
+        }
+        (joint, passed)
+    }
+
     const BOUNDS: JointBounds = JointBounds {
         velocity: 1.5,
         acceleration: 10.0,
@@ -379,6 +389,53 @@ mod tests {
             };
             assert_eq!(what(JointBounds::new(bad, 1.0)), "velocity_rad_per_s");
             assert_eq!(what(JointBounds::new(1.0, bad)), "acceleration_rad_per_s2");
+        }
+    }
+
+    #[test]
+    fn brakes_and_returns_when_the_goal_jumps_too_near() {
+        let (joint, passed) = positions(
+            JointMotion {
+                q_rad: 0.0,
+                qd_rad_per_s: 1.0,
+            },
+            0.01,
+        );
+        assert_eq!(joint, JointMotion::at_rest(0.01));
+        // The stopping distance v² / 2a, and no more.
+        let furthest = passed.into_iter().fold(0.0, f64::max);
+        assert!((furthest - 0.05).abs() < 1e-12, "{furthest}");
+    }
+
+    #[test]
+    fn turns_round_when_moving_away() {
+        let (joint, passed) = positions(
+            JointMotion {
+                q_rad: 0.0,
+                qd_rad_per_s: -1.0,
+            },
+            0.2,
+        );
+        assert_eq!(joint, JointMotion::at_rest(0.2));
+        assert!(passed.into_iter().fold(0.0, f64::min) >= -0.05 - 1e-6);
+    }
+
+    #[test]
+    fn a_resting_goal_is_met_exactly_without_overshoot() {
+        let mut s = Sampler::new(11);
+        for _ in 0..2000 {
+            let start = JointMotion::at_rest(s.uniform(-2.0, 2.0));
+            let goal = s.uniform(-2.0, 2.0);
+            let (lo, hi) = (start.q_rad.min(goal), start.q_rad.max(goal));
+            let mut motion = start;
+            for _ in 0..5000 {
+                motion = motion.towards(goal, &BOUNDS, s.uniform(0.0, 0.01));
+                assert!(
+                    (lo - 1e-15..=hi + 1e-15).contains(&motion.q_rad),
+                    "{motion:?} to {goal}"
+                );
+            }
+            assert_eq!(motion, JointMotion::at_rest(goal));
         }
     }
 }

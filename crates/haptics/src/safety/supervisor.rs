@@ -135,10 +135,9 @@ impl Supervisor {
         Ok(())
     }
 
-    /// This part of the person is not missed until it is tracked again. A head is still kept away from where it was last seen, but not
-    /// at torque level: there a hand can push an arm that holds, which would count as disobedience.
+    /// This part of the person is no longer tracked on purpose. It is not missed, nor kept away from, until it is tracked again.
     pub fn forget(&mut self, part: PersonPart) {
-        if part == PersonPart::Head && self.torque_level {
+        if part == PersonPart::Head {
             self.person = PersonBody::default();
         }
         self.inspection.forget(part);

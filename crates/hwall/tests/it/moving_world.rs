@@ -282,10 +282,9 @@ fn a_hand_that_is_lost_stops_the_board_that_slides_under_it() {
         let from_m = bench.face_m();
         bench.run(&mut session, 0.1, pressing);
         slid_m.push(bench.face_m().distance(from_m));
-        // Lost: what is on its way may still be done, within the age that guidance may have and the braking after it, which is slow
-        // next to a head that is not seen any more.
+        // Lost: what is on its way may still be done, within the age that guidance may have and the braking after it.
         let lost = |t_s| (!silent).then(|| HandFrame::empty(t_s));
-        bench.run(&mut session, 0.9, lost);
+        bench.run(&mut session, 0.4, lost);
         let at_m = bench.face_m();
         bench.run(&mut session, 1.0, lost);
         moved_m.push(bench.face_m().distance(at_m));

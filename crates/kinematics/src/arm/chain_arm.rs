@@ -34,7 +34,7 @@ const RESTARTS_IN_A_STEP: usize = 8;
 /// - [`BranchPolicy::Keep`], [`BranchPolicy::Beside`]: the first only.
 /// - [`BranchPolicy::Prefer`]: nine; the nearest of the first four solutions wins. It fits into a control step of 1 ms and
 ///   misses about one in a hundred poses that can be held and are far from the reference.
-/// - [`BranchPolicy::Any`]: always all 41, the nearest wins. Not for a control step.
+/// - [`BranchPolicy::Any`]: all 41 searches (the first and 40 restarts); the nearest solution wins. Not for a control step.
 ///
 /// Same input, same answer.
 ///

@@ -89,7 +89,7 @@ impl Chain {
         finite_pose(self.tip_pose(q, |_, _, _| ()))
     }
 
-    /// Pose of every link in the base frame, the tip last. Error as [`Chain::forward`].
+    /// Poses of all links in the base frame, in the frames that the description gave them; the tip last. Error as [`Chain::forward`].
     ///
     /// # Errors
     /// As [`Chain::forward`].

@@ -1,7 +1,7 @@
 //! Dynamics of general chains: reference data, identities, energy, bad bodies.
 
 use crate::chain_support::{Reference, franka, random_chain, random_q, references, shift};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use hwall_kinematics::{
     Chain, ChainDynamics, ChainJoint, GRAVITY_M_PER_S2, Inertial, JointLimit, KinematicsError, Pose,
 };
@@ -393,4 +393,89 @@ fn a_joint_without_mass_has_no_forward_dynamics() {
     assert!(arm.inverse(&[0.1, 0.2], &[0.0; 2], &[1.0; 2]).is_ok());
     let error = arm.forward(&[0.1, 0.2], &[0.0; 2], &[0.0; 2]);
     assert_eq!(error, Err(KinematicsError::SingularMass { joint: 1 }));
+}
+
+#[test]
+fn parts_of_a_link_add_up() {
+    // Two halves give the whole, whatever the axes they are given in.
+    let whole = Inertial::solid_box(
+        "box",
+        4.0,
+        DVec3::new(0.1, 0.0, 0.2),
+        DVec3::new(0.2, 0.1, 0.3),
+    );
+    let half = |sign: f64| {
+        Inertial::solid_box(
+            "half",
+            2.0,
+            DVec3::new(0.1 + sign * 0.05, 0.0, 0.2),
+            DVec3::new(0.1, 0.1, 0.3),
+        )
+    };
+    let turn = Pose::new(
+        DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(-1.1),
+        DVec3::new(0.3, -0.2, 0.1),
+    )
+    .unwrap();
+    let chain = |inertials: Vec<Inertial>| {
+        let joints = [DVec3::X, DVec3::Y, DVec3::Z]
+            .iter()
+            .enumerate()
+            .map(|(i, axis)| {
+                let inertials = if i == 2 {
+                    inertials.clone()
+                } else {
+                    Vec::new()
+                };
+                let joint = ChainJoint::revolute(
+                    format!("{i}"),
+                    shift(0.0, 0.1, 0.3),
+                    *axis,
+                    JointLimit::FREE,
+                );
+                ChainJoint { inertials, ..joint }
+            });
+        ChainDynamics::new(&Chain::new(joints.collect(), Pose::IDENTITY).unwrap()).unwrap()
+    };
+    let one = chain(vec![whole.transformed(&turn)]);
+    let two = chain(vec![
+        half(1.0).transformed(&turn),
+        half(-1.0).transformed(&turn),
+    ]);
+    let q = [0.4, -0.8, 1.3];
+    assert_close!(
+        one.mass_matrix(&q).unwrap(),
+        two.mass_matrix(&q).unwrap(),
+        Tol::abs(1e-14)
+    );
+}
+
+#[test]
+fn one_joint_is_the_pendulum_of_the_textbook() {
+    // A rod of length l and mass m on a horizontal axis: I = m l²/3, g = m g l/2 sin.
+    let (m, l) = (2.0, 0.6);
+    let i = m * l * l / 12.0;
+    let rod = Inertial::from_six(
+        "rod",
+        m,
+        DVec3::new(0.0, 0.0, -0.5 * l),
+        [i, 0.0, 0.0, i, 0.0, 0.0],
+    );
+    let joint = ChainJoint {
+        inertials: vec![rod],
+        ..ChainJoint::revolute("pivot", Pose::IDENTITY, DVec3::X, JointLimit::FREE)
+    };
+    let arm = ChainDynamics::new(&Chain::new(vec![joint], Pose::IDENTITY).unwrap()).unwrap();
+    assert_close!(
+        arm.mass_matrix(&[0.4]).unwrap(),
+        [m * l * l / 3.0],
+        Tol::abs(1e-15)
+    );
+    let hold = m * 9.81 * 0.5 * l * 0.4_f64.sin();
+    assert_close!(arm.gravity_torque(&[0.4]).unwrap(), [hold], Tol::abs(1e-14));
+    assert_close!(
+        arm.forward(&[0.4], &[3.0], &[0.0]).unwrap(),
+        [-hold / (m * l * l / 3.0)],
+        Tol::abs(1e-13)
+    );
 }

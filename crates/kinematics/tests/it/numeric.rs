@@ -354,3 +354,29 @@ fn agrees_with_the_exact_verdicts() {
     assert!(reachable > 400 && unreachable > 100);
     assert!(missed <= reachable / 1000, "{missed} of {reachable} missed");
 }
+
+#[test]
+fn unreachable_targets_are_not_found_in_a_bounded_number_of_steps() {
+    let chain = Chain::iiwa7();
+    let config = NumericConfig::default();
+    let mut sampler = Sampler::new(28);
+    for _ in 0..20 {
+        // At 0.85 m from the shoulder pointing back at it: the wrist would have to lie 0.976 m away.
+        let u = sampler.unit_vector();
+        let position = DVec3::new(0.0, 0.0, 0.34) + u * 0.85;
+        let target = Pose::from_quat(DQuat::from_rotation_arc(DVec3::Z, -u), position).unwrap();
+        let start = random_q(&chain, &mut sampler);
+        match chain.inverse_numeric(&target, &start, &config) {
+            Err(KinematicsError::NotConverged {
+                iterations,
+                residual_m,
+                residual_rad,
+            }) => {
+                assert!(iterations <= config.max_iterations * (config.max_restarts + 1));
+                assert!(residual_m.is_finite() && residual_rad.is_finite());
+                assert!(residual_m > 1e-3 || residual_rad > 1e-3);
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}

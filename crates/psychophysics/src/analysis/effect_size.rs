@@ -138,7 +138,7 @@ fn falling_root(of: impl Fn(f64) -> f64) -> Option<f64> {
     Some(halved([low, high], of, |high| 1e-13 * high))
 }
 
-/// Where a falling function passes zero between two places, to within `accuracy` of the upper one.
+/// The zero of a falling function between two places, halved until they are within `accuracy(high)` of each other.
 fn halved(
     [mut low, mut high]: [f64; 2],
     of: impl Fn(f64) -> f64,

@@ -60,7 +60,7 @@ impl ReachabilityMap {
     /// A map from bytes that [`to_bytes`](Self::to_bytes) made.
     ///
     /// # Errors
-    /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant.
+    /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant of `BinaryFileError`.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let malformed = |what| BinaryFileError::Malformed { what };
         let body: Body = FORMAT.from_bytes(bytes)?;

@@ -13,7 +13,7 @@ const FIRST_SIDE: f64 = 0.1;
 /// beyond the smallest ones beside the outline.
 const EXTRA_DEPTH: usize = 3;
 
-/// What is proven of a [`WallRegion`](super::WallRegion) by [`WallRegion::prove`](super::WallRegion::prove). The areas add
+/// What is proven of a [`WallRegion`](super::WallRegion) by [`WallRegion::proof`](super::WallRegion::proof). The areas add
 /// up to that of a rectangle around all that the arm could reach.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RegionProof {

@@ -173,7 +173,7 @@ impl<'a> Body<'a> {
         })
     }
 
-    /// What is said last of a field; `None`: nothing.
+    /// The last value of a field; `None` if it is absent.
     fn last<T>(
         &self,
         number: u32,
@@ -233,7 +233,7 @@ impl<'a> Body<'a> {
         Ok(options)
     }
 
-    /// All values of a field, which is called so; `None`: it has none.
+    /// The values of a repeated field; `name` is for the error; `None` if there are none.
     fn values<const N: usize>(
         &self,
         number: u32,

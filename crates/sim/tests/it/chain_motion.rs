@@ -383,3 +383,26 @@ fn steps_do_not_allocate() {
         assert_eq!(counted.count_total, 0);
     }
 }
+
+#[test]
+fn runge_kutta_is_of_fourth_order() {
+    let after = |dt_s: f64| {
+        let config = ChainMotionConfig {
+            integrator: Integrator::Rk4,
+            ..Default::default()
+        };
+        let mut motion = ChainMotion::new(iiwa7(), &START, &[0.5; 7], config).unwrap();
+        run(&mut motion, (0.4 / dt_s).round() as usize, dt_s, &[1.0; 7]);
+        motion.q().to_vec()
+    };
+    let worst = |a: &[f64], b: &[f64]| {
+        let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+        differences.fold(0.0, f64::max)
+    };
+    let exact = after(2.5e-5);
+    let (coarse, fine) = (worst(&after(2e-3), &exact), worst(&after(1e-3), &exact));
+    assert!(
+        (10.0..25.0).contains(&(coarse / fine)),
+        "{coarse:e} {fine:e}"
+    );
+}

@@ -43,7 +43,12 @@ pub enum Finding {
     Breadth { breadth_mm: f64, least_mm: f64 },
     /// Sides too steep.
     #[error("sides of {:.1} degrees, allowed {:.1}", steepest_rad.to_degrees(), most_rad.to_degrees())]
-    Steepness { steepest_rad: f64, most_rad: f64 },
+    Steepness {
+        /// rad; the message says degrees.
+        steepest_rad: f64,
+        /// rad.
+        most_rad: f64,
+    },
     /// A plate too thin.
     #[error("plate {plate_mm} mm thick, wanted {least_mm} mm")]
     Plate { plate_mm: f64, least_mm: f64 },

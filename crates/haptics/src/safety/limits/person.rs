@@ -31,14 +31,14 @@ impl PersonPart {
         Self::OtherHand,
     ];
 
-    /// Does the arm stop when this part is no longer tracked? Elbow and other hand come and go with every headset: while they are not
-    /// tracked, the arm is believed to be straight, and nothing is known of the other one.
+    /// Does the arm stop when this part is no longer tracked? Elbow and other hand come and go with every headset. Without an elbow the
+    /// person's arm counts as straight; without the other hand, the other arm is unknown. Parts that are missed stand first in [`ALL`](Self::ALL).
     pub(in crate::safety) const fn is_missed(self) -> bool {
         matches!(self, Self::Fingertip | Self::Palm | Self::Head)
     }
 
-    /// Does the face slow down near it, as near a hand that touches? The others are kept clear of.
-    pub(in crate::safety) const fn may_be_touched(self) -> bool {
+    /// Is it a hand? The face slows down near hands; head and elbow count in the separation of the whole arm only.
+    pub(in crate::safety) const fn is_hand(self) -> bool {
         matches!(self, Self::Fingertip | Self::Palm | Self::OtherHand)
     }
 

@@ -2,12 +2,11 @@
 
 use super::Supervisor;
 use crate::arm::ArmCommand;
-use crate::body::BodyRegion;
 use crate::render::{beyond, distance_and_closing, is_push};
 use crate::safety::cycle::{Sent, SupervisorInput};
 use crate::safety::fault::Severity;
 use crate::safety::limits::braking::Braking;
-use crate::safety::state::{Channel, SafeReason};
+use crate::safety::state::SafeReason;
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities};
 
 impl Supervisor {
@@ -115,10 +114,7 @@ impl Supervisor {
         }
         let gap = (self.separation).gap_from(&here, (q, qd), &self.person, now_s, leaves)?;
         (gap.left_m < 0.0 || gap.left_m.is_nan()).then_some(SafeReason::PersonNear {
-            part: match gap.region {
-                BodyRegion::Head | BodyRegion::Torso => Channel::Head,
-                BodyRegion::Arm => Channel::Palm,
-            },
+            part: gap.part.channel(),
             distance_m: gap.distance_m,
         })
     }
@@ -153,7 +149,7 @@ impl Supervisor {
         for point in input
             .person
             .iter()
-            .filter(|point| point.part.may_be_touched() && point.position_m.is_finite())
+            .filter(|point| point.part.is_hand() && point.position_m.is_finite())
         {
             let (distance_m, closing) =
                 distance_and_closing(&self.board, &face, &twist, point.position_m);

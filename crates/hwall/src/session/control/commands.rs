@@ -131,10 +131,11 @@ impl Control {
             sooner_within_m: self.sooner_within_m(now_s, &target),
             ..target
         });
-        let mut person_m = [DVec3::ZERO; 2];
+        let mut person_m = [DVec3::ZERO; 3];
         let mut points = 0;
         let tip_m = self.guidance.fingertip.map(|f| f.point_m);
-        for point_m in tip_m.into_iter().chain(self.guidance.palm_m) {
+        let (palm_m, other_m) = (self.guidance.palm_m, self.guidance.other_hand_m);
+        for point_m in tip_m.into_iter().chain(palm_m).chain(other_m) {
             person_m[points] = point_m;
             points += 1;
         }

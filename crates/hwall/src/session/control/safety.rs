@@ -98,8 +98,7 @@ impl Safety {
     /// The command to send instead of the renderer's.
     ///
     /// A touch does not heed the tracker: the hand is known by its force, and the board stands under it, or goes along with what it
-    /// pushes. The rest of the person is still kept clear of; a head that is not tracked any more counts on where it was
-    /// seen, unless the arm is driven by torques.
+    /// pushes. The rest of the person is still kept clear of while it is tracked.
     pub(super) fn step(
         &mut self,
         now_s: f64,

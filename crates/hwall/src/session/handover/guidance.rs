@@ -26,7 +26,7 @@ pub(in crate::session) struct Guidance {
     pub(in crate::session) elbow_m: Option<DVec3>,
     /// The palm of the other hand, while it is tracked, base frame, m.
     pub(in crate::session) other_hand_m: Option<DVec3>,
-    /// When hand and head were seen, on the clock of the arm, s.
+    /// When hands, elbow and head were seen, on the clock of the arm, s.
     pub(in crate::session) seen_s: f64,
     /// Where the arm waits for this person; counts while there is no target.
     pub(in crate::session) waits: Option<PostureTarget>,
@@ -54,7 +54,7 @@ const CONTACT: u64 = 32;
 const NEAR: u64 = 64;
 const PALM: u64 = 128;
 const WAITS: u64 = 256;
-const LEANS: u64 = 512;
+const PREPOSITIONS: u64 = 512;
 const HEAD: u64 = 1024;
 const ANSWERS: u64 = 2048;
 const ELBOW: u64 = 4096;
@@ -108,7 +108,7 @@ impl Guidance {
             put(32, WAITS, &[waits.stamp_s]);
             put(51, WAITS, &waits.q.0);
             if let Some(prepositions_to) = &waits.prepositions_to {
-                put(33, LEANS, &prepositions_to.0);
+                put(33, PREPOSITIONS, &prepositions_to.0);
             }
         }
         if let Some(answer) = &self.answer {
@@ -159,7 +159,7 @@ impl Guidance {
             seen_s: number(40),
             waits: has(WAITS).then(|| PostureTarget {
                 q: joints(51),
-                prepositions_to: has(LEANS).then(|| joints(33)),
+                prepositions_to: has(PREPOSITIONS).then(|| joints(33)),
                 stamp_s: number(32),
             }),
             answer: has(ANSWERS).then(|| Answer {
