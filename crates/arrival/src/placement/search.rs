@@ -49,7 +49,7 @@ pub struct ArrivalPlacements {
 /// all are judged closely. The same input gives the same places.
 ///
 /// # Errors
-/// As [`place_base`] and [`waiting_posture`].
+/// As [`place_base`] and [`waiting_posture`](crate::waiting_posture).
 pub fn place_base_by_arrival(
     arm: &SrsArm,
     targets: &[WeightedTarget],

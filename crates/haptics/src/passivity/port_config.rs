@@ -21,9 +21,9 @@ pub enum Causality {
 pub enum PassivityMethod {
     /// Nothing: the account is kept, the command goes through.
     Off,
-    /// A damper once the account, as it looks, is below zero ([`PassivityController`]). It repairs; what has come out is felt.
+    /// A damper once the account, as it looks, is below zero ([`PassivityController`](super::PassivityController)). It repairs; what has come out is felt.
     Controller,
-    /// A command is let through as far as what has surely gone in pays for the worst that it may cost ([`EnergyTank`]).
+    /// A command is let through as far as what has surely gone in pays for the worst that it may cost ([`EnergyTank`](super::EnergyTank)).
     #[default]
     Tank,
     /// The damper as soon as less than nothing is free, and the tank for what is left.
@@ -73,7 +73,7 @@ impl Default for HandBounds {
     }
 }
 
-/// Settings of a [`PassivePort`].
+/// Settings of a [`PassivePort`](super::PassivePort).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PortConfig {
     /// Which variable is commanded.
@@ -106,7 +106,7 @@ pub struct PortConfig {
     pub initial_j: f64,
     /// Most that is kept for giving out again, J; default 5.
     pub capacity_j: f64,
-    /// Time constant with which the tank lets go what is above twice [`PortInput::stored_j`], s; default 0.05.
+    /// Time constant with which the tank lets go what is above twice [`PortInput::stored_j`](super::PortInput::stored_j), s; default 0.05.
     pub spill_s: f64,
 }
 

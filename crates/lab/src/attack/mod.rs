@@ -55,8 +55,10 @@ impl Target {
     }
 }
 
-/// The readers; some inputs to begin with take time to make.
-const READERS: [(&str, fn() -> anyhow::Result<Reader>); 13] = [
+/// Makes a reader; some inputs to begin with take time to make.
+type Prepare = fn() -> anyhow::Result<Reader>;
+
+const READERS: [(&str, Prepare); 13] = [
     ("scene", text::scene),
     ("hand", text::hand),
     ("urdf", text::urdf),

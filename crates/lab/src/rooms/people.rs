@@ -43,7 +43,8 @@ impl Condition {
 
     /// The usual condition, then others that make one thing worse each.
     pub fn all() -> Vec<Self> {
-        let worse: [(&str, fn(&mut Self)); 11] = [
+        type Change = fn(&mut Condition);
+        let worse: [(&str, Change); 11] = [
             ("gaze noise 0 deg", |c| c.person.gaze_noise_rad = 0.0),
             ("gaze noise 2 deg", |c| {
                 c.person.gaze_noise_rad = 2_f64.to_radians();

@@ -24,8 +24,10 @@ const KINDS: [PersonKind; 5] = [
     PersonKind::Glancing,
 ];
 
-/// Counts of a call.
-const COUNTS: [(&str, fn(&StepCost) -> u32); 4] = [
+/// Reads one count of a step.
+type Count = fn(&StepCost) -> u32;
+
+const COUNTS: [(&str, Count); 4] = [
     ("poses and Jacobians in a control step", |c| c.asked.forward),
     ("configurations of poses in a control step", |c| {
         c.asked.inverse

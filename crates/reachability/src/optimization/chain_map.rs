@@ -39,7 +39,7 @@ impl ChainMap {
     /// ([`OptimizationSolver::sweep`]). The monitor hears of planes and can stop it.
     ///
     /// # Errors
-    /// No walls, NaN or infinity in one, more lines than fit; [`ReachabilityError::Cancelled`] where the monitor stops it.
+    /// No walls, NaN or infinity in one, more lines than fit; [`ReachabilityError::Cancelled`](crate::ReachabilityError::Cancelled) where the monitor stops it.
     pub fn build(
         solver: &OptimizationSolver,
         walls: Vec<WallGrid>,

@@ -208,11 +208,11 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
         }
         assert!((100..3000).contains(&planned), "{planned}");
         assert!(perceived > 100, "{perceived}");
-        let positions = commands.iter().filter_map(|command| match command {
+        let mut positions = commands.iter().filter_map(|command| match command {
             ArmCommand::Position(q) => Some(q),
             _ => None,
         });
-        let (first, last) = (positions.clone().next(), positions.last());
+        let (first, last) = (positions.next(), positions.next_back());
         let moved_rad = first.unwrap().max_abs_difference(last.unwrap());
         assert!(moved_rad > 0.1, "{moved_rad}");
         assert_eq!(again(&recording).difference, None);

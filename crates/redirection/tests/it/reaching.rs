@@ -132,7 +132,8 @@ fn shifts_beyond_the_thresholds_are_refused_by_name_and_the_nearest_is_given() {
     let thresholds = ReachThresholds::default();
     let (start, seen) = (DVec3::new(1.0, 0.0, 0.7), DVec3::new(0.5, 0.1, 0.9));
     let frame = ReachFrame::new(start, seen).unwrap();
-    let beyond: [(&str, fn(&mut ReachShift)); 3] = [
+    type Spoil = fn(&mut ReachShift);
+    let beyond: [(&str, Spoil); 3] = [
         ("horizontal angle", |s| s.horizontal_rad = -0.1),
         ("vertical angle", |s| s.vertical_rad = 0.1),
         ("gain", |s| s.gain = 1.2),

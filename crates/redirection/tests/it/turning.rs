@@ -187,7 +187,8 @@ fn numbers_that_make_no_sense_are_named_and_change_nothing() {
     assert!(turn.step(0.1, &TURNING, -0.01).is_err());
     assert_eq!(turn, before);
     assert!(SampledOrientations::new(0.0, 1.0).is_err());
-    let spoil: [(fn(&mut TurnConfig), &str); 4] = [
+    type Spoil = fn(&mut TurnConfig);
+    let spoil: [(Spoil, &str); 4] = [
         (|c| c.thresholds.real_turn_less = 1.0, "real_turn_less"),
         (|c| c.steered_share = 1.1, "steered_share"),
         (|c| c.thresholds.least_radius_m = 0.0, "least_radius_m"),

@@ -377,7 +377,8 @@ fn bad_input_changes_nothing_and_clocks_that_stand_or_run_back_move_nothing() {
 #[test]
 fn settings_outside_their_ranges_are_named() {
     let margin = "half_face_m less margin_m";
-    let cases: [(fn(&mut MotionLimits), &str); 11] = [
+    type Spoil = fn(&mut MotionLimits);
+    let cases: [(Spoil, &str); 11] = [
         (|l| l.speed_m_per_s = 0.0, "speed_m_per_s"),
         (
             |l| l.acceleration_m_per_s2 = f64::NAN,
