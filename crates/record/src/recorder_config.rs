@@ -8,7 +8,7 @@ use hwall::numeric::check::{non_negative, that};
 pub enum Overflow {
     /// The loop waits: for simulations, of which every step counts.
     Wait,
-    /// What does not fit is left out, counted and said in the recording: for loops that must not wait.
+    /// Drops what does not fit, and records how much: for loops that must not wait.
     Drop,
 }
 
@@ -25,7 +25,7 @@ pub struct RecorderConfig {
     pub flush_s: f64,
     /// Period of the views, s; default 0.01.
     pub view_period_s: f64,
-    /// One of so many views is drawn in `/scene/now`; default 3. Zero: none.
+    /// Every n-th view is drawn in `/scene/now`; default 3; 0 draws none.
     pub scene_every: u32,
     /// Scenes of more triangles are not drawn; default 200,000.
     pub most_triangles: usize,

@@ -27,8 +27,8 @@ pub enum ViewState {
     Safe = 8,
 }
 
-/// All states in the order of their numbers, each with its words, and the colour of the board's face in it, red green blue; told apart
-/// by colour-blind readers, too (after Okabe and Ito 2008).
+/// All states by number, with their words and the RGB colour of the board's face. Colour-blind readers can tell the colours apart (after
+/// Okabe and Ito 2008).
 const STATES: [(ViewState, &str, [u8; 3]); 9] = [
     (ViewState::Waiting, "waiting", [150, 156, 165]),
     (ViewState::GettingReady, "getting ready", [86, 180, 233]),

@@ -89,8 +89,7 @@ fn files_are_short_and_folders_not_full() {
         .iter()
         .filter(|(_, n)| **n > FULLEST_FOLDER)
         .collect();
-    assert!(long.is_empty(), "{long:#?}");
-    assert!(full.is_empty(), "{full:#?}");
+    assert!(long.is_empty() && full.is_empty(), "{long:#?} {full:#?}");
 }
 
 /// A module, as the names from the root of its crate.
@@ -220,8 +219,8 @@ impl Modules {
         }
     }
 
-    /// Modules that are left when again and again those are taken away that use none, or that none uses: what is left is in circles, or
-    /// between two of them.
+    /// The modules in circles, or between two circles: what remains after repeatedly removing each module that uses no other one, or that no
+    /// other one uses.
     fn circles(&self) -> Vec<Module> {
         let mut uses: BTreeMap<&Module, BTreeSet<Module>> = BTreeMap::new();
         for (module, paths) in &self.names {

@@ -15,7 +15,7 @@ pub(crate) const HAND_QUEUE: usize = 256;
 /// The pace of a client's clock is taken over this time, s: a dozen samples of a headset.
 const PACE_S: f64 = 0.15;
 
-/// The other hand goes with a frame that is no more than this newer, s: a sample of 30 Hz.
+/// Longest time from a sample of the other hand to a frame that carries it, s: one sample at 30 Hz.
 const OTHER_AGE_S: f64 = 0.035;
 
 /// A frame on its way to the loop, its time and that of its receipt on the server's clock.

@@ -107,7 +107,7 @@ impl CrateGraph {
         Self { crates, uses }
     }
 
-    /// The arrows for which no longer way says the same: a way without options, unless the arrow is one.
+    /// The arrows without those that a longer path implies. Only an optional arrow is implied by a path with optional arrows.
     pub fn needed(&self) -> impl Iterator<Item = Use> {
         let says_more = |arrow: &&Use| {
             let (mut seen, mut open) = (vec![false; self.crates.len()], vec![arrow.from]);

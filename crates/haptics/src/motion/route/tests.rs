@@ -36,7 +36,7 @@ fn only_the_place_left_last_keeps_its_plane_whether_there_is_a_goal_or_not() {
     assert_eq!(counts(&ends_in_front, None), [0.0_f64; 0]);
     ends_in_front.ends = board_pose(DVec3::new(0.55, 0.1, 0.5), DVec3::X, 0.0).ok();
     assert_eq!(counts(&ends_in_front, None), [0.6]);
-    // A newest place that was forgotten with its surface passes its role on to nobody.
+    // After the newest place is forgotten with its surface, no other place becomes the newest.
     route.left[0] = None;
     route.under_way = None;
     assert!(counts(&route, None).is_empty());
