@@ -26,10 +26,9 @@ pub use learned::{
     LearnedModel,
 };
 pub use predict::{
-    ContactPrediction, DeterministicConfig, DeterministicPredictor, Experience, FusedConfig,
-    FusedPredictor, GazeModel, LabelledStream, LookShares, LookTable, PredictionSource, Predictor,
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, EvidenceModel, EvidenceSource,
+    Experience, FusedConfig, FusedPredictor, LabelledStream, PredictionSource, Predictor,
     PredictorInput, REGION_SHARES, ReachBeginning, ReachPhase, RegionModel, RegionSizes,
-    RestingHand, SteadyPoint, StreamContact, StreamEstimator, StreamFilters, TargetLook,
-    TargetShares,
+    RestingHand, SourceShares, SteadyPoint, StreamContact, StreamEstimator, StreamFilters,
 };
 pub use registration::{MeasuredTouch, RegistrationConfig, RegistrationEstimator, TouchVerdict};

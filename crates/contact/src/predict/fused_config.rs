@@ -1,7 +1,7 @@
 //! Settings of the fusion.
 
 use super::deterministic::DeterministicConfig;
-use super::gaze::model::GazeModel;
+use super::belief::EvidenceModel;
 use super::regions::RegionModel;
 use crate::error::ContactError;
 use crate::registration::RegistrationConfig;
@@ -12,7 +12,7 @@ use hwall_numeric::check::{non_negative, positive, that};
 #[derive(Debug, Clone, PartialEq)]
 pub struct FusedConfig {
     /// How people look while they reach. It is worth fitting to the eye tracker in use.
-    pub gaze: GazeModel,
+    pub evidence: EvidenceModel,
     /// What begins and ends a reach.
     pub watch: WatchConfig,
     /// Standard deviation of an estimate that comes without a covariance, in each axis, m. Default 0.1.
@@ -30,12 +30,6 @@ pub struct FusedConfig {
     /// user (redirection) the predictor sees the moved world, in which an error that is fixed to the tracker turns along: what was learnt
     /// before a move is wrong after it, so learn only where the world stands. Default `None`: not learnt.
     pub registration: Option<RegistrationConfig>,
-    /// How far beside its direction of motion a hand touches, as a share of the way left: standard deviation
-    /// in each of two directions. `None` ignores the direction of motion. Default 0.25: on simulated
-    /// reaches it takes a third off the error of a regression at 90 % of the time. The learned estimator
-    /// knows the direction itself; its 50 / 70 / 90 % regions hold 64 / 80 / 91 % of simulated contacts with
-    /// this and 64 / 78 / 92 % without (no error of registration), so the direction is not counted twice.
-    pub bend: Option<f64>,
     /// Surfaces further than this from the hand are not about to be touched, m. Default 1.5.
     pub max_distance_m: f64,
     /// Most rays for each hypothesis; only seven are cast for one that weighs little, or that is narrow and
@@ -58,12 +52,11 @@ pub struct FusedConfig {
 impl Default for FusedConfig {
     fn default() -> Self {
         Self {
-            gaze: GazeModel::default(),
+            evidence: EvidenceModel::default(),
             watch: WatchConfig::default(),
             default_sd_m: 0.1,
             registration_sd_m: 0.008,
             registration: None,
-            bend: Some(0.25),
             max_distance_m: 1.5,
             rays: 19,
             min_probability: 0.005,
@@ -76,10 +69,9 @@ impl Default for FusedConfig {
 
 impl FusedConfig {
     pub(super) fn validate(&self) -> Result<(), ContactError> {
-        self.gaze.validate()?;
+        self.evidence.validate()?;
         positive("default_sd_m", self.default_sd_m)?;
         non_negative("registration_sd_m", self.registration_sd_m)?;
-        self.bend.map_or(Ok(0.0), |bend| positive("bend", bend))?;
         positive("max_distance_m", self.max_distance_m)?;
         positive("rays", self.rays as f64)?;
         let share = self.min_probability;

@@ -10,12 +10,6 @@ const FLOOR_M: f64 = 1e-3;
 /// Larger standard deviations mean nothing in a room, m.
 const CEILING_M: f64 = 1e2;
 
-/// An estimate keeps at least this share of its precision when a prior is taken out of it.
-const LEAST_LEFT: f64 = 0.1;
-/// The same for what its mean becomes: in a direction in which it is as wide as the prior, it goes at most twice as far from the
-/// prior's as it was.
-const LEAST_LEFT_OF_MEAN: f64 = 0.5;
-
 /// A normal distribution of a point, with the inverse of its covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Gaussian {
@@ -87,46 +81,12 @@ impl Gaussian {
         Self::checked(self.mean_m, self.covariance_m2 + covariance_m2)
     }
 
-    /// What remains of a posterior without so much of the prior that it was made with, `share` in [0, 1]: divided by that power of
-    /// it, or by a lower one where less than [`LEAST_LEFT`] of the precision would remain. The mean goes away from the prior's, and
-    /// no further than [`LEAST_LEFT_OF_MEAN`] allows: where little was measured it would go by many times that.
-    pub(super) fn without(&self, prior: &Self, share: f64) -> Option<Self> {
-        let most = largest_eigenvalue(self.covariance_m2 * prior.precision).recip();
-        let [taken, carefully] = [LEAST_LEFT, LEAST_LEFT_OF_MEAN]
-            .map(|least| prior.precision * share.min((1.0 - least) * most));
-        let pull = carefully * (self.mean_m - prior.mean_m);
-        let shift_m = (self.precision - carefully).inverse() * pull;
-        Self::new(self.mean_m + shift_m, (self.precision - taken).inverse())
-    }
-
-    /// The same about another place.
-    pub(super) const fn about(self, mean_m: DVec3) -> Self {
-        Self { mean_m, ..self }
-    }
-
     /// Multiplied by a Gaussian of `precision_per_m2` (which may be singular) about `about_m`.
     pub(super) fn times(&self, about_m: DVec3, precision_per_m2: DMat3) -> Option<Self> {
         let covariance_m2 = (self.precision + precision_per_m2).inverse();
         let pull = precision_per_m2 * (about_m - self.mean_m);
         Self::new(self.mean_m + covariance_m2 * pull, covariance_m2)
     }
-}
-
-/// The largest eigenvalue of the product of two covariances, whose eigenvalues are real and positive: the largest root of the
-/// characteristic polynomial, by angles.
-fn largest_eigenvalue(product: DMat3) -> f64 {
-    let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = product.to_cols_array();
-    let mean = (xx + yy + zz) / 3.0;
-    let minors = xx * yy - xy * yx + xx * zz - xz * zx + yy * zz - yz * zy;
-    // Of the polynomial about the mean, t³ - 3 p² t - 2 q.
-    let p = (mean * mean - minors / 3.0).max(0.0).sqrt();
-    let q = 0.5 * (product.determinant() - mean * minors) + mean.powi(3);
-    let cos = if p > 0.0 {
-        (q / p.powi(3)).clamp(-1.0, 1.0)
-    } else {
-        1.0
-    };
-    mean + 2.0 * p * (cos.acos() / 3.0).cos()
 }
 
 /// A Gaussian, given that the point lies in a plane.

@@ -48,27 +48,25 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod belief;
 mod deterministic;
 mod face_moments;
-mod fused;
 mod fused_config;
 mod gaussian;
-pub mod gaze;
+mod gaze;
 mod hand;
 mod prediction;
 mod regions;
-mod repeats;
 mod steady_point;
 mod stream;
 mod surface_shares;
 
 pub use deterministic::{DeterministicConfig, DeterministicPredictor};
-pub use fused::{Experience, FusedPredictor, TargetLook};
-pub use fused_config::FusedConfig;
-pub use gaze::{
-    GazeModel, LabelledStream, LookShares, LookTable, RestingHand, StreamContact, StreamFilters,
-    TargetShares,
+pub use belief::{
+    EvidenceModel, EvidenceSource, Experience, FusedPredictor, LabelledStream, RestingHand,
+    SourceShares, StreamContact, StreamFilters,
 };
+pub use fused_config::FusedConfig;
 pub use hand::phase::ReachPhase;
 pub use prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 pub use regions::{REGION_SHARES, RegionModel, RegionSizes};

@@ -1,9 +1,8 @@
 //! How a Gaussian over the contact point divides among the surfaces of a scene.
 
 use super::gaussian::{Gaussian, spiral};
-use super::gaze::weights::{Hypothesis, log_sum};
-use super::hand::resting::facing;
-use super::hand::straight_way::StraightWay;
+use super::belief::EvidenceSource;
+use super::hand::resting::{SurfacePlace, facing};
 use crate::matrices::{Plane, square};
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};
@@ -27,12 +26,12 @@ pub(super) struct Face {
     /// Mean and covariance of the contact on the face, m and m².
     pub(super) mean_m: DVec3,
     pub(super) covariance_m2: DMat3,
-    pub(super) evidence: Evidence,
+    pub(super) source: EvidenceSource,
 }
 
 impl Face {
     /// Not weighed yet.
-    const fn new(surface: SurfaceId, met_m: DVec3, normal: DVec3) -> Self {
+    const fn new(surface: SurfaceId, met_m: DVec3, normal: DVec3, source: EvidenceSource) -> Self {
         Self {
             surface,
             normal,
@@ -41,42 +40,8 @@ impl Face {
             mass: 0.0,
             mean_m: met_m,
             covariance_m2: DMat3::ZERO,
-            evidence: Evidence::Nearness,
+            source,
         }
-    }
-}
-
-/// What speaks for a contact on a face.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Evidence {
-    /// Neither motion nor gaze: it is near the resting hand.
-    Nearness,
-    /// The motion of the hand leads there.
-    Motion {
-        /// It is looked at now.
-        looked_at: bool,
-    },
-    /// It is looked at, or was, whatever the hand does.
-    Gaze {
-        /// It is looked at now.
-        looked_at: bool,
-    },
-}
-
-impl Evidence {
-    fn of(hypothesis: &Hypothesis) -> Self {
-        let looked_at = hypothesis.looked_at;
-        match (hypothesis.as_moves, hypothesis.sight) {
-            (true, _) => Self::Motion { looked_at },
-            (false, Some(_)) => Self::Gaze { looked_at },
-            (false, None) => Self::Nearness,
-        }
-    }
-
-    /// Is the face looked at now?
-    pub(super) const fn looked_at(self) -> bool {
-        use Evidence::{Gaze, Motion};
-        matches!(self, Motion { looked_at: true } | Gaze { looked_at: true })
     }
 }
 
@@ -116,10 +81,6 @@ pub(super) struct SurfaceShares {
     few: usize,
     rays: Vec<Ray>,
     faces: Vec<Face>,
-    /// Sum of the weights of the hypotheses that follow the motion.
-    moved_weight: f64,
-    /// How many surfaces the motion alone meets, by its weight, 1/m: a logarithm. `None` where it has no weight.
-    log_usual_per_m: Option<f64>,
 }
 
 /// A point of a standard normal distribution in the plane, and what it stands for.
@@ -163,10 +124,6 @@ const LEAST_SLOPE: f64 = 0.05;
 /// Faces that weigh less than this beside the heaviest one are left out.
 const NEGLIGIBLE: f64 = 1e-5;
 
-/// A straight line through the space about a resting hand meets about this many surfaces, 1/m: what stands beside the density of
-/// an estimate at a surface where there is no estimate.
-const SURFACES_PER_M: f64 = 1.0;
-
 /// No more faces than this are kept.
 const MAX_FACES: usize = 96;
 
@@ -185,8 +142,6 @@ impl SurfaceShares {
             few: each(true).count(),
             rays: Vec::with_capacity(rays),
             faces: Vec::with_capacity(MAX_FACES),
-            moved_weight: 0.0,
-            log_usual_per_m: None,
         }
     }
 
@@ -197,8 +152,6 @@ impl SurfaceShares {
 
     pub(super) fn clear(&mut self) {
         self.faces.clear();
-        self.moved_weight = 0.0;
-        self.log_usual_per_m = None;
     }
 
     /// Makes the weights of the faces comparable and drops those that weigh next to nothing. Returns whether
@@ -214,73 +167,37 @@ impl SurfaceShares {
         !self.faces.is_empty()
     }
 
-    /// Adds the faces that hold a part of a hypothesis and are met first from a viewpoint. The weights of all hypotheses add up
-    /// to 1. `straight`: the way of a hand that moves, for planes that it meets sooner than it was expected to. Returns whether there
-    /// are any.
+    /// Adds the faces that hold a part of a Gaussian and are met first from a viewpoint. Together they get its weight, or as much of it
+    /// as there is something to touch: where a source puts a contact does not speak for the source. Returns whether there are any.
     pub(super) fn add(
         &mut self,
         scene: &Scene,
         from: &Viewpoint,
-        hypothesis: &Hypothesis,
+        (source, gaussian, weight): (EvidenceSource, &Gaussian, f64),
         seen: Option<SeenFace>,
-        straight: Option<&StraightWay>,
     ) -> bool {
         let first = self.faces.len();
-        let (gaussian, weight) = (&hypothesis.gaussian, hypothesis.weight);
-        self.cast(scene, from, gaussian, first, weight >= LITTLE);
-        let seen_index = seen.and_then(|seen| self.face_of(&seen.hit, first));
+        self.cast(scene, from, (source, gaussian), first, weight >= LITTLE);
+        let seen_index = seen.and_then(|seen| self.face_of(&seen.hit, source, first));
         for index in first..self.faces.len() {
             let is_seen = seen_index == Some(index);
             let least = seen.filter(|_| is_seen).map_or(0.0, |seen| seen.share);
-            let Face { met_m, normal, .. } = self.faces[index];
-            let sooner = straight.and_then(|way| way.narrowed_before(met_m, normal));
-            let gaussian = sooner.as_ref().unwrap_or(gaussian);
-            self.weigh(index, from.origin_m, gaussian, weight.ln(), least);
+            self.weigh(index, from.origin_m, gaussian, least);
         }
-        let evidence = Evidence::of(hypothesis);
-        let least = seen.map_or(0.0, |seen| seen.share);
-        let scale = if hypothesis.as_moves {
-            self.moved_weight += weight;
-            if hypothesis.sight.is_none() {
-                self.log_usual_per_m = Some(log_mass(&self.faces[first..]) - weight.ln());
-            }
-            self.astray_scale(first, weight, hypothesis.astray, least)
-        } else if hypothesis.changed {
-            self.anew_scale(first, weight * self.surfaces_per_m(), least)
-        } else {
-            self.anew_scale(first, weight * SURFACES_PER_M, least)
-        };
-        for face in &mut self.faces[first..] {
-            face.evidence = evidence;
-            face.log_mass += scale;
-        }
-        let met = |face: &Face| face.log_mass > f64::NEG_INFINITY;
-        self.faces[first..].iter().any(met)
+        let met = self.met(seen.map_or(0.0, |seen| seen.share));
+        self.scale(first, weight * met)
     }
 
-    /// How many surfaces a straight line through the places that the motion leads to meets, 1/m: where the motion leads to a surface it
-    /// was made for that surface, also if that is no longer meant.
-    fn surfaces_per_m(&self) -> f64 {
-        let moved = |f: &&Face| matches!(f.evidence, Evidence::Motion { .. });
-        let moved = self.faces.iter().filter(moved);
-        let mass: f64 = moved.map(|f| f.log_mass.exp()).sum();
-        (mass / self.moved_weight).max(SURFACES_PER_M)
-    }
-
-    /// What brings the faces from `first` on to the weight of a look beside a motion that is probably `astray`: an estimate is made
-    /// for touches of surfaces, so that it ends near one does not speak for it, nor against the one that is looked at. As in
-    /// [`anew_scale`](Self::anew_scale) there must be something to touch.
-    fn astray_scale(&self, first: usize, weight: f64, astray: f64, least: f64) -> f64 {
-        let Some(log_usual_per_m) = self.log_usual_per_m else {
-            return 0.0;
-        };
-        let log_per_m = log_mass(&self.faces[first..]) - weight.ln();
-        let log_ratio = log_usual_per_m + self.met(least).ln() - log_per_m;
-        if astray > 0.0 && log_ratio > 0.0 && log_ratio.is_finite() {
-            log_sum([(1.0 - astray).ln(), astray.ln() + log_ratio])
-        } else {
-            0.0
+    /// Brings the faces from `first` on to a weight together. Returns whether they have any.
+    fn scale(&mut self, first: usize, weight: f64) -> bool {
+        let faces = &mut self.faces[first..];
+        let scale = weight.ln() - log_mass(faces);
+        if !scale.is_finite() {
+            self.faces.truncate(first);
+            return false;
         }
+        faces.iter_mut().for_each(|face| face.log_mass += scale);
+        true
     }
 
     /// Share of the rays that met something, at least this.
@@ -289,19 +206,12 @@ impl SurfaceShares {
         (met as f64 / self.rays.len().max(1) as f64).max(least)
     }
 
-    /// What brings the faces from `first` on to the weight of a hypothesis that owes nothing to the motion: where it puts a
-    /// contact does not speak for it, only that there is something to touch.
-    fn anew_scale(&self, first: usize, weight: f64, least: f64) -> f64 {
-        let scale = (weight * self.met(least)).ln() - log_mass(&self.faces[first..]);
-        if scale.is_finite() { scale } else { 0.0 }
-    }
-
     /// Adds only the face closest to the mean, for when no ray meets any.
     pub(super) fn add_closest(
         &mut self,
         scene: &Scene,
         origin_m: DVec3,
-        (gaussian, weight): (&Gaussian, f64),
+        (source, gaussian, weight): (EvidenceSource, &Gaussian, f64),
         radius_m: f64,
     ) {
         let closest = scene.closest_touchable(gaussian.mean_m, radius_m);
@@ -311,11 +221,22 @@ impl SurfaceShares {
         let normal = facing(closest.normal, origin_m - closest.point_m);
         let cut = gaussian.in_plane(closest.point_m, normal);
         self.faces.push(Face {
-            log_mass: cut.log_density + weight.ln(),
+            log_mass: weight.ln(),
             covariance_m2: cut.covariance_m2 * cut.widening(),
-            evidence: Evidence::Motion { looked_at: false },
-            ..Face::new(closest.surface, closest.point_m, normal)
+            ..Face::new(closest.surface, closest.point_m, normal, source)
         });
+    }
+
+    /// Adds a place by itself: a face of its own.
+    pub(super) fn add_place(&mut self, place: &SurfacePlace, gaussian: &Gaussian, (source, weight): (EvidenceSource, f64)) {
+        if self.faces.len() < MAX_FACES {
+            let cut = gaussian.in_plane(place.point_m, place.normal);
+            self.faces.push(Face {
+                log_mass: weight.ln(),
+                covariance_m2: cut.covariance_m2,
+                ..Face::new(place.surface, place.point_m, place.normal, source)
+            });
+        }
     }
 
     /// Casts the rays: all of them if `closely` is set and the first few disagree, else those few. The faces
@@ -324,7 +245,7 @@ impl SurfaceShares {
         &mut self,
         scene: &Scene,
         from: &Viewpoint,
-        gaussian: &Gaussian,
+        (source, gaussian): (EvidenceSource, &Gaussian),
         first: usize,
         closely: bool,
     ) {
@@ -369,7 +290,7 @@ impl SurfaceShares {
             let hit = hit.filter(|hit| {
                 hit.distance_m <= max_distance_m && scene.surface(hit.surface).touchable()
             });
-            let met = hit.and_then(|hit| self.face_of(&hit, first));
+            let met = hit.and_then(|hit| self.face_of(&hit, source, first));
             self.rays.push(Ray {
                 direction,
                 solid_angle,
@@ -379,7 +300,7 @@ impl SurfaceShares {
     }
 
     /// The face of a hit among those from `first` on, which is added if it is new.
-    fn face_of(&mut self, hit: &Hit, first: usize) -> Option<usize> {
+    fn face_of(&mut self, hit: &Hit, source: EvidenceSource, first: usize) -> Option<usize> {
         let known = self.faces[first..].iter().position(|face| {
             face.surface == hit.surface
                 && face.normal.dot(hit.normal) >= SAME_NORMAL_COS
@@ -390,7 +311,7 @@ impl SurfaceShares {
         }
         // Limited, so that no step allocates; only rubble has more planes than this.
         (self.faces.len() < MAX_FACES).then(|| {
-            let face = Face::new(hit.surface, hit.point_m, hit.normal);
+            let face = Face::new(hit.surface, hit.point_m, hit.normal, source);
             self.faces.push(face);
             self.faces.len() - 1
         })
@@ -402,7 +323,6 @@ impl SurfaceShares {
         index: usize,
         origin_m: DVec3,
         gaussian: &Gaussian,
-        log_weight: f64,
         least_share: f64,
     ) {
         let face = self.faces[index];
@@ -436,7 +356,7 @@ impl SurfaceShares {
         let face = &mut self.faces[index];
         let approach = (face.met_m - origin_m).normalize_or_zero();
         let slope = approach.dot(face.normal).abs().max(LEAST_SLOPE);
-        face.log_mass = log_weight + cut.log_density + share.max(least_share).ln() + slope.ln();
+        face.log_mass = cut.log_density + share.max(least_share).ln() + slope.ln();
         let widening = cut.widening();
         if blocked && met.weight > 1e-9 {
             // Few rays say little about the spread, so each stands for a part of the whole.

@@ -100,9 +100,9 @@ impl SharedTraining {
         let reaches = training::reaches(streams)?;
         let learned = LearnedModel::train_and_hold_out(&reaches, &LearnedConfig::default());
         let (learned, held_out) = learned.context("the learned estimator")?;
-        let gaze = training::gaze_model(streams, |_| learned.estimator()).context("the gaze")?;
+        let evidence = training::evidence_model(streams, |_| learned.estimator()).context("the gaze")?;
         let mut config = FusedConfig {
-            gaze,
+            evidence,
             // These people are simulated, and so is the tracker.
             registration_sd_m: 0.0,
             ..FusedConfig::default()

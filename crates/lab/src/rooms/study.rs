@@ -80,16 +80,13 @@ pub fn report(seed: u64, out: Option<&Path>) -> anyhow::Result<RoomsReport> {
     let (training, participants) = (&main.training, &main.participants);
     let registration = registration::section(training, &main.room, participants, size.seed)?;
     let (learnt, judged) = (size.training_people, size.participants);
-    let bend = settings[0].training.config.bend;
-    let bend = bend.map_or_else(|| "none".to_owned(), |b| b.to_string());
-    let gaps: [Gap<'_>; 15] = [
+    let gaps: [Gap<'_>; 14] = [
         ("seed", &size.seed),
         ("learnt", &learnt),
         ("touches", &size.touches),
         ("first", &(learnt + 1)),
         ("last", &(learnt + judged)),
         ("first_seed", &FIRST_SEED),
-        ("bend", &bend),
         ("target", &(100.0 * TARGET_SHARE).round()),
         ("in_short", &in_short),
         ("rooms", &usual.map(room).collect::<String>()),

@@ -358,12 +358,13 @@ pub fn fused(
     let reaches = training::reaches(&streams)?;
     let config = LearnedConfig {
         other_pace: Some(OTHER_PACE),
+        gaze: people.gaze && std::env::var_os("HWALL_NOGAZE").is_none(),
         ..LearnedConfig::default()
     };
     let (model, held_out) = LearnedModel::train_and_hold_out(&reaches, &config)?;
-    let gaze = training::gaze_model(&streams, |_| model.estimator())?;
+    let evidence = training::evidence_model(&streams, |_| model.estimator())?;
     let mut config = FusedConfig {
-        gaze,
+        evidence,
         ..FusedConfig::default()
     };
     let held_out = (&reaches[..], &held_out[..]);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use hwall_contact::{
-    ContactEstimator, FusedConfig, FusedPredictor, GazeModel, HeldOutEstimator, HeldOutReach,
+    ContactEstimator, EvidenceModel, FusedConfig, FusedPredictor, HeldOutEstimator, HeldOutReach,
     LabelledStream, RegionModel, StreamContact, StreamFilters,
 };
 use hwall_hand::{
@@ -118,18 +118,17 @@ impl Filters {
     }
 }
 
-/// How people look and where they touch seen from their resting hand, learnt from all that was seen of them. `estimator` is the
-/// one that will be used.
+/// How far each source of evidence can be taken, learnt from all that was seen of people. `estimator` is the one that will be used.
 ///
 /// # Errors
 /// Too few touches.
-pub fn gaze_model<E: ContactEstimator>(
+pub fn evidence_model<E: ContactEstimator>(
     streams: &[Stream],
     estimator: impl FnMut(usize) -> E,
-) -> anyhow::Result<GazeModel> {
+) -> anyhow::Result<EvidenceModel> {
     let contacts: Vec<Vec<_>> = streams.iter().map(Stream::contacts).collect();
     let labelled = labelled(streams, &contacts);
-    Ok(GazeModel::default().fit_streams(&labelled, estimator, &filters())?)
+    Ok(EvidenceModel::default().fit_streams(&labelled, estimator, &filters())?)
 }
 
 /// How large the regions of fused predictions are, learnt from how far they are off where the estimator has not learnt from the

@@ -4,7 +4,6 @@ pub(super) mod free_side;
 pub(super) mod phase;
 pub(super) mod place;
 pub(super) mod resting;
-pub(super) mod straight_way;
 
 /// A hand at rest, for tests.
 #[cfg(test)]

@@ -69,44 +69,6 @@ pub(in crate::predict) fn gaussian_of(
     )
 }
 
-/// What the motion since the start of a reach says by itself: an estimate without what the estimator said when the reach began, for
-/// that is where it believes any reach from there to end. `None` at rest, without a time left, from an estimator that
-/// learnt nothing, and for a reach that turned, which does not start where hands rest.
-pub(in crate::predict) fn by_motion_alone(
-    estimate: &ContactEstimate,
-    began: Option<&ReachBeginning>,
-    default_sd_m: f64,
-) -> Option<Gaussian> {
-    let began = began.filter(|began| !began.turned)?;
-    let first = gaussian_of(began.first_estimate.as_ref()?, default_sd_m)?;
-    let left_s = estimate.time_to_contact_s?.mean_s;
-    let since_s = (estimate.t_s - began.since_s).max(0.0);
-    let share = ReachPhase::drawn_share(since_s / (since_s + left_s.max(0.0)));
-    let is_drawn = left_s.is_finite() && share > 0.0;
-    let estimated = gaussian_of(estimate, default_sd_m)?;
-    if is_drawn {
-        estimated.without(&first, share)
-    } else {
-        Some(estimated)
-    }
-}
-
-/// What a hand can reach from here, m: an arm's length and a step are two standard deviations.
-const NEAR_SD_M: f64 = 0.6;
-
-/// What a hand on its way may touch that moves towards nothing, m: it turns.
-const CLOSE_SD_M: f64 = 0.15;
-
-/// Anywhere near.
-pub(in crate::predict) fn near(hand_m: DVec3) -> Option<Gaussian> {
-    Gaussian::new(hand_m, isotropic(NEAR_SD_M))
-}
-
-/// Close to the hand.
-pub(in crate::predict) fn close(hand_m: DVec3) -> Option<Gaussian> {
-    Gaussian::new(hand_m, isotropic(CLOSE_SD_M))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

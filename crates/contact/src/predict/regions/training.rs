@@ -1,7 +1,6 @@
 //! Sizes of regions from the errors of predictions over whole streams.
 
-use super::super::fused::FusedPredictor;
-use super::super::gaze::{LabelledStream, StreamFilters};
+use super::super::belief::{FusedPredictor, LabelledStream, StreamFilters};
 use super::super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use super::alike::independent;
 use super::model::{BetweenWays, KNOTS, RegionModel};

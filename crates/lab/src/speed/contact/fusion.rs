@@ -59,11 +59,11 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             ..LearnedConfig::default()
         };
         let estimator = LearnedModel::train(&training::reaches(&train)?, &config)?.estimator();
-        let gaze = training::gaze_model(&train, |_| estimator.clone())?;
+        let evidence = training::evidence_model(&train, |_| estimator.clone())?;
         let (mut point, mut of_surface) = (Vec::new(), Vec::new());
         for rays in [3, 7, 19, 37, 75] {
             let config = FusedConfig {
-                gaze,
+                evidence,
                 rays,
                 ..FusedConfig::default()
             };

@@ -1,13 +1,13 @@
 //! From what the faces of the scene hold to predictions, the most probable first.
 
-use super::{FusedPredictor, TargetLook};
+use super::{EvidenceSource, FusedPredictor};
 use crate::estimate::{ContactEstimator, TimeToContact};
 use crate::matrices::{isotropic, square};
 use crate::predict::face_moments::Moments;
 use crate::predict::hand::resting::SurfacePlace;
 use crate::predict::prediction::{ContactPrediction, PredictionSource};
 use crate::predict::regions::{InPlaneError, RegionSizes};
-use crate::predict::surface_shares::{Evidence, Face};
+use crate::predict::surface_shares::Face;
 use glam::{DMat3, DVec3};
 use hwall_hand::HandState;
 use hwall_scene::{Scene, SurfaceId};
@@ -41,14 +41,6 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let total: f64 = faces.iter().map(|f| f.mass).sum();
         let others = touched.map_or(1.0, |_| LEAVING_SHARE);
         let look = self.gaze.now();
-        let looked_at_since_s = look.map(|look| look.since_s);
-        let looked_at = faces.iter().filter(|f| f.evidence.looked_at());
-        let on_target = looked_at.map(|f| f.mass).sum::<f64>() / total;
-        self.look = look.map(|look| TargetLook {
-            since_s: look.since_s,
-            age_s: look.age_s(hand.t_s),
-            probability: if total > 0.0 { others * on_target } else { 0.0 },
-        });
         let of = |surface: SurfaceId| faces.iter().filter(move |f| f.surface == surface);
         let weight_of = |surface: SurfaceId| of(surface).map(|f| f.mass).sum::<f64>();
         let is_touched = |f: &Face| touched.is_some_and(|t| t.surface == f.surface);
@@ -100,12 +92,15 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 distance_m,
                 time_to_contact_s: self.time_to(hand, point_m, behind && distance_m <= 0.0),
                 probability: p,
-                source: match best.evidence {
-                    Evidence::Motion { .. } => PredictionSource::Motion,
-                    Evidence::Gaze { .. } => PredictionSource::Gaze,
-                    Evidence::Nearness => PredictionSource::Nearest,
+                source: match best.source {
+                    EvidenceSource::Look | EvidenceSource::LookBefore => PredictionSource::Gaze,
+                    EvidenceSource::TouchedBefore => PredictionSource::TouchedBefore,
+                    EvidenceSource::Anywhere if self.estimate.is_none() => PredictionSource::Nearest,
+                    _ => PredictionSource::Motion,
                 },
-                looked_at_since_s: looked_at_since_s.filter(|_| best.evidence.looked_at()),
+                looked_at_since_s: look
+                    .filter(|look| self.is_looked_at(&look.ray, point_m))
+                    .map(|look| look.since_s),
             });
         }
         if let Some(touched) = touched {
@@ -151,50 +146,6 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             &self.registration_m2,
             prediction.normal,
         ))
-    }
-
-    /// Of a person whose gaze is not seen: where they touch again what they have touched before.
-    pub(super) fn add_repeat(&mut self, scene: &Scene, hand: &HandState) {
-        let (now, before) = self.gaze.looks(hand.t_s, self.config.gaze.memory_s);
-        if now.is_some() || before.is_some() {
-            return;
-        }
-        let off_m = |place: &SurfacePlace| {
-            let closest = scene.project_on(place.surface, place.point_m);
-            closest.ok().map(|closest| closest.distance_m)
-        };
-        let repeat = self.repeats.likeliest(hand.t_s, &self.ranked, off_m);
-        let scale = self.repeats.scale();
-        let motions = self
-            .ranked
-            .iter_mut()
-            .filter(|p| p.source == PredictionSource::Motion);
-        for covariance_m2 in motions.filter_map(|p| p.covariance_m2.as_mut()) {
-            *covariance_m2 *= scale;
-        }
-        let Some(repeat) = repeat else { return };
-        for other in &mut self.ranked {
-            other.probability *= 1.0 - repeat.probability;
-        }
-        let SurfacePlace {
-            surface,
-            point_m,
-            normal,
-        } = repeat.place;
-        let off_plane_m = self.registration_across_m(normal).hypot(LEAST_SD_M);
-        let across = square(normal);
-        let along = DMat3::IDENTITY - across;
-        self.ranked.push(ContactPrediction {
-            covariance_m2: Some(along * repeat.along_m2 + across * (off_plane_m * off_plane_m)),
-            roughness: scene.surface(surface).roughness,
-            distance_m: (hand.point_m - point_m).dot(normal),
-            time_to_contact_s: self.time_to(hand, point_m, false),
-            probability: repeat.probability,
-            source: PredictionSource::TouchedBefore,
-            ..ContactPrediction::of_place(surface, point_m, normal)
-        });
-        self.ranked
-            .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
     }
 
     /// The estimator's time, else the time that a hand which clearly approaches takes.

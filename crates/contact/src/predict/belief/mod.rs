@@ -1,0 +1,425 @@
+//! Prediction from all evidence: the hand's motion, the gaze, earlier touches and the surfaces.
+
+mod model;
+mod person;
+mod places;
+mod ranking;
+mod sample;
+mod training;
+
+use super::deterministic::DeterministicPredictor;
+use super::fused_config::FusedConfig;
+use super::gaze::idle::IdlePlaces;
+use super::gaze::memory::GazeMemory;
+use super::hand::free_side::{FreeSide, SideWatch};
+use super::hand::resting::{RestWatch, SurfacePlace, facing};
+use super::prediction::{ContactPrediction, Predictor, PredictorInput};
+use super::stream::StreamEstimator;
+use super::surface_shares::{SeenFace, SurfaceShares, Viewpoint};
+use crate::error::ContactError;
+use crate::estimate::{ContactEstimate, ContactEstimator};
+use crate::matrices::{isotropic, trace};
+use crate::registration::{MeasuredTouch, RegistrationEstimator};
+use glam::{DMat3, DVec3};
+use hwall_hand::{GazeRay, HandState, Pose};
+use hwall_scene::{Hit, Scene, SurfaceId};
+use person::Person;
+use places::{TouchWatch, TouchedPlaces};
+use sample::Sample;
+
+pub use model::{EvidenceModel, EvidenceSource, RestingHand, SourceShares};
+pub use training::{LabelledStream, StreamContact, StreamFilters};
+
+/// A belief about the next contact: a mixture of what each source of evidence says.
+///
+/// For every sample:
+/// 1. Each [`EvidenceSource`] gives a normal distribution of the contact: the estimator where the motion ends, the present look and the one
+///    before it where on their line of sight, the places that this person touched before, and one for everything else.
+/// 2. They are mixed by how often each is right in this phase of a reach, at this age of the look, and for this agreement of look and
+///    motion ([`EvidenceModel`], learnt from recordings). Each touch teaches how far each source can be taken for this person.
+/// 3. Each part is divided among the surfaces: density in the plane of a face, times the share of it that straight ways from the hand
+///    (or from the eyes) meet first, times the sine of the angle at which they meet it. Surfaces that cannot be touched block the way.
+/// 4. For each surface the parts add up to a probability and a covariance; the point is the mean of those that agree with the most
+///    probable one.
+///
+/// Estimates of successive samples share their history, and a fixation has one error, not one per sample. So nothing is multiplied over
+/// time: a prediction follows from the estimate and the two looks at that time. While the gaze is in flight, or lost for less than
+/// 0.3 s, the last look counts on. An estimator that was learnt with the gaze ([`LearnedConfig::gaze`](crate::LearnedConfig::gaze)) is
+/// better than the line of sight by itself once the hand moves.
+///
+/// The error of registration of the tracker to the scene widens every part and every covariance across its surface. With
+/// [`FusedConfig::registration`] it is learnt from touches ([`Predictor::touched`]).
+///
+/// A hand at rest on a surface touches it: that surface comes first, with the error of registration as its covariance and time 0, and a
+/// tenth of the probability goes to all other surfaces, until the hand is faster than the onset of a reach or further away than a few
+/// errors of registration. A hand that has gone through a surface touches that surface, from the side it came from.
+///
+/// When no surface lies where the evidence points, a [`DeterministicPredictor`] takes over; it also leads where the estimator was learnt
+/// from too little ([`FusedPredictor::experience`]). Nothing is allocated after the first samples, except by the estimator.
+#[derive(Debug, Clone)]
+pub struct FusedPredictor<E> {
+    stream: StreamEstimator<E>,
+    config: FusedConfig,
+    gaze: GazeMemory,
+    idle: IdlePlaces,
+    shares: SurfaceShares,
+    side: SideWatch,
+    rest: RestWatch,
+    touch: TouchWatch,
+    places: TouchedPlaces,
+    person: Person,
+    estimate: Option<ContactEstimate>,
+    fallback: DeterministicPredictor,
+    registration: Option<RegistrationEstimator>,
+    /// Error of registration at the hand: what is left of it, m².
+    registration_m2: DMat3,
+    /// A touch that the registration has yet to learn from: where it was seen, m, and of which surface.
+    touched: Option<(DVec3, SurfaceId)>,
+    /// Of the last sample, the most probable first.
+    ranked: Vec<ContactPrediction>,
+}
+
+impl<E: ContactEstimator> FusedPredictor<E> {
+    /// A predictor that has seen nothing.
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn new(estimator: E, config: FusedConfig) -> Result<Self, ContactError> {
+        config.validate()?;
+        let registration = config.registration.map(RegistrationEstimator::new);
+        Ok(Self {
+            stream: StreamEstimator::new(estimator, config.watch)?,
+            shares: SurfaceShares::new(config.rays),
+            fallback: DeterministicPredictor::new(config.fallback)?,
+            registration: registration.transpose()?,
+            registration_m2: isotropic(config.registration_sd_m),
+            touched: None,
+            config,
+            gaze: GazeMemory::default(),
+            idle: IdlePlaces::default(),
+            side: SideWatch::default(),
+            rest: RestWatch::default(),
+            touch: TouchWatch::default(),
+            places: TouchedPlaces::default(),
+            person: Person::default(),
+            estimate: None,
+            ranked: Vec::with_capacity(16),
+        })
+    }
+
+    /// The estimate of the last sample, before gaze and scene; `None` at rest.
+    #[must_use]
+    pub const fn estimate(&self) -> Option<&ContactEstimate> {
+        self.estimate.as_ref()
+    }
+
+    /// The estimator.
+    #[must_use]
+    pub const fn estimator(&self) -> &E {
+        self.stream.estimator()
+    }
+
+    /// Is the estimator believed?
+    #[must_use]
+    pub fn experience(&self) -> Experience {
+        let needed = self.config.least_reaches;
+        match self.stream.estimator().training_reaches() {
+            Some(reaches) if reaches < needed => Experience::TooLittle { reaches, needed },
+            _ => Experience::Enough,
+        }
+    }
+
+    /// What touches told of the registration; `None` without [`FusedConfig::registration`].
+    #[must_use]
+    pub const fn registration(&self) -> Option<&RegistrationEstimator> {
+        self.registration.as_ref()
+    }
+
+    /// Learns from the touch of the last sample. The hand is on the surface that it was predicted to touch, so that is where it is.
+    fn learn_registration(&mut self, scene: &Scene) {
+        let Some((seen_m, surface)) = self.touched.take() else {
+            return;
+        };
+        let Some(registration) = &mut self.registration else {
+            return;
+        };
+        let at_m = registration.true_from_seen().transform_point(seen_m);
+        let Some(closest) = scene.project_on(surface, at_m).ok() else {
+            return;
+        };
+        if closest.distance_m <= TOUCHED_M {
+            let touch = MeasuredTouch {
+                seen_m,
+                surface_m: closest.point_m,
+                normal: closest.normal,
+                located_sd_m: None,
+            };
+            // Only what is no touch is refused, and teaches nothing.
+            let _ = registration.touched(&touch);
+        }
+    }
+
+    /// What corrects the tracker; `None` while there is nothing to correct. Sets the error that is left at the hand.
+    fn correction(&mut self, hand: Option<&HandState>) -> Option<Pose> {
+        let registration = self.registration.as_ref()?;
+        if let Some(hand) = hand.filter(|hand| hand.point_m.is_finite()) {
+            self.registration_m2 = registration.covariance_m2(hand.point_m);
+        }
+        (registration.touches() > 0).then(|| registration.true_from_seen())
+    }
+
+    /// Standard deviation of the error of registration across a surface, m.
+    fn registration_across_m(&self, normal: DVec3) -> f64 {
+        match self.registration {
+            Some(_) => normal.dot(self.registration_m2 * normal).max(0.0).sqrt(),
+            None => self.config.registration_sd_m,
+        }
+    }
+
+    /// Root of its mean variance in the three axes, m.
+    fn registration_sd_m(&self) -> f64 {
+        match self.registration {
+            Some(_) => (trace(&self.registration_m2) / 3.0).sqrt(),
+            None => self.config.registration_sd_m,
+        }
+    }
+
+    /// Finds the faces of every source. Returns whether any is met.
+    fn divide(&mut self, scene: &Scene, hand: &HandState, side: &FreeSide) -> bool {
+        self.shares.clear();
+        let settings = (&self.config.watch, self.config.default_sd_m);
+        let (looks, any) = ((&self.gaze, &self.idle), self.places.any());
+        let model = self.config.evidence;
+        let sample = Sample::new(hand, &self.stream, looks, any, &model, settings);
+        let Some(sample) = sample else { return false };
+        let weights = self.person.shares(&sample, &model);
+        let sights = sample.looks.map(|look| {
+            let ray = look?.ray;
+            scene.ray_cast(ray.origin_m, ray.direction).ok()?
+        });
+        for (source, weight) in EvidenceSource::ALL.into_iter().zip(weights) {
+            // NaN is negligible.
+            if !(weight > NEGLIGIBLE) {
+                continue;
+            }
+            let look = |i: usize| {
+                let look = sample.looks[i]?;
+                let distance_m = sights[i].map_or(USUAL_LOOK_M, |hit| hit.distance_m);
+                let gaussian = sample.along(&look, model.on_target_sd_rad, Some(distance_m))?;
+                Some((gaussian, self.seen(scene, hand, side, sights[i])))
+            };
+            let (gaussian, seen) = match source {
+                EvidenceSource::Motion => (sample.motion.map(|[motion, _]| motion), None),
+                EvidenceSource::Look => look(0).unzip(),
+                EvidenceSource::LookBefore => look(1).unzip(),
+                EvidenceSource::Anywhere => (sample.anywhere(&model), None),
+                EvidenceSource::TouchedBefore => {
+                    self.add_places(scene, &sample, weight);
+                    continue;
+                }
+            };
+            let gaussian = gaussian.and_then(|g| g.widened(self.registration_m2));
+            let Some(gaussian) = gaussian else { continue };
+            let from = self.viewpoint(hand, side, &sample, source);
+            let part = (source, &gaussian, weight);
+            let met = self.shares.add(scene, &from, part, seen.flatten());
+            if !met && source == EvidenceSource::Motion {
+                let radius_m = 4.0 * gaussian.sd_m();
+                self.shares.add_closest(scene, side.from_m, part, radius_m);
+            }
+        }
+        self.shares.compare()
+    }
+
+    /// What a line of sight meets may be meant although the straight way there is blocked.
+    fn seen(&self, scene: &Scene, hand: &HandState, side: &FreeSide, hit: Option<Hit>) -> Option<SeenFace> {
+        let hit = hit?;
+        let near = hit.point_m.distance(hand.point_m) <= self.config.max_distance_m;
+        (near && scene.surface(hit.surface).touchable()).then(|| SeenFace {
+            hit: Hit {
+                normal: facing(hit.normal, side.from_m - hit.point_m),
+                ..hit
+            },
+            share: ROUND_ABOUT_SHARE,
+        })
+    }
+
+    /// Adds the places touched before, unless the hand is still at one. Those that their surface has left, as a door does, do not count.
+    fn add_places(&mut self, scene: &Scene, sample: &Sample, weight: f64) {
+        if self.touch.is_touching() {
+            return;
+        }
+        let astray = sample.motion.map(|[_, astray]| astray);
+        for (share, place) in self.places.shares(astray.as_ref()) {
+            let (Some(on), Some(gaussian)) = (place.on, place.gaussian()) else {
+                continue;
+            };
+            let closest = scene.project_on(on.surface, place.point_m);
+            let is_there = closest.is_ok_and(|closest| closest.distance_m <= LEFT_M);
+            if is_there && share * weight > NEGLIGIBLE {
+                let on = SurfacePlace {
+                    point_m: place.point_m,
+                    ..on
+                };
+                let gaussian = gaussian.widened(self.registration_m2).unwrap_or(gaussian);
+                let source = (EvidenceSource::TouchedBefore, share * weight);
+                self.shares.add_place(&on, &gaussian, source);
+            }
+        }
+    }
+
+    /// Where the surfaces of a source are looked for from: a hand that moves meets what lies on its way, one that has not chosen its
+    /// way yet may go to whatever the person sees.
+    fn viewpoint(&self, hand: &HandState, side: &FreeSide, sample: &Sample, source: EvidenceSource) -> Viewpoint {
+        let by_motion = sample.motion.is_some()
+            && !matches!(source, EvidenceSource::Look | EvidenceSource::LookBefore);
+        let (origin_m, heading) = match self.gaze.now() {
+            Some(look) if !by_motion => (look.ray.origin_m, Some(look.ray.direction)),
+            _ => {
+                let slow_m_per_s = self.config.watch.offset_m_per_s;
+                let moves = by_motion || hand.velocity_m_per_s.length() > slow_m_per_s;
+                (side.from_m, hand.direction.filter(|_| moves))
+            }
+        };
+        Viewpoint {
+            origin_m,
+            heading,
+            max_distance_m: self.config.max_distance_m + origin_m.distance(hand.point_m),
+        }
+    }
+
+    /// Is a place the one that the eyes rest on?
+    fn is_looked_at(&self, ray: &GazeRay, point_m: DVec3) -> bool {
+        let angle_rad = ray.direction.angle_between(point_m - ray.origin_m);
+        angle_rad <= self.config.evidence.apart_rad()
+    }
+
+    /// The person has touched a place.
+    fn learn(&mut self, place: &SurfacePlace) {
+        self.person.touched(place.point_m, &self.places, &self.config.evidence);
+        self.places.touched(place.point_m, Some(*place));
+    }
+}
+
+/// What an estimator's word is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Experience {
+    /// It is believed.
+    Enough,
+    /// It was learnt from too little, and the ray leads.
+    TooLittle {
+        /// The reaches it was learnt from.
+        reaches: usize,
+        /// How many there must be ([`FusedConfig::least_reaches`]).
+        needed: usize,
+    },
+}
+
+/// Parts of the mixture that weigh less are left out.
+const NEGLIGIBLE: f64 = 0.005;
+
+/// How far away the place is that is looked at where the line of sight meets nothing, m.
+const USUAL_LOOK_M: f64 = 0.8;
+
+/// A place that is further than this from its surface has been left by it: a door has moved, m.
+const LEFT_M: f64 = 0.03;
+
+/// Share of the places looked at that can be reached although the straight way from the hand is blocked.
+const ROUND_ABOUT_SHARE: f64 = 0.1;
+
+/// A touch is told to the registration if the hand was seen this near to the surface, m.
+const TOUCHED_M: f64 = 0.08;
+
+impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        self.learn_registration(scene);
+        let (frame, hand);
+        let corrected;
+        let input = match self.correction(input.hand) {
+            None => input,
+            Some(true_from_seen) => {
+                frame = input.frame.transformed(&true_from_seen);
+                hand = input.hand.map(|hand| hand.transformed(&true_from_seen));
+                corrected = PredictorInput {
+                    frame: &frame,
+                    hand: hand.as_ref(),
+                    gaze: input.gaze.transformed(&true_from_seen),
+                };
+                &corrected
+            }
+        };
+        self.ranked.clear();
+        let finite = |e: &ContactEstimate| e.point_m.is_finite();
+        self.estimate = self.stream.step(input.frame, input.hand).filter(finite);
+        let apart_rad = self.config.evidence.apart_rad();
+        self.gaze.step(input.frame.t_s, &input.gaze, apart_rad);
+        let (reaching, hand_m) = (self.stream.reaching(), input.hand.map(|hand| hand.point_m));
+        self.idle.step(&self.gaze, reaching, hand_m, apart_rad);
+        // It follows every sample, so that it can take over at any.
+        let followed = self.fallback.follow(scene, input);
+        let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
+        let Some(hand) = input.hand.filter(usable) else {
+            self.rest.forget();
+            return &self.ranked;
+        };
+        if self.experience() == Experience::Enough {
+            let eye_m = self.gaze.now().map(|look| look.ray.origin_m);
+            let side = self.side.free_side(scene, hand, eye_m);
+            let registration_sd_m = self.registration_sd_m();
+            let watch = &self.config.watch;
+            let touched = self.rest.rest(scene, hand, &side, registration_sd_m, watch);
+            let met = self.divide(scene, hand, &side);
+            if met || touched.is_some() {
+                self.rank(scene, hand, side.behind.is_some(), touched);
+            }
+            if let Some(place) = self.touch.step(hand, &side, touched.as_ref()) {
+                self.learn(&place);
+            }
+        }
+        if self.ranked.is_empty() {
+            let by_ray = followed.and_then(|f| self.fallback.contact(scene, hand, f));
+            self.ranked.extend(by_ray);
+        }
+        &self.ranked
+    }
+
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        let corrected_m = match &self.registration {
+            Some(registration) if registration.touches() > 0 => {
+                registration.true_from_seen().transform_point(contact_m)
+            }
+            _ => contact_m,
+        };
+        self.stream.touched(corrected_m, contact_s);
+        if let Some(first) = self.ranked.first() {
+            let place = SurfacePlace {
+                surface: first.surface,
+                point_m: corrected_m,
+                normal: first.normal,
+            };
+            if self.touch.felt(&place, contact_s) {
+                self.learn(&place);
+            }
+        }
+        let first = self.ranked.first().map(|first| (contact_m, first.surface));
+        self.touched = first.filter(|_| self.registration.is_some());
+    }
+
+    fn reset(&mut self) {
+        self.stream.reset();
+        self.gaze.forget();
+        self.idle.forget();
+        self.side.forget();
+        self.rest.forget();
+        self.touch = TouchWatch::default();
+        self.places.forget();
+        self.person = Person::default();
+        self.fallback.reset();
+        if let Some(registration) = &mut self.registration {
+            registration.forget();
+        }
+        self.touched = None;
+        self.estimate = None;
+        self.ranked.clear();
+    }
+}

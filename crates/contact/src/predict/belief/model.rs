@@ -1,0 +1,176 @@
+//! How far each source of evidence can be taken, by what hand and eyes do.
+
+use super::super::gaussian::Gaussian;
+use super::super::hand::phase::{PHASES, ReachPhase};
+use super::sample::Context;
+use crate::error::ContactError;
+use crate::matrices::isotropic;
+use glam::{DMat3, DVec3};
+use hwall_numeric::check::{all_finite, positive, that};
+
+/// What may say where the next contact is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum EvidenceSource {
+    /// The estimate of where the motion ends.
+    Motion,
+    /// The present look: its line of sight, as far away as the motion says.
+    Look,
+    /// The look before it.
+    LookBefore,
+    /// The places that this person has touched before.
+    TouchedBefore,
+    /// None of these: anywhere about a resting hand, or the motion with three times its error.
+    Anywhere,
+}
+
+impl EvidenceSource {
+    /// All of them, in the order of shares.
+    pub const ALL: [Self; SOURCES] = [
+        Self::Motion,
+        Self::Look,
+        Self::LookBefore,
+        Self::TouchedBefore,
+        Self::Anywhere,
+    ];
+}
+
+/// How many sources there are.
+pub(in crate::predict) const SOURCES: usize = 5;
+
+/// One number for each source, in the order of [`EvidenceSource::ALL`].
+pub type SourceShares = [f64; SOURCES];
+
+/// Ages of a look at which shares are kept, s; between them they are interpolated.
+pub(super) const LOOK_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
+/// One more row for eyes that are not seen.
+pub(super) const AGES: usize = LOOK_AGES_S.len() + 1;
+/// Values of [`Context::cue`] at which shares are kept.
+pub(super) const CUES: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// Shares by phase, age of the look and cue.
+pub(super) type Shares = [[[SourceShares; CUES.len()]; AGES]; PHASES];
+
+/// How often each source is right about the next contact, how far a look lands from its target, and where people touch, seen from
+/// their resting hand. Fitted to recordings of the people and the eye tracker in use ([`EvidenceModel::fit_streams`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EvidenceModel {
+    /// Standard deviation of a line of sight about the point that will be touched, in each of two directions, rad. Default 0.03.
+    pub on_target_sd_rad: f64,
+    /// A look that has ended counts for this long, less and less, s. Default 0.8.
+    pub memory_s: f64,
+    /// Where people touch, seen from their resting hand.
+    pub rest: RestingHand,
+    /// How many touches it was learnt from; 0: none.
+    pub touches: usize,
+    pub(super) shares: Shares,
+}
+
+/// Shares that nothing was learnt about: people look at what they touch in five of six cases.
+const AT_REST: SourceShares = [0.0, 0.7, 0.13, 0.07, 0.1];
+const REACHING: SourceShares = [0.6, 0.3, 0.05, 0.02, 0.03];
+
+impl Default for EvidenceModel {
+    fn default() -> Self {
+        let mut shares = [[[REACHING; CUES.len()]; AGES]; PHASES];
+        for phase in [ReachPhase::Rest, ReachPhase::Stirring] {
+            shares[phase as usize] = [[AT_REST; CUES.len()]; AGES];
+        }
+        Self {
+            on_target_sd_rad: 0.03,
+            memory_s: 0.8,
+            rest: RestingHand::default(),
+            touches: 0,
+            shares,
+        }
+    }
+}
+
+/// Two looks are at one place within this many standard deviations of a line of sight ...
+const APART_SDS: f64 = 2.5;
+/// ... and at least and at most this far apart, rad.
+const APART_RAD: [f64; 2] = [0.035, 0.35];
+
+impl EvidenceModel {
+    /// The shares of the sources in a phase of a reach, for a look of this age, s, or none; they add up to 1. Nothing else is known.
+    #[must_use]
+    pub fn shares(&self, phase: ReachPhase, look_age_s: Option<f64>) -> SourceShares {
+        self.shares_in(&Context {
+            phase,
+            look_age_s,
+            before_left: 1.0,
+            has_places: true,
+            cue: CUES[1],
+        })
+    }
+
+    /// Sets the shares of a phase, the same for all looks.
+    pub fn set_shares(&mut self, phase: ReachPhase, shares: SourceShares) {
+        self.shares[phase as usize] = [[shares; CUES.len()]; AGES];
+    }
+
+    /// The shares of the sources that there are.
+    pub(super) fn shares_in(&self, context: &Context) -> SourceShares {
+        let mut shares = [0.0; SOURCES];
+        for (age, cue, weight) in context.nodes() {
+            let kept = &self.shares[context.phase as usize][age][cue];
+            for (sum, share) in shares.iter_mut().zip(kept) {
+                *sum += weight * share;
+            }
+        }
+        context.only_those_there(shares)
+    }
+
+    /// Lines of sight that differ by no more than this are at one place, rad.
+    pub(in crate::predict) fn apart_rad(&self) -> f64 {
+        let [least, most] = APART_RAD;
+        (APART_SDS * self.on_target_sd_rad).clamp(least, most)
+    }
+
+    pub(in crate::predict) fn validate(&self) -> Result<(), ContactError> {
+        positive("on_target_sd_rad", self.on_target_sd_rad)?;
+        positive("memory_s", self.memory_s)?;
+        for shares in self.shares.iter().flatten().flatten() {
+            for &share in shares {
+                that((0.0..=1.0).contains(&share), "share", share, "in [0, 1]")?;
+            }
+            let sum: f64 = shares.iter().sum();
+            that((sum - 1.0).abs() < 1e-6, "sum of shares", sum, "1")?;
+        }
+        self.rest.validate()
+    }
+}
+
+/// The next contact, seen from the place where the hand rests: a normal distribution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RestingHand {
+    /// Mean, m, in the axes of the frame it was learnt in. Default zero.
+    pub mean_m: DVec3,
+    /// Covariance, m², symmetric and positive definite. Default 0.4 m in each axis.
+    pub covariance_m2: DMat3,
+}
+
+impl Default for RestingHand {
+    fn default() -> Self {
+        Self {
+            mean_m: DVec3::ZERO,
+            covariance_m2: isotropic(0.4),
+        }
+    }
+}
+
+impl RestingHand {
+    /// About a hand that rests at a place.
+    pub(super) fn about(&self, hand_m: DVec3) -> Option<Gaussian> {
+        Gaussian::new(hand_m + self.mean_m, self.covariance_m2)
+    }
+
+    fn validate(&self) -> Result<(), ContactError> {
+        all_finite("mean_m", &self.mean_m.to_array())?;
+        all_finite("covariance_m2", &self.covariance_m2.to_cols_array())?;
+        let determinant = self.covariance_m2.determinant();
+        let usable = determinant > 0.0 && self.about(DVec3::ZERO).is_some();
+        let what = "covariance_m2 (determinant)";
+        that(usable, what, determinant, "that of a covariance")?;
+        Ok(())
+    }
+}

@@ -1,0 +1,63 @@
+//! How far the sources of evidence can be taken for this person, by the touches so far.
+
+use super::model::{EvidenceModel, SOURCES, SourceShares};
+use super::places::{FADES, TouchedPlaces};
+use super::sample::Sample;
+use crate::predict::hand::phase::PHASES;
+use glam::DVec3;
+
+/// What is known of all people counts as so many touches of this one.
+const PEOPLE: f64 = 4.0;
+
+/// How many times as often each source was right before this person's touches as before those of the people learnt from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Person {
+    /// By phase and source, touches so far, older ones counting less: how often it was right, and how often that was expected.
+    right: [SourceShares; PHASES],
+    expected: [SourceShares; PHASES],
+    /// The last sample in each phase since the last touch.
+    seen: [Option<(Sample, SourceShares)>; PHASES],
+}
+
+impl Default for Person {
+    fn default() -> Self {
+        Self {
+            right: [[0.0; SOURCES]; PHASES],
+            expected: [[0.0; SOURCES]; PHASES],
+            seen: [None; PHASES],
+        }
+    }
+}
+
+impl Person {
+    /// The shares of the sources at a sample, which is remembered until the next touch.
+    pub(super) fn shares(&mut self, sample: &Sample, model: &EvidenceModel) -> SourceShares {
+        let usual = model.shares_in(&sample.context);
+        let phase = sample.context.phase as usize;
+        let (right, expected) = (&self.right[phase], &self.expected[phase]);
+        let own: SourceShares = std::array::from_fn(|i| {
+            // A source that is seldom right for all people is not expected to become so by one touch.
+            let before = PEOPLE * usual[i].max(1e-3);
+            usual[i] * (before + right[i]) / (before + expected[i])
+        });
+        let own = sample.context.only_those_there(own);
+        self.seen[phase] = Some((*sample, own));
+        own
+    }
+
+    /// The person has touched there: which sources were right?
+    pub(super) fn touched(&mut self, contact_m: DVec3, places: &TouchedPlaces, model: &EvidenceModel) {
+        for (phase, seen) in std::mem::take(&mut self.seen).into_iter().enumerate() {
+            let Some((sample, shares)) = seen else { continue };
+            let logs = sample.log_densities(contact_m, places, model);
+            let Some(right) = sample.responsibilities(&shares, &logs) else {
+                continue;
+            };
+            let usual = model.shares_in(&sample.context);
+            for i in 0..SOURCES {
+                self.right[phase][i] = FADES * self.right[phase][i] + right[i];
+                self.expected[phase][i] = FADES * self.expected[phase][i] + usual[i];
+            }
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! What every source says about the next contact at one time.
+
+use super::super::gaussian::Gaussian;
+use super::super::gaze::idle::IdlePlaces;
+use super::super::gaze::memory::{GazeMemory, Look};
+use super::super::hand::phase::ReachPhase;
+use super::super::hand::place::{HandPlace, gaussian_of};
+use super::super::stream::StreamEstimator;
+use super::model::{AGES, CUES, EvidenceModel, LOOK_AGES_S, SourceShares};
+use super::places::TouchedPlaces;
+use crate::estimate::ContactEstimator;
+use crate::matrices::{Plane, axes_across, isotropic, square};
+use glam::{DMat3, DVec3};
+use hwall_hand::{HandState, WatchConfig};
+use std::f64::consts::TAU;
+
+/// An estimate that is astray is off by this many times its standard deviation.
+const ASTRAY: f64 = 3.0;
+/// A look this many standard deviations from where the motion leads disagrees with it.
+const DISAGREES: f64 = 4.0;
+/// Error of the contacts that are learnt from, in each axis, m: a tracked tip is a point inside the finger.
+const LABEL_SD_M: f64 = 0.008;
+/// What is touched lies somewhere along a line of sight, over this length, m, and no nearer to the eyes than this.
+const ALONG_M: f64 = 1.2;
+const NEAREST_LOOK_M: f64 = 0.1;
+/// How far before or behind the surface that is looked at a person may mean, past an edge, standard deviation, m.
+const DEPTH_SD_M: f64 = 0.4;
+
+/// What the shares of the sources depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::predict) struct Context {
+    pub(super) phase: ReachPhase,
+    /// How long the eyes have rested where they rest, s.
+    pub(super) look_age_s: Option<f64>,
+    /// How much of the look before is left, in [0, 1].
+    pub(super) before_left: f64,
+    /// Has the person touched anything yet?
+    pub(super) has_places: bool,
+    /// In [0, 1]. Of a hand that moves: how far the look is from where the motion leads. Of a hand at rest: how often this person's
+    /// eyes rest there in pauses. 0.5: not known.
+    pub(super) cue: f64,
+}
+
+/// The two nodes around a value, with their weights.
+fn nodes(kept: &[f64], value: f64) -> [(usize, f64); 2] {
+    let above = kept.partition_point(|&node| node <= value);
+    let below = above.saturating_sub(1);
+    if above == 0 || above == kept.len() {
+        return [(below, 1.0), (below, 0.0)];
+    }
+    let share = (value - kept[below]) / (kept[above] - kept[below]);
+    [(below, 1.0 - share), (above, share)]
+}
+
+impl Context {
+    /// The cells of the table of shares around it, with their weights: age, cue, weight.
+    pub(super) fn nodes(&self) -> [(usize, usize, f64); 4] {
+        let ages = match self.look_age_s {
+            Some(age_s) => nodes(&LOOK_AGES_S, age_s),
+            None => [(AGES - 1, 1.0), (AGES - 1, 0.0)],
+        };
+        let cues = nodes(&CUES, self.cue);
+        std::array::from_fn(|i| {
+            let ((age, a), (cue, c)) = (ages[i / 2], cues[i % 2]);
+            (age, cue, a * c)
+        })
+    }
+
+    /// Leaves sources out that are not there; the rest adds up to 1.
+    pub(super) fn only_those_there(&self, mut shares: SourceShares) -> SourceShares {
+        let moves = !matches!(self.phase, ReachPhase::Rest | ReachPhase::Stirring);
+        let there = [
+            f64::from(u8::from(moves)),
+            f64::from(u8::from(self.look_age_s.is_some())),
+            self.before_left,
+            f64::from(u8::from(self.has_places)),
+            1.0,
+        ];
+        shares.iter_mut().zip(there).for_each(|(s, there)| *s *= there);
+        let sum: f64 = shares.iter().sum();
+        if sum > 0.0 {
+            shares.map(|share| share / sum)
+        } else {
+            [0.0, 0.0, 0.0, 0.0, 1.0]
+        }
+    }
+}
+
+/// What every source says at one time.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::predict) struct Sample {
+    pub(super) context: Context,
+    /// Where the motion leads, and the same with the error of an estimate that is astray; `None` at rest.
+    pub(super) motion: Option<[Gaussian; 2]>,
+    /// The present look and the one before.
+    pub(super) looks: [Option<Look>; 2],
+    /// Where the hand rests, or rested before it set off, m.
+    pub(super) rest_m: DVec3,
+}
+
+impl Sample {
+    /// `default_sd_m`: of an estimate that states no covariance.
+    pub(super) fn new<E: ContactEstimator>(
+        hand: &HandState,
+        stream: &StreamEstimator<E>,
+        (memory, idle): (&GazeMemory, &IdlePlaces),
+        has_places: bool,
+        model: &EvidenceModel,
+        (watch, default_sd_m): (&WatchConfig, f64),
+    ) -> Option<Self> {
+        let estimate = stream.estimate();
+        let place = HandPlace::new(hand, stream.began(), stream.stirred_m(), estimate, watch);
+        let motion = estimate.and_then(|e| gaussian_of(e, default_sd_m));
+        let motion = motion.and_then(|g| Some([g, g.stretched(ASTRAY)?]));
+        let (now, before) = memory.looks(hand.t_s, model.memory_s);
+        let phase = match motion {
+            None if place.phase != ReachPhase::Stirring => ReachPhase::Rest,
+            _ => place.phase,
+        };
+        let cue = now.and_then(|look| match &motion {
+            Some([motion, _]) => {
+                Some((deviations(motion, look, model.on_target_sd_rad)? / DISAGREES).min(1.0))
+            }
+            None => idle.share(look, model.apart_rad()),
+        });
+        place.rest_m.is_finite().then(|| Self {
+            context: Context {
+                phase,
+                look_age_s: now.map(|look| look.age_s(hand.t_s)),
+                before_left: before.map_or(0.0, |(_, ago_s)| 1.0 - ago_s / model.memory_s),
+                has_places,
+                cue: cue.unwrap_or(CUES[1]),
+            },
+            motion,
+            looks: [now.copied(), before.map(|(look, _)| *look)],
+            rest_m: place.rest_m,
+        })
+    }
+
+    /// Where a look says that the contact is: on its line, as far away as the motion says, or as what it meets.
+    pub(super) fn along(&self, look: &Look, sd_rad: f64, distance_m: Option<f64>) -> Option<Gaussian> {
+        let (origin_m, sight) = (look.ray.origin_m, look.ray.direction);
+        let sd_rad = sd_rad.hypot(look.noise_rad);
+        let across = DMat3::IDENTITY - square(sight);
+        let by_motion = self.motion.as_ref();
+        if let Some(gaussian) = by_motion.and_then(|[_, astray]| on_sight(astray, look, sd_rad)) {
+            return Some(gaussian);
+        }
+        let distance_m = distance_m?.max(NEAREST_LOOK_M);
+        let sd_m = sd_rad * distance_m;
+        let covariance_m2 = square(sight) * (DEPTH_SD_M * DEPTH_SD_M) + across * (sd_m * sd_m);
+        Gaussian::new(origin_m + sight * distance_m, covariance_m2)
+    }
+
+    /// Where the contact is if no other source is right.
+    pub(super) fn anywhere(&self, model: &EvidenceModel) -> Option<Gaussian> {
+        match self.motion {
+            Some([_, astray]) => Some(astray),
+            None => model.rest.about(self.rest_m),
+        }
+    }
+
+    /// Logarithm of the density of a contact by each source, per m³.
+    pub(super) fn log_densities(
+        &self,
+        contact_m: DVec3,
+        places: &TouchedPlaces,
+        model: &EvidenceModel,
+    ) -> SourceShares {
+        let by = |g: Option<Gaussian>| {
+            let g = g.and_then(|g| g.widened(isotropic(LABEL_SD_M)));
+            g.map_or(f64::NEG_INFINITY, |g| g.log_density(contact_m))
+        };
+        let look = |i: usize| {
+            self.looks[i].map_or(f64::NEG_INFINITY, |look| match self.motion {
+                Some(_) => by(self.along(&look, model.on_target_sd_rad, None)),
+                None => log_along_sight(&look, contact_m, model.on_target_sd_rad),
+            })
+        };
+        [
+            by(self.motion.map(|[motion, _]| motion)),
+            look(0),
+            look(1),
+            places.log_density(contact_m, self.motion.as_ref().map(|[_, astray]| astray)),
+            by(self.anywhere(model)),
+        ]
+    }
+
+    /// How probably each source is the one that is right, the contact being known; `None` where none expects it.
+    pub(super) fn responsibilities(
+        &self,
+        shares: &SourceShares,
+        log_densities: &SourceShares,
+    ) -> Option<SourceShares> {
+        let logs: SourceShares = std::array::from_fn(|i| shares[i].ln() + log_densities[i]);
+        let most = logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let sum: f64 = logs.iter().map(|log| (log - most).exp()).sum();
+        sum.is_finite()
+            .then(|| logs.map(|log| (log - most).exp() / sum))
+    }
+}
+
+/// A Gaussian times that about a line of sight.
+fn on_sight(gaussian: &Gaussian, look: &Look, sd_rad: f64) -> Option<Gaussian> {
+    let (origin_m, sight) = (look.ray.origin_m, look.ray.direction);
+    let sd_m = sd_rad * (gaussian.mean_m - origin_m).dot(sight);
+    let across = DMat3::IDENTITY - square(sight);
+    let is_ahead = sd_m > sd_rad * NEAREST_LOOK_M;
+    is_ahead.then(|| gaussian.times(origin_m, across * (1.0 / (sd_m * sd_m))))?
+}
+
+/// How many standard deviations, per axis, a look is from where the motion leads; `None` for eyes that look away from it.
+fn deviations(motion: &Gaussian, look: &Look, sd_rad: f64) -> Option<f64> {
+    let sight = look.ray.direction;
+    let to_mean = motion.mean_m - look.ray.origin_m;
+    let distance_m = to_mean.dot(sight);
+    if distance_m < NEAREST_LOOK_M {
+        return Some(DISAGREES);
+    }
+    let axes = axes_across(sight);
+    let sd_m = distance_m * sd_rad.hypot(look.noise_rad);
+    let spread = Plane::of(&motion.covariance_m2, axes).plus(sd_m * sd_m);
+    let squared = spread.squared(axes.map(|axis| to_mean.dot(axis)));
+    (squared >= 0.0).then(|| (0.5 * squared).sqrt())
+}
+
+/// Logarithm of the density of a contact on a line of sight, at any distance, per m³.
+fn log_along_sight(look: &Look, contact_m: DVec3, sd_rad: f64) -> f64 {
+    let to_contact = contact_m - look.ray.origin_m;
+    let rad = look.ray.direction.angle_between(to_contact);
+    let variance = sd_rad * sd_rad + look.noise_rad * look.noise_rad;
+    let square_m2 = to_contact.length_squared().max(NEAREST_LOOK_M * NEAREST_LOOK_M);
+    -0.5 * rad * rad / variance - (TAU * variance * ALONG_M * square_m2).ln()
+}
+

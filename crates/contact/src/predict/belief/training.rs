@@ -1,0 +1,253 @@
+//! How far each source can be taken, learnt from streams whose contacts are known: expectation maximisation of a mixture.
+
+use super::super::gaze::idle::IdlePlaces;
+use super::super::gaze::memory::GazeMemory;
+use super::super::hand::phase::PHASES;
+use super::super::stream::StreamEstimator;
+use super::model::{
+    AGES, CUES, EvidenceModel, EvidenceSource, RestingHand, SOURCES, Shares, SourceShares,
+};
+use super::places::TouchedPlaces;
+use super::sample::Sample;
+use crate::error::ContactError;
+use crate::estimate::ContactEstimator;
+use crate::matrices::square;
+use glam::{DMat3, DVec3};
+use hwall_hand::{
+    GazeFilter, GazeFilterConfig, HandFilter, HandFilterConfig, HandFrame, WatchConfig,
+};
+use hwall_numeric::check::{all_finite, finite};
+use std::collections::BTreeMap;
+
+/// A person's samples, and where and when they touch: to learn from what people do between and before their reaches.
+#[derive(Debug, Clone, Copy)]
+pub struct LabelledStream<'a> {
+    /// As the tracker saw them, in order of time, in the frame of the contacts.
+    pub frames: &'a [HandFrame],
+    /// All contacts in these samples, in order of time.
+    pub contacts: &'a [StreamContact],
+}
+
+/// A contact in a stream.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StreamContact {
+    /// Where, m.
+    pub point_m: DVec3,
+    /// When the hand arrives, s.
+    pub contact_s: f64,
+}
+
+/// The filters that a stream is seen through; the same as in use.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StreamFilters {
+    /// How the hand is smoothed.
+    pub hand: HandFilterConfig,
+    /// What counts as a fixation.
+    pub gaze: GazeFilterConfig,
+    /// What begins and ends a reach.
+    pub watch: WatchConfig,
+}
+
+/// Fewest touches that can be learnt from.
+const LEAST_TOUCHES: usize = 4;
+/// Samples closer together than this say the same, s.
+const STEP_S: f64 = 0.02;
+/// A hand that is at rest this far from its last contact is on its way to the next, m.
+const AWAY_M: f64 = 0.08;
+/// Spread of an estimate without one, m.
+const DEFAULT_SD_M: f64 = 0.1;
+/// Rounds of expectation maximisation.
+const ROUNDS: usize = 40;
+/// Shares of a cell are pulled towards those of its neighbours, of its phase, and of the start, as if by this many touches.
+const PULL: f64 = 4.0;
+
+/// One sample, and where the contact came.
+struct Row {
+    touch: usize,
+    sample: Sample,
+    contact_m: DVec3,
+    places: TouchedPlaces,
+    weight: f64,
+}
+
+impl EvidenceModel {
+    /// Learns all of it from streams. The estimator (given the number of the stream) is one as will be used, best not learnt from that
+    /// stream: how far it can be taken in each phase is learnt with it.
+    ///
+    /// Samples from the time at which the hand rests after a contact until the next contact are used; the touches count, not
+    /// the samples. Streams without a gaze teach what they can.
+    ///
+    /// # Errors
+    /// Fewer than 4 touches; a contact that is not finite; settings that a filter refuses.
+    pub fn fit_streams<E: ContactEstimator>(
+        self,
+        streams: &[LabelledStream<'_>],
+        mut estimator: impl FnMut(usize) -> E,
+        filters: &StreamFilters,
+    ) -> Result<Self, ContactError> {
+        for contact in streams.iter().flat_map(|stream| stream.contacts) {
+            all_finite("point_m", &contact.point_m.to_array())?;
+            finite("contact_s", contact.contact_s)?;
+        }
+        let (mut rows, mut touches) = (Vec::new(), 0);
+        for (number, stream) in streams.iter().enumerate() {
+            let estimator = StreamEstimator::new(estimator(number), filters.watch)?;
+            touches = self.collect(stream, estimator, filters, &mut rows, touches)?;
+        }
+        if touches < LEAST_TOUCHES {
+            return Err(ContactError::TooFewReaches {
+                got: touches,
+                needed: LEAST_TOUCHES,
+            });
+        }
+        weigh(&mut rows);
+        let mut model = Self { touches, ..self };
+        for _ in 0..ROUNDS {
+            model = model.improved(&self, &rows);
+        }
+        model.validate()?;
+        Ok(model)
+    }
+
+    /// Adds the rows of one stream; returns how many touches there are now.
+    fn collect<E: ContactEstimator>(
+        &self,
+        stream: &LabelledStream<'_>,
+        mut estimator: StreamEstimator<E>,
+        filters: &StreamFilters,
+        rows: &mut Vec<Row>,
+        mut touches: usize,
+    ) -> Result<usize, ContactError> {
+        let mut hand = HandFilter::new(filters.hand)?;
+        let mut gaze = GazeFilter::new(filters.gaze)?;
+        let (mut memory, mut idle) = (GazeMemory::default(), IdlePlaces::default());
+        let mut places = TouchedPlaces::default();
+        let mut contacts = stream.contacts.iter();
+        let (mut last, mut next) = (None::<&StreamContact>, contacts.next());
+        let mut on_the_way = true;
+        let mut last_s = f64::NEG_INFINITY;
+        for frame in stream.frames {
+            while let Some(over) = next.filter(|c| frame.t_s >= c.contact_s) {
+                places.touched(over.point_m, None);
+                (last, next) = (Some(over), contacts.next());
+                on_the_way = false;
+                touches += 1;
+            }
+            let Some(contact) = next else { break };
+            let tracking = hand.step(frame);
+            estimator.step(frame, tracking.state());
+            let seen = gaze.step(frame.t_s, frame.gaze_ray().as_ref());
+            memory.step(frame.t_s, &seen, self.apart_rad());
+            let hand_m = tracking.state().map(|hand| hand.point_m);
+            idle.step(&memory, estimator.reaching(), hand_m, self.apart_rad());
+            let Some(state) = tracking.state() else {
+                continue;
+            };
+            let away_m = last.map_or(f64::INFINITY, |c| c.point_m.distance(state.point_m));
+            on_the_way |= !estimator.reaching() && away_m > AWAY_M;
+            if on_the_way && frame.t_s - last_s >= STEP_S {
+                last_s = frame.t_s;
+                let settings = (&filters.watch, DEFAULT_SD_M);
+                let (looks, any) = ((&memory, &idle), places.any());
+                let sample = Sample::new(state, &estimator, looks, any, self, settings);
+                rows.extend(sample.map(|sample| Row {
+                    touch: touches,
+                    sample,
+                    contact_m: contact.point_m,
+                    places,
+                    weight: 0.0,
+                }));
+            }
+        }
+        Ok(touches)
+    }
+
+    /// One round of expectation maximisation; `start` is what is believed without data.
+    fn improved(&self, start: &Self, rows: &[Row]) -> Self {
+        let none: Shares = [[[[0.0; SOURCES]; CUES.len()]; AGES]; PHASES];
+        let mut counts = none;
+        let (mut looks, mut squares) = (1.0, start.on_target_sd_rad.powi(2));
+        let (mut rested, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
+        for row in rows {
+            let Row { sample, contact_m, .. } = row;
+            let shares = self.shares_in(&sample.context);
+            let logs = sample.log_densities(*contact_m, &row.places, self);
+            let Some(right) = sample.responsibilities(&shares, &logs) else {
+                continue;
+            };
+            for (age, cue, part) in sample.context.nodes() {
+                let cell = &mut counts[sample.context.phase as usize][age][cue];
+                for (sum, right) in cell.iter_mut().zip(right) {
+                    *sum += row.weight * part * right;
+                }
+            }
+            if sample.motion.is_none() {
+                if let Some(look) = &sample.looks[0] {
+                    let weight = row.weight * right[EvidenceSource::Look as usize];
+                    let to_contact = *contact_m - look.ray.origin_m;
+                    let rad = look.ray.direction.angle_between(to_contact);
+                    looks += weight;
+                    squares += weight * (0.5 * rad * rad - look.noise_rad.powi(2));
+                }
+                let weight = row.weight * right[EvidenceSource::Anywhere as usize];
+                let off = *contact_m - sample.rest_m;
+                rested += weight;
+                first += off * weight;
+                second += square(off) * weight;
+            }
+        }
+        let mut shares = none;
+        for (phase, counts) in counts.iter().enumerate() {
+            shares[phase] = pulled_together(counts, &start.shares[phase][0][0]);
+        }
+        let (before, total) = (start.rest, rested + PULL);
+        let mean_m = (first + before.mean_m * PULL) / total;
+        let second = second + (before.covariance_m2 + square(before.mean_m)) * PULL;
+        Self {
+            on_target_sd_rad: (squares / looks).max(1e-6).sqrt(),
+            shares,
+            rest: RestingHand {
+                mean_m,
+                covariance_m2: second * total.recip() + square(mean_m) * -1.0,
+            },
+            ..*self
+        }
+    }
+}
+
+/// All rows of one touch in one cell together weigh as much as one.
+fn weigh(rows: &mut [Row]) {
+    let cell = |row: &Row| {
+        let nodes = row.sample.context.nodes();
+        let (age, cue, _) = nodes.into_iter().max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or((0, 0, 0.0));
+        (row.touch, row.sample.context.phase as usize, age, cue)
+    };
+    let mut counts = BTreeMap::new();
+    for row in rows.iter() {
+        *counts.entry(cell(row)).or_insert(0.0) += 1.0;
+    }
+    for row in rows {
+        row.weight = counts.get(&cell(row)).map_or(0.0, |count: &f64| count.recip());
+    }
+}
+
+/// Shares by counts in the cells of a phase: each cell is pulled to its cue, that to the phase, and that to the start.
+fn pulled_together(
+    counts: &[[SourceShares; CUES.len()]; AGES],
+    start: &SourceShares,
+) -> [[SourceShares; CUES.len()]; AGES] {
+    let sum = |each: &mut dyn Iterator<Item = &SourceShares>| {
+        each.fold([0.0; SOURCES], |sum: SourceShares, c| {
+            std::array::from_fn(|i| sum[i] + c[i])
+        })
+    };
+    let pulled = |counts: &SourceShares, towards: &SourceShares| -> SourceShares {
+        let total: f64 = counts.iter().sum::<f64>() + PULL;
+        std::array::from_fn(|i| (counts[i] + PULL * towards[i]) / total)
+    };
+    let of_phase = pulled(&sum(&mut counts.iter().flatten()), start);
+    let of_cue: [SourceShares; CUES.len()] = std::array::from_fn(|cue| {
+        pulled(&sum(&mut counts.iter().map(|of_age| &of_age[cue])), &of_phase)
+    });
+    std::array::from_fn(|age| std::array::from_fn(|cue| pulled(&counts[age][cue], &of_cue[cue])))
+}
