@@ -210,6 +210,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             };
             let (gaussian, seen) = match source {
                 EvidenceSource::Motion => (sample.motion.map(|[motion, _]| motion), None),
+                EvidenceSource::MotionAndLook => (sample.confirmed(model.on_target_sd_rad), None),
                 EvidenceSource::Look => look(0).unzip(),
                 EvidenceSource::LookBefore => look(1).unzip(),
                 EvidenceSource::Anywhere => (sample.anywhere(&model), None),

@@ -13,6 +13,8 @@ use hwall_numeric::check::{all_finite, positive, that};
 pub enum EvidenceSource {
     /// The estimate of where the motion ends.
     Motion,
+    /// The same where the present look confirms it.
+    MotionAndLook,
     /// The present look: its line of sight, as far away as the motion says.
     Look,
     /// The look before it.
@@ -27,6 +29,7 @@ impl EvidenceSource {
     /// All of them, in the order of shares.
     pub const ALL: [Self; SOURCES] = [
         Self::Motion,
+        Self::MotionAndLook,
         Self::Look,
         Self::LookBefore,
         Self::TouchedBefore,
@@ -35,7 +38,7 @@ impl EvidenceSource {
 }
 
 /// How many sources there are.
-pub(in crate::predict) const SOURCES: usize = 5;
+pub(in crate::predict) const SOURCES: usize = 6;
 
 /// One number for each source, in the order of [`EvidenceSource::ALL`].
 pub type SourceShares = [f64; SOURCES];
@@ -66,8 +69,8 @@ pub struct EvidenceModel {
 }
 
 /// Shares that nothing was learnt about: people look at what they touch in five of six cases.
-const AT_REST: SourceShares = [0.0, 0.7, 0.13, 0.07, 0.1];
-const REACHING: SourceShares = [0.6, 0.3, 0.05, 0.02, 0.03];
+const AT_REST: SourceShares = [0.0, 0.0, 0.7, 0.13, 0.07, 0.1];
+const REACHING: SourceShares = [0.2, 0.6, 0.1, 0.05, 0.02, 0.03];
 
 impl Default for EvidenceModel {
     fn default() -> Self {

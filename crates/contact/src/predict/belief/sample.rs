@@ -71,6 +71,7 @@ impl Context {
         let moves = !matches!(self.phase, ReachPhase::Rest | ReachPhase::Stirring);
         let there = [
             f64::from(u8::from(moves)),
+            f64::from(u8::from(moves && self.look_age_s.is_some())),
             f64::from(u8::from(self.look_age_s.is_some())),
             self.before_left,
             f64::from(u8::from(self.has_places)),
@@ -81,7 +82,7 @@ impl Context {
         if sum > 0.0 {
             shares.map(|share| share / sum)
         } else {
-            [0.0, 0.0, 0.0, 0.0, 1.0]
+            [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
         }
     }
 }
@@ -152,6 +153,12 @@ impl Sample {
         Gaussian::new(origin_m + sight * distance_m, covariance_m2)
     }
 
+    /// Where the motion leads to on the line of the present look.
+    pub(super) fn confirmed(&self, sd_rad: f64) -> Option<Gaussian> {
+        let ([motion, _], look) = (self.motion.as_ref()?, self.looks[0]?);
+        on_sight(motion, &look, sd_rad.hypot(look.noise_rad))
+    }
+
     /// Where the contact is if no other source is right.
     pub(super) fn anywhere(&self, model: &EvidenceModel) -> Option<Gaussian> {
         match self.motion {
@@ -179,6 +186,7 @@ impl Sample {
         };
         [
             by(self.motion.map(|[motion, _]| motion)),
+            by(self.confirmed(model.on_target_sd_rad)),
             look(0),
             look(1),
             places.log_density(contact_m, self.motion.as_ref().map(|[_, astray]| astray)),
