@@ -6,7 +6,8 @@
 mod common;
 
 use common::{
-    ELSEWHERE, Fused, blurred, error, following_the_motion, gaze_at, room, scene, target,
+    ELSEWHERE, ELSEWHERE_RAD, Fused, blurred, error, following_the_motion, gaze_at, room, scene,
+    target,
 };
 use glam::DVec3;
 use hwall_contact::FusedConfig;
@@ -37,9 +38,9 @@ fn main() {
                 let mut gaze = gaze_at(EYE, contact_m);
                 let elsewhere = sampler.uniform(0.0, 1.0) < ELSEWHERE;
                 let spread_rad = if elsewhere {
-                    config.gaze.elsewhere_sd_rad
+                    ELSEWHERE_RAD
                 } else {
-                    config.gaze.on_target_sd_rad
+                    config.evidence.on_target_sd_rad
                 };
                 gaze.direction = blurred(&mut sampler, gaze.direction, spread_rad);
                 let straight = (contact_m - hand_m).normalize();

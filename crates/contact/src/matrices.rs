@@ -53,14 +53,6 @@ impl Plane {
         }
     }
 
-    pub(crate) fn map(self, each: impl Fn(f64) -> f64) -> Self {
-        Self {
-            uu: each(self.uu),
-            uv: each(self.uv),
-            vv: each(self.vv),
-        }
-    }
-
     /// With this variance added in each direction.
     pub(crate) fn plus(self, variance: f64) -> Self {
         Self {

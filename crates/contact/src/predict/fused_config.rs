@@ -1,7 +1,7 @@
 //! Settings of the fusion.
 
-use super::deterministic::DeterministicConfig;
 use super::belief::EvidenceModel;
+use super::deterministic::DeterministicConfig;
 use super::regions::RegionModel;
 use crate::error::ContactError;
 use crate::registration::RegistrationConfig;

@@ -61,11 +61,11 @@ mod steady_point;
 mod stream;
 mod surface_shares;
 
-pub use deterministic::{DeterministicConfig, DeterministicPredictor};
 pub use belief::{
     EvidenceModel, EvidenceSource, Experience, FusedPredictor, LabelledStream, RestingHand,
     SourceShares, StreamContact, StreamFilters,
 };
+pub use deterministic::{DeterministicConfig, DeterministicPredictor};
 pub use fused_config::FusedConfig;
 pub use hand::phase::ReachPhase;
 pub use prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};

@@ -1,7 +1,7 @@
 //! How a Gaussian over the contact point divides among the surfaces of a scene.
 
-use super::gaussian::{Gaussian, spiral};
 use super::belief::EvidenceSource;
+use super::gaussian::{Gaussian, spiral};
 use super::hand::resting::{SurfacePlace, facing};
 use crate::matrices::{Plane, square};
 use glam::{DMat3, DVec3};
@@ -124,6 +124,9 @@ const LEAST_SLOPE: f64 = 0.05;
 /// Faces that weigh less than this beside the heaviest one are left out.
 const NEGLIGIBLE: f64 = 1e-5;
 
+/// Nobody touches a place further from the viewpoint than this, m.
+const FARTHEST_M: f64 = 100.0;
+
 /// No more faces than this are kept.
 const MAX_FACES: usize = 96;
 
@@ -228,7 +231,12 @@ impl SurfaceShares {
     }
 
     /// Adds a place by itself: a face of its own.
-    pub(super) fn add_place(&mut self, place: &SurfacePlace, gaussian: &Gaussian, (source, weight): (EvidenceSource, f64)) {
+    pub(super) fn add_place(
+        &mut self,
+        place: &SurfacePlace,
+        gaussian: &Gaussian,
+        (source, weight): (EvidenceSource, f64),
+    ) {
         if self.faces.len() < MAX_FACES {
             let cut = gaussian.in_plane(place.point_m, place.normal);
             self.faces.push(Face {
@@ -318,15 +326,13 @@ impl SurfaceShares {
     }
 
     /// Weight and moments of one face.
-    fn weigh(
-        &mut self,
-        index: usize,
-        origin_m: DVec3,
-        gaussian: &Gaussian,
-        least_share: f64,
-    ) {
+    fn weigh(&mut self, index: usize, origin_m: DVec3, gaussian: &Gaussian, least_share: f64) {
         let face = self.faces[index];
         let cut = gaussian.in_plane(face.met_m, face.normal);
+        if cut.log_density < f64::MIN_POSITIVE.ln() {
+            // Nothing of the Gaussian is there.
+            return;
+        }
         let (mut all, mut met) = (Moments::ZERO, Moments::ZERO);
         let mut blocked = false;
         let ray_share = 1.0 / self.rays.len() as f64;
@@ -366,6 +372,11 @@ impl SurfaceShares {
         } else {
             face.mean_m = cut.mean_m;
             face.covariance_m2 = cut.covariance_m2 * widening;
+        }
+        let is_near = face.mean_m.distance(origin_m) <= FARTHEST_M;
+        if !is_near || Gaussian::new(face.mean_m, face.covariance_m2).is_none() {
+            // From a viewpoint that is nowhere.
+            face.log_mass = f64::NEG_INFINITY;
         }
     }
 }

@@ -12,7 +12,6 @@ use hwall_testkit::{Tol, assert_close};
 /// Without a say of the direction of motion, registered without error.
 fn by_estimate() -> Fused {
     Fused::new(FusedConfig {
-        bend: None,
         registration_sd_m: 0.0,
         ..following_the_motion()
     })
@@ -182,7 +181,7 @@ fn what_cannot_be_touched_bars_the_way_but_what_is_or_was_looked_at_is_thought_o
     let scene = scene(&quads, Some(sidecar));
     let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
     let estimate = Some((DVec3::new(0.6, -0.05, 1.2), ball(0.08)));
-    let mut fused = by_estimate();
+    let mut fused = fused();
     let answers = fused.see(&scene, state, estimate, None);
     assert_eq!(Some(answers[0].surface), scene.find("post"));
     assert_eq!(probability(&scene, answers, "glass"), 0.0);
@@ -224,9 +223,12 @@ fn a_gaze_that_has_left_still_counts() {
         assert!(answers[0].point_m.distance(meant) < 0.04);
         answers[0].probability
     };
-    assert!(after(Some(gaze_at(EYE, meant))) > 0.9);
-    assert!(after(Some(gaze_at(EYE, DVec3::new(0.7, 1.4, 1.9)))) > 0.85);
-    assert!(after(None) > 0.85);
+    let looks = [Some(meant), Some(DVec3::new(0.7, 1.4, 1.9)), None];
+    let [still, away, lost] = looks.map(|at_m| after(at_m.map(|at_m| gaze_at(EYE, at_m))));
+    assert!(
+        still > 0.75 && lost > 0.75 && away > chance,
+        "{still} {away} {lost} {chance}"
+    );
 }
 
 #[test]
@@ -274,46 +276,12 @@ fn a_change_of_mind_is_followed_within_the_sample_in_which_it_shows() {
 }
 
 #[test]
-fn a_hand_near_the_surface_is_believed_more_than_the_estimate() {
-    // 2 cm before the wall, straight at it, the estimate 2 cm aside.
-    let scene = scene(&[("wall", WALL)], None);
-    let state = (DVec3::new(0.68, 0.0, 1.2), DVec3::X);
-    let estimate = Some((DVec3::new(0.7, 0.02, 1.2), ball(0.015)));
-    let off_m = |fused: &mut Fused| fused.see(&scene, state, estimate, None)[0].point_m.y;
-    assert!(off_m(&mut by_estimate()) > 0.019);
-    assert!(off_m(&mut fused()) < 0.008);
-    // From afar the estimate knows better.
-    let afar = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
-    assert!(fused().see(&scene, afar, estimate, None)[0].point_m.y > 0.019);
-}
-
-#[test]
 fn an_estimate_beyond_every_edge_goes_to_the_closest_surface() {
     let scene = scene(&[("tile", front(0.7, [-0.05, 0.05], [1.1, 1.2]))], None);
     let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X);
     let estimate = Some((DVec3::new(0.7, 0.2, 1.15), ball(0.05)));
     let p = by_estimate().see(&scene, state, estimate, None)[0];
     assert_close!(p.point_m, DVec3::new(0.7, 0.05, 1.15), Tol::abs(1e-9));
-}
-
-#[test]
-fn an_estimate_far_behind_the_wall_does_not_lead_past_the_hand() {
-    // 6 cm before the wall, at a slant, the estimate half a metre on and turned downwards.
-    let scene = scene(&[("wall", WALL)], None);
-    let ahead = DVec3::new(0.8, 0.0, -0.6);
-    let hand_m = DVec3::new(0.64, 0.0, 1.2);
-    let see = |end_m: DVec3, sd_m: f64| {
-        let estimate = Some((end_m, ball(sd_m)));
-        Fused::new(following_the_motion()).see(&scene, (hand_m, ahead), estimate, None)[0]
-    };
-    let p = see(hand_m + DVec3::new(0.4, 0.05, -0.5), 0.08);
-    let straight = DVec3::new(0.7, 0.0, 1.2 - 0.045);
-    // The direction counts twelve times as much as the estimate, which is half a metre off.
-    assert!(p.point_m.distance(straight) < 0.06, "{}", p.point_m);
-    // One that leads to the wall itself is believed as before.
-    let meant = DVec3::new(0.7, 0.01, 1.15);
-    let p = see(meant, 0.005);
-    assert!(p.point_m.distance(meant) < 0.006, "{}", p.point_m);
 }
 
 #[test]

@@ -88,13 +88,13 @@ fn person(habits: &Habits, touches: usize, seed: u64) -> (Vec<HandFrame>, Vec<St
     (frames, contacts)
 }
 
-fn model_of(habits: &Habits) -> GazeModel {
+fn model_of(habits: &Habits) -> EvidenceModel {
     let people: Vec<_> = (0..8).map(|seed| person(habits, 12, seed)).collect();
     let streams: Vec<_> = people
         .iter()
         .map(|(frames, contacts)| LabelledStream { frames, contacts })
         .collect();
-    GazeModel::default()
+    EvidenceModel::default()
         .fit_streams(&streams, |_| Vague, &simulated())
         .unwrap()
 }
@@ -123,24 +123,33 @@ fn how_long_a_look_precedes_a_reach_is_learnt() {
     let steady = model_of(&STEADY);
     assert_eq!(steady.touches, 96);
     // Who looks at one thing and touches it looks at a target when the look is young, and ahead when it is old.
-    let now = |model: &GazeModel, age_s| model.looks.at(ReachPhase::Rest, age_s).now();
+    let now = |model: &EvidenceModel, age_s: f64, cue: Option<f64>| {
+        model.shares(ReachPhase::Rest, Some(age_s), cue)[EvidenceSource::Look as usize]
+    };
     assert!(
-        now(&steady, 0.15) > 0.85 && now(&steady, 0.3) > 0.85,
+        now(&steady, 0.15, Some(0.0)) > 0.85 && now(&steady, 0.3, Some(0.0)) > 0.85,
         "{steady:?}"
     );
-    assert!(now(&steady, 1.5) < 0.1);
+    assert!(now(&steady, 1.5, Some(1.0)) < 0.1);
     // Of four looks of a person who glances around one is meant, and it is the one that lasts. The oldest are ahead.
     let glancing = model_of(&GLANCING);
-    assert!(now(&glancing, 0.05) < 0.4, "{:?}", glancing.looks);
+    assert!(now(&glancing, 0.05, Some(0.0)) < 0.4, "{glancing:?}");
     assert!(
-        now(&glancing, 0.6) > now(&glancing, 0.15) + 0.3,
-        "{:?}",
-        glancing.looks
+        now(&glancing, 0.6, Some(0.0)) > now(&glancing, 0.15, Some(0.0)) + 0.3,
+        "{glancing:?}"
     );
-    assert!(now(&glancing, 1.5) < 0.2, "{:?}", glancing.looks);
+    assert!(now(&glancing, 1.5, Some(1.0)) < 0.2, "{glancing:?}");
     // On the way the hand follows what is looked at.
     for model in [&steady, &glancing] {
-        assert!(model.looks.at(ReachPhase::UnderWay, 0.8).now() > 0.85);
+        let on_the_way = model.shares(ReachPhase::UnderWay, Some(0.8), Some(0.0));
+        let looked_at = [EvidenceSource::MotionAndLook, EvidenceSource::Look];
+        assert!(
+            looked_at
+                .map(|s| on_the_way[s as usize])
+                .iter()
+                .sum::<f64>()
+                > 0.85
+        );
         assert_close!(model.on_target_sd_rad, 0.002, Tol::abs(0.004));
         assert_close!(model.rest.mean_m, DVec3::new(0.7, 0.0, 0.0), Tol::abs(0.12));
     }
@@ -149,14 +158,15 @@ fn how_long_a_look_precedes_a_reach_is_learnt() {
 #[test]
 fn what_a_look_means_is_told_while_it_lasts() {
     let config = FusedConfig {
-        gaze: model_of(&GLANCING),
+        evidence: model_of(&GLANCING),
         ..FusedConfig::default()
     };
     let scene = scene(&[("wall", common::WALL)], None);
     let target_m = DVec3::new(0.7, 0.4, 1.0);
     let mut predictor = FusedPredictor::new(Vague, config).unwrap();
     let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
-    let mut probability_at = |age_s: f64, target_m: DVec3| {
+    let mut sd_m_at = |age_s: f64, target_m: DVec3| {
+        let mut last = None;
         predictor.reset();
         filter.reset();
         for i in 0..((0.3 + age_s) / PERIOD_S) as usize {
@@ -175,15 +185,19 @@ fn what_a_look_means_is_told_while_it_lasts() {
                 hand: tracking.state(),
                 gaze: Gaze::Fixed(Fixation::of_ray(since_s, t_s, gaze_at(EYE, seen_m))),
             };
-            predictor.predict(&scene, &input);
+            last = predictor.predict(&scene, &input).first().copied();
         }
-        let look = *predictor.look().unwrap();
-        assert_close!(look.age_s, age_s, Tol::abs(0.03));
-        assert_close!(look.since_s, 0.3, Tol::abs(1e-9));
-        look.probability
+        let last = last.unwrap();
+        assert!(
+            age_s < 0.5 || last.point_m.distance(target_m) < 0.05,
+            "{last:?}"
+        );
+        let c = last.covariance_m2.unwrap();
+        (c.y_axis.y + c.z_axis.z).sqrt()
     };
-    let [young, old] = [0.1, 0.6].map(|age_s| probability_at(age_s, target_m));
-    assert!(young < 0.4 && old > young + 0.25, "{young} {old}");
+    // The longer a person who glances around looks at a place, the surer it is.
+    let [young_m, old_m] = [0.1, 0.6].map(|age_s| sd_m_at(age_s, target_m));
+    assert!(old_m < 0.8 * young_m, "{young_m} {old_m}");
 }
 
 #[test]
@@ -191,7 +205,7 @@ fn streams_that_teach_nothing_are_refused_and_those_without_a_gaze_teach_the_res
     let (frames, contacts) = person(&STEADY, 12, 3);
     let fit = |frames: &[HandFrame], contacts: &[StreamContact]| {
         let stream = LabelledStream { frames, contacts };
-        GazeModel::default().fit_streams(&[stream], |_| Vague, &simulated())
+        EvidenceModel::default().fit_streams(&[stream], |_| Vague, &simulated())
     };
     assert!(matches!(
         fit(&frames, &contacts[..3]),
@@ -205,7 +219,7 @@ fn streams_that_teach_nothing_are_refused_and_those_without_a_gaze_teach_the_res
     let model = fit(&blind, &contacts).unwrap();
     assert_eq!(
         model.on_target_sd_rad,
-        GazeModel::default().on_target_sd_rad
+        EvidenceModel::default().on_target_sd_rad
     );
     assert!(model.rest.mean_m.x > 0.3, "{:?}", model.rest);
 }
@@ -213,7 +227,7 @@ fn streams_that_teach_nothing_are_refused_and_those_without_a_gaze_teach_the_res
 #[test]
 fn the_filter_and_the_fusion_together_are_right_soon_after_the_landing() {
     let config = FusedConfig {
-        gaze: model_of(&STEADY),
+        evidence: model_of(&STEADY),
         ..FusedConfig::default()
     };
     let scene = scene(&[("wall", common::WALL)], None);

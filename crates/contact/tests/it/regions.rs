@@ -85,7 +85,6 @@ impl ContactEstimator for Planted {
 
 fn config(regions: Option<RegionModel>) -> FusedConfig {
     FusedConfig {
-        bend: None,
         registration_sd_m: 0.001,
         regions,
         ..FusedConfig::default()

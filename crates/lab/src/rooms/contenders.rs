@@ -100,7 +100,8 @@ impl SharedTraining {
         let reaches = training::reaches(streams)?;
         let learned = LearnedModel::train_and_hold_out(&reaches, &LearnedConfig::default());
         let (learned, held_out) = learned.context("the learned estimator")?;
-        let evidence = training::evidence_model(streams, |_| learned.estimator()).context("the gaze")?;
+        let evidence =
+            training::evidence_model(streams, |_| learned.estimator()).context("the gaze")?;
         let mut config = FusedConfig {
             evidence,
             // These people are simulated, and so is the tracker.

@@ -358,7 +358,7 @@ pub fn fused(
     let reaches = training::reaches(&streams)?;
     let config = LearnedConfig {
         other_pace: Some(OTHER_PACE),
-        gaze: people.gaze && std::env::var_os("HWALL_NOGAZE").is_none(),
+        gaze: people.gaze,
         ..LearnedConfig::default()
     };
     let (model, held_out) = LearnedModel::train_and_hold_out(&reaches, &config)?;

@@ -210,7 +210,10 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             };
             let (gaussian, seen) = match source {
                 EvidenceSource::Motion => (sample.motion.map(|[motion, _]| motion), None),
-                EvidenceSource::MotionAndLook => (sample.confirmed(model.on_target_sd_rad), None),
+                EvidenceSource::MotionAndLook => {
+                    let seen = self.seen(scene, hand, side, sights[0]);
+                    (sample.confirmed(model.on_target_sd_rad), Some(seen))
+                }
                 EvidenceSource::Look => look(0).unzip(),
                 EvidenceSource::LookBefore => look(1).unzip(),
                 EvidenceSource::Anywhere => (sample.anywhere(&model), None),
@@ -233,7 +236,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     }
 
     /// What a line of sight meets may be meant although the straight way there is blocked.
-    fn seen(&self, scene: &Scene, hand: &HandState, side: &FreeSide, hit: Option<Hit>) -> Option<SeenFace> {
+    fn seen(
+        &self,
+        scene: &Scene,
+        hand: &HandState,
+        side: &FreeSide,
+        hit: Option<Hit>,
+    ) -> Option<SeenFace> {
         let hit = hit?;
         let near = hit.point_m.distance(hand.point_m) <= self.config.max_distance_m;
         (near && scene.surface(hit.surface).touchable()).then(|| SeenFace {
@@ -271,7 +280,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
 
     /// Where the surfaces of a source are looked for from: a hand that moves meets what lies on its way, one that has not chosen its
     /// way yet may go to whatever the person sees.
-    fn viewpoint(&self, hand: &HandState, side: &FreeSide, sample: &Sample, source: EvidenceSource) -> Viewpoint {
+    fn viewpoint(
+        &self,
+        hand: &HandState,
+        side: &FreeSide,
+        sample: &Sample,
+        source: EvidenceSource,
+    ) -> Viewpoint {
         let by_motion = sample.motion.is_some()
             && !matches!(source, EvidenceSource::Look | EvidenceSource::LookBefore);
         let (origin_m, heading) = match self.gaze.now() {
@@ -297,7 +312,8 @@ impl<E: ContactEstimator> FusedPredictor<E> {
 
     /// The person has touched a place.
     fn learn(&mut self, place: &SurfacePlace) {
-        self.person.touched(place.point_m, &self.places, &self.config.evidence);
+        self.person
+            .touched(place.point_m, &self.places, &self.config.evidence);
         self.places.touched(place.point_m, Some(*place));
     }
 }

@@ -49,9 +49,11 @@ pub(super) const LOOK_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
 pub(super) const AGES: usize = LOOK_AGES_S.len() + 1;
 /// Values of [`Context::cue`] at which shares are kept.
 pub(super) const CUES: [f64; 3] = [0.0, 0.5, 1.0];
+/// One more column for all samples, whatever the cue.
+pub(super) const COLUMNS: usize = CUES.len() + 1;
 
 /// Shares by phase, age of the look and cue.
-pub(super) type Shares = [[[SourceShares; CUES.len()]; AGES]; PHASES];
+pub(super) type Shares = [[[SourceShares; COLUMNS]; AGES]; PHASES];
 
 /// How often each source is right about the next contact, how far a look lands from its target, and where people touch, seen from
 /// their resting hand. Fitted to recordings of the people and the eye tracker in use ([`EvidenceModel::fit_streams`]).
@@ -70,21 +72,25 @@ pub struct EvidenceModel {
 
 /// Shares that nothing was learnt about: people look at what they touch in five of six cases.
 const AT_REST: SourceShares = [0.0, 0.0, 0.7, 0.13, 0.07, 0.1];
-const REACHING: SourceShares = [0.2, 0.6, 0.1, 0.05, 0.02, 0.03];
+/// The same on the way, for a look at where the motion leads, and for one far from there.
+const REACHING: [SourceShares; 2] = [
+    [0.27, 0.6, 0.05, 0.03, 0.02, 0.03],
+    [0.5, 0.05, 0.1, 0.25, 0.03, 0.07],
+];
 
 impl Default for EvidenceModel {
     fn default() -> Self {
-        let mut shares = [[[REACHING; CUES.len()]; AGES]; PHASES];
-        for phase in [ReachPhase::Rest, ReachPhase::Stirring] {
-            shares[phase as usize] = [[AT_REST; CUES.len()]; AGES];
-        }
-        Self {
+        let mut model = Self {
             on_target_sd_rad: 0.03,
             memory_s: 0.8,
             rest: RestingHand::default(),
             touches: 0,
-            shares,
+            shares: [[[AT_REST; COLUMNS]; AGES]; PHASES],
+        };
+        for phase in [ReachPhase::Onset, ReachPhase::UnderWay, ReachPhase::End] {
+            model.set_shares(phase, REACHING);
         }
+        model
     }
 }
 
@@ -94,21 +100,30 @@ const APART_SDS: f64 = 2.5;
 const APART_RAD: [f64; 2] = [0.035, 0.35];
 
 impl EvidenceModel {
-    /// The shares of the sources in a phase of a reach, for a look of this age, s, or none; they add up to 1. Nothing else is known.
+    /// The shares of the sources in a phase of a reach, for a look of this age, s, or none; they add up to 1. `cue`, in [0, 1]: on the way,
+    /// how far the look is from where the motion leads; at rest, how often the eyes rest there in pauses.
     #[must_use]
-    pub fn shares(&self, phase: ReachPhase, look_age_s: Option<f64>) -> SourceShares {
+    pub fn shares(
+        &self,
+        phase: ReachPhase,
+        look_age_s: Option<f64>,
+        cue: Option<f64>,
+    ) -> SourceShares {
         self.shares_in(&Context {
             phase,
             look_age_s,
             before_left: 1.0,
             has_places: true,
-            cue: CUES[1],
+            cue,
         })
     }
 
-    /// Sets the shares of a phase, the same for all looks.
-    pub fn set_shares(&mut self, phase: ReachPhase, shares: SourceShares) {
-        self.shares[phase as usize] = [[shares; CUES.len()]; AGES];
+    /// Sets the shares of a phase for looks of all ages. On the way: for looks at where the motion leads, and for looks far from there. At
+    /// rest: where the eyes rest in no pause, and in every one. Between the two they are interpolated.
+    pub fn set_shares(&mut self, phase: ReachPhase, [low, high]: [SourceShares; 2]) {
+        let between = |cue: f64| std::array::from_fn(|i| (1.0 - cue) * low[i] + cue * high[i]);
+        let of_cue = [CUES[0], CUES[1], CUES[2], CUES[1]].map(between);
+        self.shares[phase as usize] = [of_cue; AGES];
     }
 
     /// The shares of the sources that there are.

@@ -46,9 +46,16 @@ impl Person {
     }
 
     /// The person has touched there: which sources were right?
-    pub(super) fn touched(&mut self, contact_m: DVec3, places: &TouchedPlaces, model: &EvidenceModel) {
+    pub(super) fn touched(
+        &mut self,
+        contact_m: DVec3,
+        places: &TouchedPlaces,
+        model: &EvidenceModel,
+    ) {
         for (phase, seen) in std::mem::take(&mut self.seen).into_iter().enumerate() {
-            let Some((sample, shares)) = seen else { continue };
+            let Some((sample, shares)) = seen else {
+                continue;
+            };
             let logs = sample.log_densities(contact_m, places, model);
             let Some(right) = sample.responsibilities(&shares, &logs) else {
                 continue;

@@ -66,9 +66,16 @@ impl TouchedPlaces {
             return;
         }
         let touches = |p: &Option<TouchedPlace>| p.map_or(0.0, |p| p.touches);
-        let least = self.places.iter_mut().min_by(|a, b| touches(a).total_cmp(&touches(b)));
+        let least = self
+            .places
+            .iter_mut()
+            .min_by(|a, b| touches(a).total_cmp(&touches(b)));
         if let Some(least) = least {
-            *least = Some(TouchedPlace { point_m, on, touches: 1.0 });
+            *least = Some(TouchedPlace {
+                point_m,
+                on,
+                touches: 1.0,
+            });
         }
     }
 
@@ -90,7 +97,9 @@ impl TouchedPlaces {
     /// Logarithm of the density of a touch, if it is one of a place touched before, per m³.
     pub(super) fn log_density(&self, point_m: DVec3, motion: Option<&Gaussian>) -> f64 {
         let density = |(share, place): (f64, &TouchedPlace)| {
-            place.gaussian().map_or(0.0, |g| share * g.log_density(point_m).exp())
+            place
+                .gaussian()
+                .map_or(0.0, |g| share * g.log_density(point_m).exp())
         };
         self.shares(motion).map(density).sum::<f64>().ln()
     }

@@ -41,14 +41,16 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let total: f64 = faces.iter().map(|f| f.mass).sum();
         let others = touched.map_or(1.0, |_| LEAVING_SHARE);
         let look = self.gaze.now();
-        let of = |surface: SurfaceId| faces.iter().filter(move |f| f.surface == surface);
-        let weight_of = |surface: SurfaceId| of(surface).map(|f| f.mass).sum::<f64>();
+        // A place touched before stands beside what else may be touched on its surface.
+        let key = |f: &Face| (f.surface, f.source == EvidenceSource::TouchedBefore);
+        let of = |one: &Face| {
+            let same = key(one);
+            faces.iter().filter(move |f| key(f) == same)
+        };
+        let weight_of = |one: &Face| of(one).map(|f| f.mass).sum::<f64>();
         let is_touched = |f: &Face| touched.is_some_and(|t| t.surface == f.surface);
-        let first = |index: usize, f: &Face| faces[..index].iter().all(|g| g.surface != f.surface);
-        let best_weight = faces
-            .iter()
-            .map(|f| weight_of(f.surface))
-            .fold(0.0, f64::max);
+        let first = |index: usize, f: &Face| faces[..index].iter().all(|g| key(g) != key(f));
+        let best_weight = faces.iter().map(|f| weight_of(f)).fold(0.0, f64::max);
         let least = if touched.is_some() {
             self.config.min_probability * total / others
         } else {
@@ -59,14 +61,17 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             if is_touched(face) || !first(index, face) {
                 continue;
             }
-            let weight = weight_of(face.surface);
+            let weight = weight_of(face);
             if weight < least {
                 continue;
             }
-            let Some(best) = of(face.surface).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
+            let Some(best) = of(face).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
                 continue;
             };
-            let moments = Moments::of(|| of(face.surface), best);
+            // What stands for none of the sources says nothing about where.
+            let is_of_none = best.source == EvidenceSource::Anywhere;
+            let named = |f: &&Face| is_of_none || f.source != EvidenceSource::Anywhere;
+            let moments = Moments::of(|| of(face).filter(named), best);
             let met = SurfacePlace {
                 surface: face.surface,
                 point_m: best.met_m,
@@ -95,7 +100,9 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 source: match best.source {
                     EvidenceSource::Look | EvidenceSource::LookBefore => PredictionSource::Gaze,
                     EvidenceSource::TouchedBefore => PredictionSource::TouchedBefore,
-                    EvidenceSource::Anywhere if self.estimate.is_none() => PredictionSource::Nearest,
+                    EvidenceSource::Anywhere if self.estimate.is_none() => {
+                        PredictionSource::Nearest
+                    }
                     _ => PredictionSource::Motion,
                 },
                 looked_at_since_s: look

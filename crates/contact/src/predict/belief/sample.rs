@@ -6,7 +6,7 @@ use super::super::gaze::memory::{GazeMemory, Look};
 use super::super::hand::phase::ReachPhase;
 use super::super::hand::place::{HandPlace, gaussian_of};
 use super::super::stream::StreamEstimator;
-use super::model::{AGES, CUES, EvidenceModel, LOOK_AGES_S, SourceShares};
+use super::model::{AGES, COLUMNS, CUES, EvidenceModel, LOOK_AGES_S, SourceShares};
 use super::places::TouchedPlaces;
 use crate::estimate::ContactEstimator;
 use crate::matrices::{Plane, axes_across, isotropic, square};
@@ -37,8 +37,8 @@ pub(in crate::predict) struct Context {
     /// Has the person touched anything yet?
     pub(super) has_places: bool,
     /// In [0, 1]. Of a hand that moves: how far the look is from where the motion leads. Of a hand at rest: how often this person's
-    /// eyes rest there in pauses. 0.5: not known.
-    pub(super) cue: f64,
+    /// eyes rest there in pauses. `None`: not known.
+    pub(super) cue: Option<f64>,
 }
 
 /// The two nodes around a value, with their weights.
@@ -59,7 +59,10 @@ impl Context {
             Some(age_s) => nodes(&LOOK_AGES_S, age_s),
             None => [(AGES - 1, 1.0), (AGES - 1, 0.0)],
         };
-        let cues = nodes(&CUES, self.cue);
+        let all = COLUMNS - 1;
+        let cues = self
+            .cue
+            .map_or([(all, 1.0), (all, 0.0)], |cue| nodes(&CUES, cue));
         std::array::from_fn(|i| {
             let ((age, a), (cue, c)) = (ages[i / 2], cues[i % 2]);
             (age, cue, a * c)
@@ -77,7 +80,10 @@ impl Context {
             f64::from(u8::from(self.has_places)),
             1.0,
         ];
-        shares.iter_mut().zip(there).for_each(|(s, there)| *s *= there);
+        shares
+            .iter_mut()
+            .zip(there)
+            .for_each(|(s, there)| *s *= there);
         let sum: f64 = shares.iter().sum();
         if sum > 0.0 {
             shares.map(|share| share / sum)
@@ -130,7 +136,7 @@ impl Sample {
                 look_age_s: now.map(|look| look.age_s(hand.t_s)),
                 before_left: before.map_or(0.0, |(_, ago_s)| 1.0 - ago_s / model.memory_s),
                 has_places,
-                cue: cue.unwrap_or(CUES[1]),
+                cue,
             },
             motion,
             looks: [now.copied(), before.map(|(look, _)| *look)],
@@ -139,7 +145,12 @@ impl Sample {
     }
 
     /// Where a look says that the contact is: on its line, as far away as the motion says, or as what it meets.
-    pub(super) fn along(&self, look: &Look, sd_rad: f64, distance_m: Option<f64>) -> Option<Gaussian> {
+    pub(super) fn along(
+        &self,
+        look: &Look,
+        sd_rad: f64,
+        distance_m: Option<f64>,
+    ) -> Option<Gaussian> {
         let (origin_m, sight) = (look.ray.origin_m, look.ray.direction);
         let sd_rad = sd_rad.hypot(look.noise_rad);
         let across = DMat3::IDENTITY - square(sight);
@@ -237,7 +248,8 @@ fn log_along_sight(look: &Look, contact_m: DVec3, sd_rad: f64) -> f64 {
     let to_contact = contact_m - look.ray.origin_m;
     let rad = look.ray.direction.angle_between(to_contact);
     let variance = sd_rad * sd_rad + look.noise_rad * look.noise_rad;
-    let square_m2 = to_contact.length_squared().max(NEAREST_LOOK_M * NEAREST_LOOK_M);
+    let square_m2 = to_contact
+        .length_squared()
+        .max(NEAREST_LOOK_M * NEAREST_LOOK_M);
     -0.5 * rad * rad / variance - (TAU * variance * ALONG_M * square_m2).ln()
 }
-

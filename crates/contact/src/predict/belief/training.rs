@@ -5,7 +5,7 @@ use super::super::gaze::memory::GazeMemory;
 use super::super::hand::phase::PHASES;
 use super::super::stream::StreamEstimator;
 use super::model::{
-    AGES, CUES, EvidenceModel, EvidenceSource, RestingHand, SOURCES, Shares, SourceShares,
+    AGES, COLUMNS, EvidenceModel, EvidenceSource, RestingHand, SOURCES, Shares, SourceShares,
 };
 use super::places::TouchedPlaces;
 use super::sample::Sample;
@@ -164,21 +164,27 @@ impl EvidenceModel {
 
     /// One round of expectation maximisation; `start` is what is believed without data.
     fn improved(&self, start: &Self, rows: &[Row]) -> Self {
-        let none: Shares = [[[[0.0; SOURCES]; CUES.len()]; AGES]; PHASES];
+        let none: Shares = [[[[0.0; SOURCES]; COLUMNS]; AGES]; PHASES];
         let mut counts = none;
         let (mut looks, mut squares) = (1.0, start.on_target_sd_rad.powi(2));
         let (mut rested, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
         for row in rows {
-            let Row { sample, contact_m, .. } = row;
+            let Row {
+                sample, contact_m, ..
+            } = row;
             let shares = self.shares_in(&sample.context);
             let logs = sample.log_densities(*contact_m, &row.places, self);
             let Some(right) = sample.responsibilities(&shares, &logs) else {
                 continue;
             };
+            let counts = &mut counts[sample.context.phase as usize];
+            let is_known = sample.context.cue.is_some();
             for (age, cue, part) in sample.context.nodes() {
-                let cell = &mut counts[sample.context.phase as usize][age][cue];
-                for (sum, right) in cell.iter_mut().zip(right) {
-                    *sum += row.weight * part * right;
+                let columns = [Some(cue), is_known.then_some(COLUMNS - 1)];
+                for column in columns.into_iter().flatten() {
+                    for (sum, right) in counts[age][column].iter_mut().zip(right) {
+                        *sum += row.weight * part * right;
+                    }
                 }
             }
             if sample.motion.is_none() {
@@ -198,7 +204,7 @@ impl EvidenceModel {
         }
         let mut shares = none;
         for (phase, counts) in counts.iter().enumerate() {
-            shares[phase] = pulled_together(counts, &start.shares[phase][0][0]);
+            shares[phase] = pulled_together(counts, &start.shares[phase][0]);
         }
         let (before, total) = (start.rest, rested + PULL);
         let mean_m = (first + before.mean_m * PULL) / total;
@@ -219,7 +225,10 @@ impl EvidenceModel {
 fn weigh(rows: &mut [Row]) {
     let cell = |row: &Row| {
         let nodes = row.sample.context.nodes();
-        let (age, cue, _) = nodes.into_iter().max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or((0, 0, 0.0));
+        let (age, cue, _) = nodes
+            .into_iter()
+            .max_by(|a, b| a.2.total_cmp(&b.2))
+            .unwrap_or((0, 0, 0.0));
         (row.touch, row.sample.context.phase as usize, age, cue)
     };
     let mut counts = BTreeMap::new();
@@ -227,27 +236,24 @@ fn weigh(rows: &mut [Row]) {
         *counts.entry(cell(row)).or_insert(0.0) += 1.0;
     }
     for row in rows {
-        row.weight = counts.get(&cell(row)).map_or(0.0, |count: &f64| count.recip());
+        row.weight = counts
+            .get(&cell(row))
+            .map_or(0.0, |count: &f64| count.recip());
     }
 }
 
-/// Shares by counts in the cells of a phase: each cell is pulled to its cue, that to the phase, and that to the start.
+/// Shares by counts in the cells of a phase: each cell is pulled to those of its cue, and these to the start.
 fn pulled_together(
-    counts: &[[SourceShares; CUES.len()]; AGES],
-    start: &SourceShares,
-) -> [[SourceShares; CUES.len()]; AGES] {
-    let sum = |each: &mut dyn Iterator<Item = &SourceShares>| {
-        each.fold([0.0; SOURCES], |sum: SourceShares, c| {
-            std::array::from_fn(|i| sum[i] + c[i])
-        })
-    };
+    counts: &[[SourceShares; COLUMNS]; AGES],
+    start: &[SourceShares; COLUMNS],
+) -> [[SourceShares; COLUMNS]; AGES] {
     let pulled = |counts: &SourceShares, towards: &SourceShares| -> SourceShares {
         let total: f64 = counts.iter().sum::<f64>() + PULL;
         std::array::from_fn(|i| (counts[i] + PULL * towards[i]) / total)
     };
-    let of_phase = pulled(&sum(&mut counts.iter().flatten()), start);
-    let of_cue: [SourceShares; CUES.len()] = std::array::from_fn(|cue| {
-        pulled(&sum(&mut counts.iter().map(|of_age| &of_age[cue])), &of_phase)
+    let of_cue: [SourceShares; COLUMNS] = std::array::from_fn(|cue| {
+        let sum = |i: usize| counts.iter().map(|of_age| of_age[cue][i]).sum();
+        pulled(&std::array::from_fn(sum), &start[cue])
     });
     std::array::from_fn(|age| std::array::from_fn(|cue| pulled(&counts[age][cue], &of_cue[cue])))
 }

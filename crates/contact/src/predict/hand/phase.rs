@@ -32,10 +32,6 @@ impl ReachPhase {
     const ONSET_M: f64 = 0.08;
     /// The time before contact from which it is at its end, s.
     const END_S: f64 = 0.3;
-    /// Up to the first share of a reach's time an estimate is wholly drawn towards where people usually touch, from the second on not at
-    /// all.
-    const DRAWN: [f64; 2] = [0.4, 0.5];
-
     /// The phase of a reach after a way, m, with some time left, s.
     pub(in crate::predict) fn of(way_m: f64, left_s: Option<f64>) -> Self {
         if way_m < Self::ONSET_M {
@@ -45,12 +41,5 @@ impl ReachPhase {
         } else {
             Self::UnderWay
         }
-    }
-
-    /// How much an estimate is drawn towards where people usually touch at a share of the time of a reach: wholly before the hand has
-    /// shown its way, and not at all in the second half, where the estimate follows the hand.
-    pub(in crate::predict) fn drawn_share(time_share: f64) -> f64 {
-        let [wholly, not] = Self::DRAWN;
-        ((not - time_share) / (not - wholly)).clamp(0.0, 1.0)
     }
 }

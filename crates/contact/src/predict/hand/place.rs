@@ -72,7 +72,6 @@ pub(in crate::predict) fn gaussian_of(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::TimeToContact;
 
     #[test]
     fn a_hand_stirs_before_its_reach_is_seen() {
@@ -85,49 +84,5 @@ mod tests {
         assert_eq!(phase(0.5 * STIRRED_M), ReachPhase::Rest);
         assert_eq!(phase(STIRRED_M), ReachPhase::Stirring);
         assert_eq!(phase(f64::NAN), ReachPhase::Rest);
-    }
-
-    #[test]
-    fn motion_alone_is_what_came_after_the_start() {
-        let estimate = |x: f64, sd_m: f64| ContactEstimate {
-            covariance_m2: Some(isotropic(sd_m)),
-            time_to_contact_s: Some(TimeToContact {
-                mean_s: 0.8,
-                sd_s: None,
-            }),
-            ..ContactEstimate::of_point(0.0, DVec3::X * x)
-        };
-        let began = ReachBeginning {
-            since_s: 0.0,
-            place_m: DVec3::ZERO,
-            turned: false,
-            first_estimate: Some(estimate(0.5, 0.2)),
-        };
-        let alone = |estimate: &ContactEstimate, began: &ReachBeginning| {
-            by_motion_alone(estimate, Some(began), 0.1)
-        };
-        // 0.5 m within 0.2 m, and then 0.9 m within 0.15 m: together 0.756 m within 0.12 m.
-        let [usual, seen] = [0.2_f64, 0.15].map(|sd_m| sd_m.powi(-2));
-        let both = estimate(
-            (0.5 * usual + 0.9 * seen) / (usual + seen),
-            (usual + seen).powf(-0.5),
-        );
-        let freed = alone(&both, &began).expect("a Gaussian");
-        assert!((freed.mean_m.x - 0.9).abs() < 5e-3 && (freed.sd_m() - 0.15).abs() < 5e-3);
-        // In the second half of its time a reach shows its way.
-        let late = ContactEstimate { t_s: 2.0, ..both };
-        let told = alone(&late, &began).expect("a Gaussian");
-        assert!((told.sd_m() - 0.12).abs() < 5e-3, "{}", told.sd_m());
-        // A reach that turned, one without a start and one without a time are as they are.
-        let turned = ReachBeginning {
-            turned: true,
-            ..began
-        };
-        assert!(alone(&both, &turned).is_none() && by_motion_alone(&both, None, 0.1).is_none());
-        let timeless = ContactEstimate {
-            time_to_contact_s: None,
-            ..both
-        };
-        assert!(alone(&timeless, &began).is_none());
     }
 }

@@ -3,8 +3,8 @@
 
 use glam::{DMat3, DVec3};
 use hwall_contact::{
-    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, LookShares,
-    Predictor, PredictorInput, ReachPhase, TargetShares, TimeToContact,
+    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, Predictor,
+    PredictorInput, ReachPhase, TimeToContact,
 };
 use hwall_hand::{Fixation, Gaze, GazeRay, HandFrame, HandPoint, HandState};
 use hwall_scene::{Scene, SurfaceId};
@@ -237,20 +237,17 @@ pub(crate) fn error(sampler: &mut Sampler, sd_m: DVec3) -> (DVec3, DMat3) {
     (turn * draw, covariance)
 }
 
-/// Share of the looks elsewhere of [`following_the_motion`].
+/// Share of the looks elsewhere of [`following_the_motion`], and how far they are from the target, rad.
 pub(crate) const ELSEWHERE: f64 = 0.15;
+pub(crate) const ELSEWHERE_RAD: f64 = 0.5;
 
 /// The default settings, for people who always touch where their motion leads.
 pub(crate) fn following_the_motion() -> FusedConfig {
     let mut config = FusedConfig::default();
-    let as_moves = TargetShares {
-        now: 0.75 * (1.0 - ELSEWHERE),
-        before: 0.25 * (1.0 - ELSEWHERE),
-        elsewhere: ELSEWHERE,
-    };
-    let anew = TargetShares::default();
+    let looked_at = [0.1, 0.9, 0.0, 0.0, 0.0, 0.0];
+    let elsewhere = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     for phase in [ReachPhase::Onset, ReachPhase::UnderWay, ReachPhase::End] {
-        config.gaze.looks.set(phase, LookShares { as_moves, anew });
+        config.evidence.set_shares(phase, [looked_at, elsewhere]);
     }
     config
 }
