@@ -8,7 +8,9 @@ use hwall_haptics::safety::{
     PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
 };
 use hwall_haptics::{ArmCommand, Board, Follower, FollowerConfig, SafeRequest, SafeState};
-use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm, Wrench};
+use hwall_kinematics::{
+    ArmKinematics, Chain, ChainArm, JointPositions, JointVelocities, SrsArm, Wrench,
+};
 use hwall_testkit::{Sampler, seeds};
 use std::sync::Arc;
 
@@ -321,4 +323,52 @@ fn a_room_that_the_whole_arm_is_in_is_refused() {
     let ceiling = body.clone().in_room(flipped.unwrap());
     let error = ceiling.unwrap_err().to_string();
     assert!(error.contains('2') && error.contains("normal"), "{error}");
+}
+
+/// Parts that overlap where the arm begins are thinner than their capsules. A planner that judged them would never lead the arm back.
+#[test]
+fn a_planner_judges_the_parts_that_the_supervisor_judges() {
+    let board = Board::default();
+    let urdf = include_str!("../../../kinematics/tests/data/panda.urdf");
+    let chain = ChainArm::new(Chain::from_urdf_str(urdf, None, None).unwrap()).unwrap();
+    let arm = chain.carrying(board.flange_from_board_face().unwrap());
+    let deg = |fourth: f64| JointPositions::from_deg([0.0, -45.0, 0.0, fourth, 0.0, 90.0, 45.0]);
+    let (start, away) = (deg(-173.0), deg(-90.0));
+    let mut supervisor = Supervisor::new(&*arm, &board, SupervisorConfig::default()).unwrap();
+    let unfitted = supervisor.separation().clone();
+    for cycle in 0..10 {
+        let now_s = f64::from(cycle) * DT_S;
+        let person = [PersonPart::Fingertip, PersonPart::Head].map(|part| PersonPoint {
+            part,
+            position_m: DVec3::new(4.0, 4.0 + 1e-4 * now_s, 1.0),
+            stamp_s: now_s,
+        });
+        supervisor.step(&SupervisorInput {
+            now_s,
+            state: &at_rest(now_s, start),
+            person: &person,
+            target: None,
+            force: Some(Wrench::default()),
+            command: ArmCommand::Position(start),
+        });
+    }
+    let comes_back = |began: Option<JointPositions>| {
+        let mut follower = Follower::new(Arc::clone(&arm), FollowerConfig::default(), &start)
+            .unwrap()
+            .with_board(Default::default(), board);
+        follower.keep_clear(unfitted.clone());
+        follower.set_began(began);
+        let arrives = [away, start].map(|to| {
+            follower.set_posture(&to, None).unwrap();
+            for _ in 0..4000 {
+                follower.step(DT_S).unwrap();
+                follower.plan();
+            }
+            follower.commanded().max_abs_difference(&to) < 1e-6
+        });
+        arrives == [true, true]
+    };
+    assert_eq!(supervisor.began(), Some(start));
+    assert!(!comes_back(None), "the posture shows a difference");
+    assert!(comes_back(supervisor.began()));
 }

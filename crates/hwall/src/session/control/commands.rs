@@ -162,6 +162,7 @@ impl Control {
                 object: self.object(),
                 person_m: &person_m[..points],
                 body: self.safety.person(),
+                began: self.safety.began(),
                 request: self.safety.request(is_touched),
             },
         );
