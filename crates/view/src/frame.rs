@@ -1,5 +1,6 @@
 //! What is seen at an instant.
 
+use crate::body::{MOST_PARTS, ViewPart};
 use crate::hand::ViewHand;
 use crate::scene::MOST_MOVING;
 use crate::state::ViewState;
@@ -87,6 +88,8 @@ pub struct ViewFrame {
     pub force_n: Option<DVec3>,
     /// Openings of the moving surfaces, rad or m, in the order of the scene; beyond the last one zero.
     pub openings: [f64; MOST_MOVING],
+    /// What the supervisor judges by, for those who ask for it ([`ViewFrame::with_parts`]); none otherwise.
+    pub parts: [Option<ViewPart>; MOST_PARTS],
     /// What the board is doing.
     pub state: ViewState,
 }
@@ -106,6 +109,7 @@ impl ViewFrame {
             left_s: None,
             force_n: None,
             openings: [0.0; MOST_MOVING],
+            parts: [None; MOST_PARTS],
             state: ViewState::Waiting,
         }
     }

@@ -14,7 +14,7 @@ use crate::texture::BoardTexture;
 use glam::DVec3;
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, ContactState, Phase, PlaceTolerance, PostureTarget,
-    RenderInput, RenderStep, Renderer, SafeState,
+    RenderInput, RenderStep, Renderer, SafeState, Supervisor,
 };
 use hwall_kinematics::{ArmKinematics, ArmScratch};
 use hwall_scene::SurfaceId;
@@ -231,6 +231,12 @@ impl Control {
     #[must_use]
     pub const fn safety(&self) -> SafeState {
         self.safety.state()
+    }
+
+    /// What judges its motions; `None`: nobody does.
+    #[must_use]
+    pub const fn supervisor(&self) -> Option<&Supervisor> {
+        self.safety.supervisor()
     }
 
     /// Is a fault latched? Then the arm stands, or gives way, until [`Control::reset`].

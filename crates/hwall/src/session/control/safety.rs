@@ -49,6 +49,10 @@ impl Safety {
         Some(self.supervisor.as_ref()?.separation().clone())
     }
 
+    pub(super) const fn supervisor(&self) -> Option<&Supervisor> {
+        self.supervisor.as_ref()
+    }
+
     /// The person as last seen.
     pub(super) fn person(&self) -> PersonBody {
         let supervisor = self.supervisor.as_ref();
