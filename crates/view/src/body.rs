@@ -1,9 +1,6 @@
 //! What the supervisor judges by, as capsules.
 
-use crate::frame::ViewFrame;
 use glam::DVec3;
-use hwall::Session;
-use hwall::contact::Predictor;
 use hwall::haptics::body::{BodyRegion, Capsule};
 use hwall::kinematics::MOST_BODY_POINTS;
 
@@ -37,24 +34,5 @@ impl ViewPart {
             radius_m,
         } = self.capsule;
         from_m.is_finite() && to_m.is_finite() && radius_m.is_finite()
-    }
-}
-
-impl ViewFrame {
-    /// The same with the parts by which the session's supervisor judges motions: the arm where it is in this frame, the person as last seen.
-    /// Without a supervisor there are none. Allocates nothing.
-    #[must_use]
-    pub fn with_parts<P: Predictor>(mut self, session: &Session<P>) -> Self {
-        let Some(supervisor) = session.control().supervisor() else {
-            return self;
-        };
-        let capsules = supervisor.separation().body().at(&self.q);
-        let arm = capsules.all().iter().map(|capsule| (None, *capsule));
-        let person = supervisor.person().capsules();
-        let person = person.map(|(region, capsule)| (Some(region), capsule));
-        for (part, (region, capsule)) in self.parts.iter_mut().zip(arm.chain(person)) {
-            *part = Some(ViewPart { capsule, region });
-        }
-        self
     }
 }

@@ -146,6 +146,23 @@ impl ViewFrame {
         }
     }
 
+    /// The same with the parts by which the session's supervisor judges motions: the arm where it is in this frame, the person as last seen.
+    /// Without a supervisor there are none. Allocates nothing.
+    #[must_use]
+    pub fn with_parts<P: Predictor>(mut self, session: &Session<P>) -> Self {
+        let Some(supervisor) = session.control().supervisor() else {
+            return self;
+        };
+        let capsules = supervisor.separation().body().at(&self.q);
+        let arm = capsules.all().iter().map(|capsule| (None, *capsule));
+        let person = supervisor.person().capsules();
+        let person = person.map(|(region, capsule)| (Some(region), capsule));
+        for (part, (region, capsule)) in self.parts.iter_mut().zip(arm.chain(person)) {
+            *part = Some(ViewPart { capsule, region });
+        }
+        self
+    }
+
     /// How long before the hand the board will be at its goal, s; negative: after it. `None` where either is not known.
     #[must_use]
     pub fn lead_s(&self) -> Option<f64> {

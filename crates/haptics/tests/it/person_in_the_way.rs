@@ -346,7 +346,7 @@ fn all_blind(seeds: std::ops::Range<u64>) {
         }
     }
     println!(
-        "goal: (e) cycles of motion with head or fingertip absent or older than 60 ms, beyond the stopping way (a withdrawal apart) \
+        "goal: (e) cycles of motion with head or fingertip absent or older than 60 ms, after 22 ms of reaction (the simulated arm then stands at once; withdrawals apart) \
          | 0 | {moved} | {blind} such cycles of {count} losses"
     );
     assert!(moved == 0 && blind > 0);
