@@ -154,7 +154,7 @@ fn run(seed: u64, person: Person, gone_s: &[std::ops::Range<f64>; 2]) -> Found {
         ];
         // Half of the trackers lose the head in every second frame.
         let is_lost = seed % 2 == 1 && (newest.1 / FRAME_S) as u32 % 2 == 1;
-        let is_there = |i: usize| !gone_s[i].contains(&now_s) && !(i == 1 && is_lost);
+        let is_there = |i: usize| !(gone_s[i].contains(&now_s) || i == 1 && is_lost);
         let sent_now: Vec<_> = (0..2).filter(|i| is_there(*i)).map(|i| both[i]).collect();
         for (i, seen_s) in seen_s.iter_mut().enumerate().filter(|(i, _)| is_there(*i)) {
             *seen_s = both[i].stamp_s;
