@@ -249,6 +249,10 @@ impl Surroundings<FriClient> for HandsRoom {
     fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
         self.driven.next_frame(now_s)
     }
+
+    fn refused(&mut self, reason: &FriError) {
+        self.holds.refused(reason);
+    }
 }
 
 impl StudyRoom<FriClient> for HandsRoom {
