@@ -3,7 +3,7 @@
 //! `cargo run --release --example attack -- --inputs 100000 --reader all`
 
 use anyhow::{Context, ensure};
-use clap::Parser;
+use clap::{Parser, value_parser};
 use hwall_lab::attack;
 use hwall_lab::documents::Documents;
 use hwall_stage::{exit, note, printed};
@@ -19,10 +19,10 @@ use std::process::ExitCode;
 #[derive(Parser)]
 struct Args {
     /// Inputs for each reader
-    #[arg(long, default_value_t = 100_000, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 100_000, allow_negative_numbers = true, value_parser = value_parser!(u64).range(1..))]
     inputs: u64,
     /// Disturbed runs of the control loop [default: a tenth of the inputs]
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_negative_numbers = true, value_parser = value_parser!(u64).range(1..))]
     runs: Option<u64>,
     /// Only this run of the loop, once more, with the others on its arm
     #[arg(long, conflicts_with_all = ["inputs", "runs", "reader", "docs"])]
@@ -45,7 +45,7 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    let args = Args::parse();
+    let args = hwall_stage::arguments::<Args>();
     exit(printed(|out| run(&args, out)))
 }
 
@@ -65,7 +65,7 @@ fn run(args: &Args, out: &mut impl Write) -> anyhow::Result<()> {
         let report = match args.run {
             Some(run) => attack::loop_again(run, args.seed)?,
             None => {
-                let runs = args.runs.unwrap_or(args.inputs / 10);
+                let runs = args.runs.unwrap_or((args.inputs / 10).max(1));
                 target.attack(args.inputs, runs, args.seed)?
             }
         };
