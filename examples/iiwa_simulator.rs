@@ -3,12 +3,12 @@
 //! `cargo run --release --example iiwa_simulator -- --client 127.0.0.1:30200 --version 1.15`
 
 use anyhow::{Context, ensure};
-use clap::{Parser, value_parser};
+use clap::Parser;
 use hwall_fri::controller::{Controller, ControllerConfig, FaultConfig, LinkConfig};
 use hwall_fri::controller::{SimulatedPlant, UdpController, iiwa7_servo, iiwa7_torque};
 use hwall_stage::input::address::socket_address;
 use hwall_stage::note;
-use hwall_stage::numbers::{positive, up_to};
+use hwall_stage::numbers::{positive, up_to, whole_within};
 use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::process::ExitCode;
@@ -31,11 +31,11 @@ struct Args {
     #[arg(long, default_value = "1.15")]
     version: String,
     /// Time between messages, ms, 1 to 10
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..=10))]
-    period_ms: u32,
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole_within::<1, 10>)]
+    period_ms: u64,
     /// An answer is expected to every so-many-th message
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..=100))]
-    receive_multiplier: u32,
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole_within::<1, 100>)]
+    receive_multiplier: u64,
     /// What is simulated: joint targets, or rigid-body dynamics
     #[arg(long, default_value = "servo", value_parser = ["servo", "torque"])]
     level: String,
@@ -106,8 +106,8 @@ fn run(args: &Args) -> anyhow::Result<bool> {
 fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
     let config = ControllerConfig {
         version: args.version.parse().context("--version")?,
-        send_period_ms: args.period_ms,
-        receive_multiplier: args.receive_multiplier,
+        send_period_ms: args.period_ms as u32,
+        receive_multiplier: args.receive_multiplier as u32,
         mode: args.mode.parse()?,
         idle_s: args.idle_ms * 1e-3,
         faults: FaultConfig {

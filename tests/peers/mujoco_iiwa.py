@@ -6,7 +6,7 @@
 Starts `bridge --fri`, sends it hands over its WebSocket and states over UDP, and judges the board from MuJoCo's own pose.
 Needs the packages mujoco, numpy and websocket-client; says `skipped` without them. Exit status 0 if enough touches are in place.
 """
-import argparse, json, math, random, re, select, socket, struct, subprocess, sys, threading, time
+import argparse, json, math, random, re, select, shutil, socket, struct, subprocess, sys, threading, time
 
 try:
     import mujoco
@@ -287,6 +287,11 @@ def main():
     parser.add_argument("--unknown-enums", action="store_true")
     parser.add_argument("--json")
     args = parser.parse_args()
+    for flag in ("loss", "stall"):
+        if not 0 <= getattr(args, flag) <= 1:
+            parser.error(f"--{flag} {getattr(args, flag)}: not a share from 0 to 1")
+    if shutil.which(args.bridge) is None:
+        parser.error(f"--bridge {args.bridge}: no such program; cargo build --release --example bridge makes it")
     arm = Arm()
     free = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     free.bind(("127.0.0.1", 0))

@@ -132,7 +132,10 @@ mod tests {
             period_ms: Option<u32>,
         }
         for (words, wanted) in [
-            (["", "--seed", "-1"], "'-1' for '--seed <SEED>': not a whole number from 0 on"),
+            (
+                ["", "--seed", "-1"],
+                "'-1' for '--seed <SEED>': not a whole number from 0 on",
+            ),
             (["", "--period-ms", "2.5"], "not a whole number from 0 on"),
             (["", "--period-ms", "0"], "0 is not in 1..=10"),
             (["", "--seed", "99999999999999999999"], "too large"),

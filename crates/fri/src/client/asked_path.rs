@@ -16,7 +16,7 @@ pub(super) const MOST_BEHIND_NS: u64 = 200_000_000;
 const MOST_CATCHING: f64 = 0.15;
 /// That share changes by at most this in a second: at 3 rad/s it adds 2.3 rad/s².
 const CATCHING_PER_S: f64 = 0.75;
-/// A path that stays within this, rad, is at rest: nothing is left to catch up with.
+/// A path that stays within this, rad, is at rest.
 const RESTS_RAD: f64 = 1e-7;
 
 /// What was sent with an answer: where the arm shall be, and which time of the path that is.
@@ -187,7 +187,9 @@ impl AskedPath {
             Some(path_ns) if path_ns >= first_ns => path_ns + period_ns,
             _ => first_ns,
         };
-        if due_ns >= now_ns || self.rests_since(due_ns) {
+        // A rest is left out: the arm need not stand as long as it was asked to, and as long as it is behind.
+        let due_ns = self.rests_until(due_ns);
+        if due_ns >= now_ns {
             self.catching = 0.0;
             return (now_ns, asked_rad);
         }
@@ -228,15 +230,15 @@ impl AskedPath {
         after.1
     }
 
-    fn rests_since(&self, time_ns: u64) -> bool {
-        let (_, q_rad) = self.point(0);
-        let is_there =
-            |at_rad: &[f64; 7]| (0..7).all(|i| (at_rad[i] - q_rad[i]).abs() <= RESTS_RAD);
-        (1..self.count)
-            .map(|back| self.point(back))
-            .take_while(|point| point.0 >= time_ns)
-            .all(|point| is_there(&point.1))
-            && is_there(&self.at(time_ns))
+    /// Until when the path stays where it is at that time, ns.
+    fn rests_until(&self, time_ns: u64) -> u64 {
+        let from_rad = self.at(time_ns);
+        let rests =
+            |at_rad: &[f64; 7]| (0..7).all(|i| (at_rad[i] - from_rad[i]).abs() <= RESTS_RAD);
+        let points = (0..self.count).rev().map(|back| self.point(back));
+        let after = points.skip_while(|point| point.0 <= time_ns);
+        let last = after.take_while(|point| rests(&point.1)).last();
+        last.map_or(time_ns, |point| point.0)
     }
 }
 
@@ -338,6 +340,25 @@ mod tests {
                 f64::from(k)
             );
         }
+    }
+
+    /// An arm that was 0.16 s behind stood still for the 0.15 s that the path had rested, while it was asked to move: it seemed to be frozen.
+    #[test]
+    fn an_arm_that_is_behind_leaves_out_a_rest() {
+        let limits = CommandLimits::new(&SrsArm::iiwa7(), [0.0; 7]);
+        let ms = |k: u64| k * 1_000_000;
+        // It moves until 100 ms, rests until 250 ms, and moves on.
+        let asked = |k: u64| [1e-3 * (k.min(100) + k.saturating_sub(250)) as f64; 7];
+        let mut path = AskedPath::new();
+        for k in (0..=260).step_by(5) {
+            path.push(ms(k), asked(k));
+        }
+        let held = |k: u64| Sent {
+            path_ns: Some(ms(k)),
+            ..sent(asked(k))
+        };
+        let mut next = |k| path.next(&held(k), ms(5), &limits, &[1.0; 7]).0;
+        assert_eq!((next(100), next(200), next(50)), (ms(250), ms(250), ms(55)));
     }
 
     /// Answers are lost in bursts while the arm goes there and back; what arrives keeps to the limits, and it ends where it was asked to.

@@ -66,7 +66,11 @@ mod tests {
     fn an_address_that_cannot_be_had_is_said_with_a_remedy() {
         let taken = UdpSocket::bind("127.0.0.1:0").expect("a socket");
         let address = taken.local_addr().expect("an address");
-        let said = |address| receivable("--fri", address).expect_err("refused").to_string();
+        let said = |address| {
+            receivable("--fri", address)
+                .expect_err("refused")
+                .to_string()
+        };
         assert!(said(address).contains("another program listens"));
         // Of a block kept for documents.
         let foreign = "192.0.2.1:30200".parse().expect("an address");

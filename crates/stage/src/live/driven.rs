@@ -142,7 +142,12 @@ pub(super) fn run_driven(
         &mut recorded,
         &mut client,
         &mut surroundings,
-        |recorded, _, Driven { bridge, refused, .. }, cycle| {
+        |recorded,
+         _,
+         Driven {
+             bridge, refused, ..
+         },
+         cycle| {
             if let Some(cause) = refused.take() {
                 holds.refused(&cause);
             }

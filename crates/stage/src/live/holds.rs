@@ -55,6 +55,12 @@ impl Holds {
 
     /// Says what is new in a cycle.
     pub fn see(&mut self, t_s: f64, state: SessionState, is_latched: bool) {
+        if let Some(words) = self.change(t_s, state, is_latched) {
+            note(format_args!("{t_s:9.3} s  {words}"));
+        }
+    }
+
+    fn change(&mut self, t_s: f64, state: SessionState, is_latched: bool) -> Option<String> {
         self.cycles += 1;
         let gap_s = self.last_s.replace(t_s).map_or(0.0, |last_s| t_s - last_s);
         self.longest_gap_s = self.longest_gap_s.max(gap_s);
@@ -68,17 +74,16 @@ impl Holds {
             causes: if stop.is_refusal() { self.causes } else { 0 },
         });
         if hold == self.under_way {
-            return;
+            return None;
         }
         let before = std::mem::replace(&mut self.under_way, hold);
         let stop = hold.map(|hold| hold.stop);
-        let ended = before.map(|hold| hold.stop).filter(|was| stop != Some(*was));
+        let ended = before
+            .map(|hold| hold.stop)
+            .filter(|was| stop != Some(*was));
         let told = ended.map(|ended| self.end(ended, t_s));
         let Some(Hold { stop, .. }) = hold else {
-            if told.is_some_and(|count| count <= TOLD) {
-                note(format_args!("{t_s:9.3} s  the arm moves again"));
-            }
-            return;
+            return (told? <= TOLD).then(|| "the arm moves again".to_owned());
         };
         let (count, _) = self.by_stop.entry(stop).or_default();
         if before.is_none_or(|before| before.stop != stop) {
@@ -86,7 +91,7 @@ impl Holds {
             self.since_s = t_s;
         }
         let ends = match (is_latched, stop.is_refusal()) {
-            _ if *count > TOLD + 1 => return,
+            _ if *count > TOLD + 1 => return None,
             _ if *count == TOLD + 1 => "more of these are only counted",
             (true, _) => "needs a person: Enter here, or the page's button, lets the arm go",
             (false, true) => "ends by itself once commands are taken again and the arm rests",
@@ -98,7 +103,7 @@ impl Holds {
         };
         let cause = self.cause.as_ref().filter(|_| stop.is_refusal());
         let cause = cause.map_or_else(String::new, |cause| format!(": {cause}"));
-        note(format_args!("{t_s:9.3} s  {words}{cause} ({ends})"));
+        Some(format!("{words}{cause} ({ends})"))
     }
 
     /// Ends the hold for this reason; how many there were of them.
@@ -151,6 +156,8 @@ mod tests {
     use super::*;
     use hwall::haptics::safety::Channel;
     use hwall::haptics::{SafeReason, SafeState};
+    use hwall_fri::Unfit;
+    use hwall_fri::codec::SafetyState;
 
     #[test]
     fn holds_are_counted_by_reason_and_not_by_number() {
@@ -167,5 +174,56 @@ mod tests {
         let held = holds.by_stop.values().next();
         assert_eq!(held, Some(&(30, 30.0)));
         assert_eq!((holds.cycles, holds.longest_gap_s), (90, 1.0));
+    }
+
+    /// Only a new reason was said.
+    #[test]
+    fn a_hold_that_withdraws_and_stops_is_told_and_counted_once() {
+        let mut holds = Holds::default();
+        let mut said = Vec::new();
+        for cycle in 0..50 {
+            let age_s = f64::from(cycle);
+            let channel = Channel::Fingertip;
+            let reason = SafeReason::Stale { channel, age_s };
+            let state = match cycle {
+                0..10 => SafeState::Holding { reason },
+                10..30 => SafeState::Retreating { reason },
+                _ => SafeState::Stopped { reason },
+            };
+            said.extend(holds.change(age_s, SessionState::Safe(state), false));
+        }
+        said.extend(holds.change(50.0, SessionState::Waiting, false));
+        let begins = ["holding: ", "withdrawing: ", "stopped: ", "the arm moves"];
+        let found = said
+            .iter()
+            .zip(begins)
+            .all(|(line, begin)| line.starts_with(begin));
+        assert!(found && said.len() == begins.len(), "{said:?}");
+        assert_eq!(holds.by_stop.values().next(), Some(&(1, 50.0)));
+    }
+
+    #[test]
+    fn an_arm_that_takes_no_commands_is_told_with_the_cause() {
+        let refused = SessionState::Safe(SafeState::Holding {
+            reason: SafeReason::Refused,
+        });
+        let unfit = |safety| FriError::Unfit(Unfit::Safety(safety));
+        let mut holds = Holds::default();
+        let mut said = Vec::new();
+        for (cycle, cause) in [
+            FriError::Behind { behind_s: 0.2 },
+            FriError::Behind { behind_s: 0.3 },
+            unfit(SafetyState::StopLevel1),
+            unfit(SafetyState::StopLevel1),
+        ]
+        .iter()
+        .enumerate()
+        {
+            holds.refused(cause);
+            said.extend(holds.change(cycle as f64, refused, false));
+        }
+        said.extend(holds.change(4.0, SessionState::Waiting, false));
+        assert_eq!(said.len(), 3, "{said:?}");
+        assert!(said[0].contains("0.20 s behind") && said[1].contains("safety state"));
     }
 }
