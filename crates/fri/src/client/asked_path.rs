@@ -357,8 +357,8 @@ mod tests {
             path_ns: Some(ms(k)),
             ..sent(asked(k))
         };
-        let mut next = |k| path.next(&held(k), ms(5), &limits, &[1.0; 7]).0;
-        assert_eq!((next(100), next(200), next(50)), (ms(250), ms(250), ms(55)));
+        let mut next = |k| path.next(&held(k), ms(5), &limits, &[1.0; 7]).0 / ms(1);
+        assert_eq!((next(100), next(200), next(50)), (250, 250, 55));
     }
 
     /// Answers are lost in bursts while the arm goes there and back; what arrives keeps to the limits, and it ends where it was asked to.
