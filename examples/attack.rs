@@ -3,9 +3,10 @@
 //! `cargo run --release --example attack -- --inputs 100000 --reader all`
 
 use anyhow::{Context, ensure};
-use clap::{Parser, value_parser};
+use clap::Parser;
 use hwall_lab::attack;
 use hwall_lab::documents::Documents;
+use hwall_stage::numbers::whole_within;
 use hwall_stage::{exit, note, printed};
 use std::io::Write;
 use std::path::PathBuf;
@@ -19,10 +20,10 @@ use std::process::ExitCode;
 #[derive(Parser)]
 struct Args {
     /// Inputs for each reader
-    #[arg(long, default_value_t = 100_000, allow_negative_numbers = true, value_parser = value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 100_000, allow_negative_numbers = true, value_parser = whole_within::<1, 1_000_000_000_000>)]
     inputs: u64,
     /// Disturbed runs of the control loop [default: a tenth of the inputs]
-    #[arg(long, allow_negative_numbers = true, value_parser = value_parser!(u64).range(1..))]
+    #[arg(long, allow_negative_numbers = true, value_parser = whole_within::<1, 1_000_000_000_000>)]
     runs: Option<u64>,
     /// Only this run of the loop, once more, with the others on its arm
     #[arg(long, conflicts_with_all = ["inputs", "runs", "reader", "docs"])]
