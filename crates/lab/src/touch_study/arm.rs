@@ -8,7 +8,7 @@ use hwall::haptics::Board;
 use hwall::{Cycle, Event, LikelyTouches, Session, Surroundings};
 use hwall_bridge::{BridgeConfig, BridgeServer, Order};
 use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion};
-use hwall_stage::input::address::{host, socket_address};
+use hwall_stage::input::address::{host, receivable, socket_address};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::input::real_room::RealRoom;
@@ -148,10 +148,11 @@ impl WaitingArm {
     /// A scene that is malformed or has not what the protocol asks for; without a scene a protocol with several kinds of surfaces;
     /// addresses that cannot be listened on.
     pub fn prepare(options: &ArmOptions, protocol: &Protocol) -> anyhow::Result<Self> {
+        receivable("--fri", options.fri.listen)?;
         let room = options.room.as_deref().map(RealRoom::read);
         let room = room.transpose().context("--room")?;
         let (scene, remarks) = match &options.scene {
-            Some(path) => load_scene(Some(path.as_path().into()))?,
+            Some(path) => load_scene(Some(path.as_path().into())).context("--scene")?,
             None => {
                 let first = Stimulus::of(protocol, 0)?.surface;
                 for condition in 1..protocol.conditions() {
@@ -258,6 +259,10 @@ impl Surroundings<FriClient> for HandsRoom {
 
     fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
         self.driven.next_frame(now_s)
+    }
+
+    fn refused(&mut self, reason: &FriError) {
+        self.holds.refused(reason);
     }
 }
 
