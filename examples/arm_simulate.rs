@@ -75,7 +75,7 @@ enum Scheme {
 }
 
 fn main() -> ExitCode {
-    exit(run(&Args::parse()))
+    exit(run(&hwall_stage::arguments::<Args>()))
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {

@@ -6,6 +6,7 @@ use anyhow::{Context, ensure};
 use clap::Parser;
 use hwall_lab::attack;
 use hwall_lab::documents::Documents;
+use hwall_stage::numbers::whole_within;
 use hwall_stage::{exit, note, printed};
 use std::io::Write;
 use std::path::PathBuf;
@@ -19,10 +20,10 @@ use std::process::ExitCode;
 #[derive(Parser)]
 struct Args {
     /// Inputs for each reader
-    #[arg(long, default_value_t = 100_000, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 100_000, allow_negative_numbers = true, value_parser = whole_within::<1, 1_000_000_000_000>)]
     inputs: u64,
     /// Disturbed runs of the control loop [default: a tenth of the inputs]
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_negative_numbers = true, value_parser = whole_within::<1, 1_000_000_000_000>)]
     runs: Option<u64>,
     /// Only this run of the loop, once more, with the others on its arm
     #[arg(long, conflicts_with_all = ["inputs", "runs", "reader", "docs"])]
@@ -45,7 +46,7 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    let args = Args::parse();
+    let args = hwall_stage::arguments::<Args>();
     exit(printed(|out| run(&args, out)))
 }
 
@@ -65,7 +66,7 @@ fn run(args: &Args, out: &mut impl Write) -> anyhow::Result<()> {
         let report = match args.run {
             Some(run) => attack::loop_again(run, args.seed)?,
             None => {
-                let runs = args.runs.unwrap_or(args.inputs / 10);
+                let runs = args.runs.unwrap_or((args.inputs / 10).max(1));
                 target.attack(args.inputs, runs, args.seed)?
             }
         };

@@ -18,6 +18,6 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    let options = Args::parse().options;
+    let options = hwall_stage::arguments::<Args>().options;
     exit(printed(|out| placement_job::run(&options, out)))
 }

@@ -61,7 +61,7 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    exit(filter(&Args::parse()))
+    exit(filter(&hwall_stage::arguments::<Args>()))
 }
 
 fn filter(args: &Args) -> anyhow::Result<()> {

@@ -25,7 +25,7 @@ struct Args {
 const INTERRUPTED: i32 = 130;
 
 fn main() -> ExitCode {
-    exit(run(&Args::parse().flags))
+    exit(run(&hwall_stage::arguments::<Args>().flags))
 }
 
 fn run(flags: &LiveFlags) -> anyhow::Result<()> {

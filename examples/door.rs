@@ -58,7 +58,7 @@ const OUT: &str = "out/door";
 const FIGURE: &str = "door.svg";
 
 fn main() -> ExitCode {
-    exit(run(&Args::parse()))
+    exit(run(&hwall_stage::arguments::<Args>()))
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {

@@ -15,7 +15,7 @@ use std::process::ExitCode;
 
 /// Injects every fault in every phase of a touch at both arm levels, and lets hands hit the board; writes FAULTS.md.
 ///
-/// Fails if a fault does not end in a named safe state in time.
+/// Fails if a fault does not end in a named safe state in time; the other verdicts only report.
 #[derive(Parser)]
 struct Args {
     #[command(flatten)]
@@ -37,7 +37,7 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    exit(run(&Args::parse()))
+    exit(run(&hwall_stage::arguments::<Args>()))
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {

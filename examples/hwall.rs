@@ -3,6 +3,7 @@
 //! `cargo run --release --example hwall`
 
 use clap::Parser;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::job::{self, JobOptions};
 use hwall_stage::{exit, printed, recording};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -25,11 +26,12 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    exit(run(&Args::parse()))
+    exit(run(&hwall_stage::arguments::<Args>()))
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(path) = &args.replay {
+        FilePlan::default().read("--replay", Some(path)).check()?;
         return recording::replay(path, &mut io::stdout());
     }
     let bar =

@@ -7,7 +7,8 @@ use clap::Parser;
 use hwall_fri::controller::{Controller, ControllerConfig, FaultConfig, LinkConfig};
 use hwall_fri::controller::{SimulatedPlant, UdpController, iiwa7_servo, iiwa7_torque};
 use hwall_stage::input::address::socket_address;
-use hwall_stage::numbers::positive;
+use hwall_stage::note;
+use hwall_stage::numbers::{positive, up_to, whole_within};
 use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::process::ExitCode;
@@ -30,11 +31,11 @@ struct Args {
     #[arg(long, default_value = "1.15")]
     version: String,
     /// Time between messages, ms, 1 to 10
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    period_ms: u32,
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole_within::<1, 10>)]
+    period_ms: u64,
     /// An answer is expected to every so-many-th message
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    receive_multiplier: u32,
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole_within::<1, 100>)]
+    receive_multiplier: u64,
     /// What is simulated: joint targets, or rigid-body dynamics
     #[arg(long, default_value = "servo", value_parser = ["servo", "torque"])]
     level: String,
@@ -42,34 +43,34 @@ struct Args {
     #[arg(long, default_value = "position", value_parser = ["position", "torque", "wrench"])]
     mode: String,
     /// Share of datagrams that are lost, in each direction
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = up_to::<1>)]
     loss: f64,
     /// Delay of messages to the client, ms, at most 10000
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = up_to::<10_000>)]
     delay_ms: f64,
     /// Further delay, at random up to this, ms
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = up_to::<10_000>)]
     jitter_ms: f64,
     /// Share of the cycles that begin a burst of one to four answers that do not arrive
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = up_to::<1>)]
     bursts: f64,
     /// Share of the cycles that begin a stall of 20 to 200 ms, in which no answer arrives
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = up_to::<1>)]
     stalls: f64,
     /// Time stamps are off by at most this, either way, ms, at most 50
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = up_to::<50>)]
     stamp_jitter_ms: f64,
     /// Share of the cycles whose answer comes one to three cycles late
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = up_to::<1>)]
     late: f64,
     /// Share of the cycles that end commanding for a while, as by a fall of the quality; it begins again by itself
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = up_to::<1>)]
     leaves: f64,
     /// The robot's information has numbers that no version knows
     #[arg(long)]
     unknown_enums: bool,
     /// Time in IDLE before the session begins, ms; many clients leave at the first IDLE
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = up_to::<3_600_000>)]
     idle_ms: f64,
     /// How long to run, s; without it until Ctrl-C
     #[arg(long, allow_negative_numbers = true, value_parser = positive)]
@@ -79,8 +80,11 @@ struct Args {
     seed: u64,
 }
 
+/// A client that has not answered for this long from the start is not there, s.
+const NOBODY_S: f64 = 2.0;
+
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
+    match run(&hwall_stage::arguments::<Args>()) {
         // Commanding was not reached.
         Ok(false) => ExitCode::from(1),
         result => hwall_stage::exit(result.map(|_| ())),
@@ -102,8 +106,8 @@ fn run(args: &Args) -> anyhow::Result<bool> {
 fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
     let config = ControllerConfig {
         version: args.version.parse().context("--version")?,
-        send_period_ms: args.period_ms,
-        receive_multiplier: args.receive_multiplier,
+        send_period_ms: args.period_ms as u32,
+        receive_multiplier: args.receive_multiplier as u32,
         mode: args.mode.parse()?,
         idle_s: args.idle_ms * 1e-3,
         faults: FaultConfig {
@@ -136,8 +140,18 @@ fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
     );
     static STOP: AtomicBool = AtomicBool::new(false);
     ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed))?;
+    let mut told = false;
     udp.run(|controller| {
         print_events(controller);
+        let heard = controller.statistics();
+        if !told && controller.t_s() > NOBODY_S && heard.in_time + heard.late + heard.malformed == 0
+        {
+            told = true;
+            note(format_args!(
+                "nobody answers at {}: start the client first, for instance bridge --fri {0}",
+                args.client
+            ));
+        }
         controller.t_s() < until_s && !STOP.load(Ordering::Relaxed)
     })?;
     print_events(udp.controller_mut());

@@ -27,7 +27,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    exit(match Args::parse().command {
+    exit(match hwall_stage::arguments::<Args>().command {
         Command::Analyse(args) => analyse::run(&args),
         Command::Design(args) => design::run(&args),
         Command::Power(args) => power::run(&args),

@@ -39,7 +39,7 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    let args = Args::parse();
+    let args = hwall_stage::arguments::<Args>();
     exit(printed(|out| run(&args, out)))
 }
 

@@ -80,7 +80,7 @@ static ARM: OnceLock<ArmStop> = OnceLock::new();
 const INTERRUPTED: u8 = 130;
 
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
+    match run(&hwall_stage::arguments::<Args>()) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) if STOP.load(Ordering::Relaxed) => ExitCode::from(INTERRUPTED),
         Ok(false) => ExitCode::FAILURE,

@@ -41,7 +41,7 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    exit(run(&Args::parse()))
+    exit(run(&hwall_stage::arguments::<Args>()))
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {

@@ -72,6 +72,19 @@ try {
   assert.equal(await force(0.9), "–");
   assert.equal(await force(3.2), "3.2 N");
 
+  // A key asks for the bodies of arm and person, and shows them; again, and it asks no more.
+  const asked = () => server.told.filter((m) => m.type === "parts").length;
+  assert.equal(await page.value("hwall.viewer.parts.count"), 0);
+  await page.key("b");
+  await patiently("bodies that are asked for", () => asked() > 1);
+  await page.until("hwall.viewer.parts.count === 2");
+  keep("live_bodies", await page.screenshot());
+  await page.key("b");
+  await page.until("hwall.viewer.parts.count === 0");
+  const before = asked();
+  await new Promise((done) => setTimeout(done, 700));
+  assert.equal(asked(), before);
+
   // Events and errors are told; a lost server is said and found again.
   server.tell({ type: "event", t: 1.5, kind: "touched", text: "3.2 N" });
   server.tell({ type: "error", text: "a test" });

@@ -18,6 +18,7 @@ function splitFrames(bytes) {
     if (has(0)) { let mask = bytes.readUInt32LE(end), count = 0; for (; mask; mask >>>= 1) count += mask & 1; end += 4 + 12 * count; }
     [[1, 12], [2, 24], [3, 32], [4, 24], [5, 24], [6, 4], [7, 12]].forEach(([bit, size]) => { if (has(bit)) end += size; });
     if (has(8)) end += 4 + 4 * bytes.readUInt32LE(end);
+    if (has(9)) end += 4 + 32 * bytes.readUInt32LE(end);
     frames.push(bytes.subarray(at, end));
     at = end;
   }

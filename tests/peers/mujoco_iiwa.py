@@ -6,7 +6,7 @@
 Starts `bridge --fri`, sends it hands over its WebSocket and states over UDP, and judges the board from MuJoCo's own pose.
 Needs the packages mujoco, numpy and websocket-client; says `skipped` without them. Exit status 0 if enough touches are in place.
 """
-import argparse, json, math, random, re, select, socket, struct, subprocess, sys, threading, time
+import argparse, json, math, random, re, select, shutil, socket, struct, subprocess, sys, threading, time
 
 try:
     import mujoco
@@ -27,6 +27,8 @@ LINKS = [
     ((0, 0.0707, 0.091), (0, 0, 1), 0.259474, (3e-06, -2e-06, 0.013782), (0.000171, 0.000171, 0.000299, 0)),
 ]
 SPEED = np.radians([98, 98, 100, 130, 140, 180, 180])
+ACCELERATION = np.array([8.65, 5.44, 5.69, 11.01, 11.78, 13.76, 13.17])  # limits of the bridge, rad/s2
+PAST = 0.05  # so far past its way may a change of speed take a joint, rad: the bridge refuses more
 START = np.radians([0, 30, 0, -90, 0, -30, 90])
 FACE = 0.035 + 0.02  # flange and board beyond the last link, m
 PERIOD = 0.005
@@ -151,7 +153,7 @@ class Controller:
         self.sequence, self.reflected, self.state, self.cycle = 0, 0, 1, 0
         self.deaf = 0
         self.answers = self.lost = 0
-        self.worst = self.acceleration = 0.0
+        self.worst = self.acceleration = self.past = 0.0
         self.last, self.last_speed, self.last_cycle = START.copy(), np.zeros(7), 0
         self.since = 0
 
@@ -187,7 +189,10 @@ class Controller:
             speed = (q - self.last) / PERIOD
             self.worst = max(self.worst, float(np.max(np.abs(speed) / SPEED)))
             if self.last_cycle == self.cycle - 1:
-                self.acceleration = max(self.acceleration, float(np.max(np.abs(speed - self.last_speed)) / PERIOD))
+                change = np.abs(speed - self.last_speed)
+                self.acceleration = max(self.acceleration, float(np.max(change)) / PERIOD)
+                beyond = np.maximum(change - ACCELERATION * PERIOD, 0.0)
+                self.past = max(self.past, float(np.max(beyond**2 / (2 * ACCELERATION))))
             self.last, self.last_speed, self.last_cycle = q, speed, self.cycle
             self.arm.to = q
         if self.state == 3 and len(positions) == 7 and np.max(np.abs(np.array(positions) - self.hold)) < 0.01 and self.cycle - self.since > 50:
@@ -287,6 +292,11 @@ def main():
     parser.add_argument("--unknown-enums", action="store_true")
     parser.add_argument("--json")
     args = parser.parse_args()
+    for flag in ("loss", "stall"):
+        if not 0 <= getattr(args, flag) <= 1:
+            parser.error(f"--{flag} {getattr(args, flag)}: not a share from 0 to 1")
+    if shutil.which(args.bridge) is None:
+        parser.error(f"--bridge {args.bridge}: no such program; cargo build --release --example bridge makes it")
     arm = Arm()
     free = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     free.bind(("127.0.0.1", 0))
@@ -351,11 +361,12 @@ def main():
     least = args.touches - 1 if args.least is None else args.least
     print("\n".join("bridge: " + line for line in said[-40:]))
     print(f"in place {good} of {args.touches}; {controller.lost} answers lost of {controller.answers}; fastest command "
-          f"{controller.worst:.2f} of the joint's speed, {controller.acceleration:.1f} rad/s2"
+          f"{controller.worst:.2f} of the joint's speed, {controller.acceleration:.1f} rad/s2, which takes a joint "
+          f"{1e3 * controller.past:.1f} mrad past its way ({1e3 * PAST:.0f} allowed)"
           f"{'' if alive else '; the bridge ended by itself'}")
     if args.json:
         with open(args.json, "w") as file:
-            json.dump({"touches": rows, "in_place": good, "speed_share": controller.worst, "rad_per_s2": controller.acceleration, "bridge_lived": alive}, file)
+            json.dump({"touches": rows, "in_place": good, "speed_share": controller.worst, "rad_per_s2": controller.acceleration, "past_rad": controller.past, "bridge_lived": alive}, file)
     return 0 if good >= least and alive else 1
 
 

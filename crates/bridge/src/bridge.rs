@@ -10,6 +10,10 @@ use hwall::{Event, EventKind, Session, Surroundings};
 use hwall_view::{ViewFrame, ViewHand};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
+use std::time::Duration;
+
+/// Whoever looks at the parts that the supervisor judges by says so twice a second.
+const PARTS: Duration = Duration::from_secs(2);
 
 /// What a loop needs of a bridge: time, hands, and somewhere to show what it does.
 ///
@@ -35,7 +39,7 @@ impl Bridge {
         }
     }
 
-    /// What is seen of a session now, with all joints of the hand.
+    /// What is seen of a session now, with all joints of the hand, and the parts that the supervisor judges by while somebody looks at them.
     #[must_use]
     pub fn view_of<P: Predictor>(&self, session: &Session<P>, state: &ArmState) -> ViewFrame {
         let newest = self.hands.newest();
@@ -45,7 +49,10 @@ impl Bridge {
         {
             frame.hand = ViewHand::from_joints(joints_m);
         }
-        frame
+        match self.view.shared.parts.is_within(PARTS) {
+            true => frame.with_parts(session),
+            false => frame,
+        }
     }
 }
 

@@ -99,7 +99,7 @@ pub enum FriError {
     #[error("no message from the controller yet")]
     NoMessage,
     /// Nothing came from the controller for too long.
-    #[error("no message from the controller for {waited_s} s{}", other(*other_version))]
+    #[error("no message from the controller for {waited_s:.1} s{}", other(*other_version))]
     Silent {
         /// How long, s.
         waited_s: f64,
@@ -110,7 +110,7 @@ pub enum FriError {
     #[error("the controller sends no joint positions")]
     NoPositions,
     /// The controller ended commanding.
-    #[error("commanding has ended: the session is {state}, quality {quality}")]
+    #[error("commanding has ended: the session is {state}, quality {quality}{}", cause(*quality))]
     CommandingEnded {
         /// State of the session now.
         state: SessionState,
@@ -148,7 +148,18 @@ impl From<NoValue> for FriError {
 }
 
 fn other(version: Option<FriVersion>) -> String {
-    version.map_or_else(String::new, |v| format!(", but datagrams of FRI {v}"))
+    version.map_or_else(
+        || ": see that it is on, connected, and that its application runs".to_owned(),
+        |v| format!(", but datagrams of FRI {v}"),
+    )
+}
+
+/// Why commanding ended, as far as the quality tells.
+fn cause(quality: ConnectionQuality) -> &'static str {
+    match quality >= ConnectionQuality::Good {
+        true => "; its application or one of its limits ended the motion",
+        false => ", and commands need GOOD",
+    }
 }
 
 impl FriError {

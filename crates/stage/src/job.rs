@@ -3,7 +3,7 @@
 use crate::console::note;
 use crate::input::arms::{BoardArm, NamedArm};
 use crate::input::file_plan::FilePlan;
-use crate::input::numbers::counted;
+use crate::input::numbers::{counted, up_to};
 use crate::person::predictors::{PredictorKind, Predictors};
 use crate::person::responses::{self, Scenery};
 use crate::recording;
@@ -34,14 +34,15 @@ pub struct JobOptions {
     #[arg(long, value_enum, default_value_t)]
     pub arm_level: ArmLevel,
     /// The arm is behind FRI, and this share of the cycles begins a burst of one to four commands that do not arrive; holds and losses are told on standard error
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_negative_numbers = true, value_parser = up_to::<1>)]
     pub fri_bursts: Option<f64>,
     /// With --fri-bursts: share of the cycles that begin a stall of 20 to 200 ms, in which no command arrives
     #[arg(
         long,
         default_value_t = 0.0,
         requires = "fri_bursts",
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = up_to::<1>
     )]
     pub fri_stalls: f64,
     /// With --fri-bursts: the controller's time stamps are off by at most this, ms
@@ -49,7 +50,8 @@ pub struct JobOptions {
         long,
         default_value_t = 0.0,
         requires = "fri_bursts",
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = up_to::<50>
     )]
     pub fri_stamp_jitter_ms: f64,
     /// Who leads the board; the first three are always compared, the last one if it leads [default: fused, or ray-led where there is nobody to learn from]
@@ -112,7 +114,7 @@ pub fn run(
         seed: options.setting.seed,
         ..FaultConfig::default()
     });
-    if let Some(faults) = &fri {
+    if fri.is_some() {
         ensure!(
             options.arm_level == ArmLevel::Servo,
             "--fri-bursts excludes --arm-level torque: the arm behind FRI is commanded by positions"
@@ -121,7 +123,6 @@ pub fn run(
             period_ms.fract() == 0.0 && (1.0..=10.0).contains(&period_ms),
             "--fri-bursts with --period-ms {period_ms}: FRI has periods of 1 to 10 whole milliseconds"
         );
-        (faults.validate()).context("--fri-bursts, --fri-stalls, --fri-stamp-jitter-ms")?;
     }
     let outputs = Outputs {
         folder: &options.out,
@@ -204,14 +205,22 @@ mod tests {
                 "commanded by positions",
             ),
             ("--fri-bursts 0.02 --period-ms 2.5", "whole milliseconds"),
-            ("--fri-bursts 2", "between 0 and 1"),
-            ("--fri-bursts 0.02 --fri-stalls nan", "between 0 and 1"),
         ] {
             // No work: the scene is not there.
             let words = words.split(' ').chain(["--scene", "nowhere.obj"]);
             let job = JobOptions::parse_from([""].into_iter().chain(words));
             let refused = run(&job, &mut Vec::new(), |_| {}).unwrap_err();
             assert!(format!("{refused:#}").contains(why), "{refused:#}");
+        }
+        for (words, why) in [
+            ("--fri-bursts -0.1", "--fri-bursts"),
+            ("--fri-bursts 2", "from 0 to 1"),
+            ("--fri-bursts 0.02 --fri-stalls nan", "from 0 to 1"),
+            ("--fri-bursts 0.02 --fri-stamp-jitter-ms 51", "from 0 to 50"),
+        ] {
+            let words = [""].into_iter().chain(words.split(' '));
+            let refused = JobOptions::try_parse_from(words).unwrap_err().to_string();
+            assert!(refused.contains(why), "{refused}");
         }
     }
 }

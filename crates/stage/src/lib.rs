@@ -20,12 +20,42 @@ pub use input::{arms, numbers};
 pub use person::training;
 pub use report::figures;
 
+use clap::Parser;
+use clap::error::{ContextKind, ContextValue};
+use std::error::Error;
 use std::io::{self, ErrorKind, Write};
+use std::num::{IntErrorKind, ParseIntError};
 use std::process::ExitCode;
 
 /// Characters of an error line that are kept at its beginning, where the place stands, and at its end, where the reason
 /// does: inputs of a megabyte are not repeated.
 const KEPT: [usize; 2] = [600, 300];
+
+/// The command line of a program; ends it with help, or with status 2 and what is wrong.
+#[must_use]
+pub fn arguments<A: Parser>() -> A {
+    A::try_parse().unwrap_or_else(|error| in_words(error).exit())
+}
+
+/// Says which whole numbers are meant.
+fn in_words(error: clap::Error) -> clap::Error {
+    let text = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text),
+        _ => None,
+    };
+    let source = error.source();
+    let number = source.and_then(|source| source.downcast_ref::<ParseIntError>());
+    let flag_and_value = text(ContextKind::InvalidArg).zip(text(ContextKind::InvalidValue));
+    let Some((number, (flag, value))) = number.zip(flag_and_value) else {
+        return error;
+    };
+    let why = match number.kind() {
+        IntErrorKind::PosOverflow => "the number is too large",
+        _ => "not a whole number from 0 on",
+    };
+    let line = format!("invalid value '{value}' for '{flag}': {why}\n");
+    clap::Error::raw(error.kind(), line)
+}
 
 /// Ends a binary: one clear line on standard error and status 2 for an error.
 #[must_use]
@@ -89,6 +119,31 @@ mod tests {
         assert!(short.starts_with("a.csv line 7:") && short.ends_with("is not a number"));
         assert!(short.chars().count() < 1000);
         assert_eq!(shortened("short"), "short");
+    }
+
+    /// It said "invalid digit found in string".
+    #[test]
+    fn errors_say_which_whole_numbers_are_meant() {
+        #[derive(Debug, Parser)]
+        struct Args {
+            #[arg(long, allow_negative_numbers = true)]
+            seed: Option<u64>,
+            #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10))]
+            period_ms: Option<u32>,
+        }
+        for (words, wanted) in [
+            (
+                ["", "--seed", "-1"],
+                "'-1' for '--seed <SEED>': not a whole number from 0 on",
+            ),
+            (["", "--period-ms", "2.5"], "not a whole number from 0 on"),
+            (["", "--period-ms", "0"], "0 is not in 1..=10"),
+            (["", "--seed", "99999999999999999999"], "too large"),
+            (["", "--sed", "1"], "unexpected argument"),
+        ] {
+            let said = in_words(Args::try_parse_from(words).unwrap_err()).to_string();
+            assert!(said.contains(wanted), "{said}");
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What is seen at an instant.
 
+use crate::body::{MOST_PARTS, ViewPart};
 use crate::hand::ViewHand;
 use crate::scene::MOST_MOVING;
 use crate::state::ViewState;
@@ -87,6 +88,8 @@ pub struct ViewFrame {
     pub force_n: Option<DVec3>,
     /// Openings of the moving surfaces, rad or m, in the order of the scene; beyond the last one zero.
     pub openings: [f64; MOST_MOVING],
+    /// What the supervisor judges by, for those who ask for it ([`ViewFrame::with_parts`]); none otherwise.
+    pub parts: [Option<ViewPart>; MOST_PARTS],
     /// What the board is doing.
     pub state: ViewState,
 }
@@ -106,6 +109,7 @@ impl ViewFrame {
             left_s: None,
             force_n: None,
             openings: [0.0; MOST_MOVING],
+            parts: [None; MOST_PARTS],
             state: ViewState::Waiting,
         }
     }
@@ -140,6 +144,23 @@ impl ViewFrame {
             state: session.state().into(),
             ..Self::new(state.t_s, state.q)
         }
+    }
+
+    /// The same with the parts by which the session's supervisor judges motions: the arm where it is in this frame, the person as last seen.
+    /// Without a supervisor there are none. Allocates nothing.
+    #[must_use]
+    pub fn with_parts<P: Predictor>(mut self, session: &Session<P>) -> Self {
+        let Some(supervisor) = session.control().supervisor() else {
+            return self;
+        };
+        let capsules = supervisor.separation().body().at(&self.q);
+        let arm = capsules.all().iter().map(|capsule| (None, *capsule));
+        let person = supervisor.person().capsules();
+        let person = person.map(|(region, capsule)| (Some(region), capsule));
+        for (part, (region, capsule)) in self.parts.iter_mut().zip(arm.chain(person)) {
+            *part = Some(ViewPart { capsule, region });
+        }
+        self
     }
 
     /// How long before the hand the board will be at its goal, s; negative: after it. `None` where either is not known.

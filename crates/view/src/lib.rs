@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod arm;
+mod body;
 mod error;
 mod film;
 mod frame;
@@ -15,6 +16,7 @@ mod wire;
 
 // What is to be seen.
 pub use arm::{ViewArm, ViewCapsule, ViewJoint};
+pub use body::{MOST_PARTS, ViewPart};
 pub use frame::{ViewFrame, ViewPrediction};
 pub use hand::{HAND_BONES, HAND_JOINTS, ViewHand};
 pub use marker::{ViewMarker, ViewMarkerKind};

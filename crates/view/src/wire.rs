@@ -14,13 +14,16 @@
 //! | 6 | time left for the board | 1 |
 //! | 7 | force | 3 |
 //! | 8 | openings | their number (u32), one each; trailing zeros are left out |
+//! | 9 | parts, as the supervisor has them | their number (u32); for each what it is (u32, 0: of the arm, 1: head, 2: torso, 3: arm of the person), its ends 3 and 3, its radius |
 
+use crate::body::{MOST_PARTS, ViewPart};
 use crate::error::ViewError;
 use crate::frame::{ViewFrame, ViewPrediction};
 use crate::hand::{HAND_JOINTS, ViewHand};
 use crate::scene::MOST_MOVING;
 use crate::state::ViewState;
 use glam::DVec3;
+use hwall::haptics::body::BodyRegion;
 use hwall::kinematics::JointPositions;
 
 /// The version of the encoding.
@@ -36,13 +39,30 @@ const GOAL: u16 = 32;
 const LEFT: u16 = 64;
 const FORCE: u16 = 128;
 const OPENINGS: u16 = 256;
+const PARTS: u16 = 512;
 /// All bits with a meaning.
-const KNOWN: u16 = 511;
+const KNOWN: u16 = 1023;
+/// What parts are, in the order of their numbers.
+const REGIONS: [Option<BodyRegion>; 4] = [
+    None,
+    Some(BodyRegion::Head),
+    Some(BodyRegion::Torso),
+    Some(BodyRegion::Arm),
+];
 
 impl ViewFrame {
     /// Most bytes that a frame takes.
-    pub const MOST_BYTES: usize =
-        40 + (4 + 12 * HAND_JOINTS) + 12 + 24 + 32 + 24 + 24 + 4 + 12 + (4 + 4 * MOST_MOVING);
+    pub const MOST_BYTES: usize = 40
+        + (4 + 12 * HAND_JOINTS)
+        + 12
+        + 24
+        + 32
+        + 24
+        + 24
+        + 4
+        + 12
+        + (4 + 4 * MOST_MOVING)
+        + (4 + 32 * MOST_PARTS);
 
     /// Appends the frame: little-endian, numbers as f32 but the time, which is f64. What is NaN or infinite is left out as
     /// if it were absent; such joint angles, openings and times are written as zero.
@@ -66,8 +86,13 @@ impl ViewFrame {
             goal: self.goal.filter(both),
             left_s: self.left_s.filter(|s| s.is_finite()),
             force_n: self.force_n.filter(finite),
+            parts: [None; MOST_PARTS],
             ..*self
         };
+        let parts = self.parts.iter().flatten().filter(|part| part.is_finite());
+        for (to, part) in frame.parts.iter_mut().zip(parts) {
+            *to = Some(*part);
+        }
         let openings = frame.openings.iter().rposition(|opening| *opening != 0.0);
         let mut openings = openings.map_or(0, |last| last as u32 + 1);
         frame.openings = frame.openings.map(or_zero);
@@ -82,6 +107,7 @@ impl ViewFrame {
             (LEFT, frame.left_s.is_some()),
             (FORCE, frame.force_n.is_some()),
             (OPENINGS, openings > 0),
+            (PARTS, frame.parts[0].is_some()),
         ];
         let present = parts.into_iter().filter(|(_, is)| *is);
         let present = present.fold(0, |bits, (bit, _)| bits | bit);
@@ -89,7 +115,7 @@ impl ViewFrame {
         out.extend(present.to_le_bytes());
         out.extend(frame.t_s.to_le_bytes());
         // Nothing that is written is refused.
-        let _ = frame.parts(&mut Bytes::Out(out), present, &mut openings);
+        let _ = frame.pass(&mut Bytes::Out(out), present, &mut openings);
     }
 
     /// The frame at the beginning of some bytes, and how many of them it took. Numbers come back as f32 had them: within
@@ -116,12 +142,12 @@ impl ViewFrame {
             state: ViewState::ALL[usize::from(state)],
             ..Self::new(t_s, JointPositions::default())
         };
-        frame.parts(&mut reader, present, &mut 0)?;
+        frame.pass(&mut reader, present, &mut 0)?;
         Ok((frame, at))
     }
 
     /// Joint angles and the parts that are there, written or read.
-    fn parts(
+    fn pass(
         &mut self,
         bytes: &mut Bytes<'_>,
         present: u16,
@@ -180,6 +206,22 @@ impl ViewFrame {
             at_most("number of openings", *openings, MOST_MOVING as u32)?;
             for opening in self.openings.iter_mut().take(*openings as usize) {
                 bytes.number(opening)?;
+            }
+        }
+        if has(PARTS) {
+            let mut count = self.parts.iter().flatten().count() as u32;
+            bytes.word(&mut count)?;
+            at_most("number of parts", count, MOST_PARTS as u32)?;
+            for part in self.parts.iter_mut().take(count as usize) {
+                let ViewPart { capsule, region } = part.get_or_insert(ViewPart::SPARE);
+                let number = REGIONS.iter().position(|known| known == region);
+                let mut number = number.unwrap_or(0) as u32;
+                bytes.word(&mut number)?;
+                at_most("part", number, REGIONS.len() as u32 - 1)?;
+                *region = REGIONS[number as usize];
+                bytes.vector(&mut capsule.from_m)?;
+                bytes.vector(&mut capsule.to_m)?;
+                bytes.number(&mut capsule.radius_m)?;
             }
         }
         Ok(())

@@ -4,11 +4,12 @@ use crate::alone;
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use hwall::haptics::Board;
+use hwall::haptics::body::{BodyRegion, Capsule};
 use hwall::kinematics::{JointPositions, SrsArm};
 use hwall_scene::Scene;
 use hwall_view::{
-    ViewFrame, ViewHand, ViewMarker, ViewMarkerKind, ViewPrediction, ViewScene, ViewState,
-    live_page, replay_page,
+    MOST_PARTS, ViewFrame, ViewHand, ViewMarker, ViewMarkerKind, ViewPart, ViewPrediction,
+    ViewScene, ViewState, live_page, replay_page,
 };
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -74,6 +75,18 @@ fn frame(t_s: f64) -> ViewFrame {
     ]);
     let place = DVec3::new(0.62, 0.0, 0.6);
     let tip_m = place + DVec3::new(0.5, 0.1, -0.2) * (1.0 - share);
+    let mut parts = [None; MOST_PARTS];
+    for (part, region) in parts.iter_mut().zip([None, Some(BodyRegion::Head)]) {
+        let at_m = DVec3::new(if region.is_some() { 1.4 } else { 0.0 }, 0.0, 1.0);
+        *part = Some(ViewPart {
+            capsule: Capsule {
+                from_m: at_m,
+                to_m: at_m,
+                radius_m: 0.15,
+            },
+            region,
+        });
+    }
     let mut hand = ViewHand::LOST;
     hand.joints_m[0] = Some(tip_m + DVec3::X * 0.1);
     hand.joints_m[10] = Some(tip_m);
@@ -93,6 +106,7 @@ fn frame(t_s: f64) -> ViewFrame {
         }),
         goal: Some((place, DVec3::X)),
         left_s: Some(0.5 * (1.0 - share)),
+        parts,
         force_n: (t_s > 2.0).then_some(DVec3::NEG_X * 5.0),
         state: if t_s > 2.0 {
             ViewState::Touched

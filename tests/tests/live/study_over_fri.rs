@@ -20,7 +20,7 @@ use hwall_study::{
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tungstenite::Message;
@@ -41,9 +41,27 @@ struct World {
     ends: Arc<AtomicBool>,
     /// The controller falls silent.
     silent: Arc<AtomicBool>,
+    /// The page holds the enabling switch.
+    enables: Arc<AtomicBool>,
+    /// The way of the board so far, um.
+    moved_um: Arc<AtomicU64>,
 }
 
 impl World {
+    fn begin() -> Self {
+        Self {
+            began: Instant::now(),
+            ends: Arc::default(),
+            silent: Arc::default(),
+            enables: Arc::default(),
+            moved_um: Arc::default(),
+        }
+    }
+
+    fn moved_m(&self) -> f64 {
+        1e-6 * self.moved_um.load(Ordering::Relaxed) as f64
+    }
+
     fn now_s(&self) -> f64 {
         self.began.elapsed().as_secs_f64()
     }
@@ -73,9 +91,15 @@ impl World {
         let mut udp = UdpController::bind(controller, LOOPBACK, client, LinkConfig::default())?;
         let (world, finger) = (self.clone(), HandContact::default());
         Ok(std::thread::spawn(move || {
+            let (mut last_m, mut way_m) = (None, 0.0);
             let ended = udp.run(|controller| {
                 let t_s = world.now_s();
                 let plant = controller.plant_mut();
+                let at_m = plant.pose().position_m();
+                way_m += at_m.distance(last_m.replace(at_m).unwrap_or(at_m));
+                world
+                    .moved_um
+                    .store((1e6 * way_m) as u64, Ordering::Relaxed);
                 let velocity = (Self::tip_m(t_s + 1e-5) - Self::tip_m(t_s - 1e-5)) / 2e-5;
                 let relative = velocity - plant.twist().linear_m_per_s;
                 let wrench = finger.wrench(&plant.pose(), Self::tip_m(t_s), relative);
@@ -104,6 +128,11 @@ impl World {
                 seq += 1;
                 // A server that hung up is seen by the study.
                 let _ = socket.send(Message::text(hand(seq, world.now_s())));
+                let is_held = world.enables.load(Ordering::Relaxed);
+                let orders = [(is_held, "enable"), (seq % 90 == 0, "release")];
+                for (_, order) in orders.iter().filter(|(is, _)| *is) {
+                    let _ = socket.send(Message::text(format!(r#"{{"type":"{order}"}}"#)));
+                }
                 while socket.read().is_ok() {}
                 std::thread::sleep(Duration::from_millis(11));
             }
@@ -175,26 +204,8 @@ fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> an
     };
     let open = || people::open(ArmKind::Fri, &folder, Some(1), &flags);
     let mut study = open()?;
-    let options = ArmOptions {
-        fri: FriClientConfig {
-            listen: LOOPBACK,
-            ..FriClientConfig::default()
-        },
-        bridge: BridgeConfig {
-            listen: LOOPBACK,
-            ..BridgeConfig::default()
-        },
-        room: None,
-        scene: None,
-        level: ArmLevel::Servo,
-        watch_frozen: false,
-    };
-    let waiting = WaitingArm::prepare(&options, study.protocol())?;
-    let world = World {
-        began: Instant::now(),
-        ends: Arc::new(AtomicBool::new(false)),
-        silent: Arc::new(AtomicBool::new(false)),
-    };
+    let waiting = WaitingArm::prepare(&options(), study.protocol())?;
+    let world = World::begin();
     let page = world.page(waiting.server.address())?;
     let controller = world.controller(waiting.fri_address()?)?;
     let mut arm = waiting.connect(PATIENCE)?;
@@ -254,6 +265,56 @@ fn three_conditions_on_an_arm_behind_fri_and_a_controller_that_goes_away() -> an
     Study::resume(&folder, Durability::System)
         .err()
         .context("the study is in use")?;
+    Ok(())
+}
+
+fn options() -> ArmOptions {
+    ArmOptions {
+        fri: FriClientConfig {
+            listen: LOOPBACK,
+            ..FriClientConfig::default()
+        },
+        bridge: BridgeConfig {
+            listen: LOOPBACK,
+            ..BridgeConfig::default()
+        },
+        room: None,
+        scene: None,
+        level: ArmLevel::Servo,
+        watch_frozen: false,
+        enabling_switch: false,
+    }
+}
+
+/// The switch is held by the page that brings the hand, and each second somebody asks for the arm to be let go.
+#[test]
+fn the_arm_of_a_study_moves_only_while_the_switch_is_held() -> anyhow::Result<()> {
+    let _alone = alone();
+    let options = ArmOptions {
+        enabling_switch: true,
+        ..options()
+    };
+    let waiting = WaitingArm::prepare(&options, &ProtocolArgs::default().protocol(1)?)?;
+    let world = World::begin();
+    let page = world.page(waiting.server.address())?;
+    let controller = world.controller(waiting.fri_address()?)?;
+    let arm = waiting.connect(PATIENCE)?;
+    let moved_m = |for_s: f64| {
+        let before_m = world.moved_m();
+        std::thread::sleep(Duration::from_secs_f64(for_s));
+        world.moved_m() - before_m
+    };
+    let before_m = moved_m(6.0);
+    world.enables.store(true, Ordering::Relaxed);
+    let held_m = moved_m(10.0);
+    world.enables.store(false, Ordering::Relaxed);
+    let braking_m = moved_m(1.0);
+    let after_m = moved_m(6.0);
+    println!("{before_m} m, held {held_m} m, then {braking_m} m and {after_m} m");
+    world.ends.store(true, Ordering::Relaxed);
+    drop(arm);
+    ensure!(page.join().is_ok() && controller.join().is_ok());
+    ensure!(before_m < 1e-3 && after_m < 1e-3 && held_m > 0.1);
     Ok(())
 }
 

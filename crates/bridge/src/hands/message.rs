@@ -18,6 +18,8 @@ pub(crate) enum PageMessage {
     Release,
     /// The enabling switch is held, now.
     Enable,
+    /// Somebody looks at the parts that the supervisor judges by, now.
+    Parts,
 }
 
 /// A sample of a hand, its time on the client's clock.
@@ -62,6 +64,7 @@ enum Text {
     Stop {},
     Release {},
     Enable {},
+    Parts {},
     Hand {
         seq: u64,
         client_ms: f64,
@@ -93,6 +96,7 @@ impl PageMessage {
             Text::Stop {} => Ok(Self::Stop),
             Text::Release {} => Ok(Self::Release),
             Text::Enable {} => Ok(Self::Enable),
+            Text::Parts {} => Ok(Self::Parts),
             Text::Hand {
                 seq,
                 client_ms,

@@ -163,6 +163,7 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
                 Ok(PageMessage::Stop) => shared.orders.stop(),
                 Ok(PageMessage::Release) => shared.orders.let_go(),
                 Ok(PageMessage::Enable) => shared.orders.enable(),
+                Ok(PageMessage::Parts) => shared.parts.say(),
                 Err(refused) => complain(1, &format!("message refused: {refused}"), now_s),
             },
             Ok(Message::Binary(_)) => complain(1, "binary messages have no meaning", now_s),

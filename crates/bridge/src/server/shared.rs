@@ -22,24 +22,46 @@ pub enum Order {
 }
 
 /// Carries orders to the loop, from any thread. A stop that is not carried out yet is not taken back.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Orders(Arc<Asked>);
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Asked {
     order: AtomicU8,
-    began: Instant,
-    /// When the enabling switch was last held, us after the beginning; 0: never.
-    enabled_us: AtomicU64,
+    /// The enabling switch is held.
+    enabled: LastSaid,
 }
 
-impl Default for Orders {
+/// When something was said that holds for a while.
+#[derive(Debug)]
+pub(crate) struct LastSaid {
+    began: Instant,
+    /// us after the beginning; 0: never.
+    last_us: AtomicU64,
+}
+
+impl Default for LastSaid {
     fn default() -> Self {
-        Self(Arc::new(Asked {
-            order: AtomicU8::new(0),
+        Self {
             began: Instant::now(),
-            enabled_us: AtomicU64::new(0),
-        }))
+            last_us: AtomicU64::new(0),
+        }
+    }
+}
+
+impl LastSaid {
+    /// It is said now.
+    pub(crate) fn say(&self) {
+        let now_us = self.began.elapsed().as_micros();
+        let now_us = u64::try_from(now_us).unwrap_or(u64::MAX).max(1);
+        self.last_us.store(now_us, Ordering::SeqCst);
+    }
+
+    /// Was it said within this time?
+    pub(crate) fn is_within(&self, time: Duration) -> bool {
+        let last_us = self.last_us.load(Ordering::SeqCst);
+        let last = Duration::from_micros(last_us);
+        last_us > 0 && self.began.elapsed().saturating_sub(last) <= time
     }
 }
 
@@ -59,17 +81,13 @@ impl Orders {
 
     /// The enabling switch is held, now.
     pub fn enable(&self) {
-        let now_us = self.0.began.elapsed().as_micros();
-        let now_us = u64::try_from(now_us).unwrap_or(u64::MAX).max(1);
-        self.0.enabled_us.store(now_us, Ordering::SeqCst);
+        self.0.enabled.say();
     }
 
     /// Was the enabling switch held within this time?
     #[must_use]
     pub fn is_enabled(&self, within: Duration) -> bool {
-        let last_us = self.0.enabled_us.load(Ordering::SeqCst);
-        let last = Duration::from_micros(last_us);
-        last_us > 0 && self.0.began.elapsed().saturating_sub(last) <= within
+        self.0.enabled.is_within(within)
     }
 
     /// The order that was not taken yet.
@@ -95,6 +113,8 @@ pub(crate) struct Shared {
     /// From the loop.
     pub(crate) from_loop: Mutex<Option<FromLoop>>,
     pub(crate) orders: Orders,
+    /// Somebody looks at the parts that the supervisor judges by.
+    pub(crate) parts: LastSaid,
     next_client: AtomicU64,
     stopped: AtomicBool,
 }
@@ -116,6 +136,7 @@ impl Shared {
             clients: Mutex::default(),
             from_loop: Mutex::default(),
             orders: Orders::default(),
+            parts: LastSaid::default(),
             next_client: AtomicU64::new(1),
             stopped: AtomicBool::new(false),
         }

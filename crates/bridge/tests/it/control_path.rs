@@ -4,6 +4,7 @@ use crate::common::{Socket, hand_at, scene, server, until, wait_for, wall};
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::glam::DVec3;
 use hwall::hand::HandFilterConfig;
+use hwall::haptics::body::BodyRegion;
 use hwall::haptics::{Arm, Board};
 use hwall::kinematics::{JointPositions, SrsArm};
 use hwall::{Session, SessionConfig, Surroundings, Walls};
@@ -13,6 +14,9 @@ use hwall_sim::{ServoArm, ServoConfig};
 use std::sync::Arc;
 use std::time::Duration;
 use tungstenite::Message;
+
+/// Far from the arm.
+const HEAD_M: DVec3 = DVec3::new(2.5, 0.5, 1.0);
 
 fn session() -> (Session<DeterministicPredictor>, ServoArm) {
     let board = Board::default();
@@ -46,7 +50,12 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
         for n in 0..72 {
             let t_s = f64::from(n) / 72.0;
             let place = DVec3::new(1.1 - 0.2 * t_s, 0.0, 0.5);
-            socket.text(&hand_at(n as u64 + 1, 1e3 * t_s, place));
+            let hand = hand_at(n as u64 + 1, 1e3 * t_s, place);
+            let head = format!(r#""head":[{},{},{},0,0,0,1]"#, HEAD_M.x, HEAD_M.y, HEAD_M.z);
+            socket.text(&hand.replace(r#""head":null"#, &head));
+            if n == 36 {
+                socket.text(r#"{"type":"parts"}"#);
+            }
             std::thread::sleep(Duration::from_millis(13));
         }
         socket
@@ -71,18 +80,31 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
     }
     assert_eq!(allocated, 0, "allocations in 1500 cycles");
     let mut socket = sender.join().expect("the sender ends");
-    let (mut views, mut found) = (0, false);
+    let supervisor = session.control().supervisor().expect("a supervisor");
+    let body = supervisor.separation().body();
+    let (mut views, mut found, mut with_parts) = (0, false, [0, 0]);
     until("views and the event", || {
         match socket.0.read().expect("a message") {
             Message::Binary(bytes) => {
                 let (frame, _) = ViewFrame::decode(&bytes).expect("a view");
+                let parts: Vec<_> = frame.parts.iter().flatten().collect();
+                with_parts[usize::from(!parts.is_empty())] += 1;
+                // As the supervisor has them: the links and the board, then the person.
+                for (part, own) in parts.iter().zip(body.at(&frame.q).all()) {
+                    assert!(part.region.is_none());
+                    assert!(part.capsule.from_m.distance(own.from_m) < 1e-5, "{part:?}");
+                }
+                let head = parts.iter().find(|p| p.region == Some(BodyRegion::Head));
+                let is_there = head.is_some_and(|p| p.capsule.from_m.distance(HEAD_M) < 1e-5);
+                assert!(is_there || parts.is_empty(), "{parts:?}");
                 views += usize::from(!frame.hand.is_lost() && frame.state != ViewState::Holding);
             }
             Message::Text(text) => found |= text.contains(r#""kind":"found""#),
             _ => {}
         }
-        (views > 5 && found).then_some(())
+        (views > 5 && found && with_parts[1] > 5).then_some(())
     });
+    assert!(with_parts[0] > 5, "nobody asked before");
     let counts = server.counts();
     // At 1 kHz a view is due in every 17th cycle at most.
     assert!(counts.views_sent <= 1500 / 16 + 2, "{counts:?}");

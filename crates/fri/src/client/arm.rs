@@ -148,7 +148,7 @@ impl<T: Transport> FriClient<T> {
         // After anything but positions the arm may stand a little beside what is asked for.
         let resumes = self.commanded.asked_rad.is_none() && !leads;
         let beginning = match self.commanded.beginning {
-            Some(begun) if !resumes || self.is_step(&last, &begun.lead(&q_rad, time_ns))? => {
+            Some(begun) if !resumes || goes_on(&last, &begun.lead(&q_rad, time_ns), period_s) => {
                 Some(begun)
             }
             _ => Beginning::of(&last.q_rad, &q_rad, time_ns),
@@ -200,14 +200,6 @@ impl<T: Transport> FriClient<T> {
         self.commanded.asked_rad = Some(q_rad);
         self.commanded.leads = leads && sent_rad != path_rad;
         self.send_motion(next, Some(path_ns))
-    }
-
-    /// Is it no further from there to here than in one cycle?
-    fn is_step(&self, last: &CommandedMotion, q_rad: &[f64; 7]) -> Result<bool, FriError> {
-        let (period_s, _) = self.times_s()?;
-        let clamped = self.limits.clamped(q_rad);
-        let step = self.limits.check_step(&last.q_rad, &clamped, period_s);
-        Ok(step.is_ok())
     }
 
     /// Could an arm that was pushed come from there?
@@ -334,6 +326,14 @@ impl<T: Transport> FriClient<T> {
         let interpolator = newest.message.interpolator.and_then(|i| i.position_rad);
         Ok(interpolator.unwrap_or(newest.q_rad))
     }
+}
+
+/// Does the motion change its speed less on the way to these positions than if it stood still?
+fn goes_on(last: &CommandedMotion, q_rad: &[f64; 7], period_s: f64) -> bool {
+    let most = |values: [f64; 7]| values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let next = last.moved_to(*q_rad, period_s).speed_rad_per_s;
+    let change = std::array::from_fn(|i| next[i] - last.speed_rad_per_s[i]);
+    most(change) <= most(last.speed_rad_per_s)
 }
 
 impl<T: Transport> Arm for FriClient<T> {

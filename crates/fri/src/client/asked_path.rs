@@ -16,7 +16,7 @@ pub(super) const MOST_BEHIND_NS: u64 = 200_000_000;
 const MOST_CATCHING: f64 = 0.15;
 /// That share changes by at most this in a second: at 3 rad/s it adds 2.3 rad/s².
 const CATCHING_PER_S: f64 = 0.75;
-/// A path that stays within this, rad, is at rest: nothing is left to catch up with.
+/// A path that stays within this, rad, is at rest.
 const RESTS_RAD: f64 = 1e-7;
 
 /// What was sent with an answer: where the arm shall be, and which time of the path that is.
@@ -27,11 +27,22 @@ pub(super) struct Sent {
     pub(super) path_ns: Option<u64>,
 }
 
+/// What a message says about the answers before it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Arrival {
+    /// Answers that should have arrived and have not.
+    pub(super) missing: u32,
+    /// The one that has arrived was not the newest: it came after the message that followed its own.
+    pub(super) is_late: bool,
+}
+
 /// The last answers and their sequence numbers.
 #[derive(Debug)]
 pub(super) struct Answers {
     ring: [Option<(u32, Sent)>; POINTS],
     newest: Option<u32>,
+    /// The first answer of the session.
+    first: Option<u32>,
     /// The newest answer that was named as soon as it was due.
     in_time: Option<u32>,
     /// The answer that was named last as the newest that has arrived.
@@ -53,6 +64,7 @@ impl Answers {
         Self {
             ring: [None; POINTS],
             newest: None,
+            first: None,
             in_time: None,
             named: None,
             is_told: false,
@@ -62,8 +74,9 @@ impl Answers {
         }
     }
 
-    pub(super) const fn push(&mut self, sequence: u32, sent: Sent) {
+    pub(super) fn push(&mut self, sequence: u32, sent: Sent) {
         self.ring[sequence as usize % POINTS] = Some((sequence, sent));
+        self.first.get_or_insert(sequence);
         self.newest = Some(sequence);
     }
 
@@ -72,18 +85,20 @@ impl Answers {
         (number == sequence).then_some(sent)
     }
 
-    /// A message says that the answer `reflected` has arrived. Returns how many later ones are missing that should have arrived, too.
-    pub(super) fn reflected(&mut self, reflected: u32) -> u32 {
-        let (Some(newest), Some(_)) = (self.newest, self.at(reflected)) else {
-            return 0;
+    /// A message says that the answer `reflected` has arrived.
+    pub(super) fn reflected(&mut self, reflected: u32) -> Arrival {
+        let (Some(newest), Some(first)) = (self.newest, self.first) else {
+            return Arrival::default();
         };
         let on_the_way = newest.wrapping_sub(reflected);
+        // An answer that was never sent says nothing.
+        if on_the_way > newest.wrapping_sub(first) {
+            return Arrival::default();
+        }
         // While none arrives more are lost, not on their way.
-        if self
-            .named
-            .replace(reflected)
-            .is_some_and(|named| named != reflected)
-        {
+        let named = self.named.replace(reflected);
+        let is_new = named.is_some_and(|named| named != reflected);
+        if is_new {
             self.is_told = true;
             self.least = self.least.min(on_the_way);
             self.counted += 1;
@@ -97,9 +112,13 @@ impl Answers {
         if on_the_way <= self.usual || known.is_none_or(|known| known <= on_the_way) {
             self.in_time = Some(reflected);
         }
-        match self.is_told {
-            true => on_the_way - self.usual,
-            false => 0,
+        Arrival {
+            missing: if self.is_told {
+                on_the_way - self.usual
+            } else {
+                0
+            },
+            is_late: is_new && on_the_way > 0,
         }
     }
 
@@ -168,7 +187,9 @@ impl AskedPath {
             Some(path_ns) if path_ns >= first_ns => path_ns + period_ns,
             _ => first_ns,
         };
-        if due_ns >= now_ns || self.rests_since(due_ns) {
+        // A rest is left out: the arm need not stand as long as it was asked to, and as long as it is behind.
+        let due_ns = self.rests_until(due_ns);
+        if due_ns >= now_ns {
             self.catching = 0.0;
             return (now_ns, asked_rad);
         }
@@ -209,15 +230,15 @@ impl AskedPath {
         after.1
     }
 
-    fn rests_since(&self, time_ns: u64) -> bool {
-        let (_, q_rad) = self.point(0);
-        let is_there =
-            |at_rad: &[f64; 7]| (0..7).all(|i| (at_rad[i] - q_rad[i]).abs() <= RESTS_RAD);
-        (1..self.count)
-            .map(|back| self.point(back))
-            .take_while(|point| point.0 >= time_ns)
-            .all(|point| is_there(&point.1))
-            && is_there(&self.at(time_ns))
+    /// Until when the path stays where it is at that time, ns.
+    fn rests_until(&self, time_ns: u64) -> u64 {
+        let from_rad = self.at(time_ns);
+        let rests =
+            |at_rad: &[f64; 7]| (0..7).all(|i| (at_rad[i] - from_rad[i]).abs() <= RESTS_RAD);
+        let points = (0..self.count).rev().map(|back| self.point(back));
+        let after = points.skip_while(|point| point.0 <= time_ns);
+        let last = after.take_while(|point| rests(&point.1)).last();
+        last.map_or(time_ns, |point| point.0)
     }
 }
 
@@ -239,10 +260,10 @@ mod tests {
             let mut answers = Answers::new();
             for k in 0..200_u32 {
                 answers.push(k, sent([f64::from(k); 7]));
-                let missing = answers.reflected(k.saturating_sub(usual));
+                let missing = answers.reflected(k.saturating_sub(usual)).missing;
                 assert!(missing == 0 || k < 2 * WINDOW, "{usual} {k}");
             }
-            assert_eq!(answers.reflected(199 - usual - 3), 3);
+            assert_eq!(answers.reflected(199 - usual - 3).missing, 3);
             let held = answers.held(199 - usual - 3).expect("an answer");
             assert_eq!(held.motion.q_rad[0], 196.0);
         }
@@ -272,7 +293,7 @@ mod tests {
         for k in 0..400_u32 {
             answers.push(k, sent([f64::from(k); 7]));
             let reflected = k.min(199);
-            assert_eq!(answers.reflected(reflected), k - reflected);
+            assert_eq!(answers.reflected(reflected).missing, k - reflected);
             let held = answers.held(reflected).expect("an answer");
             assert!(
                 k == 0 || held.motion.q_rad[0] == f64::from(reflected),
@@ -281,17 +302,63 @@ mod tests {
         }
     }
 
+    /// Only the last 255 answers were counted.
+    #[test]
+    fn a_long_row_of_lost_answers_is_counted_to_its_end() {
+        let mut answers = Answers::new();
+        for k in 0..12_000_u32 {
+            answers.push(k, sent([0.0; 7]));
+            let reflected = k.min(99);
+            assert_eq!(answers.reflected(reflected).missing, k - reflected);
+        }
+        // One that was never sent.
+        assert_eq!(answers.reflected(12_000).missing, 0);
+    }
+
+    /// The way there and back takes longer than a period: every message names a new answer, never the newest.
+    #[test]
+    fn answers_that_arrive_after_the_next_message_are_late_and_not_lost() {
+        let mut answers = Answers::new();
+        let mut late = 0;
+        for k in 0..100_u32 {
+            answers.push(k, sent([0.0; 7]));
+            let arrival = answers.reflected(k.saturating_sub(2));
+            late += u32::from(arrival.is_late);
+            assert!(arrival.missing == 0 || k < 2 * WINDOW);
+        }
+        assert_eq!(late, 97);
+    }
+
     #[test]
     fn a_controller_that_says_nothing_is_believed_to_have_all() {
         let mut answers = Answers::new();
         for k in 0..600_u32 {
             answers.push(k, sent([f64::from(k); 7]));
-            assert_eq!(answers.reflected(0), 0);
+            assert_eq!(answers.reflected(0).missing, 0);
             assert_eq!(
                 answers.held(0).expect("an answer").motion.q_rad[0],
                 f64::from(k)
             );
         }
+    }
+
+    /// An arm that was 0.16 s behind stood still for the 0.15 s that the path had rested, while it was asked to move: it seemed to be frozen.
+    #[test]
+    fn an_arm_that_is_behind_leaves_out_a_rest() {
+        let limits = CommandLimits::new(&SrsArm::iiwa7(), [0.0; 7]);
+        let ms = |k: u64| k * 1_000_000;
+        // It moves until 100 ms, rests until 250 ms, and moves on.
+        let asked = |k: u64| [1e-3 * (k.min(100) + k.saturating_sub(250)) as f64; 7];
+        let mut path = AskedPath::new();
+        for k in (0..=260).step_by(5) {
+            path.push(ms(k), asked(k));
+        }
+        let held = |k: u64| Sent {
+            path_ns: Some(ms(k)),
+            ..sent(asked(k))
+        };
+        let mut next = |k| path.next(&held(k), ms(5), &limits, &[1.0; 7]).0 / ms(1);
+        assert_eq!((next(100), next(200), next(50)), (250, 250, 55));
     }
 
     /// Answers are lost in bursts while the arm goes there and back; what arrives keeps to the limits, and it ends where it was asked to.

@@ -1,5 +1,6 @@
 //! Settings of a client, and what it counts.
 
+use super::asked_path::Arrival;
 use crate::codec::FriVersion;
 use crate::error::FriError;
 use hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2;
@@ -80,6 +81,8 @@ pub struct ClientStatistics {
     pub unanswered: u64,
     /// Messages that said that an answer had not arrived: the arm held where it was.
     pub not_arrived: u64,
+    /// Messages that named an answer as arrived, but not the newest: it reached the controller after its next message.
+    pub late: u64,
     /// Most answers in a row that had not arrived.
     pub longest_gap: u64,
     /// The furthest that the arm was behind what was asked for, us.
@@ -103,6 +106,12 @@ pub struct ClientStatistics {
 }
 
 impl ClientStatistics {
+    pub(super) fn note_arrival(&mut self, Arrival { missing, is_late }: Arrival) {
+        self.late += u64::from(is_late);
+        self.not_arrived += u64::from(missing > 0);
+        self.longest_gap = self.longest_gap.max(missing.into());
+    }
+
     pub(super) fn note_behind(&mut self, behind_ns: u64) {
         self.most_behind_us = self.most_behind_us.max(behind_ns / 1000);
     }
@@ -122,9 +131,10 @@ impl fmt::Display for ClientStatistics {
         )?;
         writeln!(
             f,
-            "answers sent that did not reach the controller: {}, {} in a row at most; the arm was up to {:.1} ms behind",
+            "answers sent that did not reach the controller: {}, {} in a row at most; after its next message: {}; the arm was up to {:.1} ms behind",
             self.not_arrived,
             self.longest_gap,
+            self.late,
             self.most_behind_us as f64 * 1e-3
         )?;
         write!(

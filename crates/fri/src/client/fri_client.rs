@@ -271,9 +271,8 @@ impl<T: Transport> FriClient<T> {
             }
         };
         let reflected = message.header.reflected_sequence;
-        let missing = u64::from(self.commanded.answers.reflected(reflected));
-        self.statistics.not_arrived += u64::from(missing > 0);
-        self.statistics.longest_gap = self.statistics.longest_gap.max(missing);
+        let arrival = self.commanded.answers.reflected(reflected);
+        self.statistics.note_arrival(arrival);
         self.peer = Some(from);
         self.was_active |= message.connection.state == SessionState::CommandingActive;
         self.newest = Some(Newest {

@@ -41,6 +41,10 @@ impl<P: SimulatedPlant> Controller<P> {
         let age = self.sequence.wrapping_sub(answers);
         if self.counted == 0 || age >= self.config.receive_multiplier {
             self.statistics.late += 1;
+            // Too late to be used, and named all the same.
+            if self.is_newest(message) {
+                self.client_sequence = message.header.sequence;
+            }
             return;
         }
         if self.last_answered == Some(answers) {
@@ -67,15 +71,15 @@ impl<P: SimulatedPlant> Controller<P> {
         let Some(late) = self.late.take_if(|late| late.due <= self.cycles) else {
             return;
         };
+        let is_newest = self.is_newest(&late.message);
         self.take_answer(&late.message);
-        let sequence = late.message.header.sequence;
-        if cycles_between(self.client_sequence, sequence) == 0.0 {
-            return;
-        }
-        self.client_sequence = sequence;
-        if late.is_used && self.state >= SessionState::CommandingWait {
+        if is_newest && late.is_used && self.state >= SessionState::CommandingWait {
             self.incoming = self.wanted(&late.message).ok().flatten();
         }
+    }
+
+    const fn is_newest(&self, message: &CommandMessage) -> bool {
+        cycles_between(self.client_sequence, message.header.sequence) > 0.0
     }
 
     /// What the mode needs of a command; `None` if it is not there.

@@ -6,7 +6,7 @@ use hwall_fri::controller::{Controller, ControllerConfig, EndReason, InProcess, 
 use hwall_fri::{FriClient, FriClientConfig, FriError, LimitViolation};
 use hwall_haptics::{Arm, ArmCommand, ArmState};
 use hwall_kinematics::{JointPositions, JointTorques};
-use hwall_sim::TorqueArm;
+use hwall_sim::{ServoArm, TorqueArm};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -73,6 +73,33 @@ fn from_positions_to_torques_and_back_there_is_no_leap() {
     assert!((last[0] - q[0]).abs() < 0.01, "{} {}", last[0], q[0]);
     assert_eq!(client.transport().controller().ended(), None);
     assert_eq!(client.statistics().refused, 0);
+}
+
+/// Positions a little beside those that an arm was braked at came within one cycle, at 1.5 rad/s.
+#[test]
+fn an_arm_that_goes_on_beside_where_it_was_braked_does_not_jerk() {
+    let mut client = commanding(servo(), ClientCommandMode::Position);
+    let mut q = client.state().expect("a state").q;
+    let told = |client: &FriClient<InProcess<ServoArm>>| {
+        let data = client.message().and_then(|message| message.data);
+        data.and_then(|data| data.commanded_position_rad)
+            .expect("positions")[2]
+    };
+    for _ in 0..1500 {
+        cycle(&mut client, ArmCommand::Position(q)).expect("taken");
+    }
+    for _ in 0..100 {
+        cycle(&mut client, ArmCommand::Hold).expect("taken");
+    }
+    q[2] += 1.5e-3;
+    let mut last_rad = told(&client);
+    for _ in 0..1500 {
+        cycle(&mut client, ArmCommand::Position(q)).expect("taken");
+        let now_rad = told(&client);
+        assert!((now_rad - last_rad).abs() < 1e-5, "{last_rad} to {now_rad}");
+        last_rad = now_rad;
+    }
+    assert!((last_rad - q[2]).abs() < 1e-6);
 }
 
 #[test]

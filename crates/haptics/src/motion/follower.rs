@@ -129,6 +129,11 @@ impl Follower {
         self.asked.person = person;
     }
 
+    /// Where the arm is known to be free, see [`Separation::fit`].
+    pub const fn set_began(&mut self, began: Option<JointPositions>) {
+        self.asked.began = began;
+    }
+
     /// Lets the planner work that the follower has with it, between two steps; see [`Planner::plan`].
     pub fn plan(&mut self) -> bool {
         self.planner.as_mut().is_some_and(|planner| planner.plan())
@@ -166,8 +171,7 @@ impl Follower {
         self.answer.protrusion_m
     }
 
-    /// Forgets target and goal and goes on from a measured state. Velocities above the limits
-    /// are set to the limits.
+    /// Forgets target and goal and goes on from a measured state, no faster than the limits.
     ///
     /// # Errors
     /// NaN or infinity; nothing is then changed.

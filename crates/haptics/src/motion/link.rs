@@ -38,6 +38,8 @@ pub(super) struct Asked {
     pub(super) aim: Aim,
     /// As last seen.
     pub(super) person: PersonBody,
+    /// Where the arm is known to be free.
+    pub(super) began: Option<JointPositions>,
     pub(super) counts: Counts,
     /// The steps so far, s, and the last of them.
     pub(super) clock_s: f64,

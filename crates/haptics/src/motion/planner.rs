@@ -184,6 +184,11 @@ impl Planner {
         let lead_steps = self.config.lead_steps + self.later_steps;
         self.reference.follow(&under_way, lead_steps, dt_s);
         let begins = self.reference.under_way();
+        if self.asked.began != self.seen.began
+            && let Some(q) = &self.asked.began
+        {
+            self.route.fit(q);
+        }
         self.route.begin_step(self.config.looks, &self.asked.person);
         self.forget();
         if self.asked.goes {

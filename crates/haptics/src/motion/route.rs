@@ -12,6 +12,7 @@ use crate::body::{PersonBody, Separation};
 use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_geometry::Pose;
+use hwall_kinematics::JointPositions;
 use hwall_motion::ReferenceMotion;
 
 /// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
@@ -93,6 +94,12 @@ impl Route {
 
     pub(super) fn keep_clear(&mut self, separation: Separation) {
         self.separation = Some(separation);
+    }
+
+    pub(super) fn fit(&mut self, q: &JointPositions) {
+        if let Some(separation) = &mut self.separation {
+            separation.fit(q);
+        }
     }
 
     /// Surfaces after the world moved: places go with them, and one whose surface is gone (a door that opened, a world that leapt) is

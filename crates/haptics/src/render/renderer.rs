@@ -338,6 +338,7 @@ impl Renderer {
 
     fn aim(&mut self, input: &RenderInput<'_>) -> Result<Aimed, HoldReason> {
         self.follower.set_person(input.body);
+        self.follower.set_began(input.began);
         let mut aimed = Aimed::default();
         let set = match (input.target, input.posture) {
             (Some(target), _) => {

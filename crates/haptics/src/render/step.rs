@@ -41,6 +41,9 @@ pub struct RenderInput<'a> {
     pub person_m: &'a [DVec3],
     /// The person as last seen: ways keep clear of head and torso ([`Renderer::keep_clear`](super::Renderer::keep_clear)).
     pub body: PersonBody,
+    /// Where the arm is known to be free ([`Supervisor::began`](crate::safety::Supervisor::began)): ways are judged by the same parts of
+    /// the arm as motions are.
+    pub began: Option<JointPositions>,
     /// What a supervisor asks for; `None`: to go on.
     pub request: Option<SafeRequest>,
 }

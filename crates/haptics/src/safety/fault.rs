@@ -44,6 +44,8 @@ pub(super) struct Trouble {
     pub(super) stage: Stage,
     /// When the stage began, s of sound time.
     since_s: f64,
+    /// When a fault of its severity was found last, s.
+    found_s: f64,
     /// Since when all inputs are sound.
     sound_since_s: Option<f64>,
     /// Somebody asked for the stop; whatever breaks meanwhile, it takes a person to end it.
@@ -104,6 +106,7 @@ impl FaultMachine {
             fault: Fault::new(SafeReason::Requested, Severity::Broken),
             stage: Stage::Stop,
             since_s: now_s,
+            found_s: now_s,
             sound_since_s: None,
             asked_for: true,
             released: false,
@@ -155,8 +158,15 @@ impl FaultMachine {
                     // Another kind holds for its own time before it withdraws.
                     trouble.since_s = now_s;
                 }
+                if is_alike {
+                    trouble.found_s = now_s;
+                }
                 if trouble.released || is_alike {
                     trouble.fault = fault;
+                } else if !trouble.is_latched(latch) && now_s - trouble.found_s > timing.recovery_s
+                {
+                    // The worse fault is over, and this one keeps the arm where it is.
+                    trouble.fault.reason = fault.reason;
                 }
                 (trouble.sound_since_s, trouble.released) = (None, false);
             }
@@ -169,6 +179,7 @@ impl FaultMachine {
                     fault,
                     stage,
                     since_s: now_s,
+                    found_s: now_s,
                     sound_since_s: None,
                     asked_for: false,
                     released: false,

@@ -19,7 +19,7 @@ use crate::board::Board;
 use crate::body::{ArmBody, PersonBody, Separation};
 use crate::error::HapticsError;
 use glam::DVec2;
-use hwall_kinematics::{ArmKinematics, JointTorques};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques};
 use std::sync::Arc;
 
 /// A held arm whose joints are slower than this has come to rest, rad/s: above what the noise of sensors makes of a resting arm.
@@ -39,7 +39,7 @@ pub struct Supervisor {
     clock: Clock,
     faults: FaultMachine,
     agreement: Agreement,
-    has_begun: bool,
+    began: Option<JointPositions>,
     bias: Option<TorqueBias>,
     face_pushes: FacePushes,
     /// A contact that began while nobody could reach the board.
@@ -85,7 +85,7 @@ impl Supervisor {
             clock: Clock::default(),
             faults: FaultMachine::default(),
             agreement: Agreement::default(),
-            has_begun: false,
+            began: None,
             bias: config.bias.map(TorqueBias::new),
             face_pushes: FacePushes::default(),
             lasts: false,
@@ -117,6 +117,12 @@ impl Supervisor {
     #[must_use]
     pub const fn separation(&self) -> &Separation {
         &self.separation
+    }
+
+    /// Where the arm stood when it was first free to move: [`separation`](Self::separation) is [fitted](Separation::fit) to that, rad.
+    #[must_use]
+    pub const fn began(&self) -> Option<JointPositions> {
+        self.began
     }
 
     /// The person as last seen.
@@ -238,9 +244,9 @@ impl Supervisor {
                 latched: trouble.is_some_and(|trouble| trouble.is_latched(self.config.latch)),
             };
         }
-        if !self.has_begun && self.faults.trouble.is_none() {
+        if self.began.is_none() && self.faults.trouble.is_none() {
             self.separation.fit(&input.state.q);
-            self.has_begun = true;
+            self.began = Some(input.state.q);
         }
         let (command, slowed) = self.command(input, dt_s);
         self.remember(input, command);

@@ -1,10 +1,10 @@
-//! Nothing that moves meets head or torso: people who stand in the way, and who walk into it.
+//! Nothing that moves meets head or torso: people who stand in the way, and who walk into it. Nor does anything move unseen.
 
 use crate::support::{DT_S, at_rest, iiwa, rates};
 use glam::DVec3;
 use hwall_haptics::body::{ArmBody, ArmCapsules, BodyConfig, Capsule, Room};
 use hwall_haptics::safety::{
-    PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
+    GuardLimits, PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput,
 };
 use hwall_haptics::{ArmCommand, Board, Follower, FollowerConfig, SafeRequest, SafeState};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, SrsArm, Wrench};
@@ -41,9 +41,29 @@ enum Person {
     },
 }
 
-/// Random ways of the arm for some seconds, and a person. Returns what was met, and how far the arm has come, m.
-fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
+/// What became of a person before the arm.
+#[derive(Default)]
+struct Found {
+    met: Option<Met>,
+    /// How far the arm has come, m.
+    way_m: f64,
+    /// How often it was asked whether the arm can stand in time, and how often it could not.
+    looks: u32,
+    violations: u32,
+    /// Cycles in which a channel had been too old for longer than the arm needs to stand, and those of them in which a part moved.
+    blind: u32,
+    moved_blind: u32,
+}
+
+/// A sample older than this counts as missing, s.
+const OLDEST_S: f64 = 0.06;
+/// How often it is asked whether the arm can stand in time, in cycles.
+const LOOKS_EVERY: u32 = 8;
+
+/// Random ways of the arm for some seconds, and a person. `gone_s`: from when to when the tracker loses fingertip and head, s.
+fn run(seed: u64, person: Person, gone_s: &[std::ops::Range<f64>; 2]) -> Found {
     let mut random = Sampler::new(seed);
+    let mut found = Found::default();
     let board = Board::default();
     let arm: Arc<dyn ArmKinematics> = Arc::new(iiwa());
     let body = ArmBody::new(Arc::clone(&arm), board, BodyConfig::default())
@@ -90,7 +110,9 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
     };
     let mut sent = VecDeque::from(vec![start; REACTION]);
     let mut seen = VecDeque::new();
-    let (mut last, mut way_m) = (body.at(&start), 0.0);
+    let braking = GuardLimits::of_arm(&*arm).acceleration_rad_per_s2;
+    let (mut last, mut withdraws) = (body.at(&start), false);
+    let (mut seen_s, mut blind_s) = ([f64::NEG_INFINITY; 2], 0.0);
     let mut state = at_rest(0.0, start);
     let (mut goal, mut share, mut frame_s) = (start, 1.0, -1.0);
     let mut newest = (head_m, 0.0);
@@ -132,14 +154,24 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
         ];
         // Half of the trackers lose the head in every second frame.
         let is_lost = seed % 2 == 1 && (newest.1 / FRAME_S) as u32 % 2 == 1;
+        let is_there = |i: usize| !(gone_s[i].contains(&now_s) || i == 1 && is_lost);
+        let sent_now: Vec<_> = (0..2).filter(|i| is_there(*i)).map(|i| both[i]).collect();
+        for (i, seen_s) in seen_s.iter_mut().enumerate().filter(|(i, _)| is_there(*i)) {
+            *seen_s = both[i].stamp_s;
+        }
         let step = supervisor.step(&SupervisorInput {
             now_s,
             state: &state,
-            person: &both[..if is_lost { 1 } else { 2 }],
+            person: &sent_now,
             target: None,
             force: Some(Wrench::default()),
-            command: ArmCommand::Position(wanted),
+            // An arm that is to withdraw has no way back here: it stands.
+            command: match withdraws {
+                true => ArmCommand::Hold,
+                false => ArmCommand::Position(wanted),
+            },
         });
+        withdraws = matches!(step.request, SafeRequest::Retreat { .. });
         share = match step.request {
             SafeRequest::Go { speed_share } => speed_share.max(0.05),
             _ => share,
@@ -157,25 +189,75 @@ fn run(seed: u64, person: Person) -> (Option<Met>, f64) {
         let q = sent.pop_front().unwrap();
         let now = body.at(&q);
         let met = meets(&last, &now, head_m);
-        way_m += last.all()[3].to_m.distance(now.all()[3].to_m);
+        found.way_m += last.all()[3].to_m.distance(now.all()[3].to_m);
         if let Some((part, speed_m_per_s)) = met {
-            let met = Met {
+            found.met = Some(Met {
                 at_s: now_s,
                 speed_m_per_s,
                 part,
                 state: step.state,
-            };
-            return (Some(met), way_m);
+            });
+            return found;
+        }
+        if cycle % LOOKS_EVERY == 0 {
+            found.looks += 1;
+            let stops = can_stop(&body, &sent, &braking, head_m);
+            found.violations += u32::from(!stops);
+        }
+        blind_s = match seen_s.iter().any(|seen_s| now_s - seen_s > OLDEST_S) {
+            true => blind_s + DT_S,
+            false => 0.0,
+        };
+        if blind_s > (REACTION + 1) as f64 * DT_S {
+            found.blind += 1;
+            let moved_m = last.all().iter().zip(now.all()).map(|(a, b)| moved_m(a, b));
+            let moves = moved_m.fold(0.0, f64::max) > MOVES_M_PER_S * DT_S;
+            found.moved_blind += u32::from(moves);
         }
         state.qd = rates(&state.q, &q);
         (state.q, state.t_s) = (q, now_s + DT_S);
         last = now;
     }
-    (None, way_m)
+    found
 }
 
-/// Which part that moves meets the person, and how fast it is.
-fn meets(before: &ArmCapsules, now: &ArmCapsules, head_m: DVec3) -> Option<(usize, f64)> {
+fn moved_m(from: &Capsule, to: &Capsule) -> f64 {
+    let from_m = from.from_m.distance(to.from_m);
+    from_m.max(from.to_m.distance(to.to_m))
+}
+
+/// Would every part stand before the person, who comes at 1.6 m/s from now on, is there? The arm does what it was sent, and brakes then.
+fn can_stop(
+    body: &ArmBody,
+    sent: &VecDeque<JointPositions>,
+    braking: &[f64; 7],
+    head_m: DVec3,
+) -> bool {
+    let last = sent[sent.len() - 1];
+    let qd = rates(&sent[sent.len() - 2], &last);
+    let shares = qd.0.iter().zip(braking).map(|(qd, most)| qd.abs() / most);
+    let stop_s = shares.fold(0.0, f64::max);
+    let braked = (1..=(stop_s / DT_S).ceil() as usize).step_by(4).map(|k| {
+        let t_s = (k as f64 * DT_S).min(stop_s);
+        let way_s = t_s * (1.0 - 0.5 * t_s / stop_s);
+        let q = JointPositions(std::array::from_fn(|i| last[i] + qd[i] * way_s));
+        (t_s + REACTION as f64 * DT_S, q)
+    });
+    let queued = sent.iter().enumerate().step_by(4);
+    let queued = queued.map(|(k, q)| (k as f64 * DT_S, *q));
+    let mut before: Option<(f64, ArmCapsules)> = None;
+    queued.chain(braked).all(|(t_s, q)| {
+        let now = body.at(&q);
+        let (was_s, was) = before.replace((t_s, now)).unwrap_or((t_s, now));
+        was.all().iter().zip(now.all()).all(|(was, part)| {
+            let stands = moved_m(was, part) <= MOVES_M_PER_S * (t_s - was_s);
+            stands || distance_m(part, head_m) > 1.6 * t_s
+        })
+    })
+}
+
+/// From head and torso, m.
+fn distance_m(part: &Capsule, head_m: DVec3) -> f64 {
     let head = Capsule {
         from_m: head_m,
         to_m: head_m,
@@ -186,15 +268,16 @@ fn meets(before: &ArmCapsules, now: &ArmCapsules, head_m: DVec3) -> Option<(usiz
         to_m: head_m - DVec3::Z * 0.85,
         radius_m: TORSO_M,
     };
+    part.distance_m(&head).min(part.distance_m(&torso))
+}
+
+/// Which part that moves meets the person, and how fast it is.
+fn meets(before: &ArmCapsules, now: &ArmCapsules, head_m: DVec3) -> Option<(usize, f64)> {
     let parts = before.all().iter().zip(now.all()).enumerate();
     parts
         .map(|(part, (before, now))| {
-            let ends_m = [
-                before.from_m.distance(now.from_m),
-                before.to_m.distance(now.to_m),
-            ];
-            let distance_m = now.distance_m(&head).min(now.distance_m(&torso));
-            (part, ends_m[0].max(ends_m[1]) / DT_S, distance_m)
+            let m_per_s = moved_m(before, now) / DT_S;
+            (part, m_per_s, distance_m(now, head_m))
         })
         .find(|(_, speed, distance_m)| *speed > MOVES_M_PER_S && *distance_m <= 0.0)
         .map(|(part, speed, _)| (part, speed))
@@ -202,6 +285,7 @@ fn meets(before: &ArmCapsules, now: &ArmCapsules, head_m: DVec3) -> Option<(usiz
 
 fn all(seeds: std::ops::Range<u64>) {
     let (mut met, mut way_m, mut count) = (0, 0.0, 0);
+    let (mut looks, mut violations) = (0_u64, 0);
     for seed in seeds {
         let mut random = Sampler::new(seed ^ 0x5eed);
         for person in [
@@ -211,10 +295,15 @@ fn all(seeds: std::ops::Range<u64>) {
                 from_s: random.uniform(0.0, 2.0),
             },
         ] {
-            let (found, moved_m) = run(seed, person);
-            way_m += moved_m;
+            let found = run(seed, person, &[0.0..0.0, 0.0..0.0]);
+            way_m += found.way_m;
             count += 1;
-            if let Some(found) = found {
+            looks += u64::from(found.looks);
+            violations += found.violations;
+            if found.violations > 0 {
+                println!("seed {seed} {person:?}: {} violations", found.violations);
+            }
+            if let Some(found) = found.met {
                 met += 1;
                 println!(
                     "seed {seed} {person:?}: part {} at {:.3} s, {:.3} m/s, {:?}",
@@ -225,8 +314,42 @@ fn all(seeds: std::ops::Range<u64>) {
     }
     // An arm that never moves meets nobody.
     let way_m = way_m / f64::from(count);
-    println!("{met} of {count} met; the elbow went {way_m:.2} m on average");
-    assert!(met == 0 && way_m > 0.3);
+    println!("the elbow went {way_m:.2} m on average");
+    println!(
+        "goal: (a) head, neck or torso met by a part faster than 0.01 m/s | 0 | {met} | {count} people"
+    );
+    println!(
+        "goal: (d) a person at 1.6 m/s is there before a part stands, 22 ms of reaction and braking at the guard's accelerations \
+         | 0 | {violations} | {looks} moments of {count} people"
+    );
+    assert!(met == 0 && violations == 0 && way_m > 0.3);
+}
+
+/// Fingertip and head are lost for a while each; one of five is not there at first.
+fn all_blind(seeds: std::ops::Range<u64>) {
+    let (mut count, mut blind, mut moved) = (0, 0_u64, 0);
+    for seed in seeds {
+        let mut random = Sampler::new(seed ^ 0xb11d);
+        let gone_s = [(); 2].map(|()| {
+            let from_s = random.uniform(-0.8, 3.5).max(0.0);
+            from_s..from_s + random.uniform(0.0, 1.5)
+        });
+        let found = run(seed, Person::Stands, &gone_s);
+        count += 1;
+        blind += u64::from(found.blind);
+        moved += found.moved_blind;
+        if found.moved_blind > 0 {
+            println!(
+                "seed {seed} {gone_s:?}: moved in {} cycles",
+                found.moved_blind
+            );
+        }
+    }
+    println!(
+        "goal: (e) cycles of motion with head or fingertip absent or older than 60 ms, after 22 ms of reaction (the simulated arm then stands at once; withdrawals apart) \
+         | 0 | {moved} | {blind} such cycles of {count} losses"
+    );
+    assert!(moved == 0 && blind > 0);
 }
 
 #[test]
@@ -238,4 +361,15 @@ fn no_head_or_torso_is_met_by_a_part_that_moves() {
 #[ignore = "minutes"]
 fn no_head_or_torso_is_met_in_many_scenes() {
     all(seeds(1000..6000));
+}
+
+#[test]
+fn nothing_moves_without_head_and_fingertip() {
+    all_blind(0..20);
+}
+
+#[test]
+#[ignore = "minutes"]
+fn nothing_moves_without_head_and_fingertip_in_many_losses() {
+    all_blind(seeds(1000..6000));
 }

@@ -58,6 +58,24 @@ fn a_slight_fault_after_a_reset_holds_before_it_withdraws() {
     assert_eq!(bench.run_with(20, stale).state.name(), "retreating");
 }
 
+/// It was still said that the arm took no commands.
+#[test]
+fn a_hold_names_the_fault_that_is_left() {
+    let mut bench = Bench::new();
+    bench.run(5);
+    let lost = |b: &mut Bench| b.person[2].stamp_s -= 0.3;
+    let refused = bench.run_with(500, |b, _| {
+        b.supervisor.refused();
+        lost(b);
+    });
+    assert_eq!(refused.state.reason(), Some(SafeReason::Refused));
+    let left = bench.run_with(500, |b, _| lost(b));
+    let reason = left.state.reason().unwrap();
+    assert_eq!((reason.name(), left.state.name()), ("stale", "stopped"));
+    assert!(!left.latched);
+    assert_eq!(bench.run(300).state, SafeState::Normal);
+}
+
 /// Whatever else breaks meanwhile, a stop that was asked for takes a person to end it.
 #[test]
 fn a_stop_on_demand_outlasts_other_faults() {

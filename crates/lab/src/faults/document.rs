@@ -116,7 +116,7 @@ pub fn verdicts(results: &Results) -> MarkdownTable {
 /// All tables, as they are printed and written.
 pub fn text(request: &Request, results: &Results) -> String {
     let mut text = format!(
-        "## Verdicts\n\n{}\n## A hand at {SPEED_M_PER_S} m/s\n\nThe board stands in place.\n\n{}",
+        "## Verdicts\n\nThe program fails if the first one does not hold; the others only report.\n\n{}\n## A hand at {SPEED_M_PER_S} m/s\n\nThe board stands in place.\n\n{}",
         verdicts(results),
         impact_table(results)
     );

@@ -6,13 +6,13 @@ use hwall::geometry::Pose;
 use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::Board;
 use hwall::{Cycle, Event, LikelyTouches, Session, Surroundings};
-use hwall_bridge::{BridgeConfig, BridgeServer};
+use hwall_bridge::{BridgeConfig, BridgeServer, Order};
 use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion};
-use hwall_stage::input::address::{host, socket_address};
+use hwall_stage::input::address::{host, receivable, socket_address};
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::input::real_room::RealRoom;
-use hwall_stage::live::{Driven, HandChoice, Holds, brake};
+use hwall_stage::live::{Driven, HandChoice, Holds, asked, brake};
 use hwall_stage::note;
 use hwall_stage::person::predictors::TrainingPeople;
 use hwall_stage::person::responses::Scenery;
@@ -66,6 +66,9 @@ pub struct ArmArgs {
     /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
     #[arg(long, requires = "fri")]
     watch_frozen: bool,
+    /// The arm moves only while somebody holds the switch on that page (its address with #switch behind it, on a phone for instance). Letting go stops the arm; so does losing the connection
+    #[arg(long, requires = "fri")]
+    enabling_switch: bool,
 }
 
 impl ArmArgs {
@@ -95,6 +98,7 @@ impl ArmArgs {
             room: self.room.clone(),
             level: self.arm_level,
             watch_frozen: self.watch_frozen,
+            enabling_switch: self.enabling_switch,
         }))
     }
 }
@@ -114,6 +118,8 @@ pub struct ArmOptions {
     pub level: ArmLevel,
     /// Does a hand that stands quite still count as lost?
     pub watch_frozen: bool,
+    /// Does the arm move only while somebody holds the switch on the page?
+    pub enabling_switch: bool,
 }
 
 /// Ready for a controller: scene, session and both addresses are there.
@@ -122,6 +128,7 @@ pub struct WaitingArm {
     pub server: BridgeServer,
     client: FriClient,
     session: Session<DeterministicPredictor>,
+    enabling_switch: bool,
     /// What had to be repaired in the scene.
     pub remarks: Vec<String>,
 }
@@ -141,10 +148,11 @@ impl WaitingArm {
     /// A scene that is malformed or has not what the protocol asks for; without a scene a protocol with several kinds of surfaces;
     /// addresses that cannot be listened on.
     pub fn prepare(options: &ArmOptions, protocol: &Protocol) -> anyhow::Result<Self> {
+        receivable("--fri", options.fri.listen)?;
         let room = options.room.as_deref().map(RealRoom::read);
         let room = room.transpose().context("--room")?;
         let (scene, remarks) = match &options.scene {
-            Some(path) => load_scene(Some(path.as_path().into()))?,
+            Some(path) => load_scene(Some(path.as_path().into())).context("--scene")?,
             None => {
                 let first = Stimulus::of(protocol, 0)?.surface;
                 for condition in 1..protocol.conditions() {
@@ -186,6 +194,7 @@ impl WaitingArm {
             server,
             client,
             session,
+            enabling_switch: options.enabling_switch,
             remarks,
         })
     }
@@ -224,6 +233,7 @@ impl WaitingArm {
         let room = HandsRoom {
             driven: Driven::new(bridge, begun_s, f64::INFINITY),
             holds: Holds::default(),
+            enabling_switch: self.enabling_switch,
         };
         let trial = ArmTrialConfig::default();
         let stage = ArmStage::start(ArmKind::Fri, self.session, self.client, room, trial)?;
@@ -239,6 +249,7 @@ struct HandsRoom {
     driven: Driven,
     /// Said on the console, as `bridge` does.
     holds: Holds,
+    enabling_switch: bool,
 }
 
 impl Surroundings<FriClient> for HandsRoom {
@@ -249,6 +260,10 @@ impl Surroundings<FriClient> for HandsRoom {
     fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
         self.driven.next_frame(now_s)
     }
+
+    fn refused(&mut self, reason: &FriError) {
+        self.holds.refused(reason);
+    }
 }
 
 impl StudyRoom<FriClient> for HandsRoom {
@@ -258,17 +273,19 @@ impl StudyRoom<FriClient> for HandsRoom {
 
     fn after<P: Predictor>(
         &mut self,
-        session: &Session<P>,
+        session: &mut Session<P>,
         _: &mut FriClient,
         cycle: &Cycle,
     ) -> Result<(), FriError> {
         let is_latched = session.control().is_latched();
-        self.holds.see(cycle.t_s, session.state(), is_latched);
         let bridge = &mut self.driven.bridge;
-        if bridge.view.is_due(cycle.t_s) {
-            let view = bridge.view_of(session, &cycle.state);
-            bridge.view.send(&view);
+        match asked(&bridge.view.orders(), is_latched, self.enabling_switch) {
+            Some(Order::Stop) => session.stop(),
+            Some(Order::LetGo) => session.reset(),
+            None => {}
         }
+        self.holds.see(cycle.t_s, session.state(), is_latched);
+        bridge.show(session, &cycle.state);
         Ok(())
     }
 

@@ -72,6 +72,10 @@ pub fn run(
         waiting.server.url(),
         waiting.fri_address()?
     )?;
+    if options.enabling_switch {
+        let url = waiting.server.url();
+        writeln!(out, "the arm moves only while somebody holds {url}#switch")?;
+    }
     let mut arm = waiting.connect(CONTROLLER_WITHIN)?;
     // A second one is never there.
     let _ = setup.stop.set(arm.stage.stop_handle());

@@ -1,6 +1,24 @@
 //! Addresses of a command line: numbers or names.
 
-use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
+use anyhow::{Context, anyhow};
+use std::io::ErrorKind;
+use std::net::{IpAddr, SocketAddr, ToSocketAddrs, UdpSocket};
+
+/// Passes if datagrams can be received at the address of this flag.
+///
+/// # Errors
+/// What is in the way, and what to do about it.
+pub fn receivable(flag: &str, address: SocketAddr) -> anyhow::Result<()> {
+    let Err(error) = UdpSocket::bind(address) else {
+        return Ok(());
+    };
+    let why = match error.kind() {
+        ErrorKind::AddrInUse => "another program listens there; end it, or take another port",
+        ErrorKind::AddrNotAvailable => "no address of this computer; 0.0.0.0 stands for all it has",
+        _ => return Err(error).with_context(|| format!("{flag} {address}")),
+    };
+    Err(anyhow!("{flag} {address}: {why}"))
+}
 
 /// `HOST:PORT`, the host in numbers or a name. Of several addresses of a name an IPv4 one is taken, which everybody has.
 ///
@@ -41,7 +59,25 @@ fn first(
 
 #[cfg(test)]
 mod tests {
-    use super::{host, socket_address};
+    use super::{host, receivable, socket_address};
+    use std::net::UdpSocket;
+
+    #[test]
+    fn an_address_that_cannot_be_had_is_said_with_a_remedy() {
+        let taken = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+        let address = taken.local_addr().expect("an address");
+        let said = |address| {
+            receivable("--fri", address)
+                .expect_err("refused")
+                .to_string()
+        };
+        assert!(said(address).contains("another program listens"));
+        // Of a block kept for documents.
+        let foreign = "192.0.2.1:30200".parse().expect("an address");
+        assert!(said(foreign).contains("no address of this computer"));
+        drop(taken);
+        receivable("--fri", address).expect("free");
+    }
 
     #[test]
     fn names_and_numbers_are_addresses() {

@@ -3,12 +3,15 @@
 use anyhow::{Context, bail, ensure};
 use hwall_files::{Beside, same_file};
 use std::fmt;
+use std::fs::metadata;
 use std::path::{Path, PathBuf};
 
 /// The files of a command line by their flags; [`check`](Self::check) before the first is opened.
 #[derive(Debug, Clone, Default)]
 pub struct FilePlan {
     read: Vec<Named>,
+    /// Files that are read if they are there.
+    beside: Vec<Named>,
     written: Vec<Named>,
     /// Folders that the program makes before it writes.
     made: Vec<Named>,
@@ -30,11 +33,12 @@ impl FilePlan {
 
     /// Adds a scene with the files of the same name beside it, if there is one.
     #[must_use]
-    pub fn read_scene(self, flag: &'static str, path: Option<&Path>) -> Self {
+    pub fn read_scene(mut self, flag: &'static str, path: Option<&Path>) -> Self {
         let beside = |extension| path.map(|path| path.with_extension(extension));
+        for path in [beside("toml"), beside("mtl")] {
+            self.beside.extend(Named::of(flag, path.as_deref()));
+        }
         self.read(flag, path)
-            .read(flag, beside("toml").as_deref())
-            .read(flag, beside("mtl").as_deref())
     }
 
     /// Adds an arm, which is a file only if it is no name.
@@ -62,20 +66,24 @@ impl FilePlan {
         })
     }
 
-    /// Passes if every output can be written and none of them is an input or another output.
+    /// Passes if every input is there, every output can be written, and none of them is an input or another output.
     ///
     /// # Errors
-    /// An output that is a file to be read, or the same as another one; one that cannot be written, so that this is
+    /// An input that is missing; an output that is a file to be read, or the same as another one; one that cannot be written, so that this is
     /// said before minutes of work and not after them.
     pub fn check(&self) -> anyhow::Result<()> {
         for (place, output) in self.written.iter().enumerate() {
-            if let Some(Named { flag, .. }) = self.read.iter().find(|i| i.holds(&output.path)) {
+            let mut inputs = self.read.iter().chain(&self.beside);
+            if let Some(Named { flag, .. }) = inputs.find(|i| i.holds(&output.path)) {
                 bail!("{output} is a file that {flag} reads; write to another one");
             }
             let mut others = self.written[..place].iter();
             if let Some(other) = others.find(|other| same_file(&other.path, &output.path)) {
                 bail!("{output} is also what {} writes", other.flag);
             }
+        }
+        for input in &self.read {
+            metadata(&input.path).with_context(|| input.to_string())?;
         }
         for folder in &self.made {
             makeable(&folder.path).with_context(|| folder.to_string())?;

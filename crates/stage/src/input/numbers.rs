@@ -290,6 +290,16 @@ pub fn positive(text: &str) -> Result<f64, String> {
     value.ok_or_else(|| "not a number above 0".to_owned())
 }
 
+/// A number of a command line, from 0 to `MOST`.
+///
+/// # Errors
+/// Text that is no such number.
+pub fn up_to<const MOST: u32>(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok();
+    let value = value.filter(|value| (0.0..=f64::from(MOST)).contains(value));
+    value.ok_or_else(|| format!("not a number from 0 to {MOST}"))
+}
+
 /// `1 reach`, `2 reaches`.
 #[must_use]
 pub fn counted(count: usize, one: &str, many: &str) -> String {

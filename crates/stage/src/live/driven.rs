@@ -10,7 +10,7 @@ use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmCommand};
 use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeServer};
-use hwall_fri::{FriClient, FriClientConfig, FriError, Unfit};
+use hwall_fri::{FriClient, FriClientConfig, FriError};
 use hwall_record::Recorded;
 use hwall_view::ViewScene;
 use std::time::{Duration, Instant};
@@ -23,8 +23,6 @@ const GONE: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(200);
 /// A controller that has spoken for this long and does not begin commanding is told on the console.
 const BEGINS: Duration = Duration::from_secs(3);
-/// Commands that are refused within this time of another are not told on their own.
-const SAME_REFUSAL: Duration = Duration::from_secs(1);
 /// At the end the arm is braked for this long: from full speed the second joint, which takes longest, stands after 0.32 s.
 const BRAKING: Duration = Duration::from_millis(500);
 
@@ -35,9 +33,8 @@ pub struct Driven {
     /// When commanding began, s on the clock of the controller; that message is not answered yet.
     unanswered: Option<f64>,
     end_s: f64,
-    /// Why the arm takes no commands, as the console was told.
-    unfit: Option<Unfit>,
-    refused_at: Option<Instant>,
+    /// Why the last command was refused; for the console.
+    refused: Option<FriError>,
 }
 
 impl Driven {
@@ -48,8 +45,7 @@ impl Driven {
             bridge,
             unanswered: Some(begun_s),
             end_s,
-            unfit: None,
-            refused_at: None,
+            refused: None,
         }
     }
 
@@ -63,7 +59,7 @@ impl Driven {
                     if told {
                         let waited_s = since.elapsed().as_secs_f64();
                         note(format_args!(
-                            "the controller speaks again after {waited_s:.1} s"
+                            "{now_s:9.3} s  the controller speaks again after {waited_s:.1} s"
                         ));
                     }
                     return Ok(Some(now_s));
@@ -73,7 +69,8 @@ impl Driven {
                     if !told && since.elapsed() >= SILENCE {
                         told = true;
                         note(format_args!(
-                            "the controller is silent: waiting for it, {} s at most",
+                            "{:9.3} s  the controller is silent: waiting for it, {} s at most",
+                            arm.t_s().unwrap_or(0.0),
                             GONE.as_secs()
                         ));
                     }
@@ -96,14 +93,6 @@ impl Surroundings<FriClient> for Driven {
                 None => return Ok(None),
             },
         };
-        let unfit = arm.unfit();
-        if unfit != self.unfit {
-            match unfit {
-                Some(unfit) => note(format_args!("the arm takes no commands: {unfit}")),
-                None => note("the arm takes commands again"),
-            }
-            self.unfit = unfit;
-        }
         self.bridge.view.count_cycle(0);
         Ok((now_s < self.end_s).then_some(now_s))
     }
@@ -113,11 +102,7 @@ impl Surroundings<FriClient> for Driven {
     }
 
     fn refused(&mut self, reason: &FriError) {
-        let now = Instant::now();
-        let last = self.refused_at.replace(now);
-        if last.is_none_or(|last| now.duration_since(last) > SAME_REFUSAL) {
-            note(reason);
-        }
+        self.refused = Some(reason.clone());
     }
 }
 
@@ -143,6 +128,7 @@ pub(super) fn run_driven(
         note(client.statistics());
         return Ok(());
     };
+    note(format_args!("{begun_s:9.3} s  commanding begins"));
     let end_s = flags.seconds.map_or(f64::INFINITY, |s| begun_s + s);
     let mut surroundings = Driven::new(server.connect(&scene), begun_s, end_s);
     let mut holds = Holds::default();
@@ -156,7 +142,15 @@ pub(super) fn run_driven(
         &mut recorded,
         &mut client,
         &mut surroundings,
-        |recorded, _, Driven { bridge, .. }, cycle| {
+        |recorded,
+         _,
+         Driven {
+             bridge, refused, ..
+         },
+         cycle| {
+            if let Some(cause) = refused.take() {
+                holds.refused(&cause);
+            }
             recorded::after(bridge, &mut holds, recorded, cycle, flags.enabling_switch);
             Ok(())
         },
@@ -214,11 +208,20 @@ fn commanding(
             && speaks_since.get_or_insert_with(Instant::now).elapsed() > BEGINS
         {
             told = true;
-            let late = statistics.unanswered + statistics.not_arrived;
+            let unanswered = statistics.unanswered + statistics.not_arrived;
+            let (received, late) = (statistics.received, statistics.late);
+            let why = match 2 * late > received {
+                true => format!(
+                    "{late} of {received} answers reach it after its next message; choose a longer send period in its \
+                     application, or a faster network"
+                ),
+                false => format!(
+                    "{unanswered} of {received} messages got no answer in time; start the motion of its application, \
+                     or look at the network"
+                ),
+            };
             note(format_args!(
-                "the controller speaks, but does not begin commanding: it is in {state}, quality {quality}, and {late} of {} \
-                 messages got no answer in time; start the motion of its application, or look at the network",
-                statistics.received
+                "the controller speaks, but does not begin commanding: it is in {state}, quality {quality}, and {why}"
             ));
         }
         if let FriError::Silent {

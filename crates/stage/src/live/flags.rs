@@ -1,6 +1,6 @@
 //! A live session from the flags of a command line.
 
-use crate::input::address::{host, socket_address};
+use crate::input::address::{host, receivable, socket_address};
 use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
 use crate::input::real_room::RealRoom;
@@ -15,7 +15,7 @@ use clap::ValueEnum;
 use hwall::geometry::Pose;
 use hwall_bridge::{BridgeConfig, FollowedHand};
 use hwall_fri::FriVersion;
-use std::net::{IpAddr, SocketAddr, UdpSocket};
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 
 /// Which hand the board serves.
@@ -130,7 +130,7 @@ impl LiveFlags {
         self.real_room()?;
         for (flag, address) in [("--fri", self.fri), ("--unity-udp", self.unity_udp)] {
             if let Some(address) = address {
-                UdpSocket::bind(address).with_context(|| format!("{flag} {address}"))?;
+                receivable(flag, address)?;
             }
         }
         Ok(())

@@ -5,105 +5,131 @@ use crate::input::numbers::counted;
 use crate::run::kept::tick::Stop;
 use hwall::SessionState;
 use hwall_bridge::ViewSender;
+use hwall_fri::FriError;
 use std::collections::BTreeMap;
 use std::io::{BufRead, stdin};
+use std::mem::discriminant;
 
-/// Holds of the same kind that are told one by one; more are only counted, for a console that scrolls tells nobody anything.
+/// Holds for the same reason that are told one by one; more are only counted, for a console that scrolls tells nobody anything.
 const TOLD: u64 = 20;
 
-/// The hold under way.
-#[derive(Debug)]
+/// The hold under way: what is told anew when it changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Hold {
-    name: String,
+    stop: Stop,
+    /// Holding, withdrawing, stopped.
+    state: &'static str,
     is_latched: bool,
-    since_s: f64,
+    /// How often an arm that takes no commands has said something else.
+    causes: u32,
 }
 
 /// Watches the states of a session.
 #[derive(Debug, Default)]
 pub struct Holds {
     under_way: Option<Hold>,
-    /// How many, and for how long, s, by name.
-    by_name: BTreeMap<String, (u64, f64)>,
+    /// Since when the arm is held for this reason, s.
+    since_s: f64,
+    /// Why the arm does not take commands, and how often that has changed.
+    cause: Option<FriError>,
+    causes: u32,
+    /// How many, and for how long, s, by reason.
+    by_stop: BTreeMap<Stop, (u64, f64)>,
     cycles: u64,
     last_s: Option<f64>,
     longest_gap_s: f64,
 }
 
 impl Holds {
-    /// Says what is new in a cycle.
-    pub fn see(&mut self, t_s: f64, state: SessionState, is_latched: bool) {
-        self.cycles += 1;
-        let gap_s = self.last_s.replace(t_s).map_or(0.0, |last_s| t_s - last_s);
-        self.longest_gap_s = self.longest_gap_s.max(gap_s);
-        let hold = named(state);
-        let name = hold.as_ref().map(|(name, _)| (name.as_str(), is_latched));
-        let under_way = self.under_way.as_ref();
-        if name == under_way.map(|hold| (hold.name.as_str(), hold.is_latched)) {
-            return;
-        }
-        let ended = self.end(t_s);
-        match hold {
-            Some((name, words)) => {
-                let (count, _) = self.by_name.entry(name.clone()).or_default();
-                *count += 1;
-                if *count <= TOLD {
-                    let ends = match is_latched {
-                        true => "needs a person: Enter here, or the page's button, lets the arm go",
-                        false => "ends by itself once that is over",
-                    };
-                    note(format_args!("{t_s:9.3} s  {words} ({ends})"));
-                } else if *count == TOLD + 1 {
-                    note(format_args!(
-                        "{t_s:9.3} s  {words} (more of these are only counted)"
-                    ));
-                }
-                self.under_way = Some(Hold {
-                    name,
-                    is_latched,
-                    since_s: t_s,
-                });
-            }
-            None => {
-                if ended.is_some_and(|count| count <= TOLD) {
-                    note(format_args!("{t_s:9.3} s  the arm moves again"));
-                }
-            }
+    /// Why the arm does not take a command: said with the hold that follows.
+    pub fn refused(&mut self, cause: &FriError) {
+        let is_same = |before: &FriError| match (before, cause) {
+            (FriError::Unfit(before), FriError::Unfit(now)) => before == now,
+            _ => discriminant(before) == discriminant(cause),
+        };
+        if !self.cause.as_ref().is_some_and(is_same) {
+            self.cause = Some(cause.clone());
+            self.causes += 1;
         }
     }
 
-    /// Ends the hold under way; how many there were of its kind.
-    fn end(&mut self, t_s: f64) -> Option<u64> {
-        let hold = self.under_way.take()?;
-        let (count, lasted_s) = self.by_name.get_mut(&hold.name)?;
-        *lasted_s += t_s - hold.since_s;
-        Some(*count)
+    /// Says what is new in a cycle.
+    pub fn see(&mut self, t_s: f64, state: SessionState, is_latched: bool) {
+        if let Some(words) = self.change(t_s, state, is_latched) {
+            note(format_args!("{t_s:9.3} s  {words}"));
+        }
+    }
+
+    fn change(&mut self, t_s: f64, state: SessionState, is_latched: bool) -> Option<String> {
+        self.cycles += 1;
+        let gap_s = self.last_s.replace(t_s).map_or(0.0, |last_s| t_s - last_s);
+        self.longest_gap_s = self.longest_gap_s.max(gap_s);
+        let hold = Stop::of(state).map(|stop| Hold {
+            stop,
+            state: match state {
+                SessionState::Safe(safe) => safe.name(),
+                _ => "holding",
+            },
+            is_latched,
+            causes: if stop.is_refusal() { self.causes } else { 0 },
+        });
+        if hold == self.under_way {
+            return None;
+        }
+        let before = std::mem::replace(&mut self.under_way, hold);
+        let stop = hold.map(|hold| hold.stop);
+        let ended = before
+            .map(|hold| hold.stop)
+            .filter(|was| stop != Some(*was));
+        let told = ended.map(|ended| self.end(ended, t_s));
+        let Some(Hold { stop, .. }) = hold else {
+            return (told? <= TOLD).then(|| "the arm moves again".to_owned());
+        };
+        let (count, _) = self.by_stop.entry(stop).or_default();
+        if before.is_none_or(|before| before.stop != stop) {
+            *count += 1;
+            self.since_s = t_s;
+        }
+        let ends = match (is_latched, stop.is_refusal()) {
+            _ if *count > TOLD + 1 => return None,
+            _ if *count == TOLD + 1 => "more of these are only counted",
+            (true, _) => "needs a person: Enter here, or the page's button, lets the arm go",
+            (false, true) => "ends by itself once commands are taken again and the arm rests",
+            (false, false) => "ends by itself once that is over",
+        };
+        let words = match state {
+            SessionState::Safe(safe) => safe.to_string(),
+            _ => format!("holding: {stop}"),
+        };
+        let cause = self.cause.as_ref().filter(|_| stop.is_refusal());
+        let cause = cause.map_or_else(String::new, |cause| format!(": {cause}"));
+        Some(format!("{words}{cause} ({ends})"))
+    }
+
+    /// Ends the hold for this reason; how many there were of them.
+    fn end(&mut self, stop: Stop, t_s: f64) -> u64 {
+        if stop.is_refusal() {
+            self.cause = None;
+        }
+        let (count, lasted_s) = self.by_stop.entry(stop).or_default();
+        *lasted_s += t_s - self.since_s;
+        *count
     }
 
     /// Says the summary.
     pub fn finish(mut self) {
-        if let Some(t_s) = self.last_s {
-            self.end(t_s);
+        if let (Some(hold), Some(t_s)) = (self.under_way, self.last_s) {
+            self.end(hold.stop, t_s);
         }
         let (cycles, gap_ms) = (self.cycles, 1e3 * self.longest_gap_s);
         note(format_args!(
             "{cycles} cycles, the longest gap between two {gap_ms:.1} ms"
         ));
-        for (name, (count, lasted_s)) in &self.by_name {
+        for (stop, (count, lasted_s)) in &self.by_stop {
             let times = counted(*count as usize, "time", "times");
-            note(format_args!("{name}: {times}, {lasted_s:.1} s in all"));
+            note(format_args!("{stop}: {times}, {lasted_s:.1} s in all"));
         }
     }
-}
-
-/// A state in which the arm does not go where it is wanted: its name without numbers, and its words.
-fn named(state: SessionState) -> Option<(String, String)> {
-    let name = Stop::of(state)?.to_string();
-    let words = match state {
-        SessionState::Safe(safe) => safe.to_string(),
-        _ => format!("holding: {name}"),
-    };
-    Some((name, words))
 }
 
 /// Enter on the console lets a latched stop go, `s` and Enter stops the arm.
@@ -130,6 +156,8 @@ mod tests {
     use super::*;
     use hwall::haptics::safety::Channel;
     use hwall::haptics::{SafeReason, SafeState};
+    use hwall_fri::Unfit;
+    use hwall_fri::codec::SafetyState;
 
     #[test]
     fn holds_are_counted_by_reason_and_not_by_number() {
@@ -143,8 +171,59 @@ mod tests {
             holds.see(f64::from(2 * k) + 0.5, state, false);
             holds.see(f64::from(2 * k + 1), SessionState::Waiting, false);
         }
-        let held = holds.by_name.get("stale head");
+        let held = holds.by_stop.values().next();
         assert_eq!(held, Some(&(30, 30.0)));
         assert_eq!((holds.cycles, holds.longest_gap_s), (90, 1.0));
+    }
+
+    /// Only a new reason was said.
+    #[test]
+    fn a_hold_that_withdraws_and_stops_is_told_and_counted_once() {
+        let mut holds = Holds::default();
+        let mut said = Vec::new();
+        for cycle in 0..50 {
+            let age_s = f64::from(cycle);
+            let channel = Channel::Fingertip;
+            let reason = SafeReason::Stale { channel, age_s };
+            let state = match cycle {
+                0..10 => SafeState::Holding { reason },
+                10..30 => SafeState::Retreating { reason },
+                _ => SafeState::Stopped { reason },
+            };
+            said.extend(holds.change(age_s, SessionState::Safe(state), false));
+        }
+        said.extend(holds.change(50.0, SessionState::Waiting, false));
+        let begins = ["holding: ", "withdrawing: ", "stopped: ", "the arm moves"];
+        let found = said
+            .iter()
+            .zip(begins)
+            .all(|(line, begin)| line.starts_with(begin));
+        assert!(found && said.len() == begins.len(), "{said:?}");
+        assert_eq!(holds.by_stop.values().next(), Some(&(1, 50.0)));
+    }
+
+    #[test]
+    fn an_arm_that_takes_no_commands_is_told_with_the_cause() {
+        let refused = SessionState::Safe(SafeState::Holding {
+            reason: SafeReason::Refused,
+        });
+        let unfit = |safety| FriError::Unfit(Unfit::Safety(safety));
+        let mut holds = Holds::default();
+        let mut said = Vec::new();
+        for (cycle, cause) in [
+            FriError::Behind { behind_s: 0.2 },
+            FriError::Behind { behind_s: 0.3 },
+            unfit(SafetyState::StopLevel1),
+            unfit(SafetyState::StopLevel1),
+        ]
+        .iter()
+        .enumerate()
+        {
+            holds.refused(cause);
+            said.extend(holds.change(cycle as f64, refused, false));
+        }
+        said.extend(holds.change(4.0, SessionState::Waiting, false));
+        assert_eq!(said.len(), 3, "{said:?}");
+        assert!(said[0].contains("0.20 s behind") && said[1].contains("safety state"));
     }
 }

@@ -13,6 +13,7 @@ pub use driven::{Driven, brake};
 pub use flags::{HandChoice, LiveFlags};
 pub use holds::Holds;
 pub use preparation::{Prepared, prepare};
+pub use recorded::asked;
 pub use simulated::run_simulated;
 
 use hwall_bridge::{BridgeServer, UnityConfig};

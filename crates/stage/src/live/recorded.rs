@@ -7,7 +7,7 @@ use crate::recording::{self, SessionSource, run_of};
 use crate::run::stage::SessionSettings;
 use hwall::Cycle;
 use hwall::contact::Predictor;
-use hwall_bridge::{Bridge, Order};
+use hwall_bridge::{Bridge, Order, Orders};
 use hwall_record::{Recorded, Recorder, RecorderConfig, Request};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -37,8 +37,23 @@ pub(super) fn begin(
 /// A switch that is held says so five times in this time.
 const ENABLED: Duration = Duration::from_millis(250);
 
-/// At the end of a cycle: what a person asked of the arm, and what the arm does about it; then events and views to the clients, and into the
-/// recording. `switch`: the arm moves only while an enabling switch is held, and a switch that is let go, or is heard of no more, stops it.
+/// What a person asks of the arm in this cycle. `switch`: the arm moves only while an enabling switch is held, and a switch that is let go, or is
+/// heard of no more, stops it.
+#[must_use]
+pub fn asked(orders: &Orders, is_latched: bool, switch: bool) -> Option<Order> {
+    let is_enabled = !switch || orders.is_enabled(ENABLED);
+    match orders.take() {
+        Some(Order::LetGo) if !is_enabled => {
+            note("nobody holds the enabling switch: the arm is not let go");
+            (!is_latched).then_some(Order::Stop)
+        }
+        None if !is_enabled && !is_latched => Some(Order::Stop),
+        order => order,
+    }
+}
+
+/// At the end of a cycle: what a person [asked](asked) of the arm, and what the arm does about it; then events and views to the clients, and
+/// into the recording.
 pub(super) fn after<P: Predictor>(
     bridge: &mut Bridge,
     holds: &mut Holds,
@@ -46,15 +61,10 @@ pub(super) fn after<P: Predictor>(
     cycle: &Cycle,
     switch: bool,
 ) {
-    let orders = bridge.view.orders();
-    let is_enabled = !switch || orders.is_enabled(ENABLED);
-    if !is_enabled && !recorded.session.control().is_latched() {
-        recorded.request(Request::Stop);
-    }
-    match orders.take() {
+    let is_latched = recorded.session.control().is_latched();
+    match asked(&bridge.view.orders(), is_latched, switch) {
         Some(Order::Stop) => recorded.request(Request::Stop),
-        Some(Order::LetGo) if is_enabled => recorded.request(Request::Reset),
-        Some(Order::LetGo) => note("nobody holds the enabling switch: the arm is not let go"),
+        Some(Order::LetGo) => recorded.request(Request::Reset),
         None => {}
     }
     let Recorded { session, recorder } = recorded;

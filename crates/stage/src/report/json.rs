@@ -57,6 +57,8 @@ fn summary(summary: &Summary) -> Value {
         "in_vain_per_touch": summary.in_vain_per_touch,
         "misses": misses,
         "stops": summary.stops,
+        "holds": summary.holds,
+        "latches": summary.latches,
     })
 }
 

@@ -39,6 +39,10 @@ pub struct Summary {
     pub misses: [usize; Miss::ALL.len()],
     /// Of these touches those before which the arm was stopped, by what stopped it.
     pub stops: BTreeMap<String, usize>,
+    /// How often the arm was held in all, and how often a person had to let it go.
+    pub holds: usize,
+    /// See `holds`.
+    pub latches: usize,
     /// Time of a control step that 99 of 100 do not exceed, us.
     pub step_p99_us: Option<f64>,
 }
@@ -87,6 +91,8 @@ impl Summary {
                 touches.iter().filter(missed).count()
             }),
             stops,
+            holds: runs.iter().map(|run| run.run.holds).sum(),
+            latches: runs.iter().map(|run| run.run.latches).sum(),
             step_p99_us: step_ns(runs).at(0.99).map(|ns| 1e-3 * ns),
         }
     }

@@ -70,6 +70,10 @@ pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> Markdown
         let stops = stops.map(|(stop, count)| format!("{count} {stop}"));
         row("of those with the arm stopped, by what", join(stops));
     }
+    row(
+        "arm held / of these latched, until a person lets it go",
+        format!("{} / {}", summary.holds, summary.latches),
+    );
     let detours = summary.reversals_median.zip(summary.in_vain_per_touch);
     row(
         "board turned back on its way before a touch, median; boards sent in vain for each touch",
@@ -86,7 +90,10 @@ pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> Markdown
         Sorted::of(within.iter().map(|o| f(o).abs())).text(&[0.5, 1.0], " mm", mm)
     };
     let text = error(&|o| o.offset_m.hypot(o.gap_m));
-    row("position error at contact, median / max", text);
+    row(
+        "position error at contact, misses included, median / max",
+        text,
+    );
     row(
         "of it along the surface (harmless on the board), median / max",
         error(&|o| o.offset_m),

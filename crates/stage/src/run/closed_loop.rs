@@ -70,6 +70,7 @@ pub fn run(
         next_board_s: f64::NEG_INFINITY,
         is_lost: false,
         was_tracked: false,
+        was_latched: false,
     };
     let model = Arc::clone(session.control().arm());
     // The arm waits before anybody comes.

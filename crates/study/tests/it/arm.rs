@@ -8,7 +8,7 @@ use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
 use hwall::kinematics::{JointPositions, SrsArm};
 use hwall::scene::Scene;
 use hwall::sim::{HandContact, ServoArm, ServoConfig, SimError, minimum_jerk};
-use hwall::{Cycle, Session, SessionConfig, Surroundings, Walls, WallsConfig};
+use hwall::{Cycle, Session, SessionConfig, SessionState, Surroundings, Walls, WallsConfig};
 use hwall_study::{
     Answer, ArmKind, ArmStage, ArmTrialConfig, Ask, Durability, Fault, Participants, Presenter,
     Protocol, Respondent, Stimulus, Study, StudyError, StudyFactor, StudyRoom, Surface,
@@ -37,6 +37,8 @@ enum Person {
     Breaks,
     /// Is seen for two seconds and not any more.
     Leaves,
+    /// Touches, stops the arm as soon as that is felt for the first time, and lets it go after 2 s.
+    Stops,
 }
 
 struct Room {
@@ -44,6 +46,8 @@ struct Room {
     now_s: f64,
     frames: u32,
     finger: HandContact,
+    /// When the arm was stopped, s.
+    stopped_s: Option<f64>,
     /// The arm fails after 20 s.
     breaks: bool,
     /// It has run for a second.
@@ -53,7 +57,7 @@ struct Room {
 impl Room {
     fn tip_m(&self, t_s: f64) -> DVec3 {
         let t_s = match self.person {
-            Person::Touches => t_s % TIMES_S[4],
+            Person::Touches | Person::Stops => t_s % TIMES_S[4],
             Person::Waits | Person::Breaks | Person::Leaves => 0.0,
         };
         let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
@@ -97,11 +101,23 @@ impl Surroundings<Breakable> for Room {
 impl StudyRoom<Breakable> for Room {
     fn after<P: Predictor>(
         &mut self,
-        _: &Session<P>,
+        session: &mut Session<P>,
         arm: &mut Breakable,
         cycle: &Cycle,
     ) -> Result<(), SimError> {
         let t_s = cycle.t_s;
+        if self.person == Person::Stops {
+            match self.stopped_s {
+                None if session.state() == SessionState::Touched => {
+                    self.stopped_s = Some(t_s);
+                    session.stop();
+                }
+                Some(stopped_s) if t_s > stopped_s + 2.0 && session.control().is_latched() => {
+                    session.reset();
+                }
+                _ => {}
+            }
+        }
         let velocity = (self.tip_m(t_s + 1e-5) - self.tip_m(t_s - 1e-5)) / 2e-5;
         let relative = velocity - arm.servo.twist().linear_m_per_s;
         let pressed = self
@@ -160,6 +176,7 @@ fn try_stage(
         now_s: 0.0,
         frames: 0,
         finger: HandContact::default(),
+        stopped_s: None,
         breaks: person == Person::Breaks,
         runs: Arc::clone(&runs),
     };
@@ -283,6 +300,16 @@ fn a_trial_that_comes_to_nothing_says_why() {
         ..config
     };
     assert!(try_stage(Person::Waits, bad).is_err());
+}
+
+#[test]
+fn a_trial_after_a_stop_waits_until_the_arm_is_let_go() {
+    let (mut stage, _) = stage(Person::Stops, ArmTrialConfig::default());
+    let shown = stage.present(&Stimulus::default(), 1).expect("spoilt");
+    assert_eq!(shown.fault, Fault::Stopped);
+    assert_eq!(stage.because().as_deref(), Some("stopped: requested"));
+    let shown = stage.present(&Stimulus::default(), 2).expect("presented");
+    assert_eq!(shown.fault, Fault::None, "{:?}", stage.because());
 }
 
 #[test]

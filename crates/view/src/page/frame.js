@@ -9,7 +9,7 @@ function decodeFrame(data, at) {
   if (version !== FRAME_VERSION) throw new Error(`frame of version ${version}, expected ${FRAME_VERSION}`);
   const frame = {
     state: data.getUint8(at + 1), t: data.getFloat64(at + 4, true),
-    hand: null, head: null, gaze: null, predicted: null, goal: null, left: null, force: null, openings: [],
+    hand: null, head: null, gaze: null, predicted: null, goal: null, left: null, force: null, openings: [], parts: [],
   };
   const present = data.getUint16(at + 2, true);
   at += 12;
@@ -34,6 +34,10 @@ function decodeFrame(data, at) {
   if (has(6)) frame.left = number();
   if (has(7)) frame.force = vector();
   if (has(8)) { const count = word(); frame.openings = Array.from({ length: count }, number); }
+  if (has(9)) {
+    const count = word();
+    frame.parts = Array.from({ length: count }, () => ({ what: word(), from: vector(), to: vector(), radius: number() }));
+  }
   return [frame, at];
 }
 

@@ -54,6 +54,18 @@ function live() {
   $("release").addEventListener("click", () => {
     if (confirm(`The arm stands: ${held}.\nIs everybody clear of it? It moves again when you let it go.`)) connection.order("release");
   });
+  // Asked for again and again: a page that is gone asks no more.
+  let asking = null;
+  const parts = () => {
+    if (!shown) return;
+    const is = asking === null, ask = () => connection.order("parts");
+    if (is) { ask(); asking = setInterval(ask, 500); } else { clearInterval(asking); asking = null; }
+    shown.viewer.showsParts = is;
+    shown.stale.is = true;
+    $("parts").setAttribute("aria-pressed", String(is));
+  };
+  $("parts").addEventListener("click", parts);
+  addEventListener("keydown", (event) => { if (event.key === "b" && !event.repeat && !event.ctrlKey && !event.metaKey && !event.altKey) parts(); });
   if (location.hash === "#switch") {
     // An enabling switch. While it is held it reports twenty times a second; when it is released it stops the arm.
     const button = $("switch");

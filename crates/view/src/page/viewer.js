@@ -6,6 +6,8 @@ const THEMES = {
 };
 const SKIN = [0.87, 0.64, 0.50], BONE = [0.80, 0.56, 0.43], GAZE = [0.55, 0.36, 0.85], FORCE = [0.84, 0.15, 0.20], DOOR = [0.66, 0.49, 0.33];
 const BONES = [0, 1, 2, 3, 4].flatMap((f) => (f ? [[1, 5 * f + 1], [5 * f + 1, 5 * f + 2], [5 * f + 2, 5 * f + 3], [5 * f + 3, 5 * f + 4], [5 * f + 4, 5 * f + 5]] : [[1, 2], [2, 3], [3, 4], [4, 5]]));
+/** Parts as the supervisor has them: of the arm, head, torso, arm of the person. */
+const PARTS = [[0.12, 0.47, 0.86, 0.3], [0.84, 0.15, 0.20, 0.3], [0.84, 0.15, 0.20, 0.3], [0.93, 0.60, 0.10, 0.3]];
 /** Length of the arrow of a force, m/N. */
 const METRES_PER_NEWTON = 0.02;
 /** A touch ends below this force, N: what an untouched board measures is less, and none. */
@@ -24,6 +26,8 @@ class Viewer {
     this.line = program(gl, LINE_VERTEX, LINE_FRAGMENT);
     this.thick = new Capsules(gl, 24, 5);
     this.thin = new Capsules(gl, 8, 2);
+    this.parts = new Capsules(gl, 24, 5);
+    this.showsParts = false;
     const triangles = scene.surfaces.reduce((sum, s) => sum + s.places.length / 9, 0);
     for (const surface of scene.surfaces) {
       surface.array = triangleArray(gl, surface.places);
@@ -49,8 +53,8 @@ class Viewer {
 
   /** Collects what moves. `hands`: hands to show instead of the frame's. */
   compose(frame, hands = null) {
-    const { thick, thin, scene, theme } = this;
-    [thick, thin].forEach((set) => set.clear());
+    const { thick, thin, parts, scene, theme } = this;
+    [thick, thin, parts].forEach((set) => set.clear());
     this.labels = [];
     this.frame = frame;
     openDoors(scene, frame);
@@ -67,7 +71,8 @@ class Viewer {
     this.person(frame);
     this.intent(frame);
     if (frame.force && norm(frame.force) > LEAST_FORCE) this.arrow(frame);
-    [thick, thin].forEach((set) => set.upload());
+    if (this.showsParts) frame.parts.forEach(({ what, from, to, radius }) => parts.add(from, to, radius, PARTS[what]));
+    [thick, thin, parts].forEach((set) => set.upload());
   }
 
   hand(joints) {
@@ -196,6 +201,8 @@ class Viewer {
       const opacity = solidWalls ? 1 : !s.touchable ? 0.12 : s.moves >= 0 ? 0.4 : hit ? 0.34 : 0.2;
       show(s.array, s.model, [...tint, opacity], solidWalls ? 1 : !s.touchable ? 0.2 : s.moves >= 0 ? 0.8 : 0.3);
     }
+    use(this.capsule);
+    this.parts.draw();
     use(this.line);
     for (const s of walls) if (s.edges) lines(s.edges, s.model, theme.edge, 0);
     gl.depthMask(true);

@@ -2,8 +2,9 @@
 
 use crate::common::{any_frame, full_frame};
 use glam::DVec3;
+use hwall::haptics::body::Capsule;
 use hwall_testkit::Sampler;
-use hwall_view::{MOST_MOVING, ViewError, ViewFrame};
+use hwall_view::{MOST_MOVING, MOST_PARTS, ViewError, ViewFrame, ViewPart};
 
 /// As f32 has it.
 fn single(v: f64) -> f64 {
@@ -22,6 +23,10 @@ fn as_sent(frame: &ViewFrame) -> ViewFrame {
     sent.left_s = frame.left_s.map(single);
     sent.force_n = frame.force_n.map(single3);
     sent.openings = frame.openings.map(single);
+    for ViewPart { capsule, .. } in sent.parts.iter_mut().flatten() {
+        (capsule.from_m, capsule.to_m) = pair((capsule.from_m, capsule.to_m));
+        capsule.radius_m = single(capsule.radius_m);
+    }
     if let Some(predicted) = &mut sent.predicted {
         predicted.point_m = single3(predicted.point_m);
         predicted.normal = single3(predicted.normal);
@@ -56,6 +61,13 @@ fn every_combination_of_parts_comes_back_as_it_was() {
 fn the_largest_frame_has_the_stated_size() {
     let mut frame = full_frame(1.0);
     frame.openings = [1.0; MOST_MOVING];
+    let capsule = Capsule {
+        from_m: DVec3::X,
+        to_m: DVec3::Y,
+        radius_m: 0.1,
+    };
+    let region = None;
+    frame.parts = [Some(ViewPart { capsule, region }); MOST_PARTS];
     let mut bytes = Vec::new();
     frame.encode(&mut bytes);
     assert_eq!(bytes.len(), ViewFrame::MOST_BYTES);
@@ -117,7 +129,7 @@ fn what_is_cut_off_or_has_no_meaning_is_named() {
     assert_eq!(changed(0, 2), Err(ViewError::Version { expected, got }));
     let unknown = |what, got, most| Err(ViewError::Unknown { what, got, most });
     assert_eq!(changed(1, 9), unknown("state", 9, 8));
-    assert_eq!(changed(3, 2), unknown("presence bits", 512 + 255, 511));
+    assert_eq!(changed(3, 4), unknown("presence bits", 1024 + 255, 1023));
 }
 
 #[test]

@@ -14,7 +14,7 @@ use crate::texture::BoardTexture;
 use glam::DVec3;
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, ContactState, Phase, PlaceTolerance, PostureTarget,
-    RenderInput, RenderStep, Renderer, SafeState,
+    RenderInput, RenderStep, Renderer, SafeState, Supervisor,
 };
 use hwall_kinematics::{ArmKinematics, ArmScratch};
 use hwall_scene::SurfaceId;
@@ -162,6 +162,7 @@ impl Control {
                 object: self.object(),
                 person_m: &person_m[..points],
                 body: self.safety.person(),
+                began: self.safety.began(),
                 request: self.safety.request(is_touched),
             },
         );
@@ -230,6 +231,12 @@ impl Control {
     #[must_use]
     pub const fn safety(&self) -> SafeState {
         self.safety.state()
+    }
+
+    /// What judges its motions; `None`: nobody does.
+    #[must_use]
+    pub const fn supervisor(&self) -> Option<&Supervisor> {
+        self.safety.supervisor()
     }
 
     /// Is a fault latched? Then the arm stands, or gives way, until [`Control::reset`].

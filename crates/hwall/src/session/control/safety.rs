@@ -9,7 +9,7 @@ use hwall_haptics::{
     ArmCommand, ArmState, Board, HapticsError, HoldReason, Phase, RenderStep, SafeRequest,
     SafeState, Supervisor, SupervisorInput, SupervisorStep,
 };
-use hwall_kinematics::ArmKinematics;
+use hwall_kinematics::{ArmKinematics, JointPositions};
 
 /// The supervisor, if there is one, and what it said last.
 pub(in crate::session) struct Safety {
@@ -49,10 +49,19 @@ impl Safety {
         Some(self.supervisor.as_ref()?.separation().clone())
     }
 
+    pub(super) const fn supervisor(&self) -> Option<&Supervisor> {
+        self.supervisor.as_ref()
+    }
+
     /// The person as last seen.
     pub(super) fn person(&self) -> PersonBody {
         let supervisor = self.supervisor.as_ref();
         supervisor.map_or(PersonBody::default(), |supervisor| *supervisor.person())
+    }
+
+    /// Where the arm is known to be free.
+    pub(super) fn began(&self) -> Option<JointPositions> {
+        self.supervisor.as_ref().and_then(Supervisor::began)
     }
 
     /// What the renderer is asked to do in the coming step. A touched board stands: it is not withdrawn from under a hand, unless

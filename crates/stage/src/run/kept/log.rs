@@ -44,6 +44,10 @@ pub struct Run {
     pub moved: usize,
     /// Each loss of the hand: when, and why.
     pub losses: Vec<Loss>,
+    /// How often the arm was held, and how often a person had to let it go.
+    pub holds: usize,
+    /// See `holds`.
+    pub latches: usize,
     /// Each touch of a textured surface; `None` if the board presents no texture.
     pub textures: Option<Vec<TextureTouch>>,
     /// Each push at something that moves.
@@ -105,6 +109,7 @@ pub(in crate::run) struct Log {
     pub(in crate::run) next_board_s: f64,
     pub(in crate::run) is_lost: bool,
     pub(in crate::run) was_tracked: bool,
+    pub(in crate::run) was_latched: bool,
 }
 
 impl Log {
@@ -199,11 +204,16 @@ impl Log {
             run.sent.push(Sent { t_s, target, goal });
         }
         let pressed_m = hand.tip_m.filter(|_| force_n != DVec3::ZERO);
+        let stop = Stop::of(session.state());
+        let before = run.ticks.last().and_then(|tick| tick.stop);
+        run.holds += usize::from(stop.is_some() && stop != before);
+        let was_latched = std::mem::replace(&mut self.was_latched, control.is_latched());
+        run.latches += usize::from(control.is_latched() && !was_latched);
         run.ticks.push(Tick {
             t_s,
             base_from_board: pose,
             q: arm.q(),
-            stop: Stop::of(session.state()),
+            stop,
             in_contact: matches!(
                 control.state(),
                 SessionState::Touched | SessionState::TouchedInMovingWorld

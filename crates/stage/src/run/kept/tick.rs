@@ -2,6 +2,7 @@
 
 use crate::person::predictors::SurfacePlace;
 use hwall::SessionState;
+use hwall::haptics::SafeReason;
 use hwall_geometry::Pose;
 use hwall_kinematics::JointPositions;
 use std::fmt;
@@ -41,6 +42,12 @@ impl Stop {
         };
         let channel = channel.map_or("", |channel| channel.name());
         Some(Self { reason, channel })
+    }
+
+    /// Does the arm take no commands?
+    #[must_use]
+    pub fn is_refusal(self) -> bool {
+        self.reason == SafeReason::Refused.name()
     }
 }
 

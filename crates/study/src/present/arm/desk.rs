@@ -1,5 +1,6 @@
 //! Where the loop of the arm takes trials and gives back what became of them.
 
+use super::ending::{is_stopped_by_person, of_safe};
 use super::observed::{ArmTrialConfig, Observed, ObservedTouch, is_touched};
 use crate::present::stimulus::{Fault, Stimulus};
 use hwall::contact::Predictor;
@@ -20,7 +21,7 @@ pub(super) struct Job {
 
 enum Phase {
     Idle,
-    /// The hand has yet to let go.
+    /// The hand has yet to let go, or a person to let the arm go.
     Clearing {
         job: Box<Job>,
         since_s: f64,
@@ -74,6 +75,7 @@ impl Desk {
         if is_free && let Some(resting) = self.resting.take() {
             session.set_texture_levels(*resting);
         }
+        let is_stopped = is_stopped_by_person(session.control());
         self.phase = match std::mem::replace(&mut self.phase, Phase::Idle) {
             Phase::Idle => match self.jobs.try_recv() {
                 Ok(job) => Phase::Clearing {
@@ -82,14 +84,23 @@ impl Desk {
                 },
                 Err(_) => Phase::Idle,
             },
-            Phase::Clearing { job, .. } if is_free => {
+            Phase::Clearing { since_s, .. }
+                if is_stopped && now_s - since_s > self.config.touch_within_s =>
+            {
+                let because = Some(of_safe(&session.control().safety()));
+                self.tell(Observed::nothing(Fault::Stopped, because));
+                Phase::Idle
+            }
+            Phase::Clearing { job, .. } if is_free && !is_stopped => {
                 session.set_texture_levels(job.levels);
                 Phase::Touch {
                     touch: Box::new(ObservedTouch::new(job.stimulus, self.config, now_s)),
                     resting: Box::new(job.resting),
                 }
             }
-            Phase::Clearing { since_s, .. } if now_s - since_s > self.config.release_within_s => {
+            Phase::Clearing { since_s, .. }
+                if !is_stopped && now_s - since_s > self.config.release_within_s =>
+            {
                 let because = "not released: the board was pressed before the trial began";
                 let because = Some(because.to_owned());
                 self.tell(Observed::nothing(Fault::NotReleased, because));

@@ -1,7 +1,7 @@
 //! Why a touch or the whole loop ended, in words for the log.
 
-use hwall::SessionState;
-use hwall::haptics::{HoldReason, SafeState};
+use hwall::haptics::{HoldReason, SafeReason, SafeState};
+use hwall::{Control, SessionState};
 
 /// As `stopped: not_obeyed`.
 pub(super) fn of_safe(state: &SafeState) -> String {
@@ -29,4 +29,9 @@ pub(super) fn of_session(state: SessionState) -> String {
 /// Does the supervisor do something else than the session wants?
 pub(super) const fn takes_over(state: &SafeState) -> bool {
     !matches!(state, SafeState::Normal | SafeState::Slowed { .. })
+}
+
+/// Did a person stop the arm? Then a person lets it go, and the study goes on.
+pub(super) fn is_stopped_by_person(control: &Control) -> bool {
+    control.is_latched() && control.safety().reason() == Some(SafeReason::Requested)
 }

@@ -1,6 +1,6 @@
 //! One touch as the session sees it: by the measured state of the arm, its own estimate of the force, and the tracked hand.
 
-use super::ending::{of_hold, of_safe, takes_over};
+use super::ending::{is_stopped_by_person, of_hold, of_safe, takes_over};
 use crate::error::StudyError;
 use crate::present::stimulus::{Fault, Rendered, Stimulus, Surface};
 use hwall::contact::Predictor;
@@ -78,7 +78,7 @@ pub(super) struct Observed {
     pub(super) rendered: Rendered,
     /// More words about a fault.
     pub(super) because: Option<String>,
-    /// The session has latched a fault: no trial comes after this one.
+    /// The session has latched a fault that no person asked for: no trial comes after this one.
     pub(super) is_last: bool,
 }
 
@@ -209,7 +209,7 @@ impl ObservedTouch {
         let control = session.control();
         if control.is_latched() {
             return Some(Observed {
-                is_last: true,
+                is_last: !is_stopped_by_person(control),
                 ..self.spoilt(Fault::Stopped, &of_safe(&control.safety()))
             });
         }

@@ -9,13 +9,13 @@ pub trait StudyRoom<R: Arm>: Surroundings<R> {
     /// Something happened.
     fn event(&mut self, _event: &Event) {}
 
-    /// A cycle was done: to show it, to advance a simulated arm.
+    /// A cycle was done: to show it, to advance a simulated arm, to [stop](Session::stop) the session or to [let it go](Session::reset).
     ///
     /// # Errors
     /// Any error ends the arm's part in the study.
     fn after<P: Predictor>(
         &mut self,
-        _session: &Session<P>,
+        _session: &mut Session<P>,
         _arm: &mut R,
         _cycle: &Cycle,
     ) -> Result<(), R::Error> {

@@ -69,7 +69,7 @@ impl ArmStop {
 /// session gets the levels of its condition, the person touches, feels the texture and lets go; between trials the texture
 /// rests. What was rendered is what the session measures: the face by the joints, the force by its own estimate, the finger by the
 /// tracker. A trial always ends: with a touch, or spoilt for a reason ([`Fault`]), which [`Presenter::because`] tells in
-/// more words.
+/// more words. A person who [stops](Session::stop) the session spoils the trial; the next one begins when the session is let go.
 ///
 /// When the loop ends (the arm or its connection fails, or it is stopped), or the session has latched a fault, a trial under way is
 /// spoilt, the session is stopped, and every further trial is refused with [`StudyError::ArmEnded`]: a latched fault needs a

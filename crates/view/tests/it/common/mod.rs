@@ -2,12 +2,13 @@
 
 use glam::DVec3;
 use hwall::haptics::Board;
+use hwall::haptics::body::{BodyRegion, Capsule};
 use hwall::kinematics::{JointPositions, SrsArm};
 use hwall::scene::Scene;
 use hwall_testkit::Sampler;
 use hwall_view::{
-    MOST_MOVING, ViewFrame, ViewHand, ViewMarker, ViewMarkerKind, ViewPrediction, ViewScene,
-    ViewState,
+    MOST_MOVING, MOST_PARTS, ViewFrame, ViewHand, ViewMarker, ViewMarkerKind, ViewPart,
+    ViewPrediction, ViewScene, ViewState,
 };
 
 /// A wall, a door that turns, a drawer that slides and a floor.
@@ -65,6 +66,18 @@ pub(crate) fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
         let count = sampler.index(MOST_MOVING + 1);
         let openings = frame.openings[..count].iter_mut();
         openings.for_each(|opening| *opening = sampler.uniform(0.0, 1.0));
+    }
+    let count = sampler.index(MOST_PARTS + 1);
+    for part in &mut frame.parts[..count] {
+        let regions = [BodyRegion::Head, BodyRegion::Torso, BodyRegion::Arm];
+        *part = Some(ViewPart {
+            capsule: Capsule {
+                from_m: point(sampler),
+                to_m: point(sampler),
+                radius_m: sampler.uniform(0.0, 0.3),
+            },
+            region: regions.get(sampler.index(4)).copied(),
+        });
     }
     frame.state = ViewState::ALL[sampler.index(ViewState::ALL.len())];
     frame

@@ -1,0 +1,38 @@
+//! What the supervisor judges by, as capsules.
+
+use glam::DVec3;
+use hwall::haptics::body::{BodyRegion, Capsule};
+use hwall::kinematics::MOST_BODY_POINTS;
+
+/// Most parts of arm, board and person: links between the points of the arm's body, three strips of the board, five parts of the person.
+pub const MOST_PARTS: usize = MOST_BODY_POINTS - 1 + 3 + 5;
+
+/// A part of the arm or of the person, base frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewPart {
+    /// Its place.
+    pub capsule: Capsule,
+    /// Of the person; `None`: of the arm or its board.
+    pub region: Option<BodyRegion>,
+}
+
+impl ViewPart {
+    /// What is read from bytes replaces it.
+    pub(crate) const SPARE: Self = Self {
+        capsule: Capsule {
+            from_m: DVec3::ZERO,
+            to_m: DVec3::ZERO,
+            radius_m: 0.0,
+        },
+        region: None,
+    };
+
+    pub(crate) fn is_finite(&self) -> bool {
+        let Capsule {
+            from_m,
+            to_m,
+            radius_m,
+        } = self.capsule;
+        from_m.is_finite() && to_m.is_finite() && radius_m.is_finite()
+    }
+}
