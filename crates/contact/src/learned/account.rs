@@ -4,9 +4,8 @@ use super::blend::combination::{Axes, Blend, Region, combine};
 use super::blend::evidence::Evidence;
 use super::blend::sources::{SOURCES, Source};
 use super::quantiles::weighted_quantile;
-use super::reaches::reach_track::{BlockKind, Inputs};
+use super::reaches::reach_track::{BlockKind, Cue, Inputs};
 use super::regression::local_ridge::Fitted;
-use hwall_hand::NamedPoint;
 use std::fmt;
 
 /// Stages of the time left for which errors are told, s; the last has no end.
@@ -55,11 +54,12 @@ pub struct StageAccount {
 const RELIED_ON: f64 = 0.25;
 
 impl Account {
-    /// Is this point, or the head (`None`), relied on?
-    pub(super) fn relies_on(&self, point: Option<NamedPoint>) -> bool {
-        let names = match point {
-            Some(p) => [BlockKind::Place(p), BlockKind::Motion(p)].map(name),
-            None => [BlockKind::HeadPlace, BlockKind::HeadMotion].map(name),
+    /// Is this relied on?
+    pub(super) fn relies_on(&self, cue: Cue) -> bool {
+        let names = match cue {
+            Cue::Point(p) => [BlockKind::Place(p), BlockKind::Motion(p)].map(name),
+            Cue::Head => [BlockKind::HeadPlace, BlockKind::HeadMotion].map(name),
+            Cue::Gaze => [BlockKind::Gaze; 2].map(name),
         };
         let relied = |input: &InputUse| input.used.iter().any(|share| *share > RELIED_ON);
         let mut inputs = self.inputs.iter().filter(|i| names.contains(&i.name));

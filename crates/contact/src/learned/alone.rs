@@ -1,21 +1,22 @@
-//! What a model of the touching point alone learns from: for hands of which no more is seen.
+//! What a model that knows less learns from: for people of whom no more is seen.
 
 use super::config::LearnedConfig;
-use hwall_hand::{HandFrame, HandPoint, LabelledReach};
+use super::reaches::reach_track::Inputs;
+use hwall_hand::{HandFrame, LabelledReach};
 
 /// It answers now and then, and its inputs are few: small enough that it adds little to the training.
 const REGIONS: usize = 16;
 const FOLDS: usize = 8;
 const REACHES: usize = 400;
 
-/// The same reaches with nothing else seen, and the settings for them.
+/// The same reaches without the gaze if it was learnt, else with the touching point alone, and the settings for them.
 pub(super) fn stripped(
     reaches: &[&LabelledReach],
-    point: HandPoint,
+    inputs: &Inputs,
     config: &LearnedConfig,
 ) -> (Vec<LabelledReach>, LearnedConfig) {
     let stripped = |reach: &&LabelledReach| LabelledReach {
-        frames: reach.frames.iter().map(|f| only(f, point)).collect(),
+        frames: reach.frames.iter().map(|f| lesser(f, inputs)).collect(),
         ..(*reach).clone()
     };
     let step = reaches.len().div_ceil(REACHES).max(1);
@@ -34,9 +35,14 @@ pub(super) fn stripped(
     (reaches, config)
 }
 
-/// The frame with the touching point alone.
-fn only(frame: &HandFrame, point: HandPoint) -> HandFrame {
+fn lesser(frame: &HandFrame, inputs: &Inputs) -> HandFrame {
+    if inputs.gaze {
+        return HandFrame {
+            gaze: None,
+            ..*frame
+        };
+    }
     let mut alone = HandFrame::empty(frame.t_s);
-    alone.set_point(point, frame.point(point));
+    alone.set_point(inputs.point, frame.point(inputs.point));
     alone
 }

@@ -8,15 +8,16 @@ use super::blend::knots::{between_knots, time_key};
 use super::blend::places::Places;
 use super::blend::sources::{Ends, SOURCES, Source, of_combination};
 use super::config::{Combination, Frame};
+use super::model::LearnedModel;
 use super::primitive::hand_primitive::{Primitive, PrimitiveRun};
-use super::reaches::reach_track::{Inputs, ReachTrack};
+use super::reaches::reach_track::{Cue, Inputs, ReachTrack};
 use super::regression::correction::Correction;
 use super::regression::gates::Gates;
 use super::regression::local_ridge::LocalRidge;
 use super::regression::training::OUTPUTS;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use glam::DVec3;
-use hwall_hand::{HandFrame, NamedPoint};
+use hwall_hand::HandFrame;
 use std::sync::Arc;
 
 /// Longest time without any point of the hand that is bridged, s.
@@ -57,8 +58,8 @@ pub(super) struct Origin {
 /// [`begin`](ContactEstimator::begin) does.
 ///
 /// While the touching point is missing, another point of the hand stands in; while none is seen at all, the
-/// last estimate is repeated for up to 0.1 s, with less and less time to contact. While a point that the model relies on has not
-/// been seen in a reach, the model of the touching point alone answers, after 0.1 s.
+/// last estimate is repeated for up to 0.1 s, with less and less time to contact. While a point, or the gaze, that the model relies on
+/// has not been seen in a reach, a model without it answers, after 0.1 s.
 #[derive(Debug, Clone)]
 pub struct LearnedEstimator {
     learnt: Arc<Learnt>,
@@ -69,8 +70,8 @@ pub struct LearnedEstimator {
     gates: Vec<f64>,
     last: Option<ContactEstimate>,
     adaptation: Adaptation,
-    /// What is relied on beside the touching point; `None` is the head.
-    relied_on: Vec<Option<NamedPoint>>,
+    /// What is relied on beside the touching point.
+    relied_on: Vec<Cue>,
     alone: Option<Box<LearnedEstimator>>,
     /// Has the model of the touching point alone answered last in this reach?
     answered_alone: bool,
@@ -140,7 +141,7 @@ impl ContactEstimator for LearnedEstimator {
         }
         self.last = self.seen();
         let track = &self.track;
-        let waits = self.relied_on.iter().any(|point| !track.has_seen(*point));
+        let waits = self.relied_on.iter().any(|cue| !track.has_seen(*cue));
         self.answered_alone = false;
         // What has not been seen until now was not there before: the other has followed from the start.
         if let Some(alone) = self.alone.as_mut().filter(|_| waits) {
@@ -155,14 +156,15 @@ impl ContactEstimator for LearnedEstimator {
 }
 
 impl LearnedEstimator {
-    pub(super) fn new(learnt: &Arc<Learnt>, alone: Option<&Arc<Learnt>>) -> Self {
-        let points = learnt.inputs.others.iter().copied().map(Some);
-        let all = points.chain(learnt.inputs.head.then_some(None));
+    pub(super) fn new(model: &LearnedModel) -> Self {
+        let learnt = &model.learnt;
+        let relies_on = |cue: &Cue| learnt.account.relies_on(*cue);
         Self {
-            relied_on: all
-                .filter(|point| learnt.account.relies_on(*point))
-                .collect(),
-            alone: alone.map(|alone| Box::new(Self::new(alone, None))),
+            relied_on: learnt.inputs.cues().filter(relies_on).collect(),
+            alone: model
+                .alone
+                .as_deref()
+                .map(|alone| Box::new(Self::new(alone))),
             answered_alone: false,
             before_alone: None,
             track: ReachTrack::new(&learnt.inputs),

@@ -38,13 +38,14 @@ const FEWEST: usize = 8;
 /// and at every time left. Regions, inputs, ridges and the noise of the primitive are chosen on the same held-out reaches,
 /// which makes the factors a little optimistic; of few reaches they are widened for that.
 ///
-/// Beside it stands a smaller model of the touching point alone. In a reach in which a point that is relied on has not been seen for
-/// 0.1 s it answers, less sure, until the point is there.
+/// Beside it stands a smaller model that knows less: one without the gaze if the gaze was learnt, and beside that one of the touching point
+/// alone. In a reach in which something that is relied on has not been seen for 0.1 s it answers, less sure, until that is there.
 #[derive(Debug, Clone)]
 pub struct LearnedModel {
     pub(super) learnt: Arc<Learnt>,
-    /// Of the touching point alone, for reaches in which a point that the other relies on stays away.
-    pub(super) alone: Option<Arc<Learnt>>,
+    /// Knows less, for reaches in which something that this one relies on stays away: everything but the gaze, or the touching point
+    /// alone.
+    pub(super) alone: Option<Box<LearnedModel>>,
 }
 
 impl LearnedModel {
@@ -149,14 +150,10 @@ impl LearnedModel {
         let held_out = held_out_reaches(&evidence, &blend, &held_out, made);
         let account = Account::of(&evidence, &blend, &inputs, &fitted, made.len());
         let [room, start] = fitted;
-        let alone = match inputs.others.is_empty() && !inputs.head {
-            true => None,
-            false => {
-                let (reaches, config) = alone::stripped(made, inputs.point, config);
-                let model = Self::train(&reaches, &config);
-                model.ok().map(|model| model.learnt)
-            }
-        };
+        let alone = inputs.cues().next().and_then(|_| {
+            let (reaches, config) = alone::stripped(made, &inputs, config);
+            Some(Box::new(Self::train(&reaches, &config).ok()?))
+        });
         let model = Self {
             alone,
             learnt: Arc::new(Learnt {
@@ -217,7 +214,7 @@ impl LearnedModel {
     /// A new estimator. Estimators share what was learnt.
     #[must_use]
     pub fn estimator(&self) -> LearnedEstimator {
-        LearnedEstimator::new(&self.learnt, self.alone.as_ref())
+        LearnedEstimator::new(self)
     }
 }
 

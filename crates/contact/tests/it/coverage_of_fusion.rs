@@ -91,7 +91,7 @@ fn stated_probabilities_are_frequencies_and_regions_hold_what_they_say() {
                 let (rough, most) = if with_gaze {
                     (0.08, 0.98)
                 } else {
-                    (0.04, 0.93)
+                    (0.08, 0.93)
                 };
                 let inside = t.inside / t.right;
                 let (raw, fused) = (mean(&t.raw_m), mean(&t.fused_m));

@@ -4,9 +4,7 @@ use crate::common::{
     EYE, Fused, Scripted, WALL, ball, error, fused, gaze_at, hand, room, scene, target,
 };
 use glam::{DMat3, DVec3};
-use hwall_contact::{
-    FusedConfig, FusedPredictor, PredictionSource, Predictor, PredictorInput, ReachPhase,
-};
+use hwall_contact::{FusedConfig, FusedPredictor, PredictionSource, Predictor, PredictorInput};
 use hwall_hand::{Gaze, GazeRay, HandFrame};
 use hwall_testkit::Sampler;
 

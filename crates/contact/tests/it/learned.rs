@@ -463,3 +463,44 @@ fn covariances_are_in_the_frame_of_the_samples() {
         .fold(0.0, |m: f64, x| m.max(x.abs()));
     assert!(apart < 0.2 * scale, "{expected}\n{b}");
 }
+
+#[test]
+fn where_the_gaze_stays_away_the_model_without_it_answers() {
+    let eye_m = DVec3::new(0.9, 0.2, 0.5);
+    let of = |seed: u64, with_gaze: bool| {
+        reaches_of(seed, (4, 15), |sampler, _, [_, to_m, tip_m]| HandFrame {
+            head_m: Some(eye_m),
+            gaze: with_gaze.then(|| (to_m - eye_m + 0.02 * gaussian(sampler)).normalize()),
+            ..frame(0.0, tip_m)
+        })
+    };
+    let config = LearnedConfig {
+        gaze: true,
+        regions: Some(16),
+        folds: 8,
+        ..LearnedConfig::default()
+    };
+    let blind = |mut reaches: Vec<LabelledReach>| {
+        let frames = reaches.iter_mut().flat_map(|reach| &mut reach.frames);
+        frames.for_each(|frame| frame.gaze = None);
+        reaches
+    };
+    let known = of(1, true);
+    let with = LearnedModel::train(&known, &config).expect("good");
+    let without = LearnedModel::train(&blind(known), &config).expect("good");
+    let seen = of(2, true);
+    assert!(mean_error_m(&with, &seen, 0.3) < 0.6 * mean_error_m(&without, &seen, 0.3));
+    // Also after a model has been to a file and back.
+    let kept = LearnedModel::from_json(&with.to_json()).expect("what was written");
+    let [mut a, mut b] = [&kept, &without].map(LearnedModel::estimator);
+    for reach in blind(seen) {
+        let answers = [&mut a, &mut b].map(|e| follow(e, &reach.frames));
+        for (a, b) in answers[0]
+            .iter()
+            .zip(&answers[1])
+            .filter(|(a, _)| a.t_s > 0.1)
+        {
+            assert_eq!(a, b);
+        }
+    }
+}

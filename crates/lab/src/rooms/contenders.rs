@@ -98,7 +98,11 @@ impl SharedTraining {
     /// Too few reaches, or too few looks.
     pub fn new(scene: &Scene, streams: &[Stream]) -> anyhow::Result<Self> {
         let reaches = training::reaches(streams)?;
-        let learned = LearnedModel::train_and_hold_out(&reaches, &LearnedConfig::default());
+        let config = LearnedConfig {
+            gaze: true,
+            ..LearnedConfig::default()
+        };
+        let learned = LearnedModel::train_and_hold_out(&reaches, &config);
         let (learned, held_out) = learned.context("the learned estimator")?;
         let evidence =
             training::evidence_model(streams, |_| learned.estimator()).context("the gaze")?;

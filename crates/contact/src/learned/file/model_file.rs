@@ -54,7 +54,7 @@ struct File {
     places: Option<Places>,
     primitive: Option<FilePrimitive>,
     account: FileAccount,
-    /// Of the touching point alone; its own digest is empty, for that of the whole file covers it. Without one in old files.
+    /// Of the model that knows less; its own digest is empty, for that of the whole file covers it. Without one in old files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     alone: Option<Box<File>>,
 }
@@ -100,11 +100,7 @@ impl LearnedModel {
     #[must_use]
     pub fn to_json(&self) -> String {
         // Strings and finite numbers only: nothing that could fail.
-        let file = File {
-            alone: self.alone.as_ref().map(|alone| Box::new(File::of(alone))),
-            ..File::of(&self.learnt)
-        };
-        let mut file = serde_json::to_value(file).unwrap_or_default();
+        let mut file = serde_json::to_value(File::of_model(self)).unwrap_or_default();
         file["digest"] = digest(&file).into();
         file.to_string()
     }
@@ -123,19 +119,18 @@ impl LearnedModel {
     /// A text that is not JSON, another format, a newer version; a file that was cut off or edited: lengths
     /// and ranges are checked one by one, and everything together against the digest.
     pub fn from_json(text: &str) -> Result<Self, ContactError> {
-        let mut file: File = FORMAT.parse(text)?;
-        file.validate()?;
-        let alone = file.alone.take();
-        if let Some(alone) = &alone {
-            alone.validate()?;
-        }
+        let file: File = FORMAT.parse(text)?;
+        let all = || std::iter::successors(Some(&file), |file| file.alone.as_deref());
+        that(
+            all().count() <= MOST_MODELS,
+            "models",
+            all().count() as f64,
+            "at most 3",
+        )?;
+        all().try_for_each(File::validate)?;
         let value: Value = serde_json::from_str(text).map_err(ModelFileError::from)?;
         model_file::check_digest(&file.digest, digest(&value))?;
-        let alone = alone.map(|alone| alone.into_learnt()).transpose()?;
-        Ok(Self {
-            alone: alone.map(Arc::new),
-            learnt: Arc::new(file.into_learnt()?),
-        })
+        file.into_model()
     }
 
     /// Reads a file to its end; see [`from_json`](Self::from_json).
@@ -147,7 +142,26 @@ impl LearnedModel {
     }
 }
 
+/// With the gaze, without it, and the touching point alone.
+const MOST_MODELS: usize = 3;
+
 impl File {
+    fn of_model(model: &LearnedModel) -> Self {
+        let alone = model.alone.as_deref();
+        Self {
+            alone: alone.map(|alone| Box::new(Self::of_model(alone))),
+            ..Self::of(&model.learnt)
+        }
+    }
+
+    fn into_model(mut self) -> Result<LearnedModel, ContactError> {
+        let alone = self.alone.take().map(|alone| alone.into_model());
+        Ok(LearnedModel {
+            alone: alone.transpose()?.map(Box::new),
+            learnt: Arc::new(self.into_learnt()?),
+        })
+    }
+
     fn of(learnt: &Learnt) -> Self {
         let ridge = |ridge: &LocalRidge| FileRidge {
             centre: ridge.centre.clone(),

@@ -47,7 +47,22 @@ pub(in crate::learned) struct Inputs {
     pub(in crate::learned) mean_gaze: DVec3,
 }
 
+/// What a model may rely on beside the touching point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::learned) enum Cue {
+    Point(NamedPoint),
+    Head,
+    Gaze,
+}
+
 impl Inputs {
+    /// Everything beside the touching point that it may look at.
+    pub(in crate::learned) fn cues(&self) -> impl Iterator<Item = Cue> + '_ {
+        let points = self.others.iter().copied().map(Cue::Point);
+        let head = self.head.then_some(Cue::Head);
+        points.chain(head).chain(self.gaze.then_some(Cue::Gaze))
+    }
+
     /// What the reaches have in common. The touching point is the most frequent one.
     pub(in crate::learned) fn of(reaches: &[&LabelledReach], use_gaze: bool, lags: usize) -> Self {
         let touching = |p: HandPoint| reaches.iter().filter(|r| r.point == p).count();
@@ -308,11 +323,12 @@ impl ReachTrack {
         }
     }
 
-    /// Has this point, or the head (`None`), been seen in this reach?
-    pub(in crate::learned) fn has_seen(&self, point: Option<NamedPoint>) -> bool {
-        match point {
-            Some(point) => self.relative_m[point.index()].is_some(),
-            None => self.head_m.is_some(),
+    /// Has it been seen in this reach?
+    pub(in crate::learned) fn has_seen(&self, cue: Cue) -> bool {
+        match cue {
+            Cue::Point(point) => self.relative_m[point.index()].is_some(),
+            Cue::Head => self.head_m.is_some(),
+            Cue::Gaze => self.gaze.is_some(),
         }
     }
 

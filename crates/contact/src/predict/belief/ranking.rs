@@ -10,7 +10,7 @@ use crate::predict::regions::{InPlaneError, RegionSizes};
 use crate::predict::surface_shares::Face;
 use glam::{DMat3, DVec3};
 use hwall_hand::HandState;
-use hwall_scene::{Scene, SurfaceId};
+use hwall_scene::Scene;
 
 /// Probability that a hand at rest on a surface is about to leave for another one: divided among the others as for a hand at rest
 /// elsewhere.
