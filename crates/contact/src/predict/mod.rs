@@ -1,22 +1,21 @@
 //! Which surface is about to be touched, where and when: by one ray, or by all evidence.
 //!
-//! # Before the hand moves
+//! # One belief
 //!
-//! People look at what they will touch before the hand sets off, and at much that they do not touch. `GazeModel::fit_streams`
-//! learns from whole streams and their contacts (`LabelledStream`) how informative a fixation is: how often the present fixation,
-//! the one before it or neither was at the next contact, by the age of the fixation, by what the hand does (`ReachPhase`: at rest,
-//! stirring, setting off, under way, near the end) and by whether the eyes of this person rest at its place in pauses, too, which
-//! the predictor finds out by itself; how far from its target a fixation lands; and where people touch, seen from their resting
-//! hand. At rest the estimate of the motion is left out, so the hand holds nothing. `FusedPredictor::look` returns the present
-//! fixation, its age and the probability that its place is the goal; `ContactPrediction::looked_at_since_s` says since when the gaze
-//! has rested on what is predicted. The covariance is that in the plane of the surface, so it is wide along a surface that is seen
-//! at a slant. While the eye is in flight, and for 0.3 s after the gaze is lost, the last fixation holds.
+//! `FusedPredictor` keeps a mixture of what each source says about the next contact: the motion of the hand, the present look and the one
+//! before it, the places that this person has touched, and anywhere else (`EvidenceSource`). `EvidenceModel::fit_streams` learns from
+//! whole streams and their contacts (`LabelledStream`) how often each is right: by what the hand does (`ReachPhase`: at rest, stirring,
+//! setting off, under way, near the end), by the age of the look, and by whether the look agrees with the motion or, at rest, whether
+//! the eyes of this person rest there in pauses, too. It also learns how far from its target a look lands, and where people touch, seen from
+//! their resting hand. Each touch teaches how far each source can be taken for this person. `ContactPrediction::looked_at_since_s` says
+//! since when the gaze has rested on what is predicted. The covariance is that in the plane of the surface, so it is wide along a
+//! surface that is seen at a slant. While the eye is in flight, and for 0.3 s after the gaze is lost, the last look holds.
 //!
 //! `SteadyPoint` keeps the place that a board is sent to from following every prediction. Within the radius the held point stays. It
 //! stays beyond the radius, too, as long as the new point lies along the same plane, is not clearly more certain, and does not
 //! exclude the held one by 2 of its own standard deviations.
 //!
-//! A model learnt from fewer than `FusedConfig::least_reaches` is not trusted with this: `FusedPredictor::experience` says so, and
+//! A model learnt from fewer than `FusedConfig::least_reaches` is not trusted: `FusedPredictor::experience` says so, and
 //! the gaze ray leads (`DeterministicConfig::ray_led`).
 //!
 //! # The dissertation's predictor
