@@ -93,6 +93,7 @@ pub fn compare(
         not_run: Vec::new(),
     };
     for candidate in candidates {
+        eprintln!("{name}: training and judging {}", candidate.name);
         let found = run(candidate, reaches, split, rows.as_mut());
         comparison.take(candidate, found);
     }

@@ -4,6 +4,7 @@ use crate::contact::candidates::{self, Candidate};
 use crate::contact::dissertation::{self, Overrides};
 use crate::contact::recordings::Recorded;
 use crate::contact::report::{self, Choice};
+use crate::contact::{panel_study, panels};
 use crate::demonstrations::files::generate_into;
 use crate::demonstrations::generate::DemonstrationConfig;
 use crate::documents::Documents;
@@ -12,10 +13,12 @@ use crate::study::document;
 use anyhow::{Context, bail};
 use clap::{Parser, ValueEnum};
 use hwall_contact::{Frame, LearnedConfig};
-use hwall_hand::NamedPoint;
+use hwall_hand::{NamedPoint, read_recordings};
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::recording_units::RecordingUnits;
 use hwall_stage::numbers::count_within;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// Where --report writes when no file is named, and where --docs leaves its tables.
@@ -36,6 +39,13 @@ pub struct Arguments {
     /// Units of the recordings.
     #[command(flatten)]
     units: RecordingUnits,
+    /// Trials of the recording, metres and seconds: predicts in a scene of a panel where each reach ended and the boxes of the other objects.
+    /// Columns person, trial, scene, target, cx, cy, cz, sx, sy, sz, dur, rx, ry, rz
+    #[arg(long, value_name = "FILE", requires = "recordings", conflicts_with_all = ["report", "docs", "out", "generate", "points", "gaze", "hand_scale", "time_unit"])]
+    panels: Option<PathBuf>,
+    /// Panels with the touch in their middle, instead of off it by up to 0.12 m
+    #[arg(long, requires = "panels")]
+    centred: bool,
     /// Simulated people instead of recordings [default: dissertation]
     #[arg(long, value_enum)]
     protocol: Option<Protocol>,
@@ -126,6 +136,7 @@ impl Arguments {
         let report = self.report.as_ref().and_then(|file| file.as_deref());
         FilePlan::default()
             .read("--recordings", self.recordings.as_deref())
+            .read("--panels", self.panels.as_deref())
             .write("--report", report)
             .write_into("--out", self.out.as_deref(), &[])
             .write_into("--generate", self.generate.as_deref(), &[])
@@ -143,6 +154,9 @@ impl Arguments {
             });
             let made = generate_into(folder, &config)?;
             return Ok(made + "\n");
+        }
+        if let (Some(stream), Some(trials)) = (&self.recordings, &self.panels) {
+            return self.in_rooms(stream, trials);
         }
         let candidates = candidates::all(self.config());
         if self.docs {
@@ -169,6 +183,17 @@ impl Arguments {
             };
             Ok(section?.text)
         })
+    }
+
+    /// Predictions on recorded reaches in scenes.
+    fn in_rooms(&self, stream: &Path, trials: &Path) -> anyhow::Result<String> {
+        let open = |path: &Path| File::open(path).with_context(|| path.display().to_string());
+        let recordings =
+            read_recordings(open(stream)?).with_context(|| stream.display().to_string())?;
+        let table = BufReader::new(open(trials)?);
+        let trials =
+            panels::read(recordings, table).with_context(|| trials.display().to_string())?;
+        panel_study::report(&trials, &self.config(), self.centred)
     }
 
     /// The learned estimator that is asked for.

@@ -1,4 +1,5 @@
 //! Integration tests of the crate, one program.
 
 mod hands_on_objects;
+mod panels;
 mod published_filter;

@@ -1,0 +1,85 @@
+//! Reaches to remembered objects of a room: a recording, and a table of where each reach ended and which boxes are around.
+
+use glam::DVec3;
+use hwall_files::{Row, Table};
+use hwall_hand::{HandError, HandFrame, HandPoint, LabelledReach, Recording};
+use std::collections::HashMap;
+use std::io::BufRead;
+
+/// A reach in a room.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// Name of the room.
+    pub room: String,
+    /// Who reached.
+    pub person: String,
+    /// The object that was meant.
+    pub object: String,
+    /// Centre and size of its box, whose faces are along the axes, m.
+    pub box_m: [DVec3; 2],
+    /// All samples, from before the reach on.
+    pub frames: Vec<HandFrame>,
+    /// From `t = 0` to the end of the reach.
+    pub reach: LabelledReach,
+}
+
+/// Reads the trials of a table, with their samples from the recordings; what else was recorded is left out.
+///
+/// The table has the columns `person,trial,scene,target`, the centre `cx,cy,cz` and size `sx,sy,sz` of the box of the target, m,
+/// the duration `dur` of the reach, s, and its end `rx,ry,rz`, m.
+///
+/// # Errors
+/// A column that is missing, a cell that is no number, a trial without samples, a text that is no table.
+pub fn read(recordings: Vec<Recording>, trials: impl BufRead) -> Result<Vec<Trial>, HandError> {
+    let mut table = Table::new(trials)?;
+    let header = table.header().to_vec();
+    let named = |r: Recording| {
+        let frames = r.samples.iter().map(|s| s.frame).collect();
+        let name = |name: Option<String>| name.unwrap_or_default();
+        ((name(r.person), name(r.trial)), frames)
+    };
+    let recordings = recordings.into_iter().map(named);
+    let mut recorded: HashMap<_, Vec<HandFrame>> = recordings.collect();
+    let (mut found, mut row) = (Vec::new(), Row::default());
+    while table.next_row(&mut row)? {
+        let text = |name: &str| Ok::<_, HandError>(row.cell(place(&header, name)?).to_owned());
+        let vector = |name: char| {
+            let number = |axis| number(&header, &row, &format!("{name}{axis}"));
+            Ok::<_, HandError>(DVec3::new(number('x')?, number('y')?, number('z')?))
+        };
+        let name = (text("person")?, text("trial")?);
+        let contact_s = number(&header, &row, "dur")?;
+        let frames = recorded.remove(&name).unwrap_or_default();
+        let under_way = frames.iter().filter(|f| (0.0..=contact_s).contains(&f.t_s));
+        let under_way = under_way.copied().collect();
+        let reach = LabelledReach::new(HandPoint::Index, under_way, vector('r')?, contact_s);
+        let reach = reach.by(&*name.0, name.1);
+        reach.validate()?;
+        found.push(Trial {
+            room: text("scene")?,
+            person: name.0,
+            object: text("target")?,
+            box_m: [vector('c')?, vector('s')?],
+            frames,
+            reach,
+        });
+    }
+    Ok(found)
+}
+
+fn place(header: &[String], column: &str) -> Result<usize, HandError> {
+    let place = header.iter().position(|name| name == column);
+    place.ok_or_else(|| HandError::MissingColumn {
+        column: column.to_owned(),
+    })
+}
+
+fn number(header: &[String], row: &Row, column: &str) -> Result<f64, HandError> {
+    let place = place(header, column)?;
+    let number = row.number(place).ok().flatten();
+    number.ok_or_else(|| HandError::NotANumber {
+        line: row.line(),
+        column: column.to_owned(),
+        text: row.cell(place).chars().take(40).collect(),
+    })
+}
