@@ -122,7 +122,10 @@ fn table(answers: &[Answers]) -> MarkdownTable {
         let list = |value: &dyn Fn(usize) -> f64| {
             let finite = |moment| Some(value(moment)).filter(|v| v.is_finite());
             let all: Vec<String> = (0..SHARES.len()).map(|m| or_none(finite(m), 0)).collect();
-            all.join(" / ")
+            match all.iter().all(|one| one == "none") {
+                true => all[0].clone(),
+                false => all.join(" / "),
+            }
         };
         table.row(cells([name], own.map(list)));
     }
