@@ -4,6 +4,7 @@ use crate::console::note;
 use crate::input::numbers::counted;
 use crate::run::kept::tick::Stop;
 use hwall::SessionState;
+use hwall::haptics::LinkInFront;
 use hwall_bridge::ViewSender;
 use std::collections::BTreeMap;
 use std::io::{BufRead, stdin};
@@ -25,6 +26,8 @@ pub struct Holds {
     under_way: Option<Hold>,
     /// How many, and for how long, s, by name.
     by_name: BTreeMap<String, (u64, f64)>,
+    /// A link is in front of a surface.
+    is_in_front: bool,
     cycles: u64,
     last_s: Option<f64>,
     longest_gap_s: f64,
@@ -69,6 +72,25 @@ impl Holds {
                     note(format_args!("{t_s:9.3} s  the arm moves again"));
                 }
             }
+        }
+    }
+
+    /// Says that a link is in front of a surface, once until none is.
+    pub fn see_link(&mut self, t_s: f64, found: Option<LinkInFront>) {
+        let Some(LinkInFront { link, in_front_m }) = found else {
+            self.is_in_front = false;
+            return;
+        };
+        if std::mem::replace(&mut self.is_in_front, true) {
+            return;
+        }
+        let (count, _) = (self.by_name.entry("in front of a wall".to_owned())).or_default();
+        *count += 1;
+        if *count <= TOLD {
+            let mm = 1e3 * in_front_m;
+            note(format_args!(
+                "{t_s:9.3} s  link {link} of the arm is {mm:.0} mm in front of a wall, within reach of the person"
+            ));
         }
     }
 

@@ -39,6 +39,10 @@ pub struct Summary {
     pub misses: [usize; Miss::ALL.len()],
     /// Of these touches those before which the arm was stopped, by what stopped it.
     pub stops: BTreeMap<String, usize>,
+    /// Share of the control steps in which a link was in front of a surface within reach of the person.
+    pub link_in_front: Option<f64>,
+    /// How far at most, m.
+    pub link_in_front_most_m: Option<f64>,
     /// Time of a control step that 99 of 100 do not exceed, us.
     pub step_p99_us: Option<f64>,
 }
@@ -69,6 +73,8 @@ impl Summary {
         for stop in touches.iter().filter_map(|t| t.regret.stopped_by) {
             *stops.entry(stop.to_string()).or_default() += 1;
         }
+        let ticks = runs.iter().flat_map(|run| &run.run.ticks);
+        let in_front = Sorted::of(ticks.filter_map(|tick| tick.link_in_front_m));
         Self {
             people: runs.len(),
             touches: touches.len(),
@@ -87,6 +93,11 @@ impl Summary {
                 touches.iter().filter(missed).count()
             }),
             stops,
+            link_in_front: share(
+                in_front.len(),
+                runs.iter().map(|run| run.run.ticks.len()).sum(),
+            ),
+            link_in_front_most_m: in_front.at(1.0),
             step_p99_us: step_ns(runs).at(0.99).map(|ns| 1e-3 * ns),
         }
     }

@@ -221,6 +221,7 @@ mod tests {
                 q: JointPositions::default(),
                 in_contact: false,
                 pressed_m_per_s: None,
+                link_in_front_m: None,
                 stop: None,
             }
         };

@@ -203,6 +203,7 @@ impl Log {
             t_s,
             base_from_board: pose,
             q: arm.q(),
+            link_in_front_m: control.link_in_front().map(|found| found.in_front_m),
             stop: Stop::of(session.state()),
             in_contact: matches!(
                 control.state(),
