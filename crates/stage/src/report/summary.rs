@@ -73,8 +73,9 @@ impl Summary {
         for stop in touches.iter().filter_map(|t| t.regret.stopped_by) {
             *stops.entry(stop.to_string()).or_default() += 1;
         }
-        let ticks = runs.iter().flat_map(|run| &run.run.ticks);
-        let in_front = Sorted::of(ticks.filter_map(|tick| tick.link_in_front_m));
+        let in_front = runs.iter().flat_map(|run| &run.run.links_in_front_m);
+        let in_front = Sorted::of(in_front.copied());
+        let step_ns = step_ns(runs);
         Self {
             people: runs.len(),
             touches: touches.len(),
@@ -93,12 +94,9 @@ impl Summary {
                 touches.iter().filter(missed).count()
             }),
             stops,
-            link_in_front: share(
-                in_front.len(),
-                runs.iter().map(|run| run.run.ticks.len()).sum(),
-            ),
+            link_in_front: share(in_front.len(), step_ns.len()),
             link_in_front_most_m: in_front.at(1.0),
-            step_p99_us: step_ns(runs).at(0.99).map(|ns| 1e-3 * ns),
+            step_p99_us: step_ns.at(0.99).map(|ns| 1e-3 * ns),
         }
     }
 

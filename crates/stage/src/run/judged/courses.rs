@@ -221,7 +221,6 @@ mod tests {
                 q: JointPositions::default(),
                 in_contact: false,
                 pressed_m_per_s: None,
-                link_in_front_m: None,
                 stop: None,
             }
         };

@@ -19,8 +19,6 @@ pub struct Tick {
     pub in_contact: bool,
     /// How fast the point of the face is that the fingertip presses, m/s; `None`: it presses none.
     pub pressed_m_per_s: Option<f64>,
-    /// How far a link is in front of a surface within reach of the person, m.
-    pub link_in_front_m: Option<f64>,
     /// What kept the arm from where it was wanted.
     pub stop: Option<Stop>,
 }

@@ -67,7 +67,6 @@ impl Planted {
                     q,
                     in_contact: false,
                     pressed_m_per_s: None,
-                    link_in_front_m: None,
                     stop: (story.stop)(t_s),
                 }
             })
