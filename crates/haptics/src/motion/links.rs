@@ -1,7 +1,8 @@
 //! Links of the arm in front of the surfaces that the board stays behind.
 
+use super::barrier::Footprint;
+use super::barrier::tree::Barriers;
 use super::follower::Follower;
-use super::way::Check;
 use crate::body::{ArmCapsules, Capsule, PersonBody};
 use glam::DVec3;
 
@@ -27,16 +28,23 @@ const PLACES: u32 = 4;
 impl LinkInFront {
     /// `before`: what was found last. A fixed number of looks: twice [`PLACES`] for each link.
     ///
-    /// The surface nearest to a point decides, as for the board. What is nearer to the face than the last link is thick counts as the board.
+    /// The surface nearest to a point decides, as for the board; over the face at its goal (a footprint) only that counts. What is nearer to the face than the last link is thick counts as the board.
     pub(super) fn find(
         before: Option<Self>,
         capsules: &ArmCapsules,
         person: &PersonBody,
-        check: &Check<'_>,
+        barriers: &Barriers,
+        goal: Option<Footprint>,
     ) -> Option<Self> {
         let (least_m, reach_m) = match before {
             Some(_) => (ENDS_M, LEAVES_REACH_M),
             None => (BEGINS_M, REACH_M),
+        };
+        // How far the point of a ball is in front that is furthest out of the surface nearest to its middle, m.
+        let side_of = |point_m| barriers.side_of(point_m, &[goal], &[]);
+        let furthest_m = |middle_m: DVec3, radius_m| {
+            let out = side_of(middle_m)?.normal;
+            Some(side_of(middle_m + out * radius_m)?.in_front_m)
         };
         let last = capsules.links().len().checked_sub(1)?;
         let mut found: Option<Self> = None;
@@ -54,7 +62,8 @@ impl LinkInFront {
             for place in 0..PLACES {
                 let share = f64::from(place) / f64::from(PLACES - 1);
                 let middle_m = part.from_m.lerp(part.to_m, share);
-                let in_front_m = furthest_m(middle_m, part.radius_m, check).unwrap_or(f64::NAN);
+                let in_front_m = furthest_m(middle_m, part.radius_m);
+                let in_front_m = in_front_m.unwrap_or(f64::NAN);
                 let most_m = found.map_or(least_m, |found| found.in_front_m);
                 if in_front_m > most_m {
                     found = Some(Self { link, in_front_m });
@@ -72,12 +81,6 @@ fn shortened(link: &Capsule) -> Option<Capsule> {
         to_m: (link.from_m).lerp(link.to_m, 1.0 - link.radius_m / length_m),
         ..*link
     })
-}
-
-/// How far the point of a ball is in front that is furthest out of the surface nearest to its middle, m.
-fn furthest_m(middle_m: DVec3, radius_m: f64, check: &Check<'_>) -> Option<f64> {
-    let out = check.side_of(middle_m)?.normal;
-    Some(check.side_of(middle_m + out * radius_m)?.in_front_m)
 }
 
 impl Follower {

@@ -244,8 +244,16 @@ impl Route {
         goal: Option<&Goal>,
     ) -> Option<LinkInFront> {
         let capsules = self.separation.as_ref()?.body().at(q);
-        let check = self.check(self.board.as_ref()?, goal).ok()?;
-        LinkInFront::find(before, &capsules, &self.person, &check)
+        let board = self.board.as_ref()?;
+        // A goal whose surface has moved on hides nothing.
+        let goal = goal.map(Goal::on_surface).and_then(|place| {
+            if !self.barriers.have(place.point_m, place.normal) {
+                return None;
+            }
+            let face = board_pose(place.point_m, place.normal, place.roll_rad).ok()?;
+            Some(Footprint::new(face, board, self.config.footprint_m))
+        });
+        LinkInFront::find(before, &capsules, &self.person, &self.barriers, goal)
     }
 
     /// The places that count on the way to a goal, with their roles: no more than [`PLACES`] and two more.

@@ -201,12 +201,6 @@ impl Check<'_> {
             .map_or(f64::NEG_INFINITY, |point| point.in_front_m)
     }
 
-    /// Where a point is with regard to the surfaces.
-    pub(super) fn side_of(&self, point_m: DVec3) -> Option<FacePoint> {
-        self.barriers
-            .side_of(point_m, &self.footprints, &self.planes)
-    }
-
     /// The point of the face that comes furthest in front of a surface.
     pub(super) fn most_in_front(&self, face: &Pose) -> Option<FacePoint> {
         self.barriers
