@@ -223,7 +223,7 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
 /// How the other hand of a recording changes, and whether the arm moves otherwise than without one.
 #[test]
 fn recordings_with_another_hand_are_replayed_bit_by_bit() {
-    let near_m = DVec3::new(0.75, 0.1, 0.6);
+    let near_m = DVec3::new(0.57, 0.1, 0.6);
     let path = file("other-hand.mcap");
     let mut without = None;
     for (name, other_m, is_of_another, matters) in [
