@@ -386,6 +386,11 @@ fn said(event: &EventKind) -> (Level, String) {
                 at.x, at.y, at.z
             )
         }
+        EventKind::LinkInFront(found) => &format!(
+            "link {} of the arm is {:.3} m in front of a surface",
+            found.link, found.in_front_m
+        ),
+        EventKind::LinksBehind => "the arm is behind the surfaces again",
         EventKind::Unreachable(why) => &format!("the goal cannot be held: {why:?}"),
         EventKind::Touched { normal_force_n } => &format!("touched, {normal_force_n:.1} N"),
         EventKind::Held(reason) => &format!("the arm holds: {reason:?}"),
@@ -401,6 +406,7 @@ fn said(event: &EventKind) -> (Level, String) {
         | EventKind::WorldMovedWhileTouched
         | EventKind::WorldRefused
         | EventKind::HandUnfamiliar
+        | EventKind::LinkInFront(_)
         | EventKind::SurfacesUnknown => Level::Warning,
         _ => Level::Info,
     };

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use hwall::Session;
 use hwall::contact::{ContactPrediction, Predictor};
 use hwall::hand::HandFrame;
-use hwall::haptics::{ArmState, surface_axes};
+use hwall::haptics::{ArmState, LinkInFront, surface_axes};
 use hwall::kinematics::JointPositions;
 
 /// Where the hand is foreseen to touch, base frame.
@@ -90,6 +90,8 @@ pub struct ViewFrame {
     pub openings: [f64; MOST_MOVING],
     /// What the supervisor judges by, for those who ask for it ([`ViewFrame::with_parts`]); none otherwise.
     pub parts: [Option<ViewPart>; MOST_PARTS],
+    /// A link of the arm in front of a surface within reach of the person.
+    pub link_in_front: Option<LinkInFront>,
     /// What the board is doing.
     pub state: ViewState,
 }
@@ -110,6 +112,7 @@ impl ViewFrame {
             force_n: None,
             openings: [0.0; MOST_MOVING],
             parts: [None; MOST_PARTS],
+            link_in_front: None,
             state: ViewState::Waiting,
         }
     }
@@ -141,6 +144,7 @@ impl ViewFrame {
             left_s: step.and_then(|step| step.left_s),
             force_n: step.and_then(|step| step.wrench).map(|w| w.force_n),
             openings,
+            link_in_front: control.link_in_front(),
             state: session.state().into(),
             ..Self::new(state.t_s, state.q)
         }

@@ -15,6 +15,7 @@
 //! | 7 | force | 3 |
 //! | 8 | openings | their number (u32), one each; trailing zeros are left out |
 //! | 9 | parts, as the supervisor has them | their number (u32); for each what it is (u32, 0: of the arm, 1: head, 2: torso, 3: arm of the person), its ends 3 and 3, its radius |
+//! | 10 | link in front of a surface | its number among the parts (u32), how far it is in front |
 
 use crate::body::{MOST_PARTS, ViewPart};
 use crate::error::ViewError;
@@ -23,6 +24,7 @@ use crate::hand::{HAND_JOINTS, ViewHand};
 use crate::scene::MOST_MOVING;
 use crate::state::ViewState;
 use glam::DVec3;
+use hwall::haptics::LinkInFront;
 use hwall::haptics::body::BodyRegion;
 use hwall::kinematics::JointPositions;
 
@@ -40,8 +42,9 @@ const LEFT: u16 = 64;
 const FORCE: u16 = 128;
 const OPENINGS: u16 = 256;
 const PARTS: u16 = 512;
+const IN_FRONT: u16 = 1024;
 /// All bits with a meaning.
-const KNOWN: u16 = 1023;
+const KNOWN: u16 = 2047;
 /// What parts are, in the order of their numbers.
 const REGIONS: [Option<BodyRegion>; 4] = [
     None,
@@ -62,7 +65,8 @@ impl ViewFrame {
         + 4
         + 12
         + (4 + 4 * MOST_MOVING)
-        + (4 + 32 * MOST_PARTS);
+        + (4 + 32 * MOST_PARTS)
+        + 8;
 
     /// Appends the frame: little-endian, numbers as f32 but the time, which is f64. What is NaN or infinite is left out as
     /// if it were absent; such joint angles, openings and times are written as zero.
@@ -87,6 +91,7 @@ impl ViewFrame {
             left_s: self.left_s.filter(|s| s.is_finite()),
             force_n: self.force_n.filter(finite),
             parts: [None; MOST_PARTS],
+            link_in_front: (self.link_in_front).filter(|found| found.in_front_m.is_finite()),
             ..*self
         };
         let parts = self.parts.iter().flatten().filter(|part| part.is_finite());
@@ -108,6 +113,7 @@ impl ViewFrame {
             (FORCE, frame.force_n.is_some()),
             (OPENINGS, openings > 0),
             (PARTS, frame.parts[0].is_some()),
+            (IN_FRONT, frame.link_in_front.is_some()),
         ];
         let present = parts.into_iter().filter(|(_, is)| *is);
         let present = present.fold(0, |bits, (bit, _)| bits | bit);
@@ -223,6 +229,18 @@ impl ViewFrame {
                 bytes.vector(&mut capsule.to_m)?;
                 bytes.number(&mut capsule.radius_m)?;
             }
+        }
+        if has(IN_FRONT) {
+            let mut found = self.link_in_front.unwrap_or(LinkInFront {
+                link: 0,
+                in_front_m: 0.0,
+            });
+            let mut link = found.link as u32;
+            bytes.word(&mut link)?;
+            at_most("link", link, MOST_PARTS as u32 - 1)?;
+            found.link = link as usize;
+            bytes.number(&mut found.in_front_m)?;
+            self.link_in_front = Some(found);
         }
         Ok(())
     }

@@ -86,6 +86,15 @@ fn words(kind: &EventKind) -> (&'static str, String) {
             "world",
             "where the surfaces are is not known: the board holds".to_owned(),
         ),
+        EventKind::LinkInFront(found) => (
+            "in front",
+            format!(
+                "link {} of the arm is {:.0} mm in front of a wall",
+                found.link,
+                1e3 * found.in_front_m
+            ),
+        ),
+        EventKind::LinksBehind => ("behind", "the arm is behind the walls again".to_owned()),
         EventKind::TextureStarted(_) => ("texture", "the board moves with the scan".to_owned()),
         EventKind::TextureEnded => ("texture", "the end of the stroke".to_owned()),
         _ => ("other", "something that has no words here yet".to_owned()),

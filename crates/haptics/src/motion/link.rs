@@ -1,5 +1,6 @@
 //! Messages between follower and planner. The follower never waits: what it cannot pass or fetch now is passed or fetched in its next step.
 
+use super::links::LinkInFront;
 use crate::board::BoardTarget;
 use crate::body::PersonBody;
 use hwall_kinematics::{JointPositions, Unreachable};
@@ -68,6 +69,7 @@ pub(super) struct Answer {
     /// The number of the surfaces that it knew.
     pub(super) surfaces: u64,
     pub(super) protrusion_m: Option<f64>,
+    pub(super) link_in_front: Option<LinkInFront>,
     pub(super) looks: usize,
     pub(super) tests: usize,
     /// Does a new motion begin?
@@ -89,6 +91,7 @@ impl Default for Answer {
             knows_surfaces: true,
             surfaces: 0,
             protrusion_m: None,
+            link_in_front: None,
             looks: 0,
             tests: 0,
             moves: false,

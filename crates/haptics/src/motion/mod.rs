@@ -15,7 +15,7 @@
 //!
 //! Ways also keep clear of the room, of the arm itself, and of the person as last seen (`body::Separation`).
 //!
-//! Limits: only middle and corners of the face are kept behind surfaces, not the arm, and ways are checked every 12 ms. With
+//! Limits: only middle and corners of the face are kept behind surfaces, not the arm (`Follower::link_in_front` tells), and ways are checked every 12 ms. With
 //! targets that change at random the face comes at most 5 mm in front of two walls. With a box on the wall that holds in 99 of 100
 //! steps, and it comes up to 0.1 m in front of the wall in the others, because a goal may change while the board is in the box
 //! (bounds of tests/it/approach.rs).
@@ -36,6 +36,7 @@ mod follower_config;
 mod goal;
 mod goals;
 mod link;
+mod links;
 mod planner;
 mod preposition;
 mod profile;
@@ -50,6 +51,7 @@ pub use barrier::Barrier;
 pub use barrier::tree::BarrierTree;
 pub use follower::Follower;
 pub use follower_config::FollowerConfig;
+pub use links::LinkInFront;
 pub use planner::{Planner, PlannerConfig};
 pub use profile::{JointBounds, JointMotion};
 pub use slide::Slide;

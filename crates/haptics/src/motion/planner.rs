@@ -4,6 +4,7 @@ use super::barrier::tree::BarrierTree;
 use super::goal::Destination;
 use super::goals::Goals;
 use super::link::{Aim, Answer, Asked, Link};
+use super::links::LinkInFront;
 use super::preposition::Preposition;
 use super::route::Route;
 use crate::board::BoardTarget;
@@ -77,6 +78,7 @@ pub struct Planner {
     has_moved: bool,
     later_steps: u32,
     knows_surfaces: bool,
+    link_in_front: Option<LinkInFront>,
     /// Surfaces that were set so far, or the number that the caller gave them.
     surfaces: u64,
 }
@@ -108,6 +110,7 @@ impl Planner {
             has_moved: false,
             later_steps: 0,
             knows_surfaces: true,
+            link_in_front: None,
             surfaces: 0,
         }
     }
@@ -329,5 +332,8 @@ impl Planner {
         answer.protrusion_m = self.route.protrusion_m(&face, self.goals.goal());
         answer.surfaces = self.surfaces;
         (answer.looks, answer.tests) = (self.route.looks(), self.route.tests());
+        let q = &begins.state().q;
+        self.link_in_front = (self.route).link_in_front(self.link_in_front, q, self.goals.goal());
+        answer.link_in_front = self.link_in_front;
     }
 }

@@ -4,6 +4,7 @@ use super::approach_config::ApproachConfig;
 use super::barrier::tree::{BarrierTree, Barriers};
 use super::barrier::{Footprint, Plane, corners_and_middle};
 use super::goal::{Destination, Goal};
+use super::links::LinkInFront;
 use super::search::{Behind, Search, Surroundings};
 use super::solver::{Place, Solver};
 use super::way::{Check, Clear, PLACES, SPARE_M, Way};
@@ -233,6 +234,26 @@ impl Route {
     pub(super) fn protrusion_m(&self, face: &Pose, goal: Option<&Goal>) -> Option<f64> {
         let check = self.check(self.board.as_ref()?, goal).ok()?;
         Some(check.most_in_front(face)?.in_front_m)
+    }
+
+    /// See [`LinkInFront::find`].
+    pub(super) fn link_in_front(
+        &self,
+        before: Option<LinkInFront>,
+        q: &JointPositions,
+        goal: Option<&Goal>,
+    ) -> Option<LinkInFront> {
+        let capsules = self.separation.as_ref()?.body().at(q);
+        let board = self.board.as_ref()?;
+        // A goal whose surface has moved on hides nothing.
+        let goal = goal.map(Goal::on_surface).and_then(|place| {
+            if !self.barriers.have(place.point_m, place.normal) {
+                return None;
+            }
+            let face = board_pose(place.point_m, place.normal, place.roll_rad).ok()?;
+            Some(Footprint::new(face, board, self.config.footprint_m))
+        });
+        LinkInFront::find(before, &capsules, &self.person, &self.barriers, goal)
     }
 
     /// The places that count on the way to a goal, with their roles: no more than [`PLACES`] and two more.

@@ -134,6 +134,9 @@ pub(super) struct SpeedCap {
     sound_s: f64,
     /// Since the last cut that counted, s.
     since_cut_s: f64,
+    /// Since a share was given back last, s, and after how long without a cut the next one is.
+    since_given_s: f64,
+    wait_s: f64,
 }
 
 impl Default for SpeedCap {
@@ -142,6 +145,8 @@ impl Default for SpeedCap {
             most: 1.0,
             sound_s: 0.0,
             since_cut_s: f64::INFINITY,
+            since_given_s: f64::INFINITY,
+            wait_s: GIVEN_BACK_S,
         }
     }
 }
@@ -151,24 +156,34 @@ const CUT_S: f64 = 0.02;
 
 /// Nothing was cut for so long: the next larger share is tried, s.
 const GIVEN_BACK_S: f64 = 0.1;
+/// A share that was cut again within that time was too much: each time it is tried again after twice as long, s at most. Otherwise an arm
+/// near a person would brake and accelerate eight times a second.
+const MOST_WAIT_S: f64 = 0.8;
 
 impl SpeedCap {
     /// `asked`: share of the last command that went through; `in_force`: share of the joint speeds that it was made with;
     /// `has_slowed`: no joint is faster than that.
     pub(super) fn step(&mut self, asked: f64, in_force: f64, has_slowed: bool, dt_s: f64) -> f64 {
         self.since_cut_s += dt_s;
+        self.since_given_s += dt_s;
         if asked < 1.0 {
             // A cut in a motion that is slowing down already is not another one.
             if self.most >= in_force && has_slowed && self.since_cut_s >= CUT_S {
                 self.since_cut_s = 0.0;
+                if self.since_given_s < GIVEN_BACK_S {
+                    self.wait_s = (2.0 * self.wait_s).min(MOST_WAIT_S);
+                }
                 let fitting = SHARES.into_iter().filter(|share| *share < in_force);
                 self.most = fitting.fold(SHARES[0], f64::max);
             }
             self.sound_s = 0.0;
         } else if self.most < 1.0 {
             self.sound_s += dt_s;
-            if self.sound_s >= GIVEN_BACK_S {
-                self.sound_s = 0.0;
+            if self.sound_s >= self.wait_s {
+                if self.since_cut_s > self.since_given_s {
+                    self.wait_s = GIVEN_BACK_S;
+                }
+                (self.sound_s, self.since_given_s) = (0.0, 0.0);
                 let more = SHARES.into_iter().find(|share| *share > self.most);
                 self.most = more.unwrap_or(1.0);
             }

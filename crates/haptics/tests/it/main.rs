@@ -8,6 +8,8 @@ mod follower;
 mod follower_search;
 mod force;
 mod holds;
+mod links;
+mod near_the_bound;
 mod obedience;
 mod object_brute_force;
 mod object_closed_form;

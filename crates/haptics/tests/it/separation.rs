@@ -177,3 +177,37 @@ fn elbow_and_other_hand_are_kept_away_from() {
         assert_eq!(gap(&[head, palm, (part, DVec3::NAN)]), far, "{part:?}");
     }
 }
+
+/// A palm 0.2 m and less beside elbow, wrist and board: what is there is no faster than may meet an arm. At 0.3 m it may be, on its way past.
+#[test]
+fn parts_beside_a_hand_are_slow() {
+    let config = SeparationConfig::default();
+    let separation = Separation::new(body(), config, BRAKING).unwrap();
+    let q = JointPositions::from_deg([0.0, 50.0, 0.0, -70.0, 0.0, 60.0, 0.0]);
+    let mut refused = [0; 3];
+    for (part, refused) in [1, 2, 3].into_iter().zip(&mut refused) {
+        let end_m = |q: &JointPositions| separation.body().at(q).links()[part].to_m;
+        let at_m = end_m(&q);
+        let radius_m = config.person.arm_radius_m + 0.09;
+        for beside_m in [0.0, 0.1, 0.2] {
+            let head = (PersonPart::Head, at_m + DVec3::new(2.5, 0.0, 0.8));
+            let palm = (PersonPart::Palm, at_m + DVec3::X * (radius_m + beside_m));
+            let person = person(&[head, palm], 0.0);
+            for (joint, rad_per_s) in [0, 1, 3].into_iter().flat_map(|joint| {
+                [-4.0, -2.0, -1.0, 1.0, 2.0, 4.0].map(move |rad_per_s| (joint, rad_per_s))
+            }) {
+                let mut qd = JointVelocities::default();
+                qd[joint] = rad_per_s;
+                let mut next = q;
+                next[joint] += 1e-6 * rad_per_s;
+                let m_per_s = end_m(&next).distance(at_m) / 1e-6;
+                let gap = separation.gap(&q, &qd, &person, 0.0, false);
+                let may = gap.is_none_or(|gap| gap.left_m >= 0.0);
+                let row = format!("{part} {beside_m} m, {joint} at {rad_per_s}: {m_per_s} m/s");
+                assert!(!may || m_per_s <= config.meets_arm_m_per_s, "{row}");
+                *refused += u32::from(!may && m_per_s > config.meets_arm_m_per_s);
+            }
+        }
+    }
+    assert!(refused.iter().all(|count| *count >= 8), "{refused:?}");
+}

@@ -2,7 +2,7 @@
 
 use hwall_contact::ContactPrediction;
 use hwall_hand::Tracking;
-use hwall_haptics::{BoardTarget, HoldReason, SafeState};
+use hwall_haptics::{BoardTarget, HoldReason, LinkInFront, SafeState};
 use hwall_kinematics::Unreachable;
 use hwall_reachability::Presented;
 use hwall_scene::SurfaceId;
@@ -60,6 +60,11 @@ pub enum EventKind {
     /// Where the surfaces are that the board stays behind cannot be made out (a world at a place too far to compute with): the
     /// board comes to rest and holds until they are known again.
     SurfacesUnknown,
+    /// A link of the arm came in front of a surface, within reach of the person, who sees nothing there. Nothing is said again before
+    /// [`EventKind::LinksBehind`].
+    LinkInFront(LinkInFront),
+    /// No link is in front of a surface within reach any more.
+    LinksBehind,
     /// The touched board starts to move so that it feels as rough as the surface that it stands for.
     #[cfg(feature = "texture")]
     TextureStarted(crate::texture::TexturedTouch),

@@ -175,6 +175,7 @@ impl<P: Predictor> Session<P> {
             late: false,
             late_announced: false,
             short: false,
+            link_in_front: None,
             rested_short: false,
             stays_until_s: None,
             #[cfg(feature = "texture")]

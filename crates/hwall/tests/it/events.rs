@@ -33,6 +33,8 @@ const fn name(kind: &EventKind) -> &'static str {
         EventKind::Released => "released",
         EventKind::Held(_) => "held",
         EventKind::Resumed => "resumed",
+        EventKind::LinkInFront(_) => "in front",
+        EventKind::LinksBehind => "behind",
         _ => "another",
     }
 }
@@ -53,7 +55,8 @@ fn one_touch_is_told_in_order() {
     assert_eq!(
         story(&events),
         [
-            "held", "goal", "resumed", "arrived", "touched", "released", "arrived"
+            "held", "goal", "resumed", "in front", "behind", "arrived", "touched", "released",
+            "arrived"
         ]
     );
     // Every frame is followed by what it leads to.
@@ -146,7 +149,9 @@ fn a_hand_that_is_faster_than_the_arm_makes_it_late_once() {
     // The board stays behind the surface, where the hand does not meet it, until the hand is gone, and is late no second time.
     assert_eq!(
         story(&events),
-        ["held", "goal", "resumed", "late", "arrived"]
+        [
+            "held", "goal", "resumed", "in front", "late", "behind", "arrived"
+        ]
     );
     let arrived = events.iter().find(|event| event.kind == EventKind::Arrived);
     assert!(arrived.expect("told").t_s > hand.leave_s);

@@ -246,3 +246,25 @@ fn random_worlds_end_in_a_named_state_and_no_command_leaps() {
     );
     assert!(served > 0 && unknown > 0);
 }
+
+/// The world leaps over the arm and back again. The arm begins in front of the wall.
+#[test]
+fn a_link_before_a_wall_is_told_once_and_so_is_its_end() {
+    let mut session = session(wall(0.6));
+    let mut bench = Bench::new(Hand::reaching_in(3.0, TARGET_M));
+    let mut told = Vec::new();
+    for (until_s, x_m) in [(0.5, 0.0), (0.8, -0.3), (1.2, 0.0)] {
+        let place = at(bench.now_s(), DVec3::X * x_m);
+        session.world(&place).expect("in order");
+        bench.run(&mut session, until_s);
+        while let Some(event) = session.next_event() {
+            match event.kind {
+                EventKind::LinkInFront(found) => told.push(Some(found.in_front_m > 0.03)),
+                EventKind::LinksBehind => told.push(None),
+                _ => {}
+            }
+        }
+        assert_eq!(session.control().link_in_front().is_some(), x_m < 0.0);
+    }
+    assert_eq!(told, [Some(true), None, Some(true), None]);
+}

@@ -2,6 +2,8 @@
 
 use crate::common::{Bench, GazeSession, Hand, by_gaze, config, session, session_with, wall};
 use hwall::glam::DVec3;
+use hwall::hand::BodyPoint;
+use hwall::haptics::body::BodyRegion;
 use hwall::haptics::safety::{Channel, PersonPart};
 use hwall::haptics::{ArmCommand, ArmState, HoldReason, SafeReason, SafeState};
 use hwall::{EventKind, SessionState};
@@ -252,5 +254,39 @@ fn waiting_for_a_first_frame_is_no_fault() {
         };
         let said = session.control().safety();
         assert_eq!(said, SafeState::Holding { reason });
+    }
+}
+
+/// What the frames have of elbow, other hand and head, and how many arms of the person count then: before a touch, and in it, where those of
+/// the hand that touches do not. Without a head the person counts as last seen, but not in a touch.
+#[test]
+fn elbow_and_other_hand_count_as_long_as_they_are_seen_with_the_head() {
+    let beside = Some(TARGET_M + DVec3::new(0.6, 0.3, 0.1));
+    let nan = Some(DVec3::NAN);
+    for (elbow_m, other_m, sees_head, counted) in [
+        (None, None, true, [1, 0]),
+        (beside, None, true, [2, 1]),
+        (None, beside, true, [2, 1]),
+        (beside, beside, true, [3, 2]),
+        (nan, beside, true, [2, 1]),
+        (beside, nan, true, [2, 1]),
+        (beside, beside, false, [1, 0]),
+    ] {
+        for ((mut session, mut bench), arms) in [in_place(), touched()].into_iter().zip(counted) {
+            for _ in 0..40 {
+                while let Some(mut frame) = bench.next_frame() {
+                    frame.body_m[BodyPoint::Elbow as usize] = elbow_m;
+                    frame.other_hand_m = other_m;
+                    frame.head_m = frame.head_m.filter(|_| sees_head);
+                    session.frame(&frame);
+                }
+                bench.step_with(&mut session, |_| {});
+            }
+            let supervisor = session.control().supervisor().unwrap();
+            let regions = supervisor.person().capsules().map(|(region, _)| region);
+            let found = regions.filter(|region| *region == BodyRegion::Arm).count();
+            let state = session.state();
+            assert_eq!(found, arms, "{elbow_m:?} {other_m:?} {sees_head} {state:?}");
+        }
     }
 }

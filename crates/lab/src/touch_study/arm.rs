@@ -285,6 +285,8 @@ impl StudyRoom<FriClient> for HandsRoom {
             None => {}
         }
         self.holds.see(cycle.t_s, session.state(), is_latched);
+        self.holds
+            .see_link(cycle.t_s, session.control().link_in_front());
         bridge.show(session, &cycle.state);
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! What is recorded comes back bit by bit, and gives the same commands.
 
 use crate::common::{self, again, file, hand, iiwa, recorder, run, session_of, skeleton, taken};
+use hwall::glam::DVec3;
 use hwall::haptics::{ArmCommand, Board};
 use hwall::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm};
 use hwall_record::{
@@ -194,7 +195,7 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
         let session = session.plan_on_thread().unwrap();
         let session = session.perceive_on_thread().unwrap();
         let pause = Duration::from_micros(pause_us);
-        let commands = common::run_of(&mut to, 0, 3.0, session, pause);
+        let commands = common::run_of(&mut to, 0, 3.0, session, pause, hand);
         to.finish().unwrap();
         let recording = taken(&path);
         // It moved, and not in step with the loop.
@@ -216,5 +217,44 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
         let moved_rad = first.unwrap().max_abs_difference(last.unwrap());
         assert!(moved_rad > 0.1, "{moved_rad}");
         assert_eq!(again(&recording).difference, None);
+    }
+}
+
+/// How the other hand of a recording changes, and whether the arm moves otherwise than without one.
+#[test]
+fn recordings_with_another_hand_are_replayed_bit_by_bit() {
+    let near_m = DVec3::new(0.57, 0.1, 0.6);
+    let path = file("other-hand.mcap");
+    let mut without = None;
+    for (name, other_m, is_of_another, matters) in [
+        ("none", &(|_| None) as &dyn Fn(f64) -> _, false, false),
+        ("nan", &|_| Some(DVec3::NAN), false, false),
+        ("near", &|_| Some(near_m), false, true),
+        (
+            "comes and goes",
+            &|t_s| ((t_s / 0.05) as i64 % 2 == 0).then_some(near_m),
+            false,
+            true,
+        ),
+        ("of another", &|_| Some(near_m), true, true),
+    ] {
+        let mut to = recorder(&path, &RecorderConfig::simulated());
+        let show = |t_s| {
+            let mut frame = hand(t_s);
+            frame.other_hand_m = other_m(t_s);
+            frame.is_of_another = is_of_another && (0.795..0.805).contains(&t_s);
+            frame
+        };
+        let session = session_of(&common::setup());
+        let commands = common::run_of(&mut to, 0, 1.3, session, Duration::ZERO, show);
+        to.finish().unwrap();
+        let replayed = again(&taken(&path));
+        assert_eq!(
+            (replayed.difference, replayed.cycles),
+            (None, 1300),
+            "{name}"
+        );
+        let without = without.get_or_insert_with(|| commands.clone());
+        assert_eq!(*without != commands, matters, "{name}");
     }
 }

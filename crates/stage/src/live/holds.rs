@@ -4,6 +4,7 @@ use crate::console::note;
 use crate::input::numbers::counted;
 use crate::run::kept::tick::Stop;
 use hwall::SessionState;
+use hwall::haptics::LinkInFront;
 use hwall_bridge::ViewSender;
 use hwall_fri::FriError;
 use std::collections::BTreeMap;
@@ -35,6 +36,9 @@ pub struct Holds {
     causes: u32,
     /// How many, and for how long, s, by reason.
     by_stop: BTreeMap<Stop, (u64, f64)>,
+    /// A link is in front of a surface, and how often that began.
+    is_in_front: bool,
+    in_front: u64,
     cycles: u64,
     last_s: Option<f64>,
     longest_gap_s: f64,
@@ -116,6 +120,24 @@ impl Holds {
         *count
     }
 
+    /// Says that a link is in front of a surface, once until none is.
+    pub fn see_link(&mut self, t_s: f64, found: Option<LinkInFront>) {
+        let Some(LinkInFront { link, in_front_m }) = found else {
+            self.is_in_front = false;
+            return;
+        };
+        if std::mem::replace(&mut self.is_in_front, true) {
+            return;
+        }
+        self.in_front += 1;
+        if self.in_front <= TOLD {
+            let mm = 1e3 * in_front_m;
+            note(format_args!(
+                "{t_s:9.3} s  link {link} of the arm is {mm:.0} mm in front of a wall, within reach of the person"
+            ));
+        }
+    }
+
     /// Says the summary.
     pub fn finish(mut self) {
         if let (Some(hold), Some(t_s)) = (self.under_way, self.last_s) {
@@ -128,6 +150,10 @@ impl Holds {
         for (stop, (count, lasted_s)) in &self.by_stop {
             let times = counted(*count as usize, "time", "times");
             note(format_args!("{stop}: {times}, {lasted_s:.1} s in all"));
+        }
+        if self.in_front > 0 {
+            let times = counted(self.in_front as usize, "time", "times");
+            note(format_args!("a link in front of a wall: {times}"));
         }
     }
 }

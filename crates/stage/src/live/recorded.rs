@@ -69,6 +69,7 @@ pub(super) fn after<P: Predictor>(
     }
     let Recorded { session, recorder } = recorded;
     holds.see(cycle.t_s, session.state(), session.control().is_latched());
+    holds.see_link(cycle.t_s, session.control().link_in_front());
     if let Some(recorder) = recorder {
         while let Some(event) = session.next_event() {
             bridge.view.event(&event);

@@ -55,6 +55,8 @@ fn summary(summary: &Summary) -> Value {
         "gap_median_m": summary.gap_median_m,
         "reversals_median": summary.reversals_median,
         "in_vain_per_touch": summary.in_vain_per_touch,
+        "link_in_front": summary.link_in_front,
+        "link_in_front_most_m": summary.link_in_front_most_m,
         "misses": misses,
         "stops": summary.stops,
         "holds": summary.holds,

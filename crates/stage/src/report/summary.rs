@@ -43,6 +43,10 @@ pub struct Summary {
     pub holds: usize,
     /// See `holds`.
     pub latches: usize,
+    /// Share of the control steps in which a link was in front of a surface within reach of the person.
+    pub link_in_front: Option<f64>,
+    /// How far at most, m.
+    pub link_in_front_most_m: Option<f64>,
     /// Time of a control step that 99 of 100 do not exceed, us.
     pub step_p99_us: Option<f64>,
 }
@@ -73,6 +77,9 @@ impl Summary {
         for stop in touches.iter().filter_map(|t| t.regret.stopped_by) {
             *stops.entry(stop.to_string()).or_default() += 1;
         }
+        let in_front = runs.iter().flat_map(|run| &run.run.links_in_front_m);
+        let in_front = Sorted::of(in_front.copied());
+        let step_ns = step_ns(runs);
         Self {
             people: runs.len(),
             touches: touches.len(),
@@ -93,7 +100,9 @@ impl Summary {
             stops,
             holds: runs.iter().map(|run| run.run.holds).sum(),
             latches: runs.iter().map(|run| run.run.latches).sum(),
-            step_p99_us: step_ns(runs).at(0.99).map(|ns| 1e-3 * ns),
+            link_in_front: share(in_front.len(), step_ns.len()),
+            link_in_front_most_m: in_front.at(1.0),
+            step_p99_us: step_ns.at(0.99).map(|ns| 1e-3 * ns),
         }
     }
 

@@ -81,6 +81,12 @@ pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> Markdown
             format!("{reversals}; {vain:.2}")
         }),
     );
+    let in_front = summary.link_in_front.unwrap_or(0.0);
+    let most_mm = 1e3 * summary.link_in_front_most_m.unwrap_or(0.0);
+    row(
+        "time with a link of the arm in front of a wall within the person's reach, most",
+        format!("{:.1} %, {most_mm:.0} mm", 100.0 * in_front),
+    );
     let ms = |s: f64| format!("{:.0}", 1e3 * s);
     let mm = |m: f64| format!("{:.1}", 1e3 * m);
     let leads = Sorted::of(in_time.iter().filter_map(|o| o.lead_s));

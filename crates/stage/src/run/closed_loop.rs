@@ -120,6 +120,7 @@ pub fn run(
             }
             if stage.fri.is_some() {
                 holds.see(cycle.t_s, session.state(), session.control().is_latched());
+                holds.see_link(cycle.t_s, session.control().link_in_front());
             }
             arm.advance(period_s)?;
             let tip = simulation.fingertip(start_s + cycle.t_s);

@@ -9,7 +9,7 @@ function decodeFrame(data, at) {
   if (version !== FRAME_VERSION) throw new Error(`frame of version ${version}, expected ${FRAME_VERSION}`);
   const frame = {
     state: data.getUint8(at + 1), t: data.getFloat64(at + 4, true),
-    hand: null, head: null, gaze: null, predicted: null, goal: null, left: null, force: null, openings: [], parts: [],
+    hand: null, head: null, gaze: null, predicted: null, goal: null, left: null, force: null, openings: [], parts: [], inFront: null,
   };
   const present = data.getUint16(at + 2, true);
   at += 12;
@@ -38,6 +38,7 @@ function decodeFrame(data, at) {
     const count = word();
     frame.parts = Array.from({ length: count }, () => ({ what: word(), from: vector(), to: vector(), radius: number() }));
   }
+  if (has(10)) frame.inFront = { link: word(), by: number() };
   return [frame, at];
 }
 

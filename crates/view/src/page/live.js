@@ -147,6 +147,7 @@ function live() {
     else if (!shown) notice("Preparing", preparing);
     else if (newest && now - framed > 1500) notice("No pictures from the server", "It is connected, but has sent nothing new for a while.");
     else if (newest?.state === SAFE || (newest?.state === HOLDING && newest.hand)) notice("The arm stands", held);
+    else if (newest?.inFront) notice("The arm is in front of a wall", `by ${Math.round(1000 * newest.inFront.by)} mm, where nothing is to be seen: keep your hands away from it.`);
     else if (!leads && pointer.at) notice("Somebody else's hand is followed", "It is your turn once theirs has rested for a while.");
     else notice(null);
   };

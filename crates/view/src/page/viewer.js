@@ -8,6 +8,8 @@ const SKIN = [0.87, 0.64, 0.50], BONE = [0.80, 0.56, 0.43], GAZE = [0.55, 0.36, 
 const BONES = [0, 1, 2, 3, 4].flatMap((f) => (f ? [[1, 5 * f + 1], [5 * f + 1, 5 * f + 2], [5 * f + 2, 5 * f + 3], [5 * f + 3, 5 * f + 4], [5 * f + 4, 5 * f + 5]] : [[1, 2], [2, 3], [3, 4], [4, 5]]));
 /** Parts as the supervisor has them: of the arm, head, torso, arm of the person. */
 const PARTS = [[0.12, 0.47, 0.86, 0.3], [0.84, 0.15, 0.20, 0.3], [0.84, 0.15, 0.20, 0.3], [0.93, 0.60, 0.10, 0.3]];
+/** A link in front of a wall. */
+const IN_FRONT = [0.95, 0.1, 0.75, 0.6];
 /** Length of the arrow of a force, m/N. */
 const METRES_PER_NEWTON = 0.02;
 /** A touch ends below this force, N: what an untouched board measures is less, and none. */
@@ -71,7 +73,7 @@ class Viewer {
     this.person(frame);
     this.intent(frame);
     if (frame.force && norm(frame.force) > LEAST_FORCE) this.arrow(frame);
-    if (this.showsParts) frame.parts.forEach(({ what, from, to, radius }) => parts.add(from, to, radius, PARTS[what]));
+    if (this.showsParts) frame.parts.forEach(({ what, from, to, radius }, i) => parts.add(from, to, radius, i === frame.inFront?.link ? IN_FRONT : PARTS[what]));
     [thick, thin, parts].forEach((set) => set.upload());
   }
 

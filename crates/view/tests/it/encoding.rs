@@ -2,6 +2,7 @@
 
 use crate::common::{any_frame, full_frame};
 use glam::DVec3;
+use hwall::haptics::LinkInFront;
 use hwall::haptics::body::Capsule;
 use hwall_testkit::Sampler;
 use hwall_view::{MOST_MOVING, MOST_PARTS, ViewError, ViewFrame, ViewPart};
@@ -22,6 +23,9 @@ fn as_sent(frame: &ViewFrame) -> ViewFrame {
     sent.goal = frame.goal.map(pair);
     sent.left_s = frame.left_s.map(single);
     sent.force_n = frame.force_n.map(single3);
+    if let Some(found) = &mut sent.link_in_front {
+        found.in_front_m = single(found.in_front_m);
+    }
     sent.openings = frame.openings.map(single);
     for ViewPart { capsule, .. } in sent.parts.iter_mut().flatten() {
         (capsule.from_m, capsule.to_m) = pair((capsule.from_m, capsule.to_m));
@@ -67,6 +71,8 @@ fn the_largest_frame_has_the_stated_size() {
         radius_m: 0.1,
     };
     let region = None;
+    let (link, in_front_m) = (3, 0.05);
+    frame.link_in_front = Some(LinkInFront { link, in_front_m });
     frame.parts = [Some(ViewPart { capsule, region }); MOST_PARTS];
     let mut bytes = Vec::new();
     frame.encode(&mut bytes);
@@ -92,6 +98,8 @@ fn nothing_that_is_nan_is_sent() {
     frame.left_s = Some(f64::NAN);
     frame.force_n = Some(bad);
     frame.openings[0] = f64::NAN;
+    let (link, in_front_m) = (3, f64::NAN);
+    frame.link_in_front = Some(LinkInFront { link, in_front_m });
     let predicted = frame.predicted.as_mut().unwrap();
     predicted.region_m = Some([bad, DVec3::Y]);
     predicted.contact_s = Some(f64::NAN);
@@ -101,6 +109,7 @@ fn nothing_that_is_nan_is_sent() {
     assert!(back.hand.joints_m[9].is_some());
     assert_eq!((back.head_m, back.gaze, back.goal), (None, None, None));
     assert_eq!((back.left_s, back.force_n), (None, None));
+    assert_eq!(back.link_in_front, None);
     let predicted = back.predicted.unwrap();
     assert_eq!((predicted.region_m, predicted.contact_s), (None, None));
 
@@ -129,7 +138,7 @@ fn what_is_cut_off_or_has_no_meaning_is_named() {
     assert_eq!(changed(0, 2), Err(ViewError::Version { expected, got }));
     let unknown = |what, got, most| Err(ViewError::Unknown { what, got, most });
     assert_eq!(changed(1, 9), unknown("state", 9, 8));
-    assert_eq!(changed(3, 4), unknown("presence bits", 1024 + 255, 1023));
+    assert_eq!(changed(3, 8), unknown("presence bits", 2048 + 255, 2047));
 }
 
 #[test]

@@ -198,8 +198,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             scene.ray_cast(ray.origin_m, ray.direction).ok()?
         });
         for (source, weight) in EvidenceSource::ALL.into_iter().zip(weights) {
-            // NaN is negligible.
-            if !(weight > NEGLIGIBLE) {
+            if weight.is_nan() || weight <= NEGLIGIBLE {
                 continue;
             }
             let look = |i: usize| {

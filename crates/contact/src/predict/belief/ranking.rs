@@ -50,7 +50,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let weight_of = |one: &Face| of(one).map(|f| f.mass).sum::<f64>();
         let is_touched = |f: &Face| touched.is_some_and(|t| t.surface == f.surface);
         let first = |index: usize, f: &Face| faces[..index].iter().all(|g| key(g) != key(f));
-        let best_weight = faces.iter().map(|f| weight_of(f)).fold(0.0, f64::max);
+        let best_weight = faces.iter().map(weight_of).fold(0.0, f64::max);
         let least = if touched.is_some() {
             self.config.min_probability * total / others
         } else {

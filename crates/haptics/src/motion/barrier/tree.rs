@@ -201,23 +201,31 @@ impl Barriers {
         footprints: &[Option<Footprint>],
         planes: &[Option<Plane>],
     ) -> FacePoints {
-        corners_and_middle(board, face).map(|point_m| {
-            let of_scene = self.nearest(point_m).map(|found| {
-                let eased = footprints.iter().flatten().filter_map(|f| f.eased(found));
-                eased.fold(
-                    found,
-                    |a, b| if b.in_front_m < a.in_front_m { b } else { a },
-                )
-            });
-            let of_planes = planes
-                .iter()
-                .flatten()
-                .filter_map(|plane| plane.side(point_m));
-            of_scene
-                .into_iter()
-                .chain(of_planes)
-                .reduce(FacePoint::or_further)
-        })
+        corners_and_middle(board, face).map(|point_m| self.side_of(point_m, footprints, planes))
+    }
+
+    /// The same of any point.
+    pub(in crate::motion) fn side_of(
+        &self,
+        point_m: DVec3,
+        footprints: &[Option<Footprint>],
+        planes: &[Option<Plane>],
+    ) -> Option<FacePoint> {
+        let of_scene = self.nearest(point_m).map(|found| {
+            let eased = footprints.iter().flatten().filter_map(|f| f.eased(found));
+            eased.fold(
+                found,
+                |a, b| if b.in_front_m < a.in_front_m { b } else { a },
+            )
+        });
+        let of_planes = planes
+            .iter()
+            .flatten()
+            .filter_map(|plane| plane.side(point_m));
+        of_scene
+            .into_iter()
+            .chain(of_planes)
+            .reduce(FacePoint::or_further)
     }
 
     /// On which side of the nearest surface is a point?

@@ -13,8 +13,8 @@ use crate::session::response::SHORT_M;
 use crate::texture::BoardTexture;
 use glam::DVec3;
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, BoardTarget, ContactState, Phase, PlaceTolerance, PostureTarget,
-    RenderInput, RenderStep, Renderer, SafeState, Supervisor,
+    ArmCommand, ArmState, Board, BoardTarget, ContactState, LinkInFront, Phase, PlaceTolerance,
+    PostureTarget, RenderInput, RenderStep, Renderer, SafeState, Supervisor,
 };
 use hwall_kinematics::{ArmKinematics, ArmScratch};
 use hwall_scene::SurfaceId;
@@ -65,6 +65,8 @@ pub struct Control {
     pub(in crate::session) stays_until_s: Option<f64>,
     /// The goal was announced late; once for each goal.
     pub(in crate::session) late_announced: bool,
+    /// As of the last step.
+    pub(in crate::session) link_in_front: Option<LinkInFront>,
     /// Guidance older than this no longer moves a touched board, s.
     #[cfg(feature = "texture")]
     pub(in crate::session) max_guidance_age_s: f64,
@@ -261,6 +263,12 @@ impl Control {
         self.safety.stop();
     }
 
+    /// A link in front of a surface within reach of the person, as of the last step; see [`EventKind::LinkInFront`].
+    #[must_use]
+    pub const fn link_in_front(&self) -> Option<LinkInFront> {
+        self.link_in_front
+    }
+
     /// The renderer, which turns targets and states into commands.
     #[must_use]
     pub const fn renderer(&self) -> &Renderer {
@@ -344,6 +352,12 @@ impl Control {
         }
         if world_moved && !contact_before.is_some_and(|contact| contact.world_moved) {
             events.push(now_s, EventKind::WorldMovedWhileTouched);
+        }
+        let link = self.renderer.follower().link_in_front();
+        match (std::mem::replace(&mut self.link_in_front, link), link) {
+            (None, Some(link)) => events.push(now_s, EventKind::LinkInFront(link)),
+            (Some(_), None) => events.push(now_s, EventKind::LinksBehind),
+            _ => {}
         }
         if before != after {
             match after {

@@ -93,16 +93,17 @@ pub(crate) fn hand(t_s: f64) -> HandFrame {
 /// One run: frames at 100 Hz, cycles at 1 kHz, now and then a place of the world and a request. Returns the commands.
 pub(crate) fn run(recorder: &mut Recorder, number: u32, seconds: f64) -> Vec<ArmCommand> {
     let session = session_of(&setup());
-    run_of(recorder, number, seconds, session, Duration::ZERO)
+    run_of(recorder, number, seconds, session, Duration::ZERO, hand)
 }
 
-/// The same, of a session, with so much time between two cycles.
+/// The same, of a session, with so much time between two cycles, and this hand.
 pub(crate) fn run_of(
     recorder: &mut Recorder,
     number: u32,
     seconds: f64,
     session: Session<DeterministicPredictor>,
     pause: Duration,
+    hand: impl Fn(f64) -> HandFrame,
 ) -> Vec<ArmCommand> {
     let setup = setup();
     let arm = iiwa(&setup.board);

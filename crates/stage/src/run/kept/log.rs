@@ -52,6 +52,8 @@ pub struct Run {
     pub textures: Option<Vec<TextureTouch>>,
     /// Each push at something that moves.
     pub pushes: Vec<Push>,
+    /// How far a link was in front of a surface within reach of the person, m, in each control step in which one was.
+    pub links_in_front_m: Vec<f64>,
     /// Force of the hand and opening over time.
     pub forces: Vec<ForceSample>,
     /// What was to be seen.
@@ -203,6 +205,8 @@ impl Log {
         if !run.sent.last().is_some_and(is_same) {
             run.sent.push(Sent { t_s, target, goal });
         }
+        let in_front = control.link_in_front().map(|found| found.in_front_m);
+        run.links_in_front_m.extend(in_front);
         let pressed_m = hand.tip_m.filter(|_| force_n != DVec3::ZERO);
         let stop = Stop::of(session.state());
         let before = run.ticks.last().and_then(|tick| tick.stop);

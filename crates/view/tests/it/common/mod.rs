@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use hwall::haptics::Board;
+use hwall::haptics::LinkInFront;
 use hwall::haptics::body::{BodyRegion, Capsule};
 use hwall::kinematics::{JointPositions, SrsArm};
 use hwall::scene::Scene;
@@ -79,6 +80,10 @@ pub(crate) fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
             region: regions.get(sampler.index(4)).copied(),
         });
     }
+    frame.link_in_front = sampler.bool().then(|| LinkInFront {
+        link: sampler.index(MOST_PARTS),
+        in_front_m: sampler.uniform(0.0, 0.3),
+    });
     frame.state = ViewState::ALL[sampler.index(ViewState::ALL.len())];
     frame
 }

@@ -1,0 +1,93 @@
+//! Links of the arm in front of the surfaces that the board stays behind.
+
+use super::barrier::Footprint;
+use super::barrier::tree::Barriers;
+use super::follower::Follower;
+use crate::body::{ArmCapsules, Capsule, PersonBody};
+use glam::DVec3;
+
+/// A link of the arm stands in front of a surface, within reach of a person who sees nothing there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkInFront {
+    /// The link that is furthest in front, of [`ArmCapsules::links`].
+    pub link: usize,
+    /// How far, m.
+    pub in_front_m: f64,
+}
+
+/// From how far in front on a link counts, m: ten times what the face may be in front. It ends at half of that.
+const BEGINS_M: f64 = 0.03;
+const ENDS_M: f64 = 0.015;
+/// How far from head, torso or an arm a link is within reach, m: an arm of large men is 0.8 m long with the fingers ([DIN 33402-2]). The
+/// second is where it ends.
+const REACH_M: f64 = 0.8;
+const LEAVES_REACH_M: f64 = 0.9;
+/// A link is looked at in so many places, at most 0.15 m apart for an iiwa.
+const PLACES: u32 = 4;
+
+impl LinkInFront {
+    /// `before`: what was found last. A fixed number of looks: twice [`PLACES`] for each link.
+    ///
+    /// The surface nearest to a point decides, as for the board; over the face at its goal (a footprint) only that counts. What is nearer to the face than the last link is thick counts as the board.
+    pub(super) fn find(
+        before: Option<Self>,
+        capsules: &ArmCapsules,
+        person: &PersonBody,
+        barriers: &Barriers,
+        goal: Option<Footprint>,
+    ) -> Option<Self> {
+        let (least_m, reach_m) = match before {
+            Some(_) => (ENDS_M, LEAVES_REACH_M),
+            None => (BEGINS_M, REACH_M),
+        };
+        // How far the point of a ball is in front that is furthest out of the surface nearest to its middle, m.
+        let side_of = |point_m| barriers.side_of(point_m, &[goal], &[]);
+        let furthest_m = |middle_m: DVec3, radius_m| {
+            let out = side_of(middle_m)?.normal;
+            Some(side_of(middle_m + out * radius_m)?.in_front_m)
+        };
+        let last = capsules.links().len().checked_sub(1)?;
+        let mut found: Option<Self> = None;
+        for (link, capsule) in capsules.links().iter().enumerate() {
+            let Some(part) = (match link == last {
+                true => shortened(capsule),
+                false => Some(*capsule),
+            }) else {
+                continue;
+            };
+            let is_in_reach = |(_, seen): (_, Capsule)| seen.distance_m(&part) <= reach_m;
+            if !person.capsules().any(is_in_reach) {
+                continue;
+            }
+            for place in 0..PLACES {
+                let share = f64::from(place) / f64::from(PLACES - 1);
+                let middle_m = part.from_m.lerp(part.to_m, share);
+                let in_front_m = furthest_m(middle_m, part.radius_m);
+                let in_front_m = in_front_m.unwrap_or(f64::NAN);
+                let most_m = found.map_or(least_m, |found| found.in_front_m);
+                if in_front_m > most_m {
+                    found = Some(Self { link, in_front_m });
+                }
+            }
+        }
+        found
+    }
+}
+
+/// A link without what is nearer to its end than it is thick.
+fn shortened(link: &Capsule) -> Option<Capsule> {
+    let length_m = link.from_m.distance(link.to_m);
+    (length_m > link.radius_m).then(|| Capsule {
+        to_m: (link.from_m).lerp(link.to_m, 1.0 - link.radius_m / length_m),
+        ..*link
+    })
+}
+
+impl Follower {
+    /// A link that was in front of a surface when the planner last looked, within reach of [the person](Self::set_person). `None` without
+    /// [`keep_clear`](Self::keep_clear).
+    #[must_use]
+    pub const fn link_in_front(&self) -> Option<LinkInFront> {
+        self.answer.link_in_front
+    }
+}
