@@ -326,7 +326,10 @@ fn a_folder_without_a_recording_says_why_of_every_file() {
         assert!(why.contains(reason), "{reason}: {why}");
     }
     let why = asked(&["--recordings", text_of(&dir.join("nowhere"))]).unwrap_err();
-    assert!(why.ends_with("nowhere: no such file or folder"), "{why}");
+    assert!(
+        why.contains("--recordings") && why.contains("nowhere"),
+        "{why}"
+    );
 }
 
 #[test]

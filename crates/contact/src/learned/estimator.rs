@@ -8,7 +8,6 @@ use super::blend::knots::{between_knots, time_key};
 use super::blend::places::Places;
 use super::blend::sources::{Ends, SOURCES, Source, of_combination};
 use super::config::{Combination, Frame};
-use super::model::LearnedModel;
 use super::primitive::hand_primitive::{Primitive, PrimitiveRun};
 use super::reaches::reach_track::{Cue, Inputs, ReachTrack};
 use super::regression::correction::Correction;
@@ -156,15 +155,12 @@ impl ContactEstimator for LearnedEstimator {
 }
 
 impl LearnedEstimator {
-    pub(super) fn new(model: &LearnedModel) -> Self {
-        let learnt = &model.learnt;
+    /// `alone`: answers while something that is relied on stays away.
+    pub(super) fn new(learnt: &Arc<Learnt>, alone: Option<Self>) -> Self {
         let relies_on = |cue: &Cue| learnt.account.relies_on(*cue);
         Self {
             relied_on: learnt.inputs.cues().filter(relies_on).collect(),
-            alone: model
-                .alone
-                .as_deref()
-                .map(|alone| Box::new(Self::new(alone))),
+            alone: alone.map(Box::new),
             answered_alone: false,
             before_alone: None,
             track: ReachTrack::new(&learnt.inputs),

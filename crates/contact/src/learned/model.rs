@@ -214,7 +214,7 @@ impl LearnedModel {
     /// A new estimator. Estimators share what was learnt.
     #[must_use]
     pub fn estimator(&self) -> LearnedEstimator {
-        LearnedEstimator::new(self)
+        LearnedEstimator::new(&self.learnt, self.alone.as_deref().map(Self::estimator))
     }
 }
 
