@@ -398,6 +398,6 @@ fn no_empty_folder_is_left_behind() {
     fs::create_dir_all(&out).unwrap();
     study(&out);
     assert!(out.is_dir());
-    let why = asked(&["--recordings", text_of(&nowhere), "--out", "/dev/null/x"]).unwrap_err();
+    let why = asked(&["--recordings", text_of(&dir), "--out", "/dev/null/x"]).unwrap_err();
     assert!(why.starts_with("--out /dev/null/x"), "{why}");
 }
