@@ -94,9 +94,11 @@ impl ViewFrame {
             link_in_front: (self.link_in_front).filter(|found| found.in_front_m.is_finite()),
             ..*self
         };
-        let parts = self.parts.iter().flatten().filter(|part| part.is_finite());
-        for (to, part) in frame.parts.iter_mut().zip(parts) {
-            *to = Some(*part);
+        // The number of a link is its place among the parts, so all of them are sent or none.
+        if self.parts.iter().flatten().all(|part| part.is_finite()) {
+            for (to, part) in frame.parts.iter_mut().zip(self.parts.iter().flatten()) {
+                *to = Some(*part);
+            }
         }
         let openings = frame.openings.iter().rposition(|opening| *opening != 0.0);
         let mut openings = openings.map_or(0, |last| last as u32 + 1);

@@ -72,7 +72,7 @@ pub struct LearnedEstimator {
     /// What is relied on beside the touching point.
     relied_on: Vec<Cue>,
     alone: Option<Box<LearnedEstimator>>,
-    /// Has the model of the touching point alone answered last in this reach?
+    /// Has the lesser model answered last in this reach?
     answered_alone: bool,
     /// The same of the reach before, while this one is tentative: a touch is still of that one.
     before_alone: Option<bool>,

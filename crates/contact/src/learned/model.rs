@@ -38,8 +38,8 @@ const FEWEST: usize = 8;
 /// and at every time left. Regions, inputs, ridges and the noise of the primitive are chosen on the same held-out reaches,
 /// which makes the factors a little optimistic; of few reaches they are widened for that.
 ///
-/// Beside it stands a smaller model that knows less: one without the gaze if the gaze was learnt, and beside that one of the touching point
-/// alone. In a reach in which something that is relied on has not been seen for 0.1 s it answers, less sure, until that is there.
+/// Beside it stands a smaller model: without the gaze, if the gaze was learnt, and beside that one a model of the touching point alone. Where
+/// an input that is relied on has been missing for 0.1 s, the smaller model answers, less certain, until the input is seen.
 #[derive(Debug, Clone)]
 pub struct LearnedModel {
     pub(super) learnt: Arc<Learnt>,

@@ -170,8 +170,8 @@ impl SurfaceShares {
         !self.faces.is_empty()
     }
 
-    /// Adds the faces that hold a part of a Gaussian and are met first from a viewpoint. Together they get its weight, or as much of it
-    /// as there is something to touch: where a source puts a contact does not speak for the source. Returns whether there are any.
+    /// Adds the faces that hold a part of a Gaussian and are met first from a viewpoint. Together they get the weight of the source, times the
+    /// share of rays that met something. How well the source fits these surfaces does not change its weight. Returns whether there are any.
     pub(super) fn add(
         &mut self,
         scene: &Scene,
@@ -223,6 +223,9 @@ impl SurfaceShares {
         };
         let normal = facing(closest.normal, origin_m - closest.point_m);
         let cut = gaussian.in_plane(closest.point_m, normal);
+        if self.faces.len() == MAX_FACES {
+            return;
+        }
         self.faces.push(Face {
             log_mass: weight.ln(),
             covariance_m2: cut.covariance_m2 * cut.widening(),

@@ -28,7 +28,8 @@ const PLACES: u32 = 4;
 impl LinkInFront {
     /// `before`: what was found last. A fixed number of looks: twice [`PLACES`] for each link.
     ///
-    /// The surface nearest to a point decides, as for the board; over the face at its goal (a footprint) only that counts. What is nearer to the face than the last link is thick counts as the board.
+    /// The nearest surface decides, as for the board. Over the footprint of the goal only the goal's surface counts. The end of the last link,
+    /// as long as its radius, belongs to the board. A person who is not seen any more does not end what was found.
     pub(super) fn find(
         before: Option<Self>,
         capsules: &ArmCapsules,
@@ -46,6 +47,8 @@ impl LinkInFront {
             let out = side_of(middle_m)?.normal;
             Some(side_of(middle_m + out * radius_m)?.in_front_m)
         };
+        // Of a person who is not seen any more nobody knows that they have left.
+        let goes_on = before.is_some() && person.capsules().next().is_none();
         let last = capsules.links().len().checked_sub(1)?;
         let mut found: Option<Self> = None;
         for (link, capsule) in capsules.links().iter().enumerate() {
@@ -56,14 +59,15 @@ impl LinkInFront {
                 continue;
             };
             let is_in_reach = |(_, seen): (_, Capsule)| seen.distance_m(&part) <= reach_m;
-            if !person.capsules().any(is_in_reach) {
+            if !goes_on && !person.capsules().any(is_in_reach) {
                 continue;
             }
             for place in 0..PLACES {
                 let share = f64::from(place) / f64::from(PLACES - 1);
                 let middle_m = part.from_m.lerp(part.to_m, share);
-                let in_front_m = furthest_m(middle_m, part.radius_m);
-                let in_front_m = in_front_m.unwrap_or(f64::NAN);
+                let Some(in_front_m) = furthest_m(middle_m, part.radius_m) else {
+                    continue;
+                };
                 let most_m = found.map_or(least_m, |found| found.in_front_m);
                 if in_front_m > most_m {
                     found = Some(Self { link, in_front_m });

@@ -134,8 +134,9 @@ pub(super) struct SpeedCap {
     sound_s: f64,
     /// Since the last cut that counted, s.
     since_cut_s: f64,
-    /// Since a share was given back last, s, and after how long without a cut the next one is.
+    /// Time since a share was last given back, s.
     since_given_s: f64,
+    /// Time without a cut before the next share is given back, s.
     wait_s: f64,
 }
 
@@ -156,8 +157,8 @@ const CUT_S: f64 = 0.02;
 
 /// Nothing was cut for so long: the next larger share is tried, s.
 const GIVEN_BACK_S: f64 = 0.1;
-/// A share that was cut again within that time was too much: each time it is tried again after twice as long, s at most. Otherwise an arm
-/// near a person would brake and accelerate eight times a second.
+/// A share that is cut again within [`GIVEN_BACK_S`] was too large. The wait before the next try doubles, up to this, s. Otherwise an arm near
+/// a person would brake and accelerate eight times a second.
 const MOST_WAIT_S: f64 = 0.8;
 
 impl SpeedCap {
@@ -166,13 +167,16 @@ impl SpeedCap {
     pub(super) fn step(&mut self, asked: f64, in_force: f64, has_slowed: bool, dt_s: f64) -> f64 {
         self.since_cut_s += dt_s;
         self.since_given_s += dt_s;
-        if asked < 1.0 {
+        // NaN is a cut.
+        if asked.is_nan() || asked < 1.0 {
             // A cut in a motion that is slowing down already is not another one.
             if self.most >= in_force && has_slowed && self.since_cut_s >= CUT_S {
                 self.since_cut_s = 0.0;
-                if self.since_given_s < GIVEN_BACK_S {
-                    self.wait_s = (2.0 * self.wait_s).min(MOST_WAIT_S);
-                }
+                self.wait_s = match self.since_given_s {
+                    since_s if since_s < GIVEN_BACK_S => (2.0 * self.wait_s).min(MOST_WAIT_S),
+                    since_s if since_s > MOST_WAIT_S => GIVEN_BACK_S,
+                    _ => self.wait_s,
+                };
                 let fitting = SHARES.into_iter().filter(|share| *share < in_force);
                 self.most = fitting.fold(SHARES[0], f64::max);
             }

@@ -165,7 +165,7 @@ impl FaultMachine {
                     trouble.fault = fault;
                 } else if !trouble.is_latched(latch) && now_s - trouble.found_s > timing.recovery_s
                 {
-                    // The worse fault is over, and this one keeps the arm where it is.
+                    // The worse fault has ended; this one now holds the arm, so it is named. The severity stays.
                     trouble.fault.reason = fault.reason;
                 }
                 (trouble.sound_since_s, trouble.released) = (None, false);

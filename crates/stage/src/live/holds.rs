@@ -11,7 +11,8 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, stdin};
 use std::mem::discriminant;
 
-/// Holds for the same reason that are told one by one; more are only counted, for a console that scrolls tells nobody anything.
+/// Holds for one reason that are printed one by one. Further ones are only counted, so that the console stays readable; what needs a person
+/// is always printed.
 const TOLD: u64 = 20;
 
 /// The hold under way: what is told anew when it changes.
@@ -95,9 +96,9 @@ impl Holds {
             self.since_s = t_s;
         }
         let ends = match (is_latched, stop.is_refusal()) {
+            (true, _) => "needs a person: Enter here, or the page's button, lets the arm go",
             _ if *count > TOLD + 1 => return None,
             _ if *count == TOLD + 1 => "more of these are only counted",
-            (true, _) => "needs a person: Enter here, or the page's button, lets the arm go",
             (false, true) => "ends by itself once commands are taken again and the arm rests",
             (false, false) => "ends by itself once that is over",
         };

@@ -34,7 +34,7 @@ pub use training::{LabelledStream, StreamContact, StreamFilters};
 ///
 /// For every sample:
 /// 1. Each [`EvidenceSource`] gives a normal distribution of the contact: the estimator where the motion ends, the present look and the one
-///    before it where on their line of sight, the places that this person touched before, and one for everything else.
+///    before it a place on their line of sight; then there are the places that this person has touched, and everywhere else.
 /// 2. They are mixed by how often each is right in this phase of a reach, at this age of the look, and for this agreement of look and
 ///    motion ([`EvidenceModel`], learnt from recordings). Each touch teaches how far each source can be taken for this person.
 /// 3. Each part is divided among the surfaces: density in the plane of a face, times the share of it that straight ways from the hand
@@ -73,8 +73,8 @@ pub struct FusedPredictor<E> {
     registration: Option<RegistrationEstimator>,
     /// Error of registration at the hand: what is left of it, m².
     registration_m2: DMat3,
-    /// A touch that the registration has yet to learn from: where it was seen, m, and of which surface.
-    touched: Option<(DVec3, SurfaceId)>,
+    /// A touch that is yet to be learnt from.
+    felt: Option<Felt>,
     /// Of the last sample, the most probable first.
     ranked: Vec<ContactPrediction>,
 }
@@ -93,7 +93,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             fallback: DeterministicPredictor::new(config.fallback)?,
             registration: registration.transpose()?,
             registration_m2: isotropic(config.registration_sd_m),
-            touched: None,
+            felt: None,
             config,
             gaze: GazeMemory::default(),
             idle: IdlePlaces::default(),
@@ -135,19 +135,33 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         self.registration.as_ref()
     }
 
-    /// Learns from the touch of the last sample. The hand is on the surface that it was predicted to touch, so that is where it is.
-    fn learn_registration(&mut self, scene: &Scene) {
-        let Some((seen_m, surface)) = self.touched.take() else {
+    /// Learns from the touch of the last sample, if the hand was near the surface that it was predicted to touch: then it is on it.
+    fn learn_touch(&mut self, scene: &Scene) {
+        let Some(Felt {
+            seen_m,
+            surface,
+            t_s,
+        }) = self.felt.take()
+        else {
             return;
         };
-        let Some(registration) = &mut self.registration else {
+        let at_m = match &self.registration {
+            Some(registration) => registration.true_from_seen().transform_point(seen_m),
+            None => seen_m,
+        };
+        let closest = scene.project_on(surface, at_m).ok();
+        let Some(closest) = closest.filter(|closest| closest.distance_m <= TOUCHED_M) else {
             return;
         };
-        let at_m = registration.true_from_seen().transform_point(seen_m);
-        let Some(closest) = scene.project_on(surface, at_m).ok() else {
-            return;
+        let place = SurfacePlace {
+            surface,
+            point_m: closest.point_m,
+            normal: closest.normal,
         };
-        if closest.distance_m <= TOUCHED_M {
+        if self.touch.felt(&place, t_s) {
+            self.learn(&place);
+        }
+        if let Some(registration) = &mut self.registration {
             let touch = MeasuredTouch {
                 seen_m,
                 surface_m: closest.point_m,
@@ -277,8 +291,8 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// Where the surfaces of a source are looked for from: a hand that moves meets what lies on its way, one that has not chosen its
-    /// way yet may go to whatever the person sees.
+    /// From where the surfaces of a source are looked for. A moving hand meets what lies on its way. A hand that has not chosen its way may go
+    /// to anything that the person sees.
     fn viewpoint(
         &self,
         hand: &HandState,
@@ -317,6 +331,14 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     }
 }
 
+/// A touch that the board felt: where it was seen, m, on the predicted surface, and when, s.
+#[derive(Debug, Clone, Copy)]
+struct Felt {
+    seen_m: DVec3,
+    surface: SurfaceId,
+    t_s: f64,
+}
+
 /// What an estimator's word is worth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Experience {
@@ -343,12 +365,12 @@ const LEFT_M: f64 = 0.03;
 /// Share of the places looked at that can be reached although the straight way from the hand is blocked.
 const ROUND_ABOUT_SHARE: f64 = 0.1;
 
-/// A touch is told to the registration if the hand was seen this near to the surface, m.
+/// A touch is learnt from if the hand was seen this near to the surface, m.
 const TOUCHED_M: f64 = 0.08;
 
 impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
-        self.learn_registration(scene);
+        self.learn_touch(scene);
         let (frame, hand);
         let corrected;
         let input = match self.correction(input.hand) {
@@ -373,7 +395,9 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         self.idle.step(&self.gaze, reaching, hand_m, apart_rad);
         // It follows every sample, so that it can take over at any.
         let followed = self.fallback.follow(scene, input);
-        let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
+        let usable = |h: &&HandState| {
+            h.t_s.is_finite() && h.point_m.is_finite() && h.velocity_m_per_s.is_finite()
+        };
         let Some(hand) = input.hand.filter(usable) else {
             self.rest.forget();
             return &self.ranked;
@@ -384,12 +408,13 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             let registration_sd_m = self.registration_sd_m();
             let watch = &self.config.watch;
             let touched = self.rest.rest(scene, hand, &side, registration_sd_m, watch);
+            // Before the sample of the touch itself is seen.
+            if let Some(place) = self.touch.step(hand, &side, touched.as_ref()) {
+                self.learn(&place);
+            }
             let met = self.divide(scene, hand, &side);
             if met || touched.is_some() {
                 self.rank(scene, hand, side.behind.is_some(), touched);
-            }
-            if let Some(place) = self.touch.step(hand, &side, touched.as_ref()) {
-                self.learn(&place);
             }
         }
         if self.ranked.is_empty() {
@@ -407,18 +432,11 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             _ => contact_m,
         };
         self.stream.touched(corrected_m, contact_s);
-        if let Some(first) = self.ranked.first() {
-            let place = SurfacePlace {
-                surface: first.surface,
-                point_m: corrected_m,
-                normal: first.normal,
-            };
-            if self.touch.felt(&place, contact_s) {
-                self.learn(&place);
-            }
-        }
-        let first = self.ranked.first().map(|first| (contact_m, first.surface));
-        self.touched = first.filter(|_| self.registration.is_some());
+        self.felt = self.ranked.first().map(|first| Felt {
+            seen_m: contact_m,
+            surface: first.surface,
+            t_s: contact_s,
+        });
     }
 
     fn reset(&mut self) {
@@ -434,7 +452,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         if let Some(registration) = &mut self.registration {
             registration.forget();
         }
-        self.touched = None;
+        self.felt = None;
         self.estimate = None;
         self.ranked.clear();
     }

@@ -6,10 +6,10 @@ use super::sample::Sample;
 use crate::predict::hand::phase::PHASES;
 use glam::DVec3;
 
-/// What is known of all people counts as so many touches of this one.
+/// Weight of what is known of all people, in touches of this person.
 const PEOPLE: f64 = 4.0;
 
-/// How many times as often each source was right before this person's touches as before those of the people learnt from.
+/// How often each source was right for this person, compared with the people learnt from.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Person {
     /// By phase and source, touches so far, older ones counting less: how often it was right, and how often that was expected.

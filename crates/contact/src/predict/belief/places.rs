@@ -14,7 +14,7 @@ pub(super) const SCATTER_M: f64 = 0.04;
 const SAME_M: f64 = 0.1;
 /// So many places are kept.
 const PLACES: usize = 8;
-/// A touch counts this much less than the next one.
+/// Weight of a touch relative to the next one.
 pub(super) const FADES: f64 = 0.9;
 
 /// A place, and how often it was touched, older touches counting less.
@@ -29,7 +29,7 @@ pub(super) struct TouchedPlace {
 impl TouchedPlace {
     /// Where the next touch of it is.
     pub(super) fn gaussian(&self) -> Option<Gaussian> {
-        // A place known from one touch is off twice.
+        // After one touch, the place itself is as uncertain as the next touch.
         let variances = 1.0 + 1.0 / self.touches.max(1.0);
         Gaussian::new(self.point_m, isotropic(SCATTER_M * variances.sqrt()))
     }

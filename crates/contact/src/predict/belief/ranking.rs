@@ -42,15 +42,19 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let others = touched.map_or(1.0, |_| LEAVING_SHARE);
         let look = self.gaze.now();
         // A place touched before stands beside what else may be touched on its surface.
-        let key = |f: &Face| (f.surface, f.source == EvidenceSource::TouchedBefore);
-        let of = |one: &Face| {
-            let same = key(one);
-            faces.iter().filter(move |f| key(f) == same)
+        let key = |index: usize| {
+            let face = &faces[index];
+            let is_place = face.source == EvidenceSource::TouchedBefore;
+            (face.surface, is_place.then_some(index))
         };
-        let weight_of = |one: &Face| of(one).map(|f| f.mass).sum::<f64>();
+        let of = |index: usize| {
+            let same = move |other: &usize| key(*other) == key(index);
+            (0..faces.len()).filter(same).map(|other| &faces[other])
+        };
+        let weight_of = |index: usize| of(index).map(|f| f.mass).sum::<f64>();
         let is_touched = |f: &Face| touched.is_some_and(|t| t.surface == f.surface);
-        let first = |index: usize, f: &Face| faces[..index].iter().all(|g| key(g) != key(f));
-        let best_weight = faces.iter().map(weight_of).fold(0.0, f64::max);
+        let first = |index: usize| (0..index).all(|other| key(other) != key(index));
+        let best_weight = (0..faces.len()).map(weight_of).fold(0.0, f64::max);
         let least = if touched.is_some() {
             self.config.min_probability * total / others
         } else {
@@ -58,20 +62,20 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         };
         let mut probability = 0.0;
         for (index, face) in faces.iter().enumerate() {
-            if is_touched(face) || !first(index, face) {
+            if is_touched(face) || !first(index) {
                 continue;
             }
-            let weight = weight_of(face);
+            let weight = weight_of(index);
             if weight < least {
                 continue;
             }
-            let Some(best) = of(face).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
+            let Some(best) = of(index).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
                 continue;
             };
             // What stands for none of the sources says nothing about where.
             let is_of_none = best.source == EvidenceSource::Anywhere;
             let named = |f: &&Face| is_of_none || f.source != EvidenceSource::Anywhere;
-            let moments = Moments::of(|| of(face).filter(named), best);
+            let moments = Moments::of(|| of(index).filter(named), best);
             let met = SurfacePlace {
                 surface: face.surface,
                 point_m: best.met_m,

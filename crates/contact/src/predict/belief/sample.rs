@@ -20,10 +20,11 @@ const ASTRAY: f64 = 3.0;
 const DISAGREES: f64 = 4.0;
 /// Error of the contacts that are learnt from, in each axis, m: a tracked tip is a point inside the finger.
 const LABEL_SD_M: f64 = 0.008;
-/// What is touched lies somewhere along a line of sight, over this length, m, and no nearer to the eyes than this.
+/// Length of the line of sight on which the contact may lie, m.
 const ALONG_M: f64 = 1.2;
+/// Nothing nearer to the eyes is touched, m.
 const NEAREST_LOOK_M: f64 = 0.1;
-/// How far before or behind the surface that is looked at a person may mean, past an edge, standard deviation, m.
+/// Standard deviation in depth about the surface that the line of sight meets, m: past an edge, a nearer or farther one may be meant.
 const DEPTH_SD_M: f64 = 0.4;
 
 /// What the shares of the sources depend on.
@@ -190,9 +191,11 @@ impl Sample {
             g.map_or(f64::NEG_INFINITY, |g| g.log_density(contact_m))
         };
         let look = |i: usize| {
-            self.looks[i].map_or(f64::NEG_INFINITY, |look| match self.motion {
-                Some(_) => by(self.along(&look, model.on_target_sd_rad, None)),
-                None => log_along_sight(&look, contact_m, model.on_target_sd_rad),
+            self.looks[i].map_or(f64::NEG_INFINITY, |look| {
+                match self.along(&look, model.on_target_sd_rad, None) {
+                    Some(along) => by(Some(along)),
+                    None => log_along_sight(&look, contact_m, model.on_target_sd_rad),
+                }
             })
         };
         [
@@ -228,7 +231,8 @@ fn on_sight(gaussian: &Gaussian, look: &Look, sd_rad: f64) -> Option<Gaussian> {
     is_ahead.then(|| gaussian.times(origin_m, across * (1.0 / (sd_m * sd_m))))?
 }
 
-/// How many standard deviations, per axis, a look is from where the motion leads; `None` for eyes that look away from it.
+/// How many standard deviations, per axis, a look is from where the motion leads; [`DISAGREES`] for eyes that look away from it, `None` if it
+/// cannot be computed.
 fn deviations(motion: &Gaussian, look: &Look, sd_rad: f64) -> Option<f64> {
     let sight = look.ray.direction;
     let to_mean = motion.mean_m - look.ray.origin_m;

@@ -14,10 +14,6 @@ pub(in crate::predict) struct HandPlace {
     pub(in crate::predict) phase: ReachPhase,
     /// Where it rests, or rested before the reach, m.
     pub(in crate::predict) rest_m: DVec3,
-    /// Is it on its way? While it sets off from rest its direction says nothing yet.
-    pub(in crate::predict) moves: bool,
-    /// Has it set off so fast that its direction says something?
-    pub(in crate::predict) is_fast: bool,
 }
 
 impl HandPlace {
@@ -44,18 +40,12 @@ impl HandPlace {
         Self {
             phase,
             rest_m: from_m.unwrap_or(hand.point_m),
-            moves: matches!(phase, ReachPhase::UnderWay | ReachPhase::End)
-                || (phase == ReachPhase::Onset && began.is_some_and(|began| began.turned)),
-            is_fast: speed_m_per_s >= FAST_ONSETS * watch.onset_m_per_s,
         }
     }
 }
 
 /// A hand that has come further than this since it was last slow stirs, m: the noise of a tracker does not go that far.
 const STIRRED_M: f64 = 0.01;
-
-/// A hand this many times as fast as at the onset of a reach has a direction.
-const FAST_ONSETS: f64 = 2.0;
 
 /// The Gaussian of an estimate; `default_sd_m` where it states no covariance.
 pub(in crate::predict) fn gaussian_of(
