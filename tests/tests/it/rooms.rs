@@ -52,7 +52,11 @@ impl Setting {
 
 /// Predictions of ray cast, ray led, regression on the closest surface and regression fused.
 fn all_predictions(setting: &Setting) -> Vec<Vec<TouchPredictions>> {
-    let config = FusedConfig::default();
+    let training = SharedTraining::new(&setting.room.scene, &setting.training).unwrap();
+    let config = FusedConfig {
+        evidence: training.config.evidence,
+        ..FusedConfig::default()
+    };
     let trained = RidgeWindow::train(&setting.reaches).unwrap();
     let ridge = || Box::new(trained.clone());
     [

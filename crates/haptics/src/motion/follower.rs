@@ -3,6 +3,7 @@
 mod slides;
 
 use super::approach_config::ApproachConfig;
+use super::barrier::links::LinkInFront;
 use super::barrier::tree::BarrierTree;
 use super::follower_config::FollowerConfig;
 use super::goal;
@@ -65,6 +66,13 @@ pub struct Follower {
 }
 
 impl Follower {
+    /// A link that was in front of a surface when the planner last looked, within reach of [the person](Self::set_person). `None` without
+    /// [`keep_clear`](Self::keep_clear).
+    #[must_use]
+    pub const fn link_in_front(&self) -> Option<LinkInFront> {
+        self.answer.link_in_front
+    }
+
     /// A follower at rest at `start`, for an arm whose tool frame is the board's face
     /// ([`Board::flange_from_board_face`](crate::Board::flange_from_board_face)).
     ///

@@ -1,6 +1,6 @@
 //! Messages between follower and planner. The follower never waits: what it cannot pass or fetch now is passed or fetched in its next step.
 
-use super::links::LinkInFront;
+use super::barrier::links::LinkInFront;
 use crate::board::BoardTarget;
 use crate::body::PersonBody;
 use hwall_kinematics::{JointPositions, Unreachable};

@@ -1,10 +1,10 @@
 //! Goals and ways, apart from the motion: what takes long is not done in a control step.
 
+use super::barrier::links::LinkInFront;
 use super::barrier::tree::BarrierTree;
 use super::goal::Destination;
 use super::goals::Goals;
 use super::link::{Aim, Answer, Asked, Link};
-use super::links::LinkInFront;
 use super::preposition::Preposition;
 use super::route::Route;
 use crate::board::BoardTarget;

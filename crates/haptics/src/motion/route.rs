@@ -1,10 +1,10 @@
 //! Which way the board takes to its goal: straight, or by a place behind the surfaces.
 
 use super::approach_config::ApproachConfig;
+use super::barrier::links::LinkInFront;
 use super::barrier::tree::{BarrierTree, Barriers};
 use super::barrier::{Footprint, Plane, corners_and_middle};
 use super::goal::{Destination, Goal};
-use super::links::LinkInFront;
 use super::search::{Behind, Search, Surroundings};
 use super::solver::{Place, Solver};
 use super::way::{Check, Clear, PLACES, SPARE_M, Way};

@@ -1,5 +1,6 @@
 //! Prediction from all evidence: the hand's motion, the gaze, earlier touches and the surfaces.
 
+mod context;
 mod model;
 mod person;
 mod places;
@@ -27,7 +28,8 @@ use person::Person;
 use places::{TouchWatch, TouchedPlaces};
 use sample::Sample;
 
-pub use model::{EvidenceModel, EvidenceSource, RestingHand, SourceShares};
+pub use context::{EvidenceSource, SourceShares};
+pub use model::{EvidenceModel, RestingHand};
 pub use training::{LabelledStream, StreamContact, StreamFilters};
 
 /// A belief about the next contact: a mixture of what each source of evidence says.

@@ -2,55 +2,11 @@
 
 use super::super::gaussian::Gaussian;
 use super::super::hand::phase::{PHASES, ReachPhase};
-use super::sample::Context;
+use super::context::{AGES, COLUMNS, CUES, Context, SOURCES, SourceShares};
 use crate::error::ContactError;
 use crate::matrices::isotropic;
 use glam::{DMat3, DVec3};
 use hwall_numeric::check::{all_finite, positive, that};
-
-/// What may say where the next contact is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum EvidenceSource {
-    /// The estimate of where the motion ends.
-    Motion,
-    /// The same where the present look confirms it.
-    MotionAndLook,
-    /// The present look: its line of sight, as far away as the motion says.
-    Look,
-    /// The look before it.
-    LookBefore,
-    /// The places that this person has touched before.
-    TouchedBefore,
-    /// None of these: anywhere about a resting hand, or the motion with three times its error.
-    Anywhere,
-}
-
-impl EvidenceSource {
-    /// All of them, in the order of shares.
-    pub const ALL: [Self; SOURCES] = [
-        Self::Motion,
-        Self::MotionAndLook,
-        Self::Look,
-        Self::LookBefore,
-        Self::TouchedBefore,
-        Self::Anywhere,
-    ];
-}
-
-/// How many sources there are.
-pub(in crate::predict) const SOURCES: usize = 6;
-
-/// One number for each source, in the order of [`EvidenceSource::ALL`].
-pub type SourceShares = [f64; SOURCES];
-
-/// Ages of a look at which shares are kept, s; between them they are interpolated.
-pub(super) const LOOK_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
-/// One more row for eyes that are not seen.
-pub(super) const AGES: usize = LOOK_AGES_S.len() + 1;
-/// Values of [`Context::cue`] at which shares are kept.
-pub(super) const CUES: [f64; 3] = [0.0, 0.5, 1.0];
-/// One more column for all samples, whatever the cue.
-pub(super) const COLUMNS: usize = CUES.len() + 1;
 
 /// Shares by phase, age of the look and cue.
 pub(super) type Shares = [[[SourceShares; COLUMNS]; AGES]; PHASES];

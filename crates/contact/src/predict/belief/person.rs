@@ -1,6 +1,7 @@
 //! How far the sources of evidence can be taken for this person, by the touches so far.
 
-use super::model::{EvidenceModel, SOURCES, SourceShares};
+use super::context::{SOURCES, SourceShares};
+use super::model::EvidenceModel;
 use super::places::{FADES, TouchedPlaces};
 use super::sample::Sample;
 use crate::predict::hand::phase::PHASES;

@@ -6,7 +6,8 @@ use super::super::gaze::memory::{GazeMemory, Look};
 use super::super::hand::phase::ReachPhase;
 use super::super::hand::place::{HandPlace, gaussian_of};
 use super::super::stream::StreamEstimator;
-use super::model::{AGES, COLUMNS, CUES, EvidenceModel, LOOK_AGES_S, SourceShares};
+use super::context::{Context, SourceShares};
+use super::model::EvidenceModel;
 use super::places::TouchedPlaces;
 use crate::estimate::ContactEstimator;
 use crate::matrices::{Plane, axes_across, isotropic, square};
@@ -26,73 +27,6 @@ const ALONG_M: f64 = 1.2;
 const NEAREST_LOOK_M: f64 = 0.1;
 /// Standard deviation in depth about the surface that the line of sight meets, m: past an edge, a nearer or farther one may be meant.
 const DEPTH_SD_M: f64 = 0.4;
-
-/// What the shares of the sources depend on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::predict) struct Context {
-    pub(super) phase: ReachPhase,
-    /// How long the eyes have rested where they rest, s.
-    pub(super) look_age_s: Option<f64>,
-    /// How much of the look before is left, in [0, 1].
-    pub(super) before_left: f64,
-    /// Has the person touched anything yet?
-    pub(super) has_places: bool,
-    /// In [0, 1]. Of a hand that moves: how far the look is from where the motion leads. Of a hand at rest: how often this person's
-    /// eyes rest there in pauses. `None`: not known.
-    pub(super) cue: Option<f64>,
-}
-
-/// The two nodes around a value, with their weights.
-fn nodes(kept: &[f64], value: f64) -> [(usize, f64); 2] {
-    let above = kept.partition_point(|&node| node <= value);
-    let below = above.saturating_sub(1);
-    if above == 0 || above == kept.len() {
-        return [(below, 1.0), (below, 0.0)];
-    }
-    let share = (value - kept[below]) / (kept[above] - kept[below]);
-    [(below, 1.0 - share), (above, share)]
-}
-
-impl Context {
-    /// The cells of the table of shares around it, with their weights: age, cue, weight.
-    pub(super) fn nodes(&self) -> [(usize, usize, f64); 4] {
-        let ages = match self.look_age_s {
-            Some(age_s) => nodes(&LOOK_AGES_S, age_s),
-            None => [(AGES - 1, 1.0), (AGES - 1, 0.0)],
-        };
-        let all = COLUMNS - 1;
-        let cues = self
-            .cue
-            .map_or([(all, 1.0), (all, 0.0)], |cue| nodes(&CUES, cue));
-        std::array::from_fn(|i| {
-            let ((age, a), (cue, c)) = (ages[i / 2], cues[i % 2]);
-            (age, cue, a * c)
-        })
-    }
-
-    /// Leaves sources out that are not there; the rest adds up to 1.
-    pub(super) fn only_those_there(&self, mut shares: SourceShares) -> SourceShares {
-        let moves = !matches!(self.phase, ReachPhase::Rest | ReachPhase::Stirring);
-        let there = [
-            f64::from(u8::from(moves)),
-            f64::from(u8::from(moves && self.look_age_s.is_some())),
-            f64::from(u8::from(self.look_age_s.is_some())),
-            self.before_left,
-            f64::from(u8::from(self.has_places)),
-            1.0,
-        ];
-        shares
-            .iter_mut()
-            .zip(there)
-            .for_each(|(s, there)| *s *= there);
-        let sum: f64 = shares.iter().sum();
-        if sum > 0.0 {
-            shares.map(|share| share / sum)
-        } else {
-            [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
-        }
-    }
-}
 
 /// What every source says at one time.
 #[derive(Debug, Clone, Copy)]

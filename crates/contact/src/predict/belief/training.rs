@@ -4,9 +4,8 @@ use super::super::gaze::idle::IdlePlaces;
 use super::super::gaze::memory::GazeMemory;
 use super::super::hand::phase::PHASES;
 use super::super::stream::StreamEstimator;
-use super::model::{
-    AGES, COLUMNS, EvidenceModel, EvidenceSource, RestingHand, SOURCES, Shares, SourceShares,
-};
+use super::context::{AGES, COLUMNS, EvidenceSource, SOURCES, SourceShares};
+use super::model::{EvidenceModel, RestingHand, Shares};
 use super::places::TouchedPlaces;
 use super::sample::Sample;
 use crate::error::ContactError;

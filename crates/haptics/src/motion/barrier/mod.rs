@@ -1,5 +1,6 @@
 //! Surfaces that the board must stay behind.
 
+pub(super) mod links;
 pub(super) mod tree;
 
 use crate::board::{Board, surface_axes};

@@ -1,8 +1,7 @@
 //! Links of the arm in front of the surfaces that the board stays behind.
 
-use super::barrier::Footprint;
-use super::barrier::tree::Barriers;
-use super::follower::Follower;
+use super::Footprint;
+use super::tree::Barriers;
 use crate::body::{ArmCapsules, Capsule, PersonBody};
 use glam::DVec3;
 
@@ -30,7 +29,7 @@ impl LinkInFront {
     ///
     /// The nearest surface decides, as for the board. Over the footprint of the goal only the goal's surface counts. The end of the last link,
     /// as long as its radius, belongs to the board. A person who is not seen any more does not end what was found.
-    pub(super) fn find(
+    pub(in crate::motion) fn find(
         before: Option<Self>,
         capsules: &ArmCapsules,
         person: &PersonBody,
@@ -85,13 +84,4 @@ fn shortened(link: &Capsule) -> Option<Capsule> {
         to_m: (link.from_m).lerp(link.to_m, 1.0 - link.radius_m / length_m),
         ..*link
     })
-}
-
-impl Follower {
-    /// A link that was in front of a surface when the planner last looked, within reach of [the person](Self::set_person). `None` without
-    /// [`keep_clear`](Self::keep_clear).
-    #[must_use]
-    pub const fn link_in_front(&self) -> Option<LinkInFront> {
-        self.answer.link_in_front
-    }
 }

@@ -1,0 +1,114 @@
+//! The sources of evidence, and what their shares depend on.
+
+use crate::predict::hand::phase::ReachPhase;
+
+/// What may say where the next contact is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum EvidenceSource {
+    /// The estimate of where the motion ends.
+    Motion,
+    /// The same where the present look confirms it.
+    MotionAndLook,
+    /// The present look: its line of sight, as far away as the motion says.
+    Look,
+    /// The look before it.
+    LookBefore,
+    /// The places that this person has touched before.
+    TouchedBefore,
+    /// None of these: anywhere about a resting hand, or the motion with three times its error.
+    Anywhere,
+}
+
+impl EvidenceSource {
+    /// All of them, in the order of shares.
+    pub const ALL: [Self; SOURCES] = [
+        Self::Motion,
+        Self::MotionAndLook,
+        Self::Look,
+        Self::LookBefore,
+        Self::TouchedBefore,
+        Self::Anywhere,
+    ];
+}
+
+/// How many sources there are.
+pub(in crate::predict) const SOURCES: usize = 6;
+
+/// One number for each source, in the order of [`EvidenceSource::ALL`].
+pub type SourceShares = [f64; SOURCES];
+
+/// Ages of a look at which shares are kept, s; between them they are interpolated.
+pub(super) const LOOK_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
+/// One more row for eyes that are not seen.
+pub(super) const AGES: usize = LOOK_AGES_S.len() + 1;
+/// Values of [`Context::cue`] at which shares are kept.
+pub(super) const CUES: [f64; 3] = [0.0, 0.5, 1.0];
+/// One more column for all samples, whatever the cue.
+pub(super) const COLUMNS: usize = CUES.len() + 1;
+
+/// What the shares of the sources depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::predict) struct Context {
+    pub(super) phase: ReachPhase,
+    /// How long the eyes have rested where they rest, s.
+    pub(super) look_age_s: Option<f64>,
+    /// How much of the look before is left, in [0, 1].
+    pub(super) before_left: f64,
+    /// Has the person touched anything yet?
+    pub(super) has_places: bool,
+    /// In [0, 1]. Of a hand that moves: how far the look is from where the motion leads. Of a hand at rest: how often this person's
+    /// eyes rest there in pauses. `None`: not known.
+    pub(super) cue: Option<f64>,
+}
+
+/// The two nodes around a value, with their weights.
+fn nodes(kept: &[f64], value: f64) -> [(usize, f64); 2] {
+    let above = kept.partition_point(|&node| node <= value);
+    let below = above.saturating_sub(1);
+    if above == 0 || above == kept.len() {
+        return [(below, 1.0), (below, 0.0)];
+    }
+    let share = (value - kept[below]) / (kept[above] - kept[below]);
+    [(below, 1.0 - share), (above, share)]
+}
+
+impl Context {
+    /// The cells of the table of shares around it, with their weights: age, cue, weight.
+    pub(super) fn nodes(&self) -> [(usize, usize, f64); 4] {
+        let ages = match self.look_age_s {
+            Some(age_s) => nodes(&LOOK_AGES_S, age_s),
+            None => [(AGES - 1, 1.0), (AGES - 1, 0.0)],
+        };
+        let all = COLUMNS - 1;
+        let cues = self
+            .cue
+            .map_or([(all, 1.0), (all, 0.0)], |cue| nodes(&CUES, cue));
+        std::array::from_fn(|i| {
+            let ((age, a), (cue, c)) = (ages[i / 2], cues[i % 2]);
+            (age, cue, a * c)
+        })
+    }
+
+    /// Leaves sources out that are not there; the rest adds up to 1.
+    pub(super) fn only_those_there(&self, mut shares: SourceShares) -> SourceShares {
+        let moves = !matches!(self.phase, ReachPhase::Rest | ReachPhase::Stirring);
+        let there = [
+            f64::from(u8::from(moves)),
+            f64::from(u8::from(moves && self.look_age_s.is_some())),
+            f64::from(u8::from(self.look_age_s.is_some())),
+            self.before_left,
+            f64::from(u8::from(self.has_places)),
+            1.0,
+        ];
+        shares
+            .iter_mut()
+            .zip(there)
+            .for_each(|(s, there)| *s *= there);
+        let sum: f64 = shares.iter().sum();
+        if sum > 0.0 {
+            shares.map(|share| share / sum)
+        } else {
+            [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+        }
+    }
+}
