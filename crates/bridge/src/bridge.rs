@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
-/// Whoever looks at the parts that the supervisor judges by says so twice a second.
+/// How long parts are sent after a page last asked for them; pages ask twice a second.
 const PARTS: Duration = Duration::from_secs(2);
 
 /// What a loop needs of a bridge: time, hands, and somewhere to show what it does.

@@ -1,4 +1,4 @@
-//! What a model that knows less learns from: for people of whom no more is seen.
+//! Training data of the fallback model: without the gaze, or with the touching point alone.
 
 use super::config::LearnedConfig;
 use super::reaches::reach_track::Inputs;

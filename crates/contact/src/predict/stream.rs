@@ -46,9 +46,6 @@ pub struct ReachBeginning {
     pub place_m: DVec3,
     /// Did the hand turn to it in the middle of a movement, and not from rest?
     pub turned: bool,
-    /// The estimate when it was seen to have begun: nearly all that it says is what the estimator believes of any reach from
-    /// there. `None` from an estimator that learnt nothing.
-    pub first_estimate: Option<ContactEstimate>,
 }
 
 impl<E: ContactEstimator> StreamEstimator<E> {
@@ -160,7 +157,6 @@ impl<E: ContactEstimator> StreamEstimator<E> {
             since_s,
             place_m: first.position_m,
             turned,
-            first_estimate: None,
         });
         let known = self.known(samples);
         self.ahead = None;
@@ -173,10 +169,6 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         self.estimate = estimate;
         for frame in self.watch.latest(samples - known) {
             self.estimate = self.estimator.step(frame);
-        }
-        if let Some(began) = &mut self.began {
-            let is_learnt = self.estimator.training_reaches().is_some();
-            began.first_estimate = self.estimate.filter(|_| is_learnt);
         }
     }
 

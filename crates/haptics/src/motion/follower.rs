@@ -51,7 +51,7 @@ pub struct Follower {
     /// Without jerk, for slides.
     bounds: [JointBounds; 7],
     asked: Asked,
-    pub(super) answer: Answer,
+    answer: Answer,
     /// The plan of the answer has yet to begin.
     is_pending: bool,
     /// An answer was taken since the last step.

@@ -54,7 +54,7 @@ function live() {
   $("release").addEventListener("click", () => {
     if (confirm(`The arm stands: ${held}.\nIs everybody clear of it? It moves again when you let it go.`)) connection.order("release");
   });
-  // Asked for again and again: a page that is gone asks no more.
+  // The request is repeated, so that sending stops when the page closes.
   let asking = null;
   const parts = () => {
     if (!shown) return;
@@ -147,7 +147,7 @@ function live() {
     else if (!shown) notice("Preparing", preparing);
     else if (newest && now - framed > 1500) notice("No pictures from the server", "It is connected, but has sent nothing new for a while.");
     else if (newest?.state === SAFE || (newest?.state === HOLDING && newest.hand)) notice("The arm stands", held);
-    else if (newest?.inFront) notice("The arm is in front of a wall", `by ${Math.round(1000 * newest.inFront.by)} mm, where nothing is to be seen: keep your hands away from it.`);
+    else if (newest?.inFront) notice("The arm is in front of a wall", `A part that you cannot see in VR is ${Math.round(1000 * newest.inFront.by)} mm in front: keep your hands away.`);
     else if (!leads && pointer.at) notice("Somebody else's hand is followed", "It is your turn once theirs has rested for a while.");
     else notice(null);
   };

@@ -147,11 +147,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         else {
             return;
         };
-        let at_m = match &self.registration {
-            Some(registration) => registration.true_from_seen().transform_point(seen_m),
-            None => seen_m,
-        };
-        let closest = scene.project_on(surface, at_m).ok();
+        let closest = scene.project_on(surface, self.corrected_m(seen_m)).ok();
         let Some(closest) = closest.filter(|closest| closest.distance_m <= TOUCHED_M) else {
             return;
         };
@@ -172,6 +168,16 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             };
             // Only what is no touch is refused, and teaches nothing.
             let _ = registration.touched(&touch);
+        }
+    }
+
+    /// Where a place is that the tracker sees there, m.
+    fn corrected_m(&self, seen_m: DVec3) -> DVec3 {
+        match &self.registration {
+            Some(registration) if registration.touches() > 0 => {
+                registration.true_from_seen().transform_point(seen_m)
+            }
+            _ => seen_m,
         }
     }
 
@@ -410,7 +416,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             let registration_sd_m = self.registration_sd_m();
             let watch = &self.config.watch;
             let touched = self.rest.rest(scene, hand, &side, registration_sd_m, watch);
-            // Before the sample of the touch itself is seen.
+            // Learnt before this sample counts: it is of the touch itself.
             if let Some(place) = self.touch.step(hand, &side, touched.as_ref()) {
                 self.learn(&place);
             }
@@ -427,13 +433,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     }
 
     fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
-        let corrected_m = match &self.registration {
-            Some(registration) if registration.touches() > 0 => {
-                registration.true_from_seen().transform_point(contact_m)
-            }
-            _ => contact_m,
-        };
-        self.stream.touched(corrected_m, contact_s);
+        self.stream.touched(self.corrected_m(contact_m), contact_s);
         self.felt = self.ranked.first().map(|first| Felt {
             seen_m: contact_m,
             surface: first.surface,

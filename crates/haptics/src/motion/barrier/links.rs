@@ -40,13 +40,13 @@ impl LinkInFront {
             Some(_) => (ENDS_M, LEAVES_REACH_M),
             None => (BEGINS_M, REACH_M),
         };
-        // How far the point of a ball is in front that is furthest out of the surface nearest to its middle, m.
+        // How far the outermost point of a ball is in front of the surface nearest to its middle, m.
         let side_of = |point_m| barriers.side_of(point_m, &[goal], &[]);
         let furthest_m = |middle_m: DVec3, radius_m| {
             let out = side_of(middle_m)?.normal;
             Some(side_of(middle_m + out * radius_m)?.in_front_m)
         };
-        // Of a person who is not seen any more nobody knows that they have left.
+        // A person who is no longer tracked may still be there.
         let goes_on = before.is_some() && person.capsules().next().is_none();
         let last = capsules.links().len().checked_sub(1)?;
         let mut found: Option<Self> = None;
