@@ -88,7 +88,7 @@ impl ChainArm {
         })
     }
 
-    /// The same arm with largest joint accelerations of its own, rad/s².
+    /// The same arm with these largest joint accelerations instead of those of its chain, rad/s² (m/s² for a prismatic joint).
     #[must_use]
     pub fn with_accelerations(mut self, rad_per_s2: [f64; MOST_JOINTS]) -> Self {
         self.acceleration_rad_per_s2 = Some(rad_per_s2);
@@ -148,7 +148,10 @@ impl ArmKinematics for ChainArm {
     }
 
     fn accelerations_or(&self, otherwise: [f64; MOST_JOINTS]) -> [f64; MOST_JOINTS] {
-        self.acceleration_rad_per_s2.unwrap_or(otherwise)
+        let joints = self.base_to_flange.joints();
+        let of_chain = |i: usize| joints.get(i).and_then(|joint| joint.max_acceleration);
+        self.acceleration_rad_per_s2
+            .unwrap_or_else(|| std::array::from_fn(|i| of_chain(i).unwrap_or(otherwise[i])))
     }
 
     fn forward(&self, q: &JointPositions) -> Pose {

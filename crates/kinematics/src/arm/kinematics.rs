@@ -50,7 +50,7 @@ pub trait ArmKinematics: Debug + Send + Sync {
         [None; MOST_JOINTS]
     }
 
-    /// Largest joint accelerations, rad/s²: those of the arm where it has any, else `otherwise`, as by default.
+    /// Largest joint accelerations, rad/s²: those that are known of the arm, else `otherwise`, as by default.
     fn accelerations_or(&self, otherwise: [f64; MOST_JOINTS]) -> [f64; MOST_JOINTS] {
         otherwise
     }

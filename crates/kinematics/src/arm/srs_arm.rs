@@ -31,6 +31,11 @@ impl ArmKinematics for SrsArm {
         self.parameters().max_torque_n_m.map(known)
     }
 
+    fn accelerations_or(&self, otherwise: [f64; MOST_JOINTS]) -> [f64; MOST_JOINTS] {
+        let known = &self.parameters().max_acceleration_rad_per_s2;
+        std::array::from_fn(|i| known[i].unwrap_or(otherwise[i]))
+    }
+
     fn forward(&self, q: &JointPositions) -> Pose {
         self.forward(q)
     }

@@ -37,6 +37,9 @@ pub struct ChainJoint {
     pub max_velocity: Option<f64>,
     /// Largest torque or force, N m or N, if known.
     pub max_effort: Option<f64>,
+    /// Largest acceleration, rad/s² or m/s², if known.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub max_acceleration: Option<f64>,
     /// The bodies that move with this joint and no later one, in the link's frame.
     pub inertials: Vec<Inertial>,
 }
@@ -58,6 +61,7 @@ impl ChainJoint {
             limit,
             max_velocity: None,
             max_effort: None,
+            max_acceleration: None,
             inertials: Vec::new(),
         }
     }
@@ -87,6 +91,7 @@ impl ChainJoint {
         for (what, value) in [
             ("max_velocity", self.max_velocity),
             ("max_effort", self.max_effort),
+            ("max_acceleration", self.max_acceleration),
         ] {
             if let Some(value) = value {
                 let possible = value > 0.0 && value <= MOST_LIMIT;

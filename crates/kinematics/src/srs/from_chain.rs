@@ -49,6 +49,7 @@ impl SrsArm {
         let mut at_m = [DVec3::ZERO; 7];
         let mut limits = [JointLimit::FREE; 7];
         let (mut velocity, mut torque) = ([0.0; 7], [MOST; 7]);
+        let mut acceleration = [None; 7];
         for (index, joint) in joints.iter().enumerate() {
             let not_srs = |what, deviation, most| KinematicsError::NotSrs {
                 joint: index + 1,
@@ -86,6 +87,7 @@ impl SrsArm {
                         joint: joint.name.clone(),
                     })?;
             torque[index] = joint.max_effort.unwrap_or(MOST).min(MOST);
+            acceleration[index] = joint.max_acceleration.map(|most| most.min(MOST));
         }
         let base_from_tip = base_from_link * chain.link_from_tip();
         let [_, shoulder, _, elbow, _, wrist, _] = at_m.map(|point| point.z);
@@ -96,6 +98,7 @@ impl SrsArm {
         let is_flange = offset.position_m <= MOST_DISTANCE_M && offset.angle_rad <= MOST_TURN;
         Self::new(SrsParameters {
             max_torque_n_m: torque,
+            max_acceleration_rad_per_s2: acceleration,
             flange_from_tool: if is_flange {
                 Pose::IDENTITY
             } else {

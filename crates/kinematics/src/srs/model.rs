@@ -36,7 +36,7 @@ impl SrsArm {
     ///
     /// # Errors
     /// NaN or infinite lengths, an upper arm or forearm that is not positive, limits that are
-    /// NaN, reversed, or (joints 2, 4, 6) reach half a turn.
+    /// NaN, reversed, or (joints 2, 4, 6) reach half a turn, accelerations that are not positive.
     pub fn new(parameters: SrsParameters) -> Result<Self, KinematicsError> {
         let SrsParameters {
             geometry: g,
@@ -65,6 +65,15 @@ impl SrsArm {
                 let possible = (0.0..=MOST).contains(value);
                 that(possible, what, *value, "at least 0 and at most 1e9")?;
             }
+        }
+        for value in parameters.max_acceleration_rad_per_s2.into_iter().flatten() {
+            let possible = value > 0.0 && value <= MOST;
+            that(
+                possible,
+                "max_acceleration",
+                value,
+                "positive and at most 1e9",
+            )?;
         }
         for (index, limit) in limits.iter().enumerate() {
             limit.validate(index)?;

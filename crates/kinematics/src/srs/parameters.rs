@@ -32,12 +32,16 @@ pub struct SrsParameters {
     pub max_velocity_rad_per_s: [f64; 7],
     /// Largest joint torques, N m.
     pub max_torque_n_m: [f64; 7],
+    /// Largest joint accelerations, rad/s², of those that are known. Not stored: maps do not depend on them, and an atlas stores
+    /// the limits that it was made with.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub max_acceleration_rad_per_s2: [Option<f64>; 7],
     /// The tool frame, fixed in the flange.
     pub flange_from_tool: Pose,
 }
 
 impl SrsParameters {
-    /// An arm without a tool and without known limits of torque; the fields can be set afterwards.
+    /// An arm without a tool and without known limits of torque and acceleration; the fields can be set afterwards.
     #[must_use]
     pub const fn new(
         geometry: SrsGeometry,
@@ -49,6 +53,7 @@ impl SrsParameters {
             limits,
             max_velocity_rad_per_s,
             max_torque_n_m: [MOST; 7],
+            max_acceleration_rad_per_s2: [None; 7],
             flange_from_tool: Pose::IDENTITY,
         }
     }

@@ -1,7 +1,9 @@
 //! URDF: the iiwa, fixed joints, branches, and everything that can be wrong with a description.
 
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{Chain, ChainJoint, JointKind, JointLimit, KinematicsError};
+use hwall_kinematics::{
+    ArmKinematics, Chain, ChainArm, ChainJoint, JointKind, JointLimit, KinematicsError, SrsArm,
+};
 use hwall_testkit::{Tol, assert_close};
 use std::path::Path;
 
@@ -178,6 +180,71 @@ fn kinds_limits_and_axes() {
     let turned = chain.forward(&[0.0, 0.0, 0.3, 0.0]).unwrap();
     let expected = DMat3::from_rotation_y(-0.3);
     assert_close!(turned.rotation(), expected, Tol::abs(1e-15));
+}
+
+#[test]
+fn a_description_may_say_how_fast_joints_accelerate() {
+    let read = |root: &str, limit: &str| {
+        let limit =
+            format!("<limit lower=\"-1\" upper=\"2\" effort=\"3\" velocity=\"4\" {limit}/>");
+        let body = links("a b c") + &hinge("a", "b") + &joint("revolute", "b", "c", &limit);
+        let chain = Chain::from_urdf_str(&format!("<robot {root}>{body}</robot>"), None, None)?;
+        assert_eq!(chain.joints()[0].max_acceleration, None);
+        // What the description leaves open is the caller's; what the caller says wins.
+        let arm = ChainArm::new(chain.clone())?;
+        let most = chain.joints()[1].max_acceleration;
+        assert_eq!(
+            arm.accelerations_or([7.0; 7])[..2],
+            [7.0, most.unwrap_or(7.0)]
+        );
+        assert_eq!(
+            arm.with_accelerations([1.0; 7]).accelerations_or([7.0; 7]),
+            [1.0; 7]
+        );
+        Ok::<_, KinematicsError>(most)
+    };
+    let (drake, uri) = (
+        "drake:acceleration=\"12.5\"",
+        "xmlns:drake=\"http://drake.mit.edu\"",
+    );
+    assert_eq!(read(uri, drake), Ok(Some(12.5)));
+    // As other readers, whatever the prefix stands for, even if nothing.
+    assert_eq!(read("xmlns:drake=\"urn:x\"", drake), Ok(Some(12.5)));
+    assert_eq!(read("", drake), Ok(Some(12.5)));
+    assert_eq!(
+        read("xmlns:other=\"urn:x\"", "other:acceleration=\"1\""),
+        Ok(None)
+    );
+    // The format's own, since it has one.
+    let own = "acceleration=\"8\"";
+    assert_eq!(read("", own), Ok(None));
+    assert_eq!(read("version=\"1.2\"", own), Ok(Some(8.0)));
+    assert_eq!(
+        read("version=\"1.2\"", &format!("{own} {drake}")),
+        Ok(Some(12.5))
+    );
+    for nothing in ["0", "inf"] {
+        assert_eq!(
+            read(uri, &format!("drake:acceleration=\"{nothing}\"")),
+            Ok(None)
+        );
+    }
+    for bad in ["-1", "NaN", "-inf", "1e200", "fast"] {
+        let read = read(uri, &format!("drake:acceleration=\"{bad}\""));
+        let error = read.unwrap_err().to_string();
+        assert!(error.contains("acceleration"), "{bad}: {error}");
+    }
+}
+
+#[test]
+fn an_arm_with_a_closed_form_keeps_the_accelerations_of_its_description() {
+    let text = IIWA7.replacen("velocity=", "drake:acceleration=\"3.5\" velocity=", 1);
+    let arm = SrsArm::from_urdf_str(&text, None, None).unwrap();
+    let arm = arm.carrying(hwall_kinematics::Pose::IDENTITY);
+    assert_eq!(
+        arm.accelerations_or([9.0; 7]),
+        [3.5, 9.0, 9.0, 9.0, 9.0, 9.0, 9.0]
+    );
 }
 
 #[test]

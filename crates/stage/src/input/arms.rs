@@ -1,6 +1,6 @@
 //! Arms by name or URDF file, for the command line.
 
-use super::assumed_limits::assumed_accelerations;
+use super::assumed_limits::accelerations;
 use super::counted::Counted;
 use super::numbers::{counted, list};
 use crate::console::note;
@@ -157,9 +157,13 @@ impl BoardArm {
     fn from_chain(name: &str, chain: Chain, board: &Board) -> anyhow::Result<Self> {
         // A description of an arm with a closed form is that arm.
         if let Ok(arm) = SrsArm::from_chain(&chain) {
-            note(format_args!(
-                "{name}: built as an iiwa, whose accelerations count"
-            ));
+            let known = arm.parameters().max_acceleration_rad_per_s2;
+            let whose = match known.iter().flatten().count() {
+                0 => "whose accelerations count",
+                7 => "with the accelerations of the description",
+                _ => "whose accelerations count where the description has none",
+            };
+            note(format_args!("{name}: built as an iiwa, {whose}"));
             let mut of_srs = Self::from_srs(&arm, board)?;
             of_srs.chain = Some(chain);
             let limits = of_srs.kinematics.limits();
@@ -172,7 +176,7 @@ impl BoardArm {
             }
             return Ok(of_srs);
         }
-        let (accelerations, words) = assumed_accelerations(&chain, board);
+        let (accelerations, words) = accelerations(&chain, board);
         note(format_args!("{name}: {words}"));
         let chain = ChainArm::new(chain)?.with_tool(board.flange_from_board_face()?);
         let chain = chain.with_accelerations(accelerations);
@@ -381,6 +385,20 @@ pub fn parse_list<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn accelerations_of_a_description_are_the_arms() {
+        let text = include_str!("../../../kinematics/tests/data/panda.urdf");
+        let named = NamedArm::from("panda.urdf");
+        let most = |text: &str| {
+            let arm = BoardArm::from_urdf(&named, text, &Board::default()).unwrap();
+            arm.kinematics().accelerations_or([0.0; 7])
+        };
+        let told = |text: &str| text.replacen("<limit ", "<limit drake:acceleration=\"2.5\" ", 1);
+        let (estimated, of_first) = (most(text), most(&told(text)));
+        assert_eq!(of_first[0], 2.5);
+        assert_eq!(of_first[1..], estimated[1..]);
+    }
 
     #[test]
     fn a_panda_with_continuous_joints_carries_the_board() {

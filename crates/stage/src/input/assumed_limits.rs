@@ -11,20 +11,35 @@ const POSTURES: usize = 256;
 /// Without masses or torque limits all joints reach their full speed in this time, s. An assumption.
 const FULL_SPEED_S: f64 = 0.3;
 
-/// Largest joint accelerations, rad/s², and words for the user.
-pub(super) fn assumed_accelerations(chain: &Chain, board: &Board) -> ([f64; MOST_JOINTS], String) {
+/// Largest joint accelerations, those of the description where it has any, rad/s² (m/s² for a joint that slides), and words for the user.
+pub(super) fn accelerations(chain: &Chain, board: &Board) -> ([f64; MOST_JOINTS], String) {
     let joints = chain.joints().iter();
     let speeds: Vec<f64> = joints
         .map(|joint| joint.max_velocity.unwrap_or(1.0))
         .collect();
+    let known = |i: usize| (chain.joints().get(i)).and_then(|joint| joint.max_acceleration);
+    let unknown: Vec<usize> = (0..speeds.len()).filter(|&i| known(i).is_none()).collect();
     let (source, time_s) = match full_speed_s(chain, board, &speeds) {
         Some(time_s) => ("estimated from torque limits and inertia", time_s),
         None => ("assumed, without masses or torque limits", FULL_SPEED_S),
     };
-    let limits = std::array::from_fn(|i| speeds.get(i).map_or(1.0, |v| v / time_s));
+    let limits = std::array::from_fn(|i| {
+        known(i).unwrap_or_else(|| speeds.get(i).map_or(1.0, |v| v / time_s))
+    });
     let shown = &limits[..speeds.len().min(MOST_JOINTS)];
+    if unknown.is_empty() {
+        let words = format!("acceleration limits of the description: {shown:.1?} rad/s²");
+        return (limits, words);
+    }
+    let whose = match unknown.len() == speeds.len() {
+        true => String::new(),
+        false => {
+            let names: Vec<&str> = unknown.iter().map(|&i| &*chain.joints()[i].name).collect();
+            format!(" of {}", names.join(", "))
+        }
+    };
     let words = format!(
-        "acceleration limits are not in the description: {source}: {shown:.1?} rad/s², full speed within {time_s:.2} s"
+        "acceleration limits{whose} are not in the description: {source}: {shown:.1?} rad/s², full speed within {time_s:.2} s"
     );
     (limits, words)
 }

@@ -29,9 +29,10 @@ impl Chain {
     /// joints are left out and listed in [`Chain::links_left_out`].
     ///
     /// As URDF says: rpy is roll about x, then pitch about y, then yaw about z, all in fixed
-    /// axes; a missing axis is x; missing `lower` and `upper` of a limit are 0. A velocity or
-    /// effort of 0 counts as not given. From version 1.1 an origin may have `quat_xyzw`, from
-    /// version 1.2 what a limit leaves out is unlimited.
+    /// axes; a missing axis is x; missing `lower` and `upper` of a limit are 0. A velocity, effort
+    /// or acceleration of 0 counts as not given. From version 1.1 an origin may have `quat_xyzw`, from
+    /// version 1.2 what a limit leaves out is unlimited and a limit may have `acceleration`. Drake's
+    /// `drake:acceleration` in a limit is read in every version.
     ///
     /// # Errors
     /// Malformed text, a link without definition, defined twice or with two parents, a loop, no
@@ -451,6 +452,7 @@ fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, Ki
         limit,
         max_velocity: tag.and_then(|limit| given(limit.velocity)),
         max_effort: tag.and_then(|limit| given(limit.effort)),
+        max_acceleration: tag.and_then(|limit| given(limit.acceleration)),
         inertials: Vec::new(),
     })
 }

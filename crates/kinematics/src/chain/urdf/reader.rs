@@ -59,12 +59,14 @@ pub(super) enum Kind {
     Spherical,
 }
 
-/// In the units of the joint: rad, rad/s and N m, or m, m/s and N.
+/// In the units of the joint: rad, rad/s, N m and rad/s², or m, m/s, N and m/s².
 pub(super) struct Limit {
     pub(super) lower: f64,
     pub(super) upper: f64,
     pub(super) velocity: f64,
     pub(super) effort: f64,
+    /// Infinite where the description says nothing.
+    pub(super) acceleration: f64,
 }
 
 pub(super) struct Origin {
@@ -317,11 +319,17 @@ fn limit(limit: Element, version: Version) -> Result<Limit, KinematicsError> {
     if !since_1_2 {
         limit.text("velocity")?;
     }
+    // Drake's extension counts in every version; from 1.2 the format has an attribute of its own.
+    let acceleration = match limit.optional_number("drake:acceleration")? {
+        None if since_1_2 => limit.optional_number("acceleration")?,
+        given => given,
+    };
     Ok(Limit {
         lower: or_unlimited("lower", f64::NEG_INFINITY)?,
         upper: or_unlimited("upper", f64::INFINITY)?,
         velocity: or_unlimited("velocity", f64::INFINITY)?,
         effort: or_unlimited("effort", f64::INFINITY)?,
+        acceleration: acceleration.unwrap_or(f64::INFINITY),
     })
 }
 
@@ -383,8 +391,15 @@ impl<'a, 'text: 'a> Element<'a, 'text> {
             .ok_or_else(|| self.malformed(&format!("<{name}> is missing")))
     }
 
+    /// By its name, with its prefix if it has one: readers of such extensions compare the prefix, not what it stands for.
     fn attribute(self, name: &str) -> Option<&'a str> {
-        self.0.attribute(name)
+        let Some((prefix, local)) = name.split_once(':') else {
+            return self.0.attribute(name);
+        };
+        let has_prefix = |uri| self.0.lookup_prefix(uri) == Some(prefix);
+        let mut attributes = self.0.attributes();
+        let found = attributes.find(|a| a.name() == local && a.namespace().is_some_and(has_prefix));
+        found.map(|attribute| attribute.value())
     }
 
     fn text(self, attribute: &str) -> Result<&'a str, KinematicsError> {
