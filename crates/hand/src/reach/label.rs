@@ -2,7 +2,9 @@
 
 use super::labelled::LabelledReach;
 use super::onset::ReachOnset;
-use super::segment::{Knot, MAX_GAP_S, Reach, ReachEnd, SegmentConfig, find_reaches, speeds};
+use super::segment::{
+    Knot, MAX_GAP_S, Reach, ReachEnd, SegmentConfig, find_reaches, measured, speeds,
+};
 use super::touching_point::TouchingPoint;
 use crate::error::HandError;
 use crate::hand_point::HandPoint;
@@ -303,13 +305,10 @@ impl Source<'_> {
         let mut knots: Vec<Knot> = Vec::new();
         for (index, sample) in self.samples[..seen_until].iter().enumerate() {
             if let Some(position_m) = touching.locate(&sample.frame.points()) {
-                knots.push(Knot {
-                    index,
-                    t_s: sample.frame.t_s,
-                    position_m,
-                });
+                knots.push(Knot::new(index, sample.frame.t_s, position_m));
             }
         }
+        let knots = measured(knots);
         if knots.len() < 2 {
             return Err("the touching point is not seen");
         }

@@ -1,7 +1,7 @@
 //! Reaches with a known end: what estimators learn from and are judged by.
 
 use super::onset::ReachOnset;
-use super::segment::{Knot, speeds};
+use super::segment::{Knot, measured, speeds};
 use crate::error::HandError;
 use crate::frame::HandFrame;
 use crate::hand_point::HandPoint;
@@ -100,14 +100,9 @@ impl LabelledReach {
     /// ([`ReachOnset`]), however the reach was cut; `None` if it never clearly moves.
     #[must_use]
     pub fn onset(&self) -> Option<[usize; 2]> {
-        let seen = |(index, f): (usize, &HandFrame)| {
-            Some(Knot {
-                index,
-                t_s: f.t_s,
-                position_m: f.point(self.point)?,
-            })
-        };
-        let knots: Vec<Knot> = self.frames.iter().enumerate().filter_map(seen).collect();
+        let seen =
+            |(index, f): (usize, &HandFrame)| Some(Knot::new(index, f.t_s, f.point(self.point)?));
+        let knots = measured(self.frames.iter().enumerate().filter_map(seen).collect());
         let speeds = speeds(&knots);
         let peak = speeds.iter().fold(0.0, |m: f64, &v| m.max(v));
         let found = ReachOnset::of_peak(peak).find(&speeds)?;

@@ -4,7 +4,7 @@ use super::onset::ReachOnset;
 use crate::error::HandError;
 use crate::hand_point::HandPoint;
 use crate::recording::Recording;
-use crate::track::FreezeConfig;
+use crate::track::{FreezeConfig, LATE};
 use glam::DVec3;
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{positive, that};
@@ -110,31 +110,17 @@ pub(super) fn find_reaches(recording: &Recording, config: &SegmentConfig) -> Vec
             ..freeze
         })
     });
+    let is_frozen = |index: usize| frozen.as_ref().is_some_and(|frozen| frozen[index]);
+    let seen = recording.frames().enumerate().filter_map(|(index, frame)| {
+        let position_m = frame.point(point).filter(|_| !is_frozen(index))?;
+        Some(Knot::new(index, frame.t_s, position_m))
+    });
     let mut found = Vec::new();
     let mut stretch: Vec<Knot> = Vec::new();
-    for (index, frame) in recording.frames().enumerate() {
-        if frozen.as_ref().is_some_and(|frozen| frozen[index]) {
-            cut(
-                &mut stretch,
-                ReachEnd::TrackingLost,
-                point,
-                config,
-                &mut found,
-            );
-            continue;
-        }
-        let Some(position_m) = frame.point(point) else {
-            continue;
-        };
-        let knot = Knot {
-            index,
-            t_s: frame.t_s,
-            position_m,
-        };
-        if stretch
-            .last()
-            .is_some_and(|before| knot.breaks_from(before))
-        {
+    for knot in measured(seen.collect()) {
+        let breaks =
+            |before: &Knot| knot.breaks_from(before) || (before.index..knot.index).any(is_frozen);
+        if stretch.last().is_some_and(breaks) {
             cut(
                 &mut stretch,
                 ReachEnd::TrackingLost,
@@ -146,7 +132,10 @@ pub(super) fn find_reaches(recording: &Recording, config: &SegmentConfig) -> Vec
         stretch.push(knot);
     }
     let lost_before_end = match (stretch.last(), recording.samples.last()) {
-        (Some(knot), Some(sample)) => sample.frame.t_s - knot.t_s > MAX_GAP_S,
+        (Some(knot), Some(sample)) => {
+            let mut after = knot.index..recording.samples.len();
+            sample.frame.t_s - knot.seen_s > MAX_GAP_S || after.any(is_frozen)
+        }
         _ => false,
     };
     let end = if lost_before_end {
@@ -188,9 +177,20 @@ pub(super) struct Knot {
     pub(super) index: usize,
     pub(super) t_s: f64,
     pub(super) position_m: DVec3,
+    /// Time of the last sample that repeats it, s.
+    seen_s: f64,
 }
 
 impl Knot {
+    pub(super) const fn new(index: usize, t_s: f64, position_m: DVec3) -> Self {
+        Self {
+            index,
+            t_s,
+            position_m,
+            seen_s: t_s,
+        }
+    }
+
     /// Is the step from another sample longer than a hand makes it?
     pub(super) fn jumps_from(&self, before: &Self) -> bool {
         let reach_m = MAX_SPEED_M_PER_S * (self.t_s - before.t_s) + JUMP_SLACK_M;
@@ -198,8 +198,43 @@ impl Knot {
     }
 
     fn breaks_from(&self, before: &Self) -> bool {
-        self.t_s - before.t_s > MAX_GAP_S || self.jumps_from(before)
+        self.t_s - before.seen_s > MAX_GAP_S || self.jumps_from(before)
     }
+}
+
+/// Fewer changes of a point do not show how often its tracker measures.
+const LEAST_CHANGES: usize = 3;
+/// Share of the changes that may follow each other faster than the tracker measures, by chance or by a late sample.
+const FASTER: f64 = 0.1;
+
+/// Without the samples that only repeat the one before because the recording is faster than the tracker. Steps between these would be
+/// jumps of a hand that rests in between.
+pub(super) fn measured(seen: Vec<Knot>) -> Vec<Knot> {
+    let runs = seen.chunk_by(|a, b| a.position_m == b.position_m);
+    let mut lasting_s: Vec<f64> = runs
+        .map(|run| run[run.len() - 1].t_s - run[0].t_s)
+        .collect();
+    // The last may have been cut off.
+    lasting_s.pop();
+    lasting_s.sort_by(f64::total_cmp);
+    let shortest = (FASTER * lasting_s.len() as f64) as usize;
+    let repeat_s = match lasting_s.get(shortest) {
+        Some(&repeat_s) if lasting_s.len() >= LEAST_CHANGES => repeat_s.min(MAX_GAP_S),
+        _ => return seen,
+    };
+    let repeats = |knot: &Knot, before: &Knot| {
+        knot.position_m == before.position_m
+            && knot.t_s - before.seen_s <= MAX_GAP_S
+            && before.seen_s - before.t_s <= LATE * repeat_s
+    };
+    let mut measured: Vec<Knot> = Vec::new();
+    for knot in seen {
+        match measured.last_mut() {
+            Some(before) if repeat_s > 0.0 && repeats(&knot, before) => before.seen_s = knot.t_s,
+            _ => measured.push(knot),
+        }
+    }
+    measured
 }
 
 /// Finds the reaches of one uninterrupted stretch, which it empties.

@@ -1,6 +1,6 @@
 //! The hand tracking filter: smooth position, velocity and direction, or why the hand is lost.
 
-use super::freeze::{FreezeConfig, FreezeWatch, Frozen};
+use super::freeze::{FreezeConfig, FreezeWatch, Frozen, LATE, STILL_TOLERANCE_M};
 use super::lost::LostReason;
 use crate::error::HandError;
 use crate::frame::HandFrame;
@@ -263,11 +263,17 @@ impl HandFilter {
     fn measure(&mut self, frame: &HandFrame, position_m: DVec3) {
         let t_s = frame.t_s;
         let mut position_m = position_m;
+        let mut is_repeat = false;
         if let Some((before_s, before_m)) = self.measured {
             // Where each pose is repeated, a step was on its way since before the repeats.
             let repeat_s = self.freeze.as_ref().map_or(0.0, FreezeWatch::repeat_s);
             let step_s = t_s - before_s + repeat_s;
             let moved_m = position_m.distance(before_m);
+            // A pose that a slow tracker repeats is no measurement: velocities would be those of a hand that rests and leaps.
+            let newest_s = (self.filled.checked_sub(1)).map_or(t_s, |newest| self.window[newest].0);
+            is_repeat = repeat_s > 0.0
+                && moved_m <= STILL_TOLERANCE_M
+                && before_s - newest_s <= LATE * repeat_s;
             if moved_m > self.config.max_speed_m_per_s * step_s + self.config.jump_slack_m {
                 self.lose(
                     LostReason::Jump {
@@ -286,7 +292,8 @@ impl HandFilter {
             position_m = self.follow(frame).unwrap_or(position_m);
         }
         self.measured = Some((t_s, position_m));
-        if self.filled == 0 || t_s - self.window[self.filled - 1].0 >= MIN_STEP_S {
+        let is_due = self.filled == 0 || t_s - self.window[self.filled - 1].0 >= MIN_STEP_S;
+        if is_due && (self.filled == 0 || !is_repeat) {
             if self.filled == 4 {
                 self.window.rotate_left(1);
             } else {

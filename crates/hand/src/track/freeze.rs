@@ -65,7 +65,9 @@ pub enum FreezeKind {
 }
 
 /// A point that moves less than this does not move, m: the last digit of most recordings.
-const STILL_TOLERANCE_M: f64 = 1e-6;
+pub(super) const STILL_TOLERANCE_M: f64 = 1e-6;
+/// Trackers and recorders wait for each other: a position stays up to this many times as long as the shortest do.
+pub(crate) const LATE: f64 = 1.5;
 /// A distance between two points that changes less than this does not change, m.
 const RIGID_TOLERANCE_M: f64 = 2e-5;
 /// Points needed to judge a shape: with two, the only distance may stay the same by chance.

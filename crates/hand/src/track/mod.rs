@@ -9,8 +9,8 @@ mod lost;
 mod value_steps;
 
 pub use filter::{HandFilter, HandFilterConfig, HandState, Tracking};
-pub(crate) use freeze::FreezeWatch;
 pub use freeze::{FreezeConfig, FreezeKind};
+pub(crate) use freeze::{FreezeWatch, LATE};
 pub use gaze::{Fixation, Gaze};
 pub use gaze_filter::{GazeFilter, GazeFilterConfig};
 pub use lost::LostReason;

@@ -175,6 +175,54 @@ fn repeated_values_are_not_frozen_and_a_frozen_pose_is() {
     }
 }
 
+/// A tracker at 10 Hz in a faster log: each step of a hand that the rows let rest in between was a jump, and reaches were cut there.
+#[test]
+fn a_slow_tracker_in_a_fast_log_makes_no_jumps() {
+    // As fast as hands are: a peak of 2 m/s.
+    let quick = |recording: &Recording| {
+        changed(recording, |_, sample| {
+            let way_m = |at: DVec3| DVec3::new(2.4 * at.x, at.y, at.z);
+            set_all(&mut sample.frame, way_m);
+        })
+    };
+    let plain = quick(&live());
+    for log_hz in [60.0, 72.0, 90.0, 240.0] {
+        for late_s in [0.0, 0.004] {
+            let rows = (0..(18.0 * log_hz) as usize).map(|row| {
+                // A row holds what the tracker saw last.
+                let t_s = row as f64 / log_hz;
+                let jitter_s = late_s * (0.7 * row as f64).sin();
+                let seen_s = 0.1 * ((t_s + jitter_s).max(0.0) / 0.1).floor();
+                let seen =
+                    plain.samples[((seen_s * 72.0) as usize).min(plain.samples.len() - 1)].frame;
+                HandFrame { t_s, ..seen }
+            });
+            let slow = Recording::from_frames(rows).unwrap();
+            let (share, reasons) = tracked(&slow, 0.0);
+            let jumps = reasons
+                .iter()
+                .any(|why| matches!(why, LostReason::Jump { .. }));
+            assert!(
+                !jumps && share > 0.95,
+                "{log_hz} Hz, {late_s} s: {share} {reasons:?}"
+            );
+            assert_eq!(complete(&slow), complete(&plain), "{log_hz} Hz, {late_s} s");
+            let found = reaches(&slow, &SegmentConfig::default()).unwrap();
+            let fastest = found.iter().map(|reach| reach.peak_speed_m_per_s);
+            let fastest = fastest.fold(0.0, f64::max);
+            assert!((1.2..2.4).contains(&fastest), "{fastest} m/s");
+            // The speed of the hand, not that of a leap between two rows.
+            let mut filter = HandFilter::new(HandFilterConfig::default()).unwrap();
+            for frame in slow.frames() {
+                if let Some(state) = filter.step(frame).state() {
+                    let speed = state.velocity_m_per_s.length();
+                    assert!(speed < 2.4, "{log_hz} Hz: {speed} m/s at {}", state.t_s);
+                }
+            }
+        }
+    }
+}
+
 /// A head at a third of the hand's rate, and one that ends early.
 #[test]
 fn each_channel_has_its_own_rate() {
