@@ -72,6 +72,8 @@ counts! {
     skipped_cycles,
     /// Datagrams that became targets.
     datagrams,
+    /// Datagrams at exactly 0,0,0: their sender sees nothing.
+    unseen_datagrams,
     /// Datagrams that make no sense, or come from another sender than the one that leads.
     refused_datagrams,
 }
@@ -110,9 +112,13 @@ impl fmt::Display for BridgeCounts {
         ];
         listed(f, "; ", &others)?;
         write!(f, ".")?;
-        if self.datagrams + self.refused_datagrams > 0 {
+        let not_taken = [
+            (self.unseen_datagrams, "without a place"),
+            (self.refused_datagrams, "refused"),
+        ];
+        if self.datagrams + self.unseen_datagrams + self.refused_datagrams > 0 {
             write!(f, "\nDatagrams: {} taken", self.datagrams)?;
-            listed(f, ", ", &[(self.refused_datagrams, "refused")])?;
+            listed(f, ", ", &not_taken)?;
             write!(f, ".")?;
         }
         Ok(())
@@ -169,12 +175,13 @@ mod tests {
         );
         let told = BridgeCounts {
             datagrams: 4,
+            unseen_datagrams: 2,
             refused_datagrams: 1,
             ..BridgeCounts::default()
         };
         assert!(
             told.to_string()
-                .ends_with("\nDatagrams: 4 taken, 1 refused.")
+                .ends_with("\nDatagrams: 4 taken, 2 without a place, 1 refused.")
         );
     }
 }

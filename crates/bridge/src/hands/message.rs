@@ -142,8 +142,8 @@ impl PageMessage {
     }
 }
 
-/// Headsets write zeros for what they do not see.
-fn seen(p: Option<[f64; 3]>) -> Option<[f64; 3]> {
+/// Headsets and engines write zeros for what they do not see.
+pub(crate) fn seen(p: Option<[f64; 3]>) -> Option<[f64; 3]> {
     p.filter(|&p| p != [0.0; 3])
 }
 

@@ -3,6 +3,7 @@
 use super::datagram::BoardDatagram;
 use crate::counts::{BridgeCounts, Tally};
 use crate::error::BridgeError;
+use crate::hands::seen;
 use glam::DVec3;
 use hwall::geometry::Pose;
 use hwall::haptics::{BoardTarget, HapticsError, Slide, board_pose};
@@ -84,7 +85,7 @@ impl UnityTarget {
 }
 
 /// Receives the dissertation's datagrams on a thread of its own and makes targets of them, for a
-/// [`TargetControl`](hwall::TargetControl).
+/// [`TargetControl`](hwall::TargetControl). A place at exactly 0,0,0 is none, as for hands: the board goes on as if that datagram had not come.
 pub struct UnityReceiver {
     config: UnityConfig,
     address: SocketAddr,
@@ -140,7 +141,7 @@ impl UnityReceiver {
         UnityTarget::of(&datagram, &self.config.base_from_unity, now_s).ok()
     }
 
-    /// Of these, [`BridgeCounts::datagrams`] and [`BridgeCounts::refused_datagrams`].
+    /// Of these, [`BridgeCounts::datagrams`], [`BridgeCounts::unseen_datagrams`] and [`BridgeCounts::refused_datagrams`].
     #[must_use]
     pub fn counts(&self) -> BridgeCounts {
         self.tally.counts(0)
@@ -176,6 +177,10 @@ fn receive(
         match read {
             Ok(datagram) if !is_led_by_another => {
                 leader = Some((sender, std::time::Instant::now()));
+                if seen(Some(datagram.position_mm)).is_none() {
+                    tally.unseen_datagrams.add(1);
+                    continue;
+                }
                 match datagrams.try_send(datagram) {
                     Ok(()) => tally.datagrams.add(1),
                     Err(_) => tally.overflow.add(1),

@@ -68,6 +68,35 @@ fn the_newest_datagram_of_the_first_sender_counts() {
     assert!(receiver.newest(8.0).is_none(), "seen once");
 }
 
+/// The board was sent to the arm's base.
+#[test]
+fn zeros_are_no_place() {
+    let mut receiver = receiver();
+    let socket = sender(&receiver);
+    let send = |datagram: BoardDatagram| {
+        let bytes = datagram.encode().expect("bytes");
+        socket.send(&bytes).expect("sent");
+    };
+    let zeros = BoardDatagram {
+        position_mm: [0.0, -0.0, 0.0],
+        ..datagram()
+    };
+    send(zeros);
+    send(datagram());
+    for _ in 0..3 {
+        send(zeros);
+    }
+    wait_for("four without a place", || {
+        receiver.counts().unseen_datagrams == 4
+    });
+    let told = receiver.newest(1.0).expect("the place before");
+    assert!(told.target.point_m.distance(DVec3::new(0.6, 0.0, 0.5)) < 1e-9);
+    socket.send(&[0; 20]).expect("sent");
+    wait_for("all zeros", || receiver.counts().unseen_datagrams == 5);
+    assert!(receiver.newest(2.0).is_none());
+    assert_eq!(receiver.counts().refused_datagrams, 0);
+}
+
 #[test]
 fn a_board_goes_where_it_is_told() {
     let mut receiver = receiver();

@@ -60,8 +60,8 @@ pub(super) fn run_told(
     )?;
     let counts = unity.counts();
     note(format_args!(
-        "Datagrams: {} taken, {} refused.",
-        counts.datagrams, counts.refused_datagrams
+        "Datagrams: {} taken, {} without a place, {} refused.",
+        counts.datagrams, counts.unseen_datagrams, counts.refused_datagrams
     ));
     Ok(())
 }
