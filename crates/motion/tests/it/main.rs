@@ -1,4 +1,5 @@
 //! Integration tests of the crate, one program.
 
+mod invariances;
 mod joint;
 mod reference;

@@ -3,6 +3,7 @@
 mod attacks;
 mod common;
 mod hard_cases;
+mod invariances;
 mod load;
 mod oracle;
 mod queries;
