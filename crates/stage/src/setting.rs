@@ -233,13 +233,7 @@ impl Setting {
         let filter = if flags.rigid_hand {
             HandFilterConfig::simulated()
         } else {
-            let usual = HandFilterConfig::default();
-            let value_step_m = recording.value_step_m();
-            let freeze = usual.freeze.map(|freeze| FreezeConfig {
-                value_step_m,
-                ..freeze
-            });
-            HandFilterConfig { freeze, ..usual }
+            HandFilterConfig::default().with_value_step(recording.value_step_m())
         };
         let map = Pose::from_affine(&base_from_hand)?;
         let frames: Vec<_> = recording

@@ -63,6 +63,15 @@ impl HandFilterConfig {
         }
     }
 
+    /// The same with a known step of the values, m ([`FreezeConfig::value_step_m`]).
+    #[must_use]
+    pub fn with_value_step(mut self, value_step_m: f64) -> Self {
+        if let Some(freeze) = &mut self.freeze {
+            freeze.value_step_m = value_step_m;
+        }
+        self
+    }
+
     fn validate(&self) -> Result<(), HandError> {
         positive("max_gap_s", self.max_gap_s)?;
         positive("max_speed_m_per_s", self.max_speed_m_per_s)?;

@@ -9,14 +9,16 @@ use hwall_record::Run;
 /// One session of a recording.
 ///
 /// # Errors
-/// A filter that is neither that for simulated hands nor the usual one.
+/// A filter that is neither that for simulated hands nor the usual one, but for the step of a recorded hand's values.
 pub fn run_of(number: usize, settings: &SessionSettings<'_>) -> anyhow::Result<Run> {
+    let value_step_m = (settings.filter.freeze).map_or(0.0, |freeze| freeze.value_step_m);
     let filter = FILTERS
         .iter()
-        .find(|(_, config)| config() == settings.filter);
+        .find(|(_, config)| config().with_value_step(value_step_m) == settings.filter);
     let (filter, _) =
         filter.context("a hand filter with settings of its own cannot be recorded")?;
     let options = [
+        ("hand_value_step_m", numbers(&[value_step_m])),
         ("hand_filter", (*filter).to_owned()),
         ("sees_head", settings.sees_head.to_string()),
         (
@@ -42,9 +44,13 @@ pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, bool, f64
     let name = wanted(run.option("hand_filter"), "hand_filter")?;
     let filter = FILTERS.iter().find(|(known, _)| *known == name);
     let (_, filter) = filter.with_context(|| format!("hand_filter: {name:?} is not known"))?;
+    // Older recordings say nothing: then no step was known.
+    let step = run.option("hand_value_step_m").unwrap_or("0");
+    let [value_step_m] = numbers_of("hand_value_step_m", step)?;
     let sees_head = wanted(run.option("sees_head"), "sees_head")?;
     let sees_head = flag_of("sees_head", sees_head)?;
     let offset = wanted(run.option("arm_minus_tracker_s"), "arm_minus_tracker_s")?;
     let [offset_s] = numbers_of("arm_minus_tracker_s", offset)?;
-    Ok((filter(), sees_head, offset_s))
+    let filter = filter().with_value_step(value_step_m);
+    Ok((filter, sees_head, offset_s))
 }

@@ -352,8 +352,18 @@ mod tests {
             sees_head: false,
             arm_minus_tracker_s: -0.1,
         };
-        let run = run_of(3, &settings).unwrap();
-        assert_eq!(run_from(&run).unwrap(), (settings.filter, false, -0.1));
+        // A hand whose values have two decimals could not be recorded.
+        for value_step_m in [0.0, 0.01, 0.1 + 0.2] {
+            let filter = settings.filter.with_value_step(value_step_m);
+            let run = run_of(3, &SessionSettings { filter, ..settings }).unwrap();
+            assert_eq!(run_from(&run).unwrap(), (filter, false, -0.1));
+        }
+        let mut others = settings;
+        others.filter.max_gap_s += 0.1;
+        assert!(run_of(3, &others).is_err());
+        let mut run = run_of(3, &settings).unwrap();
+        run.options.retain(|(key, _)| key != "hand_value_step_m");
+        assert_eq!(run_from(&run).unwrap().0, settings.filter);
     }
 
     /// A scene and an arm in Latin-1 were loaded, and could not be recorded.
