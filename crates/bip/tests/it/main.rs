@@ -10,6 +10,7 @@ mod excerpt;
 mod file;
 mod hard_cases;
 mod identities;
+mod invariances;
 mod lasting;
 mod onset;
 mod reference;

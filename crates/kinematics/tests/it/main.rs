@@ -6,6 +6,7 @@ mod chain_support;
 #[cfg(feature = "dynamics")]
 mod dynamics;
 #[cfg(feature = "dynamics")]
+mod invariances;
 mod momentum;
 mod numeric;
 mod region;

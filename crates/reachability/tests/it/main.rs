@@ -6,6 +6,7 @@ mod exact_choices;
 #[cfg(feature = "exr")]
 mod exr;
 mod forged_map;
+mod invariances;
 mod keep_out;
 mod map;
 mod margins;

@@ -1,0 +1,172 @@
+//! What a model learns and what a filter says depends on neither the order of the demonstrations and of the columns, nor on the place,
+//! the sense and the unit of the values, nor on the unit of time.
+
+use crate::common::moments;
+use hwall_bip::{
+    Basis, Demonstration, Filter, FilterConfig, Group, Model, MotionFilter, Observation,
+    TrainingConfig,
+};
+use hwall_testkit::Sampler;
+
+const DOFS: usize = 3;
+const BASES: [Basis; 2] = [
+    Basis::Legendre { count: 6 },
+    Basis::NormalizedGaussian {
+        count: 7,
+        variance: 0.02,
+    },
+];
+
+type Rows = Vec<[f64; DOFS]>;
+
+/// Reaches towards random targets, of different lengths.
+fn reaches(seed: u64, count: usize) -> Vec<Rows> {
+    let mut sampler = Sampler::new(seed);
+    let mut reach = |_| {
+        let samples = 30 + sampler.index(30);
+        let goal: [f64; DOFS] = sampler.array_within([(0.2, 0.8); DOFS]);
+        let row = |k: usize| {
+            let t = k as f64 / (samples - 1) as f64;
+            let way = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+            std::array::from_fn(|d| 0.1 * d as f64 + way * goal[d] + 1e-3 * sampler.normal())
+        };
+        (0..samples).map(row).collect()
+    };
+    (0..count).map(&mut reach).collect()
+}
+
+/// What a filter says of the end after every third of a motion, each time its means and variances.
+fn said(
+    basis: Basis,
+    training: &[Rows],
+    period_s: f64,
+    of: impl Fn([f64; DOFS]) -> [f64; DOFS],
+) -> Vec<[[f64; DOFS]; 2]> {
+    let demonstration = |rows: &Rows| {
+        let values: Vec<f64> = rows.iter().flat_map(|row| of(*row)).collect();
+        Demonstration::from_samples(period_s, DOFS, values).unwrap()
+    };
+    let demonstrations: Vec<_> = training.iter().map(demonstration).collect();
+    let config = TrainingConfig::new(vec![Group::observed("hand", DOFS, basis)]);
+    let model = Model::train(&demonstrations, &config).unwrap();
+    let mut said = Vec::new();
+    for motion in reaches(99, 4) {
+        let mut filter = Filter::new(&model, &FilterConfig::default()).unwrap();
+        for (k, row) in motion.iter().take(30).enumerate() {
+            filter.predict(period_s).unwrap();
+            filter
+                .observe(&Observation::new(&[0, 1, 2], &of(*row)))
+                .unwrap();
+            if k % 10 == 9 {
+                said.push(moments(&mut filter, 1.0, [0, 1, 2]));
+            }
+        }
+    }
+    said
+}
+
+/// Compares with a change of the values: the means change alike, the variances by the square of a scale.
+fn compare(
+    name: &str,
+    a: &[[[f64; DOFS]; 2]],
+    b: &[[[f64; DOFS]; 2]],
+    of: impl Fn([f64; DOFS]) -> [f64; DOFS],
+    scale: f64,
+    close: f64,
+) {
+    assert_eq!(a.len(), b.len());
+    for ([mean, variance], [other, others]) in a.iter().zip(b) {
+        for (x, y) in of(*mean).iter().zip(other) {
+            assert!((x - y).abs() < close * scale, "{name}: {x} {y}");
+        }
+        let (mut v, mut w) = (*variance, *others);
+        v.sort_by(f64::total_cmp);
+        w.sort_by(f64::total_cmp);
+        for (v, w) in v.iter().zip(w) {
+            assert!(
+                (scale * scale * v / w - 1.0).abs() < 1e3 * close,
+                "{name}: {v} {w}"
+            );
+        }
+    }
+}
+
+#[test]
+fn demonstrations_and_columns_come_in_any_order() {
+    for basis in BASES {
+        let training = reaches(1, 14);
+        let usual = said(basis, &training, 1.0, |row| row);
+        let mut others = training.clone();
+        others.reverse();
+        others.rotate_left(5);
+        compare(
+            "order",
+            &usual,
+            &said(basis, &others, 1.0, |row| row),
+            |row| row,
+            1.0,
+            1e-7,
+        );
+        let columns = |[a, b, c]: [f64; DOFS]| [c, a, b];
+        compare(
+            "columns",
+            &usual,
+            &said(basis, &training, 1.0, columns),
+            columns,
+            1.0,
+            1e-7,
+        );
+    }
+}
+
+#[test]
+fn place_sense_and_unit_of_the_values_and_of_time_do_not_matter() {
+    for basis in BASES {
+        let training = reaches(2, 14);
+        let usual = said(basis, &training, 1.0, |row| row);
+        let mirror = |row: [f64; DOFS]| row.map(|x| -x);
+        compare(
+            "mirror",
+            &usual,
+            &said(basis, &training, 1.0, mirror),
+            mirror,
+            1.0,
+            1e-7,
+        );
+        let larger = |row: [f64; DOFS]| row.map(|x| 1e3 * x);
+        compare(
+            "unit",
+            &usual,
+            &said(basis, &training, 1.0, larger),
+            larger,
+            1e3,
+            1e-6,
+        );
+        for period_s in [1.0 / 72.0, 13.9] {
+            compare(
+                "time",
+                &usual,
+                &said(basis, &training, period_s, |row| row),
+                |row| row,
+                1.0,
+                1e-6,
+            );
+        }
+    }
+}
+
+/// A polynomial holds a constant exactly; bumps do so only nearly, and are not asked.
+#[test]
+fn the_origin_of_the_values_does_not_matter() {
+    let training = reaches(3, 14);
+    let usual = said(BASES[0], &training, 1.0, |row| row);
+    let elsewhere = |row: [f64; DOFS]| [row[0] + 2.0, row[1] - 3.0, row[2] + 1.0];
+    compare(
+        "place",
+        &usual,
+        &said(BASES[0], &training, 1.0, elsewhere),
+        elsewhere,
+        1.0,
+        1e-5,
+    );
+}
