@@ -5,6 +5,7 @@ mod attacks;
 mod common;
 mod frames;
 mod gaze;
+mod invariances;
 mod labels;
 mod real_recordings;
 mod recording;

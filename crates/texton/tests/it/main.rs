@@ -7,6 +7,7 @@ mod encoding;
 mod geometry;
 #[cfg(feature = "exr")]
 mod height_field;
+mod invariances;
 mod mesh;
 mod motion;
 mod print_check;
