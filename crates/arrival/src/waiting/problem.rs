@@ -3,7 +3,7 @@
 use super::config::WaitingConfig;
 use crate::board::BoardExtent;
 use crate::error::ArrivalError;
-use crate::length::longest_m;
+use crate::length::{longest_m, turning};
 use crate::passage::Passage;
 use crate::presentation::{Holding, Presentation};
 use crate::surfaces::Surfaces;
@@ -14,7 +14,7 @@ use hwall_motion::MotionLimits;
 use hwall_numeric::check::{all_finite, non_negative};
 use hwall_reachability::{Target, WallPlane};
 use std::cmp::Ordering;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// So many slower ways are looked at in place of one that is not clear.
 const DETOURS: usize = 4;
@@ -71,6 +71,8 @@ pub(crate) struct Problem<'a> {
     pub(super) config: &'a WaitingConfig,
     pub(super) shares: &'static [f64],
     places: Vec<Place>,
+    /// Joints with room for a full turn: they come to a way from either side.
+    turns: Vec<usize>,
     /// Weight of all targets, out of reach or not.
     pub(super) total_weight: f64,
 }
@@ -225,12 +227,17 @@ impl<'a> Problem<'a> {
         for place in &mut places {
             place.weight *= possible_weight / sampled_weight;
         }
+        let (limits_rad, turning) = (passage.arm.limits(), turning(passage.arm));
+        let has_room = |&joint: &usize| {
+            turning[joint] && limits_rad[joint].max_rad - limits_rad[joint].min_rad >= TAU
+        };
         Ok(Self {
             passage,
             limits,
             config,
             shares,
             places,
+            turns: (0..MOST_JOINTS).filter(has_room).collect(),
             total_weight: targets.iter().map(|t| t.weight).sum(),
         })
     }
@@ -247,8 +254,12 @@ impl<'a> Problem<'a> {
                 .map_or(0.0, |(way, time_s)| time_s + place.ways[way].strain_s);
             let reach_rad = self.limits.farthest_rad(least_s + more_s);
             let within =
-                |way: &&Way| (0..MOST_JOINTS).all(|j| (way.q[j] - q[j]).abs() <= reach_rad[j]);
-            let mut ways: Vec<Way> = place.ways.iter().filter(within).copied().collect();
+                |way: &Way| (0..MOST_JOINTS).all(|j| (way.q[j] - q[j]).abs() <= reach_rad[j]);
+            let turned = place.ways.iter().map(|way| Way {
+                q: self.turned(way, q),
+                ..*way
+            });
+            let mut ways: Vec<Way> = turned.filter(within).collect();
             // The first way that is looked at then rules out most others.
             let time_s = |way: &Way| self.limits.travel_time_s(q, &way.q) + way.strain_s;
             ways.sort_by_cached_key(|way| OrderedTime(time_s(way)));
@@ -256,6 +267,7 @@ impl<'a> Problem<'a> {
         };
         Self {
             places: self.places.iter().map(near).collect(),
+            turns: self.turns.clone(),
             ..*self
         }
     }
@@ -278,8 +290,8 @@ impl<'a> Problem<'a> {
             let shares = self.shares.iter().copied();
             // A way that costs more than the best so far is not looked at further.
             let most_m = (best.priced_s() - time_s) / self.config.blocked_s_per_m;
-            let to = &place.ways[way].q;
-            let Some(excess_m) = self.passage.excess_within_m(q, to, shares, most_m) else {
+            let to = self.turned(&place.ways[way], q);
+            let Some(excess_m) = self.passage.excess_within_m(q, &to, shares, most_m) else {
                 if attempt < DETOURS {
                     refused[attempt] = way;
                 }
@@ -300,6 +312,15 @@ impl<'a> Problem<'a> {
         best
     }
 
+    /// The configuration of a way, turned towards a posture where there is room.
+    fn turned(&self, way: &Way, q: &JointPositions) -> JointPositions {
+        let mut turned = way.q;
+        for &joint in &self.turns {
+            turned[joint] = self.passage.arm.limits()[joint].nearest_turn(turned[joint], q[joint]);
+        }
+        turned
+    }
+
     /// The way of the least time and strain, and its time. Most ways are passed over by comparing joints with
     /// how far they get in the best time so far.
     fn fastest(
@@ -312,11 +333,12 @@ impl<'a> Problem<'a> {
         let mut least_s = f64::INFINITY;
         let mut reach_rad = [f64::INFINITY; MOST_JOINTS];
         for (index, way) in place.ways.iter().enumerate() {
-            let beyond = (0..MOST_JOINTS).any(|j| (way.q[j] - q[j]).abs() > reach_rad[j]);
+            let to = self.turned(way, q);
+            let beyond = (0..MOST_JOINTS).any(|j| (to[j] - q[j]).abs() > reach_rad[j]);
             if beyond || refused.contains(&index) {
                 continue;
             }
-            let time_s = self.limits.travel_time_s(q, &way.q);
+            let time_s = self.limits.travel_time_s(q, &to);
             if time_s + way.strain_s < least_s {
                 least_s = time_s + way.strain_s;
                 best = Some((index, time_s));

@@ -4,4 +4,5 @@ mod atlas;
 mod common;
 mod files;
 mod placement;
+mod searched;
 mod waiting;
