@@ -8,6 +8,7 @@ mod cuts_and_points;
 mod fusion;
 mod fusion_answers;
 mod hard_recordings;
+mod invariances;
 mod learned;
 mod learned_touches;
 mod look;

@@ -8,6 +8,7 @@ mod follower;
 mod follower_search;
 mod force;
 mod holds;
+mod invariances;
 mod links;
 mod near_the_bound;
 mod obedience;

@@ -1,0 +1,99 @@
+//! How the board is brought to a hand and stands there depends on neither the clock nor the handedness of the world.
+
+use crate::support::{DT_S, at_rest, force, home, rates};
+use glam::DVec3;
+use hwall_haptics::{ArmCommand, Board, BoardTarget, Phase, Renderer, RendererConfig};
+use hwall_kinematics::{JointPositions, SrsArm};
+use std::mem::discriminant;
+
+/// Joints about upright axes at zero turn the other way in a mirror, those about y the same.
+fn mirrored(q: JointPositions) -> JointPositions {
+    JointPositions(std::array::from_fn(
+        |i| if i % 2 == 0 { -q[i] } else { q[i] },
+    ))
+}
+
+/// A perfect arm that is sent to two places and touched at both, its clock and its world as given: joints and phases.
+fn run(clock_s: f64, mirror: bool) -> Vec<(JointPositions, Phase, f64)> {
+    let side = if mirror { -1.0 } else { 1.0 };
+    let config = RendererConfig::default();
+    let mut renderer = Renderer::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap();
+    // No configuration is its own mirror image: then rounding would decide.
+    let mut start = home();
+    (start[0], start[2], start[4]) = (0.1, -0.05, 0.2);
+    let start = if mirror { mirrored(start) } else { start };
+    let mut state = at_rest(clock_s, start);
+    let mut seen = Vec::new();
+    for k in 1..6000 {
+        let t = f64::from(k) * DT_S;
+        let [y, z] = if t < 3.0 { [0.12, 0.6] } else { [-0.2, 0.45] };
+        let normal = DVec3::new(1.0, side * y, 0.0);
+        let target = BoardTarget::new(DVec3::new(0.55, side * y, z), normal, clock_s + t);
+        let press_n = if (2.0..2.5).contains(&t) || t > 5.2 {
+            8.0
+        } else {
+            0.0
+        };
+        state.t_s = clock_s + t;
+        let arm = renderer.arm();
+        let outward = arm.forward(&state.q).rotation().z_axis;
+        state.external_torque = Some(arm.torques_from_wrench(&state.q, &force(outward * -press_n)));
+        let step = renderer.step(clock_s + t, &state, Some(&target));
+        renderer.plan();
+        let q = match step.command {
+            ArmCommand::Position(q) => q,
+            _ => state.q,
+        };
+        state.qd = rates(&state.q, &q);
+        state.q = q;
+        seen.push((q, step.phase, step.normal_force_n.unwrap_or(f64::NAN)));
+    }
+    seen
+}
+
+fn compare(
+    name: &str,
+    other: &[(JointPositions, Phase, f64)],
+    joints: fn(JointPositions) -> JointPositions,
+    close_rad: f64,
+) {
+    let usual = run(0.0, false);
+    let touched = usual
+        .iter()
+        .filter(|step| matches!(step.1, Phase::Contact { .. }));
+    assert!(touched.count() > 1000);
+    let mut worst: f64 = 0.0;
+    for (k, (a, b)) in usual.iter().zip(other).enumerate() {
+        assert_eq!(
+            discriminant(&a.1),
+            discriminant(&b.1),
+            "{name}, step {k}: {:?} {:?}",
+            a.1,
+            b.1
+        );
+        let off = joints(a.0).max_abs_difference(&b.0);
+        worst = worst.max(off);
+        assert!(
+            (a.2 - b.2).abs() < 1e-3,
+            "{name}, step {k}: {} {} N",
+            a.2,
+            b.2
+        );
+    }
+    println!("{name}: {worst:.1e} rad");
+    assert!(worst < close_rad, "{name}: {worst} rad");
+    let ends = usual.last().zip(other.last());
+    let ends = ends.map(|(a, b)| joints(a.0).max_abs_difference(&b.0));
+    assert!(ends.is_some_and(|off| off < 1e-6), "{name}: {ends:?}");
+}
+
+#[test]
+fn the_clock_may_start_at_any_time() {
+    // Whether a motion is planned anew on its way, to be there 20 ms sooner, may be decided by rounding.
+    compare("clock", &run(1.0, false), |q| q, 0.05);
+}
+
+#[test]
+fn the_world_may_be_mirrored() {
+    compare("mirror", &run(0.0, true), mirrored, 1e-5);
+}
