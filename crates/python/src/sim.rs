@@ -19,7 +19,7 @@ use std::sync::Arc;
 #[pyclass(module = "hwall.sim", name = "ServoArm")]
 pub(crate) struct PyServoArm {
     arm: ServoArm,
-    joints: usize,
+    model: PyArm,
 }
 
 #[pymethods]
@@ -41,21 +41,15 @@ impl PyServoArm {
             torque_noise_n_m: torque_noise.unwrap_or(usual.torque_noise_n_m),
             ..usual
         };
+        let model = PyArm::carrying(Arc::clone(arm.model()));
         let servo = ServoArm::new(Arc::clone(arm.model()), arm.one(&q)?, config).or_raise()?;
-        Ok(Self {
-            arm: servo,
-            joints: arm.model().joint_count(),
-        })
+        Ok(Self { arm: servo, model })
     }
 
     /// Gives a command as `hwall.Session.step` returns it: ("position", q) in rad, or ("hold", None).
-    fn command(
-        &mut self,
-        arm: PyRef<'_, PyArm>,
-        command: (String, Option<Floats<'_>>),
-    ) -> PyResult<()> {
+    fn command(&mut self, command: (String, Option<Floats<'_>>)) -> PyResult<()> {
         let command = match command {
-            (kind, Some(q)) if kind == "position" => ArmCommand::Position(arm.one(&q)?),
+            (kind, Some(q)) if kind == "position" => ArmCommand::Position(self.model.one(&q)?),
             (kind, _) => one_of("command", &kind, &[("hold", ArmCommand::Hold)])?,
         };
         self.arm.command(command).or_raise()
@@ -85,13 +79,13 @@ impl PyServoArm {
     /// Joint angles, (joints,), rad.
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        array(py, self.arm.q().0[..self.joints].to_vec(), &[self.joints])
+        self.model.joint_array(py, &self.arm.q().0)
     }
 
     /// Joint velocities, (joints,), rad/s.
     #[getter]
     fn qd<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        array(py, self.arm.qd().0[..self.joints].to_vec(), &[self.joints])
+        self.model.joint_array(py, &self.arm.qd().0)
     }
 
     /// What its torque sensors say of what pushes, (joints,), N m, with noise.
@@ -103,7 +97,7 @@ impl PyServoArm {
             .or_raise()?
             .external_torque
             .unwrap_or_default();
-        array(py, torque.0[..self.joints].to_vec(), &[self.joints])
+        self.model.joint_array(py, &torque.0)
     }
 
     /// Pose of the tool, (4, 4), base frame, m.
