@@ -88,7 +88,7 @@ def test_an_arm_from_urdf(arm, random_q):
     exact = hwall.Arm.from_urdf(data("kinematics/tests/data/iiwa7.urdf"), tip="lbr_link_ee")
     assert exact.exact and exact.joint_count == 7
     assert np.abs(exact.forward(random_q) - arm.forward(random_q)).max() < 1e-5
-    ur5 = hwall.Arm.from_urdf(data("kinematics/tests/data/ur5.urdf"), tip="ee_link")
+    ur5 = hwall.Arm.from_urdf(data("kinematics/tests/data/ur5.urdf"), tip="flange")
     q = np.array([0.3, -1.2, 1.4, -0.7, 0.9, 0.2])
     assert not ur5.exact and ur5.joint_count == 6 and ur5.jacobian(q).shape == (6, 6)
     verdict = ur5.verdict(ur5.forward(q))
