@@ -7,7 +7,6 @@ use hwall::bip::{
     TuningConfig, tune,
 };
 use hwall::numeric::check::{all_finite, that};
-use hwall::psychophysics::tails::normal_quantile;
 use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
@@ -33,6 +32,12 @@ fn basis_of(name: &str, count: usize) -> PyResult<Basis> {
         ("normalized_gaussian", Basis::normalized_gaussian(count)),
     ];
     one_of("basis", name, &known)
+}
+
+/// The `z` below which a standard normal number lies with probability `p`, by Python's own library.
+fn normal_quantile(py: Python<'_>, p: f64) -> PyResult<f64> {
+    let normal = py.import("statistics")?.getattr("NormalDist")?.call0()?;
+    normal.call_method1("inv_cdf", (p,))?.extract()
 }
 
 /// Neighbouring columns that are all observed, or all not, form a group.
@@ -307,7 +312,7 @@ impl Filter {
         }
         sd.iter_mut()
             .for_each(|variance| *variance = variance.sqrt());
-        let z = normal_quantile(0.5 + 0.5 * level);
+        let z = normal_quantile(py, 0.5 + 0.5 * level)?;
         let end = |sign: f64| {
             mean.iter()
                 .zip(&sd)
