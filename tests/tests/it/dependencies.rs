@@ -9,6 +9,11 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
+/// The workspace, and the Python package, which is one of its own.
+fn workspaces() -> [PathBuf; 2] {
+    [root(), root().join("crates/python")]
+}
+
 fn settings() -> toml::Table {
     let text = std::fs::read_to_string(root().join(".ci/deny.toml")).unwrap();
     text.parse().unwrap()
@@ -85,8 +90,8 @@ fn licence_expressions_are_read() {
     }
 }
 
-/// Packages of the whole workspace with all features, as this machine would build them.
-fn packages() -> Option<Vec<Value>> {
+/// Packages of a whole workspace with all features, as this machine would build them.
+fn packages(workspace: &Path) -> Option<Vec<Value>> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let version = Command::new(rustc).arg("-vV").output().ok()?.stdout;
     let version = String::from_utf8(version).ok()?;
@@ -95,7 +100,7 @@ fn packages() -> Option<Vec<Value>> {
     let output = Command::new(cargo)
         .args(["metadata", "--offline", "--locked", "--all-features"])
         .args(["--format-version", "1", "--filter-platform", host])
-        .current_dir(root())
+        .current_dir(workspace)
         .output()
         .ok()?;
     let metadata: Value = serde_json::from_slice(&output.stdout).ok()?;
@@ -115,21 +120,44 @@ fn licences_and_names_are_those_that_are_allowed() {
         .map(|b| b["crate"].as_str().unwrap())
         .collect();
     assert!(banned.contains(&"nalgebra"));
-    let Some(packages) = packages() else {
-        println!("skipped: cargo cannot list the packages without a network");
-        return;
-    };
-    assert!(packages.len() > 100, "{}", packages.len());
-    let mut refused = BTreeMap::new();
-    for package in &packages {
-        let name = package["name"].as_str().unwrap();
-        assert!(!banned.contains(&name), "{name}");
-        let licence = package["license"].as_str().unwrap_or("none");
-        if !is_allowed(licence, &allowed) {
-            refused.insert(name, licence);
+    for workspace in workspaces() {
+        let Some(packages) = packages(&workspace) else {
+            let name = workspace.display();
+            println!("skipped: cargo cannot list the packages of {name} without a network");
+            continue;
+        };
+        assert!(packages.len() > 100, "{}", packages.len());
+        let mut refused = BTreeMap::new();
+        for package in &packages {
+            let name = package["name"].as_str().unwrap();
+            assert!(!banned.contains(&name), "{name}");
+            let licence = package["license"].as_str().unwrap_or("none");
+            if !is_allowed(licence, &allowed) {
+                refused.insert(name, licence);
+            }
+        }
+        assert!(refused.is_empty(), "{refused:?}");
+    }
+}
+
+fn locked() -> impl Iterator<Item = toml::Table> {
+    let lock = |folder: PathBuf| std::fs::read_to_string(folder.join("Cargo.lock")).unwrap();
+    workspaces()
+        .into_iter()
+        .map(move |folder| lock(folder).parse().unwrap())
+}
+
+/// A locked crate counts even where no build uses it.
+#[test]
+fn no_lock_file_has_a_banned_name() {
+    let settings = settings();
+    let banned = settings["bans"]["deny"].as_array().unwrap();
+    for lock in locked() {
+        for package in lock["package"].as_array().unwrap() {
+            let is_banned = |b: &toml::Value| b["crate"].as_str() == package["name"].as_str();
+            assert!(!banned.iter().any(is_banned), "{}", package["name"]);
         }
     }
-    assert!(refused.is_empty(), "{refused:?}");
 }
 
 /// Also what only other machines would build.
@@ -139,16 +167,16 @@ fn packages_come_from_one_registry_or_are_our_own() {
     for key in ["unknown-registry", "unknown-git"] {
         assert_eq!(settings["sources"][key].as_str(), Some("deny"));
     }
-    let lock = std::fs::read_to_string(root().join("Cargo.lock")).unwrap();
-    let lock: toml::Table = lock.parse().unwrap();
-    let packages = lock["package"].as_array().unwrap();
-    let sources = packages.iter().filter_map(|p| p.get("source"));
-    let sources: BTreeSet<&str> = sources.map(|s| s.as_str().unwrap()).collect();
-    assert_eq!(sources.len(), 1, "{sources:?}");
-    assert!(sources.iter().all(|s| s.starts_with("registry+")));
-    for package in packages {
-        let name = package["name"].as_str().unwrap();
-        let is_own = package.get("source").is_none();
-        assert_eq!(is_own, name.starts_with("hwall"), "{name}");
+    for lock in locked() {
+        let packages = lock["package"].as_array().unwrap();
+        let sources = packages.iter().filter_map(|p| p.get("source"));
+        let sources: BTreeSet<&str> = sources.map(|s| s.as_str().unwrap()).collect();
+        assert_eq!(sources.len(), 1, "{sources:?}");
+        assert!(sources.iter().all(|s| s.starts_with("registry+")));
+        for package in packages {
+            let name = package["name"].as_str().unwrap();
+            let is_own = package.get("source").is_none();
+            assert_eq!(is_own, name.starts_with("hwall"), "{name}");
+        }
     }
 }
