@@ -222,8 +222,7 @@ impl<T: Transport> FriClient<T> {
             .and_then(|_| self.commanded.answers.held(reflected))
         {
             Some(held) => Ok(held),
-            // The answer that the controller names is too old to be remembered: go on from the last one sent. Before the first
-            // command the interpolator holds the arm.
+            // Before the first command the interpolator holds the arm.
             None => Ok(Sent {
                 motion: match self.commanded.motion {
                     Some(motion) => motion,
@@ -330,10 +329,11 @@ impl<T: Transport> FriClient<T> {
 
 /// Does the motion change its speed less on the way to these positions than if it stood still?
 fn goes_on(last: &CommandedMotion, q_rad: &[f64; 7], period_s: f64) -> bool {
-    let most = |values: [f64; 7]| values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let before = &last.speed_rad_per_s;
+    let most = before.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let next = last.moved_to(*q_rad, period_s).speed_rad_per_s;
-    let change = std::array::from_fn(|i| next[i] - last.speed_rad_per_s[i]);
-    most(change) <= most(last.speed_rad_per_s)
+    // NaN does not go on.
+    (next.iter().zip(before)).all(|(next, before)| (next - before).abs() <= most)
 }
 
 impl<T: Transport> Arm for FriClient<T> {
@@ -379,6 +379,29 @@ impl<T: Transport> Arm for FriClient<T> {
                 asked: "position",
                 mode,
             }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CommandedMotion, goes_on};
+
+    #[test]
+    fn a_motion_goes_on_unless_it_leaps_or_is_nan() {
+        let motion = CommandedMotion::at_rest([0.0; 7]).moved_to([1e-3; 7], 1e-3);
+        assert!(goes_on(&motion, &[2e-3; 7], 1e-3));
+        assert!(!goes_on(&motion, &[4e-3; 7], 1e-3));
+        let mut one_is_nan = [2e-3; 7];
+        one_is_nan[3] = f64::NAN;
+        assert!(!goes_on(&motion, &one_is_nan, 1e-3));
+        let from_nan = CommandedMotion {
+            q_rad: one_is_nan,
+            ..motion
+        };
+        assert!(!goes_on(&from_nan, &[2e-3; 7], 1e-3));
+        for period_s in [0.0, f64::NAN] {
+            assert!(!goes_on(&motion, &motion.q_rad, period_s), "{period_s}");
         }
     }
 }

@@ -41,10 +41,12 @@ pub(super) struct Arrival {
 pub(super) struct Answers {
     ring: [Option<(u32, Sent)>; POINTS],
     newest: Option<u32>,
-    /// The first answer of the session.
-    first: Option<u32>,
+    /// How many were sent; sequence numbers wrap.
+    count: u32,
     /// The newest answer that was named as soon as it was due.
     in_time: Option<u32>,
+    /// What the controller holds by that. It is kept beyond the ring, for it stays true however many answers are lost.
+    held: Option<Sent>,
     /// The answer that was named last as the newest that has arrived.
     named: Option<u32>,
     /// Does the controller say which answers arrive? Known once it has named two of them.
@@ -64,8 +66,9 @@ impl Answers {
         Self {
             ring: [None; POINTS],
             newest: None,
-            first: None,
+            count: 0,
             in_time: None,
+            held: None,
             named: None,
             is_told: false,
             usual: 0,
@@ -76,7 +79,7 @@ impl Answers {
 
     pub(super) fn push(&mut self, sequence: u32, sent: Sent) {
         self.ring[sequence as usize % POINTS] = Some((sequence, sent));
-        self.first.get_or_insert(sequence);
+        self.count = self.count.saturating_add(1);
         self.newest = Some(sequence);
     }
 
@@ -85,16 +88,18 @@ impl Answers {
         (number == sequence).then_some(sent)
     }
 
+    /// How many answers were sent after this one; `None` if it was never sent.
+    fn after(&self, sequence: u32) -> Option<u32> {
+        let after = self.newest?.wrapping_sub(sequence);
+        (after < self.count).then_some(after)
+    }
+
     /// A message says that the answer `reflected` has arrived.
     pub(super) fn reflected(&mut self, reflected: u32) -> Arrival {
-        let (Some(newest), Some(first)) = (self.newest, self.first) else {
+        // An answer that was never sent says nothing.
+        let (Some(newest), Some(on_the_way)) = (self.newest, self.after(reflected)) else {
             return Arrival::default();
         };
-        let on_the_way = newest.wrapping_sub(reflected);
-        // An answer that was never sent says nothing.
-        if on_the_way > newest.wrapping_sub(first) {
-            return Arrival::default();
-        }
         // While none arrives more are lost, not on their way.
         let named = self.named.replace(reflected);
         let is_new = named.is_some_and(|named| named != reflected);
@@ -112,6 +117,8 @@ impl Answers {
         if on_the_way <= self.usual || known.is_none_or(|known| known <= on_the_way) {
             self.in_time = Some(reflected);
         }
+        let held = self.in_time.map(|known| known.wrapping_add(self.usual));
+        self.held = held.and_then(|held| self.at(held)).or(self.held);
         Arrival {
             missing: if self.is_told {
                 on_the_way - self.usual
@@ -125,12 +132,9 @@ impl Answers {
     /// What the controller will hold when the next answer comes, by the newest answer that it says has arrived in time. A controller that
     /// does not say it is believed to have all.
     pub(super) fn held(&self, reflected: u32) -> Option<Sent> {
-        let newest = self.newest?;
-        match self.in_time {
-            Some(known) if self.is_told && self.at(reflected).is_some() => {
-                self.at(known.wrapping_add(self.usual))
-            }
-            _ => self.at(newest),
+        match self.held {
+            Some(held) if self.is_told && self.after(reflected).is_some() => Some(held),
+            _ => self.at(self.newest?),
         }
     }
 }
@@ -313,6 +317,24 @@ mod tests {
         }
         // One that was never sent.
         assert_eq!(answers.reflected(12_000).missing, 0);
+    }
+
+    /// After 256 lost answers the newest was believed to be held: the arm would have leapt to it. Sequence numbers wrap meanwhile.
+    #[test]
+    fn what_is_held_is_remembered_however_many_answers_are_lost() {
+        for first in [0, u32::MAX - 150, u32::MAX - 300] {
+            let mut answers = Answers::new();
+            for k in 0..2000_u32 {
+                answers.push(first.wrapping_add(k), sent([f64::from(k); 7]));
+                // 99 is the last one that arrives for long.
+                let arrived = if k < 1500 { k.min(99) } else { k };
+                let reflected = first.wrapping_add(arrived);
+                let missing = answers.reflected(reflected).missing;
+                let held = answers.held(reflected).expect("an answer");
+                assert_eq!(missing, k - arrived, "{first} {k}");
+                assert_eq!(held.motion.q_rad[0], f64::from(arrived), "{first} {k}");
+            }
+        }
     }
 
     /// The way there and back takes longer than a period: every message names a new answer, never the newest.
