@@ -204,7 +204,6 @@ mod tests {
 
     #[test]
     fn cuts_in_a_row_are_one_until_the_motion_has_slowed_down() {
-        const DT_S: f64 = 1e-3;
         let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
         let goal = JointPositions::from_deg([40.0, 50.0, 20.0, -60.0, 30.0, -50.0, 40.0]);
         // Just begun, on its way, and before its end, where no joint is fast.
@@ -231,5 +230,49 @@ mod tests {
             }
             assert!(share < 0.2, "{steps} steps: {share}");
         }
+    }
+
+    const DT_S: f64 = 1e-3;
+
+    /// Steps of an arm that slows down at once and is cut to `bound` of its speed; how often it was cut, and the largest share at the end of
+    /// each wait.
+    fn cuts(cap: &mut SpeedCap, share: &mut f64, bound: f64, seconds: f64) -> Vec<f64> {
+        let (mut at_s, mut before) = (vec![], *share);
+        for k in 0..(seconds / DT_S) as u32 {
+            let asked = (bound / *share).min(1.0);
+            *share = cap.step(asked, *share, true, DT_S);
+            if *share < before {
+                at_s.push(f64::from(k) * DT_S);
+            }
+            before = *share;
+        }
+        at_s
+    }
+
+    #[test]
+    fn the_wait_doubles_with_every_try_that_fails() {
+        let (mut cap, mut share) = (SpeedCap::default(), 1.0);
+        // Between two of the shares that are told apart.
+        let at_s = cuts(&mut cap, &mut share, 0.4, 10.0);
+        // One cut for each share above the bound, then one for each try.
+        let waits_s: Vec<f64> = at_s[2..].windows(2).map(|pair| pair[1] - pair[0]).collect();
+        for (wait_s, wanted_s) in waits_s.iter().zip([0.1, 0.2, 0.4, 0.8, 0.8, 0.8]) {
+            assert!((wait_s - wanted_s).abs() < 5e-3, "{waits_s:?}");
+        }
+        // It does not flutter: a try in 0.8 s, and the share in between is the one below the bound.
+        assert!(at_s.len() <= 6 + (10.0 / MOST_WAIT_S) as usize, "{at_s:?}");
+        assert!(share == 0.35 || share == 0.5, "{share}");
+        // Where it may go faster again, it does, and a later cut begins with the short wait.
+        assert_eq!(cuts(&mut cap, &mut share, 1.0, 3.0).len(), 0);
+        assert_eq!(share, 1.0);
+        let at_s = cuts(&mut cap, &mut share, 0.6, 0.3);
+        let first_s = at_s[2] - at_s[1];
+        assert!((first_s - GIVEN_BACK_S).abs() < 5e-3, "{at_s:?}");
+    }
+
+    #[test]
+    fn nan_is_a_cut() {
+        let mut cap = SpeedCap::default();
+        assert_eq!(cap.step(f64::NAN, 1.0, true, DT_S), 0.7);
     }
 }

@@ -11,7 +11,7 @@ pub(super) enum Severity {
     /// Hold, then stop: a command that is bad, or an arm whose state is not known, cannot withdraw.
     Blind,
     /// Withdraw or give way at once, latched: a hand may be caught.
-    Pressed,
+    Caught,
     /// Hold, then stop, latched.
     Broken,
 }
@@ -44,8 +44,8 @@ pub(super) struct Trouble {
     pub(super) stage: Stage,
     /// When the stage began, s of sound time.
     since_s: f64,
-    /// When a fault of its severity was found last, s.
-    found_s: f64,
+    /// When a fault of its severity was found last, s of sound time.
+    last_found_s: f64,
     /// Since when all inputs are sound.
     sound_since_s: Option<f64>,
     /// Somebody asked for the stop; whatever breaks meanwhile, it takes a person to end it.
@@ -59,7 +59,7 @@ impl Trouble {
     pub(super) fn is_latched(&self, rule: Latch) -> bool {
         let latches = match rule {
             Latch::Everything => true,
-            Latch::Serious => self.fault.severity >= Severity::Pressed,
+            Latch::Serious => self.fault.severity >= Severity::Caught,
             Latch::Nothing => false,
         };
         !self.released && (self.asked_for || latches)
@@ -106,7 +106,7 @@ impl FaultMachine {
             fault: Fault::new(SafeReason::Requested, Severity::Broken),
             stage: Stage::Stop,
             since_s: now_s,
-            found_s: now_s,
+            last_found_s: now_s,
             sound_since_s: None,
             asked_for: true,
             released: false,
@@ -145,8 +145,8 @@ impl FaultMachine {
             return;
         };
         let stage = match (fault.severity, torque_level) {
-            (Severity::Pressed, true) => Stage::Compliant,
-            (Severity::Pressed, false) => Stage::Retreat,
+            (Severity::Caught, true) => Stage::Compliant,
+            (Severity::Caught, false) => Stage::Retreat,
             _ => Stage::Hold,
         };
         match &mut self.trouble {
@@ -159,11 +159,12 @@ impl FaultMachine {
                     trouble.since_s = now_s;
                 }
                 if is_alike {
-                    trouble.found_s = now_s;
+                    trouble.last_found_s = now_s;
                 }
                 if trouble.released || is_alike {
                     trouble.fault = fault;
-                } else if !trouble.is_latched(latch) && now_s - trouble.found_s > timing.recovery_s
+                } else if !trouble.is_latched(latch)
+                    && now_s - trouble.last_found_s > timing.recovery_s
                 {
                     // The worse fault has ended; this one now holds the arm, so it is named. The severity stays.
                     trouble.fault.reason = fault.reason;
@@ -179,7 +180,7 @@ impl FaultMachine {
                     fault,
                     stage,
                     since_s: now_s,
-                    found_s: now_s,
+                    last_found_s: now_s,
                     sound_since_s: None,
                     asked_for: false,
                     released: false,
@@ -205,7 +206,7 @@ impl FaultMachine {
         let severity = trouble.fault.severity;
         let next = match trouble.stage {
             // What ended giving way is over, the force is not.
-            Stage::Hold if severity == Severity::Pressed => {
+            Stage::Hold if severity == Severity::Caught => {
                 match (lasted_s > timing.hold_s && is_known, arm.torque_level) {
                     (false, _) => Stage::Hold,
                     (true, true) if arm.is_pressed => Stage::Compliant,
@@ -225,5 +226,138 @@ impl FaultMachine {
         if next != trouble.stage {
             (trouble.stage, trouble.since_s) = (next, now_s);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::safety::Channel;
+    use Severity::{Blind, Broken, Caught, Unsure};
+
+    /// A machine in which time passes, with an arm that rests, takes positions and is not pressed unless said otherwise.
+    struct Run {
+        machine: FaultMachine,
+        now_s: f64,
+        arm: Condition,
+        latch: Latch,
+    }
+
+    impl Run {
+        fn new() -> Self {
+            Self {
+                machine: FaultMachine::default(),
+                now_s: 0.0,
+                arm: Condition {
+                    rests: true,
+                    torque_level: false,
+                    is_pressed: false,
+                },
+                latch: Latch::Serious,
+            }
+        }
+
+        /// The stages after a time with this fault, in ms.
+        fn go(&mut self, ms: u32, severity: Option<Severity>) -> Option<Stage> {
+            let reason = SafeReason::NonFinite(Channel::Head);
+            let found = severity.map(|severity| Fault::new(reason, severity));
+            let timing = TimingConfig::default();
+            for _ in 0..ms {
+                self.now_s += 1e-3;
+                (self.machine).advance(found, self.arm, self.now_s, &timing, self.latch);
+            }
+            self.stage()
+        }
+
+        fn stage(&self) -> Option<Stage> {
+            self.machine.trouble.map(|trouble| trouble.stage)
+        }
+
+        fn is_latched(&self) -> bool {
+            (self.machine.trouble).is_some_and(|trouble| trouble.is_latched(self.latch))
+        }
+    }
+
+    #[test]
+    fn every_severity_goes_its_way() {
+        use Stage::{Hold, Retreat, Stop};
+        for (severity, stages, is_latched) in [
+            (Unsure, [Hold, Retreat, Stop], false),
+            (Blind, [Hold, Stop, Stop], false),
+            (Caught, [Retreat, Retreat, Stop], true),
+            (Broken, [Hold, Stop, Stop], true),
+        ] {
+            let mut run = Run::new();
+            // At once, after the hold (0.3 s), after the retreat (1.5 s).
+            for (ms, stage) in [1, 310, 1600].into_iter().zip(stages) {
+                assert_eq!(run.go(ms, Some(severity)), Some(stage), "{severity:?} {ms}");
+            }
+            assert_eq!(run.is_latched(), is_latched, "{severity:?}");
+            // Sound inputs end it after 0.25 s, unless it is latched; then a reset does.
+            assert!(run.go(240, None).is_some(), "{severity:?}");
+            assert_eq!(run.go(20, None).is_some(), is_latched, "{severity:?}");
+            run.machine.reset();
+            assert_eq!(run.go(260, None), None, "{severity:?}");
+        }
+    }
+
+    #[test]
+    fn a_hand_that_is_still_caught_is_given_way_to_for_as_long_as_it_is() {
+        let mut run = Run::new();
+        run.arm.is_pressed = true;
+        assert_eq!(run.go(5000, Some(Caught)), Some(Stage::Retreat));
+        assert_eq!(run.go(5000, None), Some(Stage::Retreat));
+        run.arm.is_pressed = false;
+        assert_eq!(run.go(10, None), Some(Stage::Stop));
+        // The same on the torque level, where the arm floats, after a cycle in which it was not known.
+        let mut run = Run::new();
+        (run.arm.is_pressed, run.arm.torque_level) = (true, true);
+        assert_eq!(run.go(10, Some(Caught)), Some(Stage::Compliant));
+        assert_eq!(run.go(1, Some(Blind)), Some(Stage::Hold));
+        assert_eq!(run.go(310, Some(Caught)), Some(Stage::Compliant));
+    }
+
+    #[test]
+    fn a_short_fault_ends_by_itself_and_a_worse_one_takes_its_place() {
+        let mut run = Run::new();
+        assert_eq!(run.go(5, Some(Unsure)), Some(Stage::Hold));
+        assert_eq!(run.go(249, None), Some(Stage::Hold));
+        assert_eq!(run.go(5, None), None);
+        // One that returns within the recovery time is the same, and withdraws in the end.
+        for _ in 0..4 {
+            run.go(50, Some(Unsure));
+            run.go(50, None);
+        }
+        assert_eq!(run.go(1, Some(Unsure)), Some(Stage::Retreat));
+        // A worse one ends the withdrawal, a slighter one after it changes nothing.
+        assert_eq!(run.go(1, Some(Broken)), Some(Stage::Hold));
+        run.go(310, Some(Unsure));
+        assert_eq!((run.stage(), run.is_latched()), (Some(Stage::Stop), true));
+    }
+
+    #[test]
+    fn an_arm_that_was_not_known_goes_on_only_from_rest() {
+        let mut run = Run::new();
+        run.arm.rests = false;
+        run.go(5, Some(Blind));
+        assert_eq!(run.go(2000, None), Some(Stage::Hold));
+        run.arm.rests = true;
+        assert_eq!(run.go(1, None), None);
+        // One that was known all the time may go on in motion.
+        run.arm.rests = false;
+        run.go(5, Some(Unsure));
+        assert_eq!(run.go(260, None), None);
+    }
+
+    #[test]
+    fn a_stop_that_was_asked_for_needs_a_person_whatever_the_rule() {
+        let mut run = Run::new();
+        run.latch = Latch::Nothing;
+        run.machine.stop(run.now_s);
+        run.go(10, Some(Unsure));
+        assert_eq!(run.go(5000, None), Some(Stage::Stop));
+        assert!(run.is_latched());
+        run.machine.reset();
+        assert_eq!(run.go(260, None), None);
     }
 }

@@ -347,7 +347,7 @@ impl Supervisor {
         let bias = self.torque_bias();
         let (state, request) = match trouble.stage {
             Stage::Hold => (SafeState::Holding { reason }, SafeRequest::Hold),
-            Stage::Retreat if trouble.fault.severity == Severity::Pressed => (
+            Stage::Retreat if trouble.fault.severity == Severity::Caught => (
                 SafeState::Retreating { reason },
                 SafeRequest::Yield {
                     speed_m_per_s: timing.yield_m_per_s,

@@ -170,9 +170,9 @@ impl Supervisor {
         if let (Some(speed), Some(trouble)) = (retreat, self.faults.trouble) {
             let outward = twist.linear_m_per_s.dot(face.rotation().z_axis);
             let reason = trouble.fault.reason;
-            let is_pressed = trouble.fault.severity == Severity::Pressed;
+            let is_caught = trouble.fault.severity == Severity::Caught;
             let bias = match self.torque_bias() {
-                None if is_pressed => Some(JointTorques::default()),
+                None if is_caught => Some(JointTorques::default()),
                 bias => bias,
             };
             let push = input.state.external_torque.zip(bias);

@@ -387,7 +387,7 @@ impl Inspection {
         if force_n > limits.implausible_n {
             return fault(SafeReason::ImplausibleForce { force_n }, Severity::Broken);
         }
-        let pressed = |limit_n| fault(SafeReason::Force { force_n, limit_n }, Severity::Pressed);
+        let pressed = |limit_n| fault(SafeReason::Force { force_n, limit_n }, Severity::Caught);
         if force_n > limits.impact_force_n() {
             return pressed(limits.impact_force_n());
         }
