@@ -120,6 +120,38 @@ fn nothing_that_is_nan_is_sent() {
     assert!(back.hand.is_lost());
 }
 
+/// The number of a link is its place among the parts.
+#[test]
+fn parts_of_which_one_is_nan_are_not_sent_at_all() {
+    let sound = |place: usize| Capsule {
+        from_m: DVec3::X * place as f64,
+        to_m: DVec3::Y,
+        radius_m: 0.125,
+    };
+    let bad = [
+        |capsule: &mut Capsule| capsule.from_m.y = f64::NAN,
+        |capsule: &mut Capsule| capsule.to_m.z = f64::NEG_INFINITY,
+        |capsule: &mut Capsule| capsule.radius_m = f64::NAN,
+    ];
+    for place in [0, 3, MOST_PARTS - 1] {
+        let mut frame = full_frame(2.0);
+        frame.parts = std::array::from_fn(|i| {
+            Some(ViewPart {
+                capsule: sound(i),
+                region: None,
+            })
+        });
+        assert_eq!(back_from(&frame).parts, frame.parts);
+        for bad in bad {
+            let mut frame = frame;
+            bad(&mut frame.parts[place].as_mut().unwrap().capsule);
+            let back = back_from(&frame);
+            assert_eq!(back.parts, [None; MOST_PARTS], "{place}");
+            assert_eq!(back.head_m, as_sent(&frame).head_m);
+        }
+    }
+}
+
 #[test]
 fn what_is_cut_off_or_has_no_meaning_is_named() {
     let mut bytes = Vec::new();
