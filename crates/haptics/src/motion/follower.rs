@@ -128,7 +128,7 @@ impl Follower {
     /// come too near comes no nearer. A way is looked at in 12 to 48 places; what is between them is a supervisor's.
     pub fn keep_clear(&mut self, separation: Separation) {
         if let Some(planner) = &mut self.planner {
-            planner.route_mut().keep_clear(separation);
+            planner.keep_clear(separation);
         }
     }
 

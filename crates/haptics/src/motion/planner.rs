@@ -8,6 +8,7 @@ use super::link::{Aim, Answer, Asked, Link};
 use super::preposition::Preposition;
 use super::route::Route;
 use crate::board::BoardTarget;
+use crate::body::Separation;
 use crate::error::HapticsError;
 use hwall_geometry::Pose;
 use hwall_kinematics::{JointPositions, Unreachable};
@@ -122,6 +123,12 @@ impl Planner {
 
     pub(super) const fn route_mut(&mut self) -> &mut Route {
         &mut self.route
+    }
+
+    pub(super) fn keep_clear(&mut self, separation: Separation) {
+        self.route.keep_clear(separation);
+        // It is not fitted yet to where the arm is known to be free, even if that is no news.
+        self.seen.began = None;
     }
 
     /// Surfaces that the board stays behind, besides the one that it serves.

@@ -410,12 +410,16 @@ fn a_planner_judges_the_parts_that_the_supervisor_judges() {
             command: ArmCommand::Position(start),
         });
     }
-    let comes_back = |began: Option<JointPositions>| {
+    let comes_back = |began: Option<JointPositions>, is_told_before: bool| {
         let mut follower = Follower::new(Arc::clone(&arm), FollowerConfig::default(), &start)
             .unwrap()
             .with_board(Default::default(), board);
-        follower.keep_clear(unfitted.clone());
         follower.set_began(began);
+        if is_told_before {
+            follower.step(DT_S).unwrap();
+            assert!(follower.plan());
+        }
+        follower.keep_clear(unfitted.clone());
         let arrives = [away, start].map(|to| {
             follower.set_posture(&to, None).unwrap();
             for _ in 0..4000 {
@@ -427,6 +431,9 @@ fn a_planner_judges_the_parts_that_the_supervisor_judges() {
         arrives == [true, true]
     };
     assert_eq!(supervisor.began(), Some(start));
-    assert!(!comes_back(None), "the posture shows a difference");
-    assert!(comes_back(supervisor.began()));
+    for is_told_before in [false, true] {
+        assert!(!comes_back(None, is_told_before), "the posture shows it");
+        let began = supervisor.began();
+        assert!(comes_back(began, is_told_before), "{is_told_before}");
+    }
 }
