@@ -155,7 +155,7 @@ fn no_lock_file_has_a_banned_name() {
     for lock in locked() {
         for package in lock["package"].as_array().unwrap() {
             let is_banned = |b: &toml::Value| b["crate"].as_str() == package["name"].as_str();
-            assert!(!banned.iter().any(is_banned), "{}", package["name"]);
+            assert!(!banned.iter().any(is_banned), "{:?}", package["name"]);
         }
     }
 }

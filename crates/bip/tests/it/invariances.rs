@@ -3,8 +3,7 @@
 
 use crate::common::moments;
 use hwall_bip::{
-    Basis, Demonstration, Filter, FilterConfig, Group, Model, MotionFilter, Observation,
-    TrainingConfig,
+    Basis, Demonstration, Filter, FilterConfig, Group, Model, Observation, TrainingConfig,
 };
 use hwall_testkit::Sampler;
 
