@@ -92,9 +92,12 @@ pub(super) struct FaultMachine {
 }
 
 impl FaultMachine {
-    /// Latches are released: the fault may now end as any other.
-    pub(super) fn reset(&mut self) {
+    /// Latches are released: the fault may now end as any other. An arm that was giving way holds first, because it goes on from rest.
+    pub(super) fn reset(&mut self, now_s: f64) {
         if let Some(trouble) = &mut self.trouble {
+            if matches!(trouble.stage, Stage::Retreat | Stage::Compliant) {
+                (trouble.stage, trouble.since_s) = (Stage::Hold, now_s);
+            }
             trouble.fault.severity = Severity::Blind;
             (trouble.asked_for, trouble.released) = (false, true);
         }
@@ -221,6 +224,8 @@ impl FaultMachine {
                 }
             }
             Stage::Retreat if lasted_s > timing.retreat_s && !arm.is_pressed => Stage::Stop,
+            // Nothing but its friction brakes an arm without torques.
+            Stage::Compliant if !arm.is_pressed => Stage::Hold,
             stage => stage,
         };
         if next != trouble.stage {
@@ -296,7 +301,7 @@ mod tests {
             // Sound inputs end it after 0.25 s, unless it is latched; then a reset does.
             assert!(run.go(240, None).is_some(), "{severity:?}");
             assert_eq!(run.go(20, None).is_some(), is_latched, "{severity:?}");
-            run.machine.reset();
+            run.machine.reset(run.now_s);
             assert_eq!(run.go(260, None), None, "{severity:?}");
         }
     }
@@ -315,6 +320,25 @@ mod tests {
         assert_eq!(run.go(10, Some(Caught)), Some(Stage::Compliant));
         assert_eq!(run.go(1, Some(Blind)), Some(Stage::Hold));
         assert_eq!(run.go(310, Some(Caught)), Some(Stage::Compliant));
+        // Nobody presses any more: it holds, and stops.
+        run.arm.is_pressed = false;
+        assert_eq!(run.go(1, None), Some(Stage::Hold));
+        assert_eq!(run.go(310, None), Some(Stage::Stop));
+    }
+
+    /// It once went on at the speed to which it had been pushed, into its end stop.
+    #[test]
+    fn an_arm_that_gave_way_goes_on_only_from_rest() {
+        for torque_level in [false, true] {
+            let mut run = Run::new();
+            (run.arm.is_pressed, run.arm.rests) = (true, false);
+            run.arm.torque_level = torque_level;
+            run.go(500, Some(Caught));
+            run.machine.reset(run.now_s);
+            assert_eq!(run.go(1000, None), Some(Stage::Hold));
+            run.arm.rests = true;
+            assert_eq!(run.go(1, None), None);
+        }
     }
 
     #[test]
@@ -357,7 +381,7 @@ mod tests {
         run.go(10, Some(Unsure));
         assert_eq!(run.go(5000, None), Some(Stage::Stop));
         assert!(run.is_latched());
-        run.machine.reset();
+        run.machine.reset(run.now_s);
         assert_eq!(run.go(260, None), None);
     }
 }

@@ -12,7 +12,7 @@
 //! | head or fingertip not tracked so far (`SupervisorConfig::required`) | `Holding` | normal once they are |
 //! | hand, head, target, torque or force lost, leaping, frozen or NaN; a push at the edge; a push on the arm while no hand is near the board | `Holding` | `Retreating` after 0.3 s, `Stopped` after 1.5 s more |
 //! | arm's angles, speeds or clock lost, leaping, frozen or NaN; a command that is NaN, leaps, leaves the box or folds the arm into itself | `Holding` | `Stopped` after 0.3 s |
-//! | more force than a hand may meet | `Retreating` at once (torque level: `Compliant`), latched: every joint moves the way that it is pushed | `Stopped` after 1.5 s, but not above 65 N |
+//! | more force than a hand may meet | `Retreating` at once (torque level: `Compliant`), latched: every joint moves the way that it is pushed | `Stopped` after 1.5 s, but not above 65 N (torque level: `Holding` as soon as it is below 65 N, `Stopped` 0.3 s later) |
 //! | a force that no hand exerts, an arm beyond its limits, one that is not where it was commanded to be or drifts in a hold (`ObedienceConfig`) | `Holding`, latched | `Stopped` after 0.3 s |
 //!
 //! Every fault is answered in the cycle in which it is found, and no chain of answers is longer than

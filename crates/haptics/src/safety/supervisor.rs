@@ -171,7 +171,7 @@ impl Supervisor {
     /// Ends a latched fault; commands go through again after the recovery time, if inputs are sound. The arm is believed to be where it
     /// says it is, and what its torque sensors say at rest is found anew.
     pub fn reset(&mut self) {
-        self.faults.reset();
+        self.faults.reset(self.clock.elapsed_s);
         self.inspection.believe();
         self.person = PersonBody::default();
         self.bias = self.config.bias.map(TorqueBias::new);

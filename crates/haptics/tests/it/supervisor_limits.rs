@@ -49,7 +49,7 @@ fn too_much_force_withdraws_at_once_and_is_latched() {
     assert_eq!(stopped.state.name(), "stopped");
 }
 
-/// A torque-controlled arm gives way instead, as fast as torques may change.
+/// A torque-controlled arm gives way instead, as fast as torques may change, for as long as it is pressed.
 #[test]
 fn too_much_force_on_a_torque_arm_makes_it_float() {
     let mut bench = Bench::new();
@@ -68,9 +68,10 @@ fn too_much_force_on_a_torque_arm_makes_it_float() {
             "{torque:?}"
         );
         last = torque[2];
-        step = bench.step();
+        step = bench.step_with(|b, _| b.force = Some(push));
     }
     assert_eq!(last, 0.0);
+    assert_eq!(bench.step().state.name(), "holding");
 }
 
 #[test]
