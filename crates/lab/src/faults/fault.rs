@@ -162,11 +162,13 @@ impl Fault {
             Self::None => "no fault",
             Self::Link(_) => "the client bounds its commands by what has arrived",
             Self::Spoiled(Gaze, _) => "the hand tells the place, or there is none",
-            Self::Spoiled(Frames | Fingertip | Palm | Head | Target, _)
+            // Frames that jump take the hand along, not the head.
+            Self::Spoiled(Fingertip | Palm | Target, _)
+            | Self::Spoiled(Frames, Jumping)
             | Self::Other(Other::SelfCollision)
                 if phase.is_touched() =>
             {
-                "a touch heeds the force alone"
+                "the force tells where the hand is"
             }
             Self::Spoiled(Palm, _) => "the fingertip leads",
             Self::Spoiled(Target, Spoiled::NotANumber) if !matches!(phase, Phase::Waiting) => {

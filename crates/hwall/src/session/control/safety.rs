@@ -106,8 +106,8 @@ impl Safety {
 
     /// The command to send instead of the renderer's.
     ///
-    /// A touch does not heed the tracker: the hand is known by its force, and the board stands under it, or goes along with what it
-    /// pushes. The rest of the person is still kept clear of while it is tracked.
+    /// A touch does not heed the tracked hand: it is known by its force, and the board stands under it, or goes along with what it
+    /// pushes. The board stops under the hand when the head is lost.
     pub(super) fn step(
         &mut self,
         now_s: f64,
@@ -145,8 +145,8 @@ impl Safety {
         for (part, position_m) in seen {
             let fresh = (now_s - stamp_s).abs() <= supervisor.config().head.max_age_s;
             let touches = matches!(part, PersonPart::Fingertip | PersonPart::Palm);
-            let heeded = !is_touched || (!touches && fresh);
-            if is_touched {
+            let heeded = !(is_touched && touches);
+            if !heeded {
                 supervisor.forget(part);
             }
             if let Some(at_m) = position_m {
