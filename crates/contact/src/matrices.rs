@@ -22,10 +22,14 @@ pub(crate) fn trace(m: &DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
-/// Two axes of the plane with this unit normal.
+/// Two axes of the plane with this unit normal. The first is level, so that both turn with a room that is turned about the vertical. A
+/// level plane has no such pair, and gets any.
 pub(crate) fn axes_across(normal: DVec3) -> [DVec3; 2] {
-    let (u, v) = normal.any_orthonormal_pair();
-    [u, v]
+    let u = DVec3::Z
+        .cross(normal)
+        .try_normalize()
+        .unwrap_or_else(|| normal.any_orthonormal_vector());
+    [u, normal.cross(u)]
 }
 
 /// A symmetric matrix in two axes of a plane.

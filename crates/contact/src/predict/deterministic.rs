@@ -6,7 +6,7 @@ use super::prediction::{ContactPrediction, PredictionSource, Predictor, Predicto
 use super::regions::RegionSizes;
 use crate::error::ContactError;
 use crate::estimate::TimeToContact;
-use crate::matrices::{isotropic, square};
+use crate::matrices::{axes_across, isotropic, square};
 use glam::{DMat3, DVec3};
 use hwall_hand::{Fixation, Gaze, GazeRay, HandState};
 use hwall_numeric::check::positive;
@@ -253,9 +253,8 @@ fn sight_covariance_m2(look: &Fixation, point_m: DVec3, normal: DVec3) -> DMat3 
     let sd_m = GAZE_SD_RAD.hypot(look.noise_rad) * (point_m - origin_m).length();
     let slope = normal.dot(sight);
     let slope = slope.abs().max(LEAST_SLOPE).copysign(slope);
-    let (u, v) = sight.any_orthonormal_pair();
     // A shift across the sight, carried along it into the plane.
-    let [a, b] = [u, v].map(|e| (e - sight * (normal.dot(e) / slope)) * sd_m);
+    let [a, b] = axes_across(sight).map(|e| (e - sight * (normal.dot(e) / slope)) * sd_m);
     square(a) + square(b)
 }
 

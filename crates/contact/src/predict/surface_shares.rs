@@ -3,7 +3,7 @@
 use super::belief::EvidenceSource;
 use super::gaussian::{Gaussian, spiral};
 use super::hand::resting::{SurfacePlace, facing};
-use crate::matrices::{Plane, square};
+use crate::matrices::{Plane, axes_across, square};
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
@@ -276,7 +276,7 @@ impl SurfaceShares {
         };
         let distance_m = to_mean.dot(axis).max(sd_m);
         let centre = to_mean - axis * (to_mean.dot(axis) - distance_m);
-        let (u, v) = axis.any_orthonormal_pair();
+        let [u, v] = axes_across(axis);
         let Plane { uu, uv, vv } = Plane::of(&gaussian.covariance_m2, [u, v]);
         // Cholesky factor of the covariance across the axis.
         let a = uu.sqrt();

@@ -2,6 +2,7 @@
 
 use super::config::RegistrationConfig;
 use super::touch::MeasuredTouch;
+use crate::matrices::axes_across;
 use glam::{DMat3, DQuat, DVec3};
 use hwall_hand::hwall_geometry::rotation_vector;
 use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transposed};
@@ -190,7 +191,7 @@ impl Fit {
     fn rows(&self, touch: &MeasuredTouch) -> Rows {
         let off_m = self.corrected(touch.seen_m) - touch.surface_m;
         let arm = self.rotation() * (touch.seen_m - self.prior.centre_m);
-        let (u, v) = touch.normal.any_orthonormal_pair();
+        let [u, v] = axes_across(touch.normal);
         // Along the surface the arm's own error comes on top of the tracker's.
         let along_m = touch
             .located_sd_m

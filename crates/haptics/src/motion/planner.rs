@@ -6,7 +6,7 @@ use super::goal::Destination;
 use super::goals::Goals;
 use super::link::{Aim, Answer, Asked, Link};
 use super::preposition::Preposition;
-use super::route::Route;
+use super::route::{ROUNDING_STEPS, Route};
 use crate::board::BoardTarget;
 use crate::body::Separation;
 use crate::error::HapticsError;
@@ -300,7 +300,8 @@ impl Planner {
         let due = self.route.is_retry_due(elapsed_s, is_bent);
         let stands = reference.goal().is_none() && !self.route.is_blocked();
         self.since_plan_s += elapsed_s;
-        let drifted = self.has_drifted && self.since_plan_s >= DRIFT_S;
+        let is_due = self.since_plan_s + ROUNDING_STEPS * elapsed_s >= DRIFT_S;
+        let drifted = self.has_drifted && is_due;
         // A search that began anew with every drift and every change of speed might never end; one for another place is of no use.
         let goes_on = self.route.is_searching_for(destination);
         let is_obsolete = self.route.is_searching() && !goes_on;

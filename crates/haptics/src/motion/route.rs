@@ -18,6 +18,10 @@ use hwall_motion::ReferenceMotion;
 
 /// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
 const SOONER_S: f64 = 0.02;
+/// A time is over with the step that ends this share of a step before it: the sum of the steps is rounded, and a clock that starts
+/// elsewhere rounds otherwise.
+pub(super) const ROUNDING_STEPS: f64 = 0.1;
+
 /// What a place is to the way of the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
@@ -193,7 +197,8 @@ impl Route {
     /// Time passes; is it due to look for a shorter way? `is_bent`: the motion still has to pass a bend.
     pub(super) fn is_retry_due(&mut self, dt_s: f64, is_bent: bool) -> bool {
         self.retry_in_s -= dt_s;
-        (self.is_detour() || self.is_blocked || is_bent) && self.retry_in_s <= 0.0
+        let is_due = self.retry_in_s <= ROUNDING_STEPS * dt_s;
+        (self.is_detour() || self.is_blocked || is_bent) && is_due
     }
 
     /// A goal is set.

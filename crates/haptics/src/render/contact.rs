@@ -50,6 +50,9 @@ pub enum ContactState {
     },
 }
 
+/// The dwell is over this much earlier, s: times as large as Unix time are rounded to 0.2 us, and their differences decide a step.
+const ROUNDING_S: f64 = 1e-6;
+
 /// Two thresholds and a dwell: a force that varies around either threshold is one contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactDetector {
@@ -99,7 +102,7 @@ impl ContactDetector {
                     .filter(|since_s| *since_s <= t_s)
                     .unwrap_or(t_s);
                 self.below_since_s = Some(since_s);
-                if t_s - since_s >= self.config.dwell_s {
+                if t_s - since_s + ROUNDING_S >= self.config.dwell_s {
                     self.state = ContactState::NonContact;
                 }
             }

@@ -5,5 +5,6 @@ mod common;
 mod encoding;
 mod film_strip;
 mod gltf;
+mod khronos;
 mod pages;
 mod session;
