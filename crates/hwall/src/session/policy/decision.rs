@@ -211,11 +211,12 @@ impl Policy {
             passed_s: 0.0,
         };
         let contact = &expected_soon(*contact, hand);
-        let expected = contact.time_to_contact_s.map_or(usual, |time| {
-            let sd_s = time.sd_s.unwrap_or(USUAL_SD_SHARE * time.mean_s);
+        let stated = contact.time_to_contact_s.filter(|time| time.mean_s >= 0.0);
+        let expected = stated.map_or(usual, |time| {
+            let sd_s = time.sd_s.filter(|sd_s| *sd_s >= 0.0);
             TouchTime {
                 median_s: time.mean_s,
-                scale_s: scale_of(sd_s),
+                scale_s: scale_of(sd_s.unwrap_or(USUAL_SD_SHARE * time.mean_s)),
                 passed_s: 0.0,
             }
         });
@@ -242,12 +243,17 @@ impl Policy {
                 None => (1.0, usual),
             },
         };
+        let chance = share * contact.probability;
         Hypothesis {
             contact: *contact,
             sds_m: self.config.slack.sds_m(contact),
-            chance: share * contact.probability,
+            chance,
             time,
-            stand: arm.stand(contact),
+            stand: if chance > 0.0 {
+                arm.stand(contact)
+            } else {
+                None
+            },
         }
     }
 

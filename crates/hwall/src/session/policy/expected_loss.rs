@@ -69,8 +69,8 @@ pub(super) struct Goal {
 const IN_PLANE_M: f64 = 0.02;
 /// ... if the normals agree to this, as a cosine: 5 degrees.
 const SAME_COSINE: f64 = 0.996;
-/// A board that stands beside the touch has to be moved by its width: least time, s.
-const MOVES_S: f64 = 0.3;
+/// A board that stands beside the touch has to be moved on: 0.3 s for 0.15 m, and with the root of the distance.
+const MOVES_S_PER_ROOT_M: f64 = 0.77;
 
 /// Weighs the choices of one frame.
 pub(super) struct Chooser<'a, A> {
@@ -87,7 +87,7 @@ impl<A: Presenting> Chooser<'_, A> {
     pub(super) fn best(&self, last: Choice, way: &Way) -> (Choice, Way) {
         let mut best = (last, *way);
         let mut least = self.loss(&last, way) - self.config.least_gain;
-        let goals = self.hypotheses.iter().filter_map(|hypothesis| {
+        let goals = self.possible().filter_map(|hypothesis| {
             let (contact, stand) = (hypothesis.contact, hypothesis.stand?);
             Some(Goal { contact, stand })
         });
@@ -103,6 +103,12 @@ impl<A: Presenting> Chooser<'_, A> {
             }
         }
         best
+    }
+
+    fn possible(&self) -> impl Iterator<Item = &Hypothesis> {
+        self.hypotheses
+            .iter()
+            .filter(|hypothesis| hypothesis.chance > 0.0)
     }
 
     /// Where a choice leads, rad.
@@ -126,10 +132,15 @@ impl<A: Presenting> Chooser<'_, A> {
         };
         let arrival_s = way.left_s(self.t_s);
         let (mut late, mut there) = (0.0, 0.0);
-        for hypothesis in self.hypotheses {
+        for hypothesis in self.possible() {
             let covered = goal.map_or(0.0, |goal| self.covered_share(goal, hypothesis));
             let onwards_s = match hypothesis.stand {
-                Some(stand) => travel_s(self.arm, to.as_ref(), stand.q.as_ref()).max(MOVES_S),
+                Some(stand) => {
+                    let [a_m, b_m] = hypothesis.sds_m;
+                    let beside_m = a_m.hypot(b_m).max(2.0 * self.reach_m);
+                    travel_s(self.arm, to.as_ref(), stand.q.as_ref())
+                        .max(MOVES_S_PER_ROOT_M * beside_m.sqrt())
+                }
                 None => f64::INFINITY,
             };
             let share = self.config.onset_share;
@@ -165,7 +176,8 @@ impl<A: Presenting> Chooser<'_, A> {
 
 /// The scale of the logistic distribution with a standard deviation.
 pub(super) fn scale_of(sd: f64) -> f64 {
-    sd.max(1e-3) * 3_f64.sqrt() / PI
+    // NaN stays NaN.
+    sd.clamp(1e-3, f64::INFINITY) * 3_f64.sqrt() / PI
 }
 
 fn logistic(x: f64) -> f64 {

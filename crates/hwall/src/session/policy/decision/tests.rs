@@ -21,7 +21,7 @@ impl Presenting for Arm {
     fn stand(&self, contact: &ContactPrediction) -> Option<Stand> {
         let mut q = JointPositions::default();
         q[contact.surface.0] = self.0[contact.surface.0]?;
-        q[2] = contact.point_m.y;
+        q[2] = 0.1 * contact.point_m.y;
         Some(Stand {
             point_m: contact.point_m,
             q: Some(q),
@@ -126,20 +126,17 @@ fn people_in_a_hurry_are_met_by_a_board_that_the_look_alone_sends() {
 fn for_people_who_look_around_the_arm_only_comes_nearer() {
     let arm = Arm([Some(0.5), Some(0.5)]);
     let mut policy = policy();
-    // Looks that lead to no touch, each at another place.
+    // Looks that lead to no touch, again and again.
     let mut last = Decision::Wait;
     for look in 0..6 {
-        let since_s = f64::from(look) + 0.2;
-        let ranked = [looked_at(
-            place(0, 0.3 * f64::from(look), 0.02, 0.95),
-            since_s,
-        )];
+        let since_s = f64::from(look) + 0.3;
+        let nothing = [place(1, 0.0, 0.5, 1.0)];
+        rests(&mut policy, &nothing, arm, [since_s - 0.3, since_s - 0.01]);
+        let ranked = [looked_at(place(0, 0.0, 0.02, 0.95), since_s)];
         last = rests(&mut policy, &ranked, arm, [since_s, since_s + 0.4]);
         if look == 0 {
             assert!(matches!(last, Decision::Present(_)), "{last:?}");
         }
-        let nothing = [place(1, 0.0, 0.5, 1.0)];
-        rests(&mut policy, &nothing, arm, [since_s + 0.41, since_s + 0.9]);
     }
     assert!(matches!(last, Decision::Preposition(_)), "{last:?}");
 }
@@ -155,7 +152,7 @@ fn a_hand_whose_eyes_are_not_seen_is_awaited_where_it_probably_touches_again() {
             place(0, 0.5, elsewhere_sd_m, 1.0 - again),
         ];
         ranked.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        match rests(&mut policy(), &ranked, Arm([Some(0.5), None]), [0.0, 0.3]) {
+        match rests(&mut policy(), &ranked, Arm([Some(0.7), None]), [0.0, 0.3]) {
             Decision::Present(contact) => Some(contact.point_m.y),
             _ => None,
         }
