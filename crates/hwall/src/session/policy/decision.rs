@@ -2,14 +2,14 @@
 
 use super::available_time::{AvailableTime, TimeFrame};
 use super::config::PolicyConfig;
-use super::expected_loss::{Choice, Chooser, Goal, Hypothesis, TouchTime, scale_of};
+use super::expected_loss::{Choice, Chooser, Hypothesis, TouchTime, scale_of};
 use super::fixations::{FixationFrame, Fixations};
 use super::hand_motion::{HandMotion, MeanVelocity};
 use super::way::{Presenting, Way};
 use crate::error::SessionError;
 use glam::{DMat3, DVec3};
 use hwall_arrival::WaitingConfig;
-use hwall_contact::ContactPrediction;
+use hwall_contact::{ContactPrediction, PredictionSource};
 use hwall_hand::HandState;
 
 /// What the board does.
@@ -54,6 +54,8 @@ pub(in crate::session) struct Policy {
     reach_m: f64,
     choice: Choice,
     way: Option<Way>,
+    /// What was told after the last frame.
+    told: Option<ContactPrediction>,
     /// When the hand was last seen to reach, s.
     reached_s: f64,
     /// When the hand was last seen not to rest, s.
@@ -78,6 +80,7 @@ impl Policy {
             reach_m,
             choice: Choice::Wait,
             way: None,
+            told: None,
             reached_s: f64::NEG_INFINITY,
             moved_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
@@ -90,7 +93,7 @@ impl Policy {
     /// Forgets everything, for a world that leapt.
     pub(in crate::session) fn reset(&mut self) {
         self.choice = Choice::Wait;
-        self.way = None;
+        (self.way, self.told) = (None, None);
         [self.reached_s, self.moved_s, self.last_s] = [f64::NEG_INFINITY; 3];
         self.fixations.forget_look();
         self.available_time.forget_reach();
@@ -147,20 +150,32 @@ impl Policy {
         (self.choice, self.way) = (choice, Some(way));
         let decision = match choice {
             Choice::Wait => Decision::Wait,
-            Choice::Preposition(goal) => Decision::Preposition(self.newest(&goal, hypotheses)),
-            Choice::Present(goal) => Decision::Present(self.newest(&goal, hypotheses)),
+            Choice::Preposition(goal) => {
+                Decision::Preposition(self.newest(&goal.contact, hypotheses))
+            }
+            Choice::Present(goal) => Decision::Present(self.newest(&goal.contact, hypotheses)),
         };
         let (contact, sent_to) = match &decision {
-            Decision::Wait => (*first, None),
+            Decision::Wait => {
+                // An arm without a waiting posture follows what is told, and need not follow its noise.
+                let near = |told: &ContactPrediction| {
+                    told.surface == first.surface
+                        && told.point_m.distance(first.point_m) <= self.reach_m
+                };
+                let told = self.told.filter(near).unwrap_or(hypotheses[0].contact);
+                (self.newest(&told, hypotheses), None)
+            }
             Decision::Preposition(contact) => (*contact, None),
             Decision::Present(contact) => (*contact, Some(contact)),
         };
+        self.told = Some(contact);
         let frame = TimeFrame::new(t_s, sent_to, &contact, hand);
         self.available_time.step(&frame);
         Some((contact, decision))
     }
 
     fn turn_to_waiting(&mut self, t_s: f64, arm: &impl Presenting) {
+        self.told = None;
         if self.choice != Choice::Wait {
             self.choice = Choice::Wait;
             self.way = self.way.map(|way| way.to(arm, arm.waits_at(), t_s));
@@ -240,7 +255,9 @@ impl Policy {
                     }
                     None => (0.0, usual),
                 },
-                None => (1.0, usual),
+                // Of what nobody looks at only a habit says that it is next.
+                None if contact.source == PredictionSource::TouchedBefore => (1.0, usual),
+                None => (0.0, usual),
             },
         };
         let chance = share * contact.probability;
@@ -262,14 +279,13 @@ impl Policy {
         matches!(self.choice, Choice::Present(goal) if goal.contact.surface == contact.surface)
     }
 
-    /// What is known of a goal by now: the newest prediction on its surface, at the point that the board goes to.
-    fn newest(&self, goal: &Goal, hypotheses: &[Hypothesis]) -> ContactPrediction {
-        let held = goal.contact;
+    /// What is known of a held place by now: the newest prediction on its surface, at the point that is held.
+    fn newest(&self, held: &ContactPrediction, hypotheses: &[Hypothesis]) -> ContactPrediction {
         let near = hypotheses.iter().map(|hypothesis| &hypothesis.contact);
         let near = near.filter(|contact| contact.surface == held.surface);
         let off_m = |contact: &ContactPrediction| contact.point_m.distance(held.point_m);
         let Some(newest) = near.min_by(|a, b| off_m(a).total_cmp(&off_m(b))) else {
-            return held;
+            return *held;
         };
         let off = newest.point_m - held.point_m;
         let known_m2 = newest.covariance_m2.unwrap_or_else(|| {

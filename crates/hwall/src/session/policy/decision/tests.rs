@@ -1,6 +1,6 @@
 use super::super::way::Stand;
 use super::*;
-use hwall_contact::{PredictionSource, TimeToContact};
+use hwall_contact::TimeToContact;
 use hwall_hand::HandPoint;
 use hwall_kinematics::JointPositions;
 use hwall_scene::SurfaceId;
@@ -149,7 +149,10 @@ fn a_hand_whose_eyes_are_not_seen_is_awaited_where_it_probably_touches_again() {
                 source: PredictionSource::TouchedBefore,
                 ..place(0, 0.0, 0.04, again)
             },
-            place(0, 0.5, elsewhere_sd_m, 1.0 - again),
+            ContactPrediction {
+                source: PredictionSource::TouchedBefore,
+                ..place(0, 0.5, elsewhere_sd_m, 1.0 - again)
+            },
         ];
         ranked.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         match rests(&mut policy(), &ranked, Arm([Some(0.7), None]), [0.0, 0.3]) {
