@@ -2,7 +2,7 @@
 
 use super::available_time::{AvailableTime, TimeFrame};
 use super::config::PolicyConfig;
-use super::expected_loss::{Choice, Chooser, Hypothesis, TouchTime, scale_of};
+use super::expected_loss::{Choice, Chooser, Goal, Hypothesis, TouchTime, scale_of};
 use super::fixations::{FixationFrame, Fixations};
 use super::hand_motion::{HandMotion, MeanVelocity};
 use super::way::{Presenting, Way};
@@ -146,7 +146,17 @@ impl Policy {
             t_s,
         };
         let way = self.way.unwrap_or_else(|| Way::at(arm.waits_at()));
-        let (choice, way) = chooser.best(self.choice, &way);
+        let stays = || {
+            let contact = self.told.filter(|_| arm.waits_at().is_none())?;
+            let stand = arm.stand(&contact)?;
+            Some(Choice::Present(Goal { contact, stand }))
+        };
+        // An arm without a waiting posture waits where it was sent last.
+        let last = match self.choice {
+            Choice::Wait => stays().unwrap_or(Choice::Wait),
+            choice => choice,
+        };
+        let (choice, way) = chooser.best(last, &way);
         (self.choice, self.way) = (choice, Some(way));
         let decision = match choice {
             Choice::Wait => Decision::Wait,
@@ -155,7 +165,7 @@ impl Policy {
             }
             Choice::Present(goal) => Decision::Present(self.newest(&goal.contact, hypotheses)),
         };
-        let (contact, sent_to) = match &decision {
+        let contact = match decision {
             Decision::Wait => {
                 // An arm without a waiting posture follows what is told, and need not follow its noise.
                 let near = |told: &ContactPrediction| {
@@ -163,14 +173,21 @@ impl Policy {
                         && told.point_m.distance(first.point_m) <= self.reach_m
                 };
                 let told = self.told.filter(near).unwrap_or(hypotheses[0].contact);
-                (self.newest(&told, hypotheses), None)
+                self.newest(&told, hypotheses)
             }
-            Decision::Preposition(contact) => (*contact, None),
-            Decision::Present(contact) => (*contact, Some(contact)),
+            Decision::Preposition(contact) | Decision::Present(contact) => contact,
         };
         self.told = Some(contact);
-        let frame = TimeFrame::new(t_s, sent_to, &contact, hand);
-        self.available_time.step(&frame);
+        // The time counts from when the place is known, whether the board is sent at once or not.
+        let known = hypotheses
+            .iter()
+            .find(|hypothesis| hypothesis.chance >= 0.5);
+        let known = match &decision {
+            Decision::Present(contact) => Some(contact),
+            _ => known.map(|hypothesis| &hypothesis.contact),
+        };
+        self.available_time
+            .step(&TimeFrame::new(t_s, known, &contact, hand));
         Some((contact, decision))
     }
 

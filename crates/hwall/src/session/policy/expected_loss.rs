@@ -93,7 +93,8 @@ impl<A: Presenting> Chooser<'_, A> {
         });
         let choices = goals.flat_map(|goal| [Choice::Preposition(goal), Choice::Present(goal)]);
         for choice in std::iter::once(Choice::Wait).chain(choices) {
-            if choice == Choice::Wait && last == Choice::Wait {
+            let waits = choice == Choice::Wait;
+            if waits && (last == Choice::Wait || self.arm.waits_at().is_none()) {
                 continue;
             }
             let way = way.to(self.arm, self.leads_to(&choice), self.t_s);
