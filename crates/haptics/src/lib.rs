@@ -17,7 +17,7 @@ pub use board::{Board, BoardTarget, PlaceTolerance, QUARTER_TURNS_RAD, board_pos
 pub use error::HapticsError;
 pub use motion::{
     ApproachConfig, Barrier, BarrierTree, Follower, FollowerConfig, JointBounds, JointMotion,
-    LinkInFront, Planner, PlannerConfig, Slide,
+    LinkInFront, PREPOSITION_SHARE, Planner, PlannerConfig, Slide,
 };
 pub use object::{Click, Detent, MovingObject, ObjectConfig, ObjectPath};
 pub use passivity::{PassivePort, PassivityMethod, PortConfig, PortInput, PortOutput};

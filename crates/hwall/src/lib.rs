@@ -15,8 +15,8 @@ pub use error::SessionError;
 pub use objects::{SceneObject, object_of, objects_of};
 pub use session::{
     Control, Controller, Cycle, Event, EventKind, Foreseen, Goal, MovingSurface, Perception,
-    Planner, PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl,
-    WorldPose, drive, session_supervisor,
+    Planner, PolicyConfig, Session, SessionConfig, SessionState, SlackConfig, Surroundings,
+    TargetControl, WorldPose, drive, session_supervisor,
 };
 pub use upright_pieces::barriers_of;
 pub use walls::{BudgetAtlas, LikelyTouches, Walls, WallsConfig, facets_of, maps_of};

@@ -16,12 +16,13 @@ struct Leant {
     q: JointPositions,
 }
 
-/// Shares of the way from the waiting posture to a configuration that might be needed: the arm goes as far as the first of them at
-/// which the board is behind the surfaces.
+/// The most of the way from the waiting posture to a configuration that might be needed that the arm goes.
 ///
 /// Half the way is in front of a wall for half of the places that people look at, and these are the far ones, to which a start is
 /// worth most: with nothing in between, the board was late for one touch in twenty of people who look around.
-const SHARES: [f64; 4] = [0.4, 0.3, 0.2, 0.1];
+pub const PREPOSITION_SHARE: f64 = 0.4;
+/// The arm goes as far as the first of these shares at which the board is behind the surfaces.
+const SHARES: [f64; 4] = [PREPOSITION_SHARE, 0.3, 0.2, 0.1];
 /// A board that leans is behind the surfaces by this, m.
 const BEHIND_M: f64 = 0.01;
 

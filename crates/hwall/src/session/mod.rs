@@ -22,7 +22,7 @@ pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
 pub use planner::Planner;
 use planner::Planning;
-pub use policy::PolicyConfig;
+pub use policy::{PolicyConfig, SlackConfig};
 pub use target_control::TargetControl;
 pub use world::WorldPose;
 
@@ -120,7 +120,12 @@ impl<P: Predictor> Session<P> {
             #[cfg(feature = "texture")]
             presenter: Presenter::new(Arc::clone(renderer.arm())),
             scene,
-            policy: Policy::new(config.policy, walls.budget_s)?,
+            policy: Policy::new(
+                config.policy,
+                walls.budget_s,
+                config.policy.slack.reach_m(board, &config.in_place),
+            )?,
+            slack: config.policy.slack,
             waiting: Waiting::of(&walls),
             walls,
             predictor,

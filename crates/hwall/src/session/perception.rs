@@ -4,9 +4,9 @@ mod guiding;
 
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
 use super::handover::{FeltTouches, Guidance, OpeningReceiver, Sender, WorldBarriers};
-use super::policy::{Decision, Policy, Presenting};
+use super::policy::{Decision, Policy, Presenting, SlackConfig, Stand};
 use super::response::kept_response;
-use super::waiting::Waiting;
+use super::waiting::{Presents, Waiting};
 use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
 use crate::fingertip::Fingertip;
@@ -34,6 +34,7 @@ pub struct Perception<P> {
     pub(super) hand: HandFilter,
     pub(super) gaze: GazeFilter,
     pub(super) policy: Policy,
+    pub(super) slack: SlackConfig,
     /// Where the arm waits for this person.
     pub(super) waiting: Waiting,
     pub(super) arm: Arc<dyn ArmKinematics>,
@@ -79,7 +80,6 @@ pub(super) struct Newest {
 enum Intent {
     Wait,
     Preposition,
-    Ready,
     Present,
 }
 
@@ -96,28 +96,36 @@ struct Presentable<'a> {
 }
 
 impl Presenting for Presentable<'_> {
-    fn arrival_s(&self, contact: &ContactPrediction) -> Option<f64> {
-        let contact = self.world.contact_in_base(*contact);
-        self.waiting.arrival_s(contact.point_m, contact.normal)
+    fn waits_at(&self) -> Option<JointPositions> {
+        self.waiting.posture()
     }
 
-    fn beside_m(&self, contact: &ContactPrediction) -> f64 {
+    fn stand(&self, contact: &ContactPrediction) -> Option<Stand> {
         // Maps know the walls where they stood.
-        if self.world.world_from_base().is_some() {
-            return 0.0;
-        }
-        match self.maps.present(contact.point_m, contact.normal) {
-            Presented::Reachable => 0.0,
-            Presented::Nearest(point_m) => point_m.distance(contact.point_m),
-            // On no wall, as that of a door that has turned: then the arm itself is asked.
-            Presented::Unknown => {
-                let arrival_s = self.waiting.arrival_s(contact.point_m, contact.normal);
-                match arrival_s.is_some_and(f64::is_infinite) {
-                    true => f64::INFINITY,
-                    false => 0.0,
-                }
-            }
-        }
+        let stands = self.world.world_from_base().is_none();
+        let presented = match stands {
+            true => self.maps.present(contact.point_m, contact.normal),
+            false => Presented::Unknown,
+        };
+        let point_m = match presented {
+            Presented::Nearest(point_m) => point_m,
+            _ => contact.point_m,
+        };
+        let at = ContactPrediction {
+            point_m,
+            ..*contact
+        };
+        let at = self.world.contact_in_base(at);
+        let q = match self.waiting.presents(at.point_m, at.normal) {
+            Presents::Never => return None,
+            Presents::Unknown => None,
+            Presents::With(q) => Some(q),
+        };
+        Some(Stand { point_m, q })
+    }
+
+    fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64> {
+        self.waiting.travel_s(from, to)
     }
 }
 
@@ -180,7 +188,6 @@ impl<P: Predictor> Perception<P> {
             frame.t_s,
             ranked,
             input.hand,
-            input.frame.head_m,
             &Presentable {
                 world: &self.world,
                 maps: &self.walls.maps,
@@ -192,9 +199,7 @@ impl<P: Predictor> Perception<P> {
             self.waiting.turn_to(self.policy.budget_s());
         }
         let stands_by = decided.map(|(contact, decision)| match decision {
-            Decision::Present(contact)
-            | Decision::Ready(contact)
-            | Decision::Preposition(contact) => contact,
+            Decision::Present(contact) | Decision::Preposition(contact) => contact,
             Decision::Wait => contact,
         });
         let responds_with = kept_response(
@@ -214,7 +219,6 @@ impl<P: Predictor> Perception<P> {
             contact: stands_by,
             intent: decided.map(|(_, decision)| match decision {
                 Decision::Present(_) => Intent::Present,
-                Decision::Ready(_) => Intent::Ready,
                 Decision::Preposition(_) => Intent::Preposition,
                 Decision::Wait => Intent::Wait,
             }),

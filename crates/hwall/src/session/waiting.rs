@@ -62,23 +62,41 @@ impl Waiting {
         Some(entry.q)
     }
 
-    /// How soon the board is at a place from the waiting posture, s: by the atlas, else at whichever quarter turn. `None`: no
-    /// atlas, or an arm without a closed form at a place that its atlas does not hold. Infinite for a place that cannot be held.
-    pub(super) fn arrival_s(&self, point_m: DVec3, normal: DVec3) -> Option<f64> {
-        let atlas = self.atlas()?;
-        if let Some(entry) = atlas.look_up(point_m, normal) {
-            return Some(entry.arrival_s);
+    /// How the arm presents a place: by the atlas, else from the nearest configuration to the waiting posture at any quarter turn.
+    pub(super) fn presents(&self, point_m: DVec3, normal: DVec3) -> Presents {
+        if let Some(q) = self.near(point_m, normal) {
+            return Presents::With(q);
         }
-        let (arm, waiting) = (atlas.arm()?, atlas.waiting());
-        let config = NearestConfig::default();
-        let time_s = |roll_rad: f64| {
-            let pose = board_pose(point_m, normal, roll_rad).ok()?;
-            let solution = arm.nearest_solution(&pose, waiting, &config).ok()?;
-            Some(atlas.limits().travel_time_s(waiting, &solution.q))
+        let Some((atlas, arm)) = self.atlas().and_then(|atlas| Some((atlas, atlas.arm()?))) else {
+            return Presents::Unknown;
         };
-        let times_s = QUARTER_TURNS_RAD.into_iter().filter_map(time_s);
-        Some(times_s.fold(f64::INFINITY, f64::min))
+        let config = NearestConfig::default();
+        let at_roll = |roll_rad: f64| {
+            let pose = board_pose(point_m, normal, roll_rad).ok()?;
+            let solution = arm.nearest_solution(&pose, atlas.waiting(), &config).ok()?;
+            Some((self.travel_s(atlas.waiting(), &solution.q)?, solution.q))
+        };
+        let solutions = QUARTER_TURNS_RAD.into_iter().filter_map(at_roll);
+        match solutions.min_by(|(a_s, _), (b_s, _)| a_s.total_cmp(b_s)) {
+            Some((_, q)) => Presents::With(q),
+            None => Presents::Never,
+        }
     }
+
+    /// Least time between two configurations, s; `None` without an atlas.
+    pub(super) fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64> {
+        Some(self.atlas()?.limits().travel_time_s(from, to))
+    }
+}
+
+/// How the arm presents a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Presents {
+    With(JointPositions),
+    /// It cannot be held.
+    Never,
+    /// There is no atlas, or the arm has no closed form and the atlas does not hold the place.
+    Unknown,
 }
 
 #[cfg(test)]
@@ -129,7 +147,11 @@ mod tests {
             let atlas = waiting.atlas().expect("made");
             let entry = atlas.look_up(point_m, normal).expect("within reach");
             assert_eq!(waiting.near(point_m, normal), Some(entry.q));
-            assert_eq!(waiting.arrival_s(point_m, normal), Some(entry.arrival_s));
+            let Presents::With(q) = waiting.presents(point_m, normal) else {
+                panic!("within reach")
+            };
+            let from = atlas.waiting();
+            assert_eq!(waiting.travel_s(from, &q), Some(entry.arrival_s));
         }
     }
 

@@ -46,7 +46,7 @@ impl<P: Predictor> Perception<P> {
             }
             // Without a posture to wait at, joints that do not count lead nowhere: the arm holds.
             (Some(Intent::Wait), _) if self.newest.responds_with.is_some() => {}
-            (Some(intent), Some(foreseen)) => self.aim(&mut guidance, foreseen, intent),
+            (Some(_), Some(foreseen)) => self.aim(&mut guidance, foreseen),
             // Nobody is seen, or nothing is about to be touched.
             _ if guidance.fingertip.is_some() => guidance.waits = posture,
             _ => {}
@@ -55,7 +55,7 @@ impl<P: Predictor> Perception<P> {
     }
 
     /// Fills in where the board shall be for a contact.
-    fn aim(&mut self, guidance: &mut Guidance, foreseen: Foreseen, intent: Intent) {
+    fn aim(&mut self, guidance: &mut Guidance, foreseen: Foreseen) {
         let Foreseen { contact, presented } = foreseen;
         let stamp_s = guidance.seen_s;
         let point_m = match presented {
@@ -65,23 +65,15 @@ impl<P: Predictor> Perception<P> {
         let roll_rad = self.roll_rad(&contact);
         let off_m = point_m.distance(contact.point_m);
         let slack_m = self
-            .policy
-            .slack_m(
-                &contact,
-                &self.world.base_from_world(),
-                &self.board,
-                &self.in_place,
-            )
+            .slack
+            .slack_m(&contact, &self.board, &self.in_place)
             .map(|slack_m| (slack_m - off_m).max(0.0));
         let target = BoardTarget {
             point_m,
             normal: contact.normal,
             stamp_s,
             roll_rad,
-            behind_m: match intent {
-                Intent::Ready => self.policy.ready_m(),
-                _ => 0.0,
-            },
+            behind_m: 0.0,
             slack_m,
             near: self.waiting.near(point_m, contact.normal),
             sooner_within_m: None,

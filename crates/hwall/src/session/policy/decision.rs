@@ -1,19 +1,16 @@
-//! When the board goes where: wait, be ready behind a surface, present it.
+//! From the belief about the next touch to what the board does.
 
 use super::available_time::{AvailableTime, TimeFrame};
 use super::config::PolicyConfig;
-use super::edge::Weighed;
+use super::expected_loss::{Choice, Chooser, Goal, Hypothesis, TouchTime, scale_of};
 use super::fixations::{FixationFrame, Fixations};
 use super::hand_motion::{HandMotion, MeanVelocity};
-use super::presenting::Presenting;
-use super::sight::Sight;
+use super::way::{Presenting, Way};
 use crate::error::SessionError;
 use glam::{DMat3, DVec3};
-use hwall_contact::{ContactPrediction, PredictionSource, SteadyPoint};
-use hwall_geometry::Pose;
+use hwall_arrival::WaitingConfig;
+use hwall_contact::{ContactPrediction, PredictionSource};
 use hwall_hand::HandState;
-use hwall_haptics::{Board, PlaceTolerance, surface_axes};
-use hwall_scene::SurfaceId;
 
 /// What the board does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,36 +19,8 @@ pub(in crate::session) enum Decision {
     Wait,
     /// Something may be touched: the arm waits closer to it.
     Preposition(ContactPrediction),
-    /// The board goes behind the place that is fixated, or that will probably be touched again.
-    Ready(ContactPrediction),
     /// The board goes to the place that is about to be touched.
     Present(ContactPrediction),
-}
-
-impl Decision {
-    /// The same decision `dt_s` later.
-    fn aged(self, dt_s: f64) -> Self {
-        let older = |mut contact: ContactPrediction| {
-            if let Some(time) = &mut contact.time_to_contact_s {
-                time.mean_s = (time.mean_s - dt_s).max(0.0);
-            }
-            contact
-        };
-        match self {
-            Self::Wait => Self::Wait,
-            Self::Preposition(contact) => Self::Preposition(older(contact)),
-            Self::Ready(contact) => Self::Ready(older(contact)),
-            Self::Present(contact) => Self::Present(older(contact)),
-        }
-    }
-}
-
-/// The predicted place, and since when it has been predicted.
-#[derive(Debug, Clone, Copy)]
-struct Candidate {
-    surface: SurfaceId,
-    point_m: DVec3,
-    since_s: f64,
 }
 
 /// The motion of the hand relative to a predicted place.
@@ -62,92 +31,31 @@ enum Motion {
     Leaves,
 }
 
-/// Standard deviation of the predicted point, m; zero for one that comes without, NaN for a covariance that is none.
-fn spread_m(contact: &ContactPrediction) -> f64 {
-    let variance_m2 = |c: DMat3| c.x_axis.x + c.y_axis.y + c.z_axis.z;
-    contact.covariance_m2.map_or(0.0, variance_m2).sqrt()
-}
-
-/// At the end of a minimum-jerk reach, the remaining time is this multiple of remaining distance over speed; earlier it is less.
-const SLOWS_DOWN: f64 = 3.0;
-
-/// Caps the time to contact at the end of a minimum-jerk reach: a time learnt from all people is too late for fast ones.
-fn in_time(mut contact: ContactPrediction, hand: &HandState) -> ContactPrediction {
-    let way = contact.point_m - hand.point_m;
-    let closing_m_per_s = hand.velocity_m_per_s.dot(way.normalize_or_zero());
-    if closing_m_per_s > SLOWEST_M_PER_S
-        && let Some(time) = &mut contact.time_to_contact_s
-    {
-        let latest_s = SLOWS_DOWN * way.length() / closing_m_per_s;
-        time.mean_s = time.mean_s.min(latest_s);
-    }
-    contact
-}
-
-/// Below this speed the direction of motion is dominated by noise, m/s.
-const SLOWEST_M_PER_S: f64 = 0.1;
-
-/// Distance from its centre that a board covers, m.
-const COVERED_M: f64 = 0.075;
-
-/// The ranked contacts, starting with the one that a board is most likely to cover. The more probable of a place touched before and
-/// another prediction may be too vague for a board to cover it.
-fn worth_a_board(ranked: &[ContactPrediction]) -> &[ContactPrediction] {
-    let Some(repeat) = (ranked.iter()).position(|p| p.source == PredictionSource::TouchedBefore)
-    else {
-        return ranked;
-    };
-    let other = usize::from(repeat == 0);
-    let covered = |p: &ContactPrediction| p.probability * covered_share(p);
-    match ranked.get(other) {
-        Some(other) if covered(other) > covered(&ranked[repeat]) => {
-            if repeat == 0 {
-                &ranked[1..]
-            } else {
-                ranked
-            }
-        }
-        _ => &ranked[repeat..=repeat],
-    }
-}
-
-/// The probability that a board at the predicted point covers the touch.
-fn covered_share(contact: &ContactPrediction) -> f64 {
-    let Ok(axes) = surface_axes(contact.normal) else {
-        return 0.0;
-    };
-    // A prediction without covariance counts as exact.
-    let Some(c) = contact.covariance_m2 else {
-        return 1.0;
-    };
-    let variances_m2 = axes.map(|axis| (c * axis).dot(axis));
-    // NaN covers nothing.
-    if !variances_m2.iter().all(|v| *v >= 0.0) {
-        return 0.0;
-    }
-    let sds_m2 = (variances_m2[0] * variances_m2[1]).sqrt();
-    1.0 - (-0.5 * COVERED_M * COVERED_M / sds_m2).exp()
-}
-
+/// So many predictions are weighed at most; the rest are less probable.
+const MOST: usize = 8;
 /// Mean speed over 0.1 s above which the hand is treated as leaving, m/s.
 const LEAVES_M_PER_S: f64 = 0.1;
 /// A reaching hand may move away from the surface at up to this fraction of its closing speed, because reaches are curved.
 const ALONG_SHARE: f64 = 0.2;
-/// A place further than this many standard deviations from the predicted touch is ruled out.
-const OUT_OF_QUESTION_SDS: f64 = 2.0;
-/// How far from the eyes a place is that can be touched, m: an arm's length and some. The slack of a place that is looked at takes the
-/// error of the line of sight on a wall that is faced from there, whatever the real distance and angle. What a grazing line of
-/// sight would add is left to the hand to correct; counted in full it would leave a door seen from the side hardly any slack, and the board would follow every
-/// wavering of the eyes.
-const USUAL_LOOK_M: f64 = 1.0;
+/// At the end of a minimum-jerk reach, the remaining time is this multiple of remaining distance over speed; earlier it is less.
+const SLOWS_DOWN: f64 = 3.0;
+/// Below this speed the direction of motion is dominated by noise, m/s.
+const SLOWEST_M_PER_S: f64 = 0.1;
+/// Standard deviation of a time to contact that states none, as a share of it.
+const USUAL_SD_SHARE: f64 = 0.25;
+/// Looks that begin less than this after the hand has come to rest follow the last touch, s.
+const RESTED_S: f64 = 0.1;
 
 /// The policy with its state.
 #[derive(Debug, Clone)]
 pub(in crate::session) struct Policy {
     config: PolicyConfig,
-    steady: SteadyPoint,
-    candidate: Option<Candidate>,
-    decision: Decision,
+    /// How far the middle of the board may be from a touch on its face, m.
+    reach_m: f64,
+    choice: Choice,
+    way: Option<Way>,
+    /// What was told after the last frame.
+    told: Option<ContactPrediction>,
     /// When the hand was last seen to reach, s.
     reached_s: f64,
     /// When the hand was last seen not to rest, s.
@@ -156,210 +64,40 @@ pub(in crate::session) struct Policy {
     fixations: Fixations,
     available_time: AvailableTime,
     course: HandMotion,
-    /// The surface of the contact that is held, and how far its prediction is from the point that is held, m.
-    off: Option<(SurfaceId, DVec3)>,
 }
 
 impl Policy {
-    /// `usual_s`: available time assumed for an unknown person.
+    /// `usual_s`: available time assumed for an unknown person; `reach_m`: how far the middle of the board may be from a touch on its
+    /// face, m.
     pub(in crate::session) fn new(
         config: PolicyConfig,
         usual_s: f64,
+        reach_m: f64,
     ) -> Result<Self, SessionError> {
         config.validate()?;
         Ok(Self {
-            steady: SteadyPoint::new(config.steady_m)?,
             config,
-            candidate: None,
-            decision: Decision::Wait,
+            reach_m,
+            choice: Choice::Wait,
+            way: None,
+            told: None,
             reached_s: f64::NEG_INFINITY,
             moved_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
             fixations: Fixations::default(),
             available_time: AvailableTime::usual(usual_s),
             course: HandMotion::default(),
-            off: None,
         })
     }
 
     /// Forgets everything, for a world that leapt.
     pub(in crate::session) fn reset(&mut self) {
-        self.steady.reset();
-        self.candidate = None;
-        self.decision = Decision::Wait;
+        self.choice = Choice::Wait;
+        (self.way, self.told) = (None, None);
         [self.reached_s, self.moved_s, self.last_s] = [f64::NEG_INFINITY; 3];
         self.fixations.forget_look();
         self.available_time.forget_reach();
         self.course = HandMotion::default();
-    }
-
-    /// The contact that counts after a frame and what is done about it: the ranked contacts, the hand and the place between the
-    /// eyes, all in one frame. `None` without a contact in sight.
-    pub(in crate::session) fn step(
-        &mut self,
-        t_s: f64,
-        ranked: &[ContactPrediction],
-        hand: Option<&HandState>,
-        eye_m: Option<DVec3>,
-        arm: &impl Presenting,
-    ) -> Option<(ContactPrediction, Decision)> {
-        if t_s < self.last_s {
-            // The clock was set back.
-            self.reset();
-        }
-        let dt_s = t_s - self.last_s;
-        self.last_s = t_s;
-        // The time to contact of a kept decision goes on.
-        self.decision = self.decision.aged(dt_s);
-        self.course.step(t_s, hand.map(|hand| hand.point_m));
-        let sight = eye_m.map(|eye_m| self.sight(eye_m));
-        let told = ranked;
-        let ranked = worth_a_board(ranked);
-        let weighed = Weighed::at_edge(ranked, |contact| arm.arrival_s(contact));
-        let ranked = weighed.as_ref().map_or(ranked, Weighed::contacts);
-        // Early predictions from hand motion are no better than a fixation, whatever variance they state.
-        let held = self.steady.step_ranked_known(ranked, |prediction| {
-            let own_m = spread_m(prediction);
-            match (prediction.looked_at_since_s, sight) {
-                (Some(_), Some(sight)) => own_m.min(sight.spread_m(prediction)),
-                _ => own_m,
-            }
-        });
-        self.off = held.and_then(|held| {
-            let newest = ranked.iter().find(|p| p.surface == held.surface)?;
-            let off = newest.point_m - held.point_m;
-            Some((held.surface, off * self.told_share(newest, off)))
-        });
-        let Some(contact) = held else {
-            self.steady.reset();
-            self.available_time.forget_reach();
-            self.candidate = None;
-            self.decision = Decision::Wait;
-            return None;
-        };
-        if !(contact.point_m.is_finite() && contact.normal.is_finite()) {
-            // The control side holds, and reports why.
-            self.steady.reset();
-            self.candidate = None;
-            self.decision = Decision::Present(contact);
-            return Some((contact, self.decision));
-        }
-        let same =
-            |p: &&ContactPrediction| (p.surface, p.source) == (contact.surface, contact.source);
-        let contact = ContactPrediction {
-            probability: told
-                .iter()
-                .find(same)
-                .map_or(contact.probability, |p| p.probability),
-            ..contact
-        };
-        let contact = hand.map_or(contact, |hand| in_time(contact, hand));
-        // Hysteresis: once dispatched, tolerate a prediction that briefly leaves the reachable region.
-        let is_sent = matches!(self.decision, Decision::Present(_) | Decision::Ready(_));
-        let most_m = if is_sent { 2.0 * COVERED_M } else { COVERED_M };
-        let is_covered = arm.beside_m(&contact) <= most_m;
-        self.decision = self.decide(t_s, &contact, hand, is_covered);
-        let sent_to = match &self.decision {
-            Decision::Present(to) | Decision::Ready(to) => Some(to),
-            Decision::Wait | Decision::Preposition(_) => None,
-        };
-        let frame = TimeFrame::new(t_s, sent_to, &contact, hand);
-        self.available_time.step(&frame);
-        Some((contact, self.decision))
-    }
-
-    fn decide(
-        &mut self,
-        t_s: f64,
-        contact: &ContactPrediction,
-        hand: Option<&HandState>,
-        is_covered: bool,
-    ) -> Decision {
-        let c = self.config;
-        let stays = self.candidate.filter(|candidate| {
-            candidate.surface == contact.surface
-                && candidate.point_m.distance(contact.point_m) <= c.settle_m
-        });
-        let motion = hand.map_or(Motion::Rests, |hand| self.motion(contact, hand));
-        // A fixation that began before the first frame does not count.
-        let is_still = hand.is_none_or(|hand| hand.velocity_m_per_s.length() < c.still_m_per_s);
-        if !is_still || self.moved_s == f64::NEG_INFINITY {
-            self.moved_s = t_s;
-        }
-        let candidate = Candidate {
-            surface: contact.surface,
-            point_m: contact.point_m,
-            since_s: stays.map_or(t_s, |candidate| candidate.since_s),
-        };
-        self.candidate = Some(candidate);
-        let is_sent = matches!(self.decision, Decision::Present(_) | Decision::Ready(_));
-        let reaches = motion == Motion::Reaches
-            && (is_sent || hand.is_none_or(|hand| self.sets_off(contact, hand)));
-        if reaches {
-            self.reached_s = t_s;
-        } else if is_still && stays.is_none() {
-            // That was for another place.
-            self.reached_s = f64::NEG_INFINITY;
-        }
-        let look = contact
-            .looked_at_since_s
-            .filter(|since_s| is_still && *since_s >= self.moved_s + c.still_s);
-        self.fixations.step(&FixationFrame {
-            t_s,
-            since_s: look,
-            reaches,
-            is_still,
-        });
-        let reaching = t_s - self.reached_s <= c.pause_s && motion != Motion::Leaves;
-        let settled = t_s - candidate.since_s >= c.settle_s;
-        let enough_m = match self.decision {
-            // Leaving a place that was fixated takes a more certain prediction.
-            Decision::Present(last) | Decision::Ready(last) if last.looked_at_since_s.is_some() => {
-                c.sure_m
-            }
-            _ => c.unsure_m,
-        };
-        // NaN is unsure.
-        let spread_m = spread_m(contact);
-        let leaves_place = match self.decision {
-            Decision::Present(last) | Decision::Ready(last) => {
-                last.point_m.distance(contact.point_m) > OUT_OF_QUESTION_SDS * spread_m
-            }
-            Decision::Wait | Decision::Preposition(_) => false,
-        };
-        let is_sure = spread_m <= enough_m || (leaves_place && spread_m <= c.unsure_m);
-        let is_unsure = contact.looked_at_since_s.is_none() && !is_sure;
-        // Ignore fixations while the hand is retracting. Do not send the board early to a place that it cannot cover: it would then be
-        // late elsewhere.
-        let is_look = look.is_some_and(|since_s| t_s - since_s <= c.look_s)
-            && motion != Motion::Leaves
-            && is_covered;
-        // Without eye tracking, past touches are all that is known before the hand sets off.
-        let is_again = contact.source == PredictionSource::TouchedBefore
-            && contact.probability >= c.again_share
-            && motion != Motion::Leaves
-            && is_covered;
-        match (self.decision, motion) {
-            (Decision::Present(_) | Decision::Ready(_), Motion::Leaves) if settled => {
-                Decision::Wait
-            }
-            (Decision::Wait, _) if is_unsure => Decision::Wait,
-            (last, _) if is_unsure && reaching => last,
-            _ if settled && reaching => Decision::Present(*contact),
-            (Decision::Present(last), _) if reaching => {
-                // The prediction changed too recently.
-                Decision::Present(if stays.is_some() { *contact } else { last })
-            }
-            _ if settled && is_look && is_still => {
-                match self.fixations.share() >= c.trusted_share {
-                    true => Decision::Ready(*contact),
-                    false => Decision::Preposition(*contact),
-                }
-            }
-            _ if settled && is_again && is_still => Decision::Ready(*contact),
-            _ if settled => Decision::Wait,
-            (last, _) => last,
-        }
     }
 
     /// Time available to the arm before this person touches, s.
@@ -367,35 +105,250 @@ impl Policy {
         self.available_time.budget_s()
     }
 
-    pub(in crate::session) const fn ready_m(&self) -> f64 {
-        self.config.ready_m
+    /// The contact that counts after a frame and what is done about it: the ranked contacts and the hand, all in one frame. `None`
+    /// without a contact in sight.
+    pub(in crate::session) fn step(
+        &mut self,
+        t_s: f64,
+        ranked: &[ContactPrediction],
+        hand: Option<&HandState>,
+        arm: &impl Presenting,
+    ) -> Option<(ContactPrediction, Decision)> {
+        if t_s < self.last_s {
+            // The clock was set back.
+            self.reset();
+        }
+        self.last_s = t_s;
+        self.course.step(t_s, hand.map(|hand| hand.point_m));
+        let Some(first) = ranked.first() else {
+            self.available_time.forget_reach();
+            self.turn_to_waiting(t_s, arm);
+            return None;
+        };
+        if !(first.point_m.is_finite() && first.normal.is_finite()) {
+            // The control side holds, and reports why.
+            self.turn_to_waiting(t_s, arm);
+            return Some((*first, Decision::Present(*first)));
+        }
+        let ranked = &ranked[..ranked.len().min(MOST)];
+        self.watch(t_s, ranked, hand);
+        let hypothesis = |contact: &ContactPrediction| self.hypothesis(t_s, contact, hand, arm);
+        let mut hypotheses = [hypothesis(first); MOST];
+        for (into, contact) in hypotheses.iter_mut().zip(ranked).skip(1) {
+            *into = hypothesis(contact);
+        }
+        let hypotheses = &hypotheses[..ranked.len()];
+        let chooser = Chooser {
+            config: &self.config,
+            arm,
+            reach_m: self.reach_m,
+            hypotheses,
+            t_s,
+        };
+        let way = self.way.unwrap_or_else(|| Way::at(arm.waits_at()));
+        let stays = || {
+            let contact = self.told.filter(|_| arm.waits_at().is_none())?;
+            let stand = arm.stand(&contact)?;
+            Some(Choice::Present(Goal { contact, stand }))
+        };
+        // An arm without a waiting posture waits where it was sent last.
+        let last = match self.choice {
+            Choice::Wait => stays().unwrap_or(Choice::Wait),
+            choice => choice,
+        };
+        let (choice, way) = chooser.best(last, &way);
+        (self.choice, self.way) = (choice, Some(way));
+        let decision = match choice {
+            Choice::Wait => Decision::Wait,
+            Choice::Preposition(goal) => {
+                Decision::Preposition(self.newest(&goal.contact, hypotheses))
+            }
+            Choice::Present(goal) => Decision::Present(self.newest(&goal.contact, hypotheses)),
+        };
+        let contact = match decision {
+            Decision::Wait => {
+                // An arm without a waiting posture follows what is told, and need not follow its noise.
+                let near = |told: &ContactPrediction| {
+                    told.surface == first.surface
+                        && told.point_m.distance(first.point_m) <= self.reach_m
+                };
+                let told = self.told.filter(near).unwrap_or(hypotheses[0].contact);
+                self.newest(&told, hypotheses)
+            }
+            Decision::Preposition(contact) | Decision::Present(contact) => contact,
+        };
+        self.told = Some(contact);
+        // The time counts from when the place is known, whether the board is sent at once or not.
+        let known = hypotheses
+            .iter()
+            .find(|hypothesis| hypothesis.chance >= 0.5);
+        let known = match &decision {
+            Decision::Present(contact) => Some(contact),
+            _ => known.map(|hypothesis| &hypothesis.contact),
+        };
+        self.available_time
+            .step(&TimeFrame::new(t_s, known, &contact, hand));
+        Some((contact, decision))
     }
 
-    fn motion(&self, contact: &ContactPrediction, hand: &HandState) -> Motion {
-        let way = contact.point_m - hand.point_m;
+    fn turn_to_waiting(&mut self, t_s: f64, arm: &impl Presenting) {
+        self.told = None;
+        if self.choice != Choice::Wait {
+            self.choice = Choice::Wait;
+            self.way = self.way.map(|way| way.to(arm, arm.waits_at(), t_s));
+        }
+    }
+
+    /// Keeps what is known of hand and eyes.
+    fn watch(&mut self, t_s: f64, ranked: &[ContactPrediction], hand: Option<&HandState>) {
+        let still_m_per_s = self.config.still_m_per_s;
+        let is_still = hand.is_none_or(|hand| hand.velocity_m_per_s.length() < still_m_per_s);
+        // A fixation that began before the first frame does not count.
+        if !is_still || self.moved_s == f64::NEG_INFINITY {
+            self.moved_s = t_s;
+        }
+        let reaches = ranked
+            .first()
+            .is_some_and(|first| self.motion(first, hand) == Motion::Reaches);
+        if reaches {
+            self.reached_s = t_s;
+        }
+        self.fixations.step(&FixationFrame {
+            t_s,
+            since_s: ranked
+                .iter()
+                .find_map(|contact| self.chosen_since_s(contact)),
+            reaches,
+            is_still,
+        });
+    }
+
+    /// Since when the eyes have rested on a place, s, if they have not just followed the last touch.
+    fn chosen_since_s(&self, contact: &ContactPrediction) -> Option<f64> {
+        let since_s = contact.looked_at_since_s?;
+        (since_s >= self.moved_s + RESTED_S).then_some(since_s)
+    }
+
+    /// A predicted place, with what hand and eyes say about whether it will be touched soon.
+    fn hypothesis(
+        &self,
+        t_s: f64,
+        contact: &ContactPrediction,
+        hand: Option<&HandState>,
+        arm: &impl Presenting,
+    ) -> Hypothesis {
+        let usual = TouchTime {
+            median_s: self.budget_s(),
+            scale_s: WaitingConfig::USUAL_SOFTNESS_S,
+            passed_s: 0.0,
+        };
+        let contact = &expected_soon(*contact, hand);
+        let stated = contact.time_to_contact_s.filter(|time| time.mean_s >= 0.0);
+        let expected = stated.map_or(usual, |time| {
+            let sd_s = time.sd_s.filter(|sd_s| *sd_s >= 0.0);
+            TouchTime {
+                median_s: time.mean_s,
+                scale_s: scale_of(sd_s.unwrap_or(USUAL_SD_SHARE * time.mean_s)),
+                passed_s: 0.0,
+            }
+        });
+        let meant = 1.0 - self.config.detour_share;
+        let goes_on = t_s - self.reached_s <= self.config.pause_s && self.is_goal(contact);
+        let (share, time) = match self.motion(contact, hand) {
+            Motion::Leaves => (0.0, expected),
+            Motion::Reaches => (meant, expected),
+            Motion::Rests if goes_on => (meant, expected),
+            Motion::Rests => match contact.looked_at_since_s {
+                Some(_) => match self.chosen_since_s(contact) {
+                    Some(since_s) => {
+                        let time = TouchTime {
+                            passed_s: (t_s - since_s).max(0.0),
+                            ..usual
+                        };
+                        // The longer the eyes rest there without a reach, the less it is meant.
+                        let trusted = meant * self.fixations.share();
+                        let awaited = trusted * time.still_awaited();
+                        (awaited / (awaited + 1.0 - trusted), time)
+                    }
+                    None => (0.0, usual),
+                },
+                // Of what nobody looks at only a habit says that it is next.
+                None if contact.source == PredictionSource::TouchedBefore => (1.0, usual),
+                None => (0.0, usual),
+            },
+        };
+        let chance = share * contact.probability;
+        Hypothesis {
+            contact: *contact,
+            sds_m: self.config.slack.sds_m(contact),
+            chance,
+            time,
+            stand: if chance > 0.0 {
+                arm.stand(contact)
+            } else {
+                None
+            },
+        }
+    }
+
+    /// Is the board there, or on its way?
+    fn is_goal(&self, contact: &ContactPrediction) -> bool {
+        matches!(self.choice, Choice::Present(goal) if goal.contact.surface == contact.surface)
+    }
+
+    /// What is known of a held place by now: the newest prediction on its surface, at the point that is held.
+    fn newest(&self, held: &ContactPrediction, hypotheses: &[Hypothesis]) -> ContactPrediction {
+        let near = hypotheses.iter().map(|hypothesis| &hypothesis.contact);
+        let near = near.filter(|contact| contact.surface == held.surface);
+        let off_m = |contact: &ContactPrediction| contact.point_m.distance(held.point_m);
+        let Some(newest) = near.min_by(|a, b| off_m(a).total_cmp(&off_m(b))) else {
+            return *held;
+        };
+        let off = newest.point_m - held.point_m;
+        let known_m2 = newest.covariance_m2.unwrap_or_else(|| {
+            DMat3::from_diagonal(DVec3::splat(self.config.slack.default_sd_m.powi(2)))
+        });
+        let about_m2 = DMat3::from_cols(off * off.x, off * off.y, off * off.z);
+        ContactPrediction {
+            point_m: held.point_m,
+            normal: held.normal,
+            covariance_m2: (off != DVec3::ZERO)
+                .then_some(known_m2 + about_m2)
+                .or(newest.covariance_m2),
+            ..*newest
+        }
+    }
+
+    fn motion(&self, contact: &ContactPrediction, hand: Option<&HandState>) -> Motion {
+        let Some(hand) = hand else {
+            return Motion::Rests;
+        };
+        let is_goal = self.is_goal(contact);
+        let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
         let course = self.course.velocity();
         // Without a history, only fast motion can be told from noise.
-        let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
         let found_m_per_s = hand.velocity_m_per_s * f64::from(u8::from(is_fast));
         let mean_m_per_s = course.map_or(found_m_per_s, |course| course.mean_m_per_s);
         let off_m_per_s = mean_m_per_s.dot(contact.normal);
         if contact.distance_m <= self.config.near_m {
-            // Close to the surface, the direction to a point on it is unreliable.
-            let most_m_per_s = match self.decision {
-                Decision::Present(_) | Decision::Ready(_) => LEAVES_M_PER_S,
-                // Hysteresis: a hand that has left returns only with a clear motion.
-                Decision::Wait | Decision::Preposition(_) => self.config.reach_m_per_s,
+            // Close to the surface, the direction to a point on it is unreliable. A hand that has left returns with a clear motion.
+            let most_m_per_s = match is_goal {
+                true => LEAVES_M_PER_S,
+                false => self.config.reach_m_per_s,
             };
-            return if off_m_per_s > most_m_per_s {
-                Motion::Leaves
-            } else {
-                Motion::Reaches
+            return match off_m_per_s > most_m_per_s {
+                true => Motion::Leaves,
+                false => Motion::Reaches,
             };
         }
-        let closing_m_per_s = mean_m_per_s.dot(way.normalize_or_zero());
-        // A hand that retracts upwards approaches a fixated point above it, but not its surface.
-        let along_m_per_s = ALONG_SHARE * closing_m_per_s;
-        if closing_m_per_s >= self.config.reach_m_per_s && off_m_per_s <= along_m_per_s {
+        let way = (contact.point_m - hand.point_m).normalize_or_zero();
+        let closing_m_per_s = mean_m_per_s.dot(way);
+        // A hand that comes to rest after a touch approaches something, too.
+        let gains = |course: MeanVelocity| course.gained_m_per_s.dot(way) >= 0.0;
+        let sets_off = is_goal || is_fast || course.is_none_or(gains);
+        // A hand that retracts upwards approaches a point above it, but not its surface.
+        let is_towards = off_m_per_s <= ALONG_SHARE * closing_m_per_s;
+        if closing_m_per_s >= self.config.reach_m_per_s && is_towards && sets_off {
             Motion::Reaches
         } else if closing_m_per_s <= -LEAVES_M_PER_S || off_m_per_s >= LEAVES_M_PER_S {
             Motion::Leaves
@@ -403,92 +356,18 @@ impl Policy {
             Motion::Rests
         }
     }
+}
 
-    /// Does an approaching hand accelerate? A hand that comes to rest after a touch approaches something, too.
-    fn sets_off(&self, contact: &ContactPrediction, hand: &HandState) -> bool {
-        let is_fast = hand.velocity_m_per_s.length() >= self.config.still_m_per_s;
-        let is_near = contact.distance_m <= self.config.near_m;
-        let way = (contact.point_m - hand.point_m).normalize_or_zero();
-        let gains = |course: MeanVelocity| course.gained_m_per_s.dot(way) >= 0.0;
-        is_fast || is_near || self.course.velocity().is_none_or(gains)
-    }
-
-    /// The share of its way that a place that was looked at is moved by a newer prediction. One of another look counts in full; of one
-    /// by the hand's motion as much as its variance says: two estimates of one place.
-    fn told_share(&self, newest: &ContactPrediction, off: DVec3) -> f64 {
-        if newest.looked_at_since_s.is_some() {
-            return 1.0;
-        }
-        let along = off.normalize_or_zero();
-        let Some(variance_m2) = newest.covariance_m2.map(|c| (c * along).dot(along)) else {
-            return 1.0;
-        };
-        let looked_m2 = (self.config.looked_rad * USUAL_LOOK_M).powi(2);
-        // NaN counts in full.
-        if variance_m2 >= 0.0 {
-            looked_m2 / (looked_m2 + variance_m2)
-        } else {
-            1.0
+/// Caps the time to contact at that of the end of a minimum-jerk reach: a time learnt from all people is too late for fast ones.
+fn expected_soon(mut contact: ContactPrediction, hand: Option<&HandState>) -> ContactPrediction {
+    if let (Some(hand), Some(time)) = (hand, &mut contact.time_to_contact_s) {
+        let way = contact.point_m - hand.point_m;
+        let closing_m_per_s = hand.velocity_m_per_s.dot(way.normalize_or_zero());
+        if closing_m_per_s > SLOWEST_M_PER_S {
+            time.mean_s = time.mean_s.min(SLOWS_DOWN * way.length() / closing_m_per_s);
         }
     }
-
-    const fn sight(&self, eye_m: DVec3) -> Sight {
-        Sight {
-            eye_m,
-            error_rad: self.config.looked_rad,
-        }
-    }
-
-    /// How far the middle of the board may be from a predicted point along the axes of the surface, the half axes of an
-    /// ellipse, m. The contact is in the base frame; what was predicted was in
-    /// that of the world.
-    pub(in crate::session) fn slack_m(
-        &self,
-        contact: &ContactPrediction,
-        base_from_world: &Pose,
-        board: &Board,
-        place: &PlaceTolerance,
-    ) -> [f64; 2] {
-        let Ok(axes) = surface_axes(contact.normal) else {
-            return [0.0; 2];
-        };
-        // Of a face turned about its normal at least the disc about its middle is there.
-        let half_m = board.half_width_m.min(board.half_height_m);
-        let looked_sd_m = self.config.looked_rad * USUAL_LOOK_M;
-        let off = self
-            .off
-            .map(|(surface, off)| (surface, base_from_world.transform_vector(off)));
-        std::array::from_fn(|i| {
-            let variance_m2 = contact
-                .covariance_m2
-                .map_or(self.config.default_sd_m.powi(2), |c| {
-                    (c * axes[i]).dot(axes[i])
-                });
-            // A covariance that holds other places too says little about the one that is looked at. But a point that was held while
-            // its prediction moved on is that much further from the touch.
-            let (most_m, off_m) = match (contact.looked_at_since_s, off) {
-                (Some(_), Some((surface, off))) if surface == contact.surface => {
-                    (looked_sd_m, off.dot(axes[i]).abs())
-                }
-                (Some(_), _) => (looked_sd_m, 0.0),
-                // A covariance is that about the point that is held; without one nothing tells how far the newest is off.
-                (None, Some((surface, off)))
-                    if surface == contact.surface && contact.covariance_m2.is_none() =>
-                {
-                    (f64::INFINITY, off.dot(axes[i]).abs())
-                }
-                (None, _) => (f64::INFINITY, 0.0),
-            };
-            let sd_m = if variance_m2 >= 0.0 {
-                variance_m2.sqrt().min(most_m) + off_m
-            } else {
-                f64::NAN
-            };
-            let taken_m = place.inset_m + self.config.margin_m + self.config.deviations * sd_m;
-            // NaN counts as no slack.
-            (half_m - taken_m).max(0.0)
-        })
-    }
+    contact
 }
 
 #[cfg(test)]

@@ -1,14 +1,14 @@
-//! When the board goes where, and what is known of hand and eyes to decide it.
+//! When the board goes where: the choice of least expected loss, from the belief about the next touch and the times of the arm.
 
 mod available_time;
 mod config;
 mod decision;
-mod edge;
+mod expected_loss;
 mod fixations;
 mod hand_motion;
-mod presenting;
-mod sight;
+mod slack;
+mod way;
 
-pub use config::PolicyConfig;
+pub use config::{PolicyConfig, SlackConfig};
 pub(super) use decision::{Decision, Policy};
-pub(super) use presenting::Presenting;
+pub(super) use way::{Presenting, Stand};

@@ -1,327 +1,278 @@
+use super::super::way::Stand;
 use super::*;
+use hwall_contact::TimeToContact;
 use hwall_hand::HandPoint;
+use hwall_kinematics::JointPositions;
+use hwall_scene::SurfaceId;
 
-/// How much time people leave, s.
+/// Time that people leave, s.
 const USUAL_S: f64 = 0.86;
 
-/// Nobody knows what the arm can do.
-struct Nobody;
+/// An arm whose board takes so long from its waiting posture to each surface, s, and twice as long from one to another; `None`: there
+/// it cannot hold the board. It moves with its first joint to the surface, and with the second along it.
+#[derive(Clone, Copy)]
+struct Arm([Option<f64>; 2]);
 
-impl Presenting for Nobody {
-    fn arrival_s(&self, _: &ContactPrediction) -> Option<f64> {
-        None
+impl Presenting for Arm {
+    fn waits_at(&self) -> Option<JointPositions> {
+        Some(JointPositions::default())
     }
 
-    fn beside_m(&self, _: &ContactPrediction) -> f64 {
-        0.0
+    fn stand(&self, contact: &ContactPrediction) -> Option<Stand> {
+        let mut q = JointPositions::default();
+        q[contact.surface.0] = self.0[contact.surface.0]?;
+        q[2] = 0.1 * contact.point_m.y;
+        Some(Stand {
+            point_m: contact.point_m,
+            q: Some(q),
+        })
+    }
+
+    fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64> {
+        Some((0..3).map(|i| (to[i] - from[i]).abs()).sum())
     }
 }
 
-fn contact(covariance_m2: Option<DMat3>) -> ContactPrediction {
-    let point_m = DVec3::new(0.6, 0.0, 0.5);
+/// A place on a surface, `y` metres along it, known to a standard deviation, m.
+fn place(surface: usize, y: f64, sd_m: f64, probability: f64) -> ContactPrediction {
+    let normal = DVec3::X;
     ContactPrediction {
-        covariance_m2,
+        covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))),
         distance_m: 0.3,
+        probability,
         source: PredictionSource::Gaze,
-        ..ContactPrediction::of_place(SurfaceId(0), point_m, DVec3::X)
+        ..ContactPrediction::of_place(SurfaceId(surface), DVec3::new(0.6, y, 0.5), normal)
     }
 }
 
-/// The same, so long before it, s.
-fn contact_in(mean_s: f64) -> ContactPrediction {
-    let time = hwall_contact::TimeToContact { mean_s, sd_s: None };
-    ContactPrediction {
-        time_to_contact_s: Some(time),
-        ..contact(None)
-    }
+fn policy() -> Policy {
+    Policy::new(PolicyConfig::default(), USUAL_S, 0.075).expect("the defaults")
 }
 
-#[test]
-fn what_is_known_of_a_point_is_the_slack_and_nan_is_none() {
-    let policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
-    let slack_m = |variance_m2: f64| {
-        let covariance = DMat3::from_diagonal(DVec3::splat(variance_m2));
-        let (board, place) = (Board::default(), PlaceTolerance::default());
-        policy.slack_m(&contact(Some(covariance)), &Pose::IDENTITY, &board, &place)[0]
-    };
-    // Half a face less 20 mm of inset, 5 mm of margin and one standard deviation.
-    assert!((slack_m(0.0) - 0.075).abs() < 1e-12);
-    assert!((slack_m(0.03_f64.powi(2)) - 0.045).abs() < 1e-12);
-    assert_eq!(slack_m(1.0), 0.0);
-    assert_eq!([slack_m(f64::NAN), slack_m(-1.0)], [0.0; 2]);
-}
-
-#[test]
-fn a_point_that_is_held_while_its_prediction_moves_on_leaves_less_slack() {
-    let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
-    let (board, place) = (Board::default(), PlaceTolerance::default());
-    let newest = |y: f64| {
-        let mut newest = contact(None);
-        newest.point_m.y += y;
-        newest
-    };
-    let mut slack_m = |y: f64| {
-        let (held, _) = policy
-            .step(0.1, &[newest(y)], None, None, &Nobody)
-            .expect("a contact");
-        assert_eq!(held.point_m, contact(None).point_m);
-        policy.slack_m(&held, &Pose::IDENTITY, &board, &place)
-    };
-    let [free, _] = slack_m(0.0);
-    let [near_x, near_y] = slack_m(0.03);
-    let least = near_x.min(near_y);
-    assert!((free - least - 0.03).abs() < 1e-12, "{free} {least}");
-    assert!((near_x.max(near_y) - free).abs() < 1e-12);
-}
-
-#[test]
-fn a_vague_guess_takes_next_to_no_slack_from_a_place_that_was_looked_at() {
-    let slack_m = |newest: ContactPrediction| {
-        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
-        let vague = Some(DMat3::from_diagonal(DVec3::splat(0.15 * 0.15)));
-        let looked_at = ContactPrediction {
-            looked_at_since_s: Some(0.0),
-            ..contact(vague)
-        };
-        let (held, _) = policy
-            .step(0.1, &[looked_at], None, None, &Nobody)
-            .expect("a contact");
-        policy.step(0.11, &[newest], None, None, &Nobody);
-        let (board, place) = (Board::default(), PlaceTolerance::default());
-        let slack_m = policy.slack_m(&held, &Pose::IDENTITY, &board, &place);
-        slack_m[0].min(slack_m[1])
-    };
-    let away = |sd_m: f64, looked_at_since_s| {
-        let mut p = contact(Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))));
-        p.point_m.y += 0.04;
-        ContactPrediction {
-            looked_at_since_s,
-            ..p
-        }
-    };
-    let here = slack_m(ContactPrediction {
-        looked_at_since_s: Some(0.0),
-        ..contact(Some(DMat3::from_diagonal(DVec3::splat(0.15 * 0.15))))
-    });
-    assert!((here - 0.049).abs() < 1e-12, "{here}");
-    // For one frame the motion of a hand that sets off speaks for a place further on.
-    assert!(here - slack_m(away(0.15, None)) < 2e-3);
-    // A sure one counts, half at the error of the look; another look in full; NaN as well.
-    assert!((here - slack_m(away(0.026, None)) - 0.02).abs() < 1e-12);
-    assert!((here - slack_m(away(0.15, Some(0.0))) - 0.04).abs() < 1e-12);
-    assert!((here - slack_m(away(f64::NAN, None)) - 0.04).abs() < 1e-12);
-}
-
-#[test]
-fn at_an_edge_the_surface_is_served_on_which_the_board_is_in_time() {
-    let of = |surface: usize, y: f64, probability: f64| {
-        let mut p = contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))));
-        p.point_m.y += y;
-        ContactPrediction {
-            surface: SurfaceId(surface),
-            probability,
-            ..p
-        }
-    };
-    struct SoonOnTheWall;
-    impl Presenting for SoonOnTheWall {
-        fn arrival_s(&self, p: &ContactPrediction) -> Option<f64> {
-            Some(if p.surface.0 == 0 { 0.4 } else { 1.0 })
-        }
-        fn beside_m(&self, _: &ContactPrediction) -> f64 {
-            0.0
-        }
-    }
-    let served = |ledge: f64, at_m: f64, wall: f64| {
-        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
-        let ranked = [of(1, at_m, ledge), of(0, 0.0, wall)];
-        let (contact, _) = policy
-            .step(0.1, &ranked, None, None, &SoonOnTheWall)
-            .expect("a contact");
-        // What is told is what was predicted.
-        let told = if contact.surface.0 == 1 { ledge } else { wall };
-        assert_eq!(contact.probability, told);
-        contact.surface.0
-    };
-    assert_eq!(served(0.7, 0.05, 0.3), 0);
-    // Surer than it is late, or no edge.
-    assert_eq!(served(0.85, 0.05, 0.15), 1);
-    assert_eq!(served(0.95, 0.05, 0.05), 1);
-    assert_eq!(served(0.7, 0.3, 0.3), 1);
-}
-
-#[test]
-fn a_fast_hand_is_expected_when_it_would_have_slowed_down() {
-    let foreseen = contact_in(0.6);
-    let point_m = foreseen.point_m + DVec3::X * 0.2;
-    let hand = |speed_m_per_s: f64| HandState {
-        t_s: 0.0,
+fn hand_at(t_s: f64, point_m: DVec3, velocity_m_per_s: DVec3) -> HandState {
+    HandState {
+        t_s,
         point: HandPoint::Index,
         point_m,
-        velocity_m_per_s: DVec3::NEG_X * speed_m_per_s,
+        velocity_m_per_s,
         direction: None,
         smoothed_m: [point_m; 2],
         delay_s: 0.0,
         unseen_s: 0.0,
         palm_m: None,
+    }
+}
+
+/// Frames of a hand at rest while the belief stays as it is, from one time to another, s; the last decision.
+fn rests(
+    policy: &mut Policy,
+    ranked: &[ContactPrediction],
+    arm: Arm,
+    times_s: [f64; 2],
+) -> Decision {
+    let frames = (100.0 * (times_s[1] - times_s[0])).round() as u32;
+    let mut decision = Decision::Wait;
+    for frame in 0..=frames {
+        let t_s = times_s[0] + 0.01 * f64::from(frame);
+        let hand = hand_at(t_s, DVec3::new(0.9, 0.0, 0.5), DVec3::ZERO);
+        let step = policy.step(t_s, ranked, Some(&hand), &arm);
+        decision = step.expect("a contact").1;
+    }
+    decision
+}
+
+fn looked_at(contact: ContactPrediction, since_s: f64) -> ContactPrediction {
+    ContactPrediction {
+        looked_at_since_s: Some(since_s),
+        ..contact
+    }
+}
+
+#[test]
+fn at_an_edge_the_surface_is_served_on_which_the_board_is_in_time() {
+    // The eyes do not tell the surfaces of an edge from each other.
+    let served = |shelf: f64| {
+        let mut ledge = looked_at(place(1, 0.0, 0.02, shelf), 0.2);
+        ledge.normal = DVec3::Z;
+        let ranked = [ledge, looked_at(place(0, 0.0, 0.02, 1.0 - shelf), 0.2)];
+        match rests(
+            &mut policy(),
+            &ranked,
+            Arm([Some(0.5), Some(1.2)]),
+            [0.0, 0.4],
+        ) {
+            Decision::Present(contact) => contact.surface.0,
+            other => panic!("{other:?}"),
+        }
+    };
+    // The board is late on the shelf.
+    assert_eq!(served(0.6), 0);
+    assert_eq!(served(0.95), 1);
+}
+
+#[test]
+fn people_in_a_hurry_are_met_by_a_board_that_the_look_alone_sends() {
+    let decided = |budget_s: f64| {
+        let mut policy = Policy::new(PolicyConfig::default(), budget_s, 0.075).expect("defaults");
+        let ranked = [looked_at(place(0, 0.0, 0.02, 0.7), 0.2)];
+        rests(&mut policy, &ranked, Arm([Some(0.4), None]), [0.0, 0.3])
+    };
+    assert!(matches!(decided(0.6), Decision::Present(_)));
+    // Whoever takes their time leaves enough of it once the hand has told where it goes.
+    assert!(!matches!(decided(2.0), Decision::Present(_)));
+}
+
+#[test]
+fn for_people_who_look_around_the_arm_only_comes_nearer() {
+    let arm = Arm([Some(0.5), Some(0.5)]);
+    let mut policy = policy();
+    // Looks that lead to no touch, again and again.
+    let mut last = Decision::Wait;
+    for look in 0..6 {
+        let since_s = f64::from(look) + 0.3;
+        let nothing = [place(1, 0.0, 0.5, 1.0)];
+        rests(&mut policy, &nothing, arm, [since_s - 0.3, since_s - 0.01]);
+        let ranked = [looked_at(place(0, 0.0, 0.02, 0.95), since_s)];
+        last = rests(&mut policy, &ranked, arm, [since_s, since_s + 0.4]);
+        if look == 0 {
+            assert!(matches!(last, Decision::Present(_)), "{last:?}");
+        }
+    }
+    assert!(matches!(last, Decision::Preposition(_)), "{last:?}");
+}
+
+#[test]
+fn a_hand_whose_eyes_are_not_seen_is_awaited_where_it_probably_touches_again() {
+    let decided = |again: f64, elsewhere_sd_m: f64| {
+        let mut ranked = [
+            ContactPrediction {
+                source: PredictionSource::TouchedBefore,
+                ..place(0, 0.0, 0.04, again)
+            },
+            ContactPrediction {
+                source: PredictionSource::TouchedBefore,
+                ..place(0, 0.5, elsewhere_sd_m, 1.0 - again)
+            },
+        ];
+        ranked.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        match rests(&mut policy(), &ranked, Arm([Some(0.7), None]), [0.0, 0.3]) {
+            Decision::Present(contact) => Some(contact.point_m.y),
+            _ => None,
+        }
+    };
+    // What else may come is too vague for any place of a board, although it is more probable.
+    assert_eq!(decided(0.45, 0.2), Some(0.0));
+    assert_eq!(decided(0.1, 0.2), None);
+    assert_eq!(decided(0.45, 0.03), Some(0.5));
+}
+
+#[test]
+fn changing_ones_mind_costs_the_way_that_has_begun() {
+    // Two places, of which the second becomes the more probable one while the board is on its way to the first.
+    let sent_to = |share: f64| {
+        let mut policy = policy();
+        let arm = Arm([Some(0.5), Some(0.5)]);
+        let both = |first: f64| {
+            [
+                looked_at(place(0, 0.0, 0.02, first), 0.2),
+                looked_at(place(1, 0.6, 0.02, 1.0 - first), 0.2),
+            ]
+        };
+        rests(&mut policy, &both(0.9), arm, [0.0, 0.5]);
+        match rests(&mut policy, &both(1.0 - share), arm, [0.51, 0.55]) {
+            Decision::Present(contact) => contact.surface.0,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!([sent_to(0.55), sent_to(0.95)], [0, 1]);
+}
+
+#[test]
+fn nobody_is_awaited_where_the_board_cannot_be_or_where_the_belief_is_vague() {
+    let arm = Arm([Some(0.5), None]);
+    for vague in [
+        looked_at(place(1, 0.0, 0.02, 1.0), 0.2),
+        place(0, 0.0, 0.3, 1.0),
+        place(0, 0.0, f64::NAN, 1.0),
+    ] {
+        let decision = rests(&mut policy(), &[vague], arm, [0.0, 0.5]);
+        assert!(!matches!(decision, Decision::Present(_)), "{decision:?}");
+    }
+}
+
+/// What is decided in the end about a place 0.3 m before a hand that has come so near to it over time, m.
+fn decided(come_m: impl Fn(f64) -> f64) -> Decision {
+    let mut policy = policy();
+    let place = place(0, 0.0, 0.01, 1.0);
+    let tip_m = |t_s: f64| place.point_m + DVec3::X * (0.3 - come_m(t_s));
+    let eyes = looked_at(place, -1.0);
+    let mut last = Decision::Wait;
+    for frame in 0..70 {
+        let t_s = 0.01 * f64::from(frame);
+        let velocity_m_per_s = (tip_m(t_s) - tip_m(t_s - 0.01)) / 0.01;
+        let hand = hand_at(t_s, tip_m(t_s), velocity_m_per_s);
+        let step = policy.step(t_s, &[eyes], Some(&hand), &Arm([Some(0.5), None]));
+        last = step.expect("a contact").1;
+    }
+    last
+}
+
+#[test]
+fn a_hand_that_sets_off_brings_the_board_and_one_that_trembles_leaves_or_comes_to_rest_does_not() {
+    assert!(matches!(
+        decided(|t| (t - 0.5).max(0.0).powi(2)),
+        Decision::Present(_)
+    ));
+    let trembles = |t: f64| 0.002 * (std::f64::consts::TAU * 12.0 * t).sin();
+    assert_eq!(decided(trembles), Decision::Wait);
+    assert_eq!(
+        decided(|t| -0.2 * (0.7 - t).max(0.0).powi(2)),
+        Decision::Wait
+    );
+    assert_eq!(decided(|t| -0.5 * t), Decision::Wait);
+}
+
+#[test]
+fn a_point_that_is_held_is_less_well_known_by_how_far_the_newest_one_is_off() {
+    let mut policy = policy();
+    let arm = Arm([Some(0.5), None]);
+    rests(
+        &mut policy,
+        &[looked_at(place(0, 0.0, 0.01, 1.0), 0.2)],
+        arm,
+        [0.0, 0.4],
+    );
+    let Decision::Present(held) = rests(
+        &mut policy,
+        &[looked_at(place(0, 0.02, 0.01, 1.0), 0.2)],
+        arm,
+        [0.41, 0.45],
+    ) else {
+        panic!("the board was sent")
+    };
+    assert_eq!(held.point_m.y, 0.0);
+    let variance_m2 = held.covariance_m2.expect("one").y_axis.y;
+    assert!((variance_m2 - 0.01_f64.powi(2) - 0.02_f64.powi(2)).abs() < 1e-12);
+}
+
+#[test]
+fn a_fast_hand_is_expected_when_it_would_have_slowed_down() {
+    let time = TimeToContact {
+        mean_s: 0.6,
+        sd_s: None,
+    };
+    let contact = ContactPrediction {
+        time_to_contact_s: Some(time),
+        ..place(0, 0.0, 0.01, 1.0)
     };
     let expected_s = |speed_m_per_s: f64| {
-        let time = in_time(foreseen, &hand(speed_m_per_s)).time_to_contact_s;
-        time.expect("a time").mean_s
+        let at_m = contact.point_m + DVec3::X * 0.2;
+        let hand = hand_at(0.0, at_m, DVec3::NEG_X * speed_m_per_s);
+        let expected = expected_soon(contact, Some(&hand)).time_to_contact_s;
+        expected.expect("a time").mean_s
     };
     assert!((expected_s(2.0) - 0.3).abs() < 1e-12);
     for slow in [0.5, 0.05, 0.0, -1.0, f64::NAN] {
         assert_eq!(expected_s(slow), 0.6, "{slow}");
-    }
-}
-
-#[test]
-fn a_place_that_is_kept_comes_nearer_in_time() {
-    let foreseen = contact_in(0.6);
-    let left_s = |decision: Decision| match decision {
-        Decision::Present(contact) => contact.time_to_contact_s.map(|time| time.mean_s),
-        _ => None,
-    };
-    let kept = Decision::Present(foreseen).aged(0.25);
-    assert!((left_s(kept).expect("a time") - 0.35).abs() < 1e-12);
-    assert_eq!(left_s(kept.aged(1.0)), Some(0.0));
-}
-
-/// What is decided in the end about a place 0.3 m before a hand that has come so near to it over time, m.
-fn decided(frames: usize, come_m: impl Fn(f64) -> f64) -> Decision {
-    let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
-    let place = contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))));
-    let tip_m = |t_s: f64| place.point_m + DVec3::X * (0.3 - come_m(t_s));
-    for frame in 0..frames {
-        let t_s = 0.01 * frame as f64;
-        let hand = HandState {
-            t_s,
-            point: HandPoint::Index,
-            point_m: tip_m(t_s),
-            velocity_m_per_s: (tip_m(t_s) - tip_m(t_s - 0.01)) / 0.01,
-            direction: None,
-            smoothed_m: [tip_m(t_s); 2],
-            delay_s: 0.0,
-            unseen_s: 0.0,
-            palm_m: None,
-        };
-        policy.step(t_s, &[place], Some(&hand), None, &Nobody);
-    }
-    policy.decision
-}
-
-#[test]
-fn a_hand_that_sets_off_brings_the_board_and_one_that_trembles_or_comes_to_rest_does_not() {
-    let sets_off = |t: f64| (t - 0.5).max(0.0).powi(2);
-    assert!(matches!(decided(70, sets_off), Decision::Present(_)));
-    let trembles = |t: f64| 0.002 * (std::f64::consts::TAU * 12.0 * t).sin();
-    assert_eq!(decided(70, trembles), Decision::Wait);
-    let comes_to_rest = |t: f64| -0.2 * (0.7 - t).max(0.0).powi(2);
-    assert_eq!(decided(70, comes_to_rest), Decision::Wait);
-}
-
-#[test]
-fn a_guess_leaves_a_place_that_was_looked_at_only_once_that_is_out_of_the_question() {
-    let after = |off_m: f64| {
-        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
-        let looked_at = ContactPrediction {
-            looked_at_since_s: Some(0.2),
-            ..contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))))
-        };
-        (0..60).for_each(|frame| {
-            policy.step(0.01 * f64::from(frame), &[looked_at], None, None, &Nobody);
-        });
-        assert!(matches!(policy.decision, Decision::Ready(_)));
-        policy.reached_s = 0.6;
-        let mut guess = contact(Some(DMat3::from_diagonal(DVec3::splat(
-            0.1_f64.powi(2) / 3.0,
-        ))));
-        guess.point_m.y += off_m;
-        (60..80).for_each(|frame| {
-            policy.step(0.01 * f64::from(frame), &[guess], None, None, &Nobody);
-            policy.reached_s = 0.6;
-        });
-        match policy.decision {
-            Decision::Present(c) | Decision::Ready(c) => c.point_m.y,
-            _ => f64::NAN,
-        }
-    };
-    assert_eq!([after(0.15), after(0.4)], [0.0, 0.4]);
-}
-
-#[test]
-fn a_look_sends_no_board_to_where_it_would_cover_nothing_and_a_hand_does() {
-    struct Beside(f64);
-    impl Presenting for Beside {
-        fn arrival_s(&self, _: &ContactPrediction) -> Option<f64> {
-            None
-        }
-        fn beside_m(&self, _: &ContactPrediction) -> f64 {
-            self.0
-        }
-    }
-    let decided = |beside_m: f64, reaches: bool| {
-        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
-        let looked_at = ContactPrediction {
-            looked_at_since_s: Some(0.2),
-            ..contact(Some(DMat3::from_diagonal(DVec3::splat(1e-4))))
-        };
-        for frame in 0..60 {
-            if reaches {
-                policy.reached_s = 0.01 * f64::from(frame);
-            }
-            let t_s = 0.01 * f64::from(frame);
-            policy.step(t_s, &[looked_at], None, None, &Beside(beside_m));
-        }
-        policy.decision
-    };
-    assert!(matches!(decided(0.05, false), Decision::Ready(_)));
-    for beside_m in [0.2, f64::INFINITY, f64::NAN] {
-        assert_eq!(decided(beside_m, false), Decision::Wait);
-    }
-    assert!(matches!(decided(0.2, true), Decision::Present(_)));
-}
-
-#[test]
-fn a_hand_that_rests_is_awaited_where_it_probably_comes_again() {
-    let of = |source, y: f64, sd_m: f64, probability| {
-        let mut p = contact(Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))));
-        p.point_m.y += y;
-        ContactPrediction {
-            source,
-            probability,
-            ..p
-        }
-    };
-    let decided = |again: f64, elsewhere_sd_m: f64| {
-        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
-        let mut ranked = [
-            of(PredictionSource::TouchedBefore, 0.0, 0.04, again),
-            of(PredictionSource::Motion, 0.5, elsewhere_sd_m, 1.0 - again),
-        ];
-        ranked.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        let mut last = None;
-        for frame in 0..30 {
-            last = policy.step(0.01 * f64::from(frame), &ranked, None, None, &Nobody);
-        }
-        last.expect("a contact")
-    };
-    // What else may come is too vague for any place of a board, although it is more probable.
-    assert!(matches!(decided(0.45, 0.18), (c, Decision::Ready(_)) if c.point_m.y == 0.0));
-    // Hardly ever again: the arm waits for what the hand says.
-    assert!(matches!(decided(0.1, 0.18), (_, Decision::Wait)));
-    let (elsewhere, _) = decided(0.45, 0.03);
-    assert_eq!(elsewhere.point_m.y, 0.5);
-}
-
-#[test]
-fn a_prediction_that_is_unsure_moves_nothing() {
-    for variance_m2 in [0.09, f64::NAN] {
-        let mut policy = Policy::new(PolicyConfig::default(), USUAL_S).expect("the defaults");
-        let guess = contact(Some(DMat3::from_diagonal(DVec3::splat(variance_m2))));
-        for frame in 0..50 {
-            let step = policy.step(0.01 * f64::from(frame), &[guess], None, None, &Nobody);
-            assert!(matches!(step, Some((_, Decision::Wait))), "{step:?}");
-        }
     }
 }

@@ -1,0 +1,186 @@
+//! The choice of least expected loss.
+
+use super::config::PolicyConfig;
+use super::way::{Presenting, Stand, Way, part_way, travel_s};
+use hwall_contact::ContactPrediction;
+use hwall_haptics::{PREPOSITION_SHARE, surface_axes};
+use hwall_kinematics::JointPositions;
+use std::f64::consts::PI;
+
+/// A place that may be touched next.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hypothesis {
+    pub(super) contact: ContactPrediction,
+    /// Standard deviations of the point along the axes of its surface, m.
+    pub(super) sds_m: [f64; 2],
+    /// Probability that the next touch is there, and comes soon.
+    pub(super) chance: f64,
+    /// How soon.
+    pub(super) time: TouchTime,
+    /// How the arm presents it; `None` for a place that cannot be held.
+    pub(super) stand: Option<Stand>,
+}
+
+/// When a touch comes: a logistic distribution, of which some time has passed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TouchTime {
+    pub(super) median_s: f64,
+    pub(super) scale_s: f64,
+    /// How long the touch has been awaited without coming, s.
+    pub(super) passed_s: f64,
+}
+
+impl TouchTime {
+    /// Probability that the touch has not come after a time, s.
+    fn survives(&self, after_s: f64) -> f64 {
+        logistic((self.median_s - after_s) / self.scale_s)
+    }
+
+    /// Probability that a touch is not over, given that it should have come by now with the probability of the distribution.
+    pub(super) fn still_awaited(&self) -> f64 {
+        self.survives(self.passed_s)
+    }
+
+    /// Probability that the touch comes before a time from now, s, and that nothing is known until the rest of its time is the share.
+    fn comes_before(&self, left_s: f64, share: f64) -> f64 {
+        let survives = self.survives(self.passed_s + left_s / share);
+        1.0 - survives / self.still_awaited().max(f64::MIN_POSITIVE)
+    }
+}
+
+/// What the arm may do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Choice {
+    Wait,
+    /// Part of the way towards a place.
+    Preposition(Goal),
+    /// All of it.
+    Present(Goal),
+}
+
+/// A place that the arm goes to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Goal {
+    pub(super) contact: ContactPrediction,
+    pub(super) stand: Stand,
+}
+
+/// A place on another surface that lies in the plane of the face within this, m, is covered by it ...
+const IN_PLANE_M: f64 = 0.02;
+/// ... if the normals agree to this, as a cosine: 5 degrees.
+const SAME_COSINE: f64 = 0.996;
+/// A board that stands beside the touch has to be moved on: 0.3 s for 0.15 m, and with the root of the distance.
+const MOVES_S_PER_ROOT_M: f64 = 0.77;
+
+/// Weighs the choices of one frame.
+pub(super) struct Chooser<'a, A> {
+    pub(super) config: &'a PolicyConfig,
+    pub(super) arm: &'a A,
+    /// How far the middle of the board may be from a touch on its face, m.
+    pub(super) reach_m: f64,
+    pub(super) hypotheses: &'a [Hypothesis],
+    pub(super) t_s: f64,
+}
+
+impl<A: Presenting> Chooser<'_, A> {
+    /// The best choice, and the way there: the last one unless another spares enough.
+    pub(super) fn best(&self, last: Choice, way: &Way) -> (Choice, Way) {
+        let mut best = (last, *way);
+        let mut least = self.loss(&last, way) - self.config.least_gain;
+        let goals = self.possible().filter_map(|hypothesis| {
+            let (contact, stand) = (hypothesis.contact, hypothesis.stand?);
+            Some(Goal { contact, stand })
+        });
+        let choices = goals.flat_map(|goal| [Choice::Preposition(goal), Choice::Present(goal)]);
+        for choice in std::iter::once(Choice::Wait).chain(choices) {
+            let waits = choice == Choice::Wait;
+            if waits && (last == Choice::Wait || self.arm.waits_at().is_none()) {
+                continue;
+            }
+            let way = way.to(self.arm, self.leads_to(&choice), self.t_s);
+            let loss = self.loss(&choice, &way);
+            if loss < least {
+                (best, least) = ((choice, way), loss);
+            }
+        }
+        best
+    }
+
+    fn possible(&self) -> impl Iterator<Item = &Hypothesis> {
+        self.hypotheses
+            .iter()
+            .filter(|hypothesis| hypothesis.chance > 0.0)
+    }
+
+    /// Where a choice leads, rad.
+    fn leads_to(&self, choice: &Choice) -> Option<JointPositions> {
+        let waits_at = self.arm.waits_at();
+        match choice {
+            Choice::Wait => waits_at,
+            Choice::Preposition(goal) => {
+                Some(part_way(&waits_at?, &goal.stand.q?, PREPOSITION_SHARE))
+            }
+            Choice::Present(goal) => goal.stand.q,
+        }
+    }
+
+    /// Expected loss of a choice: the touches for which the board is late, and a board sent in vain.
+    pub(super) fn loss(&self, choice: &Choice, way: &Way) -> f64 {
+        let to = self.leads_to(choice);
+        let goal = match choice {
+            Choice::Present(goal) => Some(goal),
+            Choice::Wait | Choice::Preposition(_) => None,
+        };
+        let arrival_s = way.left_s(self.t_s);
+        let (mut late, mut there) = (0.0, 0.0);
+        for hypothesis in self.possible() {
+            let covered = goal.map_or(0.0, |goal| self.covered_share(goal, hypothesis));
+            let onwards_s = match hypothesis.stand {
+                Some(stand) => {
+                    let [a_m, b_m] = hypothesis.sds_m;
+                    let beside_m = a_m.hypot(b_m).max(2.0 * self.reach_m);
+                    travel_s(self.arm, to.as_ref(), stand.q.as_ref())
+                        .max(MOVES_S_PER_ROOT_M * beside_m.sqrt())
+                }
+                None => f64::INFINITY,
+            };
+            let share = self.config.onset_share;
+            let elsewhere = hypothesis.time.comes_before(onwards_s, share);
+            let here =
+                (1.0 - self.config.late_share) * hypothesis.time.comes_before(arrival_s, 1.0);
+            late += hypothesis.chance * (covered * here + (1.0 - covered) * elsewhere);
+            there += hypothesis.chance * covered;
+        }
+        late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
+    }
+
+    /// Probability that a touch of a hypothesis is on the face of a board at a goal.
+    fn covered_share(&self, goal: &Goal, hypothesis: &Hypothesis) -> f64 {
+        let (normal, place) = (goal.contact.normal, &hypothesis.contact);
+        let off_m = place.point_m - goal.stand.point_m;
+        let Ok(axes) = surface_axes(place.normal) else {
+            return 0.0;
+        };
+        if off_m.dot(normal).abs() > IN_PLANE_M || place.normal.dot(normal) < SAME_COSINE {
+            return 0.0;
+        }
+        let of_axis = |i: usize| {
+            let (at_m, scale_m) = (off_m.dot(axes[i]), scale_of(hypothesis.sds_m[i]));
+            let below = |edge_m: f64| logistic((edge_m - at_m) / scale_m);
+            below(self.reach_m) - below(-self.reach_m)
+        };
+        let share: f64 = of_axis(0) * of_axis(1);
+        // NaN covers nothing.
+        if share > 0.0 { share } else { 0.0 }
+    }
+}
+
+/// The scale of the logistic distribution with a standard deviation.
+pub(super) fn scale_of(sd: f64) -> f64 {
+    // NaN stays NaN.
+    sd.clamp(1e-3, f64::INFINITY) * 3_f64.sqrt() / PI
+}
+
+fn logistic(x: f64) -> f64 {
+    1.0 / (1.0 + (-x).exp())
+}

@@ -1,0 +1,106 @@
+//! Where the arm is on its way, and how long it takes elsewhere, as far as the tracker's side knows.
+
+use glam::DVec3;
+use hwall_contact::ContactPrediction;
+use hwall_kinematics::JointPositions;
+
+/// How the arm presents a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::session) struct Stand {
+    /// The middle of the board then, in the frame of the scene, m.
+    pub(in crate::session) point_m: DVec3,
+    /// With these joints, rad; `None` where nobody knows.
+    pub(in crate::session) q: Option<JointPositions>,
+}
+
+/// What the arm can do.
+pub(in crate::session) trait Presenting {
+    /// Where it waits, rad; `None`: where it is.
+    fn waits_at(&self) -> Option<JointPositions>;
+
+    /// How it presents a place, given in the frame of the scene; `None` for a place that cannot be held.
+    fn stand(&self, contact: &ContactPrediction) -> Option<Stand>;
+
+    /// Least time from rest to rest, s.
+    fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64>;
+}
+
+/// The usual time of a way that nobody knows, s.
+const USUAL_S: f64 = 0.5;
+/// From a decision until the arm moves, s: the delay of the arm and of the frame.
+const REACTION_S: f64 = 0.03;
+
+/// The time between two configurations, s; the usual one where nobody knows.
+pub(super) fn travel_s(
+    arm: &impl Presenting,
+    from: Option<&JointPositions>,
+    to: Option<&JointPositions>,
+) -> f64 {
+    let known = || arm.travel_s(from?, to?);
+    known().unwrap_or(USUAL_S)
+}
+
+/// A configuration at a share of the way to another one.
+pub(super) fn part_way(from: &JointPositions, to: &JointPositions, share: f64) -> JointPositions {
+    JointPositions(std::array::from_fn(|i| from[i] + share * (to[i] - from[i])))
+}
+
+/// The motion of the arm that was decided last.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Way {
+    from: Option<JointPositions>,
+    to: Option<JointPositions>,
+    since_s: f64,
+    takes_s: f64,
+}
+
+impl Way {
+    /// An arm that has always been at a place.
+    pub(super) fn at(q: Option<JointPositions>) -> Self {
+        Self {
+            from: q,
+            to: q,
+            ..Self::default()
+        }
+    }
+
+    /// Time left until the arm is where it goes, s.
+    pub(super) fn left_s(&self, t_s: f64) -> f64 {
+        (self.since_s + self.takes_s - t_s).max(0.0)
+    }
+
+    /// Where the arm is, by the share of the way of a minimum-jerk motion.
+    fn now(&self, t_s: f64) -> Option<JointPositions> {
+        let u = 1.0 - self.left_s(t_s) / self.takes_s.max(f64::MIN_POSITIVE);
+        let share = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
+        Some(part_way(&self.from?, &self.to?, share.clamp(0.0, 1.0)))
+    }
+
+    /// The way to another place, s. What has begun must end first: braking takes as long as the motion has lasted, or would still last.
+    pub(super) fn to(&self, arm: &impl Presenting, to: Option<JointPositions>, t_s: f64) -> Self {
+        let from = self.now(t_s);
+        let left_s = self.left_s(t_s);
+        let brakes_s = left_s.min(self.takes_s - left_s) * self.turned(to.as_ref(), from.as_ref());
+        Self {
+            from,
+            to,
+            since_s: t_s,
+            takes_s: REACTION_S + brakes_s + travel_s(arm, from.as_ref(), to.as_ref()),
+        }
+    }
+
+    /// How far another place lies against the motion, from 0, on its way, to 1, back.
+    fn turned(&self, to: Option<&JointPositions>, now: Option<&JointPositions>) -> f64 {
+        let cosine = || {
+            let (to, now, goal) = (to?, now?, self.to?);
+            let dot = |a: &JointPositions, b: &JointPositions| -> f64 {
+                (0..a.0.len())
+                    .map(|i| (a[i] - now[i]) * (b[i] - now[i]))
+                    .sum()
+            };
+            let lengths = (dot(&goal, &goal) * dot(to, to)).sqrt();
+            (lengths > 0.0).then(|| dot(&goal, to) / lengths)
+        };
+        0.5 * (1.0 - cosine().unwrap_or(0.0))
+    }
+}
