@@ -61,7 +61,6 @@ pub fn report(
     out: Option<&Path>,
 ) -> anyhow::Result<Section> {
     let config = overrides.apply(DemonstrationConfig {
-        arm_reaction_s: None,
         ..DemonstrationConfig::dissertation()
     });
     let open = DemonstrationConfig {

@@ -1,7 +1,7 @@
 //! Roughness: speed against error of a calibration, by the number of its levels.
 
 use crate::report::Gap;
-use crate::speed::page::section::{Figure, Section, batches, quoted};
+use crate::speed::section::{Section, batches, quoted};
 use anyhow::Context;
 use hwall_testkit::{ErrorStats, Sampler, SpeedErrorTable, time_batches, time_each};
 use hwall_texton::{Calibration, Encoding, Level, LevelTable, ScanAngle};
@@ -97,9 +97,5 @@ pub fn calibrations(seed: u64, n: usize) -> anyhow::Result<Section> {
         ("median", &lookup.median_ns.round()),
         ("p99", &lookup.p99_ns.round()),
     ];
-    let title = "Calibration tables of roughness";
-    Ok(Section {
-        figure: Figure::speed_error("roughness.svg", title, UNIT, &table),
-        ..Section::of(include_str!("text/roughness.md"), &gaps, summary)?
-    })
+    Section::of(include_str!("text/roughness.md"), &gaps, summary)
 }

@@ -2,7 +2,7 @@
 
 use super::{hand_to_fri, recorded_minute};
 use crate::report::{Gap, titled};
-use crate::speed::page::section::{Calls, Section, batches};
+use crate::speed::section::{Calls, Section, batches};
 use anyhow::Context;
 use hwall::haptics::Board;
 use hwall_fri::codec::{
