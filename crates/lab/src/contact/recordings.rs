@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// Files without trials are one trial each where half of those in the folder last no longer than this, s.
 const LONGEST_TRIAL_S: f64 = 10.0;
 /// Names of the files of the simulated protocols: recordings get other names.
-const TAKEN: [&str; 4] = ["dissertation", "open-hand", "pointing", "rooms"];
+const TAKEN: [&str; 2] = ["dissertation", "pointing"];
 /// Reasons that an error lists.
 const MOST_REASONS: usize = 4;
 

@@ -2,10 +2,9 @@
 
 use crate::documents::{Documents, renew_block, renew_words};
 use crate::report::{Gap, page};
-use crate::speed::connect::measured as connect;
 use crate::speed::contact::{estimators, fusion};
 use crate::speed::section::{Section, summary_table};
-use crate::speed::{bip, control_step, feel, kinematics, reach, roughness, scene, texture};
+use crate::speed::{bip, control_step, feel, kinematics, reach, scene, texture};
 use anyhow::Context;
 use hwall_testkit::{Machine, Yardstick};
 use std::io::Write;
@@ -64,11 +63,9 @@ pub fn write(
         timed(estimators::estimators(seed)?),
         timed(fusion::fusion(seed)?),
         timed(texture::tessellation()?),
-        timed(roughness::calibrations(seed, n)?),
         timed(kinematics::dynamics(seed, n)?),
         timed(feel::feel(seed, n)?),
         timed(control_step::control_step(seed, 500 * n)?),
-        timed(connect::connect(seed, n)?),
     ];
     let mut shown = String::new();
     for section in &sections {
