@@ -82,18 +82,15 @@ pub fn report(seed: u64) -> anyhow::Result<String> {
     let settings = settings.map(|(surfaces, condition)| Setting::new(surfaces, condition, &size));
     let settings: Vec<Setting> = settings.collect::<anyhow::Result<_>>()?;
     let (usual, worse) = settings.split_at(ROOMS.len());
-    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let is_main = |s: &Setting| s.surfaces == MAIN_ROOM;
     let target = format!(">= {:.0} %", 100.0 * TARGET_RIGHT);
-    let results: [Column<'_, &Setting>; 4] = [
-        ("touches", &|s| s.fused.len().to_string()),
-        ("learned, fused", &|s| percent(Setting::right(&s.fused))),
-        ("ray cast", &|s| percent(Setting::right(&s.ray_cast))),
-        ("lead gained over the ray cast, ms, median", &|s| {
-            format!("{:.0}", s.gained_ms())
-        }),
-    ];
-    let [touches, fused, ray_cast, gained] = results;
+    let right = |touches: &[TouchPredictions], decimals: usize| {
+        format!("{:.decimals$} %", 100.0 * Setting::right(touches))
+    };
+    let touches: Column<'_, &Setting> = ("touches", &|s| s.fused.len().to_string());
+    let gained: Column<'_, &Setting> = ("lead gained over the ray cast, ms, median", &|s| {
+        format!("{:.0}", s.gained_ms())
+    });
     let rooms: [Column<'_, &Setting>; 7] = [
         ("surfaces", &|s| s.surfaces.to_string()),
         touches,
@@ -101,15 +98,21 @@ pub fn report(seed: u64) -> anyhow::Result<String> {
             true => target.clone(),
             false => "none set".to_owned(),
         }),
-        fused,
+        ("learned, fused", &|s| right(&s.fused, 1)),
         ("met", &|s| match is_main(s) {
             true => yes_or_no(Setting::right(&s.fused) >= TARGET_RIGHT).to_owned(),
             false => String::new(),
         }),
-        ray_cast,
+        ("ray cast", &|s| right(&s.ray_cast, 1)),
         gained,
     ];
-    let condition: [Column<'_, &Setting>; 1] = [("condition", &|s| s.condition.name.clone())];
+    let conditions: [Column<'_, &Setting>; 5] = [
+        ("condition", &|s| s.condition.name.clone()),
+        touches,
+        ("learned, fused", &|s| right(&s.fused, 0)),
+        ("ray cast", &|s| right(&s.ray_cast, 0)),
+        gained,
+    ];
     let (learnt, judged) = (size.training_people, size.participants);
     fill(
         include_str!("study.md"),
@@ -123,10 +126,7 @@ pub fn report(seed: u64) -> anyhow::Result<String> {
             ("target", &(100.0 * TARGET_SHARE).round()),
             ("rooms", &table_of(usual, &rooms)),
             ("main", &MAIN_ROOM),
-            (
-                "conditions",
-                &table_of(worse, &[&condition[..], &results].concat()),
-            ),
+            ("conditions", &table_of(worse, &conditions)),
         ],
     )
 }
