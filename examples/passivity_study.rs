@@ -1,4 +1,4 @@
-//! Does the board give out more energy than a hand has put in? Largest stiffness, and a million contacts.
+//! Does the board give out more energy than a hand has put in? A million contacts.
 //!
 //! `cargo run --release --example passivity_study`
 
@@ -13,8 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// Simulates contacts at random with and without what keeps the port passive, and finds the largest stable stiffness; writes
-/// PASSIVITY.md.
+/// Simulates contacts at random with and without what keeps the port passive; writes PASSIVITY.md.
 #[derive(Parser)]
 struct Args {
     #[command(flatten)]
@@ -39,9 +38,9 @@ fn run(args: &Args) -> anyhow::Result<()> {
     };
     let style = ProgressStyle::with_template("contacts {pos}/{len} {wide_bar} {eta}")?;
     let bar = ProgressBar::new(args.contacts).with_style(style);
-    let results = study::run(&request, |done| bar.set_position(done))?;
+    let rows = study::run(&request, |done| bar.set_position(done))?;
     bar.finish_and_clear();
-    let path = document::write(&request, &results, &documents)?;
-    let text = document::text(&request, &results);
+    let path = document::write(&request, &rows, &documents)?;
+    let text = document::text(&request, &rows);
     writeln!(io::stdout(), "{text}\nwrote {}", path.display()).context("standard output")
 }

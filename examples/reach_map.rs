@@ -112,13 +112,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         .as_ref()
         .map(|p| published::compare(&solved.rows, p));
     if let Some(folder) = &args.figures {
-        maps::draw(
-            folder,
-            &grid,
-            &solved,
-            published.as_deref(),
-            comparisons.as_deref(),
-        )?;
+        maps::draw(folder, &grid, &solved, comparisons.as_deref())?;
     }
     eprint!("{}", maps::summary(&solved, comparisons.as_deref()));
     Ok(())

@@ -100,26 +100,6 @@ impl Documents {
         Ok(folder)
     }
 
-    /// Copies the SVG files of this folder, but not of those below it, into another one.
-    ///
-    /// # Errors
-    /// A folder or file that cannot be read or written.
-    pub fn copy_figures(&self, to: &Path) -> anyhow::Result<()> {
-        let context = || self.folder.display().to_string();
-        for entry in std::fs::read_dir(&self.folder).with_context(context)? {
-            let from = entry.with_context(context)?.path();
-            let Some(name) = from.file_name() else {
-                continue;
-            };
-            if from.extension().is_some_and(|e| e == "svg") {
-                let copied =
-                    std::fs::read(&from).and_then(|svg| hwall_files::write(to.join(name), svg));
-                copied.with_context(|| from.display().to_string())?;
-            }
-        }
-        Ok(())
-    }
-
     /// Writes a document and returns its path.
     ///
     /// # Errors

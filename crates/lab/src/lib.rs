@@ -11,7 +11,6 @@ struct Pages;
 
 pub mod architecture;
 pub mod documents;
-pub mod pages;
 pub mod report;
 mod spans;
 
@@ -20,7 +19,6 @@ pub mod bip;
 pub mod contact;
 pub mod demonstrations;
 pub mod end_to_end;
-pub mod environment;
 pub mod faults;
 pub mod feel;
 pub mod in_time;

@@ -4,7 +4,6 @@ use hwall_hand::{HandPoint, Quantity, Recording, write_recordings};
 use hwall_lab::contact::candidates::Candidate;
 use hwall_lab::contact::recordings::{FoundSources, read};
 use hwall_lab::contact::report::{Choice, recordings};
-use hwall_lab::demonstrations::files;
 use hwall_lab::demonstrations::generate::{
     DemonstrationConfig, PartSize, SimulatedReach, generate,
 };
@@ -224,29 +223,6 @@ fn empty_cells_are_gaps_and_no_more() {
 }
 
 #[test]
-fn motions_for_another_tool_are_no_second_study() {
-    let dir = empty_folder("generated");
-    let made = people();
-    files::write(&dir, &made).unwrap();
-    let FoundSources { sources, refused } = read(&dir).unwrap();
-    assert_eq!(sources.len(), 1);
-    assert_eq!(sources[0].reaches.len(), REACHES);
-    let remark =
-        "demonstrations: 15 motions for bip_filter (train-*.csv, test-*.csv), no recordings";
-    assert_eq!(refused, [remark]);
-    let text = recordings(&dir, &quick(), &Choice::default(), None)
-        .unwrap()
-        .text;
-    assert!(
-        text.contains("Not read: demonstrations: 15 motions"),
-        "{text}"
-    );
-    // A folder that is named is read all the same.
-    let FoundSources { sources, refused } = read(&dir.join("demonstrations")).unwrap();
-    assert_eq!((sources.len(), refused.len()), (1, 0));
-}
-
-#[test]
 fn predictions_are_written_at_the_moments_and_every_fifty_ms() {
     let dir = empty_folder("rows");
     let kept = Kept {
@@ -349,13 +325,13 @@ fn a_single_file_is_a_study_too() {
 #[test]
 fn studies_of_like_names_write_their_own_files() {
     let dir = empty_folder("names");
-    for name in ["a/b", "a-b", "rooms"] {
+    for name in ["a/b", "a-b", "pointing"] {
         fs::create_dir_all(dir.join(name)).unwrap();
         palms(&dir.join(name).join("hands.csv"));
     }
     let sources = read(&dir).unwrap().sources;
     let names: Vec<&str> = sources.iter().map(|s| s.name.as_str()).collect();
-    assert_eq!(names, ["a-b", "a-b-2", "rooms-2"]);
+    assert_eq!(names, ["a-b", "a-b-2", "pointing-2"]);
 }
 
 #[test]
@@ -373,8 +349,6 @@ fn what_recordings_have_no_use_for_is_refused() {
         assert!(why.starts_with(other[0]), "{why}");
         assert!(why.contains("--recordings"), "{why}");
     }
-    let why = asked(&["--generate", "x", "--recordings", "y"]).unwrap_err();
-    assert!(why.starts_with("--recordings"), "{why}");
     let why = asked(&["--protocol", "rooms", "--people", "3"]).unwrap_err();
     assert!(why.starts_with("--people"), "{why}");
     let why = asked(&["--report", "x", "--protocol", "rooms"]).unwrap_err();

@@ -213,11 +213,12 @@ fn by_hand_of(text: &str) -> String {
 }
 
 /// By hand, but for blocks between markers: everything else is written by a program.
-const BY_HAND: [&str; 9] = [
+const BY_HAND: [&str; 10] = [
     "ARCHITECTURE.md",
     "COMMANDS.md",
     "CONTRIBUTING.md",
     "CRATES.md",
+    "ENVIRONMENTS.md",
     "NOTATION.md",
     "REAL-ARM.md",
     "SAFETY.md",

@@ -107,7 +107,7 @@ fn no_label_lies_over_another_or_is_cut_off() {
         }
         (pictures, all) = (pictures + 1, all + labels.len());
     }
-    assert!(pictures > 30 && all > 1000, "{all} labels in {pictures}");
+    assert!(pictures >= 8 && all > 500, "{all} labels in {pictures}");
 }
 
 /// Two greys could not be told apart.

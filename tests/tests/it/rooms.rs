@@ -4,12 +4,11 @@ use glam::DVec3;
 use hwall_contact::score::Moment;
 use hwall_contact::{
     ContactPrediction, FusedConfig, FusedPredictor, Predictor, PredictorInput, REGION_SHARES,
-    RegistrationConfig, RidgeWindow,
+    RidgeWindow,
 };
 use hwall_hand::{GazeFilter, HandFilter, HandFilterConfig, LabelledReach};
 use hwall_lab::rooms::contenders::{Contender, SharedTraining};
-use hwall_lab::rooms::people::{Condition, StudySize, Telling, people, predictions};
-use hwall_lab::rooms::registration::{self, Displaced};
+use hwall_lab::rooms::people::{Condition, StudySize, people, predictions};
 use hwall_lab::rooms::room::Room;
 use hwall_lab::rooms::scores::{TouchPredictions, summary};
 use hwall_scene::Scene;
@@ -45,8 +44,7 @@ impl Setting {
 
     fn predictions(&self, mut contender: Contender) -> Vec<TouchPredictions> {
         let predictor = contender.predictor.as_mut();
-        let nothing = Telling::Nothing;
-        predictions(predictor, &self.room, &self.participants, nothing).unwrap()
+        predictions(predictor, &self.room, &self.participants).unwrap()
     }
 }
 
@@ -176,24 +174,6 @@ fn regions_hold_what_they_say_at_every_moment() {
     println!("off by {off:?}, normal {normal_off:?}");
     assert!(off[0] < 0.1 && off[1] < 0.08 && off[2] < 0.06, "{off:?}");
     assert!(off[0] < 0.5 * normal_off[0]);
-}
-
-/// A tracker displaced from the scene: touches take away what lies across the surfaces, and regions stay true.
-#[test]
-fn touches_tell_of_a_tracker_that_is_off() {
-    let setting = Setting::usual();
-    let config = RegistrationConfig::default();
-    let displaced = Displaced::draw(&setting.participants, &config, 8, 5);
-    let left = registration::left(&displaced, &config).unwrap();
-    left.iter().for_each(|left| println!("{left:?}"));
-    let (first, last) = (left[0], left[left.len() - 1]);
-    assert!(last.across_m < 0.6 * first.across_m);
-    assert!(last.along_m < first.along_m);
-    // These fingers are seen better than to the 4 mm of the settings, so regions are rather too large.
-    assert!(left.iter().all(|l| l.in_90 >= 0.87));
-    let training = SharedTraining::new(&setting.room.scene, &setting.training).unwrap();
-    let told = registration::section(&training, &setting.room, &setting.participants, 5).unwrap();
-    println!("{told}");
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! Interaction primitives on folders of motions: what `bip_filter` does.
 
 pub mod figures;
-pub mod interrupted;
 pub mod published_filter;
 pub mod reaches;
 pub mod report;

@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// Files without trials are one trial each where half of those in the folder last no longer than this, s.
 const LONGEST_TRIAL_S: f64 = 10.0;
 /// Names of the files of the simulated protocols: recordings get other names.
-const TAKEN: [&str; 4] = ["dissertation", "open-hand", "pointing", "rooms"];
+const TAKEN: [&str; 2] = ["dissertation", "pointing"];
 /// Reasons that an error lists.
 const MOST_REASONS: usize = 4;
 
@@ -76,9 +76,6 @@ struct File {
 /// seconds, each file is one trial, of which the first reach counts: what follows is the way back.
 /// Everything else without trials is cut by speed into all of its reaches.
 ///
-/// A folder below this one in which all files are named `train-*.csv` and `test-*.csv` holds motions for
-/// `bip_filter`, as made beside recordings by `--generate`: the same hands once more, so it is passed over.
-///
 /// # Errors
 /// Nothing there, or no recording of a hand in it.
 pub fn read<'a>(recorded: impl Into<Recorded<'a>>) -> anyhow::Result<FoundSources> {
@@ -89,12 +86,6 @@ pub fn read<'a>(recorded: impl Into<Recorded<'a>>) -> anyhow::Result<FoundSource
     let dir = if path.is_dir() {
         csv_files(path, &mut files)?;
         files.sort();
-        for (folder, count) in pass_over_motions(path, &mut files) {
-            refused.push(format!(
-                "{}: {count} motions for bip_filter (train-*.csv, test-*.csv), no recordings",
-                folder.strip_prefix(path).unwrap_or(&folder).display()
-            ));
-        }
         path
     } else {
         files.push(path.to_owned());
@@ -173,30 +164,6 @@ fn reasons(refused: &[String]) -> String {
         text += &format!("; and {more} more");
     }
     text
-}
-
-/// Removes the files of folders of motions; returns these folders and how many files they held.
-fn pass_over_motions(dir: &Path, files: &mut Vec<PathBuf>) -> Vec<(PathBuf, usize)> {
-    let of_motion = |path: &Path| {
-        let stem = path.file_stem().map(|s| s.to_string_lossy());
-        stem.is_some_and(|s| s.starts_with("train-") || s.starts_with("test-"))
-    };
-    let mut folders = BTreeMap::<PathBuf, (bool, usize)>::new();
-    for path in files.iter() {
-        let folder = path.parent().unwrap_or(dir).to_owned();
-        // A folder that the user names is read all the same.
-        let named = folder == dir;
-        let (motions, count) = folders.entry(folder).or_insert((!named, 0));
-        *motions &= of_motion(path);
-        *count += 1;
-    }
-    folders.retain(|_, (motions, _)| *motions);
-    files.retain(|path| {
-        path.parent()
-            .is_none_or(|folder| !folders.contains_key(folder))
-    });
-    let counts = folders.into_iter();
-    counts.map(|(folder, (_, count))| (folder, count)).collect()
 }
 
 fn csv_files(dir: &Path, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {

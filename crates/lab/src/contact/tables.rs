@@ -218,41 +218,12 @@ pub fn axis_cells(at: &Summary) -> [String; 4] {
     [x, y, z, format!("{} of {}", at.missed, at.count)]
 }
 
-/// The method whose times another one states, if it has none of its own: a part of the learned estimator, or else the
-/// first that states them.
-fn same_time(scores: &[Scores], number: usize) -> Option<&str> {
-    let times = |s: &Scores| -> Vec<Option<u64>> {
-        let errors = s.alone.reaches.iter().flat_map(|r| &r.errors);
-        errors
-            .map(|e| Some(e.flatten()?.time?.error_s.to_bits()))
-            .collect()
-    };
-    let own = times(&scores[number]);
-    if own.iter().all(Option::is_none) {
-        return None;
-    }
-    let alike: Vec<usize> = (0..scores.len())
-        .filter(|&k| times(&scores[k]) == own)
-        .collect();
-    let part = alike.iter().find(|&&k| scores[k].role == Role::Part);
-    let owner = *part.or(alike.first())?;
-    (owner != number).then(|| scores[owner].name.as_str())
-}
-
 fn calibration(scores: &[Scores]) -> MarkdownTable {
-    /// Scores, their summary, and the method whose times they state.
-    type Row<'a> = (&'a Scores, Summary, Option<&'a str>);
+    /// Scores and their summary.
+    type Row<'a> = (&'a Scores, Summary);
     let percent = |share: Option<f64>| match share {
         Some(_) => percent(share) + " %",
         None => percent(share),
-    };
-    let time = |(_, all, owner): &Row<'_>| match owner {
-        Some(owner) => format!("as {owner}"),
-        None => or_none(all.time_mean_s.map(|s| 1e3 * s), 0),
-    };
-    let interval = |(_, all, owner): &Row<'_>| match owner {
-        Some(_) => String::new(),
-        None => percent(all.time_interval),
     };
     let step = |s: &Scores| {
         let at = |p: f64| quantile(&s.step_us, p);
@@ -262,27 +233,27 @@ fn calibration(scores: &[Scores]) -> MarkdownTable {
         Some(t) => format!("{:.1} ({})", t.took_s, t.reaches),
         None => "none".to_owned(),
     };
-    let axis = |row: &Row<'_>, place: usize| percent(row.1.intervals.map(|i| i[place]));
+    let axis = |all: &Summary, place: usize| percent(all.intervals.map(|i| i[place]));
     let region =
-        |row: &Row<'_>, place: usize| percent(row.1.regions.map(|r| r[HALF_AND_MOST[place]]));
+        |all: &Summary, place: usize| percent(all.regions.map(|r| r[HALF_AND_MOST[place]]));
     let columns: [Column<'_, Row<'_>>; 11] = [
-        ("method", &|row| row.0.name.clone()),
-        ("per axis in 50 %", &|row| axis(row, 0)),
-        ("in 90 %", &|row| axis(row, 1)),
-        ("in space in 50 %", &|row| region(row, 0)),
-        ("in 90 %", &|row| region(row, 1)),
-        ("CRPS, mm", &|row| format!("{:.1}", 1e3 * row.1.crps_m)),
-        ("time, mean error, ms", &time),
-        ("in 90 %", &interval),
-        ("µs per frame, median / p99", &|row| step(row.0)),
-        ("silent", &|row| row.1.silent.to_string()),
-        ("longest training of a fold, s (reaches)", &|row| {
-            training(row.0)
+        ("method", &|(s, _)| s.name.clone()),
+        ("per axis in 50 %", &|(_, all)| axis(all, 0)),
+        ("in 90 %", &|(_, all)| axis(all, 1)),
+        ("in space in 50 %", &|(_, all)| region(all, 0)),
+        ("in 90 %", &|(_, all)| region(all, 1)),
+        ("CRPS, mm", &|(_, all)| format!("{:.1}", 1e3 * all.crps_m)),
+        ("time, mean error, ms", &|(_, all)| {
+            or_none(all.time_mean_s.map(|s| 1e3 * s), 0)
+        }),
+        ("in 90 %", &|(_, all)| percent(all.time_interval)),
+        ("µs per frame, median / p99", &|(s, _)| step(s)),
+        ("silent", &|(_, all)| all.silent.to_string()),
+        ("longest training of a fold, s (reaches)", &|(s, _)| {
+            training(s)
         }),
     ];
-    let rows = scores.iter().enumerate();
-    let rows = rows.map(|(k, s)| (s, s.under_way(), same_time(scores, k)));
-    table_of(rows, &columns)
+    table_of(scores.iter().map(|s| (s, s.under_way())), &columns)
 }
 
 /// Everything at every moment, one row a method and a moment.
@@ -320,56 +291,4 @@ pub fn distance_cells(at: &Summary, decimals: usize) -> impl Iterator<Item = Str
     let distances = [at.median_m, at.mean_m].into_iter();
     let all = distances.chain(axes.into_iter().flatten());
     all.map(move |m| number(Some(m), decimals))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::DVec3;
-    use hwall_contact::score::{EstimateError, JudgedReach, TimeError};
-
-    fn scores(name: &str, role: Role, late_s: Option<f64>) -> Scores {
-        let error = EstimateError {
-            error_m: DVec3::ZERO,
-            along_m: None,
-            missed: false,
-            spread: None,
-            time: late_s.map(|error_s| TimeError {
-                error_s,
-                sd_s: None,
-            }),
-        };
-        Scores {
-            name: name.into(),
-            role,
-            alone: Evaluation {
-                reaches: vec![JudgedReach {
-                    reach: 0,
-                    person: None,
-                    touches: 0,
-                    errors: vec![Some(Some(error)), Some(None)],
-                }],
-            },
-            told: None,
-            step_us: vec![1.0],
-            training: None,
-        }
-    }
-
-    #[test]
-    fn a_time_is_told_once_with_the_name_of_its_estimator() {
-        let all = [
-            scores("hold", Role::Baseline, Some(0.1)),
-            scores("velocity", Role::Baseline, Some(0.1)),
-            scores("primitive", Role::Baseline, Some(0.05)),
-            scores("regression", Role::Part, Some(0.05)),
-            scores("learned", Role::Learned, Some(0.05)),
-            scores("gaze", Role::Baseline, None),
-            scores("ray", Role::Baseline, None),
-        ];
-        let owners: Vec<_> = (0..all.len()).map(|k| same_time(&all, k)).collect();
-        let (hold, regression) = (Some("hold"), Some("regression"));
-        let expected = [None, hold, regression, None, regression, None, None];
-        assert_eq!(owners, expected);
-    }
 }

@@ -1,25 +1,13 @@
-//! Simulated demonstrations: people reach for places that the arm can reach, and the arm follows.
-//!
-//! They have the shape of real recordings, so that whatever learns from one or is judged by it takes the
-//! other as well; the module `files` writes both.
+//! Simulated demonstrations: people reach for places that the arm can reach. They have the shape of real recordings.
 
 use crate::demonstrations::targets::{Panel, Places, TargetBox, Targets};
 use crate::report::named;
 use anyhow::{Context, ensure};
 use glam::DVec3;
-use hwall::{Controller, Surroundings, TargetControl, drive};
 use hwall_hand::{HandPoint, LabelledReach, Recording, Sample};
-use hwall_haptics::{ArmCommand, ArmState, Board, BoardTarget, RendererConfig};
-use hwall_kinematics::{JointPositions, Pose, SrsArm};
-use hwall_sim::{
-    Gesture, HandContact, PersonConfig, Population, ServoArm, ServoConfig, SimError, TouchPlan,
-    TouchSequence, TouchTruth,
-};
+use hwall_haptics::Board;
+use hwall_sim::{Gesture, PersonConfig, Population, TouchSequence, TouchTruth};
 use hwall_testkit::Sampler;
-use std::ops::RangeInclusive;
-
-/// Longest step of the arm's control loop, s.
-const CONTROL_S: f64 = 1e-3;
 
 /// What is to be made.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,9 +32,6 @@ pub struct DemonstrationConfig {
     pub gaze: bool,
     /// A recording begins this long before the hand starts, s, if the person rests by then.
     pub before_s: f64,
-    /// The arm starts for the target this long after the person looks at it, s; `None`: there is
-    /// no arm.
-    pub arm_reaction_s: Option<f64>,
 }
 
 /// How many reaches by how many people, shared out evenly.
@@ -85,12 +70,11 @@ impl DemonstrationConfig {
             points: HandPoint::ALL.to_vec(),
             gaze: true,
             before_s: 0.3,
-            arm_reaction_s: Some(0.1),
         }
     }
 
     /// As a study of pointing in VR: 13 people with 125 reaches each of about 0.8 m and 0.87 s; palm, tip of
-    /// the index finger and head are tracked; no arm. There is no test part: hold out one person at a time.
+    /// the index finger and head are tracked. There is no test part: hold out one person at a time.
     pub fn pointing() -> Self {
         let person = PersonConfig {
             hand_rest_m: DVec3::new(1.15, 0.20, 0.45),
@@ -116,7 +100,6 @@ impl DemonstrationConfig {
             }),
             points: vec![HandPoint::Palm, HandPoint::Index],
             gaze: false,
-            arm_reaction_s: None,
             ..Self::dissertation()
         }
     }
@@ -143,13 +126,11 @@ impl DemonstrationConfig {
             (1e-3..=0.1).contains(&period),
             "tracker_s is {period}, not within 0.001 to 0.1"
         );
-        let reaction_s = self.arm_reaction_s.unwrap_or(0.0);
-        for (name, value) in [("before_s", self.before_s), ("arm_reaction_s", reaction_s)] {
-            ensure!(
-                value >= 0.0 && value.is_finite(),
-                "{name} is {value}, not finite and at least 0"
-            );
-        }
+        let before_s = self.before_s;
+        ensure!(
+            before_s >= 0.0 && before_s.is_finite(),
+            "before_s is {before_s}, not finite and at least 0"
+        );
         Ok(())
     }
 }
@@ -164,7 +145,7 @@ named! {
     }
 }
 
-/// One reach, as trackers and the arm's encoders measured it.
+/// One reach, as trackers measured it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatedReach {
     /// What it is for.
@@ -177,17 +158,6 @@ pub struct SimulatedReach {
     pub recording: Recording,
     /// From the start of the movement to the contact.
     pub labelled: LabelledReach,
-    /// The arm at the times of the frames of `labelled`, if there is one.
-    pub response: Option<Vec<ArmAtFrame>>,
-}
-
-/// The arm at one frame of the tracker.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ArmAtFrame {
-    /// Joint angles, rad.
-    pub joints_rad: JointPositions,
-    /// Where the board is: its origin in the middle of the face, z towards the person.
-    pub base_from_board: Pose,
 }
 
 /// Makes demonstrations, those to learn from first; person by person, in order of time.
@@ -198,8 +168,7 @@ pub struct ArmAtFrame {
 /// A value outside its range, panels that the arm cannot reach, a target beside or behind the resting hand.
 pub fn generate(config: &DemonstrationConfig) -> anyhow::Result<Vec<SimulatedReach>> {
     config.validate()?;
-    let board = Board::default();
-    let places = Places::new(&config.targets, &board)?;
+    let places = Places::new(&config.targets, &Board::default())?;
     let population = Population::new(config.person, config.seed)?;
     let mut made = Vec::with_capacity(config.train.reaches + config.test.reaches);
     let mut number = 0;
@@ -213,7 +182,7 @@ pub fn generate(config: &DemonstrationConfig) -> anyhow::Result<Vec<SimulatedRea
             let sequence = sequence.with_context(|| name.clone())?;
             for trial in 0..count {
                 let names = (name.as_str(), trial + 1);
-                let one = record(&sequence, trial, config, &board, part, names)?;
+                let one = record(&sequence, trial, config, part, names)?;
                 made.push(one);
             }
             number += 1;
@@ -227,7 +196,6 @@ fn record(
     sequence: &TouchSequence,
     trial: usize,
     config: &DemonstrationConfig,
-    board: &Board,
     part: Part,
     (person, number): (&str, usize),
 ) -> anyhow::Result<SimulatedReach> {
@@ -238,11 +206,6 @@ fn record(
     let frame_at = |t_s: f64| (t_s / config.tracker_s).ceil() as usize;
     let (mut samples, mut frames) = (Vec::new(), Vec::new());
     let (first, last) = (frame_at(first_s), frame_at(truth.contact_s));
-    let states = config
-        .arm_reaction_s
-        .map(|reaction_s| arm_states(sequence, &truth, board, config, reaction_s, first..=last));
-    let states = states.transpose()?;
-    let mut response = states.as_ref().map(|_| Vec::new());
     for k in first..=last {
         let t_s = k as f64 * config.tracker_s;
         let tracked = sequence.tracked(t_s);
@@ -255,9 +218,6 @@ fn record(
         });
         if (truth.start_s..=truth.contact_s).contains(&t_s) {
             frames.push(frame);
-            if let (Some(response), Some(states)) = (&mut response, &states) {
-                response.push(states[k - first]);
-            }
         }
     }
     let (person, trial) = (Some(person.to_owned()), Some(number.to_string()));
@@ -285,131 +245,5 @@ fn record(
         truth,
         recording,
         labelled,
-        response,
     })
-}
-
-/// Where the arm waits: its board upright, 8 cm behind the wall, in the middle of it.
-pub(crate) const WAITS_DEG: [f64; 7] = [0.0, 0.0, 0.0, -110.0, 0.0, -20.0, 90.0];
-
-/// The arm at some samples of the tracker, while it carries the board from its starting position to where the
-/// person is going to touch. It knows the target, as an arm does that is guided to it.
-fn arm_states(
-    sequence: &TouchSequence,
-    touch: &TouchTruth,
-    board: &Board,
-    config: &DemonstrationConfig,
-    reaction_s: f64,
-    samples: RangeInclusive<usize>,
-) -> anyhow::Result<Vec<ArmAtFrame>> {
-    let (first, last) = samples.into_inner();
-    let control = TargetControl::new(&SrsArm::iiwa7(), board, RendererConfig::default())?;
-    let servo = ServoConfig {
-        seed: config.seed,
-        ..ServoConfig::default()
-    };
-    let start = JointPositions::from_deg(WAITS_DEG);
-    let mut servo = ServoArm::new(control.renderer().arm().clone(), start, servo)?;
-    // A whole number of control steps a sample keeps the two clocks together.
-    let per_sample = (config.tracker_s / CONTROL_S).ceil() as usize;
-    let from = first.min((touch.look_s / config.tracker_s) as usize);
-    let from_s = from as f64 * config.tracker_s;
-    let mut guided = GuidedArm {
-        control,
-        touch: *touch,
-        told_s: from_s - reaction_s,
-    };
-    let finger = HandContact {
-        half_extent_m: board.half_width_m,
-        ..HandContact::default()
-    };
-    let mut person = PressingPerson {
-        sequence,
-        finger,
-        from_s,
-        step_s: config.tracker_s / per_sample as f64,
-        next_step: 0,
-        steps: (last - from) * per_sample + 1,
-        kept: Vec::with_capacity(last + 1 - first),
-        is_kept: |step: usize| step.is_multiple_of(per_sample) && from + step / per_sample >= first,
-    };
-    let (arm, hand) = (&mut servo, &mut person);
-    drive(&mut guided, arm, hand, |_, arm, hand, cycle| {
-        hand.press(arm, cycle.t_s)
-    })?;
-    Ok(person.kept)
-}
-
-/// The controller of an arm that is told where the person will touch.
-struct GuidedArm {
-    control: TargetControl,
-    touch: TouchTruth,
-    /// The person's time that the arm knows of at its own zero, s.
-    told_s: f64,
-}
-
-impl Controller for GuidedArm {
-    fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
-        let known = known_target(&self.touch, self.told_s + now_s);
-        self.control.target = known.map(|plan| BoardTarget::new(plan.target_m, plan.normal, now_s));
-        self.control.step(now_s, state)
-    }
-
-    fn plan(&mut self) {
-        self.control.plan();
-    }
-}
-
-/// Time around the arm, and the person who presses its board.
-struct PressingPerson<'a, K> {
-    sequence: &'a TouchSequence,
-    finger: HandContact,
-    /// The person's time at the arm's zero, s.
-    from_s: f64,
-    step_s: f64,
-    next_step: usize,
-    steps: usize,
-    /// The arm at the steps to be kept.
-    kept: Vec<ArmAtFrame>,
-    is_kept: K,
-}
-
-impl<K: Fn(usize) -> bool> Surroundings<ServoArm> for PressingPerson<'_, K> {
-    fn next_cycle(&mut self, arm: &mut ServoArm) -> Result<Option<f64>, SimError> {
-        let step = self.next_step;
-        if step == self.steps {
-            return Ok(None);
-        }
-        self.next_step += 1;
-        if (self.is_kept)(step) {
-            self.kept.push(ArmAtFrame {
-                joints_rad: arm.q(),
-                base_from_board: arm.pose(),
-            });
-        }
-        Ok(Some(step as f64 * self.step_s))
-    }
-}
-
-impl<K> PressingPerson<'_, K> {
-    /// Moves the arm on by a step and lets the fingertip press the board.
-    fn press(&self, servo: &mut ServoArm, now_s: f64) -> Result<(), SimError> {
-        servo.advance(self.step_s)?;
-        let t_s = self.from_s + now_s;
-        let tip_m = self.sequence.true_index_tip(t_s);
-        let velocity = self.sequence.true_index_velocity_m_per_s(t_s);
-        let relative = velocity - servo.twist().linear_m_per_s;
-        let wrench = self.finger.wrench(&servo.pose(), tip_m, relative)?;
-        servo.apply_wrench(wrench.unwrap_or_default())
-    }
-}
-
-/// What the person reaches for at a time; `None` before the first look.
-fn known_target(touch: &TouchTruth, t_s: f64) -> Option<TouchPlan> {
-    let (target_m, normal) = match touch.changed {
-        _ if t_s < touch.look_s => return None,
-        Some(meant) if t_s < meant.switch_s => (meant.target_m, meant.normal),
-        _ => (touch.target_m, touch.normal),
-    };
-    Some(TouchPlan { target_m, normal })
 }

@@ -1,5 +1,4 @@
-//! Reaches of simulated people, with the answer of the simulated arm, in memory and as files.
+//! Reaches of simulated people.
 
-pub mod files;
 pub mod generate;
 pub mod targets;

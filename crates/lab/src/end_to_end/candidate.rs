@@ -1,20 +1,18 @@
 //! The end-to-end response among the estimators of the contact study.
 
 use crate::contact::candidates::{BoxedEstimator, Candidate, Role};
-use crate::demonstrations::generate::WAITS_DEG;
 use anyhow::{Context, ensure};
-use hwall::response::{
-    Demonstrator, EndToEnd, ResponseConfig, ResponseEstimator, ResponseModel, Task,
-};
+use hwall::response::{Demonstrator, ResponseConfig, ResponseEstimator, ResponseModel, Task};
 use hwall_hand::LabelledReach;
 use hwall_haptics::{Board, BoardTarget};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
 use hwall_scene::Scene;
-use std::borrow::Borrow;
 use std::sync::Arc;
 
 /// A wall that is in nobody's way: the panels of the study are no surfaces of a scene.
 const FAR_WALL: &str = "o wall\nv 9 -1 0\nv 9 1 0\nv 9 1 2\nv 9 -1 2\nf 1 2 3 4\n";
+/// Where the arm waits: its board upright, 8 cm behind the wall, in the middle of it.
+const WAITS_DEG: [f64; 7] = [0.0, 0.0, 0.0, -110.0, 0.0, -20.0, 90.0];
 /// Fewer demonstrations teach nothing.
 const LEAST: usize = 8;
 
@@ -28,25 +26,13 @@ pub fn candidate() -> Candidate {
     }
 }
 
-/// The response as a predictor with a scene, from reaches; it names the surface next to
-/// the face that it presents.
-///
-/// # Errors
-/// The arm of the study cannot present enough of what was touched.
-pub fn predictor(reaches: &[LabelledReach]) -> anyhow::Result<EndToEnd> {
-    let (model, arm) = taught(reaches)?;
-    Ok(EndToEnd::new(&model, arm)?)
-}
-
 fn train(reaches: &[&LabelledReach]) -> anyhow::Result<BoxedEstimator> {
     let (model, arm) = taught(reaches)?;
     Ok(Box::new(ResponseEstimator::new(&model, arm)))
 }
 
 /// The model, and the arm that demonstrated.
-fn taught<R: Borrow<LabelledReach>>(
-    reaches: &[R],
-) -> anyhow::Result<(ResponseModel, Arc<dyn ArmKinematics>)> {
+fn taught(reaches: &[&LabelledReach]) -> anyhow::Result<(ResponseModel, Arc<dyn ArmKinematics>)> {
     let board = Board::default();
     let arm = SrsArm::iiwa7().with_tool(board.flange_from_board_face()?);
     let arm: Arc<dyn ArmKinematics> = Arc::new(arm);
@@ -54,7 +40,7 @@ fn taught<R: Borrow<LabelledReach>>(
     let (scene, _) = Scene::from_obj_str(FAR_WALL, None)?;
     let teacher = Demonstrator::new(&arm, &board, &scene, &waiting)?;
     let mut shown = Vec::new();
-    for reach in reaches.iter().map(Borrow::borrow) {
+    for reach in reaches {
         let normal = reach.normal.context("a reach for no surface")?;
         let target = BoardTarget {
             near: Some(waiting),

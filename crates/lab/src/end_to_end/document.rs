@@ -3,8 +3,7 @@
 use super::ends::{EndError, EndErrors, SHARES};
 use super::study::{Led, Request, Results, TOLD_AT, ToldApart};
 use crate::documents::Documents;
-use crate::pages::write_tables;
-use crate::report::{Column, Gap, fill, percent_of, quantiles, table_of, titled};
+use crate::report::{Column, Gap, fill, page, percent_of, quantiles, table_of, titled};
 use hwall_stage::run::judged::judge::Outcome;
 use hwall_testkit::MarkdownTable;
 use std::path::PathBuf;
@@ -144,6 +143,11 @@ pub fn write(
     results: &Results,
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
-    let (template, text) = (include_str!("document.md"), text(request, results)?);
-    write_tables(documents, NAME, template, request.seed, &text)
+    let tables = text(request, results)?;
+    let text = page(
+        include_str!("document.md"),
+        request.seed,
+        &[("tables", &tables)],
+    )?;
+    documents.write(NAME, &text)
 }

@@ -3,11 +3,10 @@
 use super::figures;
 use super::rig::{Rig, Way};
 use super::single::{HandKind, SinglePush};
-use super::stability::{Bound, FINGERS_N_PER_M, Held, SWING_M, SWINGS_ON_M};
+use super::stability::{FINGERS_N_PER_M, Held, SWINGS_ON_M};
 use super::study::{EXCITED_HZ, HELD_N, MOST_M, PUSHES, Results, Row};
-use super::subject::{Kind, of_scene};
+use super::subject::of_scene;
 use crate::documents::Documents;
-use crate::pages::costs;
 use crate::report::{Column, Gap, fill, page, percent_of, table_of, titled};
 use hwall_haptics::ObjectPortConfig;
 use hwall_stage::setting::load_scene;
@@ -102,32 +101,6 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
     table
 }
 
-fn cause_table(causes: &[Row]) -> MarkdownTable {
-    let object = |row: &Row| match row.kind {
-        Kind::Door => "free door".to_owned(),
-        _ => "stiff panel".to_owned(),
-    };
-    let head: [Column<'_, &Row>; 3] = [
-        ("the arm has", &|row| row.spared.name().to_owned()),
-        ("arm, way", &|row| row.way.name()),
-        ("object", &|row| object(row)),
-    ];
-    let last: [Column<'_, &Row>; 1] = [("held push off, mm", &|row| held(row))];
-    table_of(causes, &[&head[..], &off(), &last].concat())
-}
-
-fn bound_table(bounds: &[Bound]) -> MarkdownTable {
-    let columns: [Column<'_, &Bound>; 4] = [
-        ("arm, way", &|b| b.way.name()),
-        ("hand, N/m", &|b| b.stiffness_n_per_m.to_string()),
-        ("lightest stable panel, kg", &|b| {
-            format!("{:.2}", b.mass_kg)
-        }),
-        ("over k t²", &|b| format!("{:.2}", b.share)),
-    ];
-    table_of(bounds, &columns)
-}
-
 fn held_table(held: &[Held]) -> MarkdownTable {
     let mut table = titled(
         "arm, way | finger, N/m | hands | most generated, J | beyond the reserve | swing on, %",
@@ -160,17 +133,13 @@ fn held_table(held: &[Held]) -> MarkdownTable {
 pub fn text(results: &Results) -> anyhow::Result<String> {
     let given_j = results.rows.iter().map(|row| row.least_given_j);
     let least_j = given_j.fold(0.0, f64::min);
-    let gaps: [Gap<'_>; 10] = [
+    let gaps: [Gap<'_>; 6] = [
         ("pushes", &PUSHES),
         ("verdicts", &verdicts(&results.rows)),
         ("objects", &table(&results.rows)),
         ("least_j", &format!("{least_j:.1e}")),
-        ("causes", &cause_table(&results.causes)),
-        ("swing_mm", &(1e3 * SWING_M)),
-        ("bounds", &bound_table(&results.bounds)),
         ("swings_on_mm", &(1e3 * SWINGS_ON_M)),
         ("held", &held_table(&results.held)),
-        ("costs", &costs("what", &results.costs)),
     ];
     fill(include_str!("tables.md").trim_end(), &gaps)
 }
@@ -192,8 +161,6 @@ pub fn write(seed: u64, results: &Results, documents: &Documents) -> anyhow::Res
     };
     let lines = push.run(&rig, &subject, &Way::ALL)?;
     figures::push(&folder.join("door.svg"), &subject, &lines)?;
-    figures::errors(&folder.join("errors.svg"), &results.rows)?;
-    figures::bounds(&folder.join("bounds.svg"), &results.bounds)?;
     let gaps: [Gap<'_>; 4] = [
         ("tables", &text(results)?),
         ("excited_hz", &format!("{EXCITED_HZ:?}")),

@@ -157,8 +157,6 @@ pub struct Trace {
     pub unreachable: usize,
     /// Time of each control step (wrench estimate and rendering), ns.
     pub step_ns: Vec<f64>,
-    /// Of the rendering alone, ns.
-    pub rendering_ns: Vec<f64>,
 }
 
 /// Pushes.
@@ -197,11 +195,8 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
             }
             None => Wrench::default(),
         };
-        let estimated = Instant::now();
         let step = rendering.step(&mut rendered, &state, &measured, PERIOD_S)?;
-        let since_ns = |began: Instant| began.elapsed().as_nanos() as f64;
-        trace.rendering_ns.push(since_ns(estimated));
-        trace.step_ns.push(since_ns(began));
+        trace.step_ns.push(began.elapsed().as_nanos() as f64);
         trace.unreachable += usize::from(step.unreachable.is_some());
 
         let pose = device.pose();

@@ -1,13 +1,12 @@
 //! A simulated arm with a board, at servo or torque level, and how it is told to go along with an object.
 
-use crate::report::named;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use hwall_haptics::{
     Board, FrictionLeft, ImpedanceConfig, ObjectCommand, ObjectRendering, ObjectRenderingConfig,
 };
 use hwall_kinematics::{ArmKinematics, Chain, ChainDynamics, JointPositions};
-use hwall_sim::{JointFriction, TorqueConfig};
+use hwall_sim::TorqueConfig;
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm, board_body};
 use std::sync::Arc;
@@ -58,20 +57,6 @@ impl Way {
     }
 }
 
-named! {
-    /// What the simulated arm at torque level is spared: which error is whose?
-    pub enum Spared {
-        /// It has all its faults.
-        Nothing = "as it is",
-        /// The torque sensors have no ripple.
-        Ripple = "no ripple of the torque sensors",
-        /// The joints have no friction.
-        Friction = "no friction",
-        /// Neither.
-        Both = "neither",
-    }
-}
-
 /// Of the external torques that an arm at torque level reports, s.
 const FORCE_DELAY_S: f64 = 0.0055;
 /// Of that arm's own servo, whose reference leads, s.
@@ -92,8 +77,6 @@ pub struct Rig {
     pub board: Board,
     /// Where it starts.
     pub start: JointPositions,
-    /// What the arm is spared.
-    pub spared: Spared,
 }
 
 impl Rig {
@@ -110,7 +93,6 @@ impl Rig {
             dynamics: ChainDynamics::new(&Chain::iiwa7())?.with_payload(&payload)?,
             board,
             start: arm.start(),
-            spared: Spared::Nothing,
         })
     }
 
@@ -128,31 +110,13 @@ impl Rig {
         match level {
             ArmLevel::Servo => SimulatedArm::servo(arm, start, seed),
             ArmLevel::Torque => {
-                let mut config = TorqueConfig {
+                let config = TorqueConfig {
                     seed,
                     ..TorqueConfig::default()
                 };
-                if matches!(self.spared, Spared::Ripple | Spared::Both) {
-                    config.sensor.ripple_n_m = [0.0; 7];
-                }
-                if matches!(self.spared, Spared::Friction | Spared::Both) {
-                    config.friction = [JointFriction::NONE; 7];
-                }
                 SimulatedArm::torque(arm, self.dynamics.clone(), start, config)
             }
         }
-    }
-
-    /// All delays of a way together, from the force to the motion, s: those that the rendering makes up for.
-    #[must_use]
-    pub fn delay_s(&self, way: Way) -> f64 {
-        let filter_s = ObjectRenderingConfig::default().filter_s;
-        filter_s
-            + match (way.level, way.render) {
-                (ArmLevel::Servo, _) => 0.0005 + 0.022,
-                (ArmLevel::Torque, Render::Admittance) => FORCE_DELAY_S + SERVO_DELAY_S,
-                (ArmLevel::Torque, Render::Impedance) => FORCE_DELAY_S + 0.0085,
-            }
     }
 
     /// The rendering that drives it.

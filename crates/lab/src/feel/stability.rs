@@ -1,35 +1,18 @@
-//! Light objects under stiff hands: where does the board begin to swing by itself?
+//! Light objects under stiff hands: how much energy comes out, and does the board swing on?
 
 use super::push::{Hand, Push, run};
 use super::rig::{Rig, Way};
 use super::subject::{Kind, made};
-use hwall_haptics::{ObjectConfig, ObjectPortConfig, ObjectRenderingConfig, PassivityMethod};
+use hwall_haptics::{ObjectConfig, ObjectRenderingConfig};
 use hwall_sim::HandBodyConfig;
 use hwall_testkit::Sampler;
 
-/// Stiffness of finger and arm, N/m.
-pub const HANDS_N_PER_M: [f64; 5] = [200.0, 500.0, 1000.0, 2000.0, 3000.0];
-/// A board that goes on swinging by more than this, m, is unstable.
-pub const SWING_M: f64 = 0.001;
 /// Hands at random for each way.
 pub const HANDS: usize = 150;
 /// Decades of the finger's stiffness in which they are shown, N/m.
 pub const FINGERS_N_PER_M: [[f64; 2]; 3] = [[300.0, 3000.0], [3000.0, 20e3], [20e3, 75e3]];
 /// Left of the swing after 3 s, m, that a person notices.
 pub const SWINGS_ON_M: f64 = 0.002;
-
-/// The lightest panel that is stable under a hand.
-#[derive(Debug, Clone, Copy)]
-pub struct Bound {
-    /// How it is rendered.
-    pub way: Way,
-    /// Of the hand.
-    pub stiffness_n_per_m: f64,
-    /// Found by bisection, kg.
-    pub mass_kg: f64,
-    /// Over the stiffness times the square of the delay.
-    pub share: f64,
-}
 
 /// What a hand and a panel at random came to.
 #[derive(Debug, Clone, Copy)]
@@ -42,43 +25,6 @@ pub struct Held {
     pub generated_j: f64,
     /// What is left of the swing in the last second, peak to peak, m.
     pub swing_m: f64,
-}
-
-/// From the lightest to the heaviest mass that is tried, kg.
-const MASSES_KG: [f64; 2] = [0.02, 20.0];
-
-/// Bisects the mass for every way and hand, without raising it.
-///
-/// # Errors
-/// A simulation that fails.
-pub fn bounds(rig: &Rig, seed: u64) -> anyhow::Result<Vec<Bound>> {
-    let mut bounds = Vec::new();
-    for way in Way::ALL {
-        for stiffness_n_per_m in HANDS_N_PER_M {
-            let stable = |mass_kg: f64| -> anyhow::Result<bool> {
-                Ok(pressed(rig, way, stiffness_n_per_m, mass_kg, seed)? < SWING_M)
-            };
-            let [mut low, mut high] = MASSES_KG;
-            if stable(low)? {
-                high = low;
-            }
-            while high / low > 1.1 {
-                let middle = (low * high).sqrt();
-                match stable(middle)? {
-                    true => high = middle,
-                    false => low = middle,
-                }
-            }
-            let delay_s = rig.delay_s(way);
-            bounds.push(Bound {
-                way,
-                stiffness_n_per_m,
-                mass_kg: high,
-                share: high / (stiffness_n_per_m * delay_s * delay_s),
-            });
-        }
-    }
-    Ok(bounds)
 }
 
 /// Hands at random, each on a panel at random, as the product renders it: how much comes out, and what goes on swinging?
@@ -123,37 +69,6 @@ pub fn at_random(rig: &Rig, count: usize, seed: u64) -> anyhow::Result<Vec<Held>
         }
     }
     Ok(held)
-}
-
-/// A panel on a weak spring, and a hand that leans on it; nothing is made heavier, and no energy is refused. What is left of the
-/// swing, m.
-fn pressed(
-    rig: &Rig,
-    way: Way,
-    stiffness_n_per_m: f64,
-    mass_kg: f64,
-    seed: u64,
-) -> anyhow::Result<f64> {
-    let asked = ObjectConfig {
-        stiffness: 200.0,
-        // Of 0.2 of what is critical, and at least 3 N s/m: what swings by itself must come to rest.
-        damping: (0.4 * (200.0 * mass_kg).sqrt()).max(3.0),
-        ..ObjectConfig::new(mass_kg)
-    };
-    let hand = HandBodyConfig {
-        arm_stiffness_n_per_m: 0.3 * stiffness_n_per_m,
-        finger_stiffness_n_per_m: stiffness_n_per_m,
-        ..HandBodyConfig::default()
-    };
-    let config = ObjectRenderingConfig {
-        hand_stiffness_n_per_m: 0.0,
-        port: ObjectPortConfig {
-            method: PassivityMethod::Off,
-            ..ObjectPortConfig::default()
-        },
-        ..ObjectRenderingConfig::default()
-    };
-    Ok(leant_on(rig, way, asked, hand, 8.0, config, seed)?[0])
 }
 
 /// A hand leans on a panel with a force for 4 s: what is left of the swing, m, and the most that the board had given out at any time

@@ -2,17 +2,15 @@
 
 use super::identify::{Felt, identify};
 use super::push::{self, Hand, PERIOD_S, Profile, Push};
-use super::rig::{Rig, Spared, Way};
-use super::stability::{self, Bound, Held};
+use super::rig::{Rig, Way};
+use super::stability::{self, Held};
 use super::subject::{Kind, Subject, made};
 use hwall_haptics::{MovingObject, ObjectConfig, ObjectRenderingConfig, PortLedger};
-use hwall_testkit::{Sampler, Timing};
+use hwall_testkit::Sampler;
 
 /// One object, rendered in one way.
 #[derive(Debug, Clone)]
 pub struct Row {
-    /// What the arm was spared.
-    pub spared: Spared,
     /// How.
     pub way: Way,
     /// Which path.
@@ -58,14 +56,8 @@ impl Row {
 pub struct Results {
     /// Every object, every way.
     pub rows: Vec<Row>,
-    /// Which errors are whose: the stiffest and the freest objects at torque level.
-    pub causes: Vec<Row>,
-    /// The lightest stable objects.
-    pub bounds: Vec<Bound>,
     /// Light objects as they are rendered.
     pub held: Vec<Held>,
-    /// Of the control step and of the rendering alone.
-    pub costs: Vec<(String, Timing)>,
 }
 
 /// The held push, N.
@@ -115,45 +107,18 @@ pub fn run(seed: u64, mut progress: impl FnMut(f64)) -> anyhow::Result<Results> 
     .into_iter()
     .flat_map(|(kind, list)| list.iter().map(move |numbers| (kind, *numbers)))
     .collect();
-    let (mut rows, mut costs) = (Vec::new(), Vec::new());
+    let mut rows = Vec::new();
     for (k, way) in Way::ALL.into_iter().enumerate() {
-        let (mut step_ns, mut rendering_ns) = (Vec::new(), Vec::new());
         for (i, (kind, numbers)) in objects.iter().enumerate() {
             for seed in seed..seed.saturating_add(PUSHES) {
-                let (row, times) = felt(&rig, way, *kind, *numbers, seed)?;
-                step_ns.extend(&times[0]);
-                rendering_ns.extend(&times[1]);
-                rows.push(row);
+                rows.push(felt(&rig, way, *kind, *numbers, seed)?);
             }
             progress((k as f64 + i as f64 / objects.len() as f64) / 4.0);
         }
-        for (what, times) in [("control step", step_ns), ("rendering alone", rendering_ns)] {
-            let name = format!("{}: {what}", way.name());
-            costs.push((name, Timing::from_samples_ns(times)));
-        }
     }
-    let mut causes = Vec::new();
-    for spared in Spared::ALL {
-        let rig = Rig {
-            spared,
-            ..rig.clone()
-        };
-        for way in &Way::ALL[1..] {
-            for (kind, numbers) in [(Kind::Panel, PANELS[8]), (Kind::Door, DOORS[0])] {
-                causes.push(felt(&rig, *way, kind, numbers, seed)?.0);
-            }
-        }
-    }
-    let bounds = stability::bounds(&rig, seed)?;
     let held = stability::at_random(&rig, stability::HANDS, seed)?;
     progress(1.0);
-    Ok(Results {
-        rows,
-        causes,
-        bounds,
-        held,
-        costs,
-    })
+    Ok(Results { rows, held })
 }
 
 fn felt(
@@ -162,7 +127,7 @@ fn felt(
     kind: Kind,
     [stiffness, inertia, damping]: [f64; 3],
     seed: u64,
-) -> anyhow::Result<(Row, [Vec<f64>; 2])> {
+) -> anyhow::Result<Row> {
     let asked = ObjectConfig {
         stiffness,
         damping,
@@ -192,8 +157,7 @@ fn felt(
         f64::NAN
     };
     let samples = || trace.samples.iter();
-    let row = Row {
-        spared: rig.spared,
+    Ok(Row {
         unreachable: trace.unreachable,
         way,
         kind,
@@ -204,8 +168,7 @@ fn felt(
         off_path_m: samples().map(|s| s.off_path_m).fold(0.0, f64::max),
         held_m,
         least_given_j: samples().map(|s| s.given_j).fold(0.0, f64::min),
-    };
-    Ok((row, [trace.step_ns, trace.rendering_ns]))
+    })
 }
 
 /// Sines of random phase on a mean force; as large as the arm can follow, and at most what a hand does.

@@ -1,12 +1,10 @@
 //! The contacts, on all cores.
 
 use super::contact::Contact;
-use super::cost;
 use super::simulation::{self, Outcome};
-use super::z_width::{self, Point};
 use hwall_haptics::HapticsError;
 use hwall_haptics::passivity::{Causality, PassivityMethod};
-use hwall_testkit::{Timing, quantile};
+use hwall_testkit::quantile;
 use rayon::prelude::*;
 
 /// What is asked for.
@@ -17,6 +15,9 @@ pub struct Request {
     /// Seed of the contacts and of their noise.
     pub seed: u64,
 }
+
+/// What is compared: no method at all, and the one that is used.
+const METHODS: [PassivityMethod; 2] = [PassivityMethod::Off, PassivityMethod::Tank];
 
 /// Energy beyond this counts as generated, J: a hundred times the rounding of the sums.
 pub const NUMERICAL_J: f64 = 1e-9;
@@ -48,38 +49,23 @@ pub struct Row {
     pub failed: usize,
     /// Share of the commands that was taken off of contacts that are passive and still without any method: mean, median, nine of ten.
     pub intrusion: [f64; 3],
-    /// Energy generated, of the contacts drawn: quantiles for the figure, J.
-    pub generated_quantiles_j: Vec<(f64, f64)>,
-}
-
-/// The whole study.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Results {
-    /// The largest stiffness.
-    pub points: Vec<Point>,
-    /// One for each causality and method.
-    pub rows: Vec<Row>,
-    /// What a cycle costs.
-    pub costs: Vec<(String, Timing)>,
 }
 
 /// Contacts between two reports of progress.
 const BLOCK: u64 = 2048;
 
 /// What is kept of a contact.
-type Kept = (Causality, [Outcome; 4]);
+type Kept = (Causality, [Outcome; METHODS.len()]);
 
-/// Runs every contact with every method; `progress` is told how many contacts are done.
+/// Runs every contact with every method: a row for each causality and method. `progress` is given the number of contacts that are done.
 ///
 /// # Errors
 /// As [`simulation::run`].
-pub fn run(request: &Request, progress: impl Fn(u64)) -> anyhow::Result<Results> {
-    let points = z_width::points()?;
+pub fn run(request: &Request, progress: impl Fn(u64)) -> anyhow::Result<Vec<Row>> {
     let followed = |index: u64| -> Result<Kept, HapticsError> {
         let contact = Contact::draw(request.seed, index);
-        let [off, controller, tank, both] =
-            PassivityMethod::ALL.map(|method| simulation::run(&contact, method));
-        Ok((contact.causality, [off?, controller?, tank?, both?]))
+        let [off, tank] = METHODS.map(|method| simulation::run(&contact, method));
+        Ok((contact.causality, [off?, tank?]))
     };
     let mut kept: Vec<Kept> = Vec::with_capacity(request.contacts as usize);
     let mut done = 0;
@@ -92,16 +78,11 @@ pub fn run(request: &Request, progress: impl Fn(u64)) -> anyhow::Result<Results>
     }
     let mut rows = Vec::new();
     for causality in [Causality::Impedance, Causality::Admittance] {
-        for (place, method) in PassivityMethod::ALL.into_iter().enumerate() {
+        for (place, method) in METHODS.into_iter().enumerate() {
             rows.push(row(&kept, causality, method, place));
         }
     }
-    let costs = cost::rows()?;
-    Ok(Results {
-        points,
-        rows,
-        costs,
-    })
+    Ok(rows)
 }
 
 fn failed(outcome: &Outcome) -> bool {
@@ -120,13 +101,10 @@ fn row(kept: &[Kept], causality: Causality, method: PassivityMethod, place: usiz
     intrusion.sort_by(f64::total_cmp);
     let mean = intrusion.iter().sum::<f64>() / intrusion.len().max(1) as f64;
     let at = |share: f64| quantile(&intrusion, share);
-    let mut generated: Vec<f64> = outcomes().map(|o| o.generated_j).collect();
-    generated.sort_by(f64::total_cmp);
-    let shares = (0..=200).map(|i| f64::from(i) / 200.0);
     Row {
         causality,
         method,
-        contacts: generated.len(),
+        contacts: outcomes().count(),
         generating: count(&|o| o.generated_j > NUMERICAL_J),
         felt: count(&|o| o.generated_j > FELT_J),
         most_j: most(&|o| o.generated_j),
@@ -134,9 +112,6 @@ fn row(kept: &[Kept], causality: Causality, method: PassivityMethod, place: usiz
         largest_swing_m: most(&|o| o.swing_m),
         failed: count(&failed),
         intrusion: [mean, at(0.5), at(0.9)],
-        generated_quantiles_j: shares
-            .map(|share| (share, quantile(&generated, share)))
-            .collect(),
     }
 }
 
@@ -151,8 +126,8 @@ mod tests {
             contacts: 150,
             seed: 3,
         };
-        let results = run(&request, |_| {}).unwrap();
-        let of = |method| results.rows.iter().filter(move |row| row.method == method);
+        let rows = run(&request, |_| {}).unwrap();
+        let of = |method| rows.iter().filter(move |row| row.method == method);
         let failed = |method| of(method).map(|row| row.failed).sum::<usize>();
         assert_eq!(failed(PassivityMethod::default()), 0);
         assert!(failed(PassivityMethod::Off) > 10);
@@ -162,9 +137,9 @@ mod tests {
                 .sum::<usize>(),
             150
         );
-        let text = document::text(&request, &results);
+        let text = document::text(&request, &rows);
         assert!(!text.contains("NaN") && !text.contains("| no "), "{text}");
         // The same seed, the same rows.
-        assert_eq!(run(&request, |_| {}).unwrap().rows, results.rows);
+        assert_eq!(run(&request, |_| {}).unwrap(), rows);
     }
 }

@@ -1,10 +1,9 @@
 //! Figures of reachability maps.
 
-use crate::reach::published::{Bounds, Comparison, Row};
-use crate::report::figure::{Axes, Draw, Mesh, Plot, USUAL, figure, named_line, tenths, whole};
+use crate::reach::published::Comparison;
+use crate::report::figure::{Axes, Draw, Mesh, Plot, USUAL, figure, named_line, tenths};
 use crate::spans::ends;
-use anyhow::Context;
-use hwall_reachability::{LineIndex, WallGrid};
+use hwall_reachability::WallGrid;
 use hwall_stage::figures::{COLOURS, legend};
 use plotters::prelude::*;
 use std::path::Path;
@@ -115,82 +114,6 @@ pub fn comparison(path: &Path, comparisons: &[Comparison]) -> anyhow::Result<()>
             let mark = PathElement::new(vec![(limit, 0.0), (limit, 100.0)], BLACK.mix(0.4));
             chart.series([mark])?;
         }
-        legend(&mut chart, SeriesLabelPosition::UpperRight)
-    })
-}
-
-/// The plane with the largest difference: exact intervals, published bounds on top.
-///
-/// # Errors
-/// A file that cannot be written, or nothing to compare.
-pub fn worst_plane(
-    path: &Path,
-    grids: &[WallGrid],
-    rows: &[Row],
-    published: &[Bounds],
-) -> anyhow::Result<()> {
-    let heights = grids.first().context("no grids")?.heights;
-    let own_ends = |wall: usize, plane: usize, height: usize| {
-        let line = LineIndex {
-            wall,
-            plane,
-            height,
-        };
-        let own = rows.iter().filter(|r| r.line == line);
-        let (lo, hi) = ends(own.flat_map(|r| r.y_mm));
-        (lo <= hi).then_some([lo, hi])
-    };
-    let mut worst = (0.0, 0, 0);
-    for (wall, bounds) in published.iter().enumerate() {
-        for (line, theirs) in bounds.iter().enumerate() {
-            let (plane, height) = (line / heights.count(), line % heights.count());
-            if let Some((ours, theirs)) = own_ends(wall, plane, height).zip(*theirs) {
-                let off = (ours[0] - theirs[0]).abs().max((ours[1] - theirs[1]).abs());
-                if off > worst.0 {
-                    worst = (off, wall, plane);
-                }
-            }
-        }
-    }
-    let (_, wall, plane) = worst;
-    figure(path, (760, 560), |root| {
-        let title = format!(
-            "ori_{}, plane {plane} (n·p = {:.3} m): the largest difference",
-            wall + 1,
-            grids[wall].distances.at(plane)
-        );
-        let axes = Axes {
-            title: &title,
-            names: ["y in the base frame, mm", "height, m"],
-            formats: [Some(&whole), Some(&tenths)],
-            labels: [70, 52],
-            ..Axes::default()
-        };
-        let count = heights.count();
-        let (low, high) = (heights.at(0) - 0.1, heights.at(count - 1) + 0.1);
-        let mut chart = axes.on(root, -1000.0..1000.0, low..high)?;
-        let (blue, orange) = (COLOURS[0].mix(0.55), COLOURS[1]);
-        let own = rows
-            .iter()
-            .filter(|r| r.line.wall == wall && r.line.plane == plane);
-        let bars = own.map(|r| {
-            let z = heights.at(r.line.height);
-            let corners = [(r.y_mm[0], z - 0.02), (r.y_mm[1], z + 0.02)];
-            Rectangle::new(corners, blue.filled())
-        });
-        chart
-            .series(bars)?
-            .label("reachable (exact)")
-            .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 18, y + 5)], blue.filled()));
-        let theirs = &published[wall][plane * count..(plane + 1) * count];
-        let marks = theirs.iter().enumerate().flat_map(|(j, bounds)| {
-            let ends = bounds.iter().flatten();
-            ends.map(move |y| Circle::new((*y, heights.at(j)), 4, orange.filled()))
-        });
-        chart
-            .series(marks)?
-            .label("published y_min and y_max")
-            .legend(move |(x, y)| Circle::new((x + 9, y), 4, orange.filled()));
         legend(&mut chart, SeriesLabelPosition::UpperRight)
     })
 }

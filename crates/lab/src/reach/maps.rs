@@ -1,7 +1,7 @@
 //! Reachability maps from the command line: what is asked for, solving it, and what came out.
 
 use crate::reach::figures::{self, LineInterval};
-use crate::reach::published::{self, Bounds, Comparison, Row};
+use crate::reach::published::{self, Comparison, Row};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_reachability::{
@@ -292,7 +292,6 @@ pub fn draw(
     folder: &Path,
     grid: &[WallGrid],
     solved: &Solved,
-    published: Option<&[Bounds]>,
     comparisons: Option<&[Comparison]>,
 ) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -300,10 +299,8 @@ pub fn draw(
         let path = folder.join(format!("orientation_{}.svg", wall + 1));
         figures::orientation(&path, grid, intervals)?;
     }
-    if let (Some(published), Some(comparisons)) = (published, comparisons) {
+    if let Some(comparisons) = comparisons {
         figures::comparison(&folder.join("comparison.svg"), comparisons)?;
-        let path = folder.join("worst_plane.svg");
-        figures::worst_plane(&path, grid, &solved.rows, published)?;
     }
     Ok(())
 }

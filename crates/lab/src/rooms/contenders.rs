@@ -1,26 +1,19 @@
-//! The predictors that are compared: ray casts, estimates moved to a surface, fusions and their ablations.
+//! The predictors that are compared: ray casts, estimates moved to a surface, fusions.
 
-use crate::contact::candidates::{self, BoxedEstimator, Role};
-use crate::end_to_end;
+use crate::contact::candidates::BoxedEstimator;
 use anyhow::Context;
 use hwall_contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
     LearnedConfig, LearnedModel, Predictor, PredictorInput, StreamEstimator,
 };
-use hwall_hand::{Gaze, LabelledReach, WatchConfig};
+use hwall_hand::WatchConfig;
 use hwall_scene::Scene;
 use hwall_stage::training::{self, Stream};
 
 /// The dissertation's predictor, which leads are gained over.
 pub const RAY_CAST: &str = "ray cast";
-/// The ray cast of which the point is where the gaze meets the surface, until the hand is near.
-pub const RAY_LED: &str = "ray cast, ray led";
 /// The main contender.
 pub const FUSED: &str = "learned, fused";
-/// The same without a gaze.
-pub const NO_GAZE: &str = "learned, fused without gaze";
-/// The response of an arm that is learnt end to end.
-pub const END_TO_END: &str = "end-to-end, middle of the board";
 
 /// A predictor and its name in the tables.
 pub struct Contender {
@@ -53,7 +46,10 @@ impl Contender {
     /// Limits that the predictor refuses.
     pub fn ray_led() -> anyhow::Result<Self> {
         let config = DeterministicConfig::ray_led();
-        Ok(Self::of(RAY_LED, DeterministicPredictor::new(config)?))
+        Ok(Self::of(
+            "ray cast, ray led",
+            DeterministicPredictor::new(config)?,
+        ))
     }
 
     /// An estimator alone: its estimate moved to the closest surface.
@@ -84,8 +80,6 @@ impl Contender {
 
 /// What is learnt once from the training people and shared by the contenders.
 pub struct SharedTraining {
-    /// What was learnt from.
-    pub reaches: Vec<LabelledReach>,
     learned: LearnedModel,
     /// The default settings with the gaze of these people.
     pub config: FusedConfig,
@@ -115,11 +109,7 @@ impl SharedTraining {
         let held_out = (&reaches[..], &held_out[..]);
         let regions = training::region_model(scene, streams, held_out, &config);
         config.regions = Some(regions.context("the regions")?);
-        Ok(Self {
-            learned,
-            config,
-            reaches,
-        })
+        Ok(Self { learned, config })
     }
 
     /// The main contender with these settings.
@@ -128,48 +118,6 @@ impl SharedTraining {
     /// A setting outside its range.
     pub fn fused(&self, config: &FusedConfig) -> anyhow::Result<Contender> {
         Contender::fused(FUSED, Box::new(self.learned.estimator()), config)
-    }
-
-    /// The contenders that are run under every condition.
-    ///
-    /// # Errors
-    /// An estimator that cannot be trained.
-    pub fn main(&self) -> anyhow::Result<Vec<Contender>> {
-        let learned = || Box::new(self.learned.estimator());
-        let mut without_gaze = self.fused(&self.config)?;
-        without_gaze.name = NO_GAZE.to_owned();
-        without_gaze.predictor = Box::new(WithoutGaze(without_gaze.predictor));
-        Ok(vec![
-            Contender::ray_cast()?,
-            Contender::ray_led()?,
-            Contender::projected("learned", learned())?,
-            self.fused(&self.config)?,
-            without_gaze,
-        ])
-    }
-
-    /// All contenders: the ray casts, each baseline on the closest surface and fused, the rest of the main ones,
-    /// and the response that leads an arm by joints.
-    ///
-    /// # Errors
-    /// An estimator that cannot be trained.
-    pub fn all(&self) -> anyhow::Result<Vec<Contender>> {
-        let mut all = self.main()?;
-        let mut baselines = Vec::new();
-        let reaches: Vec<&LabelledReach> = self.reaches.iter().collect();
-        for candidate in candidates::all(LearnedConfig::default()) {
-            if candidate.role == Role::Baseline {
-                let name = &candidate.name;
-                let train = || (candidate.train)(&reaches).with_context(|| name.clone());
-                baselines.push(Contender::projected(name, train()?)?);
-                let fused = format!("{name}, fused");
-                baselines.push(Contender::fused(fused, train()?, &self.config)?);
-            }
-        }
-        all.splice(2..2, baselines);
-        let response = end_to_end::candidate::predictor(&self.reaches);
-        all.push(Contender::of(END_TO_END, response.context(END_TO_END)?));
-        Ok(all)
     }
 }
 
@@ -196,21 +144,5 @@ impl Predictor for Projected {
             })
         });
         self.prediction.as_slice()
-    }
-}
-
-/// A predictor that is shown no gaze.
-struct WithoutGaze(Box<dyn Predictor + Send>);
-
-impl Predictor for WithoutGaze {
-    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
-        let mut frame = *seen.frame;
-        frame.gaze = None;
-        let seen = PredictorInput {
-            frame: &frame,
-            hand: seen.hand,
-            gaze: Gaze::Lost,
-        };
-        self.0.predict(scene, &seen)
     }
 }

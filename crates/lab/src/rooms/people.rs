@@ -4,7 +4,7 @@ use crate::rooms::room::Room;
 use crate::rooms::scores::{TimedPrediction, TouchPredictions};
 use anyhow::Context;
 use hwall_contact::score::Span;
-use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
+use hwall_contact::{Predictor, PredictorInput};
 use hwall_sim::{PersonConfig, Population, ReachPlan, TouchSequence};
 use hwall_stage::training::{Filters, Stream, SurfaceTouch};
 use hwall_testkit::Sampler;
@@ -160,57 +160,30 @@ fn stream(room: &Room, hand: &TouchSequence) -> anyhow::Result<Stream> {
     Ok(Stream::new(frames, touches))
 }
 
-/// One sample of a touch, with the predictions.
-pub struct PredictedSample<'a> {
-    /// Number of the person.
-    pub person: usize,
-    /// Number of the touch of this person.
-    pub touch: usize,
-    /// What the predictor was given.
-    pub seen: PredictorInput<'a>,
-    /// Its predictions, the most probable one first.
-    pub predictions: &'a [ContactPrediction],
-    /// How long they took, µs.
-    pub took_us: f64,
-}
-
-/// Is a predictor told of the touches that were made?
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Telling {
-    /// Of each, with the first sample after it: where the touching point was seen.
-    Touches,
-    /// Of none.
-    Nothing,
-}
-
-/// Runs a predictor over people, frame by frame; `record` gets every sample of a touch from the time at which the gaze leaves for it
-/// to its contact.
+/// Runs a predictor over people, frame by frame: its predictions for every touch, from the start of the hand to the contact. It is told
+/// of no touch.
 ///
 /// # Errors
 /// Settings that a filter refuses.
-pub fn run(
+pub fn predictions(
     predictor: &mut dyn Predictor,
     room: &Room,
     streams: &[Stream],
-    telling: Telling,
-    mut record: impl FnMut(&PredictedSample<'_>),
-) -> anyhow::Result<()> {
-    for (person, stream) in streams.iter().enumerate() {
+) -> anyhow::Result<Vec<TouchPredictions>> {
+    let mut touches = Vec::new();
+    for stream in streams {
+        let first = touches.len();
+        touches.extend(stream.touches.iter().map(|&touch| TouchPredictions {
+            touch,
+            samples: Vec::new(),
+        }));
         let mut filters = Filters::new()?;
         predictor.reset();
-        let mut due = 0;
+        let mut due = first;
         for frame in &stream.frames {
-            let over = |t: &&SurfaceTouch| frame.t_s >= t.contact_s;
-            if let Some(made) = stream.touches.get(due).filter(over) {
-                due += 1;
-                let tip = frame
-                    .contact_point()
-                    .filter(|_| telling == Telling::Touches);
-                if let Some(tip) = tip {
-                    predictor.touched(tip.position_m, made.contact_s);
-                }
-            }
-            let Some(touch) = stream.touches.get(due) else {
+            let over = |t: &&TouchPredictions| frame.t_s >= t.touch.contact_s;
+            due += usize::from(touches.get(due).filter(over).is_some());
+            let Some(TouchPredictions { touch, samples }) = touches.get_mut(due) else {
                 break;
             };
             let tracking = filters.hand.step(frame);
@@ -221,51 +194,16 @@ pub fn run(
                 gaze,
             };
             let began = Instant::now();
-            let predictions = predictor.predict(&room.scene, &seen);
+            let ranked = predictor.predict(&room.scene, &seen);
             let took_us = began.elapsed().as_secs_f64() * 1e6;
-            if frame.t_s >= touch.look_s.min(touch.start_s) {
-                record(&PredictedSample {
-                    person,
-                    touch: due,
-                    seen,
-                    predictions,
+            if frame.t_s >= touch.start_s {
+                samples.push(TimedPrediction {
+                    t_s: frame.t_s,
+                    first: ranked.first().copied(),
                     took_us,
                 });
             }
         }
     }
-    Ok(())
-}
-
-/// The predictions for every touch, sample by sample from the time at which the gaze leaves for it to the contact.
-///
-/// # Errors
-/// Settings that a filter refuses.
-pub fn predictions(
-    predictor: &mut dyn Predictor,
-    room: &Room,
-    streams: &[Stream],
-    telling: Telling,
-) -> anyhow::Result<Vec<TouchPredictions>> {
-    let mut touches: Vec<TouchPredictions> = Vec::new();
-    let mut firsts = Vec::with_capacity(streams.len());
-    for stream in streams {
-        firsts.push(touches.len());
-        touches.extend(stream.touches.iter().map(|&touch| TouchPredictions {
-            touch,
-            early: Vec::new(),
-            samples: Vec::new(),
-        }));
-    }
-    run(predictor, room, streams, telling, |sample| {
-        let touch = &mut touches[firsts[sample.person] + sample.touch];
-        let (t_s, surface) = (sample.seen.frame.t_s, touch.touch.surface);
-        let ranked = sample.predictions;
-        let made = TimedPrediction::of_ranked(t_s, ranked, surface, sample.took_us);
-        match t_s < touch.touch.start_s {
-            true => touch.early.push(made),
-            false => touch.samples.push(made),
-        }
-    })?;
     Ok(touches)
 }

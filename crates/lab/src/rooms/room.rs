@@ -17,9 +17,8 @@ const NEAR_CORNER_M: f64 = 0.15;
 
 /// A surface of a room.
 #[derive(Debug, Clone, Copy)]
-pub struct Rectangle {
-    /// Its name.
-    pub name: &'static str,
+struct Rectangle {
+    name: &'static str,
     /// m.
     corner: DVec3,
     /// Two edges, m; their cross product points to the person.
@@ -29,7 +28,7 @@ pub struct Rectangle {
 
 impl Rectangle {
     /// Its corners in turn, m.
-    pub fn corners_m(&self) -> [DVec3; 4] {
+    fn corners_m(&self) -> [DVec3; 4] {
         let Self { corner, u, v, .. } = *self;
         [corner, corner + u, corner + u + v, corner + v]
     }
@@ -92,9 +91,7 @@ pub struct Room {
     /// The scene, robot base frame.
     pub scene: Scene,
     /// What can be touched.
-    pub touchable: Vec<Rectangle>,
-    /// What cannot.
-    pub barriers: Vec<Rectangle>,
+    touchable: Vec<Rectangle>,
 }
 
 impl Room {
@@ -118,12 +115,8 @@ impl Room {
             let surface = scene.find(r.name);
             surface.is_some_and(|id| scene.surface(id).touchable())
         };
-        let (touchable, barriers) = rectangles.into_iter().partition(can_be);
-        Ok(Self {
-            scene,
-            touchable,
-            barriers,
-        })
+        let touchable = rectangles.into_iter().filter(can_be).collect();
+        Ok(Self { scene, touchable })
     }
 
     /// A point of a touchable surface, surface and point drawn evenly, that the hand can reach on a straight

@@ -4,7 +4,7 @@ use crate::bip::reaches;
 use crate::bip::run::{TestRun, follow};
 use crate::bip::trajectories::{TrainTest, TrajectorySet};
 use crate::report::Gap;
-use crate::speed::page::section::{Figure, Section, quoted};
+use crate::speed::section::{Section, quoted};
 use hwall_bip::{
     Bank, BankConfig, Basis, EnsembleConfig, EnsembleFilter, EnsembleUpdate, Filter, FilterConfig,
     Group, Model, MotionFilter, TrainingConfig, TuningConfig, tune,
@@ -83,19 +83,6 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
             summary.push(quoted("bip", what, &exact.0, error));
         }
     }
-    for rank in [5, 10, 20, 30] {
-        let fewer = TrainingConfig {
-            max_rank: Some(rank),
-            ..config.clone()
-        };
-        let mut fewer = Model::train(&train, &fewer)?;
-        if let Some(tuning) = model.tuning() {
-            fewer = fewer.with_tuning(tuning)?;
-        }
-        let run = run(&tests, &Filter::new(&fewer, &plain)?)?;
-        let method = "exact filter, fewer directions";
-        add(method, format!("rank {rank}"), &run, state(&fewer));
-    }
     for hypotheses in [4, 8, 16] {
         let bank = BankConfig {
             hypotheses,
@@ -112,25 +99,20 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
             summary.push(quoted("bip", what, &run.0, error));
         }
     }
-    for (update, name, sizes) in [
-        (
-            EnsembleUpdate::Deterministic,
-            "deterministic",
-            &[50, 100, 300, 1000][..],
-        ),
-        (EnsembleUpdate::Perturbed, "perturbed", &[100, 300]),
-    ] {
-        for &members in sizes {
-            let ensemble = EnsembleConfig {
-                members,
-                update,
-                seed,
-                ..EnsembleConfig::default()
-            };
-            let run = run(&tests, &EnsembleFilter::new(&model, &ensemble)?)?;
-            let (method, setting) = (format!("ensemble, {name}"), format!("{members} members"));
-            add(&method, setting, &run, String::new());
-        }
+    for members in [50, 100, 300, 1000] {
+        let ensemble = EnsembleConfig {
+            members,
+            update: EnsembleUpdate::Deterministic,
+            seed,
+            ..EnsembleConfig::default()
+        };
+        let run = run(&tests, &EnsembleFilter::new(&model, &ensemble)?)?;
+        add(
+            "ensemble",
+            format!("{members} members"),
+            &run,
+            String::new(),
+        );
     }
     let title =
         "Filters of motions: time of a step against the error of the predicted end of the palm";
@@ -144,8 +126,5 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
         ("seen", &(100.0 * SEEN)),
         ("table", &shown),
     ];
-    Ok(Section {
-        figure: Figure::speed_error("bip_filters.svg", title, "m", &table),
-        ..Section::of(include_str!("text/bip.md"), &gaps, summary)?
-    })
+    Section::of(include_str!("text/bip.md"), &gaps, summary)
 }

@@ -1,7 +1,7 @@
 //! The control step of a whole session, and the planning after it, with people of every kind.
 
 use crate::report::{Gap, titled};
-use crate::speed::page::section::{Section, quoted};
+use crate::speed::section::{Section, quoted};
 use hwall_stage::built_in_room::BuiltInRoom;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};

@@ -2,10 +2,9 @@
 
 use crate::documents::{Documents, renew_block, renew_words};
 use crate::report::{Gap, page};
-use crate::speed::connect::measured as connect;
 use crate::speed::contact::{estimators, fusion};
-use crate::speed::page::section::{Section, summary_table};
-use crate::speed::{bip, control_step, feel, kinematics, reach, roughness, scene, texture};
+use crate::speed::section::{Section, summary_table};
+use crate::speed::{bip, control_step, feel, kinematics, reach, scene, texture};
 use anyhow::Context;
 use hwall_testkit::{Machine, Yardstick};
 use std::io::Write;
@@ -29,7 +28,7 @@ pub struct Request<'a> {
     pub scene: Option<&'a Path>,
 }
 
-/// Measures everything and writes the document with its figures; the tables are shown on `out`.
+/// Measures everything and writes the document; the tables are shown on `out`.
 /// The summary in `readme` is renewed and, if the documents are the tracked ones, the one in docs/CRATES.md with what the
 /// tracked README quotes of it.
 /// Returns the path of the document.
@@ -47,7 +46,6 @@ pub fn write(
         targets: n,
         scene,
     } = request;
-    let figures = documents.figures("")?;
     let mut yardstick = Yardstick::default();
     let mut timed = |section: Section| {
         yardstick.measure();
@@ -65,20 +63,14 @@ pub fn write(
         timed(estimators::estimators(seed)?),
         timed(fusion::fusion(seed)?),
         timed(texture::tessellation()?),
-        timed(roughness::calibrations(seed, n)?),
         timed(kinematics::dynamics(seed, n)?),
         timed(feel::feel(seed, n)?),
         timed(control_step::control_step(seed, 500 * n)?),
-        timed(connect::connect(seed, n)?),
     ];
     let mut shown = String::new();
     for section in &sections {
         writeln!(out, "{}", section.text).context("standard output")?;
         shown += &format!("\n{}", section.text);
-        if let Some(figure) = &section.figure {
-            figure.draw(&figures)?;
-            shown += &figure.markdown();
-        }
     }
     let gaps: [Gap<'_>; 2] = [("yardstick", &yardstick), ("sections", &shown)];
     let text = page(include_str!("document.md"), seed, &gaps)?;

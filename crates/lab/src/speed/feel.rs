@@ -1,7 +1,7 @@
 //! What feeling costs: objects, passivity, supervision, the torque-level arm.
 
 use crate::report::Gap;
-use crate::speed::page::section::{Calls, Section};
+use crate::speed::section::{Calls, Section};
 use glam::DVec3;
 use hwall_haptics::passivity::Sampling;
 use hwall_haptics::{

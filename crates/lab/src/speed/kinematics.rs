@@ -1,7 +1,7 @@
 //! Kinematics and dynamics: speed against error.
 
 use crate::report::Gap;
-use crate::speed::page::section::{Calls, Figure, Section, batches, median_and_p99, quoted};
+use crate::speed::section::{Calls, Section, batches, median_and_p99, quoted};
 use anyhow::Context;
 use glam::dvec3;
 use hwall_kinematics::{
@@ -148,11 +148,7 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
         ("median", &median),
         ("p99", &p99),
     ];
-    let title = "Inverse kinematics: time against error";
-    Ok(Section {
-        figure: Figure::speed_error("inverse.svg", title, "m and rad", &table),
-        ..Section::of(include_str!("text/inverse.md"), &gaps, summary)?
-    })
+    Section::of(include_str!("text/inverse.md"), &gaps, summary)
 }
 
 /// A pose, and the arm that is asked to hold it.

@@ -1,14 +1,12 @@
 //! The measurements of `speed_against_error`: a chapter a crate, a function a table.
 
 pub mod bip;
-pub mod connect;
 pub mod contact;
 pub mod control_step;
 pub mod document;
 pub mod feel;
 pub mod kinematics;
-pub mod page;
 pub mod reach;
-pub mod roughness;
 pub mod scene;
+pub mod section;
 pub mod texture;

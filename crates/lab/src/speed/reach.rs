@@ -3,7 +3,7 @@
 use crate::reach::disagreement::{Disagreement, disagreement};
 use crate::reach::published;
 use crate::report::{Gap, quantiles, titled};
-use crate::speed::page::section::{Calls, Figure, Section, batches};
+use crate::speed::section::{Calls, Section, batches};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_kinematics::{Chain, Pose, SrsArm};
@@ -204,11 +204,7 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
     }
     let (count, shown) = (lines.len(), table.to_markdown());
     let gaps: [Gap<'_>; 2] = [("count", &count), ("table", &shown)];
-    let title = "Ends of a line: time against the largest error";
-    Ok(Section {
-        figure: Figure::speed_error("lines.svg", title, "m", &table),
-        ..Section::of(include_str!("text/methods.md"), &gaps, Vec::new())?
-    })
+    Section::of(include_str!("text/methods.md"), &gaps, Vec::new())
 }
 
 /// Look-ups, margins, nearest points, one wall of a scene, polygons.

@@ -1,8 +1,7 @@
 //! Ray casts and closest points: speed against error, by the quality of the hierarchy.
 
 use crate::report::{Gap, titled};
-use crate::speed::page::multiples::{Axis, Line, Panel, Point};
-use crate::speed::page::section::{Figure, Section, batches, median_and_p99, quoted};
+use crate::speed::section::{Section, batches, median_and_p99, quoted};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_scene::{Bounds, BuildQuality, Scene, Surface, SurfaceId, SurfaceMesh};
@@ -49,13 +48,6 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
          | rays elsewhere | largest error | coherent together | incoherent together",
     );
     let mut summary = Vec::new();
-    let names = [
-        "coherent ray",
-        "incoherent ray",
-        "closest point",
-        "on one surface",
-    ];
-    let mut lines = names.map(|name| Line::new(name, Vec::new()));
     let m_per_s = |timing: &Timing| format!("{:.2} M/s", 1e3 / timing.median_ns);
     for scene in &scenes {
         let oracle = Oracle::new(scene, seed);
@@ -98,10 +90,6 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
             if quality != BuildQuality::default() {
                 continue;
             }
-            for (line, timing) in lines.iter_mut().zip([&along, &across, &near, &on_one]) {
-                let point = Point::at(triangles as f64, timing.median_ns);
-                line.points.push(point);
-            }
             let quote = |what: &str, timing, error| {
                 let what = format!("{what}, {triangles} triangles");
                 quoted("scene", &what, timing, error)
@@ -119,23 +107,7 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
         ("elsewhere", &format_args!("{ELSEWHERE_M:.0e}")),
         ("table", &table),
     ];
-    let panel = Panel {
-        title: "",
-        axes: [
-            Axis::number("triangles"),
-            Axis::time("median time per call"),
-        ],
-        lines: lines.into(),
-    };
-    let figure = Figure {
-        name: "rays.svg",
-        title: "Scene queries at balanced quality: median time against size",
-        panels: vec![panel],
-    };
-    Ok(Section {
-        figure: (scenes.len() > 1).then_some(figure),
-        ..Section::of(include_str!("text/scene.md"), &gaps, summary)?
-    })
+    Section::of(include_str!("text/scene.md"), &gaps, summary)
 }
 
 /// Millions of rays a second, all in one call.

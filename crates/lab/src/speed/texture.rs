@@ -1,8 +1,7 @@
 //! Triangles and time against chord error of the released patch.
 
 use crate::report::{Gap, titled};
-use crate::speed::page::multiples::{Axis, Line, Panel, Point};
-use crate::speed::page::section::{Figure, Section, quoted};
+use crate::speed::section::{Section, quoted};
 use hwall_testkit::{format_ns, time_each};
 use hwall_texton::{ChordSide, Patch, PatchSpec, Tessellation, Texture};
 
@@ -18,13 +17,11 @@ pub fn tessellation() -> anyhow::Result<Section> {
     let mut table = titled(
         "mesh | asked | triangles | time | chord error measured | volume off | one watertight solid",
     );
-    let (mut sizes, mut times) = (Vec::new(), Vec::new());
     let mut summary = Vec::new();
     for (name, side) in [
         ("inside", ChordSide::Inside),
         ("both sides", ChordSide::Both),
     ] {
-        let (mut size, mut time) = (Vec::new(), Vec::new());
         for accuracy_mm in ACCURACIES_MM {
             let ask = Tessellation {
                 accuracy_mm,
@@ -52,35 +49,10 @@ pub fn tessellation() -> anyhow::Result<Section> {
                 let error = format!("{error_um:.1} µm chord error");
                 summary.push(quoted("texton", "mesh of 2,880 bumps", &timing, error));
             }
-            size.push(Point::at(error_um, 1e-3 * check.triangles as f64));
-            time.push(Point::at(error_um, timing.median_ns));
         }
-        sizes.push(Line::new(name, size));
-        times.push(Line::new(name, time));
     }
-    let error = Axis::number("chord error measured, µm");
-    let panels = vec![
-        Panel {
-            title: "Size",
-            axes: [error.clone(), Axis::number("thousand triangles")],
-            lines: sizes,
-        },
-        Panel {
-            title: "Time",
-            axes: [error, Axis::time("time for the mesh")],
-            lines: times,
-        },
-    ];
-    let title = "Released patch, 2,880 bumps: triangles and time against chord error";
     let gaps: [Gap<'_>; 1] = [("table", &table)];
-    Ok(Section {
-        figure: Some(Figure {
-            name: "speed_texton_mesh.svg",
-            title,
-            panels,
-        }),
-        ..Section::of(include_str!("text/texture.md"), &gaps, summary)?
-    })
+    Section::of(include_str!("text/texture.md"), &gaps, summary)
 }
 
 /// All bumps are equal: measured on a patch of few.

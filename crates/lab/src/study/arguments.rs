@@ -5,8 +5,6 @@ use crate::contact::dissertation::{self, Overrides};
 use crate::contact::recordings::Recorded;
 use crate::contact::report::{self, Choice};
 use crate::contact::{panel_study, panels};
-use crate::demonstrations::files::generate_into;
-use crate::demonstrations::generate::DemonstrationConfig;
 use crate::documents::Documents;
 use crate::rooms::study;
 use crate::study::document;
@@ -23,8 +21,6 @@ use std::path::{Path, PathBuf};
 
 /// Where --report writes when no file is named, and where --docs leaves its tables.
 const OUT: &str = "out/contact_study";
-/// Folder of the figures among the tracked documents.
-const FIGURES: &str = "contact";
 
 /// Compares estimators of where and when a hand touches, on reaches that they were not trained with.
 ///
@@ -41,7 +37,7 @@ pub struct Arguments {
     units: RecordingUnits,
     /// Trials of the recording, metres and seconds: predicts in a scene of a panel where each reach ended and the boxes of the other objects.
     /// Columns person, trial, scene, target, cx, cy, cz, sx, sy, sz, dur, rx, ry, rz
-    #[arg(long, value_name = "FILE", requires = "recordings", conflicts_with_all = ["report", "docs", "out", "generate", "points", "gaze", "hand_scale", "time_unit"])]
+    #[arg(long, value_name = "FILE", requires = "recordings", conflicts_with_all = ["report", "docs", "out", "points", "gaze", "hand_scale", "time_unit"])]
     panels: Option<PathBuf>,
     /// Panels with the touch in their middle, instead of off it by up to 0.12 m
     #[arg(long, requires = "panels")]
@@ -49,16 +45,13 @@ pub struct Arguments {
     /// Simulated people instead of recordings [default: dissertation]
     #[arg(long, value_enum)]
     protocol: Option<Protocol>,
-    /// Only write the demonstrations of the protocol into this folder
-    #[arg(long)]
-    generate: Option<PathBuf>,
     /// Folder for predictions (one row each), scores and figures
     #[arg(long)]
     out: Option<PathBuf>,
     /// Write all protocols into a page instead, and their tables beside it, with the recordings if they are named [default: out/contact_study/CONTACT-STUDY.md]
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     report: Option<Option<PathBuf>>,
-    /// Write these documents and their figures over the tracked ones in docs/; predictions and scores go to out/contact_study
+    /// Write these documents over the tracked ones in docs/; figures, predictions and scores go to out/contact_study
     #[arg(long, conflicts_with_all = ["report", "out"])]
     docs: bool,
     /// Seed of the simulated people [default: 1]
@@ -139,7 +132,6 @@ impl Arguments {
             .read("--panels", self.panels.as_deref())
             .write("--report", report)
             .write_into("--out", self.out.as_deref(), &[])
-            .write_into("--generate", self.generate.as_deref(), &[])
             .check()?;
         let overrides = Overrides {
             seed: self.seed.unwrap_or(1),
@@ -147,14 +139,6 @@ impl Arguments {
             reaches: self.reaches,
         };
         let protocol = self.protocol.unwrap_or(Protocol::Dissertation);
-        if let Some(folder) = &self.generate {
-            let config = overrides.apply(match protocol {
-                Protocol::Pointing => DemonstrationConfig::pointing(),
-                _ => DemonstrationConfig::dissertation(),
-            });
-            let made = generate_into(folder, &config)?;
-            return Ok(made + "\n");
-        }
         if let (Some(stream), Some(trials)) = (&self.recordings, &self.panels) {
             return self.in_rooms(stream, trials);
         }
@@ -179,7 +163,7 @@ impl Arguments {
                 (None, Protocol::Pointing) => {
                     dissertation::pointing(overrides, &candidates, &choice, out)
                 }
-                (None, Protocol::Rooms) => return Ok(study::report(overrides.seed, out)?.text),
+                (None, Protocol::Rooms) => return study::report(overrides.seed),
             };
             Ok(section?.text)
         })
@@ -234,7 +218,7 @@ impl Arguments {
         Some(Recorded { path, units })
     }
 
-    /// Writes the tracked document and its figures; the tables of numbers are not tracked.
+    /// Writes the tracked documents; figures and numbers of every prediction are not tracked.
     fn write_tracked(
         &self,
         overrides: Overrides,
@@ -244,12 +228,9 @@ impl Arguments {
         let file = tracked.folder().join(document::NAME);
         let out = rest.folder();
         document::write(&file, overrides, candidates, self.recorded(), Some(out))?;
-        let figures = tracked.figures(FIGURES)?;
-        rest.copy_figures(&figures)?;
         Ok(format!(
-            "wrote {} and {}; predictions and scores are in {}\n",
+            "wrote {}; figures, predictions and scores are in {}\n",
             file.display(),
-            figures.display(),
             out.display()
         ))
     }
@@ -269,7 +250,6 @@ impl Arguments {
             "--report" => self.report.is_some(),
             "--docs" => self.docs,
             "--out" => self.out.is_some(),
-            "--generate" => self.generate.is_some(),
             "--protocol" => self.protocol.is_some(),
             "--seed" => self.seed.is_some(),
             "--people" => self.people.is_some(),
@@ -288,17 +268,12 @@ impl Arguments {
         );
         for (applies, refused, why) in [
             (
-                given("--generate"),
-                &["--recordings", "--report", "--docs", "--out"][..],
-                "not with --generate, which only makes demonstrations",
-            ),
-            (
                 documents,
-                &LEARNED,
+                &LEARNED[..],
                 "not with --report or --docs, which show the usual estimator",
             ),
             (
-                given("--generate") || rooms,
+                rooms,
                 &LEARNED,
                 "only where estimators are compared on reaches",
             ),
@@ -314,8 +289,8 @@ impl Arguments {
             ),
             (
                 rooms,
-                &["--people", "--reaches", "--generate"],
-                "--protocol rooms takes --seed and --out alone",
+                &["--people", "--reaches", "--out"],
+                "--protocol rooms takes --seed alone",
             ),
         ] {
             if let Some(flag) = refused.iter().find(|flag| applies && given(flag)) {

@@ -50,7 +50,7 @@ pub fn write(
     if let Some(recorded) = recorded {
         sections.push(report::recordings(recorded, candidates, &all, out)?);
     }
-    let rooms = study::report(overrides.seed, out)?;
+    let rooms = study::report(overrides.seed)?;
     let texts: String = sections.iter().map(|s| s.text.clone() + "\n").collect();
     let sets: Vec<_> = sections.into_iter().flat_map(|s| s.sets).collect();
     let mut adapting = sets.iter().filter_map(|(name, scores)| {
@@ -68,14 +68,13 @@ pub fn write(
             ("overview", &tables::overview(&sets)),
             // One set says what there is to say.
             ("adapting", &adapting.next().unwrap_or_default()),
-            ("rooms", &rooms.in_short),
-            ("registration", &rooms.registration.trim_end()),
+            ("rooms", &rooms.trim_end()),
         ],
     )?;
     let tables = page(
         include_str!("contact_tables.md"),
         overrides.seed,
-        &[("sections", &texts), ("rooms", &rooms.text.trim_end())],
+        &[("sections", &texts.trim_end())],
     )?;
     for (path, text) in [
         (file.to_owned(), text),

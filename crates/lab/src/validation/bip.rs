@@ -1,7 +1,6 @@
 //! The section of hwall-bip: agreement with published results, and errors, coverage and recovery beside
 //! the published convention, on the reference workload.
 
-use crate::bip::interrupted;
 use crate::bip::run::{self, Runs, TestRun};
 use crate::bip::scores::{Accuracy, DofSet, dof_sets};
 use crate::bip::setup::{Mode, Noise, Setup, TrainedModel};
@@ -65,13 +64,10 @@ struct Outcome {
 pub fn section(reference: &Path) -> anyhow::Result<String> {
     let workload = reference.join("workload");
     let TrainTest { train, test } = trajectories::read_both(&workload, &workload)?;
-    let (mut outcomes, mut interrupted) = (Vec::new(), None);
+    let mut outcomes = Vec::new();
     for (name, setup) in methods()? {
         let trained = setup.train(&train)?;
         let runs = run::run(&setup, &trained, &test).context(name)?;
-        if setup.mode == Mode::Bank {
-            interrupted = Some(interrupted::table(&setup, &trained, &train, &PALM)?);
-        }
         outcomes.push(Outcome {
             name,
             sets: dof_sets(&setup, &trained),
@@ -83,13 +79,12 @@ pub fn section(reference: &Path) -> anyhow::Result<String> {
     let agreement = agreement(reference, &train, &test)?;
     let kinds = ["nominal", "pause", "switch", "fast", "slow"];
     let by_kind = kinds.map(|kind| by_kind(kind, &outcomes).to_string());
-    let gaps: [Gap<'_>; 7] = [
+    let gaps: [Gap<'_>; 6] = [
         ("demonstrations", &train.trajectories.len()),
         ("tests", &test.trajectories.len()),
         ("columns", &test.columns.len()),
         ("agreement", &agreement.table),
         ("by_kind", &by_kind.join("\n")),
-        ("interrupted", &interrupted.context("the tuned bank")?),
         ("targets", &targets(&agreement, &outcomes)),
     ];
     fill(include_str!("bip.md"), &gaps)

@@ -82,8 +82,6 @@ pub fn write(request: &Request<'_>, documents: &Documents) -> anyhow::Result<Wri
     )?;
     let folder = documents.figures("reachability")?;
     figures::comparison(&folder.join("comparison.svg"), &found.comparisons)?;
-    let worst = folder.join("worst_plane.svg");
-    figures::worst_plane(&worst, &published::grids()?, &found.rows, &published)?;
     let path = documents.write(NAME, &text)?;
     Ok(Written { path, text })
 }

@@ -5,19 +5,13 @@ use crate::reach::published::{self, Bounds, Comparison};
 use crate::report::{Gap, fill};
 use anyhow::Context;
 use hwall_kinematics::SrsArm;
-use hwall_reachability::{ExactConfig, Interval, ReachabilityMap};
+use hwall_reachability::{ExactConfig, ReachabilityMap};
 use hwall_testkit::quantile;
 
-/// A published bound within this of a band is taken to touch the reachable set there, m: the published
-/// optimiser's tolerance lets it miss a limit by that much.
-const TOUCHING_M: f64 = 1e-2;
-
-/// The text, and what its figures are drawn from.
+/// The text, and what its figure is drawn from.
 pub struct Reachability {
     /// Markdown, from a second-level heading on.
     pub text: String,
-    /// The exact map of the published grid.
-    pub rows: Vec<published::Row>,
     /// How each published file compares with it.
     pub comparisons: Vec<Comparison>,
 }
@@ -50,8 +44,8 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
     let holes: usize = comparisons.iter().map(|c| c.with_holes).sum();
     let lines: usize = comparisons.iter().map(|c| c.lines).sum();
     let holes = 100.0 * holes as f64 / lines.max(1) as f64;
-    let OnlyPublished { alone, touching } = only_published(&map, published)?;
-    let gaps: [Gap<'_>; 16] = [
+    let alone: usize = comparisons.iter().map(|c| c.only_published).sum();
+    let gaps: [Gap<'_>; 14] = [
         ("poses", &poses),
         ("wrong", &wrong),
         ("unproven", &unproven),
@@ -69,12 +63,9 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
         ("worst", &format_args!("{:.0}", quantile(&off, 1.0))),
         ("holes", &format_args!("{holes:.1}")),
         ("alone", &alone),
-        ("touching", &touching),
-        ("near_mm", &(1e3 * TOUCHING_M)),
     ];
     Ok(Reachability {
         text: fill(include_str!("reachability.md"), &gaps)?,
-        rows,
         comparisons,
     })
 }
@@ -88,37 +79,4 @@ fn rows(map: &ReachabilityMap) -> anyhow::Result<Vec<published::Row>> {
         rows.extend(spans.map(|i| published::Row::new(index, &line, [i.span.lo_m, i.span.hi_m])));
     }
     Ok(rows)
-}
-
-/// Lines that only the published files call reachable.
-struct OnlyPublished {
-    /// All of them.
-    alone: usize,
-    /// Those with a bound at a band without proof.
-    touching: usize,
-}
-
-fn only_published(map: &ReachabilityMap, published: &[Bounds]) -> anyhow::Result<OnlyPublished> {
-    let (mut alone, mut touching) = (0, 0);
-    for index in map.lines() {
-        let wall = map.walls().nth(index.wall).context("a wall of the map")?;
-        let place = index.plane * wall.heights.count() + index.height;
-        let theirs = published[index.wall][place];
-        let Some(bounds) = theirs.filter(|_| map.intervals(index).is_empty()) else {
-            continue;
-        };
-        alone += 1;
-        let line = map.line(index).context("a line of the map")?;
-        let near = |y_mm: &f64| {
-            let off = |band: &Interval| {
-                let ends = [band.lo_m, band.hi_m].map(|s| line.point_m(s).y);
-                (ends[0].min(ends[1]) - 1e-3 * y_mm).max(1e-3 * y_mm - ends[0].max(ends[1]))
-            };
-            let bands = map.unknown(index);
-            bands.iter().any(|band| off(band) <= TOUCHING_M)
-        };
-        // 0 marks a bound that the file does not have.
-        touching += usize::from(bounds.iter().any(|y_mm| *y_mm != 0.0 && near(y_mm)));
-    }
-    Ok(OnlyPublished { alone, touching })
 }

@@ -5,8 +5,7 @@ use crate::contact::run::{first_learnt, run};
 use crate::contact::scores::Scores;
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
 use crate::report::{Gap, titled};
-use crate::speed::page::multiples::{Axis, Line, Panel, Point};
-use crate::speed::page::section::{Figure, Section, median_and_p99, quoted};
+use crate::speed::section::{Section, median_and_p99, quoted};
 use anyhow::Context;
 use hwall_contact::score::Moment;
 use hwall_hand::LabelledReach;
@@ -28,7 +27,6 @@ fn world(seed: u64) -> anyhow::Result<Vec<LabelledReach>> {
         seed,
         train: size(50, 400),
         test: size(10, 60),
-        arm_reaction_s: None,
         ..DemonstrationConfig::dissertation()
     })?;
     let part = |part: Part| made.iter().filter(move |d| d.part == part);
@@ -68,7 +66,7 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
     let mut table = titled(&format!(
         "estimator | median | p99 | training | {AT} | CRPS, mm | 90 % regions hold"
     ));
-    let (mut lines, mut summary) = (Vec::new(), Vec::new());
+    let mut summary = Vec::new();
     for candidate in &candidates::all(hwall_contact::LearnedConfig::default()) {
         let (scores, train_s) = pooled(candidate, &worlds)?;
         let timing = scores.step_us.iter().map(|us| 1e3 * us).collect();
@@ -86,27 +84,11 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
             all.covered()
                 .map_or("none".to_owned(), |held| format!("{:.0} %", 100.0 * held)),
         ]);
-        let point = |mm| Point {
-            up_to: Some(timing.p99_ns),
-            ..Point::at(mm, timing.median_ns)
-        };
-        let points = medians_mm.map(point).to_vec();
-        lines.push(Line::new(&candidate.name, points));
         let [_, late, last] = medians_mm;
         let error = format!("{late:.0} mm (median) at 70 %, {last:.0} mm at 90 % of it");
         let what = "where and when a reach ends, 47 demonstrations";
         summary = vec![quoted("contact", what, &timing, error)];
     }
-    let panels = vec![Panel {
-        title: "",
-        axes: [
-            Axis::number("median error, mm"),
-            Axis::time("time per sample: median (dot) to p99 (bar)"),
-        ],
-        lines,
-    }];
-    let title =
-        "Where a reach ends: time of a sample against median error at 50, 70, 90 % (right to left)";
     let gaps: [Gap<'_>; 5] = [
         ("demonstrations", &DEMONSTRATIONS),
         ("worlds", &WORLDS),
@@ -114,12 +96,5 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
         ("last", &(seed + WORLDS - 1)),
         ("table", &table),
     ];
-    Ok(Section {
-        figure: Some(Figure {
-            name: "contact_estimators.svg",
-            title,
-            panels,
-        }),
-        ..Section::of(include_str!("../text/estimators.md"), &gaps, summary)?
-    })
+    Section::of(include_str!("../text/estimators.md"), &gaps, summary)
 }

@@ -1,18 +1,14 @@
-//! One table of docs/SPEED-AGAINST-ERROR.md: its text, its figure, and what the summary quotes of it.
+//! One table of docs/SPEED-AGAINST-ERROR.md: its text, and what the summary quotes of it.
 
 use crate::report::{Gap, fill, titled};
-use crate::speed::page::multiples::{self, Panel};
-use hwall_testkit::{MarkdownTable, SpeedErrorTable, Timing, format_ns, time_batches};
-use std::path::Path;
+use hwall_testkit::{MarkdownTable, Timing, format_ns, time_batches};
 
-/// One table, and the figure drawn from it.
+/// One table.
 pub struct Section {
     /// What the summary quotes of it.
     pub summary: Vec<SummaryRow>,
     /// Markdown, from a third-level heading on.
     pub text: String,
-    /// Drawn where the errors span a range.
-    pub figure: Option<Figure>,
 }
 
 impl Section {
@@ -26,7 +22,6 @@ impl Section {
         Ok(Self {
             summary,
             text: text.trim_end().to_owned() + "\n",
-            figure: None,
         })
     }
 }
@@ -93,43 +88,6 @@ impl Calls {
         error: impl Into<String>,
     ) {
         self.summary.push(quoted(part, what, timing, error));
-    }
-}
-
-/// A picture beside a table: panels side by side.
-pub struct Figure {
-    pub(in crate::speed) name: &'static str,
-    pub(in crate::speed) title: &'static str,
-    pub(in crate::speed) panels: Vec<Panel>,
-}
-
-impl Figure {
-    /// Time over error, in a unit.
-    pub(in crate::speed) fn speed_error(
-        name: &'static str,
-        title: &'static str,
-        unit: &str,
-        table: &SpeedErrorTable,
-    ) -> Option<Self> {
-        let panels = vec![Panel::of_errors(unit, table.rows())];
-        Some(Self {
-            name,
-            title,
-            panels,
-        })
-    }
-
-    /// Writes the SVG into a folder.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn draw(&self, folder: &Path) -> anyhow::Result<()> {
-        multiples::draw(&folder.join(self.name), self.title, &self.panels)
-    }
-
-    /// The Markdown that shows it.
-    pub fn markdown(&self) -> String {
-        format!("\n![{}](figures/{})\n", self.title, self.name)
     }
 }
 
