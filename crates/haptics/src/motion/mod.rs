@@ -51,7 +51,7 @@ pub use barrier::links::LinkInFront;
 pub use barrier::tree::BarrierTree;
 pub use follower::Follower;
 pub use follower_config::FollowerConfig;
-pub use preposition::PREPOSITION_SHARE;
 pub use planner::{Planner, PlannerConfig};
+pub use preposition::PREPOSITION_SHARE;
 pub use profile::{JointBounds, JointMotion};
 pub use slide::Slide;
