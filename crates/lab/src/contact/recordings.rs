@@ -296,8 +296,8 @@ mod tests {
     fn no_two_studies_write_the_same_files() {
         let mut taken = BTreeSet::from(TAKEN.map(str::to_owned));
         let mut name = |path: &str| unused(path.to_owned(), &mut taken);
-        let names = ["a/b", "a-b", "A-B", "a-b-2", "rooms"].map(&mut name);
-        assert_eq!(names, ["a-b", "a-b-2", "A-B-3", "a-b-2-2", "rooms-2"]);
+        let names = ["a/b", "a-b", "A-B", "a-b-2", "pointing"].map(&mut name);
+        assert_eq!(names, ["a-b", "a-b-2", "A-B-3", "a-b-2-2", "pointing-2"]);
     }
 
     #[test]
