@@ -43,6 +43,8 @@ const SLOWS_DOWN: f64 = 3.0;
 const SLOWEST_M_PER_S: f64 = 0.1;
 /// Standard deviation of a time to contact that states none, as a share of it.
 const USUAL_SD_SHARE: f64 = 0.25;
+/// The arm waits until all predictions have been finite for this time, s: as long as the supervisor waits for sound inputs.
+const RECOVERY_S: f64 = 0.25;
 /// Looks that begin less than this after the hand has come to rest follow the last touch, s.
 const RESTED_S: f64 = 0.1;
 
@@ -60,6 +62,8 @@ pub(in crate::session) struct Policy {
     reached_s: f64,
     /// When the hand was last seen not to rest, s.
     moved_s: f64,
+    /// When a prediction was last not finite, s.
+    bad_s: f64,
     last_s: f64,
     fixations: Fixations,
     available_time: AvailableTime,
@@ -83,6 +87,7 @@ impl Policy {
             told: None,
             reached_s: f64::NEG_INFINITY,
             moved_s: f64::NEG_INFINITY,
+            bad_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
             fixations: Fixations::default(),
             available_time: AvailableTime::usual(usual_s),
@@ -94,7 +99,7 @@ impl Policy {
     pub(in crate::session) fn reset(&mut self) {
         self.choice = Choice::Wait;
         (self.way, self.told) = (None, None);
-        [self.reached_s, self.moved_s, self.last_s] = [f64::NEG_INFINITY; 3];
+        [self.reached_s, self.moved_s, self.bad_s, self.last_s] = [f64::NEG_INFINITY; 4];
         self.fixations.forget_look();
         self.available_time.forget_reach();
         self.course = HandMotion::default();
@@ -128,7 +133,11 @@ impl Policy {
         if !(first.point_m.is_finite() && first.normal.is_finite()) {
             // The control side holds, and reports why.
             self.turn_to_waiting(t_s, arm);
+            self.bad_s = t_s;
             return Some((*first, Decision::Present(*first)));
+        }
+        if t_s - self.bad_s < RECOVERY_S {
+            return Some((*first, Decision::Wait));
         }
         let ranked = &ranked[..ranked.len().min(MOST)];
         self.watch(t_s, ranked, hand);
