@@ -118,10 +118,16 @@ impl Answer {
     }
 }
 
+/// The slack of a prediction without a covariance: half a face less inset, margin and one standard deviation, m.
+const SLACK_M: f64 = 0.055;
+
 #[test]
 fn the_board_is_in_place() {
     let [along_m, across_m] = Run::default().answered().missed_m();
-    assert!(along_m < 0.03 && across_m < 0.005, "{along_m} {across_m}");
+    assert!(
+        along_m < SLACK_M && across_m < 0.005,
+        "{along_m} {across_m}"
+    );
 }
 
 #[test]
@@ -231,7 +237,7 @@ fn trackers_and_control_loops_of_any_rate_bring_the_board() {
         .missed_m();
         println!("tracker at {tracker_hz} Hz: {missed_m:.4?} m");
         assert!(
-            missed_m[0] < 0.03 && missed_m[1] < 0.005,
+            missed_m[0] < SLACK_M && missed_m[1] < 0.005,
             "{tracker_hz}: {missed_m:?}"
         );
     }
@@ -244,7 +250,7 @@ fn trackers_and_control_loops_of_any_rate_bring_the_board() {
         .missed_m();
         println!("control every {period_s} s: {missed_m:.4?} m");
         assert!(
-            missed_m[0] < 0.03 && missed_m[1] < 0.005,
+            missed_m[0] < SLACK_M && missed_m[1] < 0.005,
             "{period_s}: {missed_m:?}"
         );
     }

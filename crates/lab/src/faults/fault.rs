@@ -156,7 +156,7 @@ impl Fault {
 
     /// Why no safe state is asked for in this phase; `None` if one is.
     pub const fn unheeded(self, phase: Phase) -> Option<&'static str> {
-        use Input::{Fingertip, Frames, Gaze, Head, Palm, Q, Qd, Target, Torque};
+        use Input::{Fingertip, Frames, Gaze, Palm, Q, Qd, Target, Torque};
         use Spoiled::{Frozen, Jumping};
         Some(match self {
             Self::None => "no fault",

@@ -153,6 +153,7 @@ impl Policy {
             reach_m: self.reach_m,
             hypotheses,
             t_s,
+            unknown: self.usual(),
         };
         let way = self.way.unwrap_or_else(|| Way::at(arm.waits_at()));
         let stays = || {
@@ -238,6 +239,15 @@ impl Policy {
         (since_s >= self.moved_s + RESTED_S).then_some(since_s)
     }
 
+    /// When the next touch comes if nothing is known of it.
+    const fn usual(&self) -> TouchTime {
+        TouchTime {
+            median_s: self.budget_s(),
+            scale_s: WaitingConfig::USUAL_SOFTNESS_S,
+            passed_s: 0.0,
+        }
+    }
+
     /// A predicted place, with what hand and eyes say about whether it will be touched soon.
     fn hypothesis(
         &self,
@@ -246,11 +256,7 @@ impl Policy {
         hand: Option<&HandState>,
         arm: &impl Presenting,
     ) -> Hypothesis {
-        let usual = TouchTime {
-            median_s: self.budget_s(),
-            scale_s: WaitingConfig::USUAL_SOFTNESS_S,
-            passed_s: 0.0,
-        };
+        let usual = self.usual();
         let contact = &expected_soon(*contact, hand);
         let stated = contact.time_to_contact_s.filter(|time| time.mean_s >= 0.0);
         let expected = stated.map_or(usual, |time| {

@@ -1,7 +1,7 @@
 //! The choice of least expected loss.
 
 use super::config::PolicyConfig;
-use super::way::{Presenting, Stand, Way, part_way, travel_s};
+use super::way::{Presenting, Stand, USUAL_S, Way, part_way, travel_s};
 use hwall_contact::ContactPrediction;
 use hwall_haptics::{PREPOSITION_SHARE, surface_axes};
 use hwall_kinematics::JointPositions;
@@ -80,6 +80,8 @@ pub(super) struct Chooser<'a, A> {
     pub(super) reach_m: f64,
     pub(super) hypotheses: &'a [Hypothesis],
     pub(super) t_s: f64,
+    /// When a touch comes of which nothing is known.
+    pub(super) unknown: TouchTime,
 }
 
 impl<A: Presenting> Chooser<'_, A> {
@@ -151,6 +153,14 @@ impl<A: Presenting> Chooser<'_, A> {
             late += hypothesis.chance * (covered * here + (1.0 - covered) * elsewhere);
             there += hypothesis.chance * covered;
         }
+        // The touch may come where nothing says so; most places are near the waiting posture.
+        let unknown: f64 = 1.0
+            - self
+                .possible()
+                .map(|hypothesis| hypothesis.chance)
+                .sum::<f64>();
+        let back_s = USUAL_S + travel_s(self.arm, to.as_ref(), self.arm.waits_at().as_ref());
+        late += unknown.max(0.0) * self.unknown.comes_before(back_s, self.config.onset_share);
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
     }
 

@@ -26,7 +26,7 @@ pub(in crate::session) trait Presenting {
 }
 
 /// The usual time of a way that nobody knows, s.
-const USUAL_S: f64 = 0.5;
+pub(super) const USUAL_S: f64 = 0.5;
 /// From a decision until the arm moves, s: the delay of the arm and of the frame.
 const REACTION_S: f64 = 0.03;
 
