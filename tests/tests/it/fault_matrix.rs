@@ -88,6 +88,11 @@ const fn unheeded_by_a_touch(free: States) -> [States; 4] {
     [free, TOUCHED, free, free]
 }
 
+/// A fault that takes the head as well: what is touched stops, too.
+const fn stopping_a_touch(free: States) -> [States; 4] {
+    [free, &["holding"], free, free]
+}
+
 /// A fault that the arm's state or the clock names in every phase.
 const fn everywhere(states: States) -> [States; 4] {
     [states; 4]
@@ -97,7 +102,7 @@ const TRACKER: [Fault; 10] = [
     Fault::new(
         "silent tracker",
         |at| frames(at, |_, _| None),
-        unheeded_by_a_touch(&["stale_target", "retreating"]),
+        stopping_a_touch(&["stale_target", "retreating"]),
     ),
     Fault::new(
         "all points missing",
@@ -159,7 +164,7 @@ const TRACKER: [Fault; 10] = [
             })
         },
         // A person whose head is not known is kept clear of.
-        unheeded_by_a_touch(NO_TARGET),
+        stopping_a_touch(NO_TARGET),
     ),
     Fault::new(
         "NaN frame time",
@@ -171,7 +176,7 @@ const TRACKER: [Fault; 10] = [
                 })
             })
         },
-        unheeded_by_a_touch(NO_TARGET),
+        stopping_a_touch(NO_TARGET),
     ),
     Fault::new(
         "frame time runs backwards",
@@ -183,7 +188,7 @@ const TRACKER: [Fault; 10] = [
                 })
             })
         },
-        unheeded_by_a_touch(NO_TARGET),
+        stopping_a_touch(NO_TARGET),
     ),
     Fault::new(
         "frames from the future",
@@ -195,7 +200,7 @@ const TRACKER: [Fault; 10] = [
                 })
             })
         },
-        unheeded_by_a_touch(&["stale_target", "retreating"]),
+        stopping_a_touch(&["stale_target", "retreating"]),
     ),
 ];
 
@@ -317,7 +322,7 @@ const PREDICTION: [Fault; 3] = [
     Fault::new(
         "prediction out of reach",
         |at| predictions(at, |_, point_m| point_m + DVec3::X * 2.0),
-        unheeded_by_a_touch(&["approaching", "late"]),
+        unheeded_by_a_touch(&["approaching", "late", "in_place"]),
     ),
     Fault::new(
         "prediction jumps with every frame",
