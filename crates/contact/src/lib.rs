@@ -29,6 +29,6 @@ pub use predict::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, EvidenceModel, EvidenceSource,
     Experience, FusedConfig, FusedPredictor, LabelledStream, PredictionSource, Predictor,
     PredictorInput, REGION_SHARES, ReachBeginning, ReachPhase, RegionModel, RegionSizes,
-    RestingHand, SourceShares, SteadyPoint, StreamContact, StreamEstimator, StreamFilters,
+    RestingHand, SourceShares, StreamContact, StreamEstimator, StreamFilters,
 };
 pub use registration::{MeasuredTouch, RegistrationConfig, RegistrationEstimator, TouchVerdict};

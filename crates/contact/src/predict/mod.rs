@@ -11,10 +11,6 @@
 //! since when the gaze has rested on what is predicted. The covariance is that in the plane of the surface, so it is wide along a
 //! surface that is seen at a slant. While the eye is in flight, and for 0.3 s after the gaze is lost, the last look holds.
 //!
-//! `SteadyPoint` keeps the place that a board is sent to from following every prediction. Within the radius the held point stays. It
-//! stays beyond the radius, too, as long as the new point lies along the same plane, is not clearly more certain, and does not
-//! exclude the held one by 2 of its own standard deviations.
-//!
 //! A model learnt from fewer than `FusedConfig::least_reaches` is not trusted: `FusedPredictor::experience` says so, and
 //! the gaze ray leads (`DeterministicConfig::ray_led`).
 //!
@@ -56,7 +52,6 @@ mod gaze;
 mod hand;
 mod prediction;
 mod regions;
-mod steady_point;
 mod stream;
 mod surface_shares;
 
@@ -69,5 +64,4 @@ pub use fused_config::FusedConfig;
 pub use hand::phase::ReachPhase;
 pub use prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 pub use regions::{REGION_SHARES, RegionModel, RegionSizes};
-pub use steady_point::SteadyPoint;
 pub use stream::{ReachBeginning, StreamEstimator};

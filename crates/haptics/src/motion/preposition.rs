@@ -16,7 +16,7 @@ struct Leant {
     q: JointPositions,
 }
 
-/// The most of the way from the waiting posture to a configuration that might be needed that the arm goes.
+/// Largest share of the way from the waiting posture to a configuration that may be needed.
 ///
 /// Half the way is in front of a wall for half of the places that people look at, and these are the far ones, to which a start is
 /// worth most: with nothing in between, the board was late for one touch in twenty of people who look around.

@@ -18,8 +18,7 @@ use hwall_motion::ReferenceMotion;
 
 /// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
 const SOONER_S: f64 = 0.02;
-/// A time is over with the step that ends this share of a step before it: the sum of the steps is rounded, and a clock that starts
-/// elsewhere rounds otherwise.
+/// A timer may end this share of a step early. Sums of steps are rounded, and the rounding depends on where the clock starts.
 pub(super) const ROUNDING_STEPS: f64 = 0.1;
 
 /// What a place is to the way of the board.

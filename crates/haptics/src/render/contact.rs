@@ -50,7 +50,7 @@ pub enum ContactState {
     },
 }
 
-/// The dwell is over this much earlier, s: times as large as Unix time are rounded to 0.2 us, and their differences decide a step.
+/// The dwell may end this much early, s. Unix times are rounded to 0.2 us, which must not decide in which step it ends.
 const ROUNDING_S: f64 = 1e-6;
 
 /// Two thresholds and a dwell: a force that varies around either threshold is one contact.

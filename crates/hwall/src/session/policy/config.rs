@@ -12,7 +12,7 @@ pub struct PolicyConfig {
     /// Loss of a board that is sent to a place which is not touched, touches; default 0.3. It chooses the point on the curve of the
     /// boards in time against the boards sent in vain: a smaller one sends more boards.
     pub false_dispatch: f64,
-    /// Part of the loss of a late touch that a board which comes after the hand still spares, in [0, 1]; default 0.1.
+    /// Share of the loss of a late touch that is saved when the board arrives after the hand, in [0, 1]; default 0.1.
     pub late_share: f64,
     /// Share of the time until the touch that is left once the motion of the hand has told where it goes, in (0, 1]; default 0.4. An
     /// arm that waits knows the place only then.
