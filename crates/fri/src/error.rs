@@ -95,6 +95,12 @@ pub enum FriError {
         /// What failed.
         kind: io::ErrorKind,
     },
+    /// An answer could not be sent; it counts as one that did not arrive.
+    #[error("an answer could not be sent: {kind}")]
+    NotSent {
+        /// What failed.
+        kind: io::ErrorKind,
+    },
     /// Nothing has come from the controller yet.
     #[error("no message from the controller yet")]
     NoMessage,
@@ -163,12 +169,14 @@ fn cause(quality: ConnectionQuality) -> &'static str {
 }
 
 impl FriError {
-    /// Is it over when the next message comes, so that a loop can go on? The arm holds meanwhile.
+    /// May a loop go on, because the error may be over when the next message comes? The arm holds meanwhile.
     #[must_use]
     pub const fn is_transient(&self) -> bool {
         matches!(
             self,
             Self::Behind { .. }
+                | Self::NotSent { .. }
+                | Self::Silent { .. }
                 | Self::CommandingEnded { .. }
                 | Self::Unfit(_)
                 | Self::Limit(_)

@@ -8,9 +8,7 @@ mod error;
 mod limits;
 mod wrench;
 
-pub use client::{
-    ClientStatistics, FriClient, FriClientConfig, TorqueReference, Transport, UdpTransport, Unfit,
-};
+pub use client::{ClientStatistics, FriClient, FriClientConfig, Transport, UdpTransport, Unfit};
 pub use codec::{Codec, FriVersion};
 pub use error::{ControllerError, FriError};
 pub use limits::LimitViolation;

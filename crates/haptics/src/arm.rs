@@ -73,8 +73,8 @@ pub trait Arm {
     /// A lost connection, NaN, or a command outside the arm's limits.
     fn command(&mut self, command: ArmCommand) -> Result<(), Self::Error>;
 
-    /// Is this error of [`command`](Self::command) one of that cycle alone? The arm brakes or holds, and commands may be taken again
-    /// later. By default none is.
+    /// Does this error of [`command`](Self::command) concern this cycle only? The arm brakes or holds, and commands may be taken again
+    /// later. By default none does.
     #[must_use]
     fn is_transient(_error: &Self::Error) -> bool {
         false

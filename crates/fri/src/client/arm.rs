@@ -3,7 +3,6 @@
 use super::asked_path::{MOST_BEHIND_NS, Sent};
 use super::beginning::Beginning;
 use super::braking::CommandedMotion;
-use super::config::TorqueReference;
 use super::fri_client::FriClient;
 use super::newest::answer_period_s;
 use super::transport::Transport;
@@ -21,6 +20,8 @@ const LONGEST_STEP_S: f64 = 0.05;
 /// So far from where the arm is may the first positions after torques lie, rad: what a soft arm was pushed away from them. More
 /// is a leap and refused.
 const LEAD_RAD: f64 = 0.2;
+/// An arm that has got no command for this long, and for more than four periods, stands: two time constants of a servo of 40 rad/s.
+const STANDS_NS: u64 = 50_000_000;
 
 impl<T: Transport> FriClient<T> {
     /// In mode wrench: a wrench at the tool, along the axes of the tool, beside the springs that hold the arm where commanding
@@ -57,8 +58,7 @@ impl<T: Transport> FriClient<T> {
             .unwrap_or(newest.q_rad);
         let mode = self.command_mode();
         self.commanded.motion_ns = newest.time_ns;
-        self.commanded.leave_path();
-        self.commanded.beginning = None;
+        self.commanded.forget();
         self.commanded.keep(CommandedMotion::at_rest(q_rad), None);
         self.answer(CommandData {
             position_rad: Some(q_rad),
@@ -85,18 +85,21 @@ impl<T: Transport> FriClient<T> {
         };
         self.since_answer = 0;
         if let Some(motion) = self.commanded.motion {
-            let path_ns = self.commanded.path_ns;
-            self.commanded
-                .answers
-                .push(self.sequence, Sent { motion, path_ns });
+            let sent = Sent {
+                motion,
+                path_ns: self.commanded.path_ns,
+                time_ns: newest.time_ns,
+            };
+            self.commanded.answers.push(self.sequence, sent);
         }
         let mut datagram: Datagram = [0; DATAGRAM_BYTES];
         let length = self.codec.encode_command(&message, &mut datagram)?;
         self.sequence = self.sequence.wrapping_add(1);
         let bytes = datagram.get(..length).unwrap_or(&[]);
-        self.transport
-            .send(bytes, peer)
-            .map_err(FriError::io("answering the controller"))?;
+        if let Err(error) = self.transport.send(bytes, peer) {
+            self.statistics.unanswered += 1;
+            return Err(FriError::NotSent { kind: error.kind() });
+        }
         self.statistics.answered += 1;
         Ok(())
     }
@@ -215,22 +218,23 @@ impl<T: Transport> FriClient<T> {
     }
 
     fn held(&self) -> Result<Sent, FriError> {
-        let reflected = self.newest()?.message.header.reflected_sequence;
-        match self
-            .commanded
-            .motion
-            .and_then(|_| self.commanded.answers.held(reflected))
-        {
-            Some(held) => Ok(held),
-            // Before the first command the interpolator holds the arm.
-            None => Ok(Sent {
-                motion: match self.commanded.motion {
-                    Some(motion) => motion,
-                    None => CommandedMotion::at_rest(self.interpolator_rad()?),
-                },
-                path_ns: None,
-            }),
+        let newest = self.newest()?;
+        let reflected = newest.message.header.reflected_sequence;
+        let is_commanded = self.commanded.motion.is_some();
+        let held = is_commanded.then(|| self.commanded.answers.held(reflected));
+        let mut held = held.flatten().unwrap_or(Sent {
+            motion: match self.commanded.motion {
+                Some(motion) => motion,
+                None => CommandedMotion::at_rest(newest.held_rad()),
+            },
+            path_ns: None,
+            time_ns: newest.time_ns,
+        });
+        let period_ns = (answer_period_s(&newest.message) * 1e9) as u64;
+        if newest.time_ns.saturating_sub(held.time_ns) > STANDS_NS.max(5 * period_ns) {
+            held.motion = CommandedMotion::at_rest(held.motion.q_rad);
         }
+        Ok(held)
     }
 
     /// Time between two answers, and how long ago the last command was, at least as long, s.
@@ -279,13 +283,9 @@ impl<T: Transport> FriClient<T> {
         }
         let newest = self.newest()?;
         let (measured, time_ns) = (newest.q_rad, newest.time_ns);
-        let reference_rad = match self.config.torque_reference {
-            TorqueReference::Measured => measured,
-            TorqueReference::Interpolator => self.interpolator_rad()?,
-        };
         // An arm that hangs behind the positions commanded before: a leap back to it would end commanding.
         let (last, (period_s, _)) = (self.last_motion()?, self.times_s()?);
-        let q_rad = self.limits.led(&last.q_rad, &reference_rad, period_s);
+        let q_rad = self.limits.led(&last.q_rad, &measured, period_s);
         self.commanded.leads = true;
         self.commanded.beginning = Some(Beginning::NOWHERE_ELSE);
         self.commanded.leave_path();

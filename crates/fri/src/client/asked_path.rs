@@ -25,6 +25,8 @@ pub(super) struct Sent {
     pub(super) motion: CommandedMotion,
     /// `None` for what is not on the path, as braking.
     pub(super) path_ns: Option<u64>,
+    /// When, ns.
+    pub(super) time_ns: u64,
 }
 
 /// What a message says about the answers before it.
@@ -255,6 +257,7 @@ mod tests {
         Sent {
             motion: CommandedMotion::at_rest(q_rad),
             path_ns: None,
+            time_ns: 0,
         }
     }
 
@@ -426,6 +429,7 @@ mod tests {
                 held = Sent {
                     motion: next,
                     path_ns: Some(path_ns),
+                    time_ns: k * period_ns,
                 };
             }
             assert!(worst_behind_ns > 0, "something was lost");

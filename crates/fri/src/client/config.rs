@@ -8,17 +8,6 @@ use hwall_numeric::check::{each, non_negative, positive, within};
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
-/// Which positions go with commanded torques.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum TorqueReference {
-    /// The measured ones: the springs of the controller exert nothing, whatever their stiffness. The arm is as compliant as
-    /// [`ArmCommand::Torque`](hwall_haptics::ArmCommand::Torque) asks for.
-    #[default]
-    Measured,
-    /// Those of the interpolator: the springs hold the arm where commanding began.
-    Interpolator,
-}
-
 /// Settings of a [`FriClient`](super::FriClient).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FriClientConfig {
@@ -35,8 +24,6 @@ pub struct FriClientConfig {
     pub silence_s: f64,
     /// Corner of the filter of velocities, Hz, at most 1000; default 50. See [`FriClient`](super::FriClient).
     pub velocity_hz: f64,
-    /// Which positions go with commanded torques; default the measured ones.
-    pub torque_reference: TorqueReference,
     /// Largest torques that are commanded, N m; default 176, 176, 110, 110, 110, 40, 40, those of the iiwa 7's joints.
     pub max_torque_n_m: [f64; 7],
     /// Decelerations to rest, rad/s²: for `Hold` while positions are commanded. Default those of the iiwa 7.
@@ -51,7 +38,6 @@ impl Default for FriClientConfig {
             version: FriVersion::V1_15,
             silence_s: 0.5,
             velocity_hz: 50.0,
-            torque_reference: TorqueReference::Measured,
             max_torque_n_m: [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0],
             braking_rad_per_s2: IIWA7_ACCELERATION_RAD_PER_S2,
         }

@@ -2,7 +2,7 @@
 
 use super::commanded::Commanded;
 use super::config::{ClientStatistics, FriClientConfig};
-use super::newest::{Newest, is_finite, time_of_message};
+use super::newest::{Newest, RanAhead, is_finite, set_back, time_of_message};
 use super::transport::{Transport, UdpTransport};
 use super::unfit::{Unfit, unfit};
 use super::velocity::VelocityFilter;
@@ -19,6 +19,8 @@ use std::time::Duration;
 
 /// A message this much older than the newest one is not a late one: the controller has begun anew.
 const NEW_SEQUENCE: u32 = 1000;
+/// Datagrams that are read in one go at most.
+const MOST_WAITING: u32 = 64;
 
 /// A client of the Fast Robot Interface, and an [`Arm`](hwall_haptics::Arm).
 ///
@@ -38,14 +40,15 @@ const NEW_SEQUENCE: u32 = 1000;
 ///
 /// Positions begin where the controller's interpolator holds the arm ([`interpolator`](Self::interpolator)). Whoever begins at the measured
 /// angles is off by the error of the arm's servo: up to 0.05 rad are laid over what is commanded and fade within a second. A command
-/// moves the arm no further than the joints may go between two answers. What was missed or did not arrive makes the arm late: it stays
+/// moves the arm no further than the joints may go between two answers. Missed or lost answers delay the arm: it stays
 /// on the path that was asked for, goes on from where the controller holds it ([`behind_s`](Self::behind_s)), and catches up by at most
-/// 15 % of its speed. More than 0.2 s behind it brakes, and the command is refused ([`FriError::Behind`]).
+/// 15 % of its speed. After 50 ms without a command it is taken to stand, and begins from rest. More than 0.2 s behind it brakes, and the command is refused ([`FriError::Behind`]).
 ///
 /// In mode torque positions are held by the springs of the controller, so its stiffness must not be zero for them. From positions
 /// to torques and back the springs are led over no faster than the joints may move.
 ///
-/// Times count from the first message, on the clock of the controller: by its messages and their period, and slowly by its stamps. Velocities are differences of the
+/// Times count from the first message, on the clock of the controller: one period a message, slowly corrected by its stamps. A period that is
+/// stated too long is refused ([`Unfit::Period`]). Velocities are differences of the
 /// measured positions through a first-order low-pass ([`FriClientConfig::velocity_hz`]): exact for steady motion,
 /// late by 3.2 ms and half a period at 50 Hz. After construction nothing is allocated.
 ///
@@ -63,6 +66,7 @@ pub struct FriClient<T = UdpTransport> {
     pub(super) newest: Option<Newest>,
     /// What is added to the time of the client to get the stamps of the controller, ns.
     stamps_ahead_ns: i128,
+    ran_ahead: RanAhead,
     velocity: VelocityFilter,
     /// Messages since the last answer.
     pub(super) since_answer: u32,
@@ -115,6 +119,7 @@ impl<T: Transport> FriClient<T> {
             peer: None,
             newest: None,
             stamps_ahead_ns: 0,
+            ran_ahead: RanAhead::default(),
             velocity: VelocityFilter::new(config.velocity_hz),
             since_answer: 0,
             owes: false,
@@ -149,9 +154,12 @@ impl<T: Transport> FriClient<T> {
         self.t_s().ok_or(FriError::NoMessage)
     }
 
-    /// Takes what has come, without waiting.
+    /// Takes what has come, without waiting: no more than a cycle has time for.
     pub(super) fn take_waiting(&mut self) -> Result<(), FriError> {
-        while let Some(is_message) = self.receive(None)? {
+        for _ in 0..MOST_WAITING {
+            let Some(is_message) = self.receive(None)? else {
+                break;
+            };
             self.statistics.skipped += u64::from(is_message);
         }
         Ok(())
@@ -255,6 +263,10 @@ impl<T: Transport> FriClient<T> {
                 self.statistics.lost += u64::from(ahead - 1);
                 let stamp_ns = stamp_ns.map(|stamp_ns| stamp_ns - self.stamps_ahead_ns);
                 let time_ns = time_of_message(last.time_ns, ahead, &message, stamp_ns);
+                if let Some(behind_ns) = stamp_ns.and_then(|stamp_ns| set_back(stamp_ns, time_ns)) {
+                    self.stamps_ahead_ns -= behind_ns;
+                    self.ran_ahead.note(time_ns);
+                }
                 let dt_ns = time_ns.saturating_sub(last.time_ns);
                 self.velocity.update(&q_rad, dt_ns as f64 * 1e-9);
                 time_ns
@@ -294,6 +306,7 @@ impl<T: Transport> FriClient<T> {
         self.velocity.update(q_rad, 0.0);
         self.since_answer = 0;
         self.was_active = false;
+        self.ran_ahead = RanAhead::default();
         self.commanded = Commanded::new();
         self.statistics.sessions += 1;
     }
@@ -374,7 +387,11 @@ impl<T: Transport> FriClient<T> {
     /// What the controller says that forbids commands, from when commanding is about to begin: the newest message.
     #[must_use]
     pub fn unfit(&self) -> Option<Unfit> {
-        self.message().and_then(unfit)
+        let newest = self.newest.as_ref()?;
+        let said_ms = newest.message.connection.send_period_ms;
+        let period = said_ms.filter(|_| self.ran_ahead.is_wrong(newest.time_ns));
+        let period = period.map(|said_ms| Unfit::Period { said_ms });
+        unfit(&newest.message).or(period)
     }
 
     /// What the controller takes; known from when commanding is about to begin. A controller that names no mode, or an unknown one, is

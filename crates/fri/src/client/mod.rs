@@ -13,7 +13,7 @@ pub(crate) mod unfit;
 mod velocity;
 
 pub(crate) use braking::CommandedMotion;
-pub use config::{ClientStatistics, FriClientConfig, TorqueReference};
+pub use config::{ClientStatistics, FriClientConfig};
 pub use fri_client::FriClient;
 pub use transport::{Transport, UdpTransport};
 pub use unfit::Unfit;

@@ -1,6 +1,7 @@
 //! What a message of the controller says, and when.
 
-use crate::codec::MonitorMessage;
+use crate::codec::{MonitorMessage, SessionState};
+use crate::limits::SERVO_ERROR_RAD;
 use std::time::Duration;
 
 /// The newest message of the controller.
@@ -12,6 +13,23 @@ pub(super) struct Newest {
     pub(super) time_ns: u64,
     /// On the transport's clock.
     pub(super) arrived: Duration,
+}
+
+impl Newest {
+    /// Where the controller holds an arm that this client has not commanded yet, rad: where its interpolator holds it, or, once it
+    /// takes commands, where another client has left it.
+    pub(super) fn held_rad(&self) -> [f64; 7] {
+        let data = self.message.data.unwrap_or_default();
+        let is_active = self.message.connection.state == SessionState::CommandingActive;
+        let commanded = data.commanded_position_rad.filter(|_| is_active);
+        let interpolator = self.message.interpolator.and_then(|i| i.position_rad);
+        let is_there = |held: &[f64; 7]| {
+            let mut off_rad = held.iter().zip(&self.q_rad).map(|(a, b)| (a - b).abs());
+            !is_active || off_rad.all(|off_rad| off_rad <= SERVO_ERROR_RAD)
+        };
+        let held = commanded.or(interpolator);
+        held.filter(is_there).unwrap_or(self.q_rad)
+    }
 }
 
 /// Longest send period that is believed, ms: steps are judged by it.
@@ -29,6 +47,39 @@ const FOLLOWS_STAMPS: f64 = 0.005;
 const MOST_FOLLOWED: f64 = 0.02;
 /// A stamp that is ahead by more than this says that the controller has stood still: its clock is believed, ns.
 const STOOD_STILL_NS: f64 = 5e8;
+
+/// A period of which the stamps say otherwise by more than [`MOST_FOLLOWED`] makes the time run ahead by [`STOOD_STILL_NS`] within this, ns.
+const RUNS_AHEAD_NS: u64 = (STOOD_STILL_NS / MOST_FOLLOWED) as u64;
+
+/// How far the stamps were set back behind the time of the messages, ns; `None` for what is followed.
+pub(super) fn set_back(stamp_ns: i128, time_ns: u64) -> Option<i128> {
+    let behind_ns = i128::from(time_ns) - stamp_ns;
+    (behind_ns as f64 > STOOD_STILL_NS).then_some(behind_ns)
+}
+
+/// When the stamps were set back. Once may be a clock that was set; again so soon says that the stated period is too long.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct RanAhead {
+    last_ns: Option<u64>,
+    again_ns: Option<u64>,
+}
+
+impl RanAhead {
+    pub(super) fn note(&mut self, time_ns: u64) {
+        let is_soon = |last_ns| time_ns.saturating_sub(last_ns) < RUNS_AHEAD_NS;
+        self.again_ns = self
+            .last_ns
+            .filter(|last_ns| is_soon(*last_ns))
+            .map(|_| time_ns);
+        self.last_ns = Some(time_ns);
+    }
+
+    /// Is the stated period wrong, as far as is known by now?
+    pub(super) fn is_wrong(&self, time_ns: u64) -> bool {
+        let is_soon = |again_ns| time_ns.saturating_sub(again_ns) < RUNS_AHEAD_NS;
+        self.again_ns.is_some_and(is_soon)
+    }
+}
 
 /// Time of a message `ahead` after the last one, ns. A controller sends once in every period, so messages count time; what its stamps say
 /// otherwise is followed slowly, for they may jitter. Without a period the stamps are all there is.

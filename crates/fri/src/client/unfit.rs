@@ -30,6 +30,14 @@ pub enum Unfit {
     /// An overlay that takes other commands.
     #[error("the overlay is {0}: choose a joint overlay in the application on the controller")]
     Overlay(OverlayType),
+    /// Messages come faster than the controller says, by its own stamps: velocities would be wrong.
+    #[error(
+        "messages come more often than every {said_ms} ms, as the controller states: state the true period"
+    )]
+    Period {
+        /// The period that it states, ms.
+        said_ms: u32,
+    },
     /// A control mode that does not go with the commands.
     #[error("the control mode is {mode}: choose {needed} in the application on the controller")]
     Control {

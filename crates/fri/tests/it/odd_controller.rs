@@ -3,9 +3,9 @@
 use hwall_fri::codec::{
     ClientCommandMode, Codec, ConnectionInfo, ConnectionQuality, ControlMode, DATAGRAM_BYTES,
     Datagram, DriveState, Header, InterpolatorData, MonitorData, MonitorMessage, OverlayType,
-    RobotInfo, SafetyState, SessionState,
+    RobotInfo, SafetyState, SessionState, TimeStamp,
 };
-use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion, LimitViolation};
+use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion, LimitViolation, Unfit};
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
@@ -374,6 +374,101 @@ fn after_missed_cycles_the_arm_is_late_and_does_not_leap() {
     assert!((arrived_rad - goal_rad(140)).abs() < 1e-12);
     // Braking after missed cycles is no leap either.
     command(240, 0.0, Some(ArmCommand::Hold));
+}
+
+/// The controller stood still meanwhile: braking from the speed before would move a resting arm by up to 0.27 rad, and going on at that speed
+/// would throw it.
+#[test]
+fn an_arm_that_stood_during_a_long_gap_begins_from_rest() {
+    for (told, then_holds) in [(false, true), (false, false), (true, true), (true, false)] {
+        let mut setup = Setup::new(20.0);
+        let mut command = |sequence: u32, reflected: u32, command: ArmCommand| {
+            let mut active = message(sequence);
+            active.connection.state = SessionState::CommandingActive;
+            active.header.reflected_sequence = reflected;
+            setup.send(&active);
+            setup.client.wait_for_message(PATIENT).expect("a message");
+            let taken = setup.client.command(command);
+            (taken, setup.answer_joint_rad(1))
+        };
+        let to = |rad: f64| {
+            let mut goal = JointPositions([0.1; 7]);
+            goal.0[1] = rad;
+            ArmCommand::Position(goal)
+        };
+        let (mut rad, mut arrived) = (0.1, 0);
+        for ms in 0..600_u32 {
+            rad += 1e-6 * 4.0 * f64::from(ms.min(400));
+            let (taken, sent_rad) = command(ms, arrived, to(rad));
+            assert_eq!(taken, Ok(()), "{ms}");
+            assert!((sent_rad - rad).abs() < 1e-9);
+            arrived = if told { ms } else { 0 };
+        }
+        // 100 ms without a command, or without one that arrives; then 1.6 rad/s go on, or the arm is to hold.
+        let stands_rad = match told {
+            true => {
+                let mut stands_rad = rad;
+                for ms in 600..700 {
+                    stands_rad = rad;
+                    let _ = command(ms, arrived, to(rad + 1.6e-3 * f64::from(ms - 599)));
+                }
+                stands_rad
+            }
+            false => rad,
+        };
+        for ms in 700..900 {
+            let wanted = match then_holds {
+                true => ArmCommand::Hold,
+                false => to(rad + 1.6e-3 * f64::from(ms - 599)),
+            };
+            let (taken, sent_rad) = command(ms, if told { arrived.max(ms) } else { 0 }, wanted);
+            if then_holds || ms == 700 {
+                let off_rad = sent_rad - stands_rad;
+                assert!(off_rad.abs() < 1e-9, "{told} {ms}: {off_rad} rad");
+            }
+            if !then_holds && ms == 700 {
+                assert!(taken.is_err(), "{taken:?}");
+            }
+        }
+    }
+}
+
+/// Another client has left the arm far from where the interpolator holds it.
+#[test]
+fn a_client_that_begins_while_commands_are_taken_begins_where_the_arm_is() {
+    for said in [true, false] {
+        let mut setup = Setup::new(20.0);
+        let mut active = message(0);
+        active.connection.state = SessionState::CommandingActive;
+        let data = active.data.as_mut().expect("data");
+        data.position_rad = Some([0.899; 7]);
+        data.commanded_position_rad = said.then_some([0.9; 7]);
+        setup.send(&active);
+        setup.client.wait_for_message(PATIENT).expect("a message");
+        setup.client.command(ArmCommand::Hold).expect("taken");
+        assert_eq!(setup.answer_rad(), if said { 0.9 } else { 0.899 });
+    }
+}
+
+/// All velocities would be half of what they are, and every motion twice as fast.
+#[test]
+fn a_period_that_is_stated_too_long_is_refused() {
+    let mut setup = Setup::new(20.0);
+    let mut refused = 0;
+    for n in 0..1000_u32 {
+        let mut active = message(n);
+        active.connection.state = SessionState::CommandingActive;
+        // 10 ms are stated; the second half tells the truth.
+        active.connection.send_period_ms = Some(if n < 500 { 10 } else { 5 });
+        let ns = 5_000_000 * u64::from(n);
+        active.data.as_mut().expect("data").time = Some(TimeStamp::from_ns(ns));
+        setup.send(&active);
+        setup.client.wait_for_message(PATIENT).expect("a message");
+        let unfit = setup.client.unfit();
+        assert!(unfit.is_none() || unfit == Some(Unfit::Period { said_ms: 10 }) || n >= 500);
+        refused += u32::from(unfit.is_some());
+    }
+    assert!(refused > 200, "{refused}");
 }
 
 /// A joint at 2 rad/s that is told to stand at once would swing 0.2 rad past its place: it brakes instead, and is led back.

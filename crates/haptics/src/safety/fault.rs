@@ -103,10 +103,17 @@ impl FaultMachine {
         }
     }
 
-    /// Stopped, latched.
-    pub(super) fn stop(&mut self, now_s: f64) {
+    /// Stopped, latched. An arm that gives way to a force goes on doing so, and stops once that is over: standing, it would clamp a hand.
+    pub(super) fn stop(&mut self, reason: SafeReason, now_s: f64) {
+        if let Some(trouble) = &mut self.trouble
+            && trouble.fault.severity == Severity::Caught
+            && trouble.stage != Stage::Stop
+        {
+            (trouble.asked_for, trouble.released) = (true, false);
+            return;
+        }
         self.trouble = Some(Trouble {
-            fault: Fault::new(SafeReason::Requested, Severity::Broken),
+            fault: Fault::new(reason, Severity::Broken),
             stage: Stage::Stop,
             since_s: now_s,
             last_found_s: now_s,
@@ -174,9 +181,9 @@ impl FaultMachine {
                 }
                 (trouble.sound_since_s, trouble.released) = (None, false);
             }
-            Some(trouble) if trouble.stage == Stage::Stop => {
-                trouble.fault = fault;
-                (trouble.sound_since_s, trouble.released) = (None, false);
+            // An arm that a person has let go gives way to a force, wherever it stands.
+            Some(trouble) if trouble.stage == Stage::Stop && !trouble.released => {
+                (trouble.fault, trouble.sound_since_s) = (fault, None);
             }
             _ => {
                 self.trouble = Some(Trouble {
@@ -326,6 +333,25 @@ mod tests {
         assert_eq!(run.go(310, None), Some(Stage::Stop));
     }
 
+    /// The stop made the arm rigid, and each time it was let go it stopped again: the hand stayed clamped.
+    #[test]
+    fn a_stop_does_not_clamp_a_caught_hand() {
+        for (torque_level, gives_way) in [(false, Stage::Retreat), (true, Stage::Compliant)] {
+            let mut run = Run::new();
+            (run.arm.is_pressed, run.arm.torque_level) = (true, torque_level);
+            run.go(10, Some(Caught));
+            run.machine.stop(SafeReason::Requested, run.now_s);
+            assert_eq!(run.go(2000, Some(Caught)), Some(gives_way));
+            run.arm.is_pressed = false;
+            run.go(310, None);
+            assert_eq!((run.stage(), run.is_latched()), (Some(Stage::Stop), true));
+            // Let go, and pressed again: it gives way again.
+            run.machine.reset(run.now_s);
+            run.arm.is_pressed = true;
+            assert_eq!(run.go(10, Some(Caught)), Some(gives_way));
+        }
+    }
+
     /// It once went on at the speed to which it had been pushed, into its end stop.
     #[test]
     fn an_arm_that_gave_way_goes_on_only_from_rest() {
@@ -377,7 +403,7 @@ mod tests {
     fn a_stop_that_was_asked_for_needs_a_person_whatever_the_rule() {
         let mut run = Run::new();
         run.latch = Latch::Nothing;
-        run.machine.stop(run.now_s);
+        run.machine.stop(SafeReason::Requested, run.now_s);
         run.go(10, Some(Unsure));
         assert_eq!(run.go(5000, None), Some(Stage::Stop));
         assert!(run.is_latched());

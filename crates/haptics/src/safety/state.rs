@@ -164,6 +164,8 @@ pub enum SafeReason {
     },
     /// [`Supervisor::stop`](super::Supervisor::stop) was called.
     Requested,
+    /// A part of the program that the session needs has ended by a fault.
+    LostThread,
 }
 
 impl SafeReason {
@@ -203,6 +205,7 @@ impl SafeReason {
             Self::TorqueBias { .. } => "torque_bias",
             Self::UnexpectedContact { .. } => "unexpected_contact",
             Self::Requested => "requested",
+            Self::LostThread => "lost_thread",
         }
     }
 

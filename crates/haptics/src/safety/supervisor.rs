@@ -169,8 +169,12 @@ impl Supervisor {
     }
 
     /// Ends a latched fault; commands go through again after the recovery time, if inputs are sound. The arm is believed to be where it
-    /// says it is, and what its torque sensors say at rest is found anew.
+    /// says it is, and what its torque sensors say at rest is found anew. Without a latched fault nothing changes.
     pub fn reset(&mut self) {
+        let trouble = self.faults.trouble.as_ref();
+        if !trouble.is_some_and(|trouble| trouble.is_latched(self.config.latch)) {
+            return;
+        }
         self.faults.reset(self.clock.elapsed_s);
         self.inspection.believe();
         self.person = PersonBody::default();
@@ -184,7 +188,12 @@ impl Supervisor {
 
     /// Stops the arm, latched.
     pub fn stop(&mut self) {
-        self.faults.stop(self.clock.elapsed_s);
+        self.stop_for(SafeReason::Requested);
+    }
+
+    /// Stops the arm, latched, for a reason of the caller.
+    pub fn stop_for(&mut self, reason: SafeReason) {
+        self.faults.stop(reason, self.clock.elapsed_s);
     }
 
     /// One cycle.

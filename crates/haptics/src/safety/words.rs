@@ -123,6 +123,9 @@ impl Display for SafeReason {
                 joint + 1
             ),
             Self::Requested => f.write_str("a stop was asked for"),
+            Self::LostThread => {
+                f.write_str("a thread of the program has ended by a fault: start the program again")
+            }
         }
     }
 }

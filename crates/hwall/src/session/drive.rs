@@ -71,8 +71,8 @@ pub struct Cycle {
 /// end of each cycle: to take events, to keep a record, to advance a simulated arm.
 ///
 /// # Errors
-/// The first error of the arm, its surroundings or `after`; a command that the arm does not take for the moment is none, and makes the
-/// session hold. The arm is told to hold before the loop ends. It may no longer
+/// The first error of the arm, its surroundings or `after`; a command that the arm does not take for the moment is no error: the
+/// session holds. The arm is told to hold before the loop ends. It may no longer
 /// receive that, so a driver must stop its arm by itself when no commands come.
 pub fn drive<C, R, S>(
     controller: &mut C,

@@ -39,7 +39,7 @@ use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::body::Room;
 use hwall_haptics::{
     Arm, ArmCommand, ArmState, Board, MovingObject, ObjectCommand, ObjectRenderingConfig,
-    PlannerConfig, RenderedObject, Renderer,
+    PlannerConfig, RenderedObject, Renderer, SafeReason,
 };
 use hwall_kinematics::ArmKinematics;
 use hwall_scene::{Scene, SurfaceId};
@@ -279,7 +279,7 @@ impl<P: Predictor> Session<P> {
             Planning::OnThread(thread) => thread.wake(),
         }
         if self.has_lost_thread() {
-            self.control.stop();
+            self.control.stop_for(SafeReason::LostThread);
         }
     }
 

@@ -58,6 +58,11 @@ impl Holds {
         }
     }
 
+    /// Was a latched hold told?
+    pub(super) fn is_latched(&self) -> bool {
+        self.under_way.is_some_and(|hold| hold.is_latched)
+    }
+
     /// Says what is new in a cycle.
     pub fn see(&mut self, t_s: f64, state: SessionState, is_latched: bool) {
         if let Some(words) = self.change(t_s, state, is_latched) {
@@ -88,7 +93,9 @@ impl Holds {
             .filter(|was| stop != Some(*was));
         let told = ended.map(|ended| self.end(ended, t_s));
         let Some(Hold { stop, .. }) = hold else {
-            return (told? <= TOLD).then(|| "the arm moves again".to_owned());
+            // Also after the last one that was told: the console does not end on "stopped" while the arm moves.
+            let was_latched = before.is_some_and(|hold| hold.is_latched);
+            return (told? <= TOLD + 1 || was_latched).then(|| "the arm moves again".to_owned());
         };
         let (count, _) = self.by_stop.entry(stop).or_default();
         if before.is_none_or(|before| before.stop != stop) {

@@ -64,8 +64,9 @@ pub(super) fn after<P: Predictor>(
     let is_latched = recorded.session.control().is_latched();
     match asked(&bridge.view.orders(), is_latched, switch) {
         Some(Order::Stop) => recorded.request(Request::Stop),
-        Some(Order::LetGo) => recorded.request(Request::Reset),
-        None => {}
+        // Only what a person has been told: not a latch that has arisen in this cycle.
+        Some(Order::LetGo) if holds.is_latched() => recorded.request(Request::Reset),
+        Some(Order::LetGo) | None => {}
     }
     let Recorded { session, recorder } = recorded;
     holds.see(cycle.t_s, session.state(), session.control().is_latched());

@@ -14,7 +14,7 @@ use crate::texture::BoardTexture;
 use glam::DVec3;
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, ContactState, LinkInFront, Phase, PlaceTolerance,
-    PostureTarget, RenderInput, RenderStep, Renderer, SafeState, Supervisor,
+    PostureTarget, RenderInput, RenderStep, Renderer, SafeReason, SafeState, Supervisor,
 };
 use hwall_kinematics::{ArmKinematics, ArmScratch};
 use hwall_scene::SurfaceId;
@@ -260,7 +260,11 @@ impl Control {
 
     /// Stops the arm with the next step, latched. Without a supervisor it does nothing.
     pub fn stop(&mut self) {
-        self.safety.stop();
+        self.stop_for(SafeReason::Requested);
+    }
+
+    pub(in crate::session) fn stop_for(&mut self, reason: SafeReason) {
+        self.safety.stop_for(reason);
     }
 
     /// A link in front of a surface within reach of the person, as of the last step; see [`EventKind::LinkInFront`].

@@ -98,9 +98,9 @@ impl Safety {
         }
     }
 
-    pub(super) fn stop(&mut self) {
+    pub(super) fn stop_for(&mut self, reason: SafeReason) {
         if let Some(supervisor) = &mut self.supervisor {
-            supervisor.stop();
+            supervisor.stop_for(reason);
         }
     }
 
