@@ -305,7 +305,6 @@ impl<T: Transport> FriClient<T> {
         self.velocity.reset();
         self.velocity.update(q_rad, 0.0);
         self.since_answer = 0;
-        self.was_active = false;
         self.ran_ahead = RanAhead::default();
         self.commanded = Commanded::new();
         self.statistics.sessions += 1;

@@ -450,6 +450,32 @@ fn a_client_that_begins_while_commands_are_taken_begins_where_the_arm_is() {
     }
 }
 
+/// Its arm was commanded as if it moved, and was then not where it was told to be.
+#[test]
+fn a_controller_that_was_restarted_takes_no_commands_until_commanding_begins() {
+    let mut setup = Setup::new(0.05);
+    let mut command = |message: &MonitorMessage| {
+        setup.send(message);
+        setup.client.wait_for_message(PATIENT).expect("a message");
+        let taken = setup.client.command(ArmCommand::Hold);
+        (taken, setup.answer_rad())
+    };
+    let mut active = message(500);
+    active.connection.state = SessionState::CommandingActive;
+    assert_eq!(command(&active), (Ok(()), 0.1));
+    std::thread::sleep(Duration::from_millis(100));
+    // Its arm stands elsewhere.
+    let mut anew = message(0);
+    anew.connection.state = SessionState::MonitoringReady;
+    anew.data.as_mut().expect("data").position_rad = Some([0.7; 7]);
+    anew.interpolator.as_mut().expect("one").position_rad = Some([0.7; 7]);
+    let (taken, _) = command(&anew);
+    assert!(matches!(taken, Err(FriError::CommandingEnded { .. })));
+    anew.header.sequence = 1;
+    anew.connection.state = SessionState::CommandingActive;
+    assert_eq!(command(&anew), (Ok(()), 0.7));
+}
+
 /// All velocities would be half of what they are, and every motion twice as fast.
 #[test]
 fn a_period_that_is_stated_too_long_is_refused() {

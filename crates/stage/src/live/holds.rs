@@ -157,7 +157,9 @@ impl Holds {
         ));
         for (stop, (count, lasted_s)) in &self.by_stop {
             let times = counted(*count as usize, "time", "times");
-            note(format_args!("{stop}: {times}, {lasted_s:.1} s in all"));
+            note(format_args!(
+                "held for `{stop}`: {times}, {lasted_s:.1} s in all"
+            ));
         }
         if self.in_front > 0 {
             let times = counted(self.in_front as usize, "time", "times");
@@ -171,7 +173,11 @@ pub(super) fn listen_to_console(view: &ViewSender) {
     let orders = view.orders();
     let listens = move || {
         for line in stdin().lock().lines() {
-            match line.as_deref().map(str::trim) {
+            match line
+                .as_deref()
+                .map(|line| line.trim().to_lowercase())
+                .as_deref()
+            {
                 Ok("") => orders.let_go(),
                 Ok("s" | "stop") => orders.stop(),
                 Ok(_) => note("Enter lets a stopped arm go; s and Enter stops it"),

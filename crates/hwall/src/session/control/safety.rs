@@ -15,8 +15,8 @@ use hwall_kinematics::{ArmKinematics, JointPositions};
 pub(in crate::session) struct Safety {
     supervisor: Option<Supervisor>,
     last: Option<SupervisorStep>,
-    /// The name that the renderer has given to the fault.
-    named: Option<HoldReason>,
+    /// The name that the renderer has given to the fault, and the supervisor's.
+    named: Option<(HoldReason, SafeState)>,
     /// As the guidance had it last.
     people_before: u64,
 }
@@ -181,7 +181,7 @@ impl Safety {
     }
 
     /// The state that is in force instead of the session's; `None` while commands go through. A fault that the renderer has
-    /// named keeps that name for as long as the arm stands for it.
+    /// named keeps that name until the arm stands for another one.
     pub(super) fn in_force(&mut self, phase: Phase) -> Option<SessionState> {
         let last = self.last?;
         // The first states of an arm that has nothing to do yet.
@@ -203,10 +203,13 @@ impl Safety {
         if let Phase::Hold(reason) = phase
             && reason != HoldReason::NoTarget
         {
-            self.named = Some(reason);
+            self.named = Some((reason, last.state));
         }
-        Some(match self.named.filter(|_| stands) {
-            Some(reason) => SessionState::Holding(reason),
+        let named = self
+            .named
+            .filter(|(_, state)| stands && same_reason(*state, last.state));
+        Some(match named {
+            Some((reason, _)) => SessionState::Holding(reason),
             None => SessionState::Safe(last.state),
         })
     }
@@ -217,10 +220,14 @@ const OUT_OF_REACH_M: f64 = 0.3;
 
 /// Does the supervisor do the same for the same fault? Numbers may differ.
 pub(super) fn same_fault(a: SafeState, b: SafeState) -> bool {
-    let fault = |state: SafeState| {
+    a.name() == b.name() && same_reason(a, b)
+}
+
+fn same_reason(a: SafeState, b: SafeState) -> bool {
+    let reason = |state: SafeState| {
         let reason = state.reason();
         let channel = reason.and_then(|reason| reason.channel());
-        (state.name(), reason.map(|reason| reason.name()), channel)
+        (reason.map(|reason| reason.name()), channel)
     };
-    fault(a) == fault(b)
+    reason(a) == reason(b)
 }
