@@ -1,8 +1,8 @@
-//! From a frame of the hand to the command that answers it, over loopback: `cargo bench -p hwall-bridge`.
+//! Latency from a hand frame to the command that answers it, over loopback: `cargo bench -p hwall-bridge`.
 //!
-//! A client sends a hand 72 times a second by WebSocket; a session on the simulated arm takes it in a loop of 1 kHz. Measured is
-//! the time from before the frame is written to the socket until the command of the cycle that took it is given to the arm. Up to a
-//! period of the loop is the wait for the next cycle; the rest is the network's and the scheduler's, which this measures, too.
+//! A client sends a hand 72 times a second by WebSocket; a session on the simulated arm takes it in a loop of 1 kHz. The measured time
+//! starts before the frame is written to the socket and ends when the command of the cycle that took it is given to the arm. Up to one
+//! period of the loop is the wait for the next cycle; the rest is due to the network and the scheduler.
 
 #[path = "../tests/it/common/mod.rs"]
 mod common;
@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 
 const FRAMES: usize = 72 * 20;
 
-/// The simulated arm, and when it was last given a command.
+/// The simulated arm, and the time of its last command.
 struct Timed {
     arm: ServoArm,
     command_at: Instant,
@@ -40,7 +40,7 @@ impl Arm for Timed {
     }
 }
 
-/// A bridge that tells which frame it gave last: the hand's place along y is its number.
+/// A bridge that records which frame it returned last: the y coordinate of the hand is the frame number.
 struct Numbered {
     bridge: Bridge,
     taken: Vec<usize>,

@@ -1,4 +1,4 @@
-//! A wall before a simulated iiwa, touched from a browser: with a mouse, a finger, or the hands in a headset.
+//! A wall in front of a simulated iiwa, touched from a browser: with a mouse, a finger, or the hands in a headset.
 //!
 //! `cargo run --release -p hwall-bridge --example wall`
 
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let start = walls.waiting.ok_or("no wall within reach")?;
     let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
     let config = SessionConfig {
-        // A mouse does not tremble as a hand does.
+        // A mouse has no tremor.
         hand: HandFilterConfig::simulated(),
         ..SessionConfig::default()
     };
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         &mut bridge,
         |session, driver, bridge, cycle| {
             bridge.show(session, &cycle.state);
-            // What a real hand does by itself: it presses the board.
+            // A real hand would do this by itself: it presses the board.
             let hand = session.tracking().and_then(|tracking| tracking.state());
             let wrench = match hand {
                 Some(hand) => finger.wrench(&driver.pose(), hand.point_m, hand.velocity_m_per_s)?,

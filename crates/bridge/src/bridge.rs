@@ -1,4 +1,4 @@
-//! The loop's end of a bridge.
+//! The loop's side of a bridge.
 
 use crate::hands::HandQueue;
 use crate::pacing::Pacing;
@@ -12,24 +12,24 @@ use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
-/// How long parts are sent after a page last asked for them; pages ask twice a second.
+/// How long parts are sent after a page last requested them; pages request them twice a second.
 const PARTS: Duration = Duration::from_secs(2);
 
-/// What a loop needs of a bridge: time, hands, and somewhere to show what it does.
+/// What a loop needs from a bridge: time, hands, and a view of what it does.
 ///
-/// It is the [`Surroundings`] of [`drive`](hwall::drive). Those who run the two halves of a session on two threads take it apart: hands
-/// go to the one, time and view to the other. Nothing in it takes a lock or allocates.
+/// It is the [`Surroundings`] of [`drive`](hwall::drive). If the two halves of a session run on two threads, take it apart: hands go to one
+/// half, time and view to the other. Nothing in it takes a lock or allocates.
 pub struct Bridge {
     /// When the next cycle is due.
     pub pacing: Pacing,
     /// Frames of the hand.
     pub hands: HandQueue,
-    /// Views and events, to whoever looks on.
+    /// Views and events, for all clients.
     pub view: ViewSender,
 }
 
 impl Bridge {
-    /// Sends the events of a session that nobody has taken yet, and what is seen now, if a view is due. At the end of a cycle.
+    /// Sends the pending events of a session, and a view if one is due. Call it at the end of a cycle.
     pub fn show<P: Predictor>(&mut self, session: &mut Session<P>, state: &ArmState) {
         while let Some(event) = session.next_event() {
             self.view.event(&event);
@@ -39,7 +39,7 @@ impl Bridge {
         }
     }
 
-    /// What is seen of a session now, with all joints of the hand, and the parts that the supervisor judges by while somebody looks at them.
+    /// The current view of a session, with all joints of the hand, and with the supervisor's parts while a page requests them.
     #[must_use]
     pub fn view_of<P: Predictor>(&self, session: &Session<P>, state: &ArmState) -> ViewFrame {
         let newest = self.hands.newest();
@@ -72,10 +72,10 @@ impl<R: Arm> Surroundings<R> for Bridge {
     }
 }
 
-/// Views and events on their way to the clients.
+/// Sends views and events to the clients.
 ///
-/// Takes no lock and allocates nothing: std's bounded channels, of which only `try_send` is used, and whose other end never waits
-/// in them. What finds no room is dropped and counted.
+/// Takes no lock and allocates nothing: it only uses `try_send` on std's bounded channels, and the receiving side never blocks on them.
+/// Anything that does not fit is dropped and counted.
 pub struct ViewSender {
     views: SyncSender<ViewFrame>,
     events: SyncSender<Event>,
@@ -101,16 +101,16 @@ impl ViewSender {
         }
     }
 
-    /// Is it time for another view, at this time of the arm's clock, s?
+    /// Is another view due at this time of the arm's clock, s?
     #[must_use]
     pub fn is_due(&self, t_s: f64) -> bool {
-        // Also after a clock that was set back.
+        // Also if the clock was set back.
         t_s >= self.due_s || t_s < self.due_s - self.period_s
     }
 
-    /// Sends what is seen to all clients; as often as is wanted, one in a period gets there.
+    /// Sends a view to all clients. Call it as often as you like; one view per period is sent.
     pub fn send(&mut self, frame: &ViewFrame) {
-        // On a grid, so that the rate is right though cycles do not divide the period.
+        // Keep to a grid, so that the rate is right even if the period is no multiple of the cycle.
         let on_grid_s = self.due_s + self.period_s;
         self.due_s = if frame.t_s - on_grid_s < self.period_s && on_grid_s > frame.t_s {
             on_grid_s
@@ -122,7 +122,7 @@ impl ViewSender {
         }
     }
 
-    /// Sends an event to all clients, if it is one that a person can follow: frames and predictions are in the views.
+    /// Sends an event to all clients, if a person can follow it: frames and predictions are part of the views.
     pub fn event(&mut self, event: &Event) {
         match event.kind {
             EventKind::Predicted(_) => return,
@@ -139,19 +139,19 @@ impl ViewSender {
         }
     }
 
-    /// What a person asked of the arm, on a page or elsewhere: the loop takes it once in every cycle.
+    /// Orders of a person to the arm, from a page or elsewhere: the loop takes them once in every cycle.
     #[must_use]
     pub fn orders(&self) -> Orders {
         self.shared.orders.clone()
     }
 
-    /// Was the server told to stop?
+    /// Was the server stopped?
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.shared.is_stopped()
     }
 
-    /// Counts a cycle of a loop that another clock paces, and those that it left out.
+    /// Counts a cycle, and the skipped ones, of a loop that another clock paces.
     pub fn count_cycle(&self, skipped: u64) {
         self.shared.tally.cycles.add(1);
         self.shared.tally.skipped_cycles.add(skipped);

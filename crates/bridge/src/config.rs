@@ -8,12 +8,12 @@ use std::net::{Ipv4Addr, SocketAddr};
 /// Which hand the board serves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FollowedHand {
-    /// The one that is seen first; the other one when that is not seen for [`BridgeConfig::lost_after_s`]. For cameras that see
-    /// one hand at a time: of two that are seen, the second is not followed.
+    /// The hand that is seen first; the other hand after the first one was not seen for [`BridgeConfig::lost_after_s`]. For cameras that
+    /// see one hand at a time: if two are seen, the second is not followed.
     Either,
-    /// The left one.
+    /// The left hand.
     Left,
-    /// The right one; a mouse counts as one.
+    /// The right hand; a mouse counts as one.
     #[default]
     Right,
 }
@@ -21,34 +21,34 @@ pub enum FollowedHand {
 /// Settings of a [`BridgeServer`](crate::BridgeServer).
 #[derive(Debug, Clone, PartialEq)]
 pub struct BridgeConfig {
-    /// Where to listen. Default 127.0.0.1:8080, this machine alone; port 0 takes a free one.
+    /// Address to listen on. Default 127.0.0.1:8080, for this machine only; port 0 takes a free one.
     pub listen: SocketAddr,
-    /// Names other than this machine's that a browser may use for the server, without a port: those of a proxy. Addresses
-    /// in numbers and `localhost` are always allowed. Default none.
+    /// Names other than this machine's that a browser may use for the server, without a port, such as those of a proxy. Numeric addresses
+    /// and `localhost` are always allowed. Default none.
     pub hosts: Vec<String>,
     /// Origin of the headset's space (z up, after the change of axes) in the arm's base frame; default the base itself.
     pub base_from_headset: Pose,
     /// Which hand is followed; default the right one.
     pub hand: FollowedHand,
-    /// Most clients at a time, default 8.
+    /// Most clients at a time; default 8.
     pub max_clients: usize,
     /// Longest message, bytes; default 65536.
     pub max_message_bytes: usize,
     /// Samples older than this are dropped, s; default 0.15.
     pub max_age_s: f64,
-    /// Without a sample for this long the hand counts as lost, s; default 0.15.
+    /// The hand counts as lost if no sample comes for this long, s; default 0.15.
     pub lost_after_s: f64,
-    /// Another client may lead when the leading one has shown no hand for this long, s; default 1.
+    /// Another client may lead after the leading one has shown no hand for this long, s; default 1.
     pub takeover_s: f64,
-    /// Time that a request may take to come in, s; default 5.
+    /// Most time for a request to arrive, s; default 5.
     pub request_s: f64,
-    /// A client from which nothing comes for this long is disconnected, s; default 15.
+    /// A client that sends nothing for this long is disconnected, s; default 15.
     pub silent_s: f64,
     /// Period of the view, s; default 1/60.
     pub view_period_s: f64,
     /// Period of the loop, s; default 1e-3.
     pub period_s: f64,
-    /// A loop that is behind by more than this leaves cycles out, s; below that it catches up. Default 0.05.
+    /// A loop that is behind by more than this skips cycles, s; otherwise it catches up. Default 0.05.
     pub max_behind_s: f64,
 }
 
@@ -79,7 +79,7 @@ impl BridgeConfig {
     /// # Errors
     /// The first setting outside its range; NaN is outside every range.
     pub fn validate(&self) -> Result<(), BridgeError> {
-        // Sockets take no longer time-outs, and none of zero.
+        // Sockets accept no longer time-outs, and none of zero.
         for (what, value_s) in [
             ("max_age_s", self.max_age_s),
             ("lost_after_s", self.lost_after_s),

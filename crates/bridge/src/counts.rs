@@ -1,4 +1,4 @@
-//! What came in, what was dropped and why, what went out.
+//! Counts of what was received, dropped and sent.
 
 use serde::Serialize;
 use std::fmt;
@@ -9,17 +9,17 @@ macro_rules! counts {
         /// Counts since the server was started.
         #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
         pub struct BridgeCounts {
-            /// Clients connected at present.
+            /// Clients currently connected.
             pub clients: u64,
             $($(#[$doc])* pub $name: u64,)*
         }
 
-        /// The same, counted by many threads.
+        /// The same, as atomic counters for many threads.
         #[derive(Debug, Default)]
         pub(crate) struct Tally { $(pub(crate) $name: Count,)* }
 
         impl Tally {
-            /// All counts at present, but for the clients.
+            /// All current counts; `clients` is given.
             pub(crate) fn counts(&self, clients: usize) -> BridgeCounts {
                 BridgeCounts { clients: clients as u64, $($name: self.$name.get(),)* }
             }
@@ -28,58 +28,58 @@ macro_rules! counts {
 }
 
 counts! {
-    /// Samples of a hand handed to the loop.
+    /// Samples of a hand that were passed to the loop.
     accepted,
-    /// Of these: samples in which the hand was not seen.
+    /// Samples among these in which the hand was not seen.
     unseen,
-    /// Older than [`BridgeConfig::max_age_s`](crate::BridgeConfig::max_age_s) when they came in.
+    /// Samples older than [`BridgeConfig::max_age_s`](crate::BridgeConfig::max_age_s) on arrival.
     stale,
-    /// Whose stamps look like seconds; milliseconds are expected.
+    /// Samples whose stamps seem to be in seconds; milliseconds are expected.
     in_seconds,
-    /// With a number, or a time, before that of the sample before.
+    /// Samples with a number or a time before that of the previous sample.
     out_of_order,
-    /// With the number of the sample before.
+    /// Samples with the number of the previous sample.
     duplicate,
-    /// Messages that are not of the protocol: no JSON, wrong types, a wrong count of joints, numbers beyond all bounds, binary.
+    /// Messages outside the protocol: no JSON, wrong types, wrong number of joints, numbers out of range, binary.
     malformed,
-    /// Messages or requests beyond the limit of their size; the connection ends.
+    /// Messages or requests above the size limit; the connection ends.
     too_large,
     /// Samples of clients that do not lead.
     looking_on,
     /// Samples of the hand that is not followed.
     other_hand,
-    /// Samples whose clock had leapt.
+    /// Samples whose clock had jumped.
     clock_leaps,
-    /// Samples that came faster than the loop took them.
+    /// Samples that arrived faster than the loop took them.
     overflow,
-    /// Times that another client took over.
+    /// Times that another client took over the lead.
     takeovers,
-    /// Clients turned away because there were enough.
+    /// Clients rejected because there were enough.
     refused_clients,
     /// Pages served.
     pages,
-    /// Requests that were answered with an error: garbage, other paths, foreign origins, too slow.
+    /// Requests answered with an error: garbage, other paths, foreign origins, too slow.
     refused_requests,
     /// View frames sent, over all clients.
     views_sent,
-    /// View frames that slow clients did not get.
+    /// View frames dropped for slow clients.
     views_dropped,
-    /// Events that were not sent because a queue was full.
+    /// Events dropped because a queue was full.
     events_dropped,
     /// Cycles of the loop.
     cycles,
-    /// Cycles left out because the loop was far behind.
+    /// Cycles skipped because the loop was far behind.
     skipped_cycles,
     /// Datagrams that became targets.
     datagrams,
     /// Datagrams at exactly 0,0,0: their sender sees nothing.
     unseen_datagrams,
-    /// Datagrams that make no sense, or come from another sender than the one that leads.
+    /// Invalid datagrams, or datagrams from a sender that does not lead.
     refused_datagrams,
 }
 
 impl fmt::Display for BridgeCounts {
-    /// In sentences; what did not happen is left out.
+    /// The counts in sentences, without zeros.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "The loop ran {} cycles", self.cycles)?;
         listed(f, " and left out ", &[(self.skipped_cycles, "")])?;
@@ -125,7 +125,7 @@ impl fmt::Display for BridgeCounts {
     }
 }
 
-/// What is not zero, after an introduction.
+/// The counts that are not zero, after an introduction.
 fn listed(f: &mut fmt::Formatter<'_>, before: &str, counts: &[(u64, &str)]) -> fmt::Result {
     let mut before = before;
     for (count, what) in counts.iter().filter(|(count, _)| *count > 0) {

@@ -1,36 +1,36 @@
-//! What can go wrong before a bridge runs, or with what others send it.
+//! Errors of starting a bridge, and of received datagrams.
 
 use hwall::numeric::ArgumentError;
 use std::net::SocketAddr;
 
-/// A bridge that cannot be started, or a datagram that makes no sense.
+/// A bridge that cannot be started, or an invalid datagram.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BridgeError {
-    /// The address cannot be listened on.
+    /// The server cannot listen on the address.
     #[error("cannot listen on {address}; another address may be free")]
     Listen {
-        /// The address asked for.
+        /// The requested address.
         address: SocketAddr,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
-    /// A thread could not be started, or a socket not be set up.
+    /// A thread could not be started, or a socket could not be set up.
     #[error("cannot set up the server: {0}")]
     Setup(#[from] std::io::Error),
     /// A setting outside its range.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
-    /// A datagram of another length than five numbers.
+    /// A datagram that does not have the length of five numbers.
     #[error("a datagram of {bytes} bytes, expected 20")]
     DatagramLength {
         /// Its length.
         bytes: usize,
     },
-    /// A roughness code that is no whole number of two digits.
+    /// A roughness code that is not a whole number of two digits.
     #[error("roughness code {code}, expected a whole number from 0 to 99")]
     RoughnessCode {
-        /// What came.
+        /// The received code.
         code: f64,
     },
 }

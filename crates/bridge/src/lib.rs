@@ -17,12 +17,12 @@ pub use counts::BridgeCounts;
 pub use error::BridgeError;
 pub use server::{BridgeServer, Order, Orders, StopHandle};
 
-// The loop's end.
+// The loop's side.
 pub use bridge::{Bridge, ViewSender};
 pub use hands::HandQueue;
 pub use pacing::Pacing;
 
-// A page that asks, for studies.
+// A page of questions, for studies.
 pub use questions::{Answering, Question, QuestionServer};
 
 // The dissertation's datagram.

@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 /// Waits for cycle after cycle.
 ///
-/// Cycle n is due n periods after the first. A loop that is behind catches up, as the arm's clock must not lose time; one that is
-/// far behind leaves cycles out. How exactly a cycle begins is up to the operating system: without real-time priority expect
-/// delays of 0.1 ms, and now and then of some milliseconds.
+/// Cycle n is due n periods after the first. A loop that is behind catches up, because the arm's clock must not lose time; one that is far
+/// behind skips cycles. The operating system determines how exactly a cycle begins: without real-time priority, expect delays of 0.1 ms,
+/// and occasionally of a few milliseconds.
 #[derive(Debug, Clone)]
 pub struct Pacing {
     period_s: f64,
@@ -46,7 +46,7 @@ impl Pacing {
         self.period_s
     }
 
-    /// Cycles that were left out so far.
+    /// Number of cycles skipped so far.
     #[must_use]
     pub const fn skipped(&self) -> u64 {
         self.skipped

@@ -1,7 +1,7 @@
-//! A few seconds of a made-up touch, to look at: writes `replay.html`, `touch.svg` and `run.glb` to a folder.
+//! A made-up touch of a few seconds: writes `replay.html`, `touch.svg` and `run.glb` to a folder.
 //!
 //! `cargo run --release -p hwall-view --example look -- /tmp/look`
-//! With a number behind the folder the wall has so many triangles: `-- /tmp/look 100000`.
+//! A number after the folder is the number of triangles of the wall: `-- /tmp/look 100000`.
 
 use glam::DVec3;
 use hwall::haptics::{Board, board_pose};
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// The arm comes to the wall while a fingertip does, presses for two seconds, and goes.
+/// The arm moves to the wall while a fingertip does, presses for two seconds, and leaves.
 fn frame(t_s: f64, [waiting, presenting]: &[JointPositions; 2]) -> ViewFrame {
     let ease = |from_s: f64, long_s: f64| {
         let s = ((t_s - from_s) / long_s).clamp(0.0, 1.0);
@@ -87,7 +87,7 @@ fn frame(t_s: f64, [waiting, presenting]: &[JointPositions; 2]) -> ViewFrame {
     }
 }
 
-/// A wall 0.66 m before the arm, of at least two triangles.
+/// A wall 0.66 m in front of the arm, of at least two triangles.
 fn wall(triangles: usize) -> Result<Scene, hwall::scene::SceneError> {
     let strips = ((triangles as f64 / 2.0).sqrt().ceil() as usize).max(1);
     let at = |i: usize, j: usize| {

@@ -1,42 +1,41 @@
-//! The arm as it is shown: joints and capsules.
+//! The arm as shown: joints and capsules.
 
 use glam::DVec3;
 use hwall::geometry::Pose;
 use hwall::kinematics::{ArmKinematics, JointLimit, JointPositions, MOST_JOINTS};
 
-/// A joint, in the frame of the one before it (the first: the base). Its own frame moves with it.
+/// A joint, in the frame of the previous joint (of the base for the first). Its own frame moves with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewJoint {
-    /// Where the joint stands at position zero.
+    /// Pose of the joint at position zero.
     pub parent_from_joint: Pose,
     /// Unit axis in the joint's own frame.
     pub axis: DVec3,
     /// Does it slide along its axis instead of turning about it?
     pub slides: bool,
-    /// rad or m.
+    /// Joint limit, rad or m.
     pub limit: JointLimit,
 }
 
 /// A piece of the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewCapsule {
-    /// Which frame it moves with: 0 the base, `i` that of joint `i`.
+    /// Frame that it moves with: 0 is the base, `i` is joint `i`.
     pub frame: usize,
     /// One end of the segment in that frame, m.
     pub from_m: DVec3,
     /// The other end, m.
     pub to_m: DVec3,
-    /// m.
+    /// Radius, m.
     pub radius_m: f64,
-    /// Is it the housing of a joint, rather than a link? Shown in another colour.
+    /// Is it the housing of a joint, not a link? Housings have another colour.
     pub housing: bool,
 }
 
-/// An arm as joints with capsules about them. Frames are those of the base at position zero, moved: their axes are parallel to
-/// the base's while all joints are at zero.
+/// An arm as joints and capsules. While all joints are at zero, the axes of all joint frames are parallel to those of the base.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewArm {
-    /// From the base on.
+    /// Joints, from the base outwards.
     pub joints: Vec<ViewJoint>,
     /// Links and housings.
     pub capsules: Vec<ViewCapsule>,
@@ -44,12 +43,11 @@ pub struct ViewArm {
     pub joint_from_tool: Pose,
 }
 
-/// Points nearer to each other than this are one, m.
+/// Points closer together than this are one point, m.
 const SAME_M: f64 = 1e-3;
 
 impl ViewArm {
-    /// Of any arm, from its joint axes alone: links run between the points where neighbouring axes meet, or come nearest to
-    /// each other.
+    /// From any arm, by its joint axes alone: links run between the points where neighbouring axes meet or are closest.
     #[must_use]
     pub fn of(arm: &dyn ArmKinematics) -> Self {
         let zero = JointPositions::default();
@@ -57,7 +55,7 @@ impl ViewArm {
         let base_from_tool = arm.forward(&zero);
         let tool_m = base_from_tool.position_m();
         let count = arm.joint_count().min(MOST_JOINTS);
-        // A point of each axis, the axis, and whether it is that of a sliding joint.
+        // For each joint: a point on its axis, the axis, and whether the joint slides.
         let mut axes: Vec<(DVec3, DVec3, bool)> = Vec::with_capacity(count);
         for joint in 0..count {
             let (last_m, last_axis) = axes.last().map_or((DVec3::ZERO, DVec3::Z), |a| (a.0, a.1));
@@ -117,10 +115,10 @@ impl ViewArm {
     }
 }
 
-/// Radii from base to tool in proportion to the arm: those of an iiwa for a reach of 0.95 m.
+/// Radii at base and tool, relative to the size of the arm: those of an iiwa, for a reach of 0.95 m.
 const BASE_RADIUS: f64 = 0.088;
 const TOOL_RADIUS: f64 = 0.052;
-/// Thickness of a board, about, m.
+/// Approximate thickness of a board, m.
 const CARRIED_M: f64 = 0.02;
 
 fn capsules(axes: &[(DVec3, DVec3, bool)], tool_m: DVec3) -> Vec<ViewCapsule> {
@@ -136,13 +134,13 @@ fn capsules(axes: &[(DVec3, DVec3, bool)], tool_m: DVec3) -> Vec<ViewCapsule> {
     let mut along_m = 0.0;
     for (i, pair) in points_m.windows(2).enumerate() {
         let middle_m = along_m + 0.5 * pair[0].distance(pair[1]);
-        // Piece i moves with joint i: from where that joint stands.
+        // Piece i moves with joint i and starts there.
         let origin_m = if i == 0 { DVec3::ZERO } else { pair[0] };
         let link = (pair[1] - pair[0]).normalize_or_zero();
         let long_m = pair[0].distance(pair[1]);
         if long_m > SAME_M {
             let round_m = 0.86 * radius_m(middle_m);
-            // The last link ends behind what it carries.
+            // The last link ends before the board that it carries.
             let end_m = if i == axes.len() {
                 (long_m - round_m - CARRIED_M).max(0.0)
             } else {
@@ -157,7 +155,7 @@ fn capsules(axes: &[(DVec3, DVec3, bool)], tool_m: DVec3) -> Vec<ViewCapsule> {
             });
         }
         along_m += long_m;
-        // A housing along the axis of the next joint where the arm bends there: the axis crosses the link.
+        // A housing along the next joint's axis, if that axis crosses the link.
         let Some((_, axis, false)) = axes.get(i) else {
             continue;
         };
@@ -175,7 +173,7 @@ fn capsules(axes: &[(DVec3, DVec3, bool)], tool_m: DVec3) -> Vec<ViewCapsule> {
     capsules
 }
 
-/// The point of the second line that is nearest to the first; of parallel ones that nearest to the first's point.
+/// The point of the second line closest to the first; for parallel lines, the one closest to the first line's point.
 fn foot_on_second(p: DVec3, u: DVec3, q: DVec3, v: DVec3) -> DVec3 {
     let (b, w) = (u.dot(v), p - q);
     let determinant = 1.0 - b * b;

@@ -1,4 +1,4 @@
-//! What the supervisor judges by, as capsules.
+//! The capsules that the supervisor uses.
 
 use glam::DVec3;
 use hwall::haptics::body::{BodyRegion, Capsule};
@@ -10,14 +10,14 @@ pub const MOST_PARTS: usize = MOST_BODY_POINTS - 1 + 3 + 5;
 /// A part of the arm or of the person, base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewPart {
-    /// Its place.
+    /// Its position.
     pub capsule: Capsule,
-    /// Of the person; `None`: of the arm or its board.
+    /// Region of the person; `None` for a part of the arm or its board.
     pub region: Option<BodyRegion>,
 }
 
 impl ViewPart {
-    /// What is read from bytes replaces it.
+    /// Placeholder that decoding overwrites.
     pub(crate) const SPARE: Self = Self {
         capsule: Capsule {
             from_m: DVec3::ZERO,

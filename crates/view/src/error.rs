@@ -7,49 +7,49 @@ pub enum ViewError {
     /// A number is NaN, infinite or outside its range.
     #[error(transparent)]
     Argument(#[from] hwall::numeric::ArgumentError),
-    /// A board or a path that cannot be.
+    /// A board or a path that is invalid.
     #[error(transparent)]
     Haptics(#[from] hwall::haptics::HapticsError),
-    /// A scene whose moving surfaces cannot be understood.
+    /// A scene with invalid moving surfaces.
     #[error(transparent)]
     Session(#[from] hwall::SessionError),
-    /// A scene that cannot be asked for its triangles.
+    /// A scene whose triangles cannot be computed.
     #[error(transparent)]
     Scene(#[from] hwall::scene::SceneError),
-    /// Bytes that are no frame: too few.
+    /// Bytes that are not a frame: too few.
     #[error("a frame needs {needed} bytes, {got} are left")]
     Truncated {
         /// Bytes that the frame needs, as far as it was read.
         needed: usize,
-        /// Bytes that there are.
+        /// Bytes available.
         got: usize,
     },
-    /// Bytes that are no frame: another version of the encoding.
+    /// Bytes that are not a frame: another version of the encoding.
     #[error("frame of version {got}, expected {expected}")]
     Version {
-        /// The version that is understood.
+        /// The supported version.
         expected: u8,
         /// The version that was read.
         got: u8,
     },
-    /// Bytes that are no frame: a field that has no meaning.
+    /// Bytes that are not a frame: a field with an undefined value.
     #[error("{what} is {got}, at most {most} is known")]
     Unknown {
         /// Which field.
         what: &'static str,
         /// What was read.
         got: u32,
-        /// The largest value with a meaning.
+        /// The largest defined value.
         most: u32,
     },
-    /// Another number of frames than is needed.
+    /// The wrong number of frames.
     #[error("{what} needs {needed} frames, got {got}")]
     FrameCount {
-        /// What is to be made of them.
+        /// What they are for.
         what: &'static str,
-        /// How many it takes.
+        /// Frames needed.
         needed: usize,
-        /// How many there are.
+        /// Frames given.
         got: usize,
     },
 }

@@ -11,23 +11,23 @@ use hwall::hand::HandFrame;
 use hwall::haptics::{ArmState, LinkInFront, surface_axes};
 use hwall::kinematics::JointPositions;
 
-/// Where the hand is foreseen to touch, base frame.
+/// Where the hand is predicted to touch, base frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ViewPrediction {
     /// The point, m.
     pub point_m: DVec3,
     /// Unit normal of the surface there, towards the hand.
     pub normal: DVec3,
-    /// The surface, by its place in the scene.
+    /// Index of the surface in the scene.
     pub surface: Option<u32>,
-    /// Half axes, in the plane of the surface, of the ellipse that holds the touch with 90 %, m; `None`: not known.
+    /// Half axes, in the plane of the surface, of the ellipse that contains the touch with probability 90 %, m; `None`: unknown.
     pub region_m: Option<[DVec3; 2]>,
     /// Time until the touch, s; `None`: the hand does not approach.
     pub contact_s: Option<f64>,
 }
 
 impl ViewPrediction {
-    /// Of a predicted contact in the base frame.
+    /// From a predicted contact in the base frame.
     #[must_use]
     pub fn of(contact: &ContactPrediction) -> Self {
         Self {
@@ -43,7 +43,7 @@ impl ViewPrediction {
     }
 }
 
-/// Half axes, m, of the ellipse at a squared distance of `ninety` standard deviations of a covariance, m², in the plane of a normal.
+/// Half axes, m, of the ellipse of a covariance, m², in the plane of a normal; `ninety`: its squared distance in standard deviations.
 fn region_m(covariance_m2: &DMat3, normal: DVec3, ninety: f64) -> Option<[DVec3; 2]> {
     let [x, y] = surface_axes(normal).ok()?;
     let (a, b, c) = (
@@ -65,20 +65,20 @@ fn region_m(covariance_m2: &DMat3, normal: DVec3, ninety: f64) -> Option<[DVec3;
         .then_some(axes_m)
 }
 
-/// What is seen at an instant. All places are in the arm's base frame: z up, m.
+/// What is seen at an instant. All positions are in the arm's base frame: z up, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewFrame {
-    /// On the arm's clock, s.
+    /// Time on the arm's clock, s.
     pub t_s: f64,
-    /// The arm, rad.
+    /// Joints of the arm, rad.
     pub q: JointPositions,
-    /// The hand; lost if nothing of it is seen.
+    /// The hand; lost if no joint is visible.
     pub hand: ViewHand,
     /// The head.
     pub head_m: Option<DVec3>,
     /// Line of sight: origin and unit direction.
     pub gaze: Option<(DVec3, DVec3)>,
-    /// Where the hand is foreseen to touch.
+    /// Where the hand is predicted to touch.
     pub predicted: Option<ViewPrediction>,
     /// Where the board is sent: point and unit normal.
     pub goal: Option<(DVec3, DVec3)>,
@@ -86,9 +86,9 @@ pub struct ViewFrame {
     pub left_s: Option<f64>,
     /// Force of the hand on the board, base axes, N.
     pub force_n: Option<DVec3>,
-    /// Openings of the moving surfaces, rad or m, in the order of the scene; beyond the last one zero.
+    /// Openings of the moving surfaces, rad or m, in the order of the scene; unused ones are zero.
     pub openings: [f64; MOST_MOVING],
-    /// What the supervisor judges by, for those who ask for it ([`ViewFrame::with_parts`]); none otherwise.
+    /// The parts that the supervisor uses, if requested by [`ViewFrame::with_parts`]; none otherwise.
     pub parts: [Option<ViewPart>; MOST_PARTS],
     /// A link of the arm in front of a surface within reach of the person.
     pub link_in_front: Option<LinkInFront>,
@@ -97,7 +97,7 @@ pub struct ViewFrame {
 }
 
 impl ViewFrame {
-    /// An arm that waits at an instant, and nothing else.
+    /// A waiting arm at an instant, and nothing else.
     #[must_use]
     pub const fn new(t_s: f64, q: JointPositions) -> Self {
         Self {
@@ -117,8 +117,8 @@ impl ViewFrame {
         }
     }
 
-    /// A session at the instant of a state of its arm. `seen` is the newest frame of the tracker, in the base frame; of a hand
-    /// that the session holds for lost nothing is shown. Allocates nothing.
+    /// A session at the time of a state of its arm. `seen` is the newest frame of the tracker, in the base frame. A hand that the session
+    /// considers lost is not shown. Allocates nothing.
     #[must_use]
     pub fn of<P: Predictor>(
         session: &Session<P>,
@@ -150,8 +150,8 @@ impl ViewFrame {
         }
     }
 
-    /// The same with the parts by which the session's supervisor judges motions: the arm where it is in this frame, the person as last seen.
-    /// Without a supervisor there are none. Allocates nothing.
+    /// The same with the parts that the session's supervisor uses: the arm as in this frame, the person as last seen. Without a supervisor
+    /// there are none. Allocates nothing.
     #[must_use]
     pub fn with_parts<P: Predictor>(mut self, session: &Session<P>) -> Self {
         let Some(supervisor) = session.control().supervisor() else {
@@ -167,7 +167,7 @@ impl ViewFrame {
         self
     }
 
-    /// How long before the hand the board will be at its goal, s; negative: after it. `None` where either is not known.
+    /// Time from the board's arrival at its goal to that of the hand, s; negative if the hand is first. `None` if either is unknown.
     #[must_use]
     pub fn lead_s(&self) -> Option<f64> {
         Some(self.predicted?.contact_s? - self.left_s?)

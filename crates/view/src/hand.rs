@@ -1,4 +1,4 @@
-//! The hand as it is shown.
+//! The hand as shown.
 
 use glam::DVec3;
 use hwall::hand::{HandFrame, HandPoint};
@@ -6,7 +6,7 @@ use hwall::hand::{HandFrame, HandPoint};
 /// Joints of a hand in OpenXR: palm, wrist, four of the thumb, five of every finger.
 pub const HAND_JOINTS: usize = 26;
 
-/// Pairs of joints that a bone joins, in the order of OpenXR.
+/// Pairs of joints that are connected by a bone, in the order of OpenXR.
 pub const HAND_BONES: [[usize; 2]; 24] = [
     [1, 2],
     [2, 3],
@@ -34,7 +34,7 @@ pub const HAND_BONES: [[usize; 2]; 24] = [
     [24, 25],
 ];
 
-/// The joints of a hand that are seen, in the order of OpenXR, base frame, m. Without any the hand is lost.
+/// The visible joints of a hand, in the order of OpenXR, base frame, m. Without any the hand is lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewHand {
     /// `None`: not seen.
@@ -48,12 +48,12 @@ impl Default for ViewHand {
 }
 
 impl ViewHand {
-    /// A hand of which nothing is seen.
+    /// A hand without visible joints.
     pub const LOST: Self = Self {
         joints_m: [None; HAND_JOINTS],
     };
 
-    /// The joints of OpenXR, base frame, m. One with NaN or an infinity is not seen.
+    /// From the joints of OpenXR, base frame, m. A joint with NaN or an infinity is not seen.
     #[must_use]
     pub fn from_joints(joints_m: &[Option<DVec3>; HAND_JOINTS]) -> Self {
         Self {
@@ -61,7 +61,7 @@ impl ViewHand {
         }
     }
 
-    /// Palm and fingertips of a frame in the base frame.
+    /// From palm and fingertips of a frame in the base frame.
     #[must_use]
     pub fn from_frame(frame: &HandFrame) -> Self {
         let mut hand = Self::LOST;
@@ -71,7 +71,7 @@ impl ViewHand {
         hand
     }
 
-    /// Is nothing of it seen?
+    /// Is no joint visible?
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.joints_m.iter().all(Option::is_none)

@@ -14,7 +14,7 @@ mod scene_json;
 mod state;
 mod wire;
 
-// What is to be seen.
+// What is shown.
 pub use arm::{ViewArm, ViewCapsule, ViewJoint};
 pub use body::{MOST_PARTS, ViewPart};
 pub use frame::{ViewFrame, ViewPrediction};
@@ -23,7 +23,7 @@ pub use marker::{ViewMarker, ViewMarkerKind};
 pub use scene::{MOST_MOVING, ViewScene, ViewSurface};
 pub use state::ViewState;
 
-// Where it is seen.
+// Where it is shown.
 pub use film::film_strip;
 pub use glb::glb;
 pub use page::{live_page, replay_page};

@@ -1,4 +1,4 @@
-//! Instants that the timeline of a replay names.
+//! Named instants on the timeline of a replay.
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -9,7 +9,7 @@ pub enum ViewMarkerKind {
     Released,
     /// The board stood in place.
     Arrived,
-    /// The hand was there before the board.
+    /// The hand arrived before the board.
     Late,
     /// The hand was lost.
     Lost,
@@ -18,7 +18,7 @@ pub enum ViewMarkerKind {
 }
 
 impl ViewMarkerKind {
-    /// The word of the page's messages: `touched`, `released`, `arrived`, `late`, `lost`, `held`.
+    /// The name in the page's messages: `touched`, `released`, `arrived`, `late`, `lost`, `held`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -32,13 +32,13 @@ impl ViewMarkerKind {
     }
 }
 
-/// An instant that the timeline of a replay names.
+/// A named instant on the timeline of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewMarker {
-    /// On the clock of the frames, s.
+    /// Time on the clock of the frames, s.
     pub t_s: f64,
     /// What happened.
     pub kind: ViewMarkerKind,
-    /// A few words about it.
+    /// A short description.
     pub text: String,
 }

@@ -1,4 +1,4 @@
-//! What does not change while one looks.
+//! The static part of the view.
 
 use crate::arm::ViewArm;
 use crate::error::ViewError;
@@ -17,20 +17,20 @@ pub const MOST_MOVING: usize = 32;
 pub struct ViewSurface {
     /// Its name in the scene.
     pub name: String,
-    /// The word for its kind in a sidecar: `static`, `revolving_door`, `sliding_panel`, `drawer`, `button`, `untouchable`.
+    /// Its kind, as named in a sidecar: `static`, `revolving_door`, `sliding_panel`, `drawer`, `button`, `untouchable`.
     pub kind: &'static str,
     /// Corners at opening zero, counter-clockwise from outside, base frame, m.
     pub triangles_m: Vec<[[f32; 3]; 3]>,
-    /// What it may move along. The moving surfaces of a scene, in its order, have the openings of a frame.
+    /// Path of a moving surface. The openings of a frame belong to the moving surfaces, in the order of the scene.
     pub path: Option<ObjectPath>,
     /// Diffuse colour of its material, red green blue in 0..1.
     pub color_rgb: Option<[f64; 3]>,
 }
 
-/// What does not change while one looks: the room, the arm, the board. In the arm's base frame: z up, m.
+/// The static part of the view: the room, the arm, the board. In the arm's base frame: z up, m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewScene {
-    /// Said above the picture.
+    /// Title above the picture.
     pub title: String,
     /// The room.
     pub surfaces: Vec<ViewSurface>,
@@ -38,15 +38,15 @@ pub struct ViewScene {
     pub arm: ViewArm,
     /// The board: its face is the tool of the arm.
     pub board: Board,
-    /// Where the space of a headset stands once its axes are z up; for those who look through one. Identity unless set.
+    /// Pose of the space of a headset, once its axes are z up. Identity unless set.
     pub base_from_headset: Pose,
 }
 
 impl ViewScene {
-    /// Of a scene in the arm's base frame, an arm whose tool is the face of the board, and the board.
+    /// From a scene in the arm's base frame, an arm whose tool is the face of the board, and the board.
     ///
     /// # Errors
-    /// A board without extent; moving surfaces that cannot be understood.
+    /// A board without extent; invalid moving surfaces.
     pub fn new(
         title: impl Into<String>,
         scene: &Scene,
@@ -54,7 +54,7 @@ impl ViewScene {
         board: &Board,
     ) -> Result<Self, ViewError> {
         board.validate()?;
-        // As modelled: frames say how far doors are open.
+        // Surfaces as modelled: frames carry the openings of doors.
         let mut shut = scene.clone();
         let objects = objects_of(scene)?;
         for object in &objects {
@@ -88,7 +88,7 @@ impl ViewScene {
         })
     }
 
-    /// Of a session: its scene, its arm and its board.
+    /// From a session: its scene, its arm and its board.
     ///
     /// # Errors
     /// As for [`ViewScene::new`].

@@ -1,17 +1,20 @@
-//! The scene as the page reads it.
+//! The scene as the page reads it, and frames for other programs.
 
-use crate::arm::{ViewCapsule, ViewJoint};
+use crate::arm::{ViewArm, ViewCapsule, ViewJoint};
+use crate::frame::{ViewFrame, ViewPrediction};
 use crate::page::push_base64;
 use crate::scene::{ViewScene, ViewSurface};
 use crate::state::ViewState;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use hwall::geometry::Pose;
 use hwall::haptics::ObjectPath;
 use serde_json::{Value, json};
 
+/// Version of the messages: it rises when a field changes its meaning or goes, not when one is added.
+const PROTOCOL: u32 = 1;
+
 impl ViewScene {
-    /// The scene as JSON, with `"type":"scene"`: the page's first message. Surfaces are written
-    /// to within 1e-5 of their longest side.
+    /// The scene as JSON, with `"type":"scene"`: the page's first message. Surface corners are accurate to 1e-5 of the longest side.
     #[must_use]
     pub fn to_json(&self) -> String {
         let states: Vec<Value> = ViewState::ALL
@@ -20,6 +23,7 @@ impl ViewScene {
             .collect();
         json!({
             "type": "scene",
+            "version": PROTOCOL,
             "title": self.title,
             "surfaces": self.surfaces.iter().map(surface).collect::<Vec<_>>(),
             "arm": {
@@ -33,6 +37,44 @@ impl ViewScene {
             },
             "base_from_headset": pose(&self.base_from_headset),
             "states": states,
+        })
+        .to_string()
+    }
+}
+
+impl ViewFrame {
+    /// The frame as JSON, with `"type":"view"`, in the base frame: m, rad, s, N, quaternions as x, y, z, w. Numbers that are not finite,
+    /// and absent parts, are `null`. `arm`: that of the scene, for the pose of the board.
+    #[must_use]
+    pub fn to_json(&self, arm: &ViewArm) -> String {
+        let board = arm.poses(&self.q).last().copied().unwrap_or(Pose::IDENTITY);
+        let turned = DQuat::from_mat3(&board.rotation());
+        let place = |(point_m, normal): (DVec3, DVec3)| json!({ "point": vector(point_m), "normal": vector(normal) });
+        let joints = self.hand.joints_m.iter().map(|at_m| at_m.map(vector));
+        let hand = (!self.hand.is_lost()).then(|| joints.collect::<Vec<_>>());
+        let predicted = |contact: ViewPrediction| {
+            json!({
+                "point": vector(contact.point_m),
+                "normal": vector(contact.normal),
+                "surface": contact.surface,
+                "contact_s": contact.contact_s,
+                "region": contact.region_m.map(|axes_m| axes_m.map(vector)),
+            })
+        };
+        json!({
+            "type": "view",
+            "t": self.t_s,
+            "state": self.state.name(),
+            "q": self.q.0,
+            "board": { "position": vector(board.position_m()), "orientation": turned.to_array() },
+            "hand": hand,
+            "head": self.head_m.map(vector),
+            "gaze": self.gaze.map(|(from_m, to)| json!({ "origin": vector(from_m), "direction": vector(to) })),
+            "predicted": self.predicted.map(predicted),
+            "goal": self.goal.map(place),
+            "left_s": self.left_s,
+            "force": self.force_n.map(vector),
+            "openings": self.openings,
         })
         .to_string()
     }
@@ -55,8 +97,7 @@ fn surface(surface: &ViewSurface) -> Value {
     })
 }
 
-/// Corners on a grid of 65536 steps along the longest side, as base64 of little-endian u16: a quarter of the text that numbers
-/// would take.
+/// Corners on a grid of 65536 steps along the longest side, as base64 of little-endian u16: a quarter of the size of decimal text.
 fn triangles(triangles_m: &[[[f32; 3]; 3]]) -> Value {
     let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for corner in triangles_m.iter().flatten() {
@@ -70,7 +111,7 @@ fn triangles(triangles_m: &[[[f32; 3]; 3]]) -> Value {
     let mut bytes = Vec::with_capacity(triangles_m.len() * 18);
     for corner in triangles_m.iter().flatten() {
         for (value, low) in corner.iter().zip(low) {
-            // The cast keeps what is out of range at its ends, and NaN at zero.
+            // The cast clamps values out of range, and maps NaN to zero.
             let steps = (f64::from(value - low) / step_m).round() as u16;
             bytes.extend(steps.to_le_bytes());
         }

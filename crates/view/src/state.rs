@@ -1,4 +1,4 @@
-//! What the board is doing, as one of a few words.
+//! What the board is doing, as one of a few names.
 
 use hwall::SessionState;
 
@@ -9,7 +9,7 @@ pub enum ViewState {
     /// At its waiting posture, or on the way there.
     #[default]
     Waiting = 0,
-    /// Behind the surface that is looked at, or on the way there.
+    /// At a target behind the surface, or on the way there.
     GettingReady = 1,
     /// On its way to the goal.
     Approaching = 2,
@@ -27,7 +27,7 @@ pub enum ViewState {
     Safe = 8,
 }
 
-/// All states by number, with their words and the RGB colour of the board's face. Colour-blind readers can tell the colours apart (after
+/// All states by number, with their names and the RGB colour of the board's face. The colours are safe for colour-blind readers (after
 /// Okabe and Ito 2008).
 const STATES: [(ViewState, &str, [u8; 3]); 9] = [
     (ViewState::Waiting, "waiting", [150, 156, 165]),
@@ -53,13 +53,13 @@ impl ViewState {
         all
     };
 
-    /// In words.
+    /// Its name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         STATES[self as usize].1
     }
 
-    /// Colour of the board's face in it, red green blue.
+    /// Colour of the board's face, red green blue.
     #[must_use]
     pub const fn rgb(self) -> [u8; 3] {
         STATES[self as usize].2
@@ -77,7 +77,7 @@ impl From<SessionState> for ViewState {
             SessionState::InPlace => Self::InPlace,
             SessionState::Touched | SessionState::TouchedInMovingWorld => Self::Touched,
             SessionState::Safe(_) => Self::Safe,
-            // Also any state to come: nothing is claimed of a board that is not understood.
+            // Also any future state: nothing is claimed about an unknown state.
             _ => Self::Holding,
         }
     }

@@ -1,7 +1,7 @@
-//! Frames as bytes: the page's binary messages and what a replay holds.
+//! Frames as bytes: the binary messages of the page and the contents of a replay.
 //!
-//! Little-endian, without padding. First the version (u8), the state (u8), a bit for each part that is there (u16), the time
-//! (f64, s) and seven joint angles (f32, rad). Then the parts in the order of their bits, all numbers f32 unless said otherwise:
+//! Little-endian, without padding. First the version (u8), the state (u8), a bit for each part that is present (u16), the time (f64, s) and
+//! seven joint angles (f32, rad). Then the parts in the order of their bits; all numbers are f32 unless stated otherwise:
 //!
 //! | bit | part | numbers |
 //! | --- | --- | --- |
@@ -68,8 +68,8 @@ impl ViewFrame {
         + (4 + 32 * MOST_PARTS)
         + 8;
 
-    /// Appends the frame: little-endian, numbers as f32 but the time, which is f64. What is NaN or infinite is left out as
-    /// if it were absent; such joint angles, openings and times are written as zero.
+    /// Appends the frame: little-endian, numbers as f32, the time as f64. A part with a NaN or infinite value is left out as if it were
+    /// absent; such joint angles, openings and times are written as zero.
     pub fn encode(&self, out: &mut Vec<u8>) {
         let finite = |v: &DVec3| v.is_finite();
         let both = |pair: &(DVec3, DVec3)| pair.0.is_finite() && pair.1.is_finite();
@@ -94,7 +94,7 @@ impl ViewFrame {
             link_in_front: (self.link_in_front).filter(|found| found.in_front_m.is_finite()),
             ..*self
         };
-        // The number of a link is its place among the parts, so all of them are sent or none.
+        // A link is identified by its index among the parts, so send all of them or none.
         if self.parts.iter().flatten().all(|part| part.is_finite()) {
             for (to, part) in frame.parts.iter_mut().zip(self.parts.iter().flatten()) {
                 *to = Some(*part);
@@ -122,15 +122,14 @@ impl ViewFrame {
         out.extend([VERSION, self.state as u8]);
         out.extend(present.to_le_bytes());
         out.extend(frame.t_s.to_le_bytes());
-        // Nothing that is written is refused.
+        // Writing never fails.
         let _ = frame.pass(&mut Bytes::Out(out), present, &mut openings);
     }
 
-    /// The frame at the beginning of some bytes, and how many of them it took. Numbers come back as f32 had them: within
-    /// 6e-8 of their size.
+    /// Decodes the frame at the start of `bytes`; returns it and its length in bytes. Numbers come back as f32: within 6e-8 of their size.
     ///
     /// # Errors
-    /// Too few bytes, another version, a state or a bit without a meaning.
+    /// Too few bytes, another version, an undefined state or bit.
     pub fn decode(bytes: &[u8]) -> Result<(Self, usize), ViewError> {
         let mut at = 0;
         let mut reader = Bytes::In { bytes, at: &mut at };
@@ -154,7 +153,7 @@ impl ViewFrame {
         Ok((frame, at))
     }
 
-    /// Joint angles and the parts that are there, written or read.
+    /// Writes or reads the joint angles and the parts that are present.
     fn pass(
         &mut self,
         bytes: &mut Bytes<'_>,
@@ -255,14 +254,14 @@ fn at_most(what: &'static str, got: u32, most: u32) -> Result<(), ViewError> {
     Ok(())
 }
 
-/// Bytes that are written, or read: what is read replaces what was there.
+/// A destination or source of bytes; reading overwrites the value.
 enum Bytes<'a> {
     Out(&'a mut Vec<u8>),
     In { bytes: &'a [u8], at: &'a mut usize },
 }
 
 impl Bytes<'_> {
-    /// The next bytes of those that are read.
+    /// The next bytes of a source.
     fn take<const N: usize>(&mut self) -> Result<[u8; N], ViewError> {
         let Self::In { bytes, at } = self else {
             return Ok([0; N]);

@@ -213,13 +213,14 @@ fn by_hand_of(text: &str) -> String {
 }
 
 /// By hand, but for blocks between markers: everything else is written by a program.
-const BY_HAND: [&str; 10] = [
+const BY_HAND: [&str; 11] = [
     "ARCHITECTURE.md",
     "COMMANDS.md",
     "CONTRIBUTING.md",
     "CRATES.md",
     "ENVIRONMENTS.md",
     "NOTATION.md",
+    "PROTOCOL.md",
     "REAL-ARM.md",
     "SAFETY.md",
     "SIMULATORS.md",

@@ -1,41 +1,41 @@
-//! The headset's clock beside the server's.
+//! The headset's clock relative to the server's.
 
 use super::window::WindowMinimum;
 
-/// Samples are compared within this time, s: the least delay among them counts.
+/// Samples are compared over this time, s; the one with the least delay counts.
 const WINDOW_S: f64 = 10.0;
-/// A clock that is off by more than this has leapt, s; delays do not shrink by as much.
+/// A clock that is off by more than this has jumped, s; delays do not shrink by as much.
 const LEAP_S: f64 = 0.05;
-/// So many samples in a row must agree that the clock has leapt.
+/// This many samples in a row must agree that the clock has jumped.
 const AGREEING: u32 = 3;
-/// The estimate moves by at most this share of the time that goes by: times stay in order.
+/// The estimate changes by at most this share of the elapsed time, so that times stay in order.
 const SLEW: f64 = 0.02;
 
-/// What a time of the headset's clock means.
+/// Interpretation of a time of the headset's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ClockReading {
     /// The same instant on the server's clock, s.
     At(f64),
-    /// The clock has leapt; the next samples show where to.
+    /// The clock has jumped; the next samples show the new offset.
     Leapt,
 }
 
 /// Offset between two clocks from samples with unknown delays.
 ///
-/// Each sample says: offset = (time of receipt) - (time of sending) - (delay). The least difference within ten seconds
-/// has the least delay; half of the least round trip within that time is taken off it. The error is at most half of that round trip,
-/// plus the drift of the clocks within ten seconds (1 ms at 100 ppm).
+/// For each sample, offset = (time of receipt) - (time of sending) - (delay). The least difference within ten seconds has the least delay;
+/// half of the least round trip within that time is subtracted from it. The error is at most half of that round trip, plus the drift of the
+/// clocks within ten seconds (1 ms at 100 ppm).
 /// Source: the clock filter of NTP, [RFC 5905], section 10, for one-way samples.
 #[derive(Debug, Clone)]
 pub(crate) struct ClockOffset {
     one_way_s: WindowMinimum,
     round_trip_s: WindowMinimum,
-    /// In use, s, and when it was set.
+    /// Current offset, s, and when it was set, s.
     offset: Option<(f64, f64)>,
     suspects: u32,
     suspect_s: f64,
     suspected_since_s: f64,
-    /// The newest round trip: when it began, and how long it took, s.
+    /// The newest round trip: its begin and its duration, s.
     newest_trip: Option<(f64, f64)>,
 }
 
@@ -52,7 +52,7 @@ impl ClockOffset {
         }
     }
 
-    /// A message that was sent at `client_s` came in at `now_s`. All times are finite.
+    /// A message sent at `client_s` arrived at `now_s`. All times are finite.
     pub(crate) fn sample(&mut self, now_s: f64, client_s: f64) -> ClockReading {
         let difference_s = now_s - client_s;
         if self.has_leapt(now_s, difference_s) {
@@ -70,11 +70,11 @@ impl ClockOffset {
             }
         };
         self.offset = Some((offset_s, now_s));
-        // The first samples may have been slower than all that follow: until the offset has followed, none is of the future.
+        // The first samples may have been the slowest. Until the offset has followed, no sample may be in the future.
         ClockReading::At((client_s + offset_s).min(now_s))
     }
 
-    /// A message that was sent to the client at `sent_s` was answered at `now_s`.
+    /// A message sent to the client at `sent_s` was answered at `now_s`.
     pub(crate) fn round_trip(&mut self, sent_s: f64, now_s: f64) {
         let trip_s = now_s - sent_s;
         if trip_s >= 0.0 {
@@ -83,14 +83,14 @@ impl ClockOffset {
         }
     }
 
-    /// Was the clock set? Then it is taken as it is now once several samples agree.
+    /// Was the clock set? Once several samples agree, the new offset is used.
     fn has_leapt(&mut self, now_s: f64, difference_s: f64) -> bool {
         let Some(least_s) = self.one_way_s.minimum(now_s) else {
             return false;
         };
         let excess_s = difference_s - least_s;
         let forward = excess_s < -LEAP_S;
-        // A sample that comes much later than others may have been on its way; unless a round trip since then was fast.
+        // A late sample may only have been delayed, unless a round trip since then was fast.
         let late = excess_s > LEAP_S;
         if !(forward || late) {
             self.suspects = 0;
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
     use hwall_testkit::Sampler;
 
-    /// Feeds samples at 72 Hz, with a delay of `least` to `least + more` s; returns the largest error after `from_s`.
+    /// Feeds samples at 72 Hz, with a delay of `least_s` to `least_s + more_s`; returns the largest error after `from_s`.
     fn worst_error_s(drift: f64, least_s: f64, more_s: f64, from_s: f64) -> f64 {
         let mut clock = ClockOffset::new();
         let mut sampler = Sampler::new(7);
@@ -168,7 +168,7 @@ mod tests {
         let mut clock = ClockOffset::new();
         let (mut last_s, mut error_s) = (f64::NEG_INFINITY, f64::INFINITY);
         for n in 0..1000 {
-            // The first ones come late, and together.
+            // The first samples come late and together.
             let sent_s = 0.014 * f64::from(n);
             let now_s = (sent_s + 0.001).max(0.045);
             let ClockReading::At(t_s) = clock.sample(now_s, sent_s) else {
@@ -204,7 +204,7 @@ mod tests {
             let t_s = 0.01 * f64::from(n);
             clock.sample(t_s, t_s + 100.0);
         }
-        // Without a round trip since then it may be the network: old, but no leap.
+        // Without a round trip since then it may be the network: stale, but no jump.
         for n in 10..20 {
             let t_s = 0.01 * f64::from(n);
             assert!(matches!(clock.sample(t_s, t_s), ClockReading::At(at_s) if t_s - at_s > 99.0));

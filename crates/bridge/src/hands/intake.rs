@@ -1,4 +1,4 @@
-//! Which samples of which client count.
+//! Selects the samples that go to the loop.
 
 use super::clock::{ClockOffset, ClockReading};
 use super::joints::{HeadsetSpace, Joints};
@@ -9,16 +9,16 @@ use glam::DVec3;
 use hwall::hand::{HandFrame, HandPoint};
 use std::sync::mpsc::{SyncSender, TrySendError};
 
-/// Samples that wait for the loop at most: more than three seconds of a headset.
+/// Most samples that wait for the loop: more than three seconds of a headset.
 pub(crate) const HAND_QUEUE: usize = 256;
 
-/// The pace of a client's clock is taken over this time, s: a dozen samples of a headset.
+/// The rate of a client's clock is measured over this time, s: a dozen samples of a headset.
 const PACE_S: f64 = 0.15;
 
-/// Longest time from a sample of the other hand to a frame that carries it, s: one sample at 30 Hz.
+/// Longest time from a sample of the other hand to the frame that includes it, s: one sample at 30 Hz.
 const OTHER_AGE_S: f64 = 0.035;
 
-/// A frame on its way to the loop, its time and that of its receipt on the server's clock.
+/// A frame for the loop, with its time and its time of receipt on the server's clock.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ReceivedFrame {
     pub(crate) frame: HandFrame,
@@ -27,7 +27,7 @@ pub(crate) struct ReceivedFrame {
     pub(crate) received_s: f64,
 }
 
-/// What is remembered of one client's stream.
+/// State of one client's stream.
 #[derive(Debug, Clone)]
 pub(crate) struct ClientStream {
     pub(crate) id: u64,
@@ -35,9 +35,9 @@ pub(crate) struct ClientStream {
     /// Newest time on the client's clock, s, for the left and the right hand.
     newest_s: [f64; 2],
     pub(crate) clock: ClockOffset,
-    /// When a sample came in, and its stamp, s: with those that follow, how fast its clock runs.
+    /// Time of receipt and stamp of the first sample, s, to measure the rate of the client's clock.
     paced_from_s: Option<[f64; 2]>,
-    /// Does its clock run as if its stamps were seconds?
+    /// Does its clock run as if its stamps were in seconds?
     pub(crate) in_seconds: bool,
 }
 
@@ -53,11 +53,11 @@ impl ClientStream {
         }
     }
 
-    /// Do its stamps count seconds where milliseconds are expected, so that its clock runs a thousand times too slow?
+    /// Are its stamps in seconds instead of milliseconds, so that its clock runs a thousand times too slow?
     fn counts_seconds(&mut self, now_s: f64, client_s: f64) -> bool {
         let [from_s, stamp_s] = *self.paced_from_s.get_or_insert([now_s, client_s]);
         if now_s - from_s >= PACE_S {
-            // A clock that stands, or runs otherwise, counts nothing else.
+            // A clock that stands still, or has another rate, does not count seconds.
             let pace = (client_s - stamp_s) / (now_s - from_s);
             self.in_seconds = (0.5e-3..=2e-3).contains(&pace);
             self.paced_from_s = Some([now_s, client_s]);
@@ -74,7 +74,7 @@ struct Followed<T> {
     seen_s: f64,
 }
 
-/// Decides for every sample whether it goes to the loop. One for the server; clients take turns.
+/// Decides for every sample whether it goes to the loop. One per server; clients take turns.
 pub(crate) struct Intake {
     space: HeadsetSpace,
     hand: FollowedHand,
@@ -83,11 +83,11 @@ pub(crate) struct Intake {
     takeover_s: f64,
     leader: Option<Followed<u64>>,
     side: Option<Followed<Side>>,
-    /// Where the other hand of the same client is, base frame, m, and when it was seen there, s.
+    /// Palm of the other hand of the same client, base frame, m, and the time at which it was seen, s.
     other: Option<(DVec3, f64)>,
-    /// Time of the newest sample handed on, s.
+    /// Time of the newest sample passed on, s.
     newest_s: f64,
-    /// Has another client come to lead since the last frame that was handed on?
+    /// Has the leading client changed since the last frame passed on?
     is_another: bool,
     queue: Option<SyncSender<ReceivedFrame>>,
 }
@@ -109,12 +109,12 @@ impl Intake {
         }
     }
 
-    /// Where samples go from now on.
+    /// Sends samples to this queue from now on.
     pub(crate) fn connect(&mut self, queue: SyncSender<ReceivedFrame>) {
         self.queue = Some(queue);
     }
 
-    /// A client is gone; anybody may lead.
+    /// A client is gone; any client may lead.
     pub(crate) fn forget(&mut self, client: u64) {
         if self.leader.is_some_and(|leader| leader.who == client) {
             self.leader = None;
@@ -129,7 +129,7 @@ impl Intake {
         self.leader.map(|leader| leader.who)
     }
 
-    /// Takes a sample that came in at `now_s`; what becomes of it is in the tally.
+    /// Takes a sample that arrived at `now_s`; the tally counts what becomes of it.
     pub(crate) fn take(
         &mut self,
         stream: &mut ClientStream,
@@ -178,7 +178,7 @@ impl Intake {
             received_s: now_s,
         };
         let Some(queue) = &self.queue else {
-            // Nobody asks for hands yet.
+            // No loop is connected yet.
             return;
         };
         match queue.try_send(received) {
@@ -192,7 +192,7 @@ impl Intake {
         }
     }
 
-    /// Does this client lead, perhaps from now on? Only one that shows a hand takes over.
+    /// Does this client lead, perhaps from now on? Only a client that shows a hand takes over.
     fn leads(&mut self, client: u64, is_seen: bool, now_s: f64, tally: &Tally) -> bool {
         if let Some(leader) = &mut self.leader {
             if leader.who == client {
@@ -247,7 +247,7 @@ impl Intake {
     }
 }
 
-/// The sample with its time on the server's clock, if it is newer than those before it.
+/// The sample with its time on the server's clock, if it is newer than the previous ones.
 fn in_order(
     stream: &mut ClientStream,
     message: &HandMessage,
@@ -273,7 +273,7 @@ fn in_order(
         Side::Left => &mut stream.newest_s[0],
         Side::Right => &mut stream.newest_s[1],
     };
-    // Both hands of one sample have one time.
+    // Both hands of one sample have the same time.
     if client_s <= *newest_s {
         tally.out_of_order.add(1);
         return None;

@@ -9,7 +9,7 @@ use serde::Deserialize;
 const WEBXR: usize = 25;
 /// Joints of a hand in OpenXR.
 const OPENXR: usize = 26;
-/// The bone of the middle finger in the palm, in OpenXR's order: its two ends.
+/// The middle finger's metacarpal bone: its two ends, in OpenXR's order.
 const MIDDLE_METACARPAL: [usize; 2] = [11, 12];
 
 /// The axes that coordinates are in.
@@ -18,18 +18,18 @@ const MIDDLE_METACARPAL: [usize; 2] = [11, 12];
 pub(crate) enum Axes {
     /// y up, -z forward, of the headset's space.
     Webxr,
-    /// Those of the arm's base.
+    /// The axes of the arm's base.
     Base,
 }
 
-/// Turns what a client sends into a frame of the base.
+/// Transforms what a client sends into the base frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct HeadsetSpace {
     base_from_webxr: Pose,
 }
 
 impl HeadsetSpace {
-    /// `base_from_headset`: origin of the headset's space once its axes are changed to z up.
+    /// `base_from_headset`: pose of the headset's space once its axes are z up.
     pub(crate) fn new(base_from_headset: &Pose) -> Self {
         Self {
             base_from_webxr: *base_from_headset * Pose::Z_UP_FROM_Y_UP,
@@ -46,7 +46,7 @@ impl HeadsetSpace {
         }
     }
 
-    /// The frame in base axes, its time as it is.
+    /// The frame in base axes; its time is unchanged.
     pub(crate) fn to_base(self, frame: &HandFrame, axes: Axes) -> HandFrame {
         match axes {
             Axes::Base => *frame,
@@ -58,9 +58,9 @@ impl HeadsetSpace {
 /// The joints of a hand in OpenXR's order, m; `None`: not seen.
 pub(crate) type Joints = [Option<DVec3>; OPENXR];
 
-/// 25 joints (WebXR) or 26 (OpenXR) in OpenXR's order; `None` for another number of them.
+/// Converts 25 joints (WebXR) or 26 (OpenXR) to OpenXR's order; `None` for another number of joints.
 ///
-/// WebXR has no palm. OpenXR defines it as the middle of the metacarpal bone of the middle finger, and so it is found here.
+/// WebXR has no palm, so it is computed as OpenXR defines it: the middle of the metacarpal bone of the middle finger.
 pub(crate) fn openxr_joints(joints_m: &[Option<DVec3>]) -> Option<Joints> {
     let mut all = [None; OPENXR];
     match joints_m.len() {

@@ -1,24 +1,24 @@
-//! Messages of a page: strict JSON, every number checked.
+//! Messages of a page: strict JSON with every number checked.
 
 use super::joints::{Axes, Joints, openxr_joints};
 use glam::DVec3;
 use hwall::hand::{HandFrame, MAX_COORDINATE_M};
 use serde::Deserialize;
 
-/// What a page may say.
+/// Messages of a page.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum PageMessage {
-    /// Asks for the time.
+    /// Requests the time.
     Ping { id: f64, client_ms: f64 },
     /// A sample of a hand.
     Hand(Box<HandMessage>),
     /// Stops the arm.
     Stop,
-    /// Lets a stopped arm go.
+    /// Releases a stopped arm.
     Release,
-    /// The enabling switch is held, now.
+    /// The enabling switch is held now.
     Enable,
-    /// Somebody looks at the parts that the supervisor judges by, now.
+    /// Requests the supervisor's parts for a while.
     Parts,
 }
 
@@ -28,9 +28,9 @@ pub(crate) struct HandMessage {
     pub(crate) seq: u64,
     pub(crate) side: Side,
     pub(crate) axes: Axes,
-    /// Named points, head and gaze, in the axes named.
+    /// Named points, head and gaze, in the given axes.
     pub(crate) frame: HandFrame,
-    /// All joints, in the axes named, m.
+    /// All joints, in the given axes, m.
     pub(crate) joints_m: Joints,
 }
 
@@ -53,7 +53,7 @@ pub(crate) enum Refused {
     Range(&'static str),
 }
 
-/// As it stands in the text.
+/// The message as JSON text.
 #[derive(Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
 enum Text {
@@ -80,7 +80,7 @@ enum Text {
     },
 }
 
-/// A thousand years in ms: beyond that a stamp is no time.
+/// A thousand years in ms; a larger stamp is invalid.
 const MAX_MS: f64 = 3.2e13;
 
 impl PageMessage {
@@ -142,7 +142,7 @@ impl PageMessage {
     }
 }
 
-/// Headsets and engines write zeros for what they do not see.
+/// Headsets and engines write zeros for points that they do not see.
 pub(crate) fn seen(p: Option<[f64; 3]>) -> Option<[f64; 3]> {
     p.filter(|&p| p != [0.0; 3])
 }
@@ -194,7 +194,7 @@ mod tests {
         assert_eq!(hand.frame.gaze, Some(DVec3::NEG_Z));
     }
 
-    /// They were tracked, and the board was sent to them.
+    /// Regression: such hands were tracked, and the board was sent to them.
     #[test]
     fn a_hand_of_zeros_is_lost() {
         let zeros = joints(25).replace("0.1,1.2,-0.3", "0,0,-0.0");

@@ -1,4 +1,4 @@
-//! Hands in: messages, clocks, who leads, the queue to the loop.
+//! Input of hands: messages, clocks, the leading client, the queue to the loop.
 
 mod clock;
 mod intake;

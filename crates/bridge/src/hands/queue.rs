@@ -1,4 +1,4 @@
-//! The loop's end of the hands.
+//! The loop's end of the hand queue.
 
 use super::intake::ReceivedFrame;
 use super::joints::Joints;
@@ -8,31 +8,31 @@ use hwall::hand::HandFrame;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-/// The two clocks are compared within this time, s. Short, for the clock of a simulated controller falls behind whenever its
-/// machine is busy; long enough that some cycle in it came in time.
+/// The two clocks are compared over this time, s. It is short, because the clock of a simulated controller falls behind whenever its
+/// machine is busy, but long enough that some cycle in it was on time.
 const WINDOW_S: f64 = 0.25;
-/// A frame is at most this far ahead of its cycle, s: a cycle that catches up stands for an instant that is past.
+/// Most time that a frame may be ahead of its cycle, s: a cycle that catches up represents a past instant.
 const AHEAD_S: f64 = 0.05;
-/// An arm's clock that goes back by more than this has begun anew, s.
+/// An arm's clock that goes back by more than this has restarted, s.
 const ANEW_S: f64 = 0.5;
-/// Period in which a lost hand is said to be lost, s.
+/// Period at which the loss of a hand is repeated, s.
 const SAY_S: f64 = 0.05;
 
 /// Frames of the tracked hand for the loop, in order of time, on the arm's clock.
 ///
-/// Takes no lock and allocates nothing: the queue is std's bounded channel, of which only `try_recv` is used. A hand of which nothing
-/// comes for a while is said to be lost by frames without points.
+/// Takes no lock and allocates nothing: it only uses `try_recv` on std's bounded channel. If nothing comes for a while, frames without
+/// points report the hand as lost.
 pub struct HandQueue {
     frames: Receiver<ReceivedFrame>,
     server_start: Instant,
     lost_after_s: f64,
-    /// The server's time less that of a cycle, s.
+    /// Server time minus arm time of a cycle, s.
     server_minus_arm_s: WindowMinimum,
     /// Time of the newest cycle, s on the arm's clock.
     cycle_s: f64,
-    /// Receipt of the newest frame, or when its loss was said last, s on the server's clock; `None` before the first.
+    /// Receipt of the newest frame, or time of the last loss report, s on the server's clock; `None` before the first frame.
     heard_s: Option<f64>,
-    /// Newest time given, s on the arm's clock.
+    /// Time of the newest frame returned, s on the arm's clock.
     newest_s: f64,
     newest: Option<(HandFrame, Joints)>,
 }
@@ -55,19 +55,19 @@ impl HandQueue {
         }
     }
 
-    /// The frame given last, in the base frame, and all joints of its hand in OpenXR's order, m.
+    /// The last frame returned, in the base frame, and all joints of its hand in OpenXR's order, m.
     #[must_use]
     pub const fn newest(&self) -> Option<&(HandFrame, [Option<DVec3>; 26])> {
         self.newest.as_ref()
     }
 
-    /// The next frame that has come in by now (s, the arm's clock) and was not given yet.
+    /// The next frame that has arrived by now (s, the arm's clock) and was not yet returned.
     pub fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
         let server_s = self.server_start.elapsed().as_secs_f64();
         self.next_frame_at(now_s, server_s)
     }
 
-    /// Where the two clocks agree: a cycle comes late, never early, so the least difference is the least wrong.
+    /// Offset of the two clocks: a cycle may be late but never early, so the least difference is the most accurate.
     fn server_minus_arm_s(&mut self, now_s: f64, server_s: f64) -> f64 {
         if now_s < self.cycle_s - ANEW_S {
             self.server_minus_arm_s = WindowMinimum::new(WINDOW_S);
@@ -90,7 +90,7 @@ impl HandQueue {
             } = received;
             self.heard_s = Some(received_s);
             let t_s = (frame.t_s - offset_s).min(now_s + AHEAD_S);
-            // A frame from before its hand was said to be lost.
+            // Skip frames from before the hand was reported as lost.
             if t_s > self.newest_s {
                 self.newest_s = t_s;
                 let frame = HandFrame { t_s, ..frame };
@@ -102,7 +102,7 @@ impl HandQueue {
         if server_s - heard_s <= self.lost_after_s || now_s <= self.newest_s {
             return None;
         }
-        // Said again and again, but not in every cycle.
+        // Repeat the report, but not in every cycle.
         self.heard_s = Some(server_s - self.lost_after_s + SAY_S);
         self.newest_s = now_s;
         let lost = HandFrame::empty(now_s);
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn silence_is_a_lost_hand_and_not_a_frozen_one() {
         let (sender, mut queue) = queue();
-        // Nothing is lost before there was a hand.
+        // Before the first hand, nothing is lost.
         assert_eq!(queue.next_frame_at(0.0, 100.0), None);
         sender.send(seen(100.0)).expect("room in the queue");
         assert!(
@@ -165,7 +165,7 @@ mod tests {
         let mut last_s = f64::NEG_INFINITY;
         for cycle in 0..5000 {
             let now_s = 1e-3 * f64::from(cycle);
-            // The arm's clock runs 0.01 % slow, and some cycles are late by up to 3 ms.
+            // The arm's clock is 0.01 % slow, and some cycles are late by up to 3 ms.
             let late_s = 1e-3 * f64::from(cycle % 4);
             let server_s = 50.0 + 1.0001 * now_s + late_s;
             if cycle % 14 == 0 {
@@ -187,7 +187,7 @@ mod tests {
         let (sender, mut queue) = queue();
         let (mut now_s, mut last_s, mut given) = (0.0, f64::NEG_INFINITY, 0);
         for cycle in 0..20_000 {
-            // One period in ten takes twice as long, and one stands still for 0.3 s.
+            // One period in ten takes twice as long, and one stops for 0.3 s.
             let server_s = 7.0 + 1.1e-3 * f64::from(cycle) + if cycle > 9000 { 0.3 } else { 0.0 };
             if cycle % 14 == 0 {
                 sender.send(seen(server_s)).expect("room in the queue");

@@ -1,13 +1,13 @@
-//! The least of what was seen lately.
+//! Minimum of recent values.
 
-/// The window moves on in as many parts.
+/// Number of parts in which the window moves on.
 const PARTS: usize = 10;
 
-/// The least of the values of a window of time, which moves on in tenths of its length.
+/// Minimum over a time window, which moves on in tenths of its length.
 #[derive(Debug, Clone)]
 pub(super) struct WindowMinimum {
     part_s: f64,
-    /// Number of the part and its least value.
+    /// Number of the part and its minimum.
     parts: [(i64, f64); PARTS],
 }
 

@@ -1,11 +1,11 @@
-//! Which names and origins a browser may come from.
+//! Host names and origins that a browser may use.
 //!
-//! A page of somebody else's can make its own name point to this machine and then talk to the server in a visitor's browser (DNS
-//! rebinding). Its requests carry that name; so only names that nobody else can have are served.
+//! A foreign page can make its own name point to this machine and then talk to the server from a visitor's browser (DNS rebinding). Its
+//! requests carry that name, so the server only accepts names that nobody else can have.
 
 use std::net::IpAddr;
 
-/// The name in a `Host` field, without its port; `None` if it is none.
+/// The name in a `Host` field, without its port; `None` if it is invalid.
 pub(super) fn host_of(field: &str) -> Option<&str> {
     let (name, port) = match field.strip_prefix('[') {
         Some(rest) => {
@@ -28,14 +28,14 @@ pub(super) fn host_of(field: &str) -> Option<&str> {
     (is_port && is_name).then_some(name)
 }
 
-/// `localhost`, an address in numbers, or a name that was allowed.
+/// `localhost`, a numeric address, or an allowed name.
 pub(super) fn is_allowed_host(name: &str, hosts: &[String]) -> bool {
     name.eq_ignore_ascii_case("localhost")
         || name.parse::<IpAddr>().is_ok()
         || hosts.iter().any(|host| host.eq_ignore_ascii_case(name))
 }
 
-/// May a page of this origin talk to a server that it calls by `host`? One of the same host, or of this machine.
+/// May a page of this origin talk to a server that it calls `host`? The origin must be the same host, or this machine.
 pub(super) fn is_allowed_origin(origin: &str, host: &str) -> bool {
     let Some((scheme, authority)) = origin.split_once("://") else {
         return false;

@@ -1,4 +1,4 @@
-//! As much of HTTP as one page needs.
+//! The part of HTTP that one page needs.
 
 mod host;
 pub(crate) mod request;

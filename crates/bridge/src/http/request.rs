@@ -1,27 +1,27 @@
-//! The head of a request: read within a time and a size, then judged.
+//! The head of a request: read within limits of time and size, then checked.
 
 use super::host::{host_of, is_allowed_host, is_allowed_origin};
 use std::io::{self, Read};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-/// Longest head of a request, bytes: a browser's has about one thousand.
+/// Longest head of a request, bytes: that of a browser has about one thousand.
 pub(crate) const MAX_HEAD_BYTES: usize = 8192;
 /// Most header lines.
 const MAX_HEADERS: usize = 64;
 
-/// What is asked for.
+/// What a request asks for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Request {
     /// The page; `body` is false for HEAD.
     Page { host: String, body: bool },
-    /// The icon that browsers ask for unasked.
+    /// The icon that browsers request by themselves.
     Icon,
-    /// A WebSocket, with the key to answer.
-    Socket { key: String },
+    /// A WebSocket, with the key to answer. `json`: it requests views as JSON.
+    Socket { key: String, json: bool },
 }
 
-/// Why a request is refused: the status and one line.
+/// Why a request is rejected: the status and one line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Refusal {
     pub(crate) status: &'static str,
@@ -48,13 +48,13 @@ const PATH: Refusal = refusal("404 Not Found", "no such page");
 const SOCKET: Refusal = refusal("400 Bad Request", "not a WebSocket request of version 13");
 const UPGRADE: Refusal = refusal("426 Upgrade Required", "this path is a WebSocket");
 
-/// A head that came in, and what came after it.
+/// A received head, and the bytes received after it.
 pub(crate) struct Head {
     pub(crate) bytes: Vec<u8>,
     pub(crate) rest: Vec<u8>,
 }
 
-/// Reads the head of a request. `Ok(None)`: the connection ended, or is of no use; nobody needs an answer.
+/// Reads the head of a request. `Ok(None)`: the connection has ended or is useless, and needs no answer.
 pub(crate) fn read_head(
     stream: &mut TcpStream,
     within: Duration,
@@ -64,7 +64,7 @@ pub(crate) fn read_head(
     let mut chunk = [0; 1024];
     loop {
         let left = until.saturating_duration_since(Instant::now());
-        // A browser opens a connection to have one, and may ask for nothing on it.
+        // Browsers open spare connections and may send nothing on them.
         let too_slow = match bytes.is_empty() {
             true => Ok(Ok(None)),
             false => Ok(Err(TOO_SLOW)),
@@ -99,7 +99,7 @@ pub(crate) fn read_head(
     }
 }
 
-/// What a head asks for. `hosts`: names that are allowed besides this machine's.
+/// What a head asks for. `hosts`: names that are allowed in addition to this machine's.
 pub(crate) fn judge(head: &[u8], hosts: &[String]) -> Result<Request, Refusal> {
     let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
     let mut request = httparse::Request::new(&mut headers);
@@ -129,11 +129,12 @@ pub(crate) fn judge(head: &[u8], hosts: &[String]) -> Result<Request, Refusal> {
     if !matches!(method, "GET" | "HEAD") {
         return Err(METHOD);
     }
-    // The query belongs to the page, not to the server.
-    let path = path.split('?').next().unwrap_or_default();
+    // In the query, only the format of a WebSocket's views matters.
+    let (path, query) = path.split_once('?').unwrap_or((path, ""));
+    let json = query.split('&').any(|part| part == "format=json");
     let wants_socket = fields.has_token("upgrade", "websocket");
     match path {
-        "/" | "/ws" if wants_socket => socket(method, &fields),
+        "/" | "/ws" if wants_socket => socket(method, &fields, json),
         "/ws" => Err(UPGRADE),
         "/" | "/index.html" => Ok(Request::Page {
             host: host.to_owned(),
@@ -144,7 +145,7 @@ pub(crate) fn judge(head: &[u8], hosts: &[String]) -> Result<Request, Refusal> {
     }
 }
 
-fn socket(method: &str, fields: &Fields<'_>) -> Result<Request, Refusal> {
+fn socket(method: &str, fields: &Fields<'_>, json: bool) -> Result<Request, Refusal> {
     let key = fields.only("sec-websocket-key")?.ok_or(SOCKET)?;
     let is_key = key.len() == 24
         && key.ends_with("==")
@@ -158,6 +159,7 @@ fn socket(method: &str, fields: &Fields<'_>) -> Result<Request, Refusal> {
     }
     Ok(Request::Socket {
         key: key.to_owned(),
+        json,
     })
 }
 
@@ -172,7 +174,7 @@ impl<'a> Fields<'a> {
             .map(|field| field.value)
     }
 
-    /// The value of a field that may be there once, as text.
+    /// The value of a field that may occur at most once, as text.
     fn only(&self, name: &'static str) -> Result<Option<&'a str>, Refusal> {
         let mut values = self.all(name);
         match (values.next(), values.next()) {
@@ -232,7 +234,7 @@ mod tests {
 
     #[test]
     fn foreign_names_and_origins_are_refused() {
-        // A name that somebody made point to this machine.
+        // A foreign name that points to this machine.
         let rebound = SOCKET_HEAD.replace("localhost:8080", "evil.example:8080");
         assert_eq!(asked(&rebound), Err(FOREIGN_HOST));
         let foreign = SOCKET_HEAD.replace("http://localhost", "https://evil.example");

@@ -1,10 +1,10 @@
-//! Answers to requests; the connection ends with each of them, but for a WebSocket.
+//! Answers to requests; each one ends the connection, except for a WebSocket.
 
 use super::request::Refusal;
 
 /// The page, or only its head.
 pub(crate) fn page(html: &str, host: &str, body: bool) -> Vec<u8> {
-    // Nothing from elsewhere; scripts and styles are within the page. `host` was checked: letters, digits, dots, colons.
+    // No external resources; scripts and styles are within the page. `host` was checked: letters, digits, dots, colons.
     let policy = format!(
         "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; connect-src 'self' ws://{host} wss://{host}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     );
@@ -19,7 +19,7 @@ pub(crate) fn page(html: &str, host: &str, body: bool) -> Vec<u8> {
     answer
 }
 
-/// Nothing to see.
+/// An empty answer.
 pub(crate) fn no_content() -> Vec<u8> {
     b"HTTP/1.1 204 No Content\r\nConnection: close\r\n\r\n".to_vec()
 }
@@ -38,7 +38,7 @@ pub(crate) fn refusal(refusal: Refusal) -> Vec<u8> {
     .into_bytes()
 }
 
-/// From here on the connection is a WebSocket.
+/// Switches the connection to a WebSocket.
 pub(crate) fn switch_to_socket(key: &str) -> Vec<u8> {
     format!(
         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {}\r\n\r\n",

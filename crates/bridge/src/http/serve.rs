@@ -1,4 +1,4 @@
-//! Connections: listened for, taken while there is room, and one request of each answered.
+//! Connections: listens, accepts while there is room, and answers one request of each.
 
 use super::request::{self, Refusal, Request};
 use super::response;
@@ -10,10 +10,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::Builder;
 use std::time::Duration;
 
-/// An answer must be taken within this time.
+/// Time limit for sending an answer.
 const ANSWER: Duration = Duration::from_secs(5);
 
-/// Listens; returns the address that was taken, too.
+/// Listens; also returns the actual address.
 pub(crate) fn listen(address: SocketAddr) -> Result<(TcpListener, SocketAddr), BridgeError> {
     let listening = TcpListener::bind(address).and_then(|listener| {
         let taken = listener.local_addr()?;
@@ -22,7 +22,7 @@ pub(crate) fn listen(address: SocketAddr) -> Result<(TcpListener, SocketAddr), B
     listening.map_err(|source| BridgeError::Listen { address, source })
 }
 
-/// An address of this machine by which it reaches itself.
+/// The address at which this machine reaches itself.
 pub(crate) fn reachable(mut address: SocketAddr) -> SocketAddr {
     match address.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => address.set_ip(Ipv4Addr::LOCALHOST.into()),
@@ -37,8 +37,8 @@ pub(crate) fn wake(address: SocketAddr) {
     let _ = TcpStream::connect_timeout(&reachable(address), ANSWER);
 }
 
-/// Takes connections until the server stops, each on a thread of its own of this name, and `most` at a time; `busy` hears of those that
-/// are turned away.
+/// Accepts connections until the server stops, each on its own thread of this name, at most `most` at a time; `busy` is called for those
+/// that are rejected.
 pub(crate) fn accept<S>(
     listener: &TcpListener,
     most: usize,
@@ -52,7 +52,7 @@ pub(crate) fn accept<S>(
     let connections = Arc::default();
     while !is_stopped() {
         let Ok((stream, _)) = listener.accept() else {
-            // Out of file descriptors, for instance: others must end first.
+            // For example, out of file descriptors: other connections must end first.
             std::thread::sleep(Duration::from_millis(20));
             continue;
         };
@@ -61,26 +61,26 @@ pub(crate) fn accept<S>(
         }
         let Some(slot) = Slot::of(&connections, most) else {
             busy();
-            // An empty buffer takes it; if not, nobody waits for it.
+            // An empty buffer takes it; otherwise nobody waits for it.
             let _ = stream.set_nonblocking(true);
             let _ = (&stream).write(&response::refusal(request::BUSY));
             continue;
         };
         let serve = serve.clone();
-        // A thread that cannot be started gives its slot back as one that ends.
+        // If the thread cannot be started, the slot is released as well.
         let _ = Builder::new().name(name.to_owned()).spawn(move || {
             let _slot = slot;
-            // Whatever became of the connection: it has ended.
+            // The connection has ended either way.
             let _ = serve(stream);
         });
     }
 }
 
-/// One of the connections there may be at a time; given back when it is dropped, also by a thread that panics.
+/// One of the available connections; released when dropped, also on a panic.
 struct Slot(Arc<AtomicUsize>);
 
 impl Slot {
-    /// `None`: there are enough.
+    /// `None` if there are enough.
     fn of(connections: &Arc<AtomicUsize>, most: usize) -> Option<Self> {
         let slot = Self(Arc::clone(connections));
         let before = connections.fetch_add(1, Ordering::SeqCst);
@@ -94,7 +94,7 @@ impl Drop for Slot {
     }
 }
 
-/// Answers the one request of a connection; `judged` hears what became of it. `Some`: it is a WebSocket now, and this came after the head.
+/// Answers the one request of a connection; `judged` gets the result. `Some`: it is now a WebSocket, and these bytes came after the head.
 pub(crate) fn answer(
     stream: &mut TcpStream,
     within: Duration,
@@ -110,7 +110,7 @@ pub(crate) fn answer(
     };
     judged(asked.as_ref().map_err(|refused| *refused));
     let answer = match asked {
-        Ok(Request::Socket { key }) => {
+        Ok(Request::Socket { key, .. }) => {
             stream.write_all(&response::switch_to_socket(&key))?;
             return Ok(Some(rest));
         }
@@ -120,7 +120,7 @@ pub(crate) fn answer(
     };
     stream.write_all(&answer)?;
     stream.shutdown(Shutdown::Write)?;
-    // What the client still sends is taken for a moment: a connection that is cut with bytes unread loses its answer.
+    // Read what the client still sends for a moment: closing a connection with unread bytes can discard the answer.
     stream.set_read_timeout(Some(Duration::from_millis(200)))?;
     let mut rest = [0; 1024];
     for _ in 0..64 {

@@ -1,4 +1,4 @@
-//! Questions and answers as they go over the line.
+//! Questions and answers, and their messages.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,21 +6,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Answering {
-    /// A number above zero, typed in.
+    /// A positive number, typed in.
     Number,
-    /// A point of a scale from 1, one button each.
+    /// A point on a scale from 1, one button each.
     Scale {
         /// Points, at most 100.
         points: u8,
     },
     /// The first or the second: two large buttons; the answer is 1 or 2.
     Two,
-    /// One button, to go on; the answer is 1.
+    /// One button to continue; the answer is 1.
     Continue,
 }
 
 impl Answering {
-    /// Is this an answer to such a question?
+    /// Is this a valid answer to such a question?
     #[must_use]
     pub fn fits(self, value: f64) -> bool {
         let last = match self {
@@ -33,7 +33,7 @@ impl Answering {
     }
 }
 
-/// A question. It says nothing about the condition that it is about.
+/// A question. It reveals nothing about the condition.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Question {
     /// What is asked, in words.
@@ -43,7 +43,7 @@ pub struct Question {
     pub answering: Answering,
 }
 
-/// What the page is told.
+/// A message to the page.
 #[derive(Serialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
 pub(super) enum Told<'a> {
@@ -64,10 +64,10 @@ impl Told<'_> {
     }
 }
 
-/// What the page says.
+/// A message from the page.
 #[derive(Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
 pub(super) enum Said {
-    /// The answer to the question of a number.
+    /// The answer to the question with this number.
     Answer { id: u64, value: f64 },
 }

@@ -13,28 +13,28 @@ use std::time::{Duration, Instant};
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
 
-/// The page: it asks nobody but its own server.
+/// The page; it contacts only its own server.
 const PAGE: &str = include_str!("page.html");
 /// Most connections at a time.
 const MOST: usize = 16;
-/// How often a connection looks for something new to tell.
+/// How often a connection checks for something new to send.
 const LOOKS: Duration = Duration::from_millis(30);
-/// A request or an answer must be through within this time.
+/// Time limit for a request or an answer.
 const WITHIN: Duration = Duration::from_secs(5);
 /// Longest message of the page, bytes.
 const LONGEST: usize = 1024;
 
-/// Serves a page that shows a status or one question, and takes the first answer that fits.
+/// Serves a page that shows a status or one question, and takes the first valid answer.
 ///
-/// Every browser that is open sees the same; the first answer counts. Requests are judged as those of
-/// [`BridgeServer`](crate::BridgeServer): only names that are this machine's or were allowed. Dropping it stops it.
+/// Every open browser shows the same; the first answer counts. Requests are checked as in [`BridgeServer`](crate::BridgeServer): only this
+/// machine's names and allowed names. Dropping the server stops it.
 pub struct QuestionServer {
     board: Arc<Board>,
     address: SocketAddr,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What is shown, and what was answered.
+/// The current display, and the answer.
 struct Board {
     state: Mutex<State>,
     changed: Condvar,
@@ -42,7 +42,7 @@ struct Board {
 }
 
 struct State {
-    /// Counts what was shown; number of a question.
+    /// Number of the display and of its question.
     version: u64,
     status: String,
     question: Option<Question>,
@@ -50,10 +50,10 @@ struct State {
 }
 
 impl QuestionServer {
-    /// Listens; port 0 takes a free one. `hosts`: names of proxies, see [`BridgeConfig::hosts`](crate::BridgeConfig::hosts).
+    /// Starts to listen; port 0 takes a free one. `hosts`: names of proxies, see [`BridgeConfig::hosts`](crate::BridgeConfig::hosts).
     ///
     /// # Errors
-    /// An address that cannot be listened on.
+    /// The server cannot listen on the address.
     pub fn start(listen: SocketAddr, hosts: Vec<String>) -> Result<Self, BridgeError> {
         let (listener, address) = serve::listen(listen)?;
         let board = Arc::new(Board {
@@ -87,13 +87,13 @@ impl QuestionServer {
         })
     }
 
-    /// What to open in a browser on this machine.
+    /// The URL to open in a browser on this machine.
     #[must_use]
     pub fn url(&self) -> String {
         format!("http://{}/", serve::reachable(self.address))
     }
 
-    /// Shows a text, and nothing to answer; a question that was shown is taken back.
+    /// Shows a text without a question; withdraws a question that was shown.
     pub fn tell(&self, text: &str) {
         let mut state = locked(&self.board.state);
         state.version += 1;
@@ -110,7 +110,7 @@ impl QuestionServer {
         state.answer = None;
     }
 
-    /// Waits for the answer to the question that is shown; `None` if there is none within the time, or no question.
+    /// Waits for the answer to the current question; `None` if none comes in time, or if there is no question.
     #[must_use]
     pub fn wait(&self, within: Duration) -> Option<f64> {
         let until = Instant::now() + within;
@@ -136,7 +136,7 @@ impl Drop for QuestionServer {
     }
 }
 
-/// Tells what is shown whenever it changes, and takes answers, until the page goes.
+/// Sends the display whenever it changes, and takes answers, until the page closes.
 fn converse(board: &Board, stream: TcpStream, rest: Vec<u8>) -> io::Result<()> {
     stream.set_read_timeout(Some(LOOKS))?;
     let config = WebSocketConfig::default()
@@ -186,7 +186,7 @@ fn waits(error: &io::Error) -> bool {
     )
 }
 
-/// The first answer that fits the question that is shown counts; anything else is as if it had not come.
+/// Takes the first valid answer to the current question; ignores anything else.
 fn take(board: &Board, text: &str) {
     let Ok(Said::Answer { id, value }) = serde_json::from_str(text) else {
         return;

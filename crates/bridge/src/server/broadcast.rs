@@ -1,21 +1,20 @@
-//! From the loop to all clients.
+//! Sends from the loop to all clients.
 
 use super::locked::locked;
 use super::reply::{self, Reply};
 use super::shared::{FromLoop, Shared};
 use hwall_view::ViewFrame;
 use std::time::Duration;
-use tungstenite::Bytes;
+use tungstenite::{Bytes, Message};
 
-/// How often the loop's queues are looked at. They are never waited for: a receiver that waits would make the loop wake it, which
-/// takes a lock.
+/// How often the loop's queues are polled. Nothing blocks on them: the loop would have to wake a blocked receiver, which takes a lock.
 const LOOK: Duration = Duration::from_millis(4);
-/// Period of the signs of life, s.
+/// Period of the pings, s.
 const PING_S: f64 = 0.25;
 /// Period of the counts, s.
 const COUNTS_S: f64 = 1.0;
 
-/// Until the server stops.
+/// Runs until the server stops.
 pub(super) fn broadcast(shared: &Shared) {
     let mut bytes = Vec::with_capacity(ViewFrame::MOST_BYTES);
     let [mut ping_s, mut counts_s] = [0.0; 2];
@@ -42,15 +41,20 @@ fn forward(shared: &Shared, from_loop: &FromLoop, now_s: f64, bytes: &mut Vec<u8
     for event in from_loop.events.try_iter() {
         shared.say(&reply::event(&event));
     }
-    // Of several views the newest counts.
+    // Of several views, send the newest.
     let Some(view) = from_loop.views.try_iter().last() else {
         return;
     };
     bytes.clear();
     view.encode(bytes);
-    let view = Bytes::copy_from_slice(bytes);
+    let binary = Message::Binary(Bytes::copy_from_slice(bytes));
+    let mut json = None;
     for client in locked(&shared.clients).iter() {
-        client.show(&view, now_s, &shared.tally);
+        let message = match client.json {
+            true => json.get_or_insert_with(|| Message::text(view.to_json(&from_loop.arm))),
+            false => &binary,
+        };
+        client.show(message, now_s, &shared.tally);
     }
 }
 

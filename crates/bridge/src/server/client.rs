@@ -1,49 +1,52 @@
-//! One client: a small queue between its connection and everybody else.
+//! One client: a small queue between its connection and the other threads.
 
 use super::locked::locked;
 use crate::counts::Tally;
 use std::collections::VecDeque;
 use std::net::{Shutdown, TcpStream};
 use std::sync::{Condvar, Mutex, PoisonError};
-use tungstenite::{Bytes, Utf8Bytes};
+use tungstenite::{Message, Utf8Bytes};
 
-/// Texts that wait for a slow client at most.
+/// Most texts that wait for a slow client.
 const MOST_TEXTS: usize = 256;
-/// A client that has not answered a ping for this long gets no views, s: what it gets then would be late.
+/// A client that has not answered a ping for this long gets no views, s: they would arrive late.
 const LAGS_S: f64 = 0.5;
 
 /// A client as the other threads see it.
 pub(crate) struct Client {
     pub(super) id: u64,
+    /// Does it want views as JSON?
+    pub(super) json: bool,
     outbox: Mutex<Outbox>,
     wake: Condvar,
     stream: TcpStream,
 }
 
-/// What waits to be sent.
+/// Messages that wait to be sent.
 #[derive(Default)]
 struct Outbox {
     texts: VecDeque<Utf8Bytes>,
-    /// The newest view; an older one that was not sent yet is dropped.
-    view: Option<Bytes>,
+    /// The newest view; an unsent older one is dropped.
+    view: Option<Message>,
     ping: Option<u64>,
-    /// The ping that is not answered yet: its number, and when it was sent, s.
+    /// The unanswered ping: its number, and when it was sent, s.
     unanswered: Option<(u64, f64)>,
     pings: u64,
     ended: bool,
 }
 
 impl Client {
-    pub(super) fn new(id: u64, stream: TcpStream) -> Self {
+    pub(super) fn new(id: u64, stream: TcpStream, json: bool) -> Self {
         Self {
             id,
+            json,
             outbox: Mutex::default(),
             wake: Condvar::new(),
             stream,
         }
     }
 
-    /// A text; a client that does not take them loses the oldest.
+    /// Queues a text; a client that does not read loses the oldest.
     pub(super) fn say(&self, text: &str, tally: &Tally) {
         let mut outbox = locked(&self.outbox);
         if outbox.texts.len() == MOST_TEXTS {
@@ -55,8 +58,8 @@ impl Client {
         self.wake.notify_one();
     }
 
-    /// A view, for a client that keeps up.
-    pub(super) fn show(&self, view: &Bytes, now_s: f64, tally: &Tally) {
+    /// Queues a view, if the client keeps up.
+    pub(super) fn show(&self, view: &Message, now_s: f64, tally: &Tally) {
         let mut outbox = locked(&self.outbox);
         let lags = outbox
             .unanswered
@@ -72,7 +75,7 @@ impl Client {
         self.wake.notify_one();
     }
 
-    /// Asks for a sign of life, unless the last one is still to come.
+    /// Sends a ping, unless one is unanswered.
     pub(super) fn ping(&self, now_s: f64) {
         let mut outbox = locked(&self.outbox);
         if outbox.unanswered.is_none() {
@@ -85,15 +88,15 @@ impl Client {
         }
     }
 
-    /// When the ping of this number was sent, s, if it is the one that is waited for.
+    /// When the ping of this number was sent, s, if it is the unanswered one.
     pub(super) fn answered(&self, number: u64) -> Option<f64> {
         let mut outbox = locked(&self.outbox);
         let (_, sent_s) = outbox.unanswered.take_if(|(waits, _)| *waits == number)?;
         Some(sent_s)
     }
 
-    /// What waits to be sent, as soon as there is something; `None` once the connection has ended.
-    pub(super) fn wait(&self) -> Option<(VecDeque<Utf8Bytes>, Option<Bytes>, Option<u64>)> {
+    /// Waits for messages to send; `None` once the connection has ended.
+    pub(super) fn wait(&self) -> Option<(VecDeque<Utf8Bytes>, Option<Message>, Option<u64>)> {
         let mut outbox = locked(&self.outbox);
         while outbox.texts.is_empty()
             && outbox.view.is_none()
@@ -116,7 +119,7 @@ impl Client {
     pub(super) fn end(&self) {
         locked(&self.outbox).ended = true;
         self.wake.notify_one();
-        // It may have ended by itself.
+        // It may have ended already.
         let _ = self.stream.shutdown(Shutdown::Both);
     }
 }

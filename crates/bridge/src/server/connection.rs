@@ -15,10 +15,10 @@ use tungstenite::{Error, Message, Utf8Bytes, WebSocket};
 
 /// A write that takes longer ends the connection.
 const WRITE: Duration = Duration::from_secs(2);
-/// A client is told what was wrong with its messages at most once in this time, s.
+/// A client is told about errors in its messages at most once in this time, s.
 const SAY_S: f64 = 1.0;
 
-/// A stream that two WebSockets share, one reading, one writing: each write is whole.
+/// A stream shared by two WebSockets, one reading, one writing: each write is complete.
 struct Half {
     stream: TcpStream,
     writing: Arc<Mutex<()>>,
@@ -36,7 +36,7 @@ impl Half {
 impl Read for Half {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
-            // A program that was stopped and goes on finds its reading interrupted; the connection stands.
+            // A stopped and resumed program finds its read interrupted; the connection is still good.
             match self.stream.read(buffer) {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 read => return read,
@@ -48,7 +48,7 @@ impl Read for Half {
 impl Write for Half {
     fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
         let _whole = locked(&self.writing);
-        // A WebSocket gives whole frames; the other half must not come between their parts.
+        // A WebSocket writes whole frames; the other half must not interleave.
         self.stream.write_all(buffer)?;
         Ok(buffer.len())
     }
@@ -58,22 +58,27 @@ impl Write for Half {
     }
 }
 
-/// Serves a WebSocket until it ends. `rest`: what came after the head of its request.
-pub(super) fn serve(shared: &Arc<Shared>, stream: TcpStream, rest: Vec<u8>) -> io::Result<()> {
+/// Serves a WebSocket until it ends. `rest`: bytes received after the head of its request.
+pub(super) fn serve(
+    shared: &Arc<Shared>,
+    stream: TcpStream,
+    rest: Vec<u8>,
+    json: bool,
+) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(Duration::from_secs_f64(shared.config.silent_s)))?;
     stream.set_write_timeout(Some(WRITE))?;
     let writing = Arc::default();
     let limits = WebSocketConfig::default()
         .read_buffer_size(8192)
-        // What waits is limited by the outbox; a scene may be of any size.
+        // The outbox limits what waits; a scene may be of any size.
         .write_buffer_size(0)
         .max_message_size(Some(shared.config.max_message_bytes))
         .max_frame_size(Some(shared.config.max_message_bytes));
     let half = Half::of(&stream, &writing)?;
     let mut reader = WebSocket::from_partially_read(half, rest, Role::Server, Some(limits));
     let id = shared.new_client_id();
-    let client = Arc::new(Client::new(id, stream.try_clone()?));
+    let client = Arc::new(Client::new(id, stream.try_clone()?, json));
     if !join(shared, &client) {
         shared.tally.refused_clients.add(1);
         let text = "too many clients; try again when one has left";
@@ -103,7 +108,7 @@ pub(super) fn serve(shared: &Arc<Shared>, stream: TcpStream, rest: Vec<u8>) -> i
     Ok(())
 }
 
-/// A client that is among the others until this is dropped, also by a panic.
+/// A registered client; dropping this removes it, also on a panic.
 struct Joined<'a> {
     shared: &'a Shared,
     client: Arc<Client>,
@@ -118,13 +123,13 @@ impl Drop for Joined<'_> {
     }
 }
 
-/// Adds a client, and greets it, unless there are enough.
+/// Registers and greets a client, unless there are enough.
 fn join(shared: &Shared, client: &Arc<Client>) -> bool {
     let mut clients = locked(&shared.clients);
     if clients.len() >= shared.config.max_clients || shared.is_stopped() {
         return false;
     }
-    // Under the lock, so that a change of the scene reaches those who are here and those who come.
+    // Under the lock, so that a new scene reaches both current and joining clients.
     client.say(&locked(&shared.greeting), &shared.tally);
     clients.push(Arc::clone(client));
     true
@@ -186,7 +191,7 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
                 return;
             }
             Err(Error::Protocol(_) | Error::Utf8(_) | Error::AttackAttempt) => {
-                // Also a connection that was cut: that is no fault of its messages.
+                // A connection that was cut ends here too; its messages are not malformed.
                 if socket.can_write() {
                     tally.malformed.add(1);
                     close(socket, CloseCode::Protocol, "not a WebSocket frame");
@@ -198,7 +203,7 @@ fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &
     }
 }
 
-/// Sends what waits until the connection ends.
+/// Sends waiting messages until the connection ends.
 fn write(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>) {
     loop {
         let Some((texts, view, ping)) = client.wait() else {
@@ -208,7 +213,7 @@ fn write(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>) {
         let all = texts
             .into_iter()
             .map(Message::Text)
-            .chain(view.map(Message::Binary))
+            .chain(view)
             .chain(ping.map(|number| Message::Ping(number.to_le_bytes().to_vec().into())));
         for message in all {
             if socket.send(message).is_err() {

@@ -28,21 +28,20 @@ pub use shared::{Order, Orders};
 
 /// Most connections at a time, pages included.
 const MAX_CONNECTIONS: usize = 64;
-/// Views and events that wait for the server at most.
+/// Most views and events that wait for the server.
 const VIEW_QUEUE: usize = 8;
 const EVENT_QUEUE: usize = 256;
 
 /// One small HTTP and WebSocket server on threads: a page, hands in, views and events out.
-///
-/// It serves from the start; the page says that it is being prepared until [`BridgeServer::connect`] brings a scene.
-/// Dropping it stops it.
+/// It serves from the start; until [`BridgeServer::connect`] provides a scene, the page says that it is being prepared. Dropping the server
+/// stops it.
 pub struct BridgeServer {
     shared: Arc<Shared>,
     address: SocketAddr,
     threads: Vec<JoinHandle<()>>,
 }
 
-/// Stops a server from another thread, or from a handler of signals.
+/// Stops a server from another thread or a signal handler.
 #[derive(Clone)]
 pub struct StopHandle {
     shared: Arc<Shared>,
@@ -50,7 +49,7 @@ pub struct StopHandle {
 }
 
 impl StopHandle {
-    /// The loop of every [`Bridge`] ends with its cycle, all clients are disconnected.
+    /// Ends the loop of every [`Bridge`] with its cycle, and disconnects all clients.
     pub fn stop(&self) {
         if self.shared.stop() {
             serve::wake(self.address);
@@ -62,7 +61,7 @@ impl BridgeServer {
     /// Listens and serves the page.
     ///
     /// # Errors
-    /// A setting outside its range; an address that cannot be listened on.
+    /// A setting outside its range; the server cannot listen on the address.
     pub fn start(config: BridgeConfig) -> Result<Self, BridgeError> {
         config.validate()?;
         let (listener, address) = serve::listen(config.listen)?;
@@ -81,24 +80,25 @@ impl BridgeServer {
         Ok(server)
     }
 
-    /// Where it listens.
+    /// The address that it listens on.
     #[must_use]
     pub const fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// What to open in a browser on this machine.
+    /// The URL to open in a browser on this machine.
     #[must_use]
     pub fn url(&self) -> String {
         format!("http://{}/", serve::reachable(self.address))
     }
 
-    /// Tells all clients what is being done before there is a scene.
+    /// Tells all clients what is being prepared before there is a scene.
     pub fn prepare(&self, text: &str) {
         self.greet(&reply::preparing(text));
     }
 
-    /// Shows a scene, with the headset's space where the settings have it, and returns the loop's end of the bridge. A loop that was connected before is cut off.
+    /// Shows a scene, with the headset's space as configured, and returns the loop's side of the bridge. A previously connected loop is cut
+    /// off.
     #[must_use]
     pub fn connect(&self, scene: &ViewScene) -> Bridge {
         let config = &self.shared.config;
@@ -106,7 +106,8 @@ impl BridgeServer {
         let (view_sender, views) = sync_channel(VIEW_QUEUE);
         let (event_sender, events) = sync_channel(EVENT_QUEUE);
         locked(&self.shared.intake).connect(hand_sender);
-        *locked(&self.shared.from_loop) = Some(FromLoop { views, events });
+        let arm = scene.arm.clone();
+        *locked(&self.shared.from_loop) = Some(FromLoop { views, events, arm });
         let placed = ViewScene {
             base_from_headset: config.base_from_headset,
             ..scene.clone()
@@ -119,13 +120,13 @@ impl BridgeServer {
         }
     }
 
-    /// What came in, what was dropped and why.
+    /// Counts of what was received, dropped and sent.
     #[must_use]
     pub fn counts(&self) -> BridgeCounts {
         self.shared.counts()
     }
 
-    /// To stop it from elsewhere.
+    /// A handle to stop the server from elsewhere.
     #[must_use]
     pub fn stop_handle(&self) -> StopHandle {
         StopHandle {
@@ -134,7 +135,7 @@ impl BridgeServer {
         }
     }
 
-    /// Was it told to stop?
+    /// Was the server stopped?
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.shared.is_stopped()
@@ -159,7 +160,7 @@ impl Drop for BridgeServer {
     }
 }
 
-/// Takes connections until the server stops.
+/// Accepts connections until the server stops.
 fn accept(shared: &Arc<Shared>, listener: &TcpListener) {
     let page: Arc<str> = Arc::from(live_page());
     let own = Arc::clone(shared);
@@ -171,9 +172,11 @@ fn accept(shared: &Arc<Shared>, listener: &TcpListener) {
         || shared.tally.refused_requests.add(1),
         move |mut stream| {
             let within = Duration::from_secs_f64(own.config.request_s);
+            let mut json = false;
             let judged = |asked: Result<&Request, Refusal>| match asked {
                 Ok(Request::Page { .. }) => own.tally.pages.add(1),
-                Ok(Request::Icon | Request::Socket { .. }) => {}
+                Ok(Request::Icon) => {}
+                Ok(Request::Socket { json: is_asked, .. }) => json = *is_asked,
                 Err(refused) => {
                     own.tally.refused_requests.add(1);
                     let is_large = refused == request::TOO_LARGE;
@@ -181,7 +184,7 @@ fn accept(shared: &Arc<Shared>, listener: &TcpListener) {
                 }
             };
             match serve::answer(&mut stream, within, &own.config.hosts, &page, judged)? {
-                Some(rest) => connection::serve(&own, stream, rest),
+                Some(rest) => connection::serve(&own, stream, rest, json),
                 None => Ok(()),
             }
         },

@@ -1,11 +1,11 @@
-//! What the server says, as text.
+//! Messages of the server, as text.
 
 use crate::counts::BridgeCounts;
 use hwall::hand::Tracking;
 use hwall::{Event, EventKind};
 use serde::Serialize;
 
-/// A message of the server; the scene is written by `hwall-view`.
+/// A message of the server; `hwall-view` writes the scene.
 #[derive(Serialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
 pub(super) enum Reply<'a> {
@@ -40,7 +40,7 @@ impl Reply<'_> {
     }
 }
 
-/// The walls and the predictor are not there yet.
+/// The walls and the predictor are not ready.
 pub(super) fn preparing(text: &str) -> String {
     Reply::Preparing { text }.to_json()
 }
@@ -108,7 +108,7 @@ mod tests {
     use hwall::haptics::safety::Channel;
     use hwall::haptics::{HoldReason, SafeReason, SafeState};
 
-    /// `Gap { gap_s: 0.31 }` stood on the page.
+    /// Regression: the page showed `Gap { gap_s: 0.31 }`.
     #[test]
     fn reasons_are_told_in_words() {
         let lost = Tracking::Lost {

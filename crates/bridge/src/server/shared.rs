@@ -1,4 +1,4 @@
-//! What the threads of a server share.
+//! State shared by the threads of a server.
 
 use super::client::Client;
 use super::locked::locked;
@@ -6,22 +6,22 @@ use crate::config::BridgeConfig;
 use crate::counts::{BridgeCounts, Tally};
 use crate::hands::Intake;
 use hwall::Event;
-use hwall_view::ViewFrame;
+use hwall_view::{ViewArm, ViewFrame};
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// What a person asks of the arm.
+/// An order of a person to the arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Order {
     /// Stop, latched.
     Stop,
-    /// Let a stopped arm go.
+    /// Release a stopped arm.
     LetGo,
 }
 
-/// Carries orders to the loop, from any thread. A stop that is not carried out yet is not taken back.
+/// Passes orders to the loop, from any thread. A pending stop cannot be revoked.
 #[derive(Debug, Clone, Default)]
 pub struct Orders(Arc<Asked>);
 
@@ -32,11 +32,11 @@ struct Asked {
     enabled: LastSaid,
 }
 
-/// When something was said that holds for a while.
+/// When a statement that holds for a while was last made.
 #[derive(Debug)]
 pub(crate) struct LastSaid {
     began: Instant,
-    /// us after the beginning; 0: never.
+    /// Microseconds after the beginning; 0: never.
     last_us: AtomicU64,
 }
 
@@ -50,14 +50,14 @@ impl Default for LastSaid {
 }
 
 impl LastSaid {
-    /// It is said now.
+    /// The statement is made now.
     pub(crate) fn say(&self) {
         let now_us = self.began.elapsed().as_micros();
         let now_us = u64::try_from(now_us).unwrap_or(u64::MAX).max(1);
         self.last_us.store(now_us, Ordering::SeqCst);
     }
 
-    /// Was it said within this time?
+    /// Was it made within this time?
     pub(crate) fn is_within(&self, time: Duration) -> bool {
         let last_us = self.last_us.load(Ordering::SeqCst);
         let last = Duration::from_micros(last_us);
@@ -74,12 +74,12 @@ impl Orders {
         self.0.order.fetch_max(Self::STOP, Ordering::SeqCst);
     }
 
-    /// Lets a stopped arm go with the next cycle.
+    /// Releases a stopped arm with the next cycle.
     pub fn let_go(&self) {
         self.0.order.fetch_max(Self::LET_GO, Ordering::SeqCst);
     }
 
-    /// The enabling switch is held, now.
+    /// Reports that the enabling switch is held now.
     pub fn enable(&self) {
         self.0.enabled.say();
     }
@@ -90,7 +90,7 @@ impl Orders {
         self.0.enabled.is_within(within)
     }
 
-    /// The order that was not taken yet.
+    /// Takes the pending order.
     #[must_use]
     pub fn take(&self) -> Option<Order> {
         match self.0.order.swap(0, Ordering::SeqCst) {
@@ -101,19 +101,19 @@ impl Orders {
     }
 }
 
-/// What the threads of a server share. The loop touches the tally and the flag only, which are atomic.
+/// State shared by the threads of a server. The loop uses only the tally and the flags, which are atomic.
 pub(crate) struct Shared {
     pub(crate) config: BridgeConfig,
     pub(crate) tally: Tally,
     pub(crate) start: Instant,
     pub(crate) intake: Mutex<Intake>,
-    /// Sent to whoever connects: the scene, or that it is being prepared.
+    /// Sent to every new client: the scene, or that it is being prepared.
     pub(crate) greeting: Mutex<Arc<str>>,
     pub(crate) clients: Mutex<Vec<Arc<Client>>>,
-    /// From the loop.
+    /// The channels from the loop.
     pub(crate) from_loop: Mutex<Option<FromLoop>>,
     pub(crate) orders: Orders,
-    /// Somebody looks at the parts that the supervisor judges by.
+    /// A page requests the supervisor's parts.
     pub(crate) parts: LastSaid,
     next_client: AtomicU64,
     stopped: AtomicBool,
@@ -123,6 +123,7 @@ pub(crate) struct Shared {
 pub(crate) struct FromLoop {
     pub(crate) views: Receiver<ViewFrame>,
     pub(crate) events: Receiver<Event>,
+    pub(crate) arm: ViewArm,
 }
 
 impl Shared {
@@ -155,7 +156,7 @@ impl Shared {
         self.next_client.fetch_add(1, Ordering::Relaxed)
     }
 
-    /// A text to all clients.
+    /// Sends a text to all clients.
     pub(crate) fn say(&self, text: &str) {
         for client in locked(&self.clients).iter() {
             client.say(text, &self.tally);
@@ -166,7 +167,7 @@ impl Shared {
         self.stopped.load(Ordering::Relaxed)
     }
 
-    /// Ends all threads; true for the first time.
+    /// Ends all threads; returns true the first time.
     pub(crate) fn stop(&self) -> bool {
         let first = !self.stopped.swap(true, Ordering::SeqCst);
         for client in locked(&self.clients).iter() {

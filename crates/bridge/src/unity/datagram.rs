@@ -1,4 +1,4 @@
-//! The datagram by which the dissertation's Unity side tells where the board is wanted.
+//! The datagram in which the dissertation's Unity side sends the target of the board.
 
 use crate::error::BridgeError;
 use hwall::numeric::check::{finite, that};
@@ -7,16 +7,16 @@ use hwall::numeric::check::{finite, that};
 const DYNAMIC_DEG: f64 = 600.0;
 /// Range of an orientation, degrees: either half a turn to each side or a whole turn.
 const ORIENTATION_DEG: [f64; 2] = [-180.0, 360.0];
-/// Furthest coordinate, mm: no arm on a table reaches so far.
+/// Largest coordinate, mm, far beyond the reach of any table-top arm.
 const MAX_MM: f64 = 1e5;
 /// Degrees for each step of the tens digit of a roughness code.
 const STEP_DEG: f64 = 22.5;
 /// mm/s for each step of its ones digit.
 const STEP_MM_PER_S: f64 = 10.0;
-/// f32 carries a whole number of two digits exactly; what is further off is none.
+/// A number further than this from a whole number is rejected; f32 holds two-digit whole numbers exactly.
 const WHOLE: f64 = 1e-3;
 
-/// How the board turns and moves to feel as rough as the surface that it stands for.
+/// How the board turns and moves to feel as rough as the surface that it represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RoughnessCode {
     angle_steps: u8,
@@ -69,7 +69,7 @@ impl RoughnessCode {
     }
 }
 
-/// Where the board is wanted: five little-endian f32, 20 bytes.
+/// The target of the board: five little-endian f32, 20 bytes.
 ///
 /// | number | means |
 /// | --- | --- |
@@ -77,13 +77,14 @@ impl RoughnessCode {
 /// | 1, 2, 3 | x, y, z, mm |
 /// | 4 | roughness code: tens digit times 22.5 degrees, ones digit times 10 mm/s |
 ///
-/// Source: the released code of the dissertation. Its frame is that of the arm's base; that the orientation is the heading of the surface's
-/// outward normal about z, counter-clockwise from x, is an assumption ([`UnityConfig`](crate::UnityConfig) corrects both).
+/// Source: the released code of the dissertation. The code states no frames. It is assumed that positions are in the base frame of the arm,
+/// and that the orientation is the heading of the surface's outward normal about z, counter-clockwise from x
+/// ([`UnityConfig`](crate::UnityConfig) corrects both).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardDatagram {
-    /// Heading of the outward normal, degrees, without the mark.
+    /// Heading of the outward normal, degrees, without the offset for moving objects.
     pub orientation_deg: f64,
-    /// Place, mm.
+    /// Position, mm.
     pub position_mm: [f64; 3],
     /// Does the object move?
     pub is_dynamic: bool,
@@ -95,7 +96,7 @@ impl BoardDatagram {
     /// Bytes of a datagram.
     pub const BYTES: usize = 20;
 
-    /// Reads a datagram.
+    /// Decodes a datagram.
     ///
     /// # Errors
     /// Another length, NaN, or a number outside its range.
@@ -124,7 +125,7 @@ impl BoardDatagram {
         Ok(datagram)
     }
 
-    /// Writes a datagram; angles and places are rounded to f32.
+    /// Encodes a datagram; angles and positions are rounded to f32.
     ///
     /// # Errors
     /// NaN, or a number outside its range.

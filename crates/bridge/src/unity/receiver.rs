@@ -1,4 +1,4 @@
-//! Datagrams in, targets out.
+//! Receives datagrams and returns targets.
 
 use super::datagram::BoardDatagram;
 use crate::counts::{BridgeCounts, Tally};
@@ -15,19 +15,19 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Datagrams that wait for the loop at most; the newest counts.
+/// Most datagrams that wait for the loop; the newest counts.
 const QUEUE: usize = 64;
-/// How often the thread looks whether it is to end.
+/// How often the thread checks whether to end.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// Settings of a [`UnityReceiver`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnityConfig {
-    /// Where to listen. Default 127.0.0.1:5005.
+    /// Address to listen on. Default 127.0.0.1:5005.
     pub listen: SocketAddr,
     /// The sender's frame (z up, m) in the arm's base frame; default the base itself.
     pub base_from_unity: Pose,
-    /// Another sender may take over after this silence of the first, s; default 1.
+    /// Another sender may take over after the first one was silent for this long, s; default 1.
     pub takeover_s: f64,
 }
 
@@ -41,10 +41,10 @@ impl Default for UnityConfig {
     }
 }
 
-/// Where the board is wanted, and how it moves while it is touched.
+/// The target of the board, and its motion while it is touched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnityTarget {
-    /// The place, its stamp the time of the loop's cycle that first saw it; rolled by the angle of the roughness code.
+    /// The target, stamped with the time of the loop's cycle that first saw it; rolled by the angle of the roughness code.
     pub target: BoardTarget,
     /// Motion along the x axis of the rolled board at the speed of the code; `None` for speed zero.
     pub slide: Option<Slide>,
@@ -53,10 +53,10 @@ pub struct UnityTarget {
 }
 
 impl UnityTarget {
-    /// Of a datagram, stamped with `stamp_s` on the arm's clock.
+    /// From a datagram, stamped with `stamp_s` on the arm's clock.
     ///
     /// # Errors
-    /// A place that is not finite in the base frame.
+    /// A position that is not finite in the base frame.
     pub fn of(
         datagram: &BoardDatagram,
         base_from_unity: &Pose,
@@ -84,8 +84,8 @@ impl UnityTarget {
     }
 }
 
-/// Receives the dissertation's datagrams on a thread of its own and makes targets of them, for a
-/// [`TargetControl`](hwall::TargetControl). A place at exactly 0,0,0 is none, as for hands: the board goes on as if that datagram had not come.
+/// Receives the dissertation's datagrams on its own thread and converts them to targets for a [`TargetControl`](hwall::TargetControl). As
+/// for hands, a position at exactly 0,0,0 is absent: the datagram is ignored.
 pub struct UnityReceiver {
     config: UnityConfig,
     address: SocketAddr,
@@ -96,10 +96,10 @@ pub struct UnityReceiver {
 }
 
 impl UnityReceiver {
-    /// Listens.
+    /// Starts to listen.
     ///
     /// # Errors
-    /// A setting outside its range; an address that cannot be listened on.
+    /// A setting outside its range; the receiver cannot listen on the address.
     pub fn start(config: UnityConfig) -> Result<Self, BridgeError> {
         positive("takeover_s", config.takeover_s)?;
         let address = config.listen;
@@ -127,21 +127,21 @@ impl UnityReceiver {
         })
     }
 
-    /// Where it listens.
+    /// The address that it listens on.
     #[must_use]
     pub const fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// The newest target that came in since the last call, stamped with the time of this cycle, s on the arm's clock. Takes no
-    /// lock and allocates nothing.
+    /// The newest target since the last call, stamped with the time of this cycle, s on the arm's clock. Takes no lock and allocates
+    /// nothing.
     pub fn newest(&mut self, now_s: f64) -> Option<UnityTarget> {
         let datagram = self.datagrams.try_iter().last()?;
-        // What was decoded is finite, and so is the pose.
+        // Decoded values are finite, and so is the pose.
         UnityTarget::of(&datagram, &self.config.base_from_unity, now_s).ok()
     }
 
-    /// Of these, [`BridgeCounts::datagrams`], [`BridgeCounts::unseen_datagrams`] and [`BridgeCounts::refused_datagrams`].
+    /// Only [`BridgeCounts::datagrams`], [`BridgeCounts::unseen_datagrams`] and [`BridgeCounts::refused_datagrams`] are counted.
     #[must_use]
     pub fn counts(&self) -> BridgeCounts {
         self.tally.counts(0)
@@ -164,7 +164,7 @@ fn receive(
     tally: &Tally,
     stopped: &AtomicBool,
 ) {
-    // One more byte than a datagram has: a longer one is seen to be longer.
+    // One byte more than a datagram has, to detect longer ones.
     let mut bytes = [0; BoardDatagram::BYTES + 1];
     let mut leader: Option<(SocketAddr, std::time::Instant)> = None;
     while !stopped.load(Ordering::Relaxed) {

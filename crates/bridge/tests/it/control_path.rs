@@ -1,4 +1,4 @@
-//! The loop's end of a bridge: what it costs, what gets through.
+//! The loop's side of a bridge: its cost, and what is delivered.
 
 use crate::common::{Socket, hand_at, scene, server, until, wait_for, wall};
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
@@ -74,7 +74,7 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
             bridge.show(&mut session, &state);
         });
         allocated += counted.count_total;
-        // Planning may allocate: it comes after the command, or on another thread.
+        // Planning may allocate: it runs after the command, or on another thread.
         session.plan();
         arm.advance(1e-3).expect("a period");
     }
@@ -89,7 +89,7 @@ fn a_cycle_allocates_nothing_and_views_and_events_get_through() {
                 let (frame, _) = ViewFrame::decode(&bytes).expect("a view");
                 let parts: Vec<_> = frame.parts.iter().flatten().collect();
                 with_parts[usize::from(!parts.is_empty())] += 1;
-                // As the supervisor has them: the links and the board, then the person.
+                // In the supervisor's order: the links and the board, then the person.
                 for (part, own) in parts.iter().zip(body.at(&frame.q).all()) {
                     assert!(part.region.is_none());
                     assert!(part.capsule.from_m.distance(own.from_m) < 1e-5, "{part:?}");
@@ -123,7 +123,7 @@ fn a_client_that_reads_nothing_slows_nobody_down() {
     wait_for("the client", || server.counts().clients == 1);
     let state = arm.state().expect("a state");
     let view = bridge.view_of(&session, &state);
-    // It answers no ping, so it is sent nothing more after half a second.
+    // It answers no ping, so it gets nothing more after half a second.
     let mut dropped = 0;
     while dropped <= 50 {
         let t_s = bridge.pacing.wait();

@@ -3,6 +3,9 @@
 use crate::common::{Socket, hand, hand_at, joints, scene, server, text_of, until, wait_for};
 use glam::DVec3;
 use hwall::hand::HandFrame;
+use hwall::haptics::Board;
+use hwall::kinematics::{JointPositions, SrsArm};
+use hwall_bridge::view::{ViewFrame, ViewState};
 use hwall_bridge::{Bridge, BridgeConfig, FollowedHand};
 use hwall_testkit::Sampler;
 use std::io::{Read, Write};
@@ -78,7 +81,7 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
         last_s = lost.t_s;
     }
     assert_eq!(server.counts().accepted, 3);
-    // A hand that is not seen says so at once.
+    // A hand that is not seen is reported at once.
     let mut socket = Socket::open(&server);
     socket.text(&hand(1, 1.0, "null", "webxr"));
     socket.text(&good(2, 15.0));
@@ -88,7 +91,7 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
     wait_for("the count", || server.counts().unseen == 1);
 }
 
-/// The head of a client that had gone was missed for good.
+/// Regression: the head of a client that had gone was missing for good.
 #[test]
 fn the_first_frame_of_another_client_says_so() {
     let server = server(BridgeConfig::default());
@@ -211,7 +214,7 @@ fn a_scene_reaches_those_who_wait_and_those_who_come() {
     assert_eq!(text_of(&early.wait_for("preparing"), "text"), "preparing");
     server.prepare("learning");
     assert_eq!(text_of(&early.wait_for("preparing"), "text"), "learning");
-    // A room of 300,000 triangles is told whole.
+    // A room of 300,000 triangles is sent in full.
     server.prepare(&"x".repeat(8_000_000));
     assert_eq!(
         text_of(&early.wait_for("preparing"), "text").len(),
@@ -267,7 +270,7 @@ fn requests_are_answered_with_the_page_or_refused() {
         ),
         (get("/", &format!("X: {}\r\n", "a".repeat(9000))), "431"),
         (get("/", &"X: a\r\n".repeat(100)), "400"),
-        // Never finished.
+        // Never completed.
         (b"GET / HTTP/1.1\r\nHost: loc".to_vec(), "408"),
     ] {
         let line = answer(&server, &request);
@@ -289,7 +292,7 @@ fn a_request_drop_by_drop_is_cut_off() {
     let drops = b"GET / HTTP/1.1\r\nHost: localhost\r\nX: "
         .iter()
         .chain(std::iter::repeat(&b'a'));
-    // Every byte comes in time; all of them do not.
+    // Every byte comes in time, but not all of them together.
     let refused = drops.take(1000).any(|byte| {
         std::thread::sleep(Duration::from_millis(10));
         stream.write_all(&[*byte]).is_err() || server.counts().refused_requests > 0
@@ -308,7 +311,7 @@ fn no_bytes_harm_the_server() {
     for round in 0..60 {
         let mut stream = TcpStream::connect(server.address()).expect("a connection");
         if round % 2 == 0 {
-            // Past the handshake, so that the frames are garbage.
+            // After the handshake, so that the frames are garbage.
             stream.write_all(b"GET /ws HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n").expect("a handshake");
         }
         let bytes: Vec<u8> = (0..sampler.index(3000))
@@ -332,4 +335,46 @@ fn a_server_that_is_stopped_lets_go() {
     assert!(bridge.view.is_stopped());
     drop(server);
     assert!(TcpStream::connect(address).is_err(), "nobody listens");
+}
+
+/// One client wants JSON, another one bytes; the board is where the arm's kinematics has it.
+#[test]
+fn views_come_as_json_to_whoever_asks_for_them() {
+    let server = server(BridgeConfig::default());
+    let mut bridge = server.connect(&scene());
+    let mut json = Socket::open_at(&server, "/ws?format=json");
+    let mut binary = Socket::open_at(&server, "/ws?format=other");
+    for socket in [&mut json, &mut binary] {
+        socket.wait_for("scene");
+    }
+    let q = JointPositions([0.1, 0.5, -0.2, -1.2, 0.3, 0.7, 0.4]);
+    let frame = ViewFrame {
+        goal: Some((DVec3::new(0.6, 0.1, 0.5), DVec3::NEG_X)),
+        force_n: Some(DVec3::splat(f64::NAN)),
+        state: ViewState::Approaching,
+        ..ViewFrame::new(1.5, q)
+    };
+    bridge.view.send(&frame);
+    let view = json.wait_for("view");
+    let tool = Board::default().flange_from_board_face().expect("a board");
+    let expected = SrsArm::iiwa7().with_tool(tool).forward(&q);
+    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+    for i in 0..3 {
+        let off_m = number(&view["board"]["position"][i]) - expected.position_m()[i];
+        assert!(off_m.abs() < 1e-9, "{view}");
+    }
+    assert_eq!(
+        (&view["t"], &view["state"]),
+        (&1.5.into(), &"approaching".into())
+    );
+    assert_eq!(view["goal"]["normal"], serde_json::json!([-1.0, 0.0, 0.0]));
+    assert!(view["hand"].is_null() && view["force"][0].is_null());
+    let bytes = until("bytes", || match binary.0.read() {
+        Ok(Message::Binary(bytes)) => Some(bytes),
+        _ => None,
+    });
+    assert_eq!(
+        ViewFrame::decode(&bytes).expect("a view").0.state,
+        ViewState::Approaching
+    );
 }

@@ -78,7 +78,7 @@ fn the_first_answer_that_fits_counts() {
         answer(&mut page, id, value);
     }
     assert_eq!(server.wait(Duration::from_secs(10)), Some(5.0));
-    // Somebody who comes later sees the next question, not the last one.
+    // A page that opens later shows the next question, not the last one.
     server.ask(Question {
         text: "Which was rougher?".to_owned(),
         answering: Answering::Two,

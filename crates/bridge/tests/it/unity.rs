@@ -1,4 +1,4 @@
-//! The dissertation's datagrams over loopback, up to a board that goes where they say.
+//! The dissertation's datagrams over loopback, up to the board that follows them.
 
 use crate::common::{until, wait_for};
 use hwall::glam::DVec3;
@@ -68,7 +68,7 @@ fn the_newest_datagram_of_the_first_sender_counts() {
     assert!(receiver.newest(8.0).is_none(), "seen once");
 }
 
-/// The board was sent to the arm's base.
+/// Regression: the board was sent to the arm's base.
 #[test]
 fn zeros_are_no_place() {
     let mut receiver = receiver();

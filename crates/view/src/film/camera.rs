@@ -2,31 +2,31 @@
 
 use glam::{DVec2, DVec3};
 
-/// Looks from a place at another, z up.
+/// Looks from one point at another, z up.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Camera {
     pub(super) eye_m: DVec3,
     right: DVec3,
     up: DVec3,
     ahead: DVec3,
-    /// Pixels for a slope of one.
+    /// Focal length, pixels.
     focal_px: f64,
     middle_px: DVec2,
 }
 
-/// A place on the picture.
+/// A point on the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Seen {
     pub(super) at_px: DVec2,
-    /// Pixels a metre there.
+    /// Scale there, pixels per metre.
     pub(super) scale_px_per_m: f64,
 }
 
-/// Nothing nearer to the eye is drawn, m.
+/// Nothing closer to the eye than this is drawn, m.
 const NEAR_M: f64 = 0.05;
 
 impl Camera {
-    /// With the middle of the picture at `middle_px`; `focal_px` is the size of a metre at a metre.
+    /// With the middle of the picture at `middle_px` and the focal length `focal_px`: the size of 1 m at a distance of 1 m.
     pub(super) fn new(eye_m: DVec3, target_m: DVec3, focal_px: f64, middle_px: DVec2) -> Self {
         let ahead = (target_m - eye_m).normalize_or(DVec3::X);
         let right = ahead.cross(DVec3::Z).normalize_or(DVec3::NEG_Y);
@@ -40,7 +40,7 @@ impl Camera {
         }
     }
 
-    /// `None` for what is behind the eye, or not finite.
+    /// `None` for a point behind the eye, or one that is not finite.
     pub(super) fn see(&self, point_m: DVec3) -> Option<Seen> {
         let way_m = point_m - self.eye_m;
         let depth_m = way_m.dot(self.ahead);
@@ -55,7 +55,7 @@ impl Camera {
         })
     }
 
-    /// A polygon cut off in front of the eye; empty if nothing is left.
+    /// A polygon, clipped to what is in front of the eye; empty if nothing is left.
     pub(super) fn polygon(&self, corners_m: &[DVec3]) -> Vec<DVec2> {
         let depth_m = |point_m: DVec3| (point_m - self.eye_m).dot(self.ahead) - 1.01 * NEAR_M;
         let mut seen = Vec::with_capacity(corners_m.len() + 1);

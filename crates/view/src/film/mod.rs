@@ -1,4 +1,4 @@
-//! A touch in a few stills, as SVG.
+//! A touch as a few stills, in SVG.
 
 mod camera;
 mod picture;
@@ -15,22 +15,22 @@ use hwall::numeric::check::finite;
 use picture::Picture;
 use std::fmt::Write;
 
-/// A touch ends below this force, N: what an untouched board measures is less, and none.
+/// A touch ends below this force, N; it is above the readings of an untouched board.
 const LEAST_FORCE_N: f64 = 1.5;
-/// Stills of a film strip, and how many stand in a row.
+/// Number of stills in a film strip, and number of stills in a row.
 const STILLS: usize = 6;
 const ROW: usize = 3;
-/// Size of a still and the space between two, pixels.
+/// Size of a still and the space between two stills, pixels.
 const WIDE: f64 = 312.0;
 const HIGH: f64 = 262.0;
 const GAP: f64 = 10.0;
-/// Of that, the place for words, pixels.
+/// Height of the text below a still, included in its height, pixels.
 const WORDS: f64 = 44.0;
-/// Pixels of a metre at a metre.
+/// Focal length, pixels.
 const FOCAL: f64 = 345.0;
 
-/// A touch in six stills: arm, wall, hand, board and predicted point in perspective, the time before the contact (`contact_s`, on
-/// the clock of the frames) below each. The view is chosen by the last frame: from the person's side, along the surface.
+/// A touch in six stills: arm, wall, hand, board and predicted point in perspective, with the time to the contact (`contact_s`, on the
+/// clock of the frames) below each. The last frame determines the view: from the person's side, along the surface.
 ///
 /// # Errors
 /// Fewer or more than six frames; times that are not finite.
@@ -86,7 +86,7 @@ fn wrong_count(frames: &[ViewFrame]) -> ViewError {
     }
 }
 
-/// Eye and target: on the person's side of the surface and beside it, where fewer walls stand before the arm.
+/// Eye and target: on the person's side of the surface and beside it, where fewer walls hide the arm.
 fn standpoint(scene: &ViewScene, last: &ViewFrame) -> (DVec3, DVec3) {
     let poses = scene.arm.poses(&last.q);
     let tool = poses.last().copied().unwrap_or(Pose::IDENTITY);
@@ -109,7 +109,7 @@ fn standpoint(scene: &ViewScene, last: &ViewFrame) -> (DVec3, DVec3) {
     (eye_m(side), target_m)
 }
 
-/// How many triangles that face the eye stand between it and a place.
+/// Number of triangles facing the eye that stand between it and a point.
 fn panes_before(scene: &ViewScene, eye_m: DVec3, place_m: DVec3) -> usize {
     let way_m = place_m - eye_m;
     let touchable = scene.surfaces.iter().filter(|s| s.kind != "untouchable");
@@ -119,7 +119,7 @@ fn panes_before(scene: &ViewScene, eye_m: DVec3, place_m: DVec3) -> usize {
             let [a, b, c] = corners.map(|c| DVec3::from_array(c.map(f64::from)));
             let (u, v) = (b - a, c - a);
             let h = way_m.cross(v);
-            // Positive for a triangle whose outside is met.
+            // Positive if the ray meets the outside of the triangle.
             let determinant = u.dot(h);
             let s = (eye_m - a).dot(h) / determinant;
             let q = (eye_m - a).cross(u);
@@ -133,7 +133,7 @@ fn panes_before(scene: &ViewScene, eye_m: DVec3, place_m: DVec3) -> usize {
         .count()
 }
 
-/// What stands below a still.
+/// The text below a still.
 fn words(frame: &ViewFrame, contact_s: f64) -> String {
     let left_s = contact_s - frame.t_s;
     let when = match left_s {
@@ -151,7 +151,7 @@ fn words(frame: &ViewFrame, contact_s: f64) -> String {
         (Some(force_n), ..) if force_n.length() > LEAST_FORCE_N => {
             format!("{:.0} N", force_n.length())
         }
-        // When the hand comes is foreseen; the title says when it did.
+        // The arrival of the hand is a prediction; the title says when it came.
         (_, _, Some(hand_s)) if left_s > 0.0 && frame.state == ViewState::InPlace => {
             format!("hand in about {hand_s:.2} s")
         }
@@ -167,7 +167,7 @@ fn words(frame: &ViewFrame, contact_s: f64) -> String {
     )
 }
 
-/// What the signs mean.
+/// Legend of the signs.
 fn legend(y: f64) -> String {
     let text = |x: f64, text: &str| {
         format!("<text x=\"{x}\" y=\"{y}\" font-size=\"13\" fill=\"#3d4753\">{text}</text>")

@@ -7,16 +7,16 @@ use std::fmt::Write;
 /// Red, green, blue in 0..1.
 pub(super) type Rgb = [f64; 3];
 
-/// From where the light comes.
+/// Direction to the light.
 const SUN: DVec3 = DVec3::new(0.35, -0.55, 0.85);
 
-/// The SVG of a still: shapes in the order in which they are painted, and the gradients that they use.
+/// The SVG of a still: shapes in painting order, and their gradients.
 #[derive(Debug)]
 pub(super) struct Picture {
     pub(super) camera: Camera,
     pub(super) body: String,
     pub(super) gradients: String,
-    /// Gradients have names of their own across all stills.
+    /// Prefix that makes gradient names unique across all stills.
     name: String,
     count: usize,
 }
@@ -93,7 +93,7 @@ impl Picture {
         );
     }
 
-    /// Shades of a round body across its width.
+    /// Shading of a round body across its width.
     fn gradient(&mut self, from: DVec2, to: DVec2, across: DVec2, colour: Rgb) -> String {
         let name = format!("{}{}", self.name, self.count);
         self.count += 1;
@@ -117,7 +117,7 @@ impl Picture {
         name
     }
 
-    /// A flat face, m, shaded by its normal; seen from both sides.
+    /// A flat face, m, shaded by its normal; visible from both sides.
     pub(super) fn face(&mut self, corners_m: &[DVec3], normal: DVec3, colour: Rgb) {
         let points = self.camera.polygon(corners_m);
         if points.len() < 3 {
@@ -154,7 +154,7 @@ impl Picture {
         }
     }
 
-    /// The convex outline of many places, m.
+    /// The convex outline of many points, m.
     pub(super) fn outline<'a>(
         &mut self,
         points_m: impl Iterator<Item = &'a DVec3>,
@@ -173,14 +173,14 @@ impl Picture {
         }
     }
 
-    /// A line through places, m.
+    /// A line through points, m.
     pub(super) fn line(&mut self, points_m: &[DVec3], colour: Rgb, wide_px: f64, style: &str) {
         let seen: Vec<DVec2> = points_m
             .iter()
             .filter_map(|m| self.camera.see(*m))
             .map(|s| s.at_px)
             .collect();
-        // A line that ends behind the eye is left out.
+        // A line with a point behind the eye is left out.
         if seen.len() == points_m.len() && seen.len() > 1 {
             let _ = write!(
                 self.body,
@@ -191,7 +191,7 @@ impl Picture {
         }
     }
 
-    /// A dot, m, of a size on the picture.
+    /// A dot, m, of a fixed size on the picture.
     pub(super) fn dot(&mut self, point_m: DVec3, radius_px: f64, colour: Rgb) {
         if let Some(seen) = self.camera.see(point_m) {
             let (x, y) = (seen.at_px.x, seen.at_px.y);
@@ -204,7 +204,7 @@ impl Picture {
     }
 }
 
-/// As the pages light it: sky, sun, and a light at the eye.
+/// Lighting as on the pages: sky, sun, and a light at the eye.
 fn lit(colour: Rgb, normal: DVec3, eye: DVec3) -> Rgb {
     let sun = SUN.normalize_or(DVec3::Z);
     let sky = 0.5 + 0.5 * normal.z;
@@ -231,7 +231,7 @@ fn closed(points: &[DVec2]) -> String {
     open(points) + "Z"
 }
 
-/// All polygons the same way round, so that shared ground is filled once.
+/// Gives all polygons the same winding, so that overlaps are filled once.
 fn wound(mut points: Vec<DVec2>) -> Vec<DVec2> {
     let area: f64 = (0..points.len())
         .map(|i| points[i].perp_dot(points[(i + 1) % points.len()]))

@@ -1,4 +1,4 @@
-//! One still: what is far is painted first.
+//! One still, painted from far to near.
 
 use super::picture::{Picture, Rgb};
 use crate::frame::ViewFrame;
@@ -19,12 +19,12 @@ const EDGE: Rgb = [0.33, 0.40, 0.50];
 const PREDICTED: Rgb = [0.80, 0.10, 0.55];
 const FORCE: Rgb = [0.84, 0.15, 0.20];
 const GROUND: Rgb = [0.72, 0.76, 0.80];
-/// Triangles of a surface that are drawn one by one.
+/// Most triangles of a surface that are drawn individually.
 const MOST_TRIANGLES: usize = 200;
-/// Length of the arrow of a force, m/N.
+/// Scale of the force arrow, m/N.
 const METRES_PER_NEWTON: f64 = 0.02;
 
-/// Something with a distance.
+/// A shape to be sorted by distance.
 enum Shape {
     Capsule(DVec3, DVec3, f64, Rgb),
     Face([DVec3; 4], DVec3, Rgb),
@@ -39,7 +39,7 @@ impl Shape {
     }
 }
 
-/// Paints the ground, the arm with its board, the walls that face the eye, and then what is before them.
+/// Paints the ground, the arm with its board, the walls that face the eye, then everything in front of them.
 pub(super) fn draw(picture: &mut Picture, scene: &ViewScene, frame: &ViewFrame) {
     let floor_m = floor_m(scene);
     ground(picture, floor_m);
@@ -130,7 +130,7 @@ fn ground(picture: &mut Picture, floor_m: f64) {
     }
 }
 
-/// Mount, edges and face of the board; only faces that look at nobody but the arm are hidden by order.
+/// Mount, edges and face of the board.
 fn board(scene: &ViewScene, frame: &ViewFrame, tool: &Pose) -> Vec<Shape> {
     let (w, h) = (scene.board.half_width_m, scene.board.half_height_m);
     let back_m = -scene.board.thickness_m.max(0.012);
@@ -171,7 +171,7 @@ fn board(scene: &ViewScene, frame: &ViewFrame, tool: &Pose) -> Vec<Shape> {
     shapes
 }
 
-/// A surface where it is now, as far as its outside looks at the eye.
+/// The part of a surface whose outside faces the eye, at its current opening.
 fn wall(picture: &mut Picture, surface: &ViewSurface, opening: f64) {
     if surface.kind == "untouchable" {
         return;
@@ -188,7 +188,7 @@ fn wall(picture: &mut Picture, surface: &ViewSurface, opening: f64) {
         .collect();
     let colour = if surface.path.is_some() { DOOR } else { WALL };
     if triangles.len() > MOST_TRIANGLES {
-        // A scanned wall would be megabytes: its outline stands for it.
+        // A scanned wall would take megabytes, so only its outline is drawn.
         picture.outline(triangles.iter().flatten(), colour, 0.12);
         return;
     }
@@ -198,7 +198,7 @@ fn wall(picture: &mut Picture, surface: &ViewSurface, opening: f64) {
     }
 }
 
-/// Edges that only one triangle has.
+/// Edges that belong to only one triangle.
 fn rim(triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 2]> {
     let edges = || {
         triangles
@@ -210,7 +210,7 @@ fn rim(triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 2]> {
         .collect()
 }
 
-/// Where the touch is foreseen, and where the board is sent.
+/// Where the touch is predicted, and where the board is sent.
 fn intent(picture: &mut Picture, scene: &ViewScene, frame: &ViewFrame) {
     if let Some((point_m, normal)) = frame.goal
         && let Ok([x, y]) = surface_axes(normal)
@@ -238,7 +238,7 @@ fn intent(picture: &mut Picture, scene: &ViewScene, frame: &ViewFrame) {
                 predicted.point_m + a * cos + b * sin
             };
             let ring: Vec<DVec3> = (0..=36).map(on).collect();
-            // A guess is drawn as one.
+            // A vague prediction is drawn faintly.
             let style = if a.length() > 0.3 {
                 "stroke-opacity=\".35\""
             } else {
@@ -260,7 +260,7 @@ fn hand(hand: &ViewHand) -> Vec<Shape> {
         }
     };
     if seen <= 6 {
-        // Palm and tips alone.
+        // Palm and tips only.
         for tip in [5, 10, 15, 20, 25] {
             bone(0, tip, 0.009);
         }

@@ -1,4 +1,4 @@
-//! The instants of an animation.
+//! The key frames of an animation.
 
 use crate::frame::ViewFrame;
 
@@ -10,8 +10,7 @@ pub(super) struct Keys {
 }
 
 impl Keys {
-    /// Leaves out frames that come sooner than the rate asks for, and those whose time does not rise or whose angles are not
-    /// finite.
+    /// Drops frames that come sooner than the rate requires, whose time does not increase, or whose angles are not finite.
     pub(super) fn of(frames: &[ViewFrame], rate_hz: f64) -> Self {
         let mut keys = Self {
             frames: Vec::new(),

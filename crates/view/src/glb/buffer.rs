@@ -1,4 +1,4 @@
-//! The binary half of a glTF file and the accessors into it.
+//! The binary part of a glTF file and its accessors.
 
 use serde_json::{Value, json};
 
@@ -7,7 +7,7 @@ const FLOAT: u32 = 5126;
 /// Component type of glTF: u32.
 const UNSIGNED_INT: u32 = 5125;
 
-/// What an array is for, as glTF calls it.
+/// Purpose of an array, as in glTF.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Use {
     /// Positions and normals.
@@ -18,7 +18,7 @@ pub(super) enum Use {
     Animation,
 }
 
-/// Collects arrays; an accessor is the number that nodes and meshes name.
+/// Collects arrays; an accessor is the number by which nodes and meshes refer to an array.
 #[derive(Debug, Default)]
 pub(super) struct Buffer {
     pub(super) bytes: Vec<u8>,
@@ -45,7 +45,7 @@ impl Buffer {
         };
         let view = self.view(offset, purpose);
         let mut accessor = json!({ "bufferView": view, "componentType": FLOAT, "count": rows.len(), "type": kind });
-        // Readers rely on the extremes of positions and of times.
+        // Readers rely on the extremes of positions and times.
         if low.iter().all(|v| v.is_finite()) {
             accessor["min"] = json!(low.as_slice());
             accessor["max"] = json!(high.as_slice());
@@ -54,7 +54,7 @@ impl Buffer {
         self.accessors.len() - 1
     }
 
-    /// Corners of triangles, by their row.
+    /// Corners of triangles, by row.
     pub(super) fn indices(&mut self, indices: &[u32]) -> usize {
         let offset = self.bytes.len();
         for index in indices {

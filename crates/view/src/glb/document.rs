@@ -1,11 +1,11 @@
-//! The JSON half of a glTF file, and how both halves become one.
+//! The JSON part of a glTF file, and how both parts become one file.
 
 use super::animation::Keys;
 use super::buffer::{Buffer, Use};
 use super::mesh::Mesh;
 use serde_json::{Value, json};
 
-/// Materials, by their place in the list of the document.
+/// Materials, by their index in the document.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Material {
     Link,
@@ -17,7 +17,7 @@ pub(super) enum Material {
     Ground,
 }
 
-/// All of them in their order, with red, green, blue, opacity.
+/// All materials in order, with red, green, blue, opacity.
 const MATERIALS: [(Material, [f64; 4]); 7] = [
     (Material::Link, [0.86, 0.88, 0.90, 1.0]),
     (Material::Housing, [0.95, 0.38, 0.05, 1.0]),
@@ -61,13 +61,13 @@ impl Document {
         }
     }
 
-    /// The times of all animations; `None` without at least one.
+    /// The times of all animations; `None` if there are none.
     pub(super) fn times(&mut self, keys: &Keys) -> Option<usize> {
         let rows: Vec<[f32; 1]> = keys.times_s.iter().map(|t_s| [*t_s]).collect();
         (!rows.is_empty()).then(|| self.buffer.floats(&rows, Use::Animation))
     }
 
-    /// Parts with a material each; `None` if none of them has a triangle.
+    /// Parts with one material each; `None` if none of them has a triangle.
     pub(super) fn mesh(&mut self, name: &str, parts: &[(&Mesh, Material)]) -> Option<usize> {
         let filled = parts.iter().filter(|(mesh, _)| !mesh.indices.is_empty());
         let primitives: Vec<Value> = filled
@@ -94,9 +94,9 @@ impl Document {
         self.nodes.len() - 1
     }
 
-    /// A node that turns: quaternions x, y, z, w.
+    /// Animates the rotation of a node: quaternions x, y, z, w.
     pub(super) fn turns(&mut self, times: Option<usize>, node: usize, turns: &[[f32; 4]]) {
-        // The shorter way round between two keys.
+        // Take the shorter rotation between two keys.
         let mut before = [0.0, 0.0, 0.0, 1.0];
         let turns: Vec<[f32; 4]> = turns
             .iter()
@@ -109,12 +109,12 @@ impl Document {
         self.channel(times, node, "rotation", "LINEAR", &turns);
     }
 
-    /// A node that moves, m.
+    /// Animates the position of a node, m.
     pub(super) fn moves(&mut self, times: Option<usize>, node: usize, places_m: &[[f32; 3]]) {
         self.channel(times, node, "translation", "LINEAR", places_m);
     }
 
-    /// A node that changes its size; sizes that stay one are no animation.
+    /// Animates the scale of a node; scales that are always one are left out.
     pub(super) fn sizes(&mut self, times: Option<usize>, node: usize, sizes: &[[f32; 3]]) {
         if sizes.iter().any(|size| *size != [1.0; 3]) {
             self.channel(times, node, "scale", "STEP", sizes);
@@ -138,7 +138,7 @@ impl Document {
             .push(json!({ "input": input, "output": output, "interpolation": interpolation }));
     }
 
-    /// The file. `top` are the nodes of the base frame.
+    /// The file. `top`: the nodes of the base frame.
     pub(super) fn finish(mut self, top: &[usize]) -> Vec<u8> {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         // z up to y up: a quarter turn about x, backwards.
@@ -166,7 +166,7 @@ impl Document {
     }
 }
 
-/// Header, JSON and bytes as one file, each part padded to four bytes. Source: glTF 2.0, section 4.
+/// Combines header, JSON and bytes into one file, each part padded to four bytes. Source: glTF 2.0, section 4.
 fn packed(mut json: Vec<u8>, mut bytes: Vec<u8>) -> Vec<u8> {
     json.resize(json.len().next_multiple_of(4), b' ');
     bytes.resize(bytes.len().next_multiple_of(4), 0);

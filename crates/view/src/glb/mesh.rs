@@ -11,12 +11,12 @@ pub(super) struct Mesh {
     pub(super) indices: Vec<u32>,
 }
 
-/// Corners around a capsule, and rings in each of its ends.
+/// Corners around a capsule, and rings in each of its caps.
 const AROUND: usize = 20;
 const RINGS: usize = 5;
 
 impl Mesh {
-    /// A segment with a radius, m.
+    /// Adds a segment with a radius, m.
     pub(super) fn add_capsule(&mut self, from_m: DVec3, to_m: DVec3, radius_m: f64) {
         let z = (to_m - from_m).normalize_or(DVec3::Z);
         let x = z.any_orthonormal_vector();
@@ -46,7 +46,7 @@ impl Mesh {
         }
     }
 
-    /// A box from a lower to an upper corner, m.
+    /// Adds a box from a lower to an upper corner, m.
     pub(super) fn add_box(&mut self, low_m: DVec3, high_m: DVec3) {
         for axis in 0..3 {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -70,7 +70,7 @@ impl Mesh {
         }
     }
 
-    /// A flat triangle, m. One without area is left out.
+    /// Adds a flat triangle, m, unless it has no area.
     pub(super) fn add_triangle(&mut self, corners_m: [DVec3; 3]) {
         let [a, b, c] = corners_m;
         let Some(normal) = (b - a).cross(c - a).try_normalize() else {

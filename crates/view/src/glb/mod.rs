@@ -16,16 +16,16 @@ use hwall::haptics::ObjectPath;
 use mesh::Mesh;
 use serde_json::json;
 
-/// Keys a second.
+/// Keys per second.
 const RATE_HZ: f64 = 10.0;
 /// Radius of the joints and bones of the hand, m.
 const HAND_RADIUS_M: f64 = 0.01;
 
-/// The scene and its frames as one binary glTF 2.0 file: the room, the arm as a chain of seven nodes that turn, the board, doors
-/// that open, the hand. Ten keys a second; between them viewers interpolate. glTF is y up: the root node turns z up into that.
+/// The scene and its frames as one binary glTF 2.0 file: the room, the arm as a chain of animated nodes, the board, doors that open, the
+/// hand. Ten keys per second; viewers interpolate between them. glTF is y up, so the root node rotates from z up.
 ///
 /// The node of joint `i` is named `joint_i`, surfaces by their names, joints of the hand `hand_0` to `hand_25` in the order of OpenXR.
-/// A part of the hand that is not seen is scaled to nothing. Without frames it is a still of the arm at zero.
+/// A hidden part of the hand is scaled to zero. Without frames, the file is a still of the arm at zero.
 #[must_use]
 pub fn glb(scene: &ViewScene, frames: &[ViewFrame]) -> Vec<u8> {
     let keys = Keys::of(frames, RATE_HZ);
@@ -86,7 +86,7 @@ fn room(
     Some(node)
 }
 
-/// Base, joints one in the other, board.
+/// The base, nested joints, and the board.
 fn arm(document: &mut Document, scene: &ViewScene, keys: &Keys, times: Option<usize>) -> usize {
     let arm = &scene.arm;
     let board = {
@@ -153,14 +153,14 @@ fn pieces(document: &mut Document, arm: &ViewArm, frame: usize) -> Option<usize>
     document.mesh(&format!("link_{frame}"), &parts)
 }
 
-/// Joints as balls, bones as rods between them.
+/// Joints as spheres, with bones as rods between them.
 fn hand(document: &mut Document, keys: &Keys, times: Option<usize>) -> Vec<usize> {
     let seen = |joint: usize| keys.frames.iter().any(|f| f.hand.joints_m[joint].is_some());
     let joints: Vec<usize> = (0..HAND_JOINTS).filter(|joint| seen(*joint)).collect();
     let mut ball = Mesh::default();
     ball.add_capsule(DVec3::ZERO, DVec3::ZERO, HAND_RADIUS_M);
     let mut rod = Mesh::default();
-    // Of unit length: a bone is scaled along z.
+    // Of unit length, because a bone is scaled along z.
     rod.add_capsule(DVec3::ZERO, DVec3::Z, 0.8 * HAND_RADIUS_M);
     let mut nodes = Vec::new();
     if joints.is_empty() {
@@ -231,7 +231,7 @@ fn hand(document: &mut Document, keys: &Keys, times: Option<usize>) -> Vec<usize
     nodes
 }
 
-/// Absent values stand where the last one was; before the first one, where that will be.
+/// Absent values repeat the last one; before the first one, they repeat the first.
 fn held(values: &[Option<DVec3>]) -> impl Iterator<Item = DVec3> + '_ {
     let mut last = values.iter().flatten().next().copied().unwrap_or_default();
     values.iter().map(move |value| {

@@ -64,7 +64,7 @@ function steer(canvas, camera, takes = () => null, claiming = () => false) {
   };
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
-    // A second finger takes the first one from what had claimed it: two fingers always move the camera.
+    // Two fingers always move the camera, even if the first one was claimed.
     for (const p of pointers.values()) {
       if (event.pointerType === "touch" && p.claimed) { p.claimed.end(event); p.claimed = null; }
     }

@@ -1,4 +1,4 @@
-// The server: found again when it is lost, its clock known, its silence noticed.
+// The connection to the server: reconnects, estimates its clock, detects its silence.
 
 /** First and longest pause before another attempt, ms; silence that counts as a loss, ms. */
 const PAUSE_MS = 250, LONGEST_PAUSE_MS = 5000, SILENT_MS = 4000;
@@ -42,7 +42,7 @@ class Connection {
     const { socket } = this;
     if (!socket) return;
     if (performance.now() - this.heard > SILENT_MS) {
-      // A socket that died without a word: a headset that slept, a network that changed.
+      // The socket died silently: the headset slept, or the network changed.
       socket.onclose = socket.onmessage = null;
       socket.close();
       this.again();
@@ -53,7 +53,7 @@ class Connection {
 
   pong({ client_ms: sent, server_ms: there }) {
     const now = performance.now(), trip = now - sent;
-    // The quickest answer tells the offset best; an old best fades.
+    // The fastest reply gives the best offset; older ones fade.
     this.best = Math.min(trip, (this.best ?? Infinity) + 0.2);
     this.trip = trip;
     if (trip <= this.best) this.offset = there - (sent + trip / 2);

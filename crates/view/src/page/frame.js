@@ -1,4 +1,4 @@
-// Frames come as bytes: the same encoding live and in a replay.
+// Decodes frames: the same encoding live and in a replay.
 const FRAME_VERSION = 1;
 /** States that the pages treat in a way of their own, by their number. */
 const TOUCHED = 4, HOLDING = 7, SAFE = 8;

@@ -1,4 +1,4 @@
-// WebXR: both hands to the server, the room to the wearer's eyes.
+// WebXR: sends both hands to the server, shows the room to the wearer.
 
 /** y up and -z forward to z up and x forward. */
 const Z_UP = [0, -1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 0, 0, 1];
@@ -20,7 +20,7 @@ class Headset {
     await gl.makeXRCompatible();
     this.layer = new XRWebGLLayer(session, gl, { stencil: true });
     session.updateRenderState({ baseLayer: this.layer, depthNear: 0.03, depthFar: 80 });
-    // The floor, where the headset knows it; the server's settings say where that is.
+    // At the floor if the headset knows it; the server's settings give its pose.
     let onFloor = true;
     this.space = await session.requestReferenceSpace("local-floor").catch(() => { onFloor = false; return session.requestReferenceSpace("local"); });
     this.session = session;
@@ -41,7 +41,7 @@ class Headset {
   sample(ms, frame) {
     const viewer = frame.getViewerPose(this.space);
     const head = viewer && [...vector3(viewer.transform.position), viewer.transform.orientation.x, viewer.transform.orientation.y, viewer.transform.orientation.z, viewer.transform.orientation.w];
-    // Without an eye tracker a person looks where the head points: its -z axis.
+    // Without an eye tracker, gaze is the direction of the head: its -z axis.
     const gaze = viewer && unit(scale([...viewer.transform.matrix].slice(8, 11), -1));
     this.hands = [];
     for (const source of this.session.inputSources) {
@@ -56,7 +56,7 @@ class Headset {
         joints: seen ? joints.map((joint) => joint && rounded(joint)) : null, head: head && rounded(head), gaze: gaze && rounded(gaze),
         axes: "webxr", source: "webxr",
       });
-      // The wearer's own hands are shown as they are now, not as they come back from the server.
+      // Show the wearer's hands as they are now, not as the server returns them.
       if (seen) this.hands.push([...(joints.length === 25 ? [null] : []), ...joints].map((joint) => joint && point(this.baseFromSpace, joint)));
     }
   }
@@ -65,7 +65,7 @@ class Headset {
     const pose = frame.getViewerPose(this.space), seen = this.newest();
     if (!pose || !seen) return;
     const { viewer } = this.shown, { gl } = viewer;
-    // The wearer sees the room and their hands, and nothing of what is foreseen of them.
+    // The wearer sees the room and their hands, but no predictions.
     viewer.compose({ ...seen, head: null, gaze: null, predicted: null, goal: null, force: null }, this.hands);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.layer.framebuffer);
     gl.clearColor(...viewer.theme.sky, 1);

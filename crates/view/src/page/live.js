@@ -1,4 +1,4 @@
-// The page of a server: what it shows, what is wrong, a pointer or a headset as a hand.
+// The live page: shows the session and errors; a pointer or a headset is a hand.
 const TOLD = 6;
 /** Counts of the server that are samples of a hand that it did not use. */
 const DROPPED = ["stale", "out_of_order", "duplicate", "malformed", "looking_on", "other_hand", "clock_leaps", "overflow"];
@@ -109,7 +109,7 @@ function live() {
     },
     scene: (message, text) => {
       if (!shown) { sceneText = text; begin(message); }
-      // Another room than before: everything anew.
+      // Another room: start anew.
       else if (text !== sceneText) location.reload();
     },
   };
@@ -155,7 +155,7 @@ function live() {
 
   function tick() {
     requestAnimationFrame(tick);
-    // In a headset its own frames draw.
+    // A headset draws its own frames.
     if (!newest || headset.session || !(fresh || shown.stale.is)) return;
     fresh = false;
     shown.show(newest);

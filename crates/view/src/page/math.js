@@ -1,4 +1,4 @@
-// Vectors are arrays of three, matrices arrays of sixteen by columns, as WebGL takes them. Places are in the arm's base frame: z up, m.
+// Vectors are arrays of 3, matrices arrays of 16 by columns, as in WebGL. Positions are in the arm's base frame: z up, m.
 const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const scale = (a, s) => [a[0] * s, a[1] * s, a[2] * s];

@@ -1,4 +1,4 @@
-//! The pages: one viewer, with a time line or with a connection around it.
+//! The pages: one viewer, with a timeline or with a connection.
 
 mod base64;
 
@@ -8,7 +8,7 @@ use crate::scene::ViewScene;
 pub(crate) use base64::push_base64;
 use serde_json::{Value, json};
 
-/// The viewer, in the order in which its parts build on each other.
+/// The parts of the viewer, in order of dependency.
 const VIEWER: [&str; 8] = [
     include_str!("math.js"),
     include_str!("frame.js"),
@@ -32,7 +32,7 @@ const PANEL: &str = include_str!("panel.html");
 
 /// The page of a server: viewer, connection, mouse as a hand, WebXR hands. One file without outside resources.
 ///
-/// It asks the server that it came from for a WebSocket at `/ws`.
+/// It requests a WebSocket at `/ws` from the server that it came from.
 #[must_use]
 pub fn live_page() -> String {
     filled(
@@ -51,7 +51,7 @@ const CONNECTION_ROWS: &str = concat!(
     "<dt class=\"wide\">hand samples</dt><dd id=\"counts\" class=\"wide\">–</dd></dl>\n"
 );
 
-/// A page that shows frames again: one file that needs no network. Frames and markers in order of time, on one clock.
+/// A page that replays frames: one file that needs no network. Frames and markers in order of time, on one clock.
 #[must_use]
 pub fn replay_page(scene: &ViewScene, frames: &[ViewFrame], markers: &[ViewMarker]) -> String {
     let mut bytes = Vec::new();
@@ -82,12 +82,12 @@ fn script(own: &[&str]) -> String {
     [&VIEWER[..], own].concat().concat()
 }
 
-/// JSON that cannot end the element it stands in.
+/// JSON that cannot close the HTML element that contains it.
 fn inert(json: &str) -> String {
     json.replace('<', "\\u003c")
 }
 
-/// A page with its parts in place of their names in double braces. What is put in is not searched again.
+/// A page with names in double braces replaced by parts. Inserted text is not searched again.
 fn filled(page: &str, parts: &[(&str, &str)]) -> String {
     let mut out = String::new();
     let mut rest = page;

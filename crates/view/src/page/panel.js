@@ -1,4 +1,4 @@
-// What both pages have: the picture, the panel, the views.
+// Shared by both pages: the picture, the panel, the views.
 const $ = (id) => document.getElementById(id);
 const seconds = (t) => (t == null ? "–" : `${t.toFixed(2)} s`);
 
@@ -29,7 +29,7 @@ function stage(scene, takes, claiming) {
   const look = (name) => { eyes = false; views[name](); };
   for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => look(button.dataset.view));
   $("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
-  // Whoever moves the camera leaves the person's eyes.
+  // Moving the camera ends the view through the person's eyes.
   const outside = (name) => (...way) => { eyes = false; camera[name](...way); };
   steer(canvas, { orbit: outside("orbit"), zoom: outside("zoom"), pan: outside("pan") }, takes, claiming);
   addEventListener("resize", () => { stale.is = true; });
@@ -66,7 +66,7 @@ function stage(scene, takes, claiming) {
     /** Numbers of a frame. */
     tell(frame) {
       const { name, rgb } = scene.states[frame.state] ?? { name: "unknown", rgb: [128, 128, 128] };
-      // In a touch both are there.
+      // During a touch, both have arrived.
       const touched = frame.state === TOUCHED, coming = frame.goal && !touched;
       const lead = coming ? leadOf(frame) : null, force = frame.force ? norm(frame.force) : 0;
       const rows = {

@@ -1,4 +1,4 @@
-// Mouse or touch as a hand: the pointer's ray meets the room; where it does the person looks, and there a press reaches.
+// Mouse or touch as a hand: the person looks where the pointer's ray meets the room; a press makes them reach there.
 
 /** Samples a second. */
 const SAMPLE_HZ = 72;
@@ -14,7 +14,7 @@ class PointerHand {
     shown.canvas.addEventListener("pointermove", (event) => this.see(event));
     shown.canvas.addEventListener("pointerleave", () => { if (!this.reacher.held) this.at = null; });
     this.due = performance.now();
-    // Timers know whole milliseconds: each sample is set by the clock, so that the rate is right.
+    // Timers have whole milliseconds, so each sample is scheduled by the clock.
     const next = () => {
       this.sample();
       const now = performance.now();

@@ -1,4 +1,4 @@
-// A person made up around a pointer: where they look, and a hand that reaches with the course that hands take.
+// A simulated person around a pointer: where they look, and a hand with minimum-jerk reaches.
 
 /** From a state of motion to rest at `to` in `duration` s: the quintic of least jerk (Flash and Hogan 1985). */
 class Course {
@@ -94,7 +94,7 @@ class Reacher {
     this.before = now;
     const at = this.held ?? this.goal;
     if (at) this.looked = at.point;
-    // They step up to what an arm does not reach.
+    // They step towards a place beyond an arm's reach.
     if (this.goal && !this.held && !this.course) {
       const far = distance(this.shoulder(), this.goal.point) > ARM || dot(sub(this.head, this.goal.point), this.goal.normal) < 0.2;
       if (far) this.walk = this.standing(this.goal);
@@ -109,7 +109,7 @@ class Reacher {
       Object.assign(this, { tip: there.place, velocity: there.velocity });
       if (there.over) this.course = null;
     } else {
-      // At rest it goes with the body, in a touch with the place that is pointed at.
+      // At rest it moves with the body, in a touch with the place that is pointed at.
       const wish = this.held ? along(this.held.point, this.held.normal, -PRESS) : this.rest();
       const way = sub(wish, this.tip), left = norm(way), speed = Math.min(8 * left, this.held ? STROKE_SPEED : 1.2);
       this.velocity = left > 1e-6 ? scale(way, speed / left) : [0, 0, 0];

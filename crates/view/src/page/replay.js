@@ -1,4 +1,4 @@
-// Shows frames again: play, speed, a track of states to scrub on.
+// Replays frames: play, speed, a track of states to scrub on.
 const MARKS = { touched: "#c21f2d", released: "#8a94a0", arrived: "#009e73", late: "#d55e00", lost: "#cc79a7", held: "#785e3c" };
 
 function replay(scene, frames, markers) {
@@ -19,7 +19,7 @@ function replay(scene, frames, markers) {
   };
   const frameAt = (t) => {
     const i = indexAt(t), a = frames[i], b = frames[i + 1];
-    // Over a gap nothing is made up.
+    // Do not interpolate over a gap.
     return b && b.t - a.t < 0.3 && b.t > a.t ? between(a, b, clamp((t - a.t) / (b.t - a.t), 0, 1)) : a;
   };
   const seek = (t) => { now = clamp(t, start, end); shown.stale.is = true; };
@@ -78,7 +78,7 @@ function replay(scene, frames, markers) {
     track.title = [scene.states[frames[indexAt(t)].state].name, ...near.map((m) => `${(m.t - start).toFixed(2)} s: ${m.text}`)].join("\n");
   });
   $("play").addEventListener("click", () => play(!playing));
-  // A touch is best seen from a second before it.
+  // Start one second before a touch.
   const touches = markers.filter((m) => m.kind === "touched").map((m) => m.t - 1);
   const next = () => { const t = touches.find((t) => t > now + 0.05); if (t != null) seek(t); };
   const previous = () => { const t = touches.filter((t) => t < now - 0.3).pop(); seek(t ?? start); };
@@ -120,7 +120,7 @@ function replay(scene, frames, markers) {
   const counted = { pictures: 0 };
   play(true);
   requestAnimationFrame(tick);
-  // For tests, and for whoever wants to script a tour.
+  // For tests and scripts.
   window.hwall = { seek: (t) => { play(false); seek(start + t); }, play, now: () => now - start, counted, look: shown.look, ...shown };
 }
 

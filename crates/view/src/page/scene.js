@@ -1,4 +1,4 @@
-// The scene as it was sent: room, arm, board.
+// The received scene: room, arm, board.
 
 /** Matrix of a pose as the scene has it. */
 function poseMatrix({ position_m: p, rotation: r }) {
@@ -47,7 +47,7 @@ function readScene(scene) {
     surface.middle = sum;
   }
   scene.floor = Number.isFinite(low) ? low : 0;
-  // Does something of the room carry the arm?
+  // Does a part of the room carry the arm?
   scene.stands = scene.surfaces.some((s) => !s.touchable && s.middle[2] > scene.floor + 0.02 && Math.hypot(s.middle[0], s.middle[1]) < 0.3);
   return scene;
 }

@@ -58,7 +58,7 @@ void main() {
   gl_Position = u_clip * p;
 }`;
 
-// Seen from inside a room its walls are there; from outside they are a breath, so that one sees what is behind.
+// Walls are visible from inside a room and nearly transparent from outside, to show what is behind them.
 const MESH_FRAGMENT = `#version 300 es
 precision highp float;
 uniform vec3 u_eye;

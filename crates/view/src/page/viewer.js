@@ -83,7 +83,7 @@ class Viewer {
     const tips = new Set([5, 10, 15, 20, 25]);
     joints.forEach((joint, i) => joint && thick.add(joint, joint, i === 0 ? (seen > 10 ? 0.012 : 0.03) : tips.has(i) ? 0.0095 : 0.0105, SKIN));
     for (const [a, b] of BONES) if (joints[a] && joints[b]) thick.add(joints[a], joints[b], 0.008, BONE);
-    // A tracker that names only palm and tips: bones straight between them.
+    // A tracker with only palm and tips: draw straight bones between them.
     if (seen <= 6 && joints[0]) tips.forEach((i) => joints[i] && thick.add(joints[0], joints[i], 0.008, BONE));
     if (seen > 10) {
       for (const [a, b] of [[6, 11], [11, 16], [16, 21], [7, 12], [12, 17], [17, 22], [2, 6]]) if (joints[a] && joints[b]) thick.add(joints[a], joints[b], 0.011, SKIN);
@@ -99,7 +99,7 @@ class Viewer {
     this.thick.add(along(skull, [0, 0, 1], 0.02), along(skull, [0, 0, 1], -0.03), 0.085, SKIN);
     this.thick.add(along(front, side, 0.05), along(front, side, -0.05), 0.034, [0.16, 0.18, 0.21]);
     if (!gaze) return;
-    // The eyes' line ends at what they see.
+    // The line of sight ends at the first hit.
     const hit = hitsOf(this.scene, gaze).find((h) => h.front);
     const length = hit ? hit.t : 2;
     for (let s = 0.14; s < length; s += 0.06) {
@@ -121,7 +121,7 @@ class Viewer {
     this.thin.add(at, at, 0.011, [...ink, 1], 1);
     if (predicted.region) {
       const [a, b] = predicted.region;
-      // A guess is drawn as one: of a region as large as a wall only a trace.
+      // Draw a vague prediction faintly: a region as large as a wall is barely visible.
       const faint = norm(a) > 0.4 ? 0.3 : 0.9;
       const on = (turn) => along(along(at, a, Math.cos(turn)), b, Math.sin(turn));
       for (let i = 0; i < 40; i++) this.thin.add(on((i * Math.PI) / 20), on(((i + 1) * Math.PI) / 20), 0.0026, [...ink, faint], 1);
@@ -161,7 +161,7 @@ class Viewer {
       gl.bindVertexArray(array);
       gl.drawArrays(gl.TRIANGLES, 0, count);
     };
-    // Ground and furniture that nobody is to touch are solid; ceilings are not, for one looks in from above.
+    // Ground and untouchable furniture are opaque; ceilings are not, to allow a view from above.
     const isSolid = (s) => !s.touchable && s.middle[2] < scene.floor + 1.2;
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);
@@ -192,7 +192,7 @@ class Viewer {
       this.shadow(use);
     }
 
-    // Walls, far ones first; nothing hides behind them.
+    // Walls, far ones first; they hide nothing.
     const walls = scene.surfaces.filter((s) => !isSolid(s));
     const far = (s) => distance(point(s.model, s.middle), eye);
     if (!solidWalls) gl.depthMask(false);

@@ -1,4 +1,4 @@
-//! Joints and capsules against the arm itself.
+//! Compares joints and capsules with the arm itself.
 
 use crate::common;
 use hwall::kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, SrsArm};

@@ -7,7 +7,7 @@ use hwall::haptics::body::Capsule;
 use hwall_testkit::Sampler;
 use hwall_view::{MOST_MOVING, MOST_PARTS, ViewError, ViewFrame, ViewPart};
 
-/// As f32 has it.
+/// Rounded to f32.
 fn single(v: f64) -> f64 {
     f64::from(v as f32)
 }
@@ -120,7 +120,7 @@ fn nothing_that_is_nan_is_sent() {
     assert!(back.hand.is_lost());
 }
 
-/// The number of a link is its place among the parts.
+/// A link is identified by its index among the parts.
 #[test]
 fn parts_of_which_one_is_nan_are_not_sent_at_all() {
     let sound = |place: usize| Capsule {

@@ -1,4 +1,4 @@
-//! The film strip: well-formed, whole, and finite whatever comes in.
+//! The film strip: well-formed, complete, and finite for any input.
 
 use crate::common::{self, full_frame, scene};
 use glam::DVec3;
@@ -67,7 +67,7 @@ fn any_frames_give_a_picture() {
     }
 }
 
-/// A scanned wall of ten thousand triangles takes no more room than a plain one.
+/// A scanned wall of ten thousand triangles takes no more space than a plain one.
 #[test]
 fn many_triangles_stay_small() {
     let mut scene = scene();

@@ -1,11 +1,11 @@
-//! The glTF file: its structure, and that it moves as the arm does.
+//! The glTF file: its structure, and that it moves like the arm.
 
 use crate::common::{self, frames, scene};
 use glam::{DMat4, DQuat, DVec3};
 use hwall_view::{ViewFrame, ViewHand, glb};
 use serde_json::Value;
 
-/// The two halves.
+/// The JSON and binary parts.
 fn parts(file: &[u8]) -> (Value, Vec<u8>) {
     let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
     assert_eq!(&file[..4], b"glTF");
@@ -86,7 +86,7 @@ fn accessors_lie_within_the_buffer_and_say_their_extremes() {
     assert_eq!(times_s[0][0], 0.0);
 }
 
-/// Where a node is in the scene at a key of the animation, z up again.
+/// Pose of a node in the scene at a key of the animation, z up again.
 fn placed(json: &Value, bytes: &[u8], name: &str, key: usize) -> DMat4 {
     let nodes = json["nodes"].as_array().unwrap();
     let local = |i: usize| {
@@ -122,7 +122,7 @@ fn placed(json: &Value, bytes: &[u8], name: &str, key: usize) -> DMat4 {
         place = local(parent) * place;
         at = parent;
     }
-    // y up back to z up.
+    // From y up back to z up.
     DMat4::from_rotation_x(std::f64::consts::FRAC_PI_2) * place
 }
 
@@ -130,7 +130,7 @@ fn placed(json: &Value, bytes: &[u8], name: &str, key: usize) -> DMat4 {
 fn board_hand_and_doors_are_where_the_frames_have_them() {
     let (scene, frames) = (scene(), frames(3.0));
     let (json, bytes) = parts(&glb(&scene, &frames));
-    // Three frames are one key.
+    // One key for every three frames.
     for key in [0, 7, 20] {
         let frame = &frames[3 * key];
         let tool = *scene.arm.poses(&frame.q).last().unwrap();

@@ -1,5 +1,5 @@
-//! The files as the Khronos validator reads them (npm `gltf-validator`, in the folder that HWALL_GLTF_VALIDATOR names or in
-//! `target/browser`). Where it is not there, a line `skipped: ...` says so.
+//! Checks the files with the Khronos validator (npm `gltf-validator`, in the folder HWALL_GLTF_VALIDATOR or in `target/browser`). If it is
+//! absent, the test prints `skipped: ...`.
 
 use crate::common::{any_frame, frames, full_frame, scene};
 use hwall_testkit::Sampler;

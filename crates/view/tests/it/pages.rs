@@ -1,4 +1,4 @@
-//! The pages: whole, small, and without anything from elsewhere.
+//! The pages: complete, small, and without external resources.
 
 use crate::common::{frames, markers, scene};
 use hwall_view::{live_page, replay_page};
@@ -18,7 +18,7 @@ fn nothing_comes_from_elsewhere() {
     }
 }
 
-/// What the page holds cannot leave its element, whatever names say.
+/// Contents of the page cannot leave their element, whatever the names are.
 #[test]
 fn names_are_no_markup() {
     let page = replay_page(&scene(), &frames(1.0), &markers());
@@ -54,7 +54,7 @@ fn the_scene_is_json_with_all_there_is() {
     assert_eq!(json["base_from_headset"]["rotation"][0], 1.0);
 }
 
-/// Corners lie on a fine grid; read back as the page reads them they are where they were.
+/// Corners lie on a fine grid; decoded as the page does, they are unchanged.
 #[test]
 fn corners_survive_their_grid() {
     let scene = scene();

@@ -1,4 +1,4 @@
-//! Frames of a session that runs.
+//! Frames of a running session.
 
 use crate::common;
 use glam::DVec3;
@@ -81,7 +81,7 @@ fn a_session_is_seen_and_nothing_is_allocated_for_it() {
     assert!(last.hand.is_lost());
 }
 
-/// The axes of the 90 % region hold 90 % of points drawn from the covariance.
+/// The axes of the 90 % region contain 90 % of points drawn from the covariance.
 #[test]
 fn the_region_holds_ninety_percent() {
     use hwall::contact::ContactPrediction;

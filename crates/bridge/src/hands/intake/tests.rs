@@ -38,7 +38,7 @@ impl Setup {
         self.tally.counts(0)
     }
 
-    /// A sample of the right hand that comes in when it is made; was it handed on?
+    /// A sample of the right hand that arrives as it is made; returns whether it was passed on.
     fn right(&mut self, stream: &mut ClientStream, seq: u64, t_s: f64) -> bool {
         self.intake
             .take(stream, &hand(seq, t_s, Side::Right, true), t_s, &self.tally);
@@ -78,7 +78,7 @@ fn a_sample_that_was_long_on_its_way_is_stale() {
     assert_eq!(s.counts().stale, 1);
 }
 
-/// Such a client counted as stale, and nobody knew why.
+/// Regression: such a client counted as stale, without a visible reason.
 #[test]
 fn stamps_in_seconds_are_told_from_samples_that_are_late() {
     let mut s = setup(&BridgeConfig::default());
@@ -92,7 +92,7 @@ fn stamps_in_seconds_are_told_from_samples_that_are_late() {
     assert_eq!(counts.stale, 0);
     assert!(counts.in_seconds > 50, "{}", counts.in_seconds);
     assert!(counts.to_string().contains("seconds"), "{counts}");
-    // A clock that stands, and one that is late.
+    // A clock that stands still, and one that is late.
     let mut standing = ClientStream::new(2);
     for n in 0..30 {
         let t_s = 10.0 + 0.014 * f64::from(n);
@@ -130,7 +130,7 @@ fn one_client_leads_until_it_shows_no_hand_for_a_second() {
     let (mut one, mut two) = (ClientStream::new(1), ClientStream::new(2));
     assert!(s.right(&mut one, 1, 0.0));
     assert!(!s.right(&mut two, 1, 0.5));
-    // What the leader does not see goes to the loop, too, but does not keep it leading.
+    // A sample in which the leader's hand is not seen goes to the loop, but does not keep the lead.
     let unseen = hand(2, 0.6, Side::Right, false);
     s.intake.take(&mut one, &unseen, 0.6, &s.tally);
     assert!(s.frames.try_recv().is_ok());
@@ -165,7 +165,7 @@ fn the_other_hand_is_followed_when_the_first_is_not_seen() {
     assert_eq!(take(&mut s, 0.03, Side::Right, false), Some(true));
     assert_eq!(take(&mut s, 0.1, Side::Right, false), Some(false));
     assert_eq!(take(&mut s, 0.1, Side::Left, true), None);
-    // The hand that is followed changes; the first one is not seen then.
+    // The followed hand changes when the first one is no longer seen.
     assert_eq!(take(&mut s, 0.2, Side::Left, true), Some(false));
     assert_eq!(take(&mut s, 0.21, Side::Right, true), None);
     assert_eq!(take(&mut s, 0.22, Side::Left, true), Some(true));
@@ -186,7 +186,7 @@ fn a_loop_that_takes_nothing_fills_its_queue_and_no_more() {
     assert_eq!([counts.accepted, counts.overflow], [4, 6]);
 }
 
-/// A sample of a client at a time of the server, s, with its stamp; was it handed on, as whose, and with another hand?
+/// A sample of a client at a server time, s, with its stamp; returns whether it was passed on, as whose, and with another hand.
 fn take(
     s: &mut Setup,
     stream: &mut ClientStream,
@@ -200,7 +200,7 @@ fn take(
     Some((frame.is_of_another, frame.other_hand_m.is_some()))
 }
 
-/// The other hand of whoever led before is not that of whoever leads now, however fresh it is.
+/// The other hand of the previous leader does not belong to the new one, however recent it is.
 #[test]
 fn the_other_hand_is_nobody_elses() {
     for leaves in [false, true] {
@@ -234,8 +234,8 @@ fn the_other_hand_is_nobody_elses() {
     }
 }
 
-/// The clock of a client is set forward, or back, by so much, s: which samples are handed on, and which of them with the other hand, which was
-/// seen 5 ms before.
+/// Sets a client's clock forward or back by this much, s: which samples are passed on, and which of them with the other hand, which was
+/// seen 5 ms before?
 #[test]
 fn the_other_hand_ages_over_a_leap_of_the_clock() {
     let leapt = [None, None, Some((false, true)), Some((false, false))];

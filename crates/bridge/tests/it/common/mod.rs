@@ -12,7 +12,7 @@ use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 use tungstenite::{Message, WebSocket};
 
-/// Nothing takes so long, on however busy a machine.
+/// Longer than any operation takes, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A wall 0.62 m ahead of an iiwa.
@@ -21,7 +21,7 @@ pub(crate) fn wall() -> Scene {
     Scene::from_obj_str(obj, None).expect("a scene").0
 }
 
-/// The same to look at.
+/// The same as a view.
 pub(crate) fn scene() -> ViewScene {
     let board = Board::default();
     let tool = board.flange_from_board_face().expect("a board");
@@ -38,7 +38,7 @@ pub(crate) fn server(config: BridgeConfig) -> BridgeServer {
     .expect("a server")
 }
 
-/// Asks until there is an answer.
+/// Polls until there is an answer.
 pub(crate) fn until<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     let began = Instant::now();
     loop {
@@ -49,7 +49,7 @@ pub(crate) fn until<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// Waits until something is so.
+/// Waits until a condition holds.
 pub(crate) fn wait_for(what: &str, mut is: impl FnMut() -> bool) {
     until(what, || {
         std::thread::sleep(Duration::from_millis(1));
@@ -57,7 +57,7 @@ pub(crate) fn wait_for(what: &str, mut is: impl FnMut() -> bool) {
     });
 }
 
-/// Joints of a hand, all at one place.
+/// Joints of a hand, all at one point.
 pub(crate) fn joints(count: usize, [x, y, z]: [f64; 3]) -> String {
     format!("[{}]", vec![format!("[{x},{y},{z}]"); count].join(","))
 }
@@ -69,7 +69,7 @@ pub(crate) fn hand(seq: u64, client_ms: f64, joints: &str, axes: &str) -> String
     )
 }
 
-/// A hand with all points at one place, m.
+/// A hand with all points at one position, m.
 pub(crate) fn hand_at(seq: u64, client_ms: f64, at_m: DVec3) -> String {
     hand(seq, client_ms, &joints(25, at_m.to_array()), "base")
 }
@@ -84,16 +84,20 @@ pub(crate) struct Socket(pub(crate) WebSocket<TcpStream>);
 
 impl Socket {
     pub(crate) fn open(server: &BridgeServer) -> Self {
+        Self::open_at(server, "/ws")
+    }
+
+    pub(crate) fn open_at(server: &BridgeServer, path: &str) -> Self {
         let stream = TcpStream::connect(server.address()).expect("a connection");
         stream.set_nodelay(true).expect("a socket");
         stream.set_read_timeout(Some(PATIENCE)).expect("a socket");
-        let address = format!("ws://{}/ws", server.address());
+        let address = format!("ws://{}{path}", server.address());
         let (socket, _) = tungstenite::client(address, stream).expect("a handshake");
         Self(socket)
     }
 
     pub(crate) fn send(&mut self, message: Message) {
-        // A server that hung up is what some tests are about.
+        // In some tests the server has hung up.
         let _ = self.0.send(message);
     }
 

@@ -35,7 +35,7 @@ pub(crate) fn scene() -> ViewScene {
     ViewScene::new("A <room> & \"more\"", &room(), &arm(), &Board::default()).expect("a scene")
 }
 
-/// Any frame, with and without each part.
+/// A random frame, with and without each part.
 pub(crate) fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
     let limits = *arm().limits();
     let q = JointPositions(std::array::from_fn(|i| {
@@ -88,7 +88,7 @@ pub(crate) fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
     frame
 }
 
-/// A whole frame: all there is, all 26 joints.
+/// A full frame: all parts, all 26 joints.
 pub(crate) fn full_frame(t_s: f64) -> ViewFrame {
     let wave = |i: usize| (t_s + 0.7 * i as f64).sin();
     let waves = |i: usize| DVec3::new(0.1 * wave(i), 0.2 * wave(i + 1), 0.1 * wave(i + 2));
