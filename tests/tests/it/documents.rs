@@ -213,7 +213,7 @@ fn by_hand_of(text: &str) -> String {
 }
 
 /// By hand, but for blocks between markers: everything else is written by a program.
-const BY_HAND: [&str; 11] = [
+const BY_HAND: [&str; 12] = [
     "ARCHITECTURE.md",
     "COMMANDS.md",
     "CONTRIBUTING.md",
@@ -222,6 +222,7 @@ const BY_HAND: [&str; 11] = [
     "NOTATION.md",
     "PROTOCOL.md",
     "REAL-ARM.md",
+    "ROS.md",
     "SAFETY.md",
     "SIMULATORS.md",
     "STUDY.md",
