@@ -1,4 +1,4 @@
-//! What a message costs, and what comes back: `cargo bench -p hwall-fri --bench codec`.
+//! Cost of a message, and its round trip: `cargo bench -p hwall-fri --bench codec`.
 
 #[path = "../tests/it/common/mod.rs"]
 mod common;

@@ -46,7 +46,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
     println!("listening on {}", arm.local_address()?);
 
     let began_s = arm.wait_for_commanding(Duration::from_secs(60))?;
-    // Where the controller holds the arm; what is measured is off by the error of its servo.
+    // Where the controller holds the arm; the measured angles differ by its servo error.
     let start = arm.interpolator().unwrap_or(arm.state()?.q);
     println!(
         "commanding joint {} from {:.3} rad",
@@ -58,7 +58,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
     while t_s - began_s < seconds {
         let phase = std::f64::consts::TAU * HZ * (t_s - began_s);
         let mut q = start;
-        // Begins at rest: a sine of the angle would begin with a leap of the speed.
+        // Begins at rest: a sine of the angle would begin with a jump in speed.
         q.0[JOINT] += AMPLITUDE_RAD * 0.5 * (1.0 - phase.cos());
         arm.command(ArmCommand::Position(q))?;
         t_s = arm.wait_for_message(Duration::from_secs(1))?;

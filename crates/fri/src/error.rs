@@ -8,28 +8,28 @@ use hwall_numeric::ArgumentError;
 use hwall_protobuf::ProtobufError;
 use std::io;
 
-/// What is wrong with a datagram, a command, a setting or a connection.
+/// An invalid datagram, command or setting, or a connection error.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FriError {
-    /// A setting or a command makes no sense.
+    /// An invalid setting or command.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
-    /// The bytes are no protobuf message.
+    /// The bytes are not a protobuf message.
     #[error(transparent)]
     Wire(#[from] ProtobufError),
-    /// A field that a message must have.
+    /// A required field is missing.
     #[error("the message has no {0}")]
     Missing(&'static str),
-    /// A message of another kind, or of another robot.
+    /// A message of another type, or of another robot.
     #[error("message identifier {found:#x} instead of {expected:#x}")]
     OtherMessage {
         /// Identifier found.
         found: u32,
-        /// Identifier of the message that is read.
+        /// Identifier of the expected message.
         expected: u32,
     },
-    /// A repeated field with another number of values.
+    /// A repeated field with a wrong number of values.
     #[error("{what}: {found} values instead of {expected}")]
     WrongLength {
         /// Which values.
@@ -39,7 +39,7 @@ pub enum FriError {
         /// How many there must be.
         expected: usize,
     },
-    /// A value that an enumeration does not have.
+    /// A value that is not in an enumeration.
     #[error("{value} is no {what}")]
     UnknownValue {
         /// Which enumeration.
@@ -62,26 +62,26 @@ pub enum FriError {
     /// A datagram of 2.7 that is shorter than it says.
     #[error("a frame of {stated} bytes, of which {found} are there")]
     FrameLength {
-        /// Length that is stated.
+        /// The stated length.
         stated: usize,
-        /// Bytes there are.
+        /// The actual number of bytes.
         found: usize,
     },
-    /// A datagram of 2.7 whose checksum does not fit.
+    /// A datagram of 2.7 with a wrong checksum.
     #[error("checksum {stated:#010x}, the message has {found:#010x}")]
     Checksum {
-        /// Checksum that is stated.
+        /// The stated checksum.
         stated: u32,
         /// Checksum of the message.
         found: u32,
     },
-    /// A version that is not known.
+    /// An unknown version.
     #[error("`{0}` is no known version: 1.15, 2.5, 2.7")]
     UnknownVersion(String),
-    /// A command mode that is not known.
+    /// An unknown command mode.
     #[error("`{0}` is no command mode")]
     UnknownMode(String),
-    /// The simulated arm cannot do what a mode needs.
+    /// The mode needs an arm that accepts torques.
     #[error("{0} needs an arm that takes torques")]
     NeedsTorques(ClientCommandMode),
     /// A mode that the simulated controller does not have.
@@ -95,7 +95,7 @@ pub enum FriError {
         /// What failed.
         kind: io::ErrorKind,
     },
-    /// An answer could not be sent; it counts as one that did not arrive.
+    /// An answer could not be sent; it counts as not arrived.
     #[error("an answer could not be sent: {kind}")]
     NotSent {
         /// What failed.
@@ -109,10 +109,10 @@ pub enum FriError {
     Silent {
         /// How long, s.
         waited_s: f64,
-        /// The version that its datagrams look like, if it is another than the client reads.
+        /// The apparent version of its datagrams, if it differs from the client's.
         other_version: Option<FriVersion>,
     },
-    /// A state without joint positions: nothing is known about the arm.
+    /// A state without joint positions: the arm's position is unknown.
     #[error("the controller sends no joint positions")]
     NoPositions,
     /// The controller ended commanding.
@@ -123,23 +123,23 @@ pub enum FriError {
         /// Quality of the connection now.
         quality: ConnectionQuality,
     },
-    /// The arm takes no commands; it brakes.
+    /// The arm accepts no commands; it brakes.
     #[error("no commands are given: {0}")]
     Unfit(#[from] Unfit),
-    /// Too many answers did not arrive, or were not given; the arm brakes.
+    /// Too many answers were lost or not given; the arm brakes.
     #[error(
         "the arm is {behind_s:.2} s behind what was asked for: too many answers did not arrive; it brakes"
     )]
     Behind {
-        /// How far, s.
+        /// The delay, s.
         behind_s: f64,
     },
-    /// A command of another kind than the controller takes now.
+    /// A command that the controller does not accept in its current mode.
     #[error("{asked} was commanded, the controller takes {mode}")]
     OtherMode {
         /// What was commanded.
         asked: &'static str,
-        /// What the application on the controller has chosen.
+        /// The mode chosen by the application on the controller.
         mode: ClientCommandMode,
     },
     /// A command outside the limits of the joints.
@@ -160,7 +160,7 @@ fn other(version: Option<FriVersion>) -> String {
     )
 }
 
-/// Why commanding ended, as far as the quality tells.
+/// Why commanding ended, as far as the quality shows.
 fn cause(quality: ConnectionQuality) -> &'static str {
     match quality >= ConnectionQuality::Good {
         true => "; its application or one of its limits ended the motion",
@@ -169,7 +169,7 @@ fn cause(quality: ConnectionQuality) -> &'static str {
 }
 
 impl FriError {
-    /// May a loop go on, because the error may be over when the next message comes? The arm holds meanwhile.
+    /// Can a loop continue, because the error may be gone at the next message? The arm holds meanwhile.
     #[must_use]
     pub const fn is_transient(&self) -> bool {
         matches!(
@@ -193,10 +193,10 @@ impl FriError {
     }
 }
 
-/// What can go wrong while a simulated controller runs: with the protocol, or in the simulated arm.
+/// An error of a running simulated controller: of the protocol, or of the simulated arm.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ControllerError<E: std::error::Error> {
-    /// A setting, or the network.
+    /// A setting or network error.
     #[error(transparent)]
     Fri(#[from] FriError),
     /// The simulated arm.

@@ -1,17 +1,16 @@
-//! What joints may be told: one check for both sides.
+//! Limits of joint commands, checked in the same way on both sides.
 
 use crate::client::CommandedMotion;
 use hwall_kinematics::{ArmKinematics, JointLimit};
 
-/// A commanded angle may lie this far outside its limit, rad: rounding, and no more.
+/// A commanded angle may be this far outside its limit because of rounding, rad.
 const LIMIT_SLACK_RAD: f64 = 1e-9;
-/// Share of the largest speed by which a step may exceed it: clocks of two computers and rounding.
+/// Share by which a step may exceed the largest speed: clock differences and rounding.
 const SPEED_SLACK: f64 = 0.05;
-/// Angle that a step may always have, rad: the noise of a mirrored measurement.
+/// A step of this angle is always allowed, rad: the noise of a mirrored measurement.
 const STEP_SLACK_RAD: f64 = 1e-5;
 
-/// Error of a servo under load, rad: first positions may lie this far from the interpolator, and a joint may swing this far past a
-/// commanded angle.
+/// Servo error under load, rad: first positions may be this far from the interpolator, and a joint may overshoot a commanded angle by this much.
 pub(crate) const SERVO_ERROR_RAD: f64 = 0.05;
 
 /// Which limit a command violates.
@@ -30,17 +29,17 @@ pub enum LimitViolation {
         /// Upper limit, rad.
         max_rad: f64,
     },
-    /// A commanded angle too far from the one before.
+    /// A commanded angle too far from the previous one.
     #[error("joint {joint}: {speed_rad_per_s} rad/s commanded, {max_rad_per_s} are allowed")]
     Speed {
         /// Joint, from 0.
         joint: usize,
-        /// Speed that the step means, rad/s.
+        /// Speed implied by the step, rad/s.
         speed_rad_per_s: f64,
         /// Largest speed, rad/s.
         max_rad_per_s: f64,
     },
-    /// A change of speed that the joint cannot make: it would swing far past the commanded angle.
+    /// A speed change that the joint cannot make: it would far overshoot the commanded angle.
     #[error(
         "joint {joint}: the speed changes by {change_rad_per_s} rad/s at once, which takes it {swing_rad} rad past its way"
     )]
@@ -49,7 +48,7 @@ pub enum LimitViolation {
         joint: usize,
         /// Change of its speed in one cycle, rad/s.
         change_rad_per_s: f64,
-        /// How far it swings past the commanded angle, rad.
+        /// Overshoot beyond the commanded angle, rad.
         swing_rad: f64,
     },
     /// A commanded torque too large.
@@ -64,7 +63,7 @@ pub enum LimitViolation {
     },
 }
 
-/// Ranges and speeds (above zero) of the joints, and how much torque may be laid over.
+/// Ranges and speeds (positive) of the joints, and the largest overlay torques.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CommandLimits {
     range: [JointLimit; 7],
@@ -81,7 +80,7 @@ impl CommandLimits {
         }
     }
 
-    /// Finite angles: within their ranges, and no further from the last ones than `dt_s` allows?
+    /// Are finite angles within their ranges, and no further from the last ones than `dt_s` allows?
     pub(crate) fn check_step(
         &self,
         last_rad: &[f64; 7],
@@ -111,7 +110,7 @@ impl CommandLimits {
         Ok(())
     }
 
-    /// From one motion to the next within the speeds of the joints and these accelerations?
+    /// Does the change between two motions respect the joint speeds and these accelerations?
     pub(crate) fn bears(
         &self,
         last: &CommandedMotion,
@@ -126,8 +125,7 @@ impl CommandLimits {
         })
     }
 
-    /// Can the joints, with these accelerations, change their speed so? What is beyond a cycle's acceleration, Δv, takes a joint
-    /// Δv²/2a past its way.
+    /// Can the joints make this speed change with these accelerations? An excess Δv over a cycle's acceleration makes a joint overshoot by Δv²/2a.
     pub(crate) fn check_change(
         &self,
         last: &CommandedMotion,
@@ -150,12 +148,12 @@ impl CommandLimits {
         Ok(())
     }
 
-    /// From the last angles towards finite ones, no further than the joints may go in `dt_s`.
+    /// Moves from the last angles towards finite ones, no further than the joints can move in `dt_s`.
     pub(crate) fn led(&self, last_rad: &[f64; 7], to_rad: &[f64; 7], dt_s: f64) -> [f64; 7] {
         self.towards(last_rad, to_rad, |speed_rad_per_s| speed_rad_per_s * dt_s)
     }
 
-    /// The same, as far as a step may be by [`check_step`](Self::check_step).
+    /// The same, as far as [`check_step`](Self::check_step) allows.
     pub(crate) fn followed(&self, last_rad: &[f64; 7], to_rad: &[f64; 7], dt_s: f64) -> [f64; 7] {
         self.towards(last_rad, to_rad, |speed_rad_per_s| {
             most_step_rad(speed_rad_per_s, dt_s)
@@ -175,7 +173,7 @@ impl CommandLimits {
         })
     }
 
-    /// Torques: small enough? NaN, as of a sum of two infinities, is not.
+    /// Are the torques within their limits? NaN, as from a sum of two infinities, is not.
     pub(crate) fn check_torque(&self, torque_n_m: &[f64; 7]) -> Result<(), LimitViolation> {
         for (joint, (&value_n_m, &max_n_m)) in torque_n_m.iter().zip(&self.torque_n_m).enumerate() {
             if value_n_m.is_nan() || value_n_m.abs() > max_n_m {
@@ -189,13 +187,13 @@ impl CommandLimits {
         Ok(())
     }
 
-    /// The angles, moved into their ranges.
+    /// The angles, clamped to their ranges.
     pub(crate) fn clamped(&self, q_rad: &[f64; 7]) -> [f64; 7] {
         std::array::from_fn(|i| q_rad[i].clamp(self.range[i].min_rad, self.range[i].max_rad))
     }
 }
 
-/// A step that counts as within the speed, rad.
+/// Largest step that counts as within the speed limit, rad.
 fn most_step_rad(max_rad_per_s: f64, dt_s: f64) -> f64 {
     STEP_SLACK_RAD + (1.0 + SPEED_SLACK) * max_rad_per_s * dt_s
 }

@@ -1,10 +1,10 @@
-//! Wrenches as they stand in a command.
+//! Wrenches in the format of a command.
 
 use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_kinematics::Wrench;
 
-/// From the order of the wire: `Fx Fy Fz`, then moments about z, y and x, the turns A, B and C of the manufacturer.
+/// From the wire order: `Fx Fy Fz`, then moments about z, y and x, the manufacturer's angles A, B and C.
 pub(crate) const fn wrench_from_wire(w: &[f64; 6]) -> Wrench {
     Wrench {
         force_n: DVec3::new(w[0], w[1], w[2]),
@@ -18,7 +18,7 @@ pub(crate) const fn wrench_to_wire(wrench: &Wrench) -> [f64; 6] {
     [f.x, f.y, f.z, m.z, m.y, m.x]
 }
 
-/// A wrench along the axes of the tool, in those of the base.
+/// Converts a wrench from the axes of the tool to those of the base.
 pub(crate) fn wrench_in_base(base_from_tool: &Pose, wrench: &Wrench) -> Wrench {
     Wrench {
         force_n: base_from_tool.transform_vector(wrench.force_n),

@@ -1,4 +1,4 @@
-//! Three laws of motion to a goal at rest: what they cost, how long they take, which limits they keep.
+//! Three motion laws to a goal at rest: cost, duration, and respected limits.
 //! `cargo bench -p hwall-haptics --bench laws_of_motion`.
 
 use hwall_haptics::{JointBounds as SecondOrderBounds, JointMotion};
@@ -38,7 +38,7 @@ fn reference(start: &JointPositions, timing: JointTiming) -> ReferenceMotion {
         .with_timing(timing)
 }
 
-/// From rest, or somewhere on the way to another goal.
+/// From rest, or from a motion to another goal.
 fn tasks(in_motion: bool) -> Vec<Task> {
     let mut sampler = Sampler::new(1);
     let bounds = bounds();
@@ -57,8 +57,8 @@ fn tasks(in_motion: bool) -> Vec<Task> {
     (0..MOTIONS).map(task).collect()
 }
 
-/// What a law did on all tasks: its time as a share of the least, the largest jerk as a share of the limit over 1 ms, and how
-/// far it was from the goal at the end, rad.
+/// The result of a law on all tasks: duration relative to the least time, largest jerk over 1 ms relative to the limit, and distance from the goal at
+/// the end, rad.
 #[derive(Default)]
 struct Found {
     durations: Vec<f64>,
@@ -87,7 +87,7 @@ impl Found {
     }
 }
 
-/// The law without jerk, of `hwall-haptics`.
+/// The law of `hwall-haptics` without a jerk limit.
 fn second_order(table: &mut MarkdownTable, tasks: &[Task]) {
     let limits = limits();
     let bounds: [SecondOrderBounds; 7] = std::array::from_fn(|i| {
@@ -138,7 +138,7 @@ fn second_order(table: &mut MarkdownTable, tasks: &[Task]) {
     found.row(table, "no jerk limit, joint by joint: a step", &timing);
 }
 
-/// The closed form with jerk.
+/// The closed form with a jerk limit.
 fn third_order(table: &mut MarkdownTable, tasks: &[Task]) {
     let (limits, bounds) = (limits(), bounds());
     let mut found = Found::default();

@@ -1,4 +1,4 @@
-//! What a step of a moving object costs, and how far many short steps drift from one long one.
+//! Cost of a step of a moving object, and the difference between many short steps and one long one.
 //!
 //! `cargo bench -p hwall-haptics --bench object_step`
 
@@ -63,7 +63,7 @@ fn main() {
         let Ok(mut object) = MovingObject::new(config.clone()) else {
             continue;
         };
-        // A hand that pushes and pulls anew every 50 ms.
+        // A hand that changes its push or pull every 50 ms.
         let mut sampler = Sampler::new(1);
         let forces: Vec<f64> = (0..1000).map(|_| sampler.uniform(-force, force)).collect();
         let timing = time_batches(1000, 200, |i| {

@@ -1,4 +1,4 @@
-//! What does a renderer tell the arm while a board is sent to a wall, touched, and let go?
+//! What does a renderer command while a board is sent to a wall, touched, and released?
 //!
 //! `cargo run -p hwall-haptics --example touch_a_wall`
 
@@ -34,7 +34,7 @@ fn main() -> Result<(), HapticsError> {
         let step = renderer.step(now_s, &state, Some(&target));
         renderer.plan();
         if let ArmCommand::Position(q) = step.command {
-            state.q = q; // an arm that does at once what it is told
+            state.q = q; // an arm that executes commands at once
         }
         let now = match step.phase {
             Phase::NonContact => "following the target".to_owned(),

@@ -12,8 +12,7 @@ pub struct ArmState {
     pub q: JointPositions,
     /// Measured joint velocities, rad/s.
     pub qd: JointVelocities,
-    /// Joint torques that gravity and motion do not explain, N m: what the outside exerts on the
-    /// arm. `None` for an arm without torque sensors.
+    /// External joint torques that gravity and motion do not explain, N m. `None` for an arm without torque sensors.
     pub external_torque: Option<JointTorques>,
 }
 
@@ -40,23 +39,23 @@ impl ArmState {
     }
 }
 
-/// What an arm is told for the coming cycle.
+/// The command for the coming cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum ArmCommand {
-    /// Be at these joint angles, rad; the arm's own servo tracks them.
+    /// Joint angles for the arm's own servo to track, rad.
     Position(JointPositions),
-    /// Torques beyond those that hold the arm against gravity, N m: an overlay on a compliant arm. The arm itself compensates
-    /// gravity, and friction as far as it knows it.
+    /// Torques added to gravity compensation, N m: an overlay on a compliant arm. The arm itself compensates gravity, and friction as far as it knows
+    /// it.
     Torque(JointTorques),
-    /// Stay where you are: brake to rest as fast as the arm may.
+    /// Brake to rest as fast as the arm may, and stay there.
     Hold,
 }
 
-/// A cyclic arm: its state is read and a command is written once in every control period.
+/// A cyclic arm: each control period reads its state and writes one command.
 ///
-/// The simulated arm of `hwall-sim` implements it, and a driver for a real one does the same over
-/// its command interface (a 1 kHz cyclic one such as FRI, or a position interface).
+/// The simulated arm of `hwall-sim` implements it; a driver for a real arm does the same over its command interface (a 1 kHz cyclic one such as FRI,
+/// or a position interface).
 pub trait Arm {
     /// The driver's own error.
     type Error: std::error::Error + Send + Sync + 'static;
@@ -67,14 +66,14 @@ pub trait Arm {
     /// A lost connection or a state that could not be read.
     fn state(&mut self) -> Result<ArmState, Self::Error>;
 
-    /// Sends the command for the coming cycle. Instead of a refused command the last one stays in force, or the arm brakes.
+    /// Sends the command for the coming cycle. If the arm refuses it, the last command stays in force or the arm brakes.
     ///
     /// # Errors
     /// A lost connection, NaN, or a command outside the arm's limits.
     fn command(&mut self, command: ArmCommand) -> Result<(), Self::Error>;
 
-    /// Does this error of [`command`](Self::command) concern this cycle only? The arm brakes or holds, and commands may be taken again
-    /// later. By default none does.
+    /// Does this error of [`command`](Self::command) concern this cycle only? Then the arm brakes or holds, and may accept later commands. By default
+    /// no error is transient.
     #[must_use]
     fn is_transient(_error: &Self::Error) -> bool {
         false

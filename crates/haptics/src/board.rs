@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// The rolls at which a square board covers the same area, rad.
 pub const QUARTER_TURNS_RAD: [f64; 4] = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
 
-/// Below this sine of the slope a surface counts as horizontal, and its roll is measured from world x.
+/// Surfaces with a slope below this sine count as horizontal; their roll is measured from world x.
 const LYING_SINE: f64 = 0.1;
 
 /// A flat rectangular board mounted square and centred on the flange.
@@ -20,7 +20,7 @@ pub struct Board {
     pub half_width_m: f64,
     /// Half of the extent along the flange's y axis, m; default 0.1.
     pub half_height_m: f64,
-    /// From the flange to the face that is touched, mount included, m; default 0.02.
+    /// From the flange to the touched face, mount included, m; default 0.02.
     pub thickness_m: f64,
 }
 
@@ -47,7 +47,7 @@ impl Board {
         Ok(())
     }
 
-    /// The tool frame of the board: origin in the middle of the touched face, z along the face's
+    /// The tool frame of the board: origin in the centre of the touched face, z along the face's
     /// outward normal (towards the hand), x and y those of the flange.
     ///
     /// # Errors
@@ -91,8 +91,8 @@ impl PlaceTolerance {
         Ok(())
     }
 
-    /// Does a board in this pose stand where a surface is touched? `normal` is the unit normal of the surface at
-    /// the point (m); both are in the frame of the pose.
+    /// Is a board in this pose in place for a touch at `point_m` (m)? `normal` is the surface's unit normal at the point; both are in the frame of
+    /// the pose.
     #[must_use]
     pub fn holds(
         &self,
@@ -109,35 +109,34 @@ impl PlaceTolerance {
     }
 }
 
-/// Where the board is wanted: a point of a virtual surface, in the robot base frame.
+/// A target for the board: a point of a virtual surface, in the robot base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardTarget {
-    /// Point where the middle of the face shall be, m.
+    /// Target for the centre of the face, m.
     pub point_m: DVec3,
     /// Outward normal of the surface, towards the hand; any length but zero.
     pub normal: DVec3,
-    /// When the prediction behind it was made, s, on the renderer's clock.
+    /// Time at which the underlying prediction was made, s, on the renderer's clock.
     pub stamp_s: f64,
-    /// Roll about the normal, rad, see [`board_pose`]. Only this roll and the one half a turn further may be
-    /// used, for a board with a texture. `None`: the rolls of the [`FollowerConfig`](crate::FollowerConfig).
+    /// Roll about the normal, rad, see [`board_pose`]. A board with a texture may use only this roll or the roll half a turn further. `None`: the
+    /// rolls of the [`FollowerConfig`](crate::FollowerConfig).
     pub roll_rad: Option<f64>,
     /// How far behind the surface the board waits, m; 0 presents the surface.
     pub behind_m: f64,
-    /// How far the middle of the face may be from the point along the x and y axes of the surface
-    /// ([`surface_axes`]), the half axes of an ellipse, m: what the size of the face leaves when the uncertainty of the point is taken off. The middle
-    /// that is reached soonest is taken, and the board stands still while the point stays within.
+    /// Half axes of an ellipse within which the centre of the face may lie around the point, along the x and y axes of the surface
+    /// ([`surface_axes`]), m: the size of the face less the uncertainty of the point. The board takes the centre that it reaches soonest and stands
+    /// still while the point stays within.
     pub slack_m: [f64; 2],
-    /// The goal configuration is sought close to this one, rad; `None`: close to where the arm is.
+    /// Choose the goal configuration close to this one, rad; `None`: close to the arm's configuration.
     pub near: Option<JointPositions>,
-    /// For a hand that is expected before the board: within these half axes, m, as for `slack_m` and no larger, a middle that is reached
-    /// sooner is taken although the goal in force is within the slack; it is looked for again once the smaller of them has grown by
-    /// 1 cm. `None`: the goal in force stays. Without effect for an arm that
-    /// [searches](hwall_kinematics::ArmKinematics::searches).
+    /// For a hand that is expected before the board: within these half axes, m, no larger than `slack_m`, the board takes a centre that it reaches
+    /// sooner even if the goal in force is within the slack. The search repeats once the smaller half axis has grown by 1 cm. `None`: the goal in
+    /// force stays. No effect for an arm that [searches](hwall_kinematics::ArmKinematics::searches).
     pub sooner_within_m: Option<[f64; 2]>,
 }
 
 impl BoardTarget {
-    /// The middle of the face exactly on a point of a surface, at any roll.
+    /// The centre of the face exactly on a point of a surface, at any roll.
     #[must_use]
     pub const fn new(point_m: DVec3, normal: DVec3, stamp_s: f64) -> Self {
         Self {
@@ -152,7 +151,7 @@ impl BoardTarget {
         }
     }
 
-    /// The same but for the stamp?
+    /// Are the targets equal apart from the stamp?
     #[must_use]
     pub fn is_same_place(&self, other: &Self) -> bool {
         Self {
@@ -165,9 +164,8 @@ impl BoardTarget {
 /// `base_from_board` for a board whose face meets `point_m` (m) on a surface with the given
 /// outward normal (towards the hand; any length but zero).
 ///
-/// The board's z axis is the normal. At roll 0 its y axis points as far up (world z) as the
-/// surface allows; on a surface within 5.7 degrees (sine 0.1) of horizontal, where "up" means little,
-/// it points along world x instead. `roll_rad` then turns the board about its z axis.
+/// The board's z axis is the normal. At roll 0 its y axis points as far up (world z) as the surface allows. On a surface within 5.7 degrees (sine
+/// 0.1) of horizontal, "up" is ill-defined and y points along world x instead. `roll_rad` then turns the board about its z axis.
 ///
 /// # Errors
 /// NaN or infinity, or a normal without a direction (length below 1e-12).

@@ -32,7 +32,7 @@ pub enum HapticsError {
 }
 
 impl From<GeometryError> for HapticsError {
-    /// A NaN is the same fault wherever it is found.
+    /// A NaN is the same error wherever it is found.
     fn from(error: GeometryError) -> Self {
         match error {
             GeometryError::Argument(argument) => Self::Argument(argument),

@@ -1,19 +1,18 @@
-//! How far a command goes on in one step of the loop, when the loop comes late.
+//! Limits how far a command advances in a step of the loop that comes late.
 
-/// A step that comes late goes on by at most so many usual ones.
+/// A late step advances by at most this many nominal steps.
 const LATE_STEPS: f64 = 4.0;
-/// Share of a new step in the usual one.
+/// Weight of a new step in the average of the nominal step.
 const USUAL_SHARE: f64 = 0.1;
 
-/// The step that the loop usually makes. After a stall a command goes on from where it was, instead of leaping to where it would
-/// have been.
+/// Running average of the loop's step. After a stall a command resumes from where it was instead of jumping ahead.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct UsualStep {
     usual_s: Option<f64>,
 }
 
 impl UsualStep {
-    /// The time by which a command goes on, s, of the time since the last step; at most `most_s`.
+    /// Time by which a command advances, s, given the time since the last step; at most `most_s`.
     pub(crate) fn advance(&mut self, elapsed_s: f64, most_s: f64) -> f64 {
         let usual_s = self.usual_s.unwrap_or(most_s);
         let step_s = elapsed_s.min(most_s).min(LATE_STEPS * usual_s);
@@ -24,7 +23,7 @@ impl UsualStep {
         step_s
     }
 
-    /// The usual step, s; `None` before the first.
+    /// The nominal step, s; `None` before the first.
     pub(crate) const fn usual_s(&self) -> Option<f64> {
         self.usual_s
     }
@@ -55,7 +54,7 @@ mod tests {
         }
         let slower = (0..100).map(|_| steps.advance(0.02, MOST_S));
         assert_eq!(slower.last(), Some(0.02));
-        // One without time, as of a clock that stood, is none.
+        // A step of zero length (the clock stood still) is ignored.
         assert_eq!(steps.advance(0.0, MOST_S), 0.0);
         assert_eq!(steps.advance(0.02, MOST_S), 0.02);
     }

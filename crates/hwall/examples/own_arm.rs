@@ -10,7 +10,7 @@ use hwall::{Session, SessionConfig, SessionState, maps_of};
 use std::io::{self, Write};
 use std::{convert::Infallible, error::Error};
 
-/// Your driver: this one is an ideal arm that is where it was told to be.
+/// Your driver: this one is an ideal arm that is always where it was commanded.
 struct MyArm(ArmState);
 
 impl Arm for MyArm {

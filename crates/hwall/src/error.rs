@@ -1,7 +1,7 @@
 //! The one error type of the crate.
 
-/// What is wrong with a setting, a scene or the place of the world. Bad frames and states are not errors: they end in a hold
-/// with its reason ([`SessionState`](crate::SessionState)).
+/// What is wrong with a setting, a scene or the pose of the world. Bad frames and states are not errors: the session holds and states the
+/// reason ([`SessionState`](crate::SessionState)).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {
@@ -17,19 +17,19 @@ pub enum SessionError {
     /// A setting of the prediction.
     #[error(transparent)]
     Contact(#[from] hwall_contact::ContactError),
-    /// Demonstrations or samples that a primitive refuses.
+    /// Demonstrations or samples that an interaction primitive rejects.
     #[error(transparent)]
     Primitive(#[from] hwall_bip::BipError),
-    /// A demonstration of a response has not as many configurations as samples of the hand, or fewer than two of them.
+    /// A demonstration of a response has different numbers of configurations and hand samples, or fewer than two of them.
     #[error(
         "demonstration {number}: {frames} samples of the hand and {joints} configurations, not equally many and at least 2"
     )]
     Demonstration {
-        /// Which one, from 0.
+        /// Index of the demonstration, from 0.
         number: usize,
-        /// Its samples of the hand.
+        /// Number of samples of the hand.
         frames: usize,
-        /// Its configurations.
+        /// Number of configurations.
         joints: usize,
     },
     /// No point of the hand was seen in all demonstrations.
@@ -41,10 +41,10 @@ pub enum SessionError {
     /// Limits of the motion.
     #[error(transparent)]
     Motion(#[from] hwall_arrival::motion::MotionError),
-    /// Neither atlas nor waiting posture can be found.
+    /// The atlas or the waiting posture cannot be found.
     #[error(transparent)]
     Arrival(#[from] hwall_arrival::ArrivalError),
-    /// A scene with more upright pieces of surfaces than the board can be kept behind in every cycle.
+    /// The scene has more upright surface pieces than the board can be kept behind in every cycle.
     #[error(
         "the scene has {count} upright pieces of surfaces, and the board is kept behind no more than {most}: fewer, larger ones \
          serve as well, and what is out of the arm's reach may be left out"
@@ -61,11 +61,11 @@ pub enum SessionError {
     /// The scene cannot be used.
     #[error(transparent)]
     Scene(#[from] hwall_scene::SceneError),
-    /// The roughnesses of the scene have no levels.
+    /// The roughnesses of the scene do not fit the texture levels.
     #[cfg(feature = "texture")]
     #[error(transparent)]
     Texture(#[from] hwall_texton::TextonError),
-    /// The place of the virtual world is older than the one before.
+    /// The pose of the virtual world is older than the one before.
     #[error("the place of the world is {by_s} s older than the one before")]
     WorldTimeReversed {
         /// By how much, s.

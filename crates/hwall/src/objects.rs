@@ -9,13 +9,13 @@ use hwall_scene::{Mechanics, Scene, SceneError, SlidingPart, SurfaceId, SurfaceK
 pub struct SceneObject {
     /// The surface.
     pub surface: SurfaceId,
-    /// How it moves; its position is the surface's opening.
+    /// How it moves; the position of the object is the opening of the surface.
     pub config: ObjectConfig,
-    /// What its position means, in the frame of the scene: the base frame.
+    /// Path of its positions in the frame of the scene, which is the base frame.
     pub path: ObjectPath,
 }
 
-/// What an object has of which its sidecar says nothing.
+/// Mechanics of an object if its sidecar states none.
 struct Defaults {
     /// kg m² or kg.
     inertia: f64,
@@ -25,7 +25,7 @@ struct Defaults {
     damping: f64,
 }
 
-/// A leaf of 20 kg and 0.8 m: 20 · 0.8² / 3. It comes to rest within some seconds.
+/// A door leaf of 20 kg and 0.8 m: 20 · 0.8² / 3. It comes to rest within a few seconds.
 const DOOR: Defaults = Defaults {
     inertia: 4.3,
     stiffness: 0.0,
@@ -37,22 +37,22 @@ const PANEL: Defaults = Defaults {
     stiffness: 0.0,
     damping: 10.0,
 };
-/// Half full.
+/// A half-full drawer.
 const DRAWER: Defaults = Defaults {
     inertia: 3.0,
     stiffness: 0.0,
     damping: 10.0,
 };
-/// Comes back by itself; damping ratio 0.35.
+/// Springs back; damping ratio 0.35.
 const BUTTON: Defaults = Defaults {
     inertia: 0.05,
     stiffness: 400.0,
     damping: 3.0,
 };
 
-/// The surface as an object that can be pushed; `None` for what does not move.
+/// The surface as an object that can be pushed; `None` if it does not move.
 ///
-/// What its sidecar leaves out is zero, but for these:
+/// Values that the sidecar leaves out are zero, except for these:
 ///
 /// | kind | inertia | stiffness | damping |
 /// | --- | --- | --- | --- |
@@ -62,7 +62,7 @@ const BUTTON: Defaults = Defaults {
 /// | `button` | 0.05 kg | 400 N/m | 3 N s/m |
 ///
 /// # Errors
-/// A surface of another scene; numbers that are valid one by one and too far apart together.
+/// A surface of another scene; values that are valid individually, but not in combination.
 pub fn object_of(
     scene: &Scene,
     surface: SurfaceId,
@@ -117,7 +117,7 @@ pub fn objects_of(scene: &Scene) -> Result<Vec<SceneObject>, SessionError> {
     Ok(objects)
 }
 
-/// How the moving surfaces of a scene move.
+/// Paths of the moving surfaces of a scene.
 pub(crate) fn paths_of(scene: &Scene) -> Result<Vec<(SurfaceId, ObjectPath)>, SessionError> {
     let objects = objects_of(scene)?.into_iter();
     Ok(objects.map(|found| (found.surface, found.path)).collect())

@@ -1,4 +1,4 @@
-//! A board with bumps that is rolled before a touch and moved during it, so that it feels as rough as what it stands for.
+//! A board with bumps that is rolled before a touch and moved during it, so that it feels as rough as the surface it represents.
 
 use crate::error::SessionError;
 use crate::fingertip::Fingertip;
@@ -15,34 +15,34 @@ use hwall_texton::{
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
-/// Orientations of the published study, degrees, ...
+/// Orientations of the published study, degrees.
 const ORIENTATIONS_DEG: [f64; 5] = [0.0, 45.0, 63.43, 71.57, 90.0];
-/// ... and its speeds, mm/s, without the resting board: a finger at rest feels no texture then.
+/// Speeds of the published study, mm/s, without 0: on a board at rest, a finger at rest feels no texture.
 const SPEEDS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
 
-/// A finger slower than this counts as resting, m/s: tremor and the noise of a tracker come to half of that.
+/// A finger slower than this counts as resting, m/s; tremor and tracker noise reach half of it.
 const RESTS_M_PER_S: f64 = 0.05;
-/// For this time after it lands a finger still carries the motion of its reach, which is not a scan, s.
+/// After landing, a finger still carries the motion of its reach for this time, s; that is not a scan.
 const LANDING_S: f64 = 0.2;
-/// Places of the stroke that are asked about in a step: also at 5 ms a step they run ahead of the fastest board.
+/// Points of the stroke that are tested in a step; even at 5 ms a step, they stay ahead of the fastest board.
 const PROBES: usize = 2;
-/// Unit vectors that differ by less are the same: no more than a measured pose is worth.
+/// Unit vectors that differ by less are equal: a measured pose is no more accurate.
 const TURNED: f64 = 1e-6;
 /// Time constant of the estimated scan, s.
 const SCAN_S: f64 = 0.05;
 
-/// Which orientation and speed of the released bumpy patch stands for each roughness of a scene.
+/// Orientation and speed of the released bumpy patch for each roughness of a scene.
 #[derive(Debug, Clone)]
 pub struct TextureLevels {
     texture: Texture,
     model: Vibration,
     encoding: Encoding,
-    /// At rest; gives the roll at which a level is presented.
+    /// Motion at rest; gives the roll at which a level is presented.
     motion: TextureMotion,
 }
 
 impl TextureLevels {
-    /// The released patch, for the roughnesses of a scene; `None` for a scene without any.
+    /// Levels of the released patch for the roughnesses of a scene; `None` if it has none.
     ///
     /// # Errors
     /// More roughnesses than there are levels.
@@ -64,7 +64,7 @@ impl TextureLevels {
         }))
     }
 
-    /// One level for every surface that has a roughness, whatever that is: a study's condition.
+    /// One level for all surfaces that have a roughness, whatever its value: a study's condition.
     ///
     /// # Errors
     /// A level with a speed or a magnitude that is not finite.
@@ -77,22 +77,21 @@ impl TextureLevels {
         })
     }
 
-    /// The levels of the scene's roughnesses, from the smoothest.
+    /// The levels for the scene's roughnesses, smoothest first.
     #[must_use]
     pub fn levels(&self) -> &[Level] {
         self.encoding.levels()
     }
 
-    /// How rough the patch feels at an orientation and a speed, according to the model that chose the levels; `None`
-    /// beyond the range of the model.
+    /// Perceived roughness of the patch at an orientation and a speed, by the model that chose the levels; `None` outside the range of the
+    /// model.
     #[must_use]
     pub fn magnitude(&self, scan: ScanAngle, speed_mm_per_s: f64) -> Option<f64> {
         let predicted = self.model.predict(&self.texture, scan, speed_mm_per_s);
         predicted.ok()?.value()
     }
 
-    /// The roll of the board that presents a roughness, rad, half a turn more or less; `None` for a roughness that is not of the
-    /// scene.
+    /// Roll of the board that presents a roughness (the nearest one of the scene), rad, modulo half a turn; `None` for NaN.
     #[must_use]
     pub fn roll_of_rad(&self, roughness: f64) -> Option<f64> {
         let level = self.encoding.level_for(roughness)?;
@@ -113,12 +112,12 @@ impl TextureLevels {
     }
 }
 
-/// Can the arm present the board here? For any arm, without allocation.
+/// Tests whether the arm can present the board at a place. For any arm, without allocation.
 #[derive(Debug, Clone)]
 pub(crate) struct Presenter {
     arm: Arc<dyn ArmKinematics>,
     scratch: ArmScratch,
-    /// Where the next search starts, and where it starts again if that leads nowhere: the first place on the other side of a stroke.
+    /// Start of the next search; if it fails, the search restarts at `first`, as it must on the other side of a stroke.
     reference: JointPositions,
     first: JointPositions,
     policy: BranchPolicy,
@@ -136,11 +135,11 @@ impl Presenter {
         }
     }
 
-    /// From now on only what lies beside these joints (rad), or beside what was presented last, counts, as for a motion that starts
-    /// there. The board is to be turned by `roll_rad` first.
+    /// From now on only solutions next to these joints (rad), or next to the last solution, count, as for a motion that starts there. The
+    /// board is first turned by `roll_rad`.
     fn near(&mut self, q: &JointPositions, roll_rad: f64) {
         (self.reference, self.first) = (*q, *q);
-        // Where the last joint does not turn the board it is looked for on the branch.
+        // If the last joint does not turn the board, solutions are sought on the same branch.
         self.policy = BranchPolicy::Keep;
         let Some(last) = self.arm.joint_count().checked_sub(1) else {
             return;
@@ -180,7 +179,7 @@ impl Presenter {
 /// A touch of a surface that has a roughness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TexturedTouch {
-    /// The surface that the board stands for.
+    /// The surface that the board represents.
     pub surface: SurfaceId,
     /// Its roughness in the scene.
     pub roughness: f64,
@@ -197,7 +196,7 @@ pub struct BoardTexture {
     encoding: Encoding,
     motion: TextureMotion,
     touch: Option<Touched>,
-    /// The newest finger; one that the tracker loses during a touch is assumed to stay where it was.
+    /// The newest finger; if the tracker loses it during a touch, it is assumed to stay in place.
     fingertip: Option<Fingertip>,
 }
 
@@ -206,9 +205,9 @@ pub struct BoardTexture {
 struct Touched {
     touch: TexturedTouch,
     began_s: f64,
-    /// Middle of the board where the motion's displacement is zero, m; on a moving object where that was when the touch began.
+    /// Middle of the board at zero displacement, m; on a moving object, where this point was when the touch began.
     origin_m: DVec3,
-    /// Where its stroke begins, m, the normal of its face there, and its roll on it, rad.
+    /// Start of its stroke, m, the normal of its face there, and its roll on it, rad.
     stroke_from_m: DVec3,
     normal: DVec3,
     roll_rad: f64,
@@ -221,7 +220,7 @@ struct Touched {
 pub(crate) struct TextureInput {
     /// Is the board touched?
     pub(crate) touched: bool,
-    /// The surface that the board stands for, and its roughness in the scene.
+    /// The surface that the board represents, and its roughness in the scene.
     pub(crate) surface: Option<SurfaceId>,
     pub(crate) roughness: Option<f64>,
     /// The finger, while the hand is tracked.
@@ -230,10 +229,10 @@ pub(crate) struct TextureInput {
     pub(crate) surface_motion: SurfaceMotion,
 }
 
-/// How a touched panel or drawer moves, base frame; at rest for what stands.
+/// Motion of a touched panel or drawer, base frame; zero for fixed surfaces.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct SurfaceMotion {
-    /// How far it has come since the touch began, m.
+    /// Displacement since the touch began, m.
     pub(crate) by_m: DVec3,
     /// m/s.
     pub(crate) velocity_m_per_s: DVec3,
@@ -245,7 +244,7 @@ pub(crate) struct TextureStep {
     pub(crate) slide: Option<Slide>,
     /// The touch that begins with this step.
     pub(crate) started: Option<TexturedTouch>,
-    /// The motion begins to end with this step: the end of the stroke or of the face is near.
+    /// The motion starts to end with this step: the end of the stroke or of the face is near.
     pub(crate) ended: bool,
 }
 
@@ -308,7 +307,7 @@ impl BoardTexture {
         }
         let in_plane = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
         let landed = now_s - touch.began_s >= LANDING_S;
-        // A finger that goes along with what it touches does not scan it.
+        // A finger that moves along with the surface does not scan it.
         let surface = input.surface_motion;
         let finger = FingerState {
             point_m: in_plane(fingertip.point_m - touch.origin_m - surface.by_m),
@@ -318,12 +317,12 @@ impl BoardTexture {
                 DVec2::ZERO
             },
         };
-        // Inputs are finite and the renderer accepted the clock; if the motion refuses them all the same, the board stands still.
+        // Inputs are finite and the renderer accepted the clock; if the motion still rejects them, the board stands still.
         let Ok(moved) = self.motion.step(now_s, Some(finger), &touch.touch.level) else {
             return step;
         };
         let at_end = matches!(moved.limited, Some(Limit::Face | Limit::Stroke));
-        // While its end is looked for, a stroke is short only for the moment.
+        // While the end of a stroke is still being probed, the limit is preliminary.
         if touch.going && at_end && !self.motion.is_probing() {
             touch.going = false;
             step.ended = true;
@@ -351,7 +350,7 @@ impl BoardTexture {
         let rest = self.motion.step(now_s, None, &level).ok()?.displacement_m;
         let in_space = |v: DVec2| axes[0] * v.x + axes[1] * v.y;
         let at_m = base_from_board.position_m();
-        // Both directions along the bumps feel the same; the one with more of the face ahead is chosen.
+        // Both directions along the bumps feel the same; choose the one with more of the face ahead.
         let off_m = (finger_m - at_m).dot(axes[0]);
         let expected_rad = if off_m > 0.0 { PI } else { 0.0 };
         self.motion.scan_mut().expect(expected_rad).ok()?;
@@ -379,7 +378,7 @@ impl BoardTexture {
         })
     }
 
-    /// No touch: the motion goes back to where it began. Was a board stopped that still moved?
+    /// Without a touch, the motion returns to its start. Returns whether this stopped a moving board.
     fn rest(&mut self, now_s: f64, roughness: Option<f64>) -> bool {
         let ended = self.touch.take();
         if ended.is_some() {
@@ -406,7 +405,7 @@ fn motion(board: &Board) -> Result<TextureMotion, SessionError> {
     })?)
 }
 
-/// All levels that the patch can present, with their roughness according to a model.
+/// All levels that the patch can present, with their roughness predicted by a model.
 fn levels(texture: &Texture, model: &dyn RoughnessModel) -> Result<Vec<Level>, SessionError> {
     let mut levels = Vec::new();
     for deg in ORIENTATIONS_DEG {

@@ -1,4 +1,4 @@
-//! The upright pieces of a scene, and the barriers that they are.
+//! The upright surface pieces of a scene, as barriers.
 
 use crate::error::SessionError;
 use glam::DVec3;
@@ -6,12 +6,12 @@ use hwall_haptics::{Barrier, surface_axes};
 use hwall_numeric::check::finite;
 use hwall_scene::Scene;
 
-/// A session follows no more pieces than this.
+/// Most pieces that a session tracks.
 const MOST: usize = 2048;
-/// Surfaces whose plane passes the base at less than this are no barriers, m.
+/// Surfaces whose plane is closer to the base than this are no barriers, m.
 const LEAST_BARRIER_M: f64 = 0.3;
 
-/// Surfaces that the board stays behind: the vertical ones of the scene, seen from the base of the arm.
+/// Barriers that the board stays behind: the vertical surfaces of the scene, as seen from the base of the arm.
 ///
 /// # Errors
 /// A facet without a direction.
@@ -23,8 +23,7 @@ pub fn barriers_of(scene: &Scene) -> Result<Vec<Barrier>, SessionError> {
     Ok(barriers)
 }
 
-/// A flat piece of a surface in the base frame as a barrier; `None` for one whose plane passes close to the base, or without
-/// extent.
+/// A flat surface piece in the base frame as a barrier; `None` if its plane passes close to the base or it has no extent.
 ///
 /// # Errors
 /// NaN, infinity, or no direction.
@@ -34,7 +33,7 @@ pub(crate) fn barrier_of(
     outline_m: &[DVec3],
 ) -> Result<Option<Barrier>, SessionError> {
     let distance_m = normal.dot(point_m);
-    // A plane that passes close to the base has no side that is clearly the arm's.
+    // If a plane passes close to the base, it is unclear which side is the arm's.
     if distance_m.abs() < LEAST_BARRIER_M {
         return Ok(None);
     }
@@ -50,7 +49,7 @@ pub(crate) fn barrier_of(
     };
     let ((at_x, half_x), (at_y, half_y)) = (along(x), along(y));
     let middle_m = x * at_x + y * at_y + outwards * point_m.dot(outwards);
-    // A facet without extent cannot be met.
+    // A facet without extent blocks nothing.
     if half_x > 0.0 && half_y > 0.0 {
         Ok(Some(Barrier::new(middle_m, outwards, [half_x, half_y])?))
     } else {
@@ -58,7 +57,7 @@ pub(crate) fn barrier_of(
     }
 }
 
-/// Rejects more pieces than a session follows.
+/// Rejects more pieces than a session tracks.
 pub(crate) fn within_limit(count: usize) -> Result<(), SessionError> {
     match count > MOST {
         true => Err(SessionError::TooManyUprightPieces { count, most: MOST }),
@@ -66,7 +65,7 @@ pub(crate) fn within_limit(count: usize) -> Result<(), SessionError> {
     }
 }
 
-/// Names a scene of more upright pieces than a session follows, before minutes are spent on it.
+/// Rejects a scene with too many upright pieces before minutes are spent on it.
 pub(crate) fn check_pieces(scene: &Scene) -> Result<(), SessionError> {
     within_limit(scene.vertical_facets().len())
 }

@@ -1,4 +1,4 @@
-//! The walls of a scene, as maps of where the arm can present its board.
+//! Maps of where the arm can present its board on the walls of a scene.
 
 use crate::error::SessionError;
 #[cfg(feature = "texture")]
@@ -29,8 +29,8 @@ pub fn facets_of(scene: &Scene) -> Vec<WallFacet> {
     scene.vertical_facets().into_iter().map(facet).collect()
 }
 
-/// Maps of the vertical surfaces of a scene in the arm's base frame: only their planes and their heights, and only of
-/// surfaces within the arm's length. The tool of the arm is the face of the board; any quarter turn of the board counts.
+/// Maps of the vertical surfaces of a scene in the arm's base frame: planes and heights only, and only of surfaces within the arm's length.
+/// The tool of the arm is the face of the board; any quarter turn of the board counts.
 ///
 /// # Errors
 /// As for [`WallMaps::build`].
@@ -42,12 +42,12 @@ pub fn maps_of(scene: &Scene, arm: &SrsArm) -> Result<WallMaps, SessionError> {
     )?)
 }
 
-/// Which places people touch: what the arm waits for.
+/// Places that people are likely to touch; the waiting posture is chosen for them.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LikelyTouches {
-    /// Any place of the walls in a range.
+    /// Any place on the walls within a range.
     InRange(TouchRange),
-    /// Places such as these, for instance those that people touched before. Those out of reach do not count.
+    /// Places like these, for instance previously touched ones. Unreachable ones do not count.
     Such(Vec<WeightedTarget>),
 }
 
@@ -57,21 +57,21 @@ impl Default for LikelyTouches {
     }
 }
 
-/// What is found out about the walls of a scene.
+/// Settings of [`Walls::of`].
 #[derive(Debug, Clone)]
 pub struct WallsConfig {
-    /// Limits of the motion; those of the session.
+    /// Limits of the motion; the same as in the session.
     pub motion: MotionConfig,
     /// Which places people touch.
     pub touches: LikelyTouches,
-    /// How the waiting posture is found: for people who leave the arm as much time as is usual.
+    /// How the waiting posture is found, for people who leave the arm the default time.
     pub waiting: WaitingConfig,
-    /// How much time others leave, s: for each a posture and an atlas, to which a session turns once it knows a person. Default
-    /// [`WallsConfig::OTHER_BUDGETS_S`]; none: everybody is waited for alike.
+    /// Other available times, s. For each, a posture and an atlas are built, which a session uses once it knows the person. Default
+    /// [`WallsConfig::OTHER_BUDGETS_S`]; empty: one posture for everybody.
     pub other_budgets_s: Vec<f64>,
-    /// How the atlas is made.
+    /// How the atlas is built.
     pub atlas: AtlasConfig,
-    /// Does the board present the roughness of surfaces, which takes a roll of its own? As in the session; default yes.
+    /// Does the board present the roughness of surfaces, which requires a specific roll? As in the session; default yes.
     pub texture: bool,
 }
 
@@ -89,32 +89,32 @@ impl Default for WallsConfig {
 }
 
 impl WallsConfig {
-    /// The default of [`Self::other_budgets_s`], s: people in a hurry, and those between. For those who take their time the arm waits
-    /// well where it usually does.
+    /// The default of [`Self::other_budgets_s`], s: for people in a hurry and for those in between. For slow people the default posture
+    /// works well.
     pub const OTHER_BUDGETS_S: [f64; 2] = [0.5, 0.68];
 }
 
-/// How soon the arm is at the walls from where it waits for people who leave it a certain time.
+/// How soon the arm reaches the walls from the waiting posture for people who leave it a certain time.
 #[derive(Debug, Clone)]
 pub struct BudgetAtlas {
-    /// That time, s.
+    /// Available time, s.
     pub budget_s: f64,
     /// From [`Atlas::waiting`].
     pub atlas: Arc<Atlas>,
 }
 
-/// What is known of the walls of a scene beforehand, for one arm.
+/// Prior knowledge of the walls of a scene, for one arm.
 #[derive(Debug, Clone)]
 pub struct Walls {
-    /// Where the arm can present them.
+    /// Where the arm can present the board.
     pub maps: WallMaps,
-    /// From which configuration, and how soon; `None`: the solver decides alone.
+    /// With which configuration, and how soon; `None`: the solver decides alone.
     pub atlas: Option<Arc<Atlas>>,
-    /// Where the arm waits while nothing is about to be touched, rad; `None`: where it is.
+    /// Waiting posture while nothing is about to be touched, rad; `None`: the arm stays where it is.
     pub waiting: Option<JointPositions>,
-    /// The time that people leave for whom it waits there, s.
+    /// Available time that this posture is chosen for, s.
     pub budget_s: f64,
-    /// The same for people who leave another time: once a session knows a person, it takes what is nearest.
+    /// Postures for other available times: once a session knows a person, it uses the nearest.
     pub others: Vec<BudgetAtlas>,
 }
 
@@ -131,12 +131,12 @@ impl Default for Walls {
 }
 
 impl Walls {
-    /// Maps, waiting posture and atlas of the vertical surfaces of a scene in the arm's base frame. The tool of the arm is the
-    /// face of the board. A scene without a wall within reach has neither posture nor atlas; an arm without a closed form has no
-    /// maps. Takes about a second for a room, ten for an arm without a closed form.
+    /// Maps, waiting posture and atlas of the vertical surfaces of a scene in the arm's base frame. The tool of the arm is the face of the
+    /// board. Without a wall within reach there is neither posture nor atlas; for an arm without a closed form there are no maps. Takes
+    /// about a second for a room, ten for an arm without a closed form.
     ///
     /// # Errors
-    /// As for [`maps_of`]; a setting outside its range; [`SessionError::TooManyUprightPieces`], as a session would say.
+    /// As for [`maps_of`]; a setting outside its range; [`SessionError::TooManyUprightPieces`], as for a session.
     pub fn of(
         scene: &Scene,
         arm: &dyn ArmKinematics,
@@ -182,7 +182,7 @@ impl Walls {
             ) => return Ok(maps.into()),
             Err(error) => return Err(error.into()),
         };
-        // The arm turns to another posture between two touches of somebody in a hurry, so it must not be far away.
+        // The arm changes to this posture between two touches of a person in a hurry, so it must be close.
         let posture_for = |budget_s: f64| {
             let waiting = WaitingConfig {
                 budget_s,
@@ -211,7 +211,7 @@ impl Walls {
             let atlas = &config.atlas;
             match arm.closed_form() {
                 Some(arm) => Atlas::build(arm, &maps, extent, &limits, &q, atlas).map(Some),
-                // A search may miss what is within reach: the session then has no atlas.
+                // A search may miss reachable places: the session then has no atlas.
                 None => match Atlas::search(arm, &facets, extent, &limits, &q, atlas) {
                     Err(ArrivalError::NoWalls | ArrivalError::OutOfReach { .. }) => Ok(None),
                     searched => searched.map(Some),
@@ -256,9 +256,9 @@ impl Walls {
     }
 }
 
-/// The arm turns to another posture between two touches: it must be there within this time, s ...
+/// Longest time to change between waiting postures, between two touches, s.
 const MOST_TURN_S: f64 = 0.6;
-/// ... and stand as far behind the surfaces as the usual one, but for this, m.
+/// Another posture may be this much closer to the surfaces than the default one, m.
 const SPARE_M: f64 = 0.005;
 
 /// Places that people touch, with the rolls that their textures need.
@@ -294,7 +294,7 @@ fn targets_of(
     Ok(targets)
 }
 
-/// A place this near to a surface is on it, m.
+/// A place within this distance of a surface is on it, m.
 #[cfg(feature = "texture")]
 const BESIDE_M: f64 = 0.05;
 

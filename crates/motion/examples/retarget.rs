@@ -1,4 +1,4 @@
-//! How long does the arm need, what does it do meanwhile, and what if it is told otherwise half way?
+//! How long does the arm need, what does it do meanwhile, and what if the goal changes half way?
 //!
 //! `cargo run -p hwall-motion --example retarget`
 

@@ -1,32 +1,32 @@
-//! Jerk-limited, time-optimal motion of a single joint, in closed form but for one root.
+//! Jerk-limited, time-optimal motion of a single joint, in closed form except for one root.
 
 use crate::error::MotionError;
 use hwall_numeric::check::within;
 
 /// Angle, velocity and acceleration of one joint.
 ///
-/// If any of them is NaN, so is what is computed from it.
+/// NaN in any of them makes every result NaN.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointPoint {
-    /// rad.
+    /// Angle, rad.
     pub q_rad: f64,
-    /// rad/s.
+    /// Velocity, rad/s.
     pub qd_rad_per_s: f64,
-    /// rad/s².
+    /// Acceleration, rad/s².
     pub qdd_rad_per_s2: f64,
 }
 
 /// Ranges of speed and acceleration of one joint, and its largest jerk.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointBounds {
-    /// Least and largest velocity, rad/s.
+    /// Smallest and largest velocity, rad/s.
     velocity: [f64; 2],
-    /// Least and largest acceleration, rad/s².
+    /// Smallest and largest acceleration, rad/s².
     acceleration: [f64; 2],
     jerk: f64,
 }
 
-/// What a moving frame always leaves a joint, as a share of its full acceleration.
+/// Least acceleration that a moving frame leaves a joint, as a share of its full range.
 const LEAST_SHARE: f64 = 1e-9;
 
 impl JointBounds {
@@ -77,15 +77,15 @@ impl JointBounds {
         self
     }
 
-    /// The same with a larger acceleration in both directions, by a share of it that is not negative.
+    /// The same with the acceleration increased in both directions by a share of itself; negative shares count as 0.
     #[must_use]
     pub fn with_more_acceleration(mut self, share: f64) -> Self {
         self.acceleration = self.acceleration.map(|a| a * (1.0 + share.max(0.0)));
         self
     }
 
-    /// What these bounds leave for the motion relative to a frame that moves at a velocity, with an acceleration between
-    /// two, all within the bounds. A hair of acceleration is always left.
+    /// The bounds that remain for motion relative to a frame with this velocity and an acceleration between these two. A minimal acceleration always
+    /// remains.
     #[must_use]
     pub fn beside(&self, velocity_rad_per_s: f64, acceleration_rad_per_s2: [f64; 2]) -> Self {
         let [lo, hi] = self.acceleration;
@@ -104,14 +104,14 @@ impl JointBounds {
     }
 }
 
-/// A stretch of constant jerk.
+/// An interval of constant jerk.
 #[derive(Debug, Clone, Copy, Default)]
 struct Stretch {
     time_s: f64,
     jerk: f64,
 }
 
-/// The quickest way to a velocity at which the acceleration is zero: jerk, constant acceleration, jerk.
+/// The quickest transition to a velocity with zero acceleration: jerk, constant acceleration, jerk.
 #[derive(Debug, Clone, Copy)]
 struct SpeedChange {
     stretches: [Stretch; 3],
@@ -122,7 +122,7 @@ impl SpeedChange {
     fn new(from: &JointPoint, end_rad_per_s: f64, bounds: &JointBounds) -> Self {
         let jerk = bounds.jerk;
         let (v, a) = (from.qd_rad_per_s, from.qdd_rad_per_s2);
-        // Where the velocity goes if the acceleration is taken back at once says in which direction to jerk.
+        // The velocity after an immediate return to zero acceleration gives the direction of the jerk.
         let up = v + 0.5 * a * a.abs() / jerk <= end_rad_per_s;
         let (sign, most) = if up {
             (1.0, bounds.acceleration[1])
@@ -206,7 +206,7 @@ impl JointPoint {
         }
     }
 
-    /// The same where time passes at a pace that changes at a rate, 1/s.
+    /// The same under a time scale `pace` that changes at a rate, 1/s.
     pub(crate) fn at_pace(self, pace: f64, rate_per_s: f64) -> Self {
         let acceleration = pace * pace * self.qdd_rad_per_s2 + rate_per_s * self.qd_rad_per_s;
         Self {
@@ -224,7 +224,7 @@ impl JointPoint {
         Self::new(f64::NAN, f64::NAN, f64::NAN)
     }
 
-    /// The state after a time of constant jerk.
+    /// The state after constant jerk for a time.
     #[must_use]
     pub fn jerked(&self, jerk_rad_per_s3: f64, time_s: f64) -> Self {
         let (v, a, j, t) = (
@@ -252,20 +252,20 @@ impl JointPoint {
         SpeedChange::new(self, 0.0, bounds).end(self).q_rad
     }
 
-    /// The velocity that is left when the acceleration has been taken back at full jerk, rad/s.
+    /// The velocity that remains after the acceleration has returned to zero at full jerk, rad/s.
     #[must_use]
     pub fn coming_velocity_rad_per_s(&self, bounds: &JointBounds) -> f64 {
         let a = self.qdd_rad_per_s2;
         self.qd_rad_per_s + 0.5 * a * a.abs() / bounds.jerk
     }
 
-    /// The state `dt_s` later when braking as hard as the bounds allow; at rest it stays.
+    /// The state `dt_s` later under full braking; at rest it stays.
     #[must_use]
     pub fn braked(&self, bounds: &JointBounds, dt_s: f64) -> Self {
         self.at_speed(0.0, bounds, dt_s)
     }
 
-    /// The state `dt_s` later on the quickest way to a velocity.
+    /// The state `dt_s` later on the quickest transition to a velocity.
     ///
     /// A step of zero or less changes nothing.
     #[must_use]
@@ -281,12 +281,12 @@ impl JointPoint {
         SpeedChange::new(self, velocity, bounds).after(self, dt_s)
     }
 
-    /// The state `dt_s` later on the time-optimal way to rest at `goal_rad`.
+    /// The state `dt_s` later, time-optimal to rest at `goal_rad`.
     ///
-    /// The joint goes towards the goal as hard as the bounds allow until its stopping point is the goal, and then brakes.
-    /// Both parts are known in closed form; the instant between them is the root of a monotone function. So the
-    /// result does not depend on how time is cut into steps, the goal is reached exactly, and a goal at rest is not
-    /// overshot unless the joint cannot stop before it. A joint beyond its bounds is first brought back within them.
+    /// The joint moves towards the goal as hard as the bounds allow until its stopping point is the goal, and then brakes. Both parts have a closed
+    /// form; the switching time is the root of a monotone function. So the result does not depend on how time is divided into steps, the goal is
+    /// reached exactly, and a goal at rest is overshot only if the joint cannot stop before it. A joint beyond its bounds first returns to within
+    /// them.
     ///
     /// A step of zero or less changes nothing. Error: about 1e-15 of the angles.
     #[must_use]
@@ -294,8 +294,8 @@ impl JointPoint {
         self.towards_braking(goal_rad, bounds, bounds, dt_s)
     }
 
-    /// As [`towards`](Self::towards), with other bounds for the last part, braking: for a goal in a frame whose own motion
-    /// will leave more or less to brake with than it leaves now.
+    /// As [`towards`](Self::towards), with other bounds for the final braking: for a goal in a frame whose own motion will leave more or less braking
+    /// than now.
     #[must_use]
     pub fn towards_braking(
         &self,
@@ -334,7 +334,7 @@ impl JointPoint {
         SpeedChange::new(self, 0.0, bounds).time_s()
     }
 
-    /// Where and when braking begins on the way to a goal, and whether it does within a time.
+    /// State and time at which braking towards a goal begins, and whether that is within `most_s`.
     fn turn(
         &self,
         goal_rad: f64,
@@ -343,7 +343,7 @@ impl JointPoint {
         most_s: f64,
     ) -> (Self, f64, bool) {
         let up = self.stopping_point_rad(braking) <= goal_rad;
-        // How far the stopping point lies beyond the goal.
+        // How far the stopping point is beyond the goal.
         let beyond_rad = |at: &Self| {
             let over = at.stopping_point_rad(braking) - goal_rad;
             if up { over } else { -over }
@@ -366,7 +366,7 @@ impl JointPoint {
         }
         from.qd_rad_per_s = go.end_rad_per_s;
         from.qdd_rad_per_s2 = 0.0;
-        // At full speed, until braking ends at the goal.
+        // Cruise at full speed until braking ends at the goal.
         let room = -beyond_rad(&from);
         if room > 0.0 && go.end_rad_per_s == 0.0 {
             return (from, most_s, false);
@@ -378,7 +378,7 @@ impl JointPoint {
         (from, passed_s + cruise_s, brakes)
     }
 
-    /// Braking that ends at a point known to be its end.
+    /// Braking that ends at a known stopping point.
     fn stopped(&self, end_rad: f64, bounds: &JointBounds, dt_s: f64) -> Self {
         let change = SpeedChange::new(self, 0.0, bounds);
         if dt_s >= change.time_s() {
@@ -388,14 +388,14 @@ impl JointPoint {
     }
 }
 
-/// Last place in `0..=most` at which a function that does not fall is at most zero, to rounding; it is positive at `most`.
+/// The last place in `0..=most` at which a non-decreasing function is at most zero, to rounding; it is positive at `most`.
 fn root(most: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (mut lo, mut hi) = (0.0, most);
     let (mut f_lo, mut f_hi) = (f(lo), f(hi));
     if f_lo >= 0.0 {
         return lo;
     }
-    // Regula falsi with the weights of Illinois; a bisection now and then bounds the number of turns.
+    // Regula falsi (Illinois); every fourth iteration bisects, which bounds their number.
     let mut last_low = None;
     for turn in 0..80 {
         let inner = (lo * f_hi - hi * f_lo) / (f_hi - f_lo);

@@ -1,4 +1,4 @@
-//! Where all joints are, and how they move.
+//! Position and motion of all joints.
 
 use crate::error::MotionError;
 use crate::joint::JointPoint;
@@ -8,11 +8,11 @@ use hwall_numeric::check::all_finite;
 /// Position, velocity and acceleration of all joints at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointState {
-    /// rad.
+    /// Angles, rad.
     pub q: JointPositions,
-    /// rad/s.
+    /// Velocities, rad/s.
     pub qd: JointVelocities,
-    /// rad/s².
+    /// Accelerations, rad/s².
     pub qdd_rad_per_s2: [f64; MOST_JOINTS],
 }
 
@@ -26,7 +26,7 @@ impl JointState {
         }
     }
 
-    /// One joint of it.
+    /// The state of one joint.
     #[must_use]
     pub fn joint(&self, joint: usize) -> JointPoint {
         JointPoint::new(self.q[joint], self.qd[joint], self.qdd_rad_per_s2[joint])

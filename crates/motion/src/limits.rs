@@ -1,4 +1,4 @@
-//! How fast the joints of an arm may move.
+//! Motion limits of an arm's joints.
 
 use crate::error::MotionError;
 use crate::joint::JointBounds;
@@ -6,21 +6,20 @@ use crate::travel_time::{farthest_rad, travel_time_s};
 use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_numeric::check::{positive, within};
 
-/// Largest joint accelerations of the iiwa 7, rad/s². Source: the acceleration limits in the description of the arm that
-/// comes with Drake ([Drake models]); the manufacturer publishes none.
+/// Largest joint accelerations of the iiwa 7, rad/s². Source: the acceleration limits of the arm description in Drake ([Drake models]); the
+/// manufacturer publishes none.
 pub const IIWA7_ACCELERATION_RAD_PER_S2: [f64; MOST_JOINTS] =
     [8.65, 5.44, 5.69, 11.01, 11.78, 13.76, 13.17];
 
-/// Settings from which [`MotionLimits`] follow.
+/// Settings that determine [`MotionLimits`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionConfig {
     /// Share of the arm's joint speeds that is used, in (0, 1]; default 1.
     pub speed_share: f64,
-    /// Largest joint accelerations of an arm that has none of its own, rad/s²; default those of the iiwa 7,
-    /// [`IIWA7_ACCELERATION_RAD_PER_S2`].
+    /// Largest joint accelerations of an arm without its own, rad/s²; default those of the iiwa 7, [`IIWA7_ACCELERATION_RAD_PER_S2`].
     pub acceleration_rad_per_s2: [f64; MOST_JOINTS],
-    /// Time in which a joint at rest may come to its full acceleration, s: jerk is acceleration over it. Default 0.02, an
-    /// assumption; no jerk of the iiwa is published.
+    /// Time in which a joint at rest reaches its full acceleration, s: jerk is acceleration divided by it. Default 0.02, an assumption; no jerk limit
+    /// of the iiwa is published.
     pub jerk_time_s: f64,
 }
 
@@ -38,11 +37,11 @@ impl Default for MotionConfig {
 /// are 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionLimits {
-    /// rad/s.
+    /// Largest speeds, rad/s.
     pub velocity_rad_per_s: [f64; MOST_JOINTS],
-    /// rad/s².
+    /// Largest accelerations, rad/s².
     pub acceleration_rad_per_s2: [f64; MOST_JOINTS],
-    /// rad/s³.
+    /// Largest jerks, rad/s³.
     pub jerk_rad_per_s3: [f64; MOST_JOINTS],
 }
 
@@ -71,7 +70,7 @@ impl MotionLimits {
         Ok(limits)
     }
 
-    /// The least time in which all joints come to rest, s, if jerk is not limited.
+    /// The least time in which all joints come to rest without a jerk limit, s.
     #[must_use]
     pub fn stop_s(&self, qd: &JointVelocities) -> f64 {
         let each = qd.0.iter().zip(&self.acceleration_rad_per_s2);
@@ -114,7 +113,7 @@ impl MotionLimits {
 
     /// Least time from rest at one configuration to rest at another, s: that of the slowest joint.
     ///
-    /// Closed form, exact to 1e-12 of itself; NaN in gives NaN.
+    /// Closed form with a relative error of 1e-12; NaN in gives NaN.
     #[must_use]
     pub fn travel_time_s(&self, from: &JointPositions, to: &JointPositions) -> f64 {
         let of_joint = |i: usize| {
@@ -135,11 +134,11 @@ impl MotionLimits {
         })
     }
 
-    /// How far every joint gets from rest to rest in a time, rad: a configuration is within `time_s` of another if
-    /// no joint differs by more, so a search for the nearest of many in time needs comparisons only.
+    /// The largest distance of every joint from rest to rest in a time, rad: a configuration is within `time_s` of another if no joint differs by
+    /// more, so a nearest-in-time search needs only comparisons.
     ///
-    /// The inverse of [`travel_time_s`](Self::travel_time_s) joint by joint, exact to 1e-9 of itself. A time of zero or
-    /// less gives zeros; NaN in gives NaN.
+    /// The inverse of [`travel_time_s`](Self::travel_time_s) for each joint, with a relative error of 1e-9. A time of zero or less gives zeros; NaN
+    /// in gives NaN.
     #[must_use]
     pub fn farthest_rad(&self, time_s: f64) -> [f64; MOST_JOINTS] {
         let time_s = if time_s < 0.0 { 0.0 } else { time_s };

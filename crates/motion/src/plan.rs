@@ -1,11 +1,11 @@
-//! Motions that are planned on one thread and made on another.
+//! Motions planned on one thread and executed on another.
 
 use crate::reference::{NEW, ReferenceMotion};
 use crate::solver::Way;
 use crate::under_way::{Course, UnderWay};
 use hwall_kinematics::JointPositions;
 
-/// A planned motion on its way from a planner to the one that makes it: it begins where the motion under way will be.
+/// A planned motion in transit from the planner to the executor: it begins at a future point of the current motion.
 #[derive(Clone)]
 pub struct MotionPlan {
     number: u64,
@@ -13,9 +13,9 @@ pub struct MotionPlan {
     goal: JointPositions,
     by_way_of: Option<JointPositions>,
     planned_share: f64,
-    /// Each joint by itself: the solver found nothing.
+    /// The solver found nothing: each joint moves on its own.
     is_alone: bool,
-    /// Where it begins, on the motion before it.
+    /// Where it begins, on the previous motion.
     begins: UnderWay,
 }
 
@@ -30,7 +30,7 @@ impl std::fmt::Debug for MotionPlan {
 }
 
 impl MotionPlan {
-    /// Room for a plan.
+    /// Reserves memory for a plan.
     #[must_use]
     pub fn reserved() -> Self {
         Self {
@@ -44,25 +44,25 @@ impl MotionPlan {
         }
     }
 
-    /// Numbers rise by one with every plan of a planner.
+    /// The number of the plan; it increases by one with every plan of a planner.
     #[must_use]
     pub const fn number(&self) -> u64 {
         self.number
     }
 }
 
-/// A state this near to the one that a plan begins from is that one, rad, rad/s and rad/s².
+/// A state this close to the beginning of a plan counts as equal, rad, rad/s and rad/s².
 const SAME_STATE: [f64; 3] = [1e-9, 1e-6, 1e-3];
 
 impl ReferenceMotion {
-    /// Where the motion is on its way.
+    /// A snapshot of the current motion.
     #[must_use]
     pub const fn under_way(&self) -> UnderWay {
         self.now
     }
 
-    /// A planner's copy goes on as the motion that is made does, and so many steps of `dt_s` further. The copy has the trajectory: its
-    /// last plan is in force there, or, if that was not taken, the one before.
+    /// Updates a planner's copy to the executed motion, and advances it by `steps` of `dt_s`. The copy has the trajectory: the executor runs the
+    /// copy's last plan or, if that was not taken, the one before.
     pub fn follow(&mut self, under_way: &UnderWay, steps: u32, dt_s: f64) {
         if under_way.course == Course::Planned && under_way.plan != self.now.plan {
             std::mem::swap(&mut self.way, &mut self.next);
@@ -75,13 +75,13 @@ impl ReferenceMotion {
         }
     }
 
-    /// Was a motion begun here since [`follow`](Self::follow)?
+    /// Has a motion begun here since [`follow`](Self::follow)?
     #[must_use]
     pub const fn is_begun(&self) -> bool {
         self.now.plan == NEW
     }
 
-    /// Copies the motion that has just been begun here for the one that makes it. `begins`: where it begins, before it was begun.
+    /// Copies the motion that has just begun here for the executor. `begins`: where it begins, taken before it began.
     pub fn offer(&mut self, begins: &UnderWay, number: u64, plan: &mut MotionPlan) {
         self.now.plan = number;
         plan.number = number;
@@ -94,7 +94,7 @@ impl ReferenceMotion {
         plan.begins = *begins;
     }
 
-    /// How long until a plan begins, s; `None` if the motion does not come to where it begins.
+    /// Time until a plan begins, s; `None` if the current motion does not reach its beginning.
     #[must_use]
     pub fn begins_in_s(&self, plan: &MotionPlan) -> Option<f64> {
         if self.now.state.is_near(&plan.begins.state, SAME_STATE) {
@@ -105,7 +105,7 @@ impl ReferenceMotion {
         (is_ahead && left_s > 0.0).then_some(left_s)
     }
 
-    /// Begins a plan if the state is the one that it begins from. Was it? What was in force is in the plan then.
+    /// Begins a plan if the state matches its beginning. Returns whether it did; the plan then holds the previous motion.
     pub fn take(&mut self, plan: &mut MotionPlan) -> bool {
         if !self.now.state.is_near(&plan.begins.state, SAME_STATE) {
             return false;

@@ -1,4 +1,4 @@
-//! The motion that the arm is told to make.
+//! The commanded motion of the arm.
 
 use crate::error::MotionError;
 use crate::joint::{JointBounds, JointPoint};
@@ -9,10 +9,10 @@ use crate::under_way::{Course, UnderWay};
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 use hwall_numeric::check::{all_finite, non_negative, within};
 
-/// By how much the rounding of a plan may leave a joint limit, rad.
+/// A plan may exceed a joint limit by this through rounding, rad.
 const ROUNDING_RAD: f64 = 1e-9;
 
-/// A motion that was planned and is not in force.
+/// A planned motion that has not begun.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Considered {
     goal: JointPositions,
@@ -21,31 +21,29 @@ pub(crate) struct Considered {
 
 /// A jerk-limited, time-optimal motion of all joints to a goal at rest, which may be replaced at any time.
 ///
-/// Planned once for each goal, then only evaluated. The limits of speed, acceleration, jerk and position are kept from any
-/// state from which they can be; a state beyond a limit is first brought back within it. Braking and the rare states for
-/// which the solver finds nothing (about one in 250,000) are left to each joint by itself,
-/// [`JointPoint`], which always finds a motion.
+/// It is planned once for each goal, then only evaluated. It respects the limits of speed, acceleration, jerk and position from every state that
+/// allows it; a state beyond a limit first returns to within it. For braking, and for the rare states for which the solver finds nothing (about one
+/// in 250,000), each joint moves on its own ([`JointPoint`]), which always finds a motion.
 ///
-/// Nothing is allocated after construction, but for the message of a failure of the solver. Planning:
-/// [Berscheid and Kröger 2021], by the crate `rsruckig`. Error: at its end a plan is up to 1e-8 rad off the
-/// goal, which is then set exactly; durations are the least of the slowest joint to 1e-9 s (tests/it/reference.rs).
-/// From speeds above the limit, after a smaller share was set, they are up to 20 ms longer: it slows down first.
+/// Nothing is allocated after construction, except the message of a solver failure. Planning: [Berscheid and Kröger 2021], by the crate `rsruckig`.
+/// Error: a plan ends up to 1e-8 rad from the goal, which is then set exactly; durations are the minimum of the slowest joint to 1e-9 s
+/// (tests/it/reference.rs). From speeds above the limit, after a smaller share was set, they are up to 20 ms longer: the joint slows down first.
 #[derive(Clone)]
 pub struct ReferenceMotion {
     solver: Solver,
     pub(crate) way: Way,
-    /// Planned into, so that a failure leaves the motion in force as it is.
+    /// The plan is written here, so that a failure leaves the current motion unchanged.
     pub(crate) next: Way,
     limits: MotionLimits,
-    /// At full speed.
+    /// Bounds at full speed.
     bounds: [JointBounds; MOST_JOINTS],
     range_rad: [[f64; 2]; MOST_JOINTS],
-    /// What `next` leads to, if it was planned from the present state and is not in force.
+    /// Goal of `next`, if it was planned from the present state and has not begun.
     pub(crate) considered: Option<Considered>,
     pub(crate) now: UnderWay,
 }
 
-/// Of a plan that has no number yet.
+/// The number of a plan without a number.
 pub(crate) const NEW: u64 = u64::MAX;
 
 impl std::fmt::Debug for ReferenceMotion {
@@ -59,7 +57,7 @@ impl std::fmt::Debug for ReferenceMotion {
 }
 
 impl ReferenceMotion {
-    /// A motion that has not begun.
+    /// A motion at rest at `start`.
     ///
     /// # Errors
     /// Limits outside their ranges, or a start that is not finite.
@@ -88,7 +86,7 @@ impl ReferenceMotion {
         })
     }
 
-    /// How the joints share the time of the motions that are planned from now on.
+    /// Sets how the joints share the time of motions planned from now on.
     #[must_use]
     pub fn with_timing(mut self, timing: JointTiming) -> Self {
         self.solver.set_timing(timing);
@@ -101,13 +99,13 @@ impl ReferenceMotion {
         &self.limits
     }
 
-    /// The state as of the last step.
+    /// The state after the last step.
     #[must_use]
     pub const fn state(&self) -> &JointState {
         &self.now.state
     }
 
-    /// Where the motion ends; `None` while it brakes or before the first goal.
+    /// The end of the motion; `None` while it brakes or before the first goal.
     #[must_use]
     pub const fn goal(&self) -> Option<&JointPositions> {
         self.now.goal.as_ref()
@@ -119,8 +117,8 @@ impl ReferenceMotion {
         (self.duration_s() - self.now.elapsed_s).max(0.0) / self.now.pace
     }
 
-    /// Least time from the present state until the slowest joint rests at a configuration, s, without planning a motion: the
-    /// joints one by one. No motion of all of them together is quicker.
+    /// Least time from the present state until the slowest joint rests at a configuration, s, each joint on its own, without planning. No motion of
+    /// all joints together is quicker.
     #[must_use]
     pub fn least_time_to_s(&self, q: &JointPositions) -> f64 {
         if self.now.state == JointState::at_rest(self.now.state.q) {
@@ -130,7 +128,7 @@ impl ReferenceMotion {
             (0..MOST_JOINTS).map(|i| self.now.state.joint(i).time_to_s(q[i], &self.bounds[i]));
         each.fold(0.0, |most: f64, time| match time <= most {
             true => most,
-            // Later, or NaN, which stays.
+            // Later, or NaN, which propagates.
             false if most.is_nan() => most,
             false => time,
         })
@@ -152,7 +150,7 @@ impl ReferenceMotion {
         }
     }
 
-    /// Goes on from another state, without a goal: a state in motion comes to rest.
+    /// Continues from another state, without a goal: a moving state comes to rest.
     ///
     /// # Errors
     /// NaN or infinity; nothing is then changed.
@@ -163,10 +161,10 @@ impl ReferenceMotion {
         Ok(())
     }
 
-    /// Sets where the motion ends, from the present state on. A goal equal to the last one costs nothing.
+    /// Sets the end of the motion, from the present state on. Repeating the last goal costs nothing.
     ///
     /// # Errors
-    /// A goal that is not finite or outside the joint limits; the motion in force then goes on.
+    /// A goal that is not finite or outside the joint limits; the current motion then continues.
     pub fn set_goal(&mut self, goal: &JointPositions) -> Result<(), MotionError> {
         if self.now.goal.as_ref() == Some(goal) {
             return Ok(());
@@ -176,15 +174,14 @@ impl ReferenceMotion {
         Ok(())
     }
 
-    /// Plans a motion to a goal without beginning it: [`considered`](Self::considered) tells what it would be, and
-    /// [`accept`](Self::accept) begins it. Returns its duration, s.
+    /// Plans a motion to a goal without beginning it: [`considered`](Self::considered) previews it, and [`accept`](Self::accept) begins it. Returns
+    /// its duration, s.
     ///
-    /// If a configuration is given to go by, the motion passes it without stopping, all joints at the same time. From rest to
-    /// rest that takes about a hundredth longer than the straight way if the configuration lies beside that; it is not the least
-    /// time in general.
+    /// The motion passes `by_way_of`, if given, without stopping, all joints at the same time. From rest to rest this takes about one percent longer
+    /// than the straight path if the configuration is close to that; in general it is not time-optimal.
     ///
     /// # Errors
-    /// As for [`set_goal`](Self::set_goal), or no motion was found; the motion in force goes on.
+    /// As for [`set_goal`](Self::set_goal), or no motion was found; the current motion continues.
     pub fn consider(
         &mut self,
         goal: &JointPositions,
@@ -211,7 +208,7 @@ impl ReferenceMotion {
         Ok(self.next.duration_s())
     }
 
-    /// The state of the considered motion after a time, s; that of the motion in force if nothing is considered.
+    /// The state of the considered motion after a time, s; that of the current motion if none is considered.
     #[must_use]
     pub fn considered(&self, t_s: f64) -> JointState {
         match self.considered {
@@ -220,7 +217,7 @@ impl ReferenceMotion {
         }
     }
 
-    /// Begins the motion that was considered last, if the state has not changed since; else nothing happens.
+    /// Begins the last considered motion if the state has not changed since; otherwise does nothing.
     pub fn accept(&mut self) {
         if let Some(Considered { goal, by_way_of }) = self.considered.take() {
             self.begin();
@@ -234,20 +231,19 @@ impl ReferenceMotion {
         self.now.by_way_of.as_ref()
     }
 
-    /// Sets the share of the speeds that may be used, at least 0.001 and at most 1; a motion to a goal is planned anew if it
-    /// changes. Accelerations stay as they are.
+    /// Sets the share of the speeds that may be used, from 0.001 to 1; if it changes, a motion to a goal is planned again. Accelerations stay.
     ///
     /// # Errors
-    /// A share outside its range; the motion in force then goes on.
+    /// A share outside its range; the current motion then continues.
     pub fn set_speed_share(&mut self, share: f64) -> Result<(), MotionError> {
         self.set_speed_share_on_way(share)?;
         self.plan_anew();
         Ok(())
     }
 
-    /// Sets the same share without planning: the motion in force keeps to its way. If it is faster, it slows down on it, all
-    /// joints alike and as fast as their accelerations allow beside those of the way (their jerk is not limited while it does);
-    /// if it could be faster than it was planned, it is not before [`plan_anew`](Self::plan_anew) or another motion.
+    /// Sets the share without planning: the current motion keeps its path. If it is faster than allowed, it slows down along the path, all joints
+    /// alike and as fast as their remaining accelerations allow (without a jerk limit). It speeds up beyond its planned share only after
+    /// [`plan_anew`](Self::plan_anew) or with another motion.
     ///
     /// # Errors
     /// As for [`set_speed_share`](Self::set_speed_share).
@@ -256,7 +252,7 @@ impl ReferenceMotion {
         if share != self.now.speed_share {
             self.now.speed_share = share;
             if let (Course::Alone { .. }, Some(goal)) = (self.now.course, self.now.goal) {
-                // It is worked out from the share in every step.
+                // Computed from the share in every step.
                 self.now.planned_share = share;
                 self.go_alone(|joint, bounds, i| joint.time_to_s(goal[i], bounds));
             }
@@ -264,32 +260,32 @@ impl ReferenceMotion {
         Ok(())
     }
 
-    /// The share of the speeds that the motion in force was planned with.
+    /// The speed share that the current motion was planned with.
     #[must_use]
     pub const fn planned_share(&self) -> f64 {
         self.now.planned_share
     }
 
-    /// Does the motion in force go as slowly as the share of the speeds asks for? One that still slows down on its way does not.
+    /// Has the current motion slowed down to the set speed share?
     #[must_use]
     pub fn has_slowed_on_way(&self) -> bool {
         let wanted = (self.now.speed_share / self.now.planned_share).min(1.0);
         self.now.course != Course::Planned || self.now.pace <= wanted
     }
 
-    /// The share that the motion in force keeps to at present: while it slows down, more than [`speed_share`](Self::speed_share).
+    /// The present speed share of the current motion: above [`speed_share`](Self::speed_share) while it slows down.
     #[must_use]
     pub const fn present_share(&self) -> f64 {
         self.now.planned_share * self.now.pace
     }
 
-    /// The share of the speeds for motions that are planned from now on.
+    /// The speed share for motions planned from now on.
     #[must_use]
     pub const fn speed_share(&self) -> f64 {
         self.now.speed_share
     }
 
-    /// Plans a motion to a goal anew from the present state, if it was planned with another share of the speeds.
+    /// Plans the motion to the goal again from the present state, if it was planned with another speed share.
     pub fn plan_anew(&mut self) {
         if self.now.planned_share != self.now.speed_share
             && let Some(goal) = self.now.goal.filter(|_| self.now.course != Course::Rest)
@@ -299,7 +295,7 @@ impl ReferenceMotion {
         }
     }
 
-    /// Comes to rest, each joint as fast as its limits allow, and forgets the goal.
+    /// Brakes each joint as fast as its limits allow, and forgets the goal.
     pub fn brake(&mut self) {
         let is_braking = self.now.goal.is_none() && self.now.course != Course::Rest;
         if !is_braking {
@@ -343,7 +339,7 @@ impl ReferenceMotion {
         Ok(self.now.state)
     }
 
-    /// The state that the motion in force will have further on; NaN if the time is.
+    /// The state of the current motion after a further time; NaN if the time is.
     #[must_use]
     pub fn ahead(&self, ahead_s: f64) -> JointState {
         match self.now.course {
@@ -357,10 +353,10 @@ impl ReferenceMotion {
         }
     }
 
-    /// Goes on along the trajectory, slower or faster by and by if the share of the speeds has changed since it was planned.
+    /// Continues along the trajectory and gradually adapts to a changed speed share.
     ///
-    /// With time passing at a pace r, the acceleration is r² a + r' v for a and v of the trajectory: r' is limited so that no joint
-    /// needs more than its own.
+    /// Under a time scale r the acceleration is r² a + r' v, with a and v of the trajectory: r' is limited so that no joint exceeds its acceleration
+    /// limit.
     fn paced_step(&mut self, dt_s: f64) -> JointState {
         let wanted = (self.now.speed_share / self.now.planned_share).min(1.0);
         let (before, mut rate) = (self.now.pace, 0.0);
@@ -388,12 +384,12 @@ impl ReferenceMotion {
         slowed(self.state_at(self.now.elapsed_s), self.now.pace, rate)
     }
 
-    /// The state at a time since the motion in force was planned.
+    /// The state at a time since the current motion was planned.
     fn state_at(&self, t_s: f64) -> JointState {
         let mut state = JointState::default();
         match &self.now.course {
             Course::Rest => return self.now.state,
-            // The trajectory has no answer to that.
+            // The trajectory cannot be evaluated at NaN.
             _ if t_s.is_nan() => return JointState::at_rest(JointPositions([t_s; MOST_JOINTS])),
             Course::Planned => {
                 state = self.way.at(t_s);
@@ -414,7 +410,7 @@ impl ReferenceMotion {
             return JointState::at_rest(self.now.goal.unwrap_or(state.q));
         }
         for (q, [least, most]) in state.q.0.iter_mut().zip(self.range_rad) {
-            // Rounding may leave a limit; a start outside may not be moved.
+            // Rounding may exceed a limit; a start outside the limits must not be moved.
             if (*q - most).abs() < ROUNDING_RAD || (*q - least).abs() < ROUNDING_RAD {
                 *q = q.clamp(least, most);
             }
@@ -426,7 +422,7 @@ impl ReferenceMotion {
         self.bounds[joint].at_share(self.now.speed_share)
     }
 
-    /// Moves each joint by itself from the present state, for the longest of their times.
+    /// Moves each joint on its own from the present state; the duration is the longest of their times.
     pub(crate) fn go_alone(&mut self, time_s: impl Fn(&JointPoint, &JointBounds, usize) -> f64) {
         let times =
             (0..MOST_JOINTS).map(|i| time_s(&self.now.state.joint(i), &self.bounds_of(i), i));
@@ -458,7 +454,7 @@ impl ReferenceMotion {
         self.now.plan = NEW;
     }
 
-    /// The motion planned last is in force from now on.
+    /// Begins the last planned motion.
     fn begin(&mut self) {
         std::mem::swap(&mut self.way, &mut self.next);
         (self.now.planned_share, self.now.pace) = (self.now.speed_share, 1.0);
@@ -467,7 +463,7 @@ impl ReferenceMotion {
     }
 }
 
-/// The state of a trajectory where time passes at a pace that changes at a rate, 1/s.
+/// The state of a trajectory under a time scale `pace` that changes at a rate, 1/s.
 fn slowed(mut state: JointState, pace: f64, rate_per_s: f64) -> JointState {
     for i in 0..MOST_JOINTS {
         state.set_joint(i, &state.joint(i).at_pace(pace, rate_per_s));

@@ -7,28 +7,28 @@ use hwall_kinematics::{JointPositions, MOST_JOINTS};
 use rsruckig::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// How near to the largest speed a state counts as on its edge, as a share of it.
+/// A state this close to the largest speed counts as at the limit, as a share of it.
 const SPEED_EDGE: f64 = 1e-9;
 
 /// How the joints share the time of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum JointTiming {
-    /// All arrive at the same time, that of the slowest.
+    /// All arrive at the same time, determined by the slowest.
     #[default]
     Together,
-    /// As [`Together`](Self::Together), and on a straight line between configurations where the start allows it.
+    /// As [`Together`](Self::Together), on a straight line between configurations where the start allows it.
     Straight,
-    /// Each as soon as it can.
+    /// Each as soon as it can, independently.
     Soonest,
 }
 
-/// The way of all joints over time.
+/// The trajectory of all joints.
 #[derive(Clone)]
 pub(crate) struct Way(pub(crate) Trajectory<MOST_JOINTS>);
 
 impl Way {
-    /// Room for one with a configuration on the way.
+    /// Reserves memory for a trajectory with one intermediate configuration.
     pub(crate) fn reserved() -> Self {
         let mut trajectory = Trajectory::new(None);
         trajectory.reserve_sections(2);
@@ -51,7 +51,7 @@ impl Way {
     }
 }
 
-/// [Berscheid and Kröger 2021], by the crate `rsruckig`, with its memory.
+/// The planner of [Berscheid and Kröger 2021], by the crate `rsruckig`, with its memory.
 #[derive(Clone)]
 pub(crate) struct Solver {
     otg: Ruckig<MOST_JOINTS, ThrowErrorHandler>,
@@ -61,7 +61,7 @@ pub(crate) struct Solver {
 impl Solver {
     pub(crate) fn new(limits: &MotionLimits) -> Self {
         let mut otg = Ruckig::with_waypoints(None, 1e-3, 1);
-        // Refining takes milliseconds and wins a hundredth of the time.
+        // Refinement takes milliseconds and saves one percent of the duration.
         otg.waypoint_refinement_sweeps = 0;
         let mut input = InputParameter::with_waypoints(None, 1);
         for i in 0..MOST_JOINTS {
@@ -81,7 +81,7 @@ impl Solver {
         };
     }
 
-    /// Plans a way from a state within bounds and, if possible, within ranges, rad; was one found?
+    /// Plans a trajectory from a state within bounds and, if possible, within ranges, rad; was one found?
     pub(crate) fn plan(
         &mut self,
         from: &JointState,
@@ -101,7 +101,7 @@ impl Solver {
         }
         for i in 0..MOST_JOINTS {
             let (joint, bounds) = (from.joint(i), &bounds[i]);
-            // On the very edge of the speed limit the solver may take rounding for a speed beyond it, and stops first.
+            // At the speed limit the solver may misread rounding as excess speed, and stop first.
             let v = bounds.velocity_rad_per_s();
             let coming = joint.coming_velocity_rad_per_s(bounds);
             let is_edge = (coming.abs() - v).abs() < SPEED_EDGE * v;
@@ -113,7 +113,7 @@ impl Solver {
             input.current_velocity[i] = joint.qd_rad_per_s;
             input.current_acceleration[i] = joint.qdd_rad_per_s2;
             input.target_position[i] = goal[i];
-            // Only what can stop inside the joint limits can be kept inside them.
+            // Only a joint that can stop inside its limits can stay inside them.
             let [least, most] = range_rad[i];
             let places = [joint.q_rad, joint.stopping_point_rad(bounds)];
             let [least, most] = match places.iter().all(|q| (least..=most).contains(q)) {
@@ -127,7 +127,7 @@ impl Solver {
                 position[i] = most;
             }
         }
-        // Its root finder panics on NaN, which inputs near its limits can lead to.
+        // The solver's root finder panics on NaN, which inputs near their limits can cause.
         let (otg, way) = (&mut self.otg, &mut way.0);
         let found = catch_unwind(AssertUnwindSafe(|| otg.calculate(&self.input, way).is_ok()));
         found.unwrap_or(false) && way.duration.is_finite()

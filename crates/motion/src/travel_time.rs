@@ -2,8 +2,8 @@
 
 /// Least time for a distance (rad, not negative) under limits of speed, acceleration and jerk, s.
 ///
-/// The acceleration rises, stays and falls, or only rises and falls; likewise the speed. Source: the cases of a
-/// double-S profile from rest to rest, [Biagiotti and Melchiorri 2008], section 3.4.
+/// The acceleration rises, stays and falls, or only rises and falls; likewise the speed. Source: the cases of a double-S profile from rest to rest,
+/// [Biagiotti and Melchiorri 2008], section 3.4.
 pub(crate) fn travel_time_s(distance: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
     if distance == 0.0 {
         return 0.0;
@@ -21,8 +21,7 @@ pub(crate) fn travel_time_s(distance: f64, velocity: f64, acceleration: f64, jer
     }
 }
 
-/// The farthest that a joint gets from rest to rest in a time (s, not negative), rad: the inverse of
-/// [`travel_time_s`].
+/// The largest distance of a joint from rest to rest in a time (s, not negative), rad: the inverse of [`travel_time_s`].
 pub(crate) fn farthest_rad(time_s: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
     let full_rise_s = acceleration / jerk;
     let speed_up_s = speed_up_s(full_rise_s, velocity, acceleration, jerk);
@@ -39,7 +38,7 @@ pub(crate) fn farthest_rad(time_s: f64, velocity: f64, acceleration: f64, jerk: 
     }
 }
 
-/// Time until the joint is at full speed, s.
+/// Time until the joint reaches full speed, s.
 fn speed_up_s(full_rise_s: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
     if velocity >= acceleration * full_rise_s {
         full_rise_s + velocity / acceleration

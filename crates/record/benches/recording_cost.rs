@@ -1,4 +1,4 @@
-//! What recording costs a loop, and how large a recording is: `cargo bench -p hwall-record`
+//! Cost of recording for a loop, and size of a recording: `cargo bench -p hwall-record`
 //!
 //! A minute of cycles at 1 kHz, frames at 90 Hz and views at 100 Hz, as fast as they come.
 
@@ -34,7 +34,7 @@ fn main() {
     for i in 0..1000 * SECONDS {
         let t_s = 1e-3 * f64::from(i);
         if i % 11 == 0 {
-            // A reach every four seconds; the tracker's clock goes on.
+            // A reach every four seconds; the tracker's clock continues.
             let mut frame = hand(t_s % 4.0);
             frame.t_s = t_s;
             timed(&mut frames, &mut || to.frame(&frame));

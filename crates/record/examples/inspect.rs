@@ -1,4 +1,4 @@
-//! What a recording holds: `cargo run -p hwall-record --example inspect -- session.mcap`
+//! Prints the contents of a recording: `cargo run -p hwall-record --example inspect -- session.mcap`
 
 use hwall_record::{Input, RecordError, Recording};
 use std::path::Path;

@@ -15,25 +15,25 @@ pub enum RecordError {
     Io {
         /// Which file.
         path: PathBuf,
-        /// Why not; its kind says which sort of failure.
+        /// The cause; its kind states the type of failure.
         error: io::Error,
     },
-    /// Somebody else is recording to the file.
+    /// Another program is recording to the file.
     #[error("{}: another program is recording to this file", path.display())]
     InUse {
         /// Which file.
         path: PathBuf,
     },
-    /// The MCAP writer refused something.
+    /// The MCAP writer reported an error.
     #[error("the MCAP writer: {0}")]
     Mcap(mcap::McapError),
-    /// The thread that writes could not be started, or ended in a panic.
+    /// The writing thread could not be started, or panicked.
     #[error("the thread that writes the recording {0}")]
     Thread(&'static str),
     /// A configuration value outside its range.
     #[error(transparent)]
     Argument(#[from] hwall::numeric::ArgumentError),
-    /// The arm that is drawn is not the one that the session moves.
+    /// The drawn arm is not the one that the session moves.
     #[error("the links of the arm end {distance_m} m from where its kinematics has the board")]
     OtherArm {
         /// Distance at the zero configuration, m.
@@ -42,53 +42,53 @@ pub enum RecordError {
     /// An arm that a recording cannot hold.
     #[error("an arm of {joints} joints; a recording holds arms of 1 to 7")]
     JointCount {
-        /// Its joints.
+        /// Its number of joints.
         joints: usize,
     },
-    /// A configuration that the kinematics refuses.
+    /// A configuration that the kinematics rejects.
     #[error(transparent)]
     Kinematics(#[from] hwall::kinematics::KinematicsError),
-    /// A scene whose moving surfaces make no sense.
+    /// A scene with invalid moving surfaces.
     #[error(transparent)]
     Session(#[from] hwall::SessionError),
-    /// A surface that is not there.
+    /// A surface that does not exist.
     #[error(transparent)]
     Scene(#[from] hwall::scene::SceneError),
-    /// Not an MCAP file at all.
+    /// Not an MCAP file.
     #[error("not an MCAP file: it does not begin with the magic bytes of one")]
     NotMcap,
-    /// A record that does not hold what its kind asks for.
+    /// A record without the contents that its kind requires.
     #[error("byte {offset}: a {kind} record without {missing}")]
     BadRecord {
         /// Where the record begins.
         offset: u64,
-        /// Which kind.
+        /// Its kind.
         kind: &'static str,
-        /// What is missing in it.
+        /// What is missing.
         missing: &'static str,
     },
-    /// Compressed chunks are read by other tools; recordings of this crate have none.
+    /// A compressed chunk. Other tools read these; recordings of this crate have none.
     #[error("byte {offset}: a chunk compressed as {compression:?}; decompress the file first")]
     Compressed {
         /// Where the chunk begins.
         offset: u64,
-        /// By what.
+        /// The compression.
         compression: String,
     },
-    /// Bytes that changed since they were written.
+    /// Bytes that changed after they were written.
     #[error("byte {offset}: the checksum of the chunk is {found:#010x}, not {expected:#010x}")]
     Checksum {
         /// Where the chunk begins.
         offset: u64,
-        /// As the file says.
+        /// The checksum in the file.
         expected: u32,
-        /// As its bytes are.
+        /// The checksum of the bytes.
         found: u32,
     },
-    /// No message that says how the session was set up.
+    /// No message with the setup of the session.
     #[error("no /session/setup: not a recording of a session, or cut before its first chunk")]
     NoSetup,
-    /// A message whose bytes are no message.
+    /// A message whose bytes cannot be decoded.
     #[error("{channel} at byte {offset}: {problem}")]
     Message {
         /// Its channel.
@@ -98,7 +98,7 @@ pub enum RecordError {
         /// What is wrong.
         problem: ProtobufError,
     },
-    /// A message whose values make no sense.
+    /// A message with invalid values.
     #[error("{channel} at byte {offset}: {field}: {problem}")]
     Value {
         /// Its channel.

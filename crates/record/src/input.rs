@@ -1,10 +1,10 @@
-//! What a session was given and what it answered.
+//! Inputs and outputs of a session.
 
 use crate::setup::Run;
 use hwall::hand::HandFrame;
 use hwall::{Cycle, WorldPose};
 
-/// What a session can be told besides frames, places of the world and states.
+/// Requests to a session, in addition to frames, world poses and states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Request {
     /// [`Session::stop`](hwall::Session::stop).
@@ -13,15 +13,15 @@ pub enum Request {
     Reset,
     /// [`Session::refused`](hwall::Session::refused).
     Refused,
-    /// Asked by nobody: in the coming cycle the session takes an answer of its planner's thread
+    /// Not a request of a person: in the coming cycle, the session takes a result from its planner's thread
     /// ([`Session::planned`](hwall::Session::planned)).
     Planned {
-        /// The step that the planner was asked about.
+        /// The step that the result is for.
         step: u64,
-        /// The number of the surfaces that it knew.
+        /// The number of the surfaces that the planner used.
         surfaces: u64,
     },
-    /// Asked by nobody: from the coming cycle on, the session knows what the thread of its perception has found
+    /// Not a request of a person: from the coming cycle on, the session uses the results of its perception thread
     /// ([`Session::perceived`](hwall::Session::perceived)).
     Perceived,
     /// [`Session::set_clock_offset_s`](hwall::Session::set_clock_offset_s).
@@ -31,16 +31,16 @@ pub enum Request {
     },
 }
 
-/// What a session was given, or answered.
-// Read one at a time.
+/// An input or output of a session.
+// Not boxed, because inputs are read one at a time.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
-    /// A new session begins.
+    /// A new session starts.
     Run(Run),
     /// A frame of the tracker.
     Frame(HandFrame),
-    /// A place of the virtual world.
+    /// A pose of the virtual world.
     World(WorldPose),
     /// A request.
     Request(Request),
@@ -48,7 +48,7 @@ pub enum Input {
     Cycle(Cycle),
     /// The recorder was finished.
     End {
-        /// Messages of the session that were left out.
+        /// Messages of the session that were dropped.
         dropped: u64,
     },
 }

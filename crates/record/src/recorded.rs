@@ -1,4 +1,4 @@
-//! A session with a recorder beside it.
+//! A session with a recorder.
 
 use crate::input::Request;
 use crate::recorder::Recorder;
@@ -8,20 +8,19 @@ use hwall::hand::HandFrame;
 use hwall::haptics::{ArmCommand, ArmState};
 use hwall::{Controller, Cycle, Session, WorldPose};
 
-/// A session that writes down what it is given and what it answers, in that order: a [`Controller`] for
-/// [`drive`](hwall::drive) like the session itself. Without a recorder it is the session.
+/// A session that records its inputs and outputs in order: a [`Controller`] for [`drive`](hwall::drive), like the session itself. Without a
+/// recorder it only forwards to the session.
 ///
-/// Views and events come from the loop: after each cycle it calls [`Recorder::view`], and [`Recorder::event`] for every
-/// event that it takes.
+/// The loop records views and events: after each cycle it calls [`Recorder::view`], and [`Recorder::event`] for every event that it takes.
 pub struct Recorded<'a, P> {
-    /// The session. What it is told other than through here is not recorded.
+    /// The session. Direct calls to it are not recorded.
     pub session: Session<P>,
     /// The recorder.
     pub recorder: Option<&'a mut Recorder>,
 }
 
 impl<P: Predictor> Recorded<'_, P> {
-    /// Tells the session something, and writes it down.
+    /// Passes a request to the session, and records it.
     pub fn request(&mut self, request: Request) {
         if let Some(recorder) = &mut self.recorder {
             recorder.request(request);

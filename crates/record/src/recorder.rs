@@ -1,4 +1,4 @@
-//! The recorder: takes what happens in a loop and hands it to a thread that writes.
+//! The recorder: queues what happens in a loop for a writing thread.
 
 use crate::error::RecordError;
 use crate::file::{GrowingFile, create_alone};
@@ -18,25 +18,25 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
-/// What came of a recording.
+/// Result of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Summary {
-    /// Messages of the session, those left out included.
+    /// Messages of the session, including dropped ones.
     pub messages: u64,
-    /// Messages of the session that were left out: the recording cannot run again beyond the first.
+    /// Messages of the session that were dropped: a replay is only possible up to the first of them.
     pub dropped: u64,
-    /// Views and log lines that were left out.
+    /// Views and log lines that were dropped.
     pub views_dropped: u64,
     /// Size of the file.
     pub bytes: u64,
 }
 
-/// Writes a session to an MCAP file, from a thread of its own.
+/// Writes a session to an MCAP file, on its own thread.
 ///
-/// Every call copies a value of fixed size into a queue: nothing is allocated, no lock is waited for, no system call is
-/// made. Only with [`Overflow::Wait`] and a full queue does a call wait.
+/// Every call copies a value of fixed size into a queue, without allocation, lock or system call. Only with [`Overflow::Wait`] and a full
+/// queue does a call block.
 ///
-/// Inputs and answers must be recorded in the order in which the session got them: [`Recorded`](crate::Recorded) does so.
+/// Inputs and outputs must be recorded in the order in which the session got them, as [`Recorded`](crate::Recorded) does.
 #[derive(Debug)]
 pub struct Recorder {
     /// `None` once finished.
@@ -46,7 +46,7 @@ pub struct Recorder {
     sequence: u64,
     dropped: Arc<AtomicU64>,
     views_dropped: u64,
-    /// The writing thread met an error.
+    /// The writing thread had an error.
     failed: Arc<AtomicBool>,
     view_period_s: f64,
     /// When the last view was taken, s.
@@ -56,11 +56,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Makes the file, or empties it, and writes the setup. As long as the recorder lives, no other one can have the file. `scene` is drawn where it stands now: it is that of `setup`,
-    /// seen from the arm's base, its moving surfaces at opening zero.
+    /// Creates or empties the file, and writes the setup. While the recorder exists, no other one can open the file. `scene` is drawn at
+    /// its current pose: it is that of `setup` in the arm's base frame, with its moving surfaces at opening zero.
     ///
     /// # Errors
-    /// A file that cannot be written or that somebody else records to, a setting outside its range, a scene that makes no sense.
+    /// A file that cannot be written or that another program records to, a setting outside its range, an invalid scene.
     pub fn create(
         path: &Path,
         setup: &Setup,
@@ -100,35 +100,34 @@ impl Recorder {
         })
     }
 
-    /// A new session begins, its clock at zero. Comes before everything else.
+    /// Records the start of a new session, its clock at zero. Call it before anything else.
     pub fn begin(&mut self, run: Run) {
         self.viewed_s = f64::NEG_INFINITY;
         self.tracked = None;
         self.input(Input::Run(run));
     }
 
-    /// A frame of the tracker, as the session gets it.
+    /// Records a frame of the tracker, as the session gets it.
     pub fn frame(&mut self, frame: &HandFrame) {
         self.input(Input::Frame(*frame));
     }
 
-    /// A place of the virtual world, as the session gets it.
+    /// Records a pose of the virtual world, as the session gets it.
     pub fn world(&mut self, world: &WorldPose) {
         self.input(Input::World(*world));
     }
 
-    /// Something else that the session was told.
+    /// Records another request to the session.
     pub fn request(&mut self, request: Request) {
         self.input(Input::Request(request));
     }
 
-    /// A cycle: time and state that the session got, command that it answered.
+    /// Records a cycle: the time and state that the session got, and its command.
     pub fn cycle(&mut self, cycle: &Cycle) {
         self.input(Input::Cycle(*cycle));
     }
 
-    /// Something that happened. Frames and predictions come too often for a log: of those only the loss of the hand and
-    /// its return are kept.
+    /// Records an event. Frames and predictions are too frequent for a log: of these, only the loss and return of the hand are recorded.
     pub fn event(&mut self, event: &Event) {
         match event.kind {
             EventKind::Predicted(_) => return,
@@ -144,9 +143,9 @@ impl Recorder {
         self.views_dropped += u64::from(!sent);
     }
 
-    /// What is to be seen of a session after a cycle; taken once in every period of the settings, otherwise nothing is done.
+    /// Records a view of a session after a cycle, once in every view period; otherwise does nothing.
     pub fn view<P: Predictor>(&mut self, session: &Session<P>, cycle: &Cycle) {
-        // Half a microsecond of rounding would skip every other view.
+        // Without this tolerance, rounding would skip every other view.
         let due = cycle.t_s - self.viewed_s >= self.view_period_s - 5e-7;
         let backwards = cycle.t_s < self.viewed_s;
         if due || backwards {
@@ -156,13 +155,13 @@ impl Recorder {
         }
     }
 
-    /// Messages of the session that were left out so far.
+    /// Messages of the session that were dropped so far.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
 
-    /// Did writing fail? Nothing more is recorded then; [`finish`](Self::finish) says why.
+    /// Did writing fail? Then nothing more is recorded; [`finish`](Self::finish) returns the error.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.failed.load(Ordering::Relaxed)
@@ -174,7 +173,7 @@ impl Recorder {
         self.dropped.fetch_add(u64::from(!sent), Ordering::Relaxed);
     }
 
-    /// Was there space for it?
+    /// Returns whether there was space in the queue.
     fn send(&self, item: Item) -> bool {
         let Some(sender) = &self.sender else {
             return false;
@@ -185,10 +184,10 @@ impl Recorder {
         }
     }
 
-    /// Writes what still waits, and ends the file. A recorder that is dropped does the same and keeps silent.
+    /// Writes the queued messages and ends the file. Dropping a recorder does the same, but ignores errors.
     ///
     /// # Errors
-    /// The first error of the thread that writes.
+    /// The first error of the writing thread.
     pub fn finish(mut self) -> Result<Summary, RecordError> {
         let bytes = self.close()?;
         Ok(Summary {

@@ -3,33 +3,33 @@
 use crate::error::RecordError;
 use hwall::numeric::check::{non_negative, that};
 
-/// What happens when the thread that writes falls behind.
+/// What happens if the writing thread falls behind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Overflow {
-    /// The loop waits: for simulations, of which every step counts.
+    /// The loop blocks: for simulations, in which every step counts.
     Wait,
-    /// Drops what does not fit, and records how much: for loops that must not wait.
+    /// Drops what does not fit, and records how much: for loops that must not block.
     Drop,
 }
 
 /// Settings of a [`Recorder`](crate::Recorder).
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecorderConfig {
-    /// What happens when the writing thread falls behind; default [`Overflow::Drop`].
+    /// What happens if the writing thread falls behind; default [`Overflow::Drop`].
     pub overflow: Overflow,
-    /// Messages that wait to be written at most; default 4096, four seconds of a loop at 1 kHz.
+    /// Most messages that wait to be written; default 4096, four seconds of a loop at 1 kHz.
     pub capacity: usize,
-    /// A chunk is written out when it has grown to this size, bytes; default 256 KiB.
+    /// A chunk is written when it has this size, bytes; default 256 KiB.
     pub chunk_bytes: usize,
-    /// Or after this time, s, so that a crash loses no more; default 0.5.
+    /// A chunk is written after this time at the latest, s; a crash loses no more than that. Default 0.5.
     pub flush_s: f64,
     /// Period of the views, s; default 0.01.
     pub view_period_s: f64,
     /// Every n-th view is drawn in `/scene/now`; default 3; 0 draws none.
     pub scene_every: u32,
-    /// Scenes of more triangles are not drawn; default 200,000.
+    /// Scenes with more triangles are not drawn; default 200,000.
     pub most_triangles: usize,
-    /// Time of the arm's zero in the file, ns; default 0. Set it to the time since 1970 to find the recording among others.
+    /// Time of the arm's zero in the file, ns; default 0. Set it to the time since 1970 to sort recordings by date.
     pub epoch_ns: u64,
 }
 
@@ -49,7 +49,7 @@ impl Default for RecorderConfig {
 }
 
 impl RecorderConfig {
-    /// For simulations: nothing is left out.
+    /// For simulations: nothing is dropped.
     #[must_use]
     pub fn simulated() -> Self {
         Self {

@@ -7,7 +7,7 @@ use crate::message::session::{self, Body};
 use crate::setup::Setup;
 use std::path::Path;
 
-/// A recording of sessions, read from a file that may be cut anywhere.
+/// A recording of sessions, read from a file that may be truncated anywhere.
 #[derive(Debug, Clone)]
 pub struct Recording {
     bytes: Vec<u8>,
@@ -36,12 +36,11 @@ impl Recording {
         Self::from_bytes(std::fs::read(path).map_err(RecordError::io(path))?)
     }
 
-    /// Reads an MCAP file whose chunks are not compressed. Other channels than those of a session are passed over. A
-    /// file that is cut is read as far as it goes, see [`Recording::ending`].
+    /// Reads an MCAP file without compressed chunks. Channels other than those of a session are skipped. A truncated file is read as far as
+    /// possible, see [`Recording::ending`].
     ///
     /// # Errors
-    /// Bytes that are no MCAP file, records that contradict themselves, a chunk with another checksum, no setup or a
-    /// malformed one.
+    /// Bytes that are not an MCAP file, inconsistent records, a chunk with a wrong checksum, a missing or malformed setup.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, RecordError> {
         let (mut setup_at, mut messages) = (None, Vec::new());
         let mut ending = read_messages(&bytes, &CHANNELS, |message| {
@@ -67,7 +66,7 @@ impl Recording {
         })
     }
 
-    /// What the sessions were made of.
+    /// The setup of the sessions.
     #[must_use]
     pub const fn setup(&self) -> &Setup {
         &self.setup
@@ -79,7 +78,7 @@ impl Recording {
         self.ending
     }
 
-    /// What the sessions were given and answered, in that order.
+    /// The inputs and outputs of the sessions, in order.
     #[must_use]
     pub fn inputs(&self) -> Inputs<'_> {
         Inputs {
@@ -98,8 +97,8 @@ fn body<'a>(bytes: &'a [u8], message: &MessageAt) -> Body<'a> {
     }
 }
 
-/// The inputs of a recording, see [`Recording::inputs`]. With each comes its number among all messages of the sessions:
-/// a number that is skipped was left out of the recording.
+/// The inputs of a recording, see [`Recording::inputs`]. Each has its number among all messages of the sessions; a skipped number is a
+/// dropped message.
 #[derive(Debug, Clone)]
 pub struct Inputs<'a> {
     recording: &'a Recording,

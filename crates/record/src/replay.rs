@@ -1,4 +1,4 @@
-//! The same inputs once more, and whether the same commands come out.
+//! Runs recorded inputs again and compares the commands.
 
 use crate::error::RecordError;
 use crate::file::Ending;
@@ -11,15 +11,15 @@ use hwall::{Controller, Session};
 use std::collections::VecDeque;
 use std::fmt;
 
-/// Tells a session something.
+/// Passes a request to a session.
 pub(crate) fn tell<P: Predictor>(session: &mut Session<P>, request: Request) {
     match request {
         Request::Stop => session.stop(),
         Request::Reset => session.reset(),
         Request::Refused => session.refused(),
-        // Told to the planner instead.
+        // Handled by the planner.
         Request::Planned { .. } => {}
-        // What the session refused then it refuses now.
+        // What the session rejected then, it rejects now.
         Request::ClockOffset {
             arm_minus_tracker_s,
         } => {
@@ -29,7 +29,7 @@ pub(crate) fn tell<P: Predictor>(session: &mut Session<P>, request: Request) {
     }
 }
 
-/// The first command that came out differently.
+/// The first command that differs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
     /// Number of the run.
@@ -38,9 +38,9 @@ pub struct Difference {
     pub cycle: u64,
     /// Its time on the arm's clock, s.
     pub t_s: f64,
-    /// As the recording has it.
+    /// The recorded command.
     pub recorded: ArmCommand,
-    /// As it is now.
+    /// The replayed command.
     pub replayed: ArmCommand,
 }
 
@@ -65,16 +65,16 @@ impl fmt::Display for Difference {
     }
 }
 
-/// What a replay found.
+/// Result of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replayed {
-    /// Sessions.
+    /// Number of sessions.
     pub runs: u64,
-    /// Frames of the tracker.
+    /// Number of tracker frames.
     pub frames: u64,
-    /// Commands that were compared.
+    /// Number of commands compared.
     pub cycles: u64,
-    /// Messages that the recording lacks: those left out when writing fell behind.
+    /// Messages missing in the recording: they were dropped when writing fell behind.
     pub missing: u64,
     /// The first command that differs; nothing after it was compared.
     pub difference: Option<Difference>,
@@ -82,8 +82,8 @@ pub struct Replayed {
     pub ending: Ending,
 }
 
-/// Runs the sessions of a recording again, each made by `session_of`, and compares every command bit by bit with the
-/// one that was recorded. Ends at the first difference.
+/// Runs the sessions of a recording again, each created by `session_of`, and compares every command bit by bit with the recorded one. Ends
+/// at the first difference.
 ///
 /// # Errors
 /// A message that cannot be read; an error of `session_of`.
@@ -154,7 +154,7 @@ pub fn replay<P: Predictor, E: From<RecordError>>(
                 }
                 *cycle += 1;
             }
-            // Those left out at the very end leave no gap behind them.
+            // Messages dropped at the very end leave no gap.
             Input::End { dropped } => replayed.missing = replayed.missing.max(dropped),
             Input::Run(_) => {}
         }
@@ -162,7 +162,7 @@ pub fn replay<P: Predictor, E: From<RecordError>>(
     Ok(replayed)
 }
 
-/// The inputs of the run that begins.
+/// The inputs of the run that starts.
 fn of_run(inputs: Inputs<'_>) -> impl Iterator<Item = Input> {
     inputs.map_while(|input| match input {
         Ok((_, Input::Run(_))) | Err(_) => None,
@@ -170,18 +170,18 @@ fn of_run(inputs: Inputs<'_>) -> impl Iterator<Item = Input> {
     })
 }
 
-/// What a planner on a thread of its own was asked and when it was heard of, done again on this one.
+/// Repeats on one thread what a planner on its own thread was asked, and when its results were used.
 #[derive(Default)]
 struct Plans {
     are_recorded: bool,
-    /// Steps that it was asked about, with the surfaces that it knew, and has not answered.
+    /// Unanswered requests: steps, with the surfaces that the planner used.
     ahead: VecDeque<[u64; 2]>,
     has_listened: bool,
     has_worked: bool,
 }
 
 impl Plans {
-    /// Those of the run that begins.
+    /// The requests of the run that starts.
     fn of_run(inputs: Inputs<'_>) -> Self {
         let planned = |input| match input {
             Input::Request(Request::Planned { step, surfaces }) => Some([step, surfaces]),
@@ -195,7 +195,7 @@ impl Plans {
         }
     }
 
-    /// Asks about the step that comes next, and lets the planner work once it knows the surfaces that it knew then.
+    /// Requests a plan for the next step, and lets the planner work once it has the surfaces that it used then.
     fn go_on<P: Predictor>(&mut self, session: &mut Session<P>) {
         let Some([step, surfaces]) = self.ahead.front() else {
             return;
@@ -226,7 +226,7 @@ impl Plans {
     }
 }
 
-/// What a command is called, and its numbers.
+/// Name and numbers of a command.
 fn parts(command: &ArmCommand) -> (&'static str, [f64; 7]) {
     match command {
         ArmCommand::Position(q) => ("position", q.0),
@@ -235,7 +235,7 @@ fn parts(command: &ArmCommand) -> (&'static str, [f64; 7]) {
     }
 }
 
-/// Bit by bit: neither is zero minus zero, nor does NaN differ from itself.
+/// Compares bit by bit: zero differs from minus zero, and NaN equals itself.
 fn same(a: &ArmCommand, b: &ArmCommand) -> bool {
     let ((kind_a, a), (kind_b, b)) = (parts(a), parts(b));
     kind_a == kind_b && a.map(f64::to_bits) == b.map(f64::to_bits)

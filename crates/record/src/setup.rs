@@ -1,13 +1,13 @@
-//! How a session was set up: all that is needed to set it up again.
+//! The setup of a session: everything that is needed to create it again.
 
 use hwall::haptics::Board;
 
-/// Where the arm comes from.
+/// Source of the arm.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ArmSource {
     /// A preset, by name.
     Named(String),
-    /// A description of its own: where it was read from, and its text.
+    /// A custom description: its source and its text.
     Urdf {
         /// Name of the file.
         name: String,
@@ -26,10 +26,10 @@ impl ArmSource {
     }
 }
 
-/// What a session was made of. The texts are those of the files, so a recording needs none of them.
+/// The setup of a session. It contains the texts of the files, so a recording does not need the files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
-    /// Who recorded, with its version. Bit by bit only the same build answers alike.
+    /// Recording program and version. Only the same build gives bit-identical results.
     pub program: String,
     /// The OBJ text of the scene, in the frame of its file.
     pub scene_obj: String,
@@ -39,8 +39,7 @@ pub struct Setup {
     pub arm: ArmSource,
     /// The board.
     pub board: Board,
-    /// Whatever else whoever makes the session needs, in words of its own. Numbers written with `{:?}` come back
-    /// bit by bit.
+    /// Further settings of the program that creates the session, as text. Numbers written with `{:?}` are read back bit by bit.
     pub options: Vec<(String, String)>,
 }
 
@@ -52,12 +51,12 @@ impl Setup {
     }
 }
 
-/// One session of a recording: each begins anew, as with another person.
+/// One session of a recording: each starts anew, as with another person.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Run {
     /// Its number, from 0.
     pub number: u32,
-    /// What differs from run to run, in words of whoever makes the sessions.
+    /// Settings that differ from run to run, as text.
     pub options: Vec<(String, String)>,
 }
 

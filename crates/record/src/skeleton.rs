@@ -1,4 +1,4 @@
-//! The arm as it is drawn: frames of its links, and capsules along them.
+//! The arm as drawn: frames of its links, and capsules along them.
 
 use crate::error::RecordError;
 use glam::{DMat3, DVec3};
@@ -6,22 +6,22 @@ use hwall::geometry::Pose;
 use hwall::haptics::Board;
 use hwall::kinematics::{ArmKinematics, Chain, ChainJoint, JointKind, MOST_JOINTS};
 
-/// The arm's base, and the frame of everything.
+/// The arm's base, and the root frame.
 pub(crate) const BASE: &str = "base";
 /// The middle of the board's face.
 pub(crate) const BOARD: &str = "board";
 /// The frame of the scene.
 pub(crate) const WORLD: &str = "world";
 
-/// Radius of the first link's capsule, m, and what each further one is thinner by.
+/// Radius of the first link's capsule, m, and the decrease from link to link, m.
 const RADIUS_M: f64 = 0.068;
 const THINNER_M: f64 = 0.004;
-/// Links shorter than this are drawn as a ball, m.
+/// Links shorter than this are drawn as a sphere, m.
 const SHORT_M: f64 = 0.005;
 /// Chain and kinematics agree within this, m: descriptions have five digits.
 const AGREES_M: f64 = 1e-4;
 
-/// A capsule in the frame of its link: all that is nearer to a segment than a radius, m.
+/// A capsule in the frame of its link: all points closer to a segment than a radius, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Capsule {
     pub(crate) from_m: DVec3,
@@ -35,7 +35,7 @@ impl Capsule {
         self.from_m.distance(self.to_m)
     }
 
-    /// Middle of the segment, with z along it; `None` for a ball.
+    /// Middle of the segment, with z along it; `None` for a sphere.
     pub(crate) fn link_from_cylinder(&self) -> Option<Pose> {
         let along = self.to_m - self.from_m;
         if along.length() < SHORT_M {
@@ -48,8 +48,8 @@ impl Capsule {
     }
 }
 
-/// The frames and capsules of an arm, from its chain of joints. Frames are named `base`, `link_1` and so on, and
-/// `board` for the middle of the board's face, in transforms and in the URDF alike.
+/// The frames and capsules of an arm, from its chain of joints. Frames are named `base`, `link_1` and so on, and `board` for the middle of
+/// the board's face, both in transforms and in the URDF.
 #[derive(Debug, Clone)]
 pub struct Skeleton {
     pub(crate) joints: Vec<ChainJoint>,
@@ -60,10 +60,10 @@ pub struct Skeleton {
 }
 
 impl Skeleton {
-    /// Of a chain of joints and the kinematics that the session uses, whose tool is the face of the board.
+    /// From a chain of joints and the kinematics of the session, whose tool is the face of the board.
     ///
     /// # Errors
-    /// No joint or more than seven; a chain that at zero ends elsewhere than the kinematics says.
+    /// No joint or more than seven; a chain that does not end where the kinematics does.
     pub fn new(chain: &Chain, arm: &dyn ArmKinematics, board: &Board) -> Result<Self, RecordError> {
         let joints = chain.joints().to_vec();
         let count = joints.len();
@@ -73,7 +73,7 @@ impl Skeleton {
         let zero = [0.0; MOST_JOINTS];
         let poses = chain.link_poses(&zero[..count])?;
         let board_at_zero = arm.forward(&hwall::kinematics::JointPositions(zero));
-        // The last of the poses is the tip's.
+        // The last pose is that of the tip.
         let last = poses.get(count - 1).copied().unwrap_or(Pose::IDENTITY);
         let last_link_from_board = last.inverse() * board_at_zero;
         let skeleton = Self {
@@ -86,7 +86,7 @@ impl Skeleton {
         Ok(skeleton)
     }
 
-    /// Away from zero the two are the same arm only if all axes are.
+    /// Arms that agree at zero are the same only if all axes agree.
     fn agrees(&self, arm: &dyn ArmKinematics) -> Result<(), RecordError> {
         let mut q = [0.0; MOST_JOINTS];
         for (i, (angle, limit)) in q.iter_mut().zip(arm.limits()).enumerate() {
@@ -102,7 +102,7 @@ impl Skeleton {
         }
     }
 
-    /// Where the board is by the transforms of all links.
+    /// Pose of the board from the transforms of all links.
     pub(crate) fn base_from_board(&self, q: &[f64]) -> Pose {
         let links = self.transforms(q).fold(Pose::IDENTITY, |a, b| a * b);
         links * self.last_link_from_board
@@ -122,7 +122,7 @@ impl Skeleton {
         })
     }
 
-    /// Name of the frame that a joint stands in.
+    /// Name of the parent frame of a joint.
     pub(crate) fn parent(&self, joint: usize) -> &str {
         match joint.checked_sub(1).and_then(|i| self.links.get(i)) {
             Some(link) => link,
@@ -130,7 +130,7 @@ impl Skeleton {
         }
     }
 
-    /// The base and every link: from its own origin to that of the next.
+    /// The capsules of the base and of every link: from its own origin to that of the next link.
     pub(crate) fn capsules(&self) -> impl Iterator<Item = (&str, Capsule)> {
         let names = std::iter::once(BASE).chain(self.links.iter().map(String::as_str));
         let flange = self.last_link_from_board.position_m()

@@ -1,18 +1,17 @@
-//! A URDF of capsules, so that viewers show the arm that the transforms move.
+//! A URDF of capsules, with which viewers show the arm that the transforms move.
 
 use crate::skeleton::{BASE, BOARD, Skeleton};
 use glam::{DMat3, DVec3};
 use hwall::geometry::Pose;
 use hwall::kinematics::JointKind;
 
-/// Where a joint says nothing of its speed and effort; URDF wants both.
+/// Speed and effort of joints that state none; URDF requires both.
 const USUAL_SPEED: f64 = 1.0;
 const USUAL_EFFORT: f64 = 100.0;
 
 impl Skeleton {
-    /// The arm as URDF: capsules along its links (cylinders and balls, which every reader knows) and the board as a box.
-    /// Links are named as the frames of the recording. Numbers come back bit by bit but for the angles of rotations,
-    /// which lose some 1e-16 rad.
+    /// The arm as URDF: capsules along its links (cylinders and spheres, which every reader supports) and the board as a box. Links have
+    /// the frame names of the recording. Numbers are read back bit by bit, except for rotation angles, which lose about 1e-16 rad.
     #[must_use]
     pub fn to_urdf(&self, name: &str) -> String {
         let mut lines = vec![
@@ -97,7 +96,7 @@ fn origin(pose: &Pose) -> String {
     )
 }
 
-/// `R = Rz(yaw) Ry(pitch) Rx(roll)`, as URDF has it; where yaw and roll turn about one axis, roll is zero.
+/// `R = Rz(yaw) Ry(pitch) Rx(roll)`, as in URDF; if yaw and roll turn about one axis, roll is zero.
 fn roll_pitch_yaw_rad(r: &DMat3) -> [f64; 3] {
     let (x, y, z) = (r.x_axis, r.y_axis, r.z_axis);
     let level = x.x.hypot(x.y);

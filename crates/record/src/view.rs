@@ -1,14 +1,14 @@
-//! What is worth looking at in a session at one instant.
+//! What viewers show of a session at one instant.
 
 use glam::{DMat3, DVec3};
 use hwall::contact::Predictor;
 use hwall::haptics::ArmState;
 use hwall::{Session, SessionState};
 
-/// Most moving surfaces that a view holds; further ones are not drawn.
+/// Most moving surfaces in a view; further ones are not drawn.
 pub(crate) const MOST_MOVING: usize = 8;
 
-/// A contact that is foreseen, as it is drawn.
+/// A predicted contact, as drawn.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SeenContact {
     pub(crate) point_m: DVec3,
@@ -19,7 +19,7 @@ pub(crate) struct SeenContact {
     pub(crate) distance_m: f64,
 }
 
-/// A session at an instant: of fixed size, so that taking one allocates nothing.
+/// A session at one instant. Its size is fixed, so taking one allocates nothing.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View {
     pub(crate) t_s: f64,
@@ -74,7 +74,7 @@ impl View {
     }
 }
 
-/// States count as in `hwall.State.State`.
+/// Codes of the states, as in `hwall.State.State`.
 const fn code(state: SessionState) -> u8 {
     match state {
         SessionState::Holding(_) => 0,

@@ -1,4 +1,4 @@
-//! The thread that writes: values in, messages out.
+//! The writing thread: takes values, writes messages.
 
 use crate::error::RecordError;
 use crate::file::GrowingFile;
@@ -23,14 +23,14 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
-/// How long the thread sleeps when there is nothing to do. It is not woken: that would cost the loop a system call.
+/// Sleep of the thread when there is nothing to do. It is not woken, which would cost the loop a system call.
 const NAP: Duration = Duration::from_millis(2);
-/// Between two sessions of a recording, ns.
+/// Pause between two sessions of a recording, ns.
 const PAUSE_NS: u64 = 1_000_000_000;
-/// Times beyond this are no times of a session, s: 30 years.
+/// Larger times are invalid, s: 30 years.
 const LONGEST_S: f64 = 1e9;
 
-/// What is handed to the thread that writes. `sequence` counts the messages of the session, so that a reader sees gaps.
+/// An item for the writing thread. `sequence` counts the messages of the session, so that a reader sees gaps.
 // Boxing the large ones would allocate in the loop.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug)]
@@ -40,7 +40,7 @@ pub(crate) enum Item {
     Event(Event),
 }
 
-/// What is drawn and does not change.
+/// The static part of the drawing.
 pub(crate) struct Stage {
     skeleton: Skeleton,
     scene: Scene,
@@ -60,7 +60,7 @@ impl Stage {
                 path: object.path,
             });
         }
-        // In their own frames they stand at zero.
+        // In their own frames they are at opening zero.
         for (surface, _) in &surfaces {
             scene.set_opening(*surface, 0.0)?;
         }
@@ -123,15 +123,15 @@ pub(crate) struct Writer {
     most_triangles: usize,
     chunk_bytes: usize,
     flush_after: Duration,
-    /// Since the last flush.
+    /// Messages since the last flush.
     pending: usize,
     flushed: Instant,
-    /// Of the arm's zero in the file, ns.
+    /// Time of the arm's zero in the file, ns.
     zero_ns: u64,
     /// The newest time in the file, ns.
     newest_ns: u64,
     begun: bool,
-    /// The next message of the session.
+    /// Number of the next message of the session.
     expected: u64,
     dropped: Arc<AtomicU64>,
 }
@@ -178,14 +178,14 @@ impl Writer {
         })
     }
 
-    /// Writes how the session is set up, at once.
+    /// Writes the setup of the session at once.
     pub(crate) fn setup(&mut self, setup: &Setup) -> Result<(), RecordError> {
         let t_ns = self.zero_ns;
         self.write(Topic::Setup, t_ns, |m, _| session::write_setup(m, setup))?;
         self.flush()
     }
 
-    /// Until the recorder is finished or dropped. Returns the bytes of the file.
+    /// Runs until the recorder is finished or dropped. Returns the size of the file, bytes.
     pub(crate) fn run(mut self, items: &Receiver<Item>) -> Result<u64, RecordError> {
         loop {
             match items.try_recv() {
@@ -244,7 +244,7 @@ impl Writer {
                 self.begun = true;
                 (Topic::Run, self.zero_ns)
             }
-            // Its own time is the tracker's; it came in now.
+            // Its stamp is the tracker's; it arrived now.
             Input::Frame(_) => (Topic::Frame, self.newest_ns),
             Input::World(_) => (Topic::World, self.newest_ns),
             Input::Request(_) => (Topic::Request, self.newest_ns),
@@ -295,7 +295,7 @@ impl Writer {
         self.write(Topic::Log, t_ns, |m, _| look::log(m, t_ns, level, text))
     }
 
-    /// Arm, board and surfaces, at the beginning of a session.
+    /// Draws arm, board and surfaces at the start of a session.
     fn draw_stage(&mut self, t_ns: u64) -> Result<(), RecordError> {
         let triangles = self.stage.scene.triangle_count();
         let shown = triangles <= self.most_triangles;
@@ -319,7 +319,7 @@ impl Writer {
         })
     }
 
-    /// Says what is missing before this message.
+    /// Reports messages that are missing before this one.
     fn gap(&mut self, sequence: u64) -> Result<(), RecordError> {
         let missing = sequence.saturating_sub(self.expected);
         self.expected = sequence + 1;
@@ -330,7 +330,7 @@ impl Writer {
         self.log(self.newest_ns, Level::Warning, &text)
     }
 
-    /// Time in the file; what is no time stands at the newest one.
+    /// Time in the file; an invalid time becomes the newest one.
     fn time_ns(&mut self, t_s: f64) -> u64 {
         if t_s.is_finite() && (0.0..LONGEST_S).contains(&t_s) {
             let t_ns = self.zero_ns.saturating_add((t_s * 1e9).round() as u64);
@@ -350,7 +350,7 @@ impl Writer {
         self.buffer.clear();
         let mut message = Message::to_vec(&mut self.buffer);
         body(&mut message, &self.stage);
-        // Numbers of fields are fixed, and a `Vec` grows: nothing can go wrong.
+        // Field numbers are fixed and a `Vec` grows, so this cannot fail.
         let _ = message.finish();
         let number = topic as usize;
         let header = MessageHeader {
@@ -366,7 +366,7 @@ impl Writer {
     }
 }
 
-/// An event as a line.
+/// An event as a log line.
 fn said(event: &EventKind) -> (Level, String) {
     let text = match event {
         EventKind::Frame(Tracking::Tracked(_)) => "the hand is tracked",

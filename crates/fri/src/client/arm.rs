@@ -1,4 +1,4 @@
-//! The client as an arm: states and commands.
+//! The client as an `Arm`: states and commands.
 
 use super::asked_path::{MOST_BEHIND_NS, Sent};
 use super::beginning::Beginning;
@@ -15,16 +15,16 @@ use hwall_haptics::{Arm, ArmCommand, ArmState};
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, Wrench};
 use hwall_numeric::check::all_finite;
 
-/// Longest time that a step of what is asked for may count as, s: what is older no longer says how fast a command moves.
+/// Longest time that a commanded step may span, s: older positions do not show how fast a command moves.
 const LONGEST_STEP_S: f64 = 0.05;
-/// So far from where the arm is may the first positions after torques lie, rad: what a soft arm was pushed away from them. More
-/// is a leap and refused.
+/// The first positions after torques may be this far from the arm's position, rad: a push may have displaced a soft arm. A larger step is refused as
+/// a jump.
 const LEAD_RAD: f64 = 0.2;
-/// An arm that has got no command for this long, and for more than four periods, stands: two time constants of a servo of 40 rad/s.
+/// An arm without a command for this long, and for more than five answer periods, counts as standing, ns: two time constants of a 40 rad/s servo.
 const STANDS_NS: u64 = 50_000_000;
 
 impl<T: Transport> FriClient<T> {
-    /// In mode wrench: a wrench at the tool, along the axes of the tool, beside the springs that hold the arm where commanding
+    /// In mode wrench: commands a wrench at the tool, along the axes of the tool, in addition to the springs that hold the arm where commanding
     /// began.
     ///
     /// # Errors
@@ -45,10 +45,10 @@ impl<T: Transport> FriClient<T> {
         }
     }
 
-    /// Answers the newest message without wanting anything: with the positions of the interpolator, zero torques, no wrench.
+    /// Answers the newest message without moving the arm: with the positions of the interpolator, zero torques, no wrench.
     ///
     /// # Errors
-    /// What the network says; no message to answer.
+    /// A network error; no message to answer.
     pub fn mirror(&mut self) -> Result<(), FriError> {
         let newest = self.newest.as_ref().ok_or(FriError::NoMessage)?;
         let interpolator = newest.message.interpolator.and_then(|i| i.position_rad);
@@ -104,14 +104,14 @@ impl<T: Transport> FriClient<T> {
         Ok(())
     }
 
-    /// Instead of a refused command the arm brakes, so that the controller gets its answer.
+    /// The arm brakes instead of executing a refused command, so that the controller gets an answer.
     pub(super) fn refuse(&mut self, error: FriError) -> Result<(), FriError> {
         self.statistics.refused += 1;
         self.stand()?;
         Err(error)
     }
 
-    /// Is a command taken now? Otherwise the answer is a mirror.
+    /// Are commands accepted now? Otherwise the answer is a mirror.
     fn begin_command(&mut self) -> Result<bool, FriError> {
         match self.is_active() {
             Ok(true) => match self.unfit() {
@@ -123,7 +123,7 @@ impl<T: Transport> FriClient<T> {
                 Ok(false)
             }
             Err(ended @ FriError::CommandingEnded { .. }) => {
-                // The connection is kept, so that commanding can begin again.
+                // Keep the connection, so that commanding can begin again.
                 self.mirror()?;
                 Err(ended)
             }
@@ -148,7 +148,7 @@ impl<T: Transport> FriClient<T> {
         let (period_s, since_s) = self.times_s()?;
         let time_ns = self.newest()?.time_ns;
         let leads = self.commanded.leads && self.is_near(&q_rad)?;
-        // After anything but positions the arm may stand a little beside what is asked for.
+        // After other commands than positions the arm may stand slightly away from the commanded position.
         let resumes = self.commanded.asked_rad.is_none() && !leads;
         let beginning = match self.commanded.beginning {
             Some(begun) if !resumes || goes_on(&last, &begun.lead(&q_rad, time_ns), period_s) => {
@@ -156,7 +156,7 @@ impl<T: Transport> FriClient<T> {
             }
             _ => Beginning::of(&last.q_rad, &q_rad, time_ns),
         };
-        // A step counts from what was asked for before, which the arm may still be on its way to.
+        // A step is measured from the previously requested position, which the arm may still be moving to.
         let before_rad = match self.commanded.asked_rad {
             _ if leads || (resumes && beginning.is_some()) => q_rad,
             Some(asked_rad) => asked_rad,
@@ -189,7 +189,7 @@ impl<T: Transport> FriClient<T> {
         let sent_rad = self.limits.led(&last.q_rad, &path_rad, period_s);
         let next = match leads {
             false => last.moved_to(sent_rad, period_s),
-            // The arm does not move as the positions that catch up with it.
+            // The arm does not move like the positions that catch up with it.
             true => CommandedMotion {
                 q_rad: sent_rad,
                 ..CommandedMotion::at_rest(self.commanded.asked_rad.unwrap_or(q_rad))
@@ -205,14 +205,14 @@ impl<T: Transport> FriClient<T> {
         self.send_motion(next, Some(path_ns))
     }
 
-    /// Could an arm that was pushed come from there?
+    /// Could a pushed arm have come from there?
     fn is_near(&self, q_rad: &[f64; 7]) -> Result<bool, FriError> {
         let measured_rad = &self.newest()?.q_rad;
         let mut off_rad = q_rad.iter().zip(measured_rad).map(|(a, b)| (a - b).abs());
         Ok(off_rad.all(|off_rad| off_rad <= LEAD_RAD))
     }
 
-    /// What the controller holds, as far as it has said.
+    /// The motion that the controller holds, as far as it has reported.
     fn last_motion(&self) -> Result<CommandedMotion, FriError> {
         Ok(self.held()?.motion)
     }
@@ -237,7 +237,7 @@ impl<T: Transport> FriClient<T> {
         Ok(held)
     }
 
-    /// Time between two answers, and how long ago the last command was, at least as long, s.
+    /// Time between two answers, s, and time since the last command, s, at least as long.
     fn times_s(&self) -> Result<(f64, f64), FriError> {
         let newest = self.newest()?;
         let period_s = answer_period_s(&newest.message);
@@ -249,7 +249,7 @@ impl<T: Transport> FriClient<T> {
         Ok((period_s, since_s))
     }
 
-    /// Has this message its answer? No time has gone by since: the arm is not further than it was told to be.
+    /// Has this message been answered? No time has passed since: the arm is no further than commanded.
     fn is_answered(&self) -> Result<bool, FriError> {
         let time_ns = self.newest()?.time_ns;
         Ok(!self.owes && self.commanded.motion.is_some() && time_ns == self.commanded.motion_ns)
@@ -283,7 +283,7 @@ impl<T: Transport> FriClient<T> {
         }
         let newest = self.newest()?;
         let (measured, time_ns) = (newest.q_rad, newest.time_ns);
-        // An arm that hangs behind the positions commanded before: a leap back to it would end commanding.
+        // The arm may lag behind the previous commands: jumping to the measured position would end commanding.
         let (last, (period_s, _)) = (self.last_motion()?, self.times_s()?);
         let q_rad = self.limits.led(&last.q_rad, &measured, period_s);
         self.commanded.leads = true;
@@ -298,7 +298,7 @@ impl<T: Transport> FriClient<T> {
         })
     }
 
-    /// Brakes by what the controller takes.
+    /// Brakes with a command that the controller accepts.
     pub(super) fn stand(&mut self) -> Result<(), FriError> {
         match self.command_mode() {
             ClientCommandMode::Wrench => self.wrench(&Wrench::default()),
@@ -312,7 +312,7 @@ impl<T: Transport> FriClient<T> {
         if !self.is_answered()? {
             self.commanded.leave_path();
         }
-        // At the end of a range the arm stops harder than it would brake.
+        // At a range limit the arm stops harder than it would brake.
         let motion = CommandedMotion {
             q_rad: self.limits.clamped(&braked.q_rad),
             ..braked
@@ -327,19 +327,19 @@ impl<T: Transport> FriClient<T> {
     }
 }
 
-/// Does the motion change its speed less on the way to these positions than if it stood still?
+/// Does moving to these positions change the speed less than stopping would?
 fn goes_on(last: &CommandedMotion, q_rad: &[f64; 7], period_s: f64) -> bool {
     let before = &last.speed_rad_per_s;
     let most = before.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let next = last.moved_to(*q_rad, period_s).speed_rad_per_s;
-    // NaN does not go on.
+    // NaN does not continue the motion.
     (next.iter().zip(before)).all(|(next, before)| (next - before).abs() <= most)
 }
 
 impl<T: Transport> Arm for FriClient<T> {
     type Error = FriError;
 
-    /// The newest state; what has come meanwhile is taken. Noise and delay are those of the controller.
+    /// The newest state, including messages that arrived meanwhile. Noise and delay are those of the controller.
     fn state(&mut self) -> Result<ArmState, FriError> {
         if !self.owes {
             self.take_waiting()?;
@@ -359,7 +359,7 @@ impl<T: Transport> Arm for FriClient<T> {
         error.is_transient()
     }
 
-    /// Answers the newest message; a second command for it has no effect. Instead of a refused command the arm brakes.
+    /// Answers the newest message; a second command for the same message has no effect. If a command is refused, the arm brakes.
     fn command(&mut self, command: ArmCommand) -> Result<(), FriError> {
         if !self.begin_command()? {
             return self.mirror();

@@ -1,40 +1,40 @@
-//! The path that the program asks for, and how far the controller has come on it.
+//! The path requested by the program, and the controller's progress on it.
 //!
-//! A command that does not arrive leaves the controller where it was. Commands after it go on from there, along the same path: the
-//! arm is behind then, and never leaps. While it is behind, it goes through the path a little faster than it was asked for.
+//! If a command is lost, the controller stays where it was. Later commands continue from there along the same path: the arm is delayed, and never
+//! jumps. While it is delayed, it follows the path slightly faster than requested.
 
 use super::braking::CommandedMotion;
 use crate::limits::CommandLimits;
 
-/// Points of the path that are kept: more than [`MOST_BEHIND_NS`] at 1 ms.
+/// Number of path points stored: more than [`MOST_BEHIND_NS`] at 1 ms.
 const POINTS: usize = 256;
-/// An arm further behind no longer follows: it brakes, and the program has to begin anew from where it rests, ns. A joint at full speed,
-/// 1.7 rad/s, is 0.3 rad from where the supervisor of a session expects it only after 0.33 s.
+/// Largest delay of the arm, ns. With a larger one it brakes, and the program has to begin again from where it rests. A joint at full speed, 1.7
+/// rad/s, is 0.3 rad from where the session's supervisor expects it only after 0.33 s.
 pub(super) const MOST_BEHIND_NS: u64 = 200_000_000;
-/// Catching up adds at most this share to the speed: more than what bursts of one to four answers in 5 % of the cycles cost (12.5 %), and
+/// Catching up adds at most this share to the speed. That exceeds the loss from bursts of one to four answers in 5 % of the cycles (12.5 %), and
 /// accelerations grow by at most 32 % while it fades.
 const MOST_CATCHING: f64 = 0.15;
-/// That share changes by at most this in a second: at 3 rad/s it adds 2.3 rad/s².
+/// Largest change of that share per second: at 3 rad/s it adds 2.3 rad/s².
 const CATCHING_PER_S: f64 = 0.75;
-/// A path that stays within this, rad, is at rest.
+/// A path that stays within this is at rest, rad.
 const RESTS_RAD: f64 = 1e-7;
 
-/// What was sent with an answer: where the arm shall be, and which time of the path that is.
+/// The content of an answer: the commanded motion, and its time on the path.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sent {
     pub(super) motion: CommandedMotion,
-    /// `None` for what is not on the path, as braking.
+    /// `None` for motions off the path, such as braking.
     pub(super) path_ns: Option<u64>,
-    /// When, ns.
+    /// Time when it was sent, ns.
     pub(super) time_ns: u64,
 }
 
-/// What a message says about the answers before it.
+/// What a message reports about earlier answers.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Arrival {
-    /// Answers that should have arrived and have not.
+    /// Answers that should have arrived but have not.
     pub(super) missing: u32,
-    /// The one that has arrived was not the newest: it came after the message that followed its own.
+    /// The answer that arrived was not the newest: it came after the message that followed its own.
     pub(super) is_late: bool,
 }
 
@@ -43,24 +43,24 @@ pub(super) struct Arrival {
 pub(super) struct Answers {
     ring: [Option<(u32, Sent)>; POINTS],
     newest: Option<u32>,
-    /// How many were sent; sequence numbers wrap.
+    /// Number of answers sent; sequence numbers wrap.
     count: u32,
-    /// The newest answer that was named as soon as it was due.
+    /// The newest answer that was acknowledged in time.
     in_time: Option<u32>,
-    /// What the controller holds by that. It is kept beyond the ring, for it stays true however many answers are lost.
+    /// What the controller therefore holds. Stored outside the ring, since it stays true however many answers are lost.
     held: Option<Sent>,
-    /// The answer that was named last as the newest that has arrived.
+    /// The last acknowledged answer.
     named: Option<u32>,
-    /// Does the controller say which answers arrive? Known once it has named two of them.
+    /// Does the controller acknowledge answers? Known after two different acknowledgements.
     is_told: bool,
-    /// How many answers are on their way when a message names a new one: the least in this window and the last.
+    /// Answers in transit when a message acknowledges a new one: the minimum of this window and the last, and of this window.
     usual: u32,
     least: u32,
     counted: u32,
 }
 
-/// Named answers after which the usual number of answers on their way is found anew. A delay that has grown for good stops the arm for up
-/// to twice as many answers. With 30 % of the answers late, all of a window are late once in 2·10⁸ windows.
+/// Acknowledgements after which the nominal number of answers in transit is determined again. A permanently longer delay stops the arm for up to
+/// twice as many answers. With 30 % of the answers late, all of a window are late once in 2·10⁸ windows.
 const WINDOW: u32 = 16;
 
 impl Answers {
@@ -90,19 +90,19 @@ impl Answers {
         (number == sequence).then_some(sent)
     }
 
-    /// How many answers were sent after this one; `None` if it was never sent.
+    /// Number of answers sent after this one; `None` if it was never sent.
     fn after(&self, sequence: u32) -> Option<u32> {
         let after = self.newest?.wrapping_sub(sequence);
         (after < self.count).then_some(after)
     }
 
-    /// A message says that the answer `reflected` has arrived.
+    /// Processes the acknowledgement of the answer `reflected`.
     pub(super) fn reflected(&mut self, reflected: u32) -> Arrival {
-        // An answer that was never sent says nothing.
+        // An answer that was never sent carries no information.
         let (Some(newest), Some(on_the_way)) = (self.newest, self.after(reflected)) else {
             return Arrival::default();
         };
-        // While none arrives more are lost, not on their way.
+        // Without new acknowledgements, missing answers are lost rather than in transit.
         let named = self.named.replace(reflected);
         let is_new = named.is_some_and(|named| named != reflected);
         if is_new {
@@ -114,7 +114,7 @@ impl Answers {
         if self.counted == WINDOW {
             (self.usual, self.least, self.counted) = (self.least, u32::MAX, 0);
         }
-        // An answer named later than usual may not have been used: the last one named in time counts on.
+        // An answer acknowledged late may not have been used: the last one acknowledged in time stays valid.
         let known = self.in_time.map(|known| newest.wrapping_sub(known));
         if on_the_way <= self.usual || known.is_none_or(|known| known <= on_the_way) {
             self.in_time = Some(reflected);
@@ -131,8 +131,8 @@ impl Answers {
         }
     }
 
-    /// What the controller will hold when the next answer comes, by the newest answer that it says has arrived in time. A controller that
-    /// does not say it is believed to have all.
+    /// What the controller will hold when the next answer arrives, based on the newest answer acknowledged in time. A controller that does not
+    /// acknowledge answers is assumed to have all of them.
     pub(super) fn held(&self, reflected: u32) -> Option<Sent> {
         match self.held {
             Some(held) if self.is_told && self.after(reflected).is_some() => Some(held),
@@ -141,7 +141,7 @@ impl Answers {
     }
 }
 
-/// Where the arm shall be at the times of the last commands.
+/// The requested positions at the times of the last commands.
 #[derive(Debug)]
 pub(super) struct AskedPath {
     points: [(u64, [f64; 7]); POINTS],
@@ -160,7 +160,7 @@ impl AskedPath {
         }
     }
 
-    /// The next point begins a new path.
+    /// Starts a new path with the next point.
     pub(super) const fn clear(&mut self) {
         (self.count, self.catching) = (0, 0.0);
     }
@@ -173,13 +173,13 @@ impl AskedPath {
         }
     }
 
-    /// The point that is `back` before the newest.
+    /// The point `back` places before the newest.
     const fn point(&self, back: usize) -> &(u64, [f64; 7]) {
         &self.points[(self.newest + POINTS - back) % POINTS]
     }
 
-    /// The time of the path to send next, ns, and its positions: a period after what is held, or a little more while the arm is behind.
-    /// At least one point was pushed.
+    /// The next path time to send, ns, and its positions: one period after what is held, or slightly more while the arm is delayed. Requires at least
+    /// one point.
     pub(super) fn next(
         &mut self,
         held: &Sent,
@@ -193,7 +193,7 @@ impl AskedPath {
             Some(path_ns) if path_ns >= first_ns => path_ns + period_ns,
             _ => first_ns,
         };
-        // A rest is left out: the arm need not stand as long as it was asked to, and as long as it is behind.
+        // Skip a rest while the arm is delayed: it need not stand for the full time.
         let due_ns = self.rests_until(due_ns);
         if due_ns >= now_ns {
             self.catching = 0.0;
@@ -203,7 +203,7 @@ impl AskedPath {
         let step = CATCHING_PER_S * period_s;
         let slower = (self.catching - step).max(0.0);
         let behind_s = (now_ns - due_ns) as f64 * 1e-9;
-        // It can end without a jolt when there is nothing left.
+        // Limited so that catching up can end smoothly when the delay is gone.
         let most = MOST_CATCHING.min((2.0 * CATCHING_PER_S * behind_s).sqrt());
         let shares = [self.catching + step, self.catching];
         let found = shares.into_iter().filter(|s| *s <= most).find_map(|share| {
@@ -221,7 +221,7 @@ impl AskedPath {
         (to_ns, q_rad)
     }
 
-    /// Linear between its points.
+    /// Linear between the points.
     fn at(&self, time_ns: u64) -> [f64; 7] {
         let mut after = self.point(0);
         for back in 1..self.count {
@@ -236,7 +236,7 @@ impl AskedPath {
         after.1
     }
 
-    /// Until when the path stays where it is at that time, ns.
+    /// End of the path's rest at that time, ns.
     fn rests_until(&self, time_ns: u64) -> u64 {
         let from_rad = self.at(time_ns);
         let rests =
@@ -287,13 +287,13 @@ mod tests {
         for k in 0..10 {
             assert_eq!(held_rad(k, k), f64::from(k));
         }
-        // 10 is late, 11 is lost; whether 10 was used is not known.
+        // 10 is late, 11 is lost; whether 10 was used is unknown.
         assert_eq!(held_rad(10, 9), 9.0);
         assert_eq!(held_rad(11, 10), 9.0);
         assert_eq!(held_rad(12, 12), 12.0);
     }
 
-    /// As many cycles as 0.2 s have at 1 ms: nothing that was sent meanwhile is believed to be on its way.
+    /// As many cycles as 0.2 s at 1 ms: none of the answers sent meanwhile counts as in transit.
     #[test]
     fn a_stall_is_no_long_way() {
         let mut answers = Answers::new();
@@ -309,7 +309,7 @@ mod tests {
         }
     }
 
-    /// Only the last 255 answers were counted.
+    /// Regression: only the last 255 answers were counted.
     #[test]
     fn a_long_row_of_lost_answers_is_counted_to_its_end() {
         let mut answers = Answers::new();
@@ -318,18 +318,18 @@ mod tests {
             let reflected = k.min(99);
             assert_eq!(answers.reflected(reflected).missing, k - reflected);
         }
-        // One that was never sent.
+        // An answer that was never sent.
         assert_eq!(answers.reflected(12_000).missing, 0);
     }
 
-    /// After 256 lost answers the newest was believed to be held: the arm would have leapt to it. Sequence numbers wrap meanwhile.
+    /// Regression: after 256 lost answers the newest counted as held, and the arm would have jumped to it. Sequence numbers wrap meanwhile.
     #[test]
     fn what_is_held_is_remembered_however_many_answers_are_lost() {
         for first in [0, u32::MAX - 150, u32::MAX - 300] {
             let mut answers = Answers::new();
             for k in 0..2000_u32 {
                 answers.push(first.wrapping_add(k), sent([f64::from(k); 7]));
-                // 99 is the last one that arrives for long.
+                // For a long time, 99 is the last one that arrives.
                 let arrived = if k < 1500 { k.min(99) } else { k };
                 let reflected = first.wrapping_add(arrived);
                 let missing = answers.reflected(reflected).missing;
@@ -340,7 +340,7 @@ mod tests {
         }
     }
 
-    /// The way there and back takes longer than a period: every message names a new answer, never the newest.
+    /// The round trip takes longer than a period: every message acknowledges a new answer, never the newest.
     #[test]
     fn answers_that_arrive_after_the_next_message_are_late_and_not_lost() {
         let mut answers = Answers::new();
@@ -367,7 +367,7 @@ mod tests {
         }
     }
 
-    /// An arm that was 0.16 s behind stood still for the 0.15 s that the path had rested, while it was asked to move: it seemed to be frozen.
+    /// Regression: an arm delayed by 0.16 s stood still for the 0.15 s of a rest on the path while it was asked to move: it seemed frozen.
     #[test]
     fn an_arm_that_is_behind_leaves_out_a_rest() {
         let limits = CommandLimits::new(&SrsArm::iiwa7(), [0.0; 7]);
@@ -386,7 +386,7 @@ mod tests {
         assert_eq!((next(100), next(200), next(50)), (250, 250, 55));
     }
 
-    /// Answers are lost in bursts while the arm goes there and back; what arrives keeps to the limits, and it ends where it was asked to.
+    /// Answers are lost in bursts on a path back and forth; the resulting motion respects the limits, and ends where requested.
     #[test]
     fn bursts_make_an_arm_late_and_never_throw_it() {
         let limits = CommandLimits::new(&SrsArm::iiwa7(), [0.0; 7]);
@@ -396,7 +396,7 @@ mod tests {
             let period_s = period_ns as f64 * 1e-9;
             let asked = |k: u64| {
                 let t_s = (k as f64 * period_s).min(2.5);
-                // A smooth way of 2.5 s; up to 0.94 rad/s and 1.2 rad/s².
+                // A smooth path of 2.5 s; up to 0.94 rad/s and 1.2 rad/s².
                 [1.5 * (0.5 - 0.5 * (std::f64::consts::PI * t_s / 2.5).cos()); 7]
             };
             let mut path = AskedPath::new();

@@ -1,15 +1,15 @@
-//! From the positions of the interpolator to those of a program that begins where it measured the arm.
+//! Blends from the interpolator's positions to those of a program that begins at the measured position.
 
 use crate::limits::SERVO_ERROR_RAD;
 use std::f64::consts::PI;
 
-/// The difference is gone after this time, ns.
+/// The offset has faded after this time, ns.
 const FADE_NS: u64 = 1_000_000_000;
 
-/// What lay between the positions commanded before and the first ones of a program, and when.
+/// Offset between the previously commanded positions and the first ones of a program, and its time.
 ///
-/// A program that begins at the measured angles is off by the error of the arm's servo. Sent as they are, its first positions would
-/// throw the arm by that much; so the difference is laid over them, and fades.
+/// A program that begins at the measured angles is off by the servo error of the arm. Its first positions would move the arm abruptly by that much;
+/// so the offset is added to them, and fades.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beginning {
     difference_rad: [f64; 7],
@@ -17,13 +17,13 @@ pub(super) struct Beginning {
 }
 
 impl Beginning {
-    /// Positions that need no lead.
+    /// Positions that need no offset.
     pub(super) const NOWHERE_ELSE: Self = Self {
         difference_rad: [0.0; 7],
         time_ns: 0,
     };
 
-    /// From the positions held to the first ones, both finite; `None` if they are too far apart.
+    /// From the held positions to the first ones, both finite; `None` if they are too far apart.
     pub(super) fn of(held_rad: &[f64; 7], first_rad: &[f64; 7], time_ns: u64) -> Option<Self> {
         let difference_rad: [f64; 7] = std::array::from_fn(|i| held_rad[i] - first_rad[i]);
         let is_near = difference_rad
@@ -35,7 +35,7 @@ impl Beginning {
         })
     }
 
-    /// The positions to send for those asked for. The difference goes as half a cosine: at most 0.08 rad/s and 0.25 rad/s².
+    /// The positions to send for the requested ones. The offset fades as half a cosine: at most 0.08 rad/s and 0.25 rad/s².
     pub(super) fn lead(&self, q_rad: &[f64; 7], time_ns: u64) -> [f64; 7] {
         let gone_ns = time_ns.saturating_sub(self.time_ns).min(FADE_NS);
         if gone_ns == FADE_NS {

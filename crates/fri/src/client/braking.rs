@@ -1,6 +1,6 @@
-//! From commanded positions in motion to rest.
+//! Brakes moving commanded positions to rest.
 
-/// Commanded positions and how fast they move.
+/// Commanded positions and their velocities.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CommandedMotion {
     pub(crate) q_rad: [f64; 7],
@@ -23,7 +23,7 @@ impl CommandedMotion {
         }
     }
 
-    /// The next positions of every joint on its way to rest.
+    /// The next positions of joints that brake to rest.
     pub(crate) fn braked(&self, braking_rad_per_s2: &[f64; 7], dt_s: f64) -> Self {
         let speed_rad_per_s = std::array::from_fn(|i| {
             let speed = self.speed_rad_per_s[i];
@@ -45,7 +45,7 @@ mod tests {
     fn comes_to_rest_in_the_least_time() {
         let start = CommandedMotion::at_rest([0.0; 7]);
         let mut motion = start.moved_to([0.001, -0.001, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3);
-        // 1 rad/s at 10 rad/s² ends after 0.1 s and 0.05 rad.
+        // From 1 rad/s at 10 rad/s² it takes 0.1 s and 0.05 rad.
         for _ in 0..100 {
             motion = motion.braked(&[10.0; 7], 1e-3);
         }

@@ -1,28 +1,28 @@
-//! What was asked for and what was sent.
+//! Requested and sent commands.
 
 use super::asked_path::{Answers, AskedPath};
 use super::beginning::Beginning;
 use super::braking::CommandedMotion;
 
-/// What a client has commanded in the present session.
+/// The commands of a client in the current session.
 #[derive(Debug)]
 pub(super) struct Commanded {
-    /// Positions commanded last, and the message that they answered.
+    /// The last commanded positions, and the message that they answered.
     pub(super) motion: Option<CommandedMotion>,
     pub(super) motion_ns: u64,
-    /// What was sent and what of it has arrived.
+    /// The answers sent, and which of them have arrived.
     pub(super) answers: Answers,
-    /// Where the arm was asked to be.
+    /// The requested path.
     pub(super) path: AskedPath,
-    /// Which time of it was sent last; `None` beside the path.
+    /// The path time sent last; `None` off the path.
     pub(super) path_ns: Option<u64>,
-    /// How far it is behind that, ns.
+    /// The delay of the arm on the path, ns.
     pub(super) behind_ns: u64,
-    /// Positions asked for last; the arm may still be on its way there. `None` after anything but positions.
+    /// The last requested positions; the arm may still be moving there. `None` after other commands than positions.
     pub(super) asked_rad: Option<[f64; 7]>,
-    /// How far from the interpolator the program began; `None` until it did.
+    /// Offset from the interpolator at the program's beginning; `None` before it began.
     pub(super) beginning: Option<Beginning>,
-    /// After torques: are the positions on their way to those that are commanded?
+    /// After torques: are the sent positions still catching up with the requested ones?
     pub(super) leads: bool,
 }
 
@@ -41,7 +41,7 @@ impl Commanded {
         }
     }
 
-    /// Commanding has ended.
+    /// Resets after commanding has ended.
     pub(super) const fn forget(&mut self) {
         self.motion = None;
         self.leave_path();
@@ -49,14 +49,14 @@ impl Commanded {
         self.leads = false;
     }
 
-    /// What is asked for next begins a path of its own.
+    /// The next request begins a new path.
     pub(super) const fn leave_path(&mut self) {
         self.asked_rad = None;
         self.path.clear();
         self.behind_ns = 0;
     }
 
-    /// Remembers what goes out with the next answer.
+    /// Stores the motion of the next answer.
     pub(super) const fn keep(&mut self, motion: CommandedMotion, path_ns: Option<u64>) {
         self.motion = Some(motion);
         self.path_ns = path_ns;

@@ -1,4 +1,4 @@
-//! Settings of a client, and what it counts.
+//! Settings and statistics of a client.
 
 use super::asked_path::Arrival;
 use crate::codec::FriVersion;
@@ -11,20 +11,19 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 /// Settings of a [`FriClient`](super::FriClient).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FriClientConfig {
-    /// Address to listen on; default 127.0.0.1:30200, which only this machine reaches. For a real controller the address of the
-    /// interface it is connected to, or 0.0.0.0 for all of them, and its own in [`controller`](Self::controller); it takes ports
-    /// 30200 to 30209.
+    /// Address to listen on; default 127.0.0.1:30200, which only this machine reaches. For a real controller: the address of the connected interface,
+    /// or 0.0.0.0 for all, with the controller's own address in [`controller`](Self::controller); it uses ports 30200 to 30209.
     pub listen: SocketAddr,
-    /// Only this controller is listened to: what comes from elsewhere is counted ([`ClientStatistics::foreign`]) and dropped.
-    /// `None`, the default: the first one that speaks leads.
+    /// Only messages of this controller are accepted; others are counted ([`ClientStatistics::foreign`]) and dropped. `None`, the default: the first
+    /// sender is accepted.
     pub controller: Option<IpAddr>,
     /// Version of the interface; default 1.15.
     pub version: FriVersion,
-    /// Without a message for this long the connection counts as lost, s; default 0.5.
+    /// After this time without a message the connection counts as lost, s; default 0.5.
     pub silence_s: f64,
-    /// Corner of the filter of velocities, Hz, at most 1000; default 50. See [`FriClient`](super::FriClient).
+    /// Corner frequency of the velocity filter, Hz, at most 1000; default 50. See [`FriClient`](super::FriClient).
     pub velocity_hz: f64,
-    /// Largest torques that are commanded, N m; default 176, 176, 110, 110, 110, 40, 40, those of the iiwa 7's joints.
+    /// Largest commanded torques, N m; default 176, 176, 110, 110, 110, 40, 40, those of the iiwa 7's joints.
     pub max_torque_n_m: [f64; 7],
     /// Decelerations to rest, rad/s²: for `Hold` while positions are commanded. Default those of the iiwa 7.
     pub braking_rad_per_s2: [f64; 7],
@@ -56,38 +55,38 @@ impl FriClientConfig {
     }
 }
 
-/// What a client has counted.
+/// Statistics of a client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ClientStatistics {
-    /// Messages of the controller that were taken.
+    /// Messages of the controller that were accepted.
     pub received: u64,
     /// Answers sent.
     pub answered: u64,
-    /// Messages that were due for an answer and got none: the program was too slow or had no command.
+    /// Messages that expected an answer and got none: the program was too slow or gave no command.
     pub unanswered: u64,
-    /// Messages that said that an answer had not arrived: the arm held where it was.
+    /// Messages that reported a missing answer: the arm held its position.
     pub not_arrived: u64,
-    /// Messages that named an answer as arrived, but not the newest: it reached the controller after its next message.
+    /// Messages that acknowledged an answer, but not the newest: it reached the controller after its next message.
     pub late: u64,
-    /// Most answers in a row that had not arrived.
+    /// Most consecutive answers that had not arrived.
     pub longest_gap: u64,
-    /// The furthest that the arm was behind what was asked for, us.
+    /// Largest delay of the arm on the requested path, us.
     pub most_behind_us: u64,
     /// Messages that never came: gaps in the sequence.
     pub lost: u64,
-    /// Messages that came after a newer one, or twice.
+    /// Messages that came after a newer one, or repeated it.
     pub stale: u64,
     /// Messages that were read only together with a newer one: the program was late.
     pub skipped: u64,
-    /// Datagrams that are no message of the controller, or hold NaN.
+    /// Datagrams that are no controller message, or contain NaN.
     pub malformed: u64,
-    /// Datagrams from elsewhere than the controller.
+    /// Datagrams from other senders than the controller.
     pub foreign: u64,
     /// Commands refused.
     pub refused: u64,
-    /// Commands given while the controller took none.
+    /// Commands given while the controller accepted none.
     pub not_in_force: u64,
-    /// Sessions: times that the sequence began anew.
+    /// Sessions: how often the sequence restarted.
     pub sessions: u64,
 }
 

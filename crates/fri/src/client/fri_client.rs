@@ -1,4 +1,4 @@
-//! The connection to a controller: messages in, answers out.
+//! The connection to a controller: receives messages, sends answers.
 
 use super::commanded::Commanded;
 use super::config::{ClientStatistics, FriClientConfig};
@@ -17,45 +17,44 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A message this much older than the newest one is not a late one: the controller has begun anew.
+/// A message this much older than the newest one is not late: the controller has restarted.
 const NEW_SEQUENCE: u32 = 1000;
-/// Datagrams that are read in one go at most.
+/// Most datagrams read in one call.
 const MOST_WAITING: u32 = 64;
 
 /// A client of the Fast Robot Interface, and an [`Arm`](hwall_haptics::Arm).
 ///
-/// The controller sets the pace: wait for its next message ([`wait_for_message`](Self::wait_for_message)), read the state, give
-/// a command, which answers that message. Whoever only waits uses [`mirror`](Self::mirror), which answers without
-/// wanting anything, or [`wait_for_commanding`](Self::wait_for_commanding), which does it until commands are taken. A message that gets no
-/// answer before the next wait is counted ([`ClientStatistics::unanswered`]) and lowers the quality of the connection.
+/// The controller determines the timing: wait for its next message ([`wait_for_message`](Self::wait_for_message)), read the state, and give a
+/// command, which answers that message. To wait without moving, use [`mirror`](Self::mirror), which answers without moving the arm, or
+/// [`wait_for_commanding`](Self::wait_for_commanding), which does so until commands are accepted. A message without an answer before the next wait is
+/// counted ([`ClientStatistics::unanswered`]) and lowers the quality of the connection.
 ///
-/// What commands do depends on what the application on the controller has chosen ([`command_mode`](Self::command_mode)):
-/// positions and `Hold` in mode position, torques and `Hold` in mode torque, [`command_wrench`](Self::command_wrench) and `Hold` in mode
-/// wrench. Before commanding is active they have no effect and the positions of the interpolator go out instead; once it was
-/// active and has ended, they are refused ([`FriError::CommandingEnded`]).
+/// The application on the controller chooses the command mode ([`command_mode`](Self::command_mode)): positions and `Hold` in mode position, torques
+/// and `Hold` in mode torque, [`command_wrench`](Self::command_wrench) and `Hold` in mode wrench. Before commanding is active, commands have no
+/// effect and the interpolator's positions are sent instead. After it has ended, commands are refused ([`FriError::CommandingEnded`]).
 ///
-/// A message that says that the arm takes no commands ([`unfit`](Self::unfit): a safety stop, drives that are off, a control mode that does
-/// not go with the commands) is not commanded on: before commanding begins the client waits, afterwards the arm brakes and commands are
-/// refused ([`FriError::Unfit`]) until the values fit again.
+/// If a message shows that the arm accepts no commands ([`unfit`](Self::unfit): a safety stop, drives that are off, an unsuitable control mode), the
+/// client waits before commanding begins. Afterwards the arm brakes and commands are refused ([`FriError::Unfit`]) until the values are suitable
+/// again.
 ///
-/// Positions begin where the controller's interpolator holds the arm ([`interpolator`](Self::interpolator)). Whoever begins at the measured
-/// angles is off by the error of the arm's servo: up to 0.05 rad are laid over what is commanded and fade within a second. A command
-/// moves the arm no further than the joints may go between two answers. Missed or lost answers delay the arm: it stays
-/// on the path that was asked for, goes on from where the controller holds it ([`behind_s`](Self::behind_s)), and catches up by at most
-/// 15 % of its speed. After 50 ms without a command it is taken to stand, and begins from rest. More than 0.2 s behind it brakes, and the command is refused ([`FriError::Behind`]).
+/// Begin positions where the controller's interpolator holds the arm ([`interpolator`](Self::interpolator)). The measured angles differ from it by
+/// the servo error of the arm: an offset of up to 0.05 rad is added to the commands and fades within a second. A command moves the arm no further
+/// than the joints can move between two answers. Missed or lost answers delay the arm: it stays on the requested path, continues from where the
+/// controller holds it ([`behind_s`](Self::behind_s)), and catches up by at most 15 % of its speed. After 50 ms without a command it counts as
+/// standing, and begins from rest. If it is delayed by more than 0.2 s it brakes, and the command is refused ([`FriError::Behind`]).
 ///
-/// In mode torque positions are held by the springs of the controller, so its stiffness must not be zero for them. From positions
-/// to torques and back the springs are led over no faster than the joints may move.
+/// In mode torque the controller's springs hold positions, so its stiffness must not be zero for them. Between positions and torques the springs'
+/// reference moves no faster than the joints may.
 ///
-/// Times count from the first message, on the clock of the controller: one period a message, slowly corrected by its stamps. A period that is
-/// stated too long is refused ([`Unfit::Period`]). Velocities are differences of the
-/// measured positions through a first-order low-pass ([`FriClientConfig::velocity_hz`]): exact for steady motion,
-/// late by 3.2 ms and half a period at 50 Hz. After construction nothing is allocated.
+/// Times count from the first message, on the clock of the controller: one period per message, slowly corrected by its time stamps. A stated period
+/// that is too long is refused ([`Unfit::Period`]). Velocities are differences of the measured positions through a first-order low-pass
+/// ([`FriClientConfig::velocity_hz`]): exact for steady motion, delayed by 3.2 ms and half a period at 50 Hz. Nothing is allocated after
+/// construction.
 ///
-/// Datagrams go over UDP ([`bind`](FriClient::bind)), or another way ([`over`](FriClient::over)): to a simulated controller in the
-/// same program, for tests in simulated time.
+/// Datagrams use UDP ([`bind`](FriClient::bind)) or another transport ([`over`](FriClient::over)): for example a simulated controller in the same
+/// program, for tests in simulated time.
 ///
-/// Only tested against the simulated controller of this crate.
+/// Tested only against the simulated controller of this crate.
 #[derive(Debug)]
 pub struct FriClient<T = UdpTransport> {
     pub(super) config: FriClientConfig,
@@ -64,36 +63,36 @@ pub struct FriClient<T = UdpTransport> {
     pub(super) codec: Codec,
     pub(super) peer: Option<SocketAddr>,
     pub(super) newest: Option<Newest>,
-    /// What is added to the time of the client to get the stamps of the controller, ns.
+    /// Offset from the client's time to the controller's time stamps, ns.
     stamps_ahead_ns: i128,
     ran_ahead: RanAhead,
     velocity: VelocityFilter,
     /// Messages since the last answer.
     pub(super) since_answer: u32,
-    /// Is an answer to the newest message due, and not given?
+    /// Is an answer to the newest message still due?
     pub(super) owes: bool,
     pub(super) sequence: u32,
     was_active: bool,
     pub(super) commanded: Commanded,
     pub(super) statistics: ClientStatistics,
-    /// What the first datagrams of the controller, or the last that made no sense, look like.
+    /// Apparent version of the controller's first datagrams, or of the last unreadable one.
     looks_like: Option<FriVersion>,
 }
 
 impl FriClient {
-    /// Listens for a controller. `model` gives the limits that commands must keep.
+    /// Listens for a controller. `model` gives the limits for commands.
     ///
     /// # Errors
-    /// A setting outside its range, or a socket that cannot be had: another program may listen there.
+    /// A setting outside its range, or a socket that cannot be opened: another program may be listening there.
     pub fn bind(model: &Arc<dyn ArmKinematics>, config: FriClientConfig) -> Result<Self, FriError> {
         config.validate()?;
         Self::over(model, config, UdpTransport::bind(config.listen)?)
     }
 
-    /// The address that is listened on.
+    /// The address that the client listens on.
     ///
     /// # Errors
-    /// What the system says.
+    /// A system error.
     pub fn local_address(&self) -> Result<SocketAddr, FriError> {
         self.transport
             .local_address()
@@ -102,7 +101,7 @@ impl FriClient {
 }
 
 impl<T: Transport> FriClient<T> {
-    /// As [`bind`](FriClient::bind), over another way than a socket; [`FriClientConfig::listen`] is not used.
+    /// As [`bind`](FriClient::bind), over another transport; [`FriClientConfig::listen`] is not used.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -132,10 +131,10 @@ impl<T: Transport> FriClient<T> {
         })
     }
 
-    /// Waits for the next message of the controller; returns its time, s. Of several that have come the newest counts.
+    /// Waits for the next message of the controller; returns its time, s. Of several waiting messages the newest counts.
     ///
     /// # Errors
-    /// No message within `timeout` ([`FriError::Silent`]), a state without positions, or what the network says.
+    /// No message within `timeout` ([`FriError::Silent`]), a state without positions, or a network error.
     pub fn wait_for_message(&mut self, timeout: Duration) -> Result<f64, FriError> {
         if std::mem::take(&mut self.owes) {
             self.statistics.unanswered += 1;
@@ -154,7 +153,7 @@ impl<T: Transport> FriClient<T> {
         self.t_s().ok_or(FriError::NoMessage)
     }
 
-    /// Takes what has come, without waiting: no more than a cycle has time for.
+    /// Reads the waiting datagrams without blocking: no more than a cycle has time for.
     pub(super) fn take_waiting(&mut self) -> Result<(), FriError> {
         for _ in 0..MOST_WAITING {
             let Some(is_message) = self.receive(None)? else {
@@ -165,11 +164,11 @@ impl<T: Transport> FriClient<T> {
         Ok(())
     }
 
-    /// Answers every message, wanting nothing, until commanding is active and the arm takes commands; returns the time of the first such
+    /// Answers every message without moving the arm until commanding is active and the arm accepts commands; returns the time of the first such
     /// message, s.
     ///
     /// # Errors
-    /// As [`wait_for_message`](Self::wait_for_message); commanding that does not begin within `timeout`, with the value that forbids it
+    /// As [`wait_for_message`](Self::wait_for_message); commanding that does not begin within `timeout`, with the value that prevents it
     /// ([`FriError::Unfit`]), if there is one.
     pub fn wait_for_commanding(&mut self, timeout: Duration) -> Result<f64, FriError> {
         let until = self.transport.elapsed().saturating_add(timeout);
@@ -192,7 +191,7 @@ impl<T: Transport> FriClient<T> {
         }
     }
 
-    /// One datagram: `Some(true)` for a new message, `None` if there is no datagram.
+    /// Receives one datagram: `Some(true)` for a new message, `None` if there is no datagram.
     fn receive(&mut self, wait: Option<Duration>) -> Result<Option<bool>, FriError> {
         let mut datagram: Datagram = [0; DATAGRAM_BYTES];
         let received = self
@@ -220,7 +219,7 @@ impl<T: Transport> FriClient<T> {
         }
     }
 
-    /// One controller at a time; another one only when the first has fallen silent.
+    /// One controller at a time; another one only after the first has fallen silent.
     fn listens_to(&self, from: SocketAddr) -> bool {
         let is_allowed = self.config.controller.is_none_or(|ip| ip == from.ip());
         let is_free = self.peer.is_none_or(|peer| peer == from) || self.is_silent();
@@ -238,7 +237,7 @@ impl<T: Transport> FriClient<T> {
         let data = message.data.unwrap_or_default();
         let q_rad = match data.position_rad {
             Some(q_rad) if is_finite(&message) => q_rad,
-            // A controller that never sends them says nothing of the arm.
+            // A controller that never sends positions gives no information about the arm.
             None if self.newest.is_none() => return Err(FriError::NoPositions),
             _ => {
                 self.statistics.malformed += 1;
@@ -252,7 +251,7 @@ impl<T: Transport> FriClient<T> {
             .as_ref()
             .map(|newest| sequence.wrapping_sub(newest.message.header.sequence));
         let is_stale = ahead.is_some_and(|ahead| ahead == 0 || ahead > u32::MAX - NEW_SEQUENCE);
-        // After a silence it is one that has begun anew, whatever its number.
+        // After a silence the controller has restarted, whatever the sequence number.
         if is_stale && self.peer == Some(from) && !self.is_silent() {
             self.statistics.stale += 1;
             return Ok(false);
@@ -273,7 +272,7 @@ impl<T: Transport> FriClient<T> {
             }
             _ => {
                 self.begin_session(&q_rad);
-                // Time goes on from one session to the next, and never back.
+                // Time continues from one session to the next, and never runs backwards.
                 let silence = |last: &Newest| self.transport.elapsed().saturating_sub(last.arrived);
                 let time_ns = last
                     .as_ref()
@@ -320,7 +319,7 @@ impl<T: Transport> FriClient<T> {
         }
     }
 
-    /// The newest message, unless the controller has been silent for too long.
+    /// The newest message; an error if the controller has been silent for too long.
     pub(super) fn newest(&self) -> Result<&Newest, FriError> {
         let newest = self.newest.as_ref().ok_or(FriError::NoMessage)?;
         match self.is_silent() {
@@ -329,7 +328,7 @@ impl<T: Transport> FriClient<T> {
         }
     }
 
-    /// Is commanding active, or did it end (an error), or has it not begun?
+    /// Is commanding active (true) or not begun (false)? An error if it has ended.
     pub(super) fn is_active(&self) -> Result<bool, FriError> {
         let connection = self.newest()?.message.connection;
         let is_active = connection.state == SessionState::CommandingActive;
@@ -342,13 +341,13 @@ impl<T: Transport> FriClient<T> {
         Ok(is_active)
     }
 
-    /// After commanding has ended: commands may be given again when it begins again.
+    /// Allows commands again after commanding has ended, as soon as it begins again.
     pub const fn begin_again(&mut self) {
         self.was_active = false;
         self.commanded.forget();
     }
 
-    /// How far the arm is behind what was asked for, because answers did not arrive or were not given, s.
+    /// Delay of the arm on the requested path, because answers were lost or not given, s.
     #[must_use]
     pub fn behind_s(&self) -> f64 {
         self.commanded.behind_ns as f64 * 1e-9
@@ -358,32 +357,32 @@ impl<T: Transport> FriClient<T> {
         self.velocity.velocity_rad_per_s()
     }
 
-    /// Time of the newest message since the first one, on the clock of the controller, s. It never goes back.
+    /// Time of the newest message since the first one, on the clock of the controller, s. Never decreases.
     #[must_use]
     pub fn t_s(&self) -> Option<f64> {
         let newest = self.newest.as_ref()?;
         Some(newest.time_ns as f64 * 1e-9)
     }
 
-    /// The newest message as it came.
+    /// The newest message, as received.
     #[must_use]
     pub fn message(&self) -> Option<&MonitorMessage> {
         self.newest.as_ref().map(|newest| &newest.message)
     }
 
-    /// Where the session stands.
+    /// The state of the session.
     #[must_use]
     pub fn session_state(&self) -> Option<SessionState> {
         self.message().map(|message| message.connection.state)
     }
 
-    /// How well answers come, as the controller judges it.
+    /// The quality of the connection, as judged by the controller.
     #[must_use]
     pub fn quality(&self) -> Option<ConnectionQuality> {
         self.message().map(|message| message.connection.quality)
     }
 
-    /// What the controller says that forbids commands, from when commanding is about to begin: the newest message.
+    /// The value in the newest message that prevents commands, if any; known from shortly before commanding begins.
     #[must_use]
     pub fn unfit(&self) -> Option<Unfit> {
         let newest = self.newest.as_ref()?;
@@ -393,8 +392,8 @@ impl<T: Transport> FriClient<T> {
         unfit(&newest.message).or(period)
     }
 
-    /// What the controller takes; known from when commanding is about to begin. A controller that names no mode, or an unknown one, is
-    /// taken to accept positions.
+    /// The command mode; known from shortly before commanding begins. A controller that reports no mode, or an unknown one, is assumed to accept
+    /// positions.
     #[must_use]
     pub fn command_mode(&self) -> ClientCommandMode {
         let mode = |message: &MonitorMessage| {
@@ -407,33 +406,33 @@ impl<T: Transport> FriClient<T> {
             .unwrap_or(ClientCommandMode::None)
     }
 
-    /// Where the controller's interpolator holds the arm, rad; known from when commanding is about to begin.
+    /// Where the controller's interpolator holds the arm, rad; known from shortly before commanding begins.
     ///
-    /// A program that moves the arm by positions begins here. The measured angles differ by the error of the arm's servo.
+    /// A program that commands positions begins here. The measured angles differ by the servo error of the arm.
     #[must_use]
     pub fn interpolator(&self) -> Option<JointPositions> {
         let interpolator = self.message()?.interpolator?;
         interpolator.position_rad.map(JointPositions)
     }
 
-    /// The controller that is listened to.
+    /// The controller that the client listens to.
     #[must_use]
     pub const fn controller(&self) -> Option<SocketAddr> {
         self.peer
     }
 
-    /// The way to the controller.
+    /// The transport to the controller.
     #[must_use]
     pub const fn transport(&self) -> &T {
         &self.transport
     }
 
-    /// The way to the controller.
+    /// The transport to the controller.
     pub const fn transport_mut(&mut self) -> &mut T {
         &mut self.transport
     }
 
-    /// What was counted.
+    /// The statistics.
     #[must_use]
     pub const fn statistics(&self) -> &ClientStatistics {
         &self.statistics

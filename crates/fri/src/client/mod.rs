@@ -1,4 +1,4 @@
-//! A client: an arm for those who have a controller, real or simulated.
+//! A client: an `Arm` for a real or simulated controller.
 
 mod arm;
 mod asked_path;

@@ -1,4 +1,4 @@
-//! What a message of the controller says, and when.
+//! The content and the time of a controller message.
 
 use crate::codec::{MonitorMessage, SessionState};
 use crate::limits::SERVO_ERROR_RAD;
@@ -11,13 +11,13 @@ pub(super) struct Newest {
     pub(super) q_rad: [f64; 7],
     /// Time on the controller's clock, ns.
     pub(super) time_ns: u64,
-    /// On the transport's clock.
+    /// Arrival on the transport's clock.
     pub(super) arrived: Duration,
 }
 
 impl Newest {
-    /// Where the controller holds an arm that this client has not commanded yet, rad: where its interpolator holds it, or, once it
-    /// takes commands, where another client has left it.
+    /// Where the controller holds an arm that this client has not commanded yet, rad: at its interpolator's positions or, once commanding is active,
+    /// where another client has left it.
     pub(super) fn held_rad(&self) -> [f64; 7] {
         let data = self.message.data.unwrap_or_default();
         let is_active = self.message.connection.state == SessionState::CommandingActive;
@@ -32,7 +32,7 @@ impl Newest {
     }
 }
 
-/// Longest send period that is believed, ms: steps are judged by it.
+/// Longest accepted send period, ms: it limits the steps.
 const LONGEST_PERIOD_MS: u32 = 100;
 
 /// Time between messages of the controller, ms.
@@ -41,23 +41,23 @@ fn period_ms(message: &MonitorMessage) -> u32 {
     said.clamp(1, LONGEST_PERIOD_MS)
 }
 
-/// Share by which the time of messages follows the controller's stamps. Stamps that jitter by 5 ms move it by 0.025 ms in a message.
+/// Share by which message times follow the controller's stamps. Stamps with 5 ms of jitter shift a message by 0.025 ms.
 const FOLLOWS_STAMPS: f64 = 0.005;
-/// And so much of a period at most: velocities err by no more than this share.
+/// Largest correction, as a share of a period: it bounds the velocity error.
 const MOST_FOLLOWED: f64 = 0.02;
-/// A stamp that is ahead by more than this says that the controller has stood still: its clock is believed, ns.
+/// If a stamp is ahead by more than this, the controller has paused: its clock is adopted, ns.
 const STOOD_STILL_NS: f64 = 5e8;
 
-/// A period of which the stamps say otherwise by more than [`MOST_FOLLOWED`] makes the time run ahead by [`STOOD_STILL_NS`] within this, ns.
+/// If the stamps contradict the period by more than [`MOST_FOLLOWED`], the time runs ahead by [`STOOD_STILL_NS`] within this, ns.
 const RUNS_AHEAD_NS: u64 = (STOOD_STILL_NS / MOST_FOLLOWED) as u64;
 
-/// How far the stamps were set back behind the time of the messages, ns; `None` for what is followed.
+/// By how much the stamps were set back behind the message time, ns; `None` for offsets that are followed.
 pub(super) fn set_back(stamp_ns: i128, time_ns: u64) -> Option<i128> {
     let behind_ns = i128::from(time_ns) - stamp_ns;
     (behind_ns as f64 > STOOD_STILL_NS).then_some(behind_ns)
 }
 
-/// When the stamps were set back. Once may be a clock that was set; again so soon says that the stated period is too long.
+/// When the stamps were set back. A single time may be a clock adjustment; a repetition so soon means that the stated period is too long.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct RanAhead {
     last_ns: Option<u64>,
@@ -74,15 +74,15 @@ impl RanAhead {
         self.last_ns = Some(time_ns);
     }
 
-    /// Is the stated period wrong, as far as is known by now?
+    /// Is the stated period known to be wrong?
     pub(super) fn is_wrong(&self, time_ns: u64) -> bool {
         let is_soon = |again_ns| time_ns.saturating_sub(again_ns) < RUNS_AHEAD_NS;
         self.again_ns.is_some_and(is_soon)
     }
 }
 
-/// Time of a message `ahead` after the last one, ns. A controller sends once in every period, so messages count time; what its stamps say
-/// otherwise is followed slowly, for they may jitter. Without a period the stamps are all there is.
+/// Time of a message `ahead` after the last one, ns. A controller sends once per period, so messages count time; its stamps correct that slowly,
+/// because they may jitter. Without a stated period only the stamps count.
 pub(super) fn time_of_message(
     last_ns: u64,
     ahead: u32,
@@ -96,7 +96,7 @@ pub(super) fn time_of_message(
     };
     let off_ns = (stamp_ns - i128::from(by_period_ns)) as f64;
     let no_period = message.connection.send_period_ms.is_none();
-    // A clock that was set back says nothing any more.
+    // After a clock was set back its stamps are ignored.
     if off_ns < -STOOD_STILL_NS {
         return by_period_ns;
     }
@@ -107,17 +107,17 @@ pub(super) fn time_of_message(
     by_period_ns.saturating_add_signed((FOLLOWS_STAMPS * off_ns).clamp(-most_ns, most_ns) as i64)
 }
 
-/// Longest time between answers that is believed, s.
+/// Longest accepted time between answers, s.
 const LONGEST_ANSWER_PERIOD_S: f64 = 0.1;
 
-/// Time between messages that are answered, s: what one command may move the arm is judged by it.
+/// Time between answered messages, s: it limits the motion of one command.
 pub(super) fn answer_period_s(message: &MonitorMessage) -> f64 {
     let multiplier = message.connection.receive_multiplier.unwrap_or(1).max(1);
     let period_s = f64::from(period_ms(message)) * 1e-3 * f64::from(multiplier);
     period_s.min(LONGEST_ANSWER_PERIOD_S)
 }
 
-/// Of what is used: are all of them numbers?
+/// Are all used values finite?
 pub(super) fn is_finite(message: &MonitorMessage) -> bool {
     let data = message.data.unwrap_or_default();
     let used = [
@@ -151,7 +151,7 @@ mod tests {
         let at = |stamp_ns| time_of_message(1_000_000_000, 1, &message, stamp_ns);
         assert_eq!(at(None), 1_005_000_000);
         assert_eq!(at(Some(1_005_000_000)), 1_005_000_000);
-        // 4 ms of jitter, a clock set back by a minute, a controller that stood still for two seconds.
+        // 4 ms of jitter, a clock set back by a minute, a controller that paused for two seconds.
         assert_eq!(at(Some(1_009_000_000)), 1_005_020_000);
         assert_eq!(at(Some(-59_000_000_000)), 1_005_000_000);
         assert_eq!(at(Some(3_000_000_000)), 3_000_000_000);

@@ -1,4 +1,4 @@
-//! How datagrams get to a controller and back.
+//! Transport of datagrams to and from a controller.
 
 use crate::codec::Datagram;
 use crate::error::FriError;
@@ -6,16 +6,15 @@ use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
-/// The way between a client and a controller, and the time on it.
+/// The connection between a client and a controller, with its clock.
 ///
-/// [`UdpTransport`] is the real one; [`InProcess`](crate::controller::InProcess) has a simulated controller at its end, in a
-/// time of its own.
+/// [`UdpTransport`] is the real one; [`InProcess`](crate::controller::InProcess) connects to a simulated controller, in simulated time.
 pub trait Transport {
-    /// The next datagram: its bytes go into `datagram`; their number and where they came from are returned. Waits for at most
-    /// `wait`, not at all without it; `None`: nothing came.
+    /// Receives the next datagram into `datagram`; returns its length and sender. Waits for at most `wait`, or not at all without it; `None`: no
+    /// datagram.
     ///
     /// # Errors
-    /// What the network says.
+    /// A network error.
     fn receive(
         &mut self,
         datagram: &mut Datagram,
@@ -25,10 +24,10 @@ pub trait Transport {
     /// Sends a datagram.
     ///
     /// # Errors
-    /// What the network says.
+    /// A network error.
     fn send(&mut self, datagram: &[u8], to: SocketAddr) -> io::Result<()>;
 
-    /// Time since the transport was made.
+    /// Time since the transport was created.
     fn elapsed(&self) -> Duration;
 }
 
@@ -37,7 +36,7 @@ pub trait Transport {
 pub struct UdpTransport {
     socket: UdpSocket,
     start: Instant,
-    /// Does the socket wait now?
+    /// Is the socket in blocking mode?
     blocks: bool,
 }
 
@@ -79,7 +78,7 @@ impl Transport for UdpTransport {
                     ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => {
                         return Ok(None);
                     }
-                    // Of an answer to a controller that is gone; each is said once.
+                    // Caused by an answer to a controller that is gone; reported once for each.
                     ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset => {}
                     _ => return Err(error),
                 },

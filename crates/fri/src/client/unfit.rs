@@ -1,18 +1,18 @@
-//! What the controller says of itself that does not go with commands.
+//! Controller states in which the arm accepts no commands.
 
 use crate::codec::message::MonitorMessage;
 use crate::codec::states::{
     ClientCommandMode, ControlMode, DriveState, OverlayType, SafetyState, SessionState,
 };
 
-/// A value with which the arm takes no commands, and what to do about it.
+/// A value with which the arm accepts no commands, and what to do about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unfit {
     /// A safety stop.
     #[error("the safety state is {0}: find what stopped the arm and acknowledge the stop")]
     Safety(SafetyState),
-    /// A drive that is not in control.
+    /// A drive that is not active.
     #[error(
         "the drive of joint {joint} is {state}: all must be ACTIVE; switch them on (in T1 and T2 with the enabling switch)"
     )]
@@ -22,36 +22,36 @@ pub enum Unfit {
         /// State of its drive.
         state: DriveState,
     },
-    /// Commands that this client does not have.
+    /// A client command mode that this client does not support.
     #[error(
         "the client command mode is {0}: choose POSITION, TORQUE or WRENCH in the application on the controller"
     )]
     Command(ClientCommandMode),
-    /// An overlay that takes other commands.
+    /// An overlay for other commands.
     #[error("the overlay is {0}: choose a joint overlay in the application on the controller")]
     Overlay(OverlayType),
-    /// Messages come faster than the controller says, by its own stamps: velocities would be wrong.
+    /// By their time stamps, messages come faster than the stated period: velocities would be wrong.
     #[error(
         "messages come more often than every {said_ms} ms, as the controller states: state the true period"
     )]
     Period {
-        /// The period that it states, ms.
+        /// The stated period, ms.
         said_ms: u32,
     },
-    /// A control mode that does not go with the commands.
+    /// A control mode that does not match the client command mode.
     #[error("the control mode is {mode}: choose {needed} in the application on the controller")]
     Control {
         /// The mode.
         mode: ControlMode,
-        /// What goes with the client command mode.
+        /// The mode that matches the client command mode.
         needed: &'static str,
     },
 }
 
-/// The first value that forbids commands, once commanding is about to begin.
+/// The first value that prevents commands, once commanding is about to begin.
 ///
-/// What is absent or unknown forbids nothing: controllers of other versions, and simulators, leave fields out. Nor does any
-/// operation mode, because a real arm is first driven in T1, nor `NO_OVERLAY`, which is also the zero of a field that was not filled in.
+/// Absent or unknown values prevent nothing: controllers of other versions, and simulators, omit fields. Neither does any operation mode, because a
+/// real arm is first driven in T1, nor `NO_OVERLAY`, which is also the zero of an unset field.
 pub(super) fn unfit(message: &MonitorMessage) -> Option<Unfit> {
     if message.connection.state < SessionState::CommandingWait {
         return None;

@@ -1,11 +1,10 @@
-//! Joint velocities from positions: the controller sends none.
+//! Joint velocities from positions: the controller sends no velocities.
 
 use std::f64::consts::TAU;
 
-/// Differences of neighbouring positions through a first-order low-pass.
+/// Differences of consecutive positions through a first-order low-pass.
 ///
-/// Of a steady motion the result is exact; it lags by the time constant and half a step. Noise of 1e-6 rad at 1 kHz becomes
-/// about 5e-4 rad/s at 50 Hz.
+/// Exact for steady motion; the delay is the time constant plus half a step. Noise of 1e-6 rad at 1 kHz becomes about 5e-4 rad/s at 50 Hz.
 #[derive(Debug)]
 pub(super) struct VelocityFilter {
     time_constant_s: f64,
@@ -54,7 +53,7 @@ mod tests {
         let mut filter = VelocityFilter::new(50.0);
         for k in 0..200 {
             filter.update(&[0.3 * f64::from(k) * 1e-3; 7], 1e-3);
-            // After n steps of a motion that begins, 1 - (1 - share)^n of it.
+            // n steps after the start of a motion, the filter shows 1 - (1 - share)^n of it.
             let share = 1e-3 / (1e-3 + 1.0 / (std::f64::consts::TAU * 50.0));
             let expected = 0.3 * (1.0 - (1.0_f64 - share).powi(k));
             assert!((filter.velocity_rad_per_s()[3] - expected).abs() < 1e-12);

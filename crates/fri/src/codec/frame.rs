@@ -1,17 +1,17 @@
-//! What 2.7 puts around a message: a length before it, a checksum behind it.
+//! The frame of 2.7: a length before the message, a checksum after it.
 
 use crate::error::FriError;
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
-/// Bytes of the length before the message.
+/// Size of the length field before the message, bytes.
 pub(super) const LENGTH_BYTES: usize = 4;
-/// Bytes of the length and of the checksum.
+/// Size of length and checksum, bytes.
 pub(super) const FRAME_BYTES: usize = LENGTH_BYTES + 4;
 
-/// The polynomial of zlib, sixteen bytes at a time: byte by byte it would take longer than all the rest.
+/// The zlib polynomial, sixteen bytes at a time: byte by byte it would take longer than everything else.
 const CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 
-/// Writes length and checksum around a message that begins at byte 4; returns the bytes of the datagram.
+/// Writes length and checksum around a message that begins at byte 4; returns the size of the datagram.
 pub(super) fn close(buffer: &mut [u8], message_bytes: usize) -> Result<usize, FriError> {
     let total = message_bytes + FRAME_BYTES;
     let capacity = buffer.len();
@@ -24,7 +24,7 @@ pub(super) fn close(buffer: &mut [u8], message_bytes: usize) -> Result<usize, Fr
     Ok(total)
 }
 
-/// The message within a datagram. Bytes behind the checksum are not looked at.
+/// The message in a datagram. Bytes after the checksum are ignored.
 pub(super) fn open(datagram: &[u8]) -> Result<&[u8], FriError> {
     let too_short = || FriError::FrameTooShort {
         found: datagram.len(),

@@ -6,49 +6,49 @@ use super::states::{
 };
 use glam::{DQuat, DVec3};
 
-/// Joints of the arm: every array has as many values.
+/// Number of joints, and of the values in every array.
 pub const JOINTS: usize = 7;
 
-/// Which message this is and which one it answers.
+/// Sequence numbers of this message and of the one that it answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Header {
-    /// Counts the messages of the sender; begins anew after `u32::MAX`.
+    /// Counts the messages of the sender; wraps after `u32::MAX`.
     pub sequence: u32,
     /// Sequence number of the newest message that the sender has received.
     pub reflected_sequence: u32,
 }
 
-/// From the controller, once in every send period.
+/// Message from the controller, once per send period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MonitorMessage {
     /// Which message this is.
     pub header: Header,
-    /// How the arm is operated.
+    /// Operating state of the arm.
     pub robot: Option<RobotInfo>,
-    /// What was measured.
+    /// Measurements.
     pub data: Option<MonitorData>,
-    /// Where the session stands.
+    /// State of the connection.
     pub connection: ConnectionInfo,
-    /// What the application's own motion commands; there while the client commands or is about to.
+    /// Motion commanded by the application itself; present while the client commands or is about to.
     pub interpolator: Option<InterpolatorData>,
 }
 
-/// How the arm is operated.
+/// Operating state of the arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RobotInfo {
     /// Number of joints; 7.
     pub joint_count: Option<u32>,
-    /// What the safety controller does.
+    /// State of the safety controller.
     pub safety: Option<SafetyState>,
-    /// Of each joint.
+    /// State of each joint's drive.
     pub drives: Option<[DriveState; JOINTS]>,
-    /// How the arm is operated.
+    /// Operation mode.
     pub operation: Option<OperationMode>,
-    /// What the arm's controller does.
+    /// Control mode of the arm's controller.
     pub control: Option<ControlMode>,
 }
 
-/// What was measured.
+/// Measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MonitorData {
     /// Measured joint angles, rad.
@@ -59,7 +59,7 @@ pub struct MonitorData {
     pub commanded_position_rad: Option<[f64; JOINTS]>,
     /// Last commanded joint torques, N m.
     pub commanded_torque_n_m: Option<[f64; JOINTS]>,
-    /// Joint torques that the arm itself does not explain, N m.
+    /// External joint torques, N m: those that the arm itself does not explain.
     pub external_torque_n_m: Option<[f64; JOINTS]>,
     /// External force and moment at the tool, N and N m; 2.7 only, otherwise not written.
     pub external_force: Option<[f64; 6]>,
@@ -67,7 +67,7 @@ pub struct MonitorData {
     pub pose: Option<CartesianPose>,
     /// Measured redundancy; 2.x only, otherwise not written.
     pub redundancy: Option<Redundancy>,
-    /// When this was measured.
+    /// Time of the measurement.
     pub time: Option<TimeStamp>,
 }
 
@@ -76,18 +76,18 @@ pub struct MonitorData {
 pub struct TimeStamp {
     /// Whole seconds.
     pub seconds: u32,
-    /// The rest, ns; below 10⁹.
+    /// Nanoseconds within the second; below 10⁹.
     pub nanoseconds: u32,
 }
 
 impl TimeStamp {
-    /// Nanoseconds in all.
+    /// Total nanoseconds.
     #[must_use]
     pub const fn to_ns(self) -> u64 {
         self.seconds as u64 * 1_000_000_000 + self.nanoseconds as u64
     }
 
-    /// From nanoseconds in all; seconds begin anew after 32 bits.
+    /// From total nanoseconds; seconds wrap after 32 bits.
     #[must_use]
     pub const fn from_ns(ns: u64) -> Self {
         Self {
@@ -100,7 +100,7 @@ impl TimeStamp {
 /// A pose of the tool in the frame of the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CartesianPose {
-    /// `x y z` in **mm**, then the quaternion `w x y z`, as they stand on the wire.
+    /// `x y z` in **mm**, then the quaternion `w x y z`, as on the wire.
     pub elements: [f64; 7],
 }
 
@@ -121,7 +121,7 @@ impl CartesianPose {
         DVec3::new(x, y, z) * 1e-3
     }
 
-    /// Rotation as sent: a unit quaternion up to rounding.
+    /// The rotation as sent: a unit quaternion up to rounding.
     #[must_use]
     pub const fn rotation(&self) -> DQuat {
         let [_, _, _, w, x, y, z] = self.elements;
@@ -129,7 +129,7 @@ impl CartesianPose {
     }
 }
 
-/// How the arm uses its seventh joint.
+/// Redundancy of the seventh joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Redundancy {
     /// Strategy: 0 is E1, the angle of the third joint; 4 none.
@@ -138,20 +138,20 @@ pub struct Redundancy {
     pub value_rad: f64,
 }
 
-/// Where the session stands.
+/// State of the connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ConnectionInfo {
-    /// Where the session stands.
+    /// State of the session.
     pub state: SessionState,
-    /// How well answers come.
+    /// Quality of the connection.
     pub quality: ConnectionQuality,
     /// Time between messages of the controller, ms.
     pub send_period_ms: Option<u32>,
-    /// Every how many messages an answer is expected.
+    /// Number of messages per expected answer.
     pub receive_multiplier: Option<u32>,
 }
 
-/// What the application's own motion commands.
+/// Motion commanded by the application itself.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct InterpolatorData {
     /// Joint angles, rad.
@@ -160,34 +160,34 @@ pub struct InterpolatorData {
     pub pose: Option<CartesianPose>,
     /// Redundancy; 2.x only, otherwise not written.
     pub redundancy: Option<Redundancy>,
-    /// What the client commands.
+    /// The client command mode.
     pub command_mode: Option<ClientCommandMode>,
-    /// How commands are laid over the motion.
+    /// How commands overlay the motion.
     pub overlay: Option<OverlayType>,
-    /// How well the arm follows, 0 to 1; 0 unless commanding is active.
+    /// Tracking performance of the arm, 0 to 1; 0 unless commanding is active.
     pub tracking: Option<f64>,
 }
 
-/// From the client, an answer.
+/// Answer from the client.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CommandMessage {
     /// Which message this is and which it answers.
     pub header: Header,
-    /// What is commanded.
+    /// The command.
     pub data: Option<CommandData>,
 }
 
-/// What is commanded. Values that are no finite numbers are passed on as they are: who uses them must look.
+/// The command. Non-finite values are passed on unchanged: the receiver must check them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CommandData {
-    /// Joint angles, rad; in every mode but that of poses.
+    /// Joint angles, rad; in every mode except Cartesian pose.
     pub position_rad: Option<[f64; JOINTS]>,
     /// Force and moment, N and N m.
     pub wrench: Option<[f64; 6]>,
-    /// Joint torques beside those of the arm's own controller, N m.
+    /// Joint torques in addition to those of the arm's own controller, N m.
     pub torque_n_m: Option<[f64; JOINTS]>,
     /// Pose of the tool; 2.x only, otherwise not written.
     pub pose: Option<CartesianPose>,
-    /// Redundancy beside the pose; 2.x only, otherwise not written.
+    /// Redundancy of the pose; 2.x only, otherwise not written.
     pub redundancy: Option<Redundancy>,
 }

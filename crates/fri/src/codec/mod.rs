@@ -1,4 +1,4 @@
-//! Messages to datagrams and back, without allocation.
+//! Converts messages to datagrams and back, without allocation.
 
 mod command;
 mod frame;
@@ -27,10 +27,10 @@ use hwall_protobuf::Writer;
 /// Largest datagram that either side sends.
 pub const DATAGRAM_BYTES: usize = 1500;
 
-/// A datagram, and room for the largest one.
+/// A buffer for the largest datagram.
 pub type Datagram = [u8; DATAGRAM_BYTES];
 
-/// Writes and reads the messages of one version. Nothing is allocated, and any bytes may be read.
+/// Writes and reads the messages of one version. Allocates nothing, and accepts any bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Codec {
     /// The version.
@@ -44,10 +44,10 @@ impl Codec {
         Self { version }
     }
 
-    /// Writes a message of the controller; returns the bytes that the datagram takes.
+    /// Writes a message of the controller; returns the size of the datagram.
     ///
     /// # Errors
-    /// None with a buffer of [`DATAGRAM_BYTES`]: no message is as long.
+    /// None with a buffer of [`DATAGRAM_BYTES`]: every message fits.
     pub fn encode_monitor(
         &self,
         message: &MonitorMessage,
@@ -58,7 +58,7 @@ impl Codec {
         })
     }
 
-    /// The same with numbers in the robot's information that no version knows.
+    /// The same with unknown numbers in the robot's information.
     pub(crate) fn encode_odd_monitor(
         &self,
         message: &MonitorMessage,
@@ -74,10 +74,10 @@ impl Codec {
         })
     }
 
-    /// Writes a message of the client; returns the bytes that the datagram takes.
+    /// Writes a message of the client; returns the size of the datagram.
     ///
     /// # Errors
-    /// None with a buffer of [`DATAGRAM_BYTES`]: no message is as long.
+    /// None with a buffer of [`DATAGRAM_BYTES`]: every message fits.
     pub fn encode_command(
         &self,
         message: &CommandMessage,
@@ -91,7 +91,7 @@ impl Codec {
     /// Reads a message of the controller.
     ///
     /// # Errors
-    /// Bytes that are no such message, with what is wrong.
+    /// Bytes that are not such a message, with the reason.
     pub fn decode_monitor(&self, datagram: &[u8]) -> Result<MonitorMessage, FriError> {
         monitor::read(self.message(datagram)?, self.version)
     }
@@ -99,7 +99,7 @@ impl Codec {
     /// Reads a message of the client.
     ///
     /// # Errors
-    /// Bytes that are no such message, with what is wrong.
+    /// Bytes that are not such a message, with the reason.
     pub fn decode_command(&self, datagram: &[u8]) -> Result<CommandMessage, FriError> {
         command::read(self.message(datagram)?, self.version)
     }

@@ -47,7 +47,7 @@ fn write_robot(writer: &mut Writer, robot: &RobotInfo) {
     number(7, robot.control.map(ControlMode::number));
 }
 
-/// The number of an enumeration that no version knows.
+/// A number that no version defines for an enumeration.
 const UNKNOWN: u64 = 99;
 
 pub(super) fn write_unknown_robot(writer: &mut Writer) {
@@ -132,7 +132,7 @@ pub(super) fn read(bytes: &[u8], version: FriVersion) -> Result<MonitorMessage, 
     })
 }
 
-/// These enumerations inform; a controller of another release may have more values. An unknown value is left out.
+/// These enumerations are informative, and other controller releases may have more values. An unknown value is omitted.
 fn read_robot(field: &Field) -> Result<RobotInfo, FriError> {
     let mut robot = RobotInfo::default();
     let mut drives = [None; JOINTS];
@@ -158,7 +158,7 @@ fn read_robot(field: &Field) -> Result<RobotInfo, FriError> {
     }
     robot.drives = match count {
         0 => None,
-        // One unknown state makes all of them unknown.
+        // One unknown state makes the whole array unknown.
         JOINTS => drives
             .iter()
             .all(Option::is_some)

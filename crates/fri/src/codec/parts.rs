@@ -1,14 +1,14 @@
-//! Parts that both messages have.
+//! Elements common to both messages.
 
 use super::message::{CartesianPose, Header, Redundancy, TimeStamp};
 use crate::error::FriError;
 use hwall_protobuf::{Field, Writer};
 
-/// Name of a transformation: that of the tool has none.
+/// Name of a transformation: the tool's is empty.
 const POSE_NAME: &str = "";
 
-/// A nested message whose field 1 are the values, if there are any. Each has a tag of its own, as the controller and the
-/// manufacturer's clients write them; packed ones are read as well.
+/// Writes a nested message with the values in field 1, if there are any. Each value has its own tag, as the controller and the manufacturer's clients
+/// write them; packed values are read as well.
 pub(super) fn write_nested<const N: usize>(
     writer: &mut Writer,
     field: u32,
@@ -22,14 +22,14 @@ pub(super) fn write_nested<const N: usize>(
 pub(super) fn write_pose(writer: &mut Writer, field: u32, pose: Option<&CartesianPose>) {
     if let Some(pose) = pose {
         writer.message(field, |body| {
-            // A required field of the protocol, even when empty.
+            // Required by the protocol, even when empty.
             body.string(1, POSE_NAME);
             body.repeated_doubles(2, &pose.elements);
         });
     }
 }
 
-/// As many values as a repeated field must have.
+/// Collects exactly the number of values that a repeated field must have.
 pub(super) struct Values<const N: usize> {
     what: &'static str,
     values: [f64; N],
@@ -67,9 +67,9 @@ impl<const N: usize> Values<N> {
     }
 }
 
-/// The values of a nested message as nearly every sender writes it: a tag and a double each, nothing else.
+/// Fast path for a nested message in the most common form: only a tag and a double for each value.
 fn plain<const N: usize>(bytes: &[u8]) -> Option<[f64; N]> {
-    /// Field 1, eight bytes.
+    /// Field 1, 64-bit.
     const TAG: u8 = 0x09;
     let (pairs, []) = bytes.as_chunks::<9>() else {
         return None;

@@ -1,4 +1,4 @@
-//! Versions and command modes, read from words and from datagrams.
+//! Parses versions and command modes from text and from datagrams.
 
 use super::states::ClientCommandMode;
 use super::version::FriVersion;
@@ -7,7 +7,7 @@ use crate::error::FriError;
 use std::str::FromStr;
 
 impl FriVersion {
-    /// The version that a datagram of a controller looks like. `None`: of none, or it holds nothing by which 1.x and 2.x differ.
+    /// The apparent version of a controller's datagram. `None`: no version, or nothing that distinguishes 1.x from 2.x.
     #[must_use]
     pub fn of_datagram(datagram: &[u8]) -> Option<Self> {
         let framed = frame::open(datagram).ok();
@@ -40,7 +40,7 @@ impl FromStr for FriVersion {
 impl FromStr for ClientCommandMode {
     type Err = FriError;
 
-    /// From the name of the protocol, in capitals or not.
+    /// From the protocol name, ignoring case.
     fn from_str(text: &str) -> Result<Self, FriError> {
         let same = |mode: &&Self| mode.to_string().eq_ignore_ascii_case(text);
         let mode = Self::ALL.iter().find(same).copied();

@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-/// A number that an enumeration does not have.
+/// A number that is not in an enumeration.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NoValue {
     pub(crate) what: &'static str,
     pub(crate) value: i32,
 }
 
-/// An enumeration as it stands on the wire: its values with their numbers and names.
+/// An enumeration of the protocol: values with their numbers and names.
 macro_rules! wire_enum {
     ($(#[$meta:meta])* $name:ident, $what:literal { $($(#[$doc:meta])* $value:ident = $number:literal, $text:literal;)+ }) => {
         $(#[$meta])*
@@ -47,13 +47,13 @@ macro_rules! wire_enum {
 }
 
 wire_enum! {
-    /// Where a session stands, as the controller says it.
+    /// The session state, as reported by the controller.
     SessionState, "session state" {
-        /// No session; nothing is answered.
+        /// No session; messages are not answered.
         Idle = 0, "IDLE";
-        /// States are sent and answered; the connection is not good enough to command.
+        /// States are sent and answered; the connection is not good enough for commands.
         MonitoringWait = 1, "MONITORING_WAIT";
-        /// Good enough; nobody has asked to command.
+        /// Good enough; commands are not requested yet.
         MonitoringReady = 2, "MONITORING_READY";
         /// Commanding is about to begin: the client repeats the positions of the interpolator.
         CommandingWait = 3, "COMMANDING_WAIT";
@@ -63,7 +63,7 @@ wire_enum! {
 }
 
 wire_enum! {
-    /// How well answers come, as the controller judges it.
+    /// Connection quality, as judged by the controller.
     ConnectionQuality, "connection quality" {
         /// Commanding is not possible.
         Poor = 0, "POOR";
@@ -71,13 +71,13 @@ wire_enum! {
         Fair = 1, "FAIR";
         /// Good enough to command.
         Good = 2, "GOOD";
-        /// As good as it gets.
+        /// The best quality.
         Excellent = 3, "EXCELLENT";
     }
 }
 
 wire_enum! {
-    /// What the safety controller does.
+    /// The state of the safety controller.
     SafetyState, "safety state" {
         /// No stop.
         NormalOperation = 0, "NORMAL_OPERATION";
@@ -91,7 +91,7 @@ wire_enum! {
 }
 
 wire_enum! {
-    /// How the arm is operated.
+    /// The operation mode.
     OperationMode, "operation mode" {
         /// T1: reduced speed.
         Test1 = 0, "TEST_MODE_1";
@@ -107,15 +107,15 @@ wire_enum! {
     DriveState, "drive state" {
         /// Without power.
         Off = 0, "OFF";
-        /// Between the two.
+        /// Between off and active.
         Transitioning = 1, "TRANSITIONING";
-        /// In control.
+        /// The drive is in control.
         Active = 2, "ACTIVE";
     }
 }
 
 wire_enum! {
-    /// What the arm's own controller does.
+    /// The control mode of the arm's own controller.
     ControlMode, "control mode" {
         /// Stiff position control.
         Position = 0, "POSITION_CONTROL_MODE";
@@ -129,15 +129,15 @@ wire_enum! {
 }
 
 wire_enum! {
-    /// What the client commands; the application on the controller decides it.
+    /// The kind of command expected from the client; chosen by the application on the controller.
     ClientCommandMode, "client command mode" {
         /// Nothing.
         None = 0, "NO_COMMAND_MODE";
         /// Joint positions.
         Position = 1, "POSITION";
-        /// A wrench beside joint positions; the arm is in Cartesian impedance control.
+        /// A wrench in addition to joint positions; the arm is in Cartesian impedance control.
         Wrench = 2, "WRENCH";
-        /// Joint torques beside joint positions; the arm is in joint impedance control.
+        /// Joint torques in addition to joint positions; the arm is in joint impedance control.
         Torque = 3, "TORQUE";
         /// A Cartesian pose (2.x).
         CartesianPose = 4, "CARTESIAN_POSE";
@@ -145,7 +145,7 @@ wire_enum! {
 }
 
 wire_enum! {
-    /// How the client's commands are laid over the motion of the application.
+    /// How the client's commands overlay the motion of the application.
     OverlayType, "overlay type" {
         /// Not at all.
         None = 0, "NO_OVERLAY";

@@ -1,8 +1,8 @@
-//! The versions of the interface and what differs between them on the wire.
+//! The versions of the interface and their differences on the wire.
 
 use std::fmt;
 
-/// A version of the interface. Within a major version the messages are the same, but for what stands here.
+/// A version of the interface. Within a major version the messages differ only as listed here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FriVersion {
@@ -18,13 +18,13 @@ impl FriVersion {
     /// All versions.
     pub const ALL: [Self; 3] = [Self::V1_15, Self::V2_5, Self::V2_7];
 
-    /// Is a datagram a length, the message and a checksum?
+    /// Does a datagram consist of length, message and checksum?
     #[must_use]
     pub const fn is_framed(self) -> bool {
         matches!(self, Self::V2_7)
     }
 
-    /// Does the state hold what joint positions were commanded?
+    /// Does the state contain the commanded joint positions?
     #[must_use]
     pub const fn has_commanded_position(self) -> bool {
         matches!(self, Self::V1_15)
@@ -36,7 +36,7 @@ impl FriVersion {
         !matches!(self, Self::V1_15)
     }
 
-    /// Does the state hold external forces?
+    /// Does the state contain external forces?
     #[must_use]
     pub const fn has_external_force(self) -> bool {
         matches!(self, Self::V2_7)

@@ -1,4 +1,4 @@
-//! What a client answers, and whether it does in time.
+//! The client's answers, and whether they are in time.
 
 use super::faults::Delay;
 use super::machine::Controller;
@@ -11,7 +11,7 @@ use crate::wrench::wrench_from_wire;
 use hwall_numeric::check::all_finite;
 
 impl<P: SimulatedPlant> Controller<P> {
-    /// Takes a datagram of the client. Whatever is wrong with it is counted.
+    /// Takes a datagram of the client. Any error is counted.
     pub fn receive(&mut self, datagram: &[u8]) {
         if self.faults.is_deaf() {
             self.statistics.not_arrived += 1;
@@ -41,7 +41,7 @@ impl<P: SimulatedPlant> Controller<P> {
         let age = self.sequence.wrapping_sub(answers);
         if self.counted == 0 || age >= self.config.receive_multiplier {
             self.statistics.late += 1;
-            // Too late to be used, and named all the same.
+            // Too late to be used, but acknowledged all the same.
             if self.is_newest(message) {
                 self.client_sequence = message.header.sequence;
             }
@@ -66,7 +66,7 @@ impl<P: SimulatedPlant> Controller<P> {
         }
     }
 
-    /// What was held back comes, unless a newer answer overtook it.
+    /// Takes the held-back answer, unless a newer one overtook it.
     pub(super) fn take_late(&mut self) {
         let Some(late) = self.late.take_if(|late| late.due <= self.cycles) else {
             return;
@@ -82,7 +82,7 @@ impl<P: SimulatedPlant> Controller<P> {
         cycles_between(self.client_sequence, message.header.sequence) > 0.0
     }
 
-    /// What the mode needs of a command; `None` if it is not there.
+    /// The part of a command that the mode needs; `None` if it is missing.
     fn wanted(&self, message: &CommandMessage) -> Result<Option<Wanted>, FriError> {
         let data = message.data.unwrap_or_default();
         let Some(position_rad) = data.position_rad else {

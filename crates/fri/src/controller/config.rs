@@ -9,45 +9,44 @@ use hwall_numeric::check::{non_negative, positive, that, within};
 
 /// Largest torques of the iiwa 7's joints, N m.
 const IIWA7_TORQUE_N_M: [f64; 7] = [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0];
-/// The limit that a public driver for this arm uses: 60 N m at the first joint, less towards the wrist.
+/// The limit of a public driver for this arm: 60 N m at the first joint, less towards the wrist.
 const EXTERNAL_TORQUE_N_M: [f64; 7] = [60.0, 60.0, 60.0, 30.0, 12.0, 12.0, 6.0];
 
-/// What the application on the controller and the controller itself are set to.
+/// Settings of the controller and of the application on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControllerConfig {
     /// Version of the interface; default 1.15.
     pub version: FriVersion,
     /// Time between messages, ms, `1..=10`; default 1.
     pub send_period_ms: u32,
-    /// An answer is expected to every so-many-th message, `1..=100`; default 1.
+    /// Number of messages per expected answer, `1..=100`; default 1.
     pub receive_multiplier: u32,
-    /// What the client is to command: position, torque or wrench. On the real controller the application decides it. Default
-    /// position.
+    /// The client command mode: position, torque or wrench. On the real controller the application chooses it. Default position.
     pub mode: ClientCommandMode,
     /// Time in `IDLE` before the session begins, s; default 0: many clients leave at the first `IDLE`.
     pub idle_s: f64,
-    /// Time in `MONITORING_READY` until the application asks for commands, s; `None`: never. Default 0.5.
+    /// Time in `MONITORING_READY` until the application requests commands, s; `None`: never. Default 0.5.
     pub ready_s: Option<f64>,
-    /// Least time in `COMMANDING_WAIT`, s: nothing that comes before has an effect. Default 0.25, as in a public driver.
+    /// Shortest time in `COMMANDING_WAIT`, s: earlier commands have no effect. Default 0.25, as in a public driver.
     pub wait_s: f64,
-    /// Does the application ask again after commanding has ended for want of quality? After any other end it does so only
-    /// when told to ([`Controller::acknowledge`](super::Controller::acknowledge)). Default true.
+    /// Does the application request commands again after a loss of quality ended commanding? After any other end it does so only after
+    /// [`Controller::acknowledge`](super::Controller::acknowledge). Default true.
     pub asks_again: bool,
-    /// Age at which a command is no longer in force, s: the arm then holds. Default 0.05, as in a public driver.
+    /// Age at which a command expires, s: the arm then holds. Default 0.05, as in a public driver.
     pub command_expiry_s: f64,
-    /// How near the commanded positions must be to those of the interpolator before commanding begins, rad; default 0.01.
+    /// Largest distance of the commanded positions from the interpolator's before commanding begins, rad; default 0.01.
     pub mirror_tolerance_rad: f64,
     /// External torques beyond which commanding ends, N m; default 60, 60, 60, 30, 12, 12, 6, as in a public driver.
     pub max_external_torque_n_m: [f64; 7],
-    /// Torques that may be laid over, N m; default those of the iiwa 7's joints.
+    /// Largest overlay torques, N m; default those of the iiwa 7's joints.
     pub max_overlay_torque_n_m: [f64; 7],
-    /// How quality is judged.
+    /// How the quality is computed.
     pub quality: QualityConfig,
     /// Stiffness and damping in the modes torque and wrench.
     pub impedance: ImpedanceConfig,
-    /// Unix time at the start, s: what time stamps begin with. Default 0.
+    /// Unix time at the start, s: the first time stamp. Default 0.
     pub start_unix_s: u32,
-    /// What goes wrong on purpose.
+    /// Deliberate faults.
     pub faults: FaultConfig,
 }
 

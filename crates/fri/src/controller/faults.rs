@@ -1,4 +1,4 @@
-//! A connection as bad as owners of real arms report it.
+//! A connection as bad as users of real arms report.
 
 use crate::codec::ConnectionQuality;
 use crate::error::FriError;
@@ -6,24 +6,24 @@ use hwall_numeric::check::{non_negative, within};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-/// What goes wrong between a client and the controller, beside a [`LinkConfig`](super::LinkConfig). Nothing by default.
+/// Faults between a client and the controller, in addition to a [`LinkConfig`](super::LinkConfig). None by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FaultConfig {
-    /// Share of the cycles in which a burst of one to four answers begins that do not reach the controller. The client has sent them.
+    /// Share of the cycles that begin a burst of one to four answers that the client sent but that do not reach the controller.
     pub bursts: f64,
     /// Share of the cycles that begin a stall: no answer reaches the controller for 20 to 200 ms, and the quality may fall below good.
     pub stalls: f64,
-    /// Time stamps are off by at most this, either way, ms, at most 50.
+    /// Largest error of time stamps, in both directions, ms, at most 50.
     pub stamp_jitter_ms: f64,
-    /// Share of the cycles whose answer comes one to three cycles late, unless another one is held back already. What a real controller
-    /// does with it is not published. Here it is always said to have arrived, and its command takes effect half of the times.
+    /// Share of the cycles whose answer arrives one to three cycles late, unless another one is held back already. How a real controller treats such
+    /// an answer is not published. Here it is always acknowledged, and in half of the cases its command takes effect.
     pub late: f64,
-    /// Share of the cycles that end commanding for a while: half of the times the quality is at most FAIR for 0.1 to 0.5 s, half of the
-    /// times the application ends its motion. Commanding begins again by itself.
+    /// Share of the cycles that interrupt commanding: in half of the cases the quality is at most FAIR for 0.1 to 0.5 s, otherwise the application
+    /// ends its motion. Commanding begins again by itself.
     pub leaves: f64,
-    /// The robot's information has numbers that no version knows (99) for safety, drives, operation and control.
+    /// The robot's information contains an undefined number (99) for safety, drives, operation and control.
     pub unknown_enumerations: bool,
-    /// Seed.
+    /// Seed of the random generator.
     pub seed: u64,
 }
 
@@ -48,34 +48,34 @@ impl FaultConfig {
     }
 }
 
-/// Most answers of a burst.
+/// Most answers in a burst.
 const BURST: u32 = 4;
 /// Shortest and longest stall, ms.
 const STALL_MS: (u32, u32) = (20, 200);
-/// Most cycles that an answer is late.
+/// Longest delay of a late answer, cycles.
 const LATE: u32 = 3;
-/// Shortest and longest fall of the quality, ms.
+/// Shortest and longest drop of the quality, ms.
 const FALL_MS: (u32, u32) = (100, 500);
 
 #[derive(Debug)]
 pub(super) struct Faults {
     config: FaultConfig,
     generator: Pcg64,
-    /// Draws the faults added later, so that the older ones stay the same for a seed.
+    /// A separate generator for faults added later, so that a seed still gives the same older faults.
     later: Pcg64,
-    /// Cycles in which no answer arrives any more.
+    /// Remaining cycles in which no answer arrives.
     deaf: u32,
-    /// Cycles in which the quality is at most FAIR.
+    /// Remaining cycles in which the quality is at most FAIR.
     fallen: u32,
     leaves: bool,
     delay: Option<Delay>,
 }
 
-/// What happens to the answer of a cycle that is late.
+/// The fate of a late answer.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Delay {
     pub(super) cycles: u32,
-    /// Does its command take effect when it comes?
+    /// Does its command take effect on arrival?
     pub(super) is_used: bool,
 }
 
@@ -93,14 +93,14 @@ impl Faults {
         })
     }
 
-    /// From the next cycle on; the seed stays.
+    /// Applies from the next cycle on; the seed stays.
     pub(super) fn set(&mut self, config: FaultConfig) -> Result<(), FriError> {
         config.validate()?;
         self.config = config;
         Ok(())
     }
 
-    /// One cycle of `period_ms`; the time stamp of its message is off by what is returned, s.
+    /// Draws the faults of one cycle of `period_ms`; returns the error of its message's time stamp, s.
     pub(super) fn cycle(&mut self, period_ms: u32) -> f64 {
         self.deaf = self.deaf.saturating_sub(1);
         let [burst, stall, length, jitter] =
@@ -130,7 +130,7 @@ impl Faults {
         };
     }
 
-    /// Do no answers arrive in this cycle?
+    /// Do answers fail to arrive in this cycle?
     pub(super) const fn is_deaf(&self) -> bool {
         self.deaf > 0
     }
@@ -145,7 +145,7 @@ impl Faults {
         self.leaves
     }
 
-    /// The quality that is said instead of this one.
+    /// The quality to report instead of this one.
     pub(super) fn said(&self, quality: ConnectionQuality) -> ConnectionQuality {
         match self.fallen {
             0 => quality,
@@ -154,7 +154,7 @@ impl Faults {
     }
 }
 
-/// Cycles of a time between these two, at least one.
+/// Number of cycles of a random duration between these two, at least one.
 fn cycles((least_ms, most_ms): (u32, u32), share: f64, period_ms: u32) -> u32 {
     let ms = f64::from(least_ms) + share * f64::from(most_ms - least_ms);
     (ms / f64::from(period_ms)).ceil() as u32

@@ -1,4 +1,4 @@
-//! What the arm's own controller does in the modes torque and wrench: springs and dampers, and the overlay.
+//! The arm's own controller in the modes torque and wrench: springs, dampers, and the overlay.
 
 use crate::error::FriError;
 use crate::wrench::wrench_in_base;
@@ -7,26 +7,26 @@ use hwall_haptics::ArmState;
 use hwall_kinematics::{ArmKinematics, JointPositions, Wrench};
 use hwall_numeric::check::{each, non_negative};
 
-/// Stiffness and damping that the application sets. They cannot be changed while commands come.
+/// Stiffness and damping set by the application. They cannot change while commands come.
 ///
-/// Inertias are not known to these laws: they are numbers that make the damping about right, and assumptions.
+/// The inertias here are assumptions that give roughly the right damping; the control laws do not know the true ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImpedanceConfig {
-    /// Joint stiffness in mode torque, N m/rad; default 200. With 0 there is no damping either: the arm is free.
+    /// Joint stiffness in mode torque, N m/rad; default 200. 0 also means no damping: the arm is free.
     pub joint_stiffness_n_m_per_rad: [f64; 7],
-    /// Inertia that the damping of a joint is meant for, kg m²; default 2, 2, 1, 1, 0.3, 0.3, 0.25.
+    /// Joint inertia assumed for the damping, kg m²; default 2, 2, 1, 1, 0.3, 0.3, 0.25.
     pub joint_inertia_kg_m2: [f64; 7],
     /// Damping ratio of all springs; default 0.7.
     pub damping_ratio: f64,
-    /// Stiffness of the tool's place in mode wrench, N/m; default 2000.
+    /// Translational stiffness of the tool in mode wrench, N/m; default 2000.
     pub translation_n_per_m: f64,
-    /// Stiffness of its orientation, N m/rad; default 200.
+    /// Rotational stiffness of the tool, N m/rad; default 200.
     pub rotation_n_m_per_rad: f64,
-    /// Mass that the damping of the place is meant for, kg; default 6.
+    /// Mass assumed for the translational damping, kg; default 6.
     pub mass_kg: f64,
-    /// Inertia that the damping of the orientation is meant for, kg m²; default 0.3.
+    /// Inertia assumed for the rotational damping, kg m²; default 0.3.
     pub inertia_kg_m2: f64,
-    /// Stiffness of each joint in mode wrench, which keeps the elbow, N m/rad; default 10.
+    /// Stiffness of each joint in mode wrench, which holds the elbow, N m/rad; default 10.
     pub posture_n_m_per_rad: f64,
 }
 

@@ -1,4 +1,4 @@
-//! A controller at the end of a function call.
+//! A simulated controller connected by function calls.
 
 use super::machine::Controller;
 use super::plant::SimulatedPlant;
@@ -8,13 +8,13 @@ use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::time::Duration;
 
-/// Where the controller says that it is.
+/// The address that the controller reports.
 const ADDRESS: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 30200);
 
 /// A simulated controller in the same program: no socket, no clock, no thread.
 ///
-/// Whenever the client waits for a message, a send period goes by. The same commands give the same states to the last bit, as
-/// fast as they can be computed: for tests of whole programs.
+/// One send period passes whenever the client waits for a message. The same commands give bit-identical states, as fast as they can be computed: for
+/// tests of whole programs.
 ///
 /// ```
 /// use hwall_fri::controller::{Controller, ControllerConfig, InProcess, iiwa7_servo};
@@ -43,7 +43,7 @@ pub struct InProcess<P> {
 }
 
 impl<P> InProcess<P> {
-    /// A way to this controller.
+    /// A connection to this controller.
     #[must_use]
     pub const fn new(controller: Controller<P>) -> Self {
         Self { controller }
@@ -55,7 +55,7 @@ impl<P> InProcess<P> {
         &self.controller
     }
 
-    /// The controller, to take its events or to push its arm.
+    /// The controller, for taking its events or pushing its arm.
     pub const fn controller_mut(&mut self) -> &mut Controller<P> {
         &mut self.controller
     }

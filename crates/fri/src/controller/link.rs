@@ -8,12 +8,12 @@ use rand_pcg::Pcg64;
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
-/// Datagrams a second that a link holds for its delay: a controller sends no more.
+/// Datagrams per second that a link can hold for its delay: a controller sends no more.
 const PER_S: f64 = 1000.0;
-/// And as many more at once; one more is lost.
+/// Additional datagrams that it can hold; further ones are lost.
 const AT_ONCE: usize = 256;
 
-/// What a network does to datagrams.
+/// Network faults.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LinkConfig {
     /// Share of datagrams that are lost, 0 to 1; default 0.
@@ -26,7 +26,7 @@ pub struct LinkConfig {
     pub seed: u64,
 }
 
-/// When a datagram arrives. Of those that arrive at the same time the one offered first comes first.
+/// Arrival time of a datagram. Datagrams with equal times arrive in the order of their offers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Arrival {
     due_s: f64,
@@ -55,10 +55,10 @@ struct OnTheWay {
     bytes: Datagram,
 }
 
-/// One direction of a network, in any time: datagrams are offered, and taken when they are due.
+/// One direction of a network, in real or simulated time: datagrams are offered, and taken when they are due.
 ///
-/// Same seed and times, same losses. It holds what comes a thousand times a second for as long as the delay and the jitter, and 256
-/// more; beyond that datagrams are lost and counted. Nothing is allocated after construction.
+/// The same seed and times give the same losses. The link holds a thousand datagrams per second of delay and jitter, and 256 more; further ones are
+/// lost and counted. Nothing is allocated after construction.
 #[derive(Debug)]
 pub struct Link {
     config: LinkConfig,
@@ -73,7 +73,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// A network without anything on its way.
+    /// A network without datagrams in transit.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -97,7 +97,7 @@ impl Link {
         })
     }
 
-    /// Puts a datagram on its way.
+    /// Sends a datagram.
     pub fn offer(&mut self, now_s: f64, datagram: &[u8]) {
         let is_lost = self.generator.random::<f64>() < self.config.loss;
         let jitter_s = self.config.jitter_s * self.generator.random::<f64>();
@@ -128,7 +128,7 @@ impl Link {
         }));
     }
 
-    /// The next datagram that has arrived by now: its bytes go into `into`, their number is returned.
+    /// Takes the next datagram that has arrived: copies it into `into` and returns its length.
     pub fn take(&mut self, now_s: f64, into: &mut Datagram) -> Option<usize> {
         if self.next_s()? > now_s {
             return None;
@@ -140,7 +140,7 @@ impl Link {
         Some(arrived.length)
     }
 
-    /// When the next datagram arrives, s.
+    /// Arrival time of the next datagram, s.
     #[must_use]
     pub fn next_s(&self) -> Option<f64> {
         self.arrivals.peek().map(|Reverse(next)| next.due_s)
@@ -158,7 +158,7 @@ mod tests {
     use super::{Link, LinkConfig};
     use crate::codec::{DATAGRAM_BYTES, Datagram};
 
-    /// At 1 ms a delay of 0.4 s has 400 datagrams on their way, one of 20 s has 20,000.
+    /// At 1 ms a delay of 0.4 s has 400 datagrams in transit, one of 20 s has 20,000.
     #[test]
     fn a_link_holds_all_of_its_delay() {
         for (delay_s, jitter_s) in [(0.4, 0.0), (0.3, 0.1), (10.0, 10.0)] {

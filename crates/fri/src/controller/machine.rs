@@ -1,4 +1,4 @@
-//! The controller as a pure state machine: datagrams in, a datagram out, once in every send period.
+//! The controller as a pure state machine: it receives datagrams and writes one in every send period.
 
 use super::config::ControllerConfig;
 use super::faults::{FaultConfig, Faults};
@@ -15,12 +15,12 @@ use hwall_haptics::{ArmCommand, ArmState};
 use hwall_kinematics::{JointPositions, JointTorques, Wrench};
 use std::collections::VecDeque;
 
-/// Events that are kept until somebody takes them.
+/// Most events stored until they are taken.
 const EVENTS: usize = 64;
-/// Period of the impedance of the modes torque and wrench, s.
+/// Period of the impedance laws of the modes torque and wrench, s.
 const IMPEDANCE_PERIOD_S: f64 = 1e-3;
 
-/// What moves the arm.
+/// The control law of the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Law {
     /// Its own servo: positions, or holding.
@@ -33,11 +33,11 @@ enum Law {
 
 /// A simulated controller around a simulated arm.
 ///
-/// It has no clock, no socket and no threads: call [`receive`](Self::receive) for every datagram that has come in, then
-/// [`cycle`](Self::cycle), and send what that gives; a second of its time is a thousand milliseconds of cycles. The same
-/// datagrams in the same cycles give the same answers to the last bit. [`UdpController`](super::UdpController) is the loop around it.
+/// It has no clock, no socket and no threads: call [`receive`](Self::receive) for every received datagram, then [`cycle`](Self::cycle), and send the
+/// result; a second of its time is a thousand milliseconds of cycles. The same datagrams in the same cycles give bit-identical answers.
+/// [`UdpController`](super::UdpController) is the loop around it.
 ///
-/// A command takes effect in the cycle after the one in which it came. After construction nothing is allocated.
+/// A command takes effect in the cycle after its arrival. Nothing is allocated after construction.
 #[derive(Debug)]
 pub struct Controller<P> {
     pub(super) plant: P,
@@ -54,22 +54,22 @@ pub struct Controller<P> {
     pub(super) quality: ConnectionQuality,
     /// Sequence number of the newest message.
     pub(super) sequence: u32,
-    /// Messages since answers are expected.
+    /// Messages sent outside `IDLE` in this session.
     pub(super) counted: u64,
     pub(super) answered: bool,
     pub(super) misses: u64,
-    /// Of the client: its newest message, and which one it answered.
+    /// Sequence number of the client's newest message, and of the message that it answered.
     pub(super) client_sequence: u32,
     pub(super) last_answered: Option<u32>,
     pub(super) incoming: Option<Wanted>,
     pub(super) late: Option<LateAnswer>,
-    /// Positions of the interpolator: where the arm stood when commanding began.
+    /// Positions of the interpolator: the arm's position when commanding began.
     pub(super) interpolator: JointPositions,
     pub(super) in_force: Wanted,
     pub(super) in_force_since_s: f64,
-    /// Where the arm is told to be: each command brings it towards the positions in force, no faster than the joints.
+    /// Current commanded angles: each command moves them towards the positions in force, no faster than the joints.
     pub(super) commanded_rad: [f64; 7],
-    /// When positions like those of the interpolator came last, s.
+    /// Time of the last positions that matched the interpolator's, s.
     pub(super) mirrored_s: Option<f64>,
     pub(super) expired: bool,
     law: Law,
@@ -81,10 +81,10 @@ pub struct Controller<P> {
 }
 
 impl<P: SimulatedPlant> Controller<P> {
-    /// A controller at time zero, before a session. The arm holds.
+    /// A controller at time zero, before a session; the arm holds.
     ///
     /// # Errors
-    /// A setting outside its range, or a mode that the arm cannot do.
+    /// A setting outside its range, or a mode that the arm does not support.
     pub fn new(mut plant: P, config: ControllerConfig) -> Result<Self, ControllerError<P::Error>> {
         config.validate()?;
         if config.mode != ClientCommandMode::Position && !plant.takes_torques() {
@@ -100,7 +100,7 @@ impl<P: SimulatedPlant> Controller<P> {
         Ok(Self {
             limits,
             codec: Codec::new(config.version),
-            // A command must live until the next one can come.
+            // A command must stay valid until the next one can come.
             expiry_s: config.command_expiry_s.max(2.0 * answer_s),
             cycles: 0,
             state: SessionState::Idle,
@@ -139,11 +139,10 @@ impl<P: SimulatedPlant> Controller<P> {
         })
     }
 
-    /// One send period: the arm moves on, the answers of the last period are judged, the next message is written. Returns its
-    /// bytes.
+    /// One send period: moves the arm, evaluates the answers of the last period, and writes the next message. Returns its length.
     ///
     /// # Errors
-    /// What the simulated arm says.
+    /// An error of the simulated arm.
     pub fn cycle(&mut self, datagram: &mut Datagram) -> Result<usize, ControllerError<P::Error>> {
         if self.cycles > 0 {
             self.advance().map_err(ControllerError::Plant)?;
@@ -236,7 +235,7 @@ impl<P: SimulatedPlant> Controller<P> {
         Ok(())
     }
 
-    /// The positions that the client has to repeat, and with torques the springs that hold there.
+    /// Sets the positions that the client has to repeat and, with torques, the springs that hold there.
     fn prepare(&mut self, measured: &ArmState) {
         self.interpolator = JointPositions(self.limits.clamped(&measured.q.0));
         self.in_force = Wanted {
@@ -291,7 +290,7 @@ impl<P: SimulatedPlant> Controller<P> {
                 self.expired = true;
                 self.statistics.expired += 1;
                 self.say(EventKind::Expired);
-                // Whatever comes next has to begin where the arm is.
+                // Later commands must begin at the arm's position.
                 self.in_force.position_rad = self.limits.clamped(&measured.q.0);
                 self.commanded_rad = self.in_force.position_rad;
                 self.law = Law::Servo;
@@ -322,7 +321,7 @@ impl<P: SimulatedPlant> Controller<P> {
         self.in_force_since_s = now_s;
         self.expired = false;
         self.law = self.law_of_mode();
-        // After missed cycles it may be several steps to there: the arm is late then, it does not leap.
+        // After missed cycles this may take several steps: the arm is delayed, it does not jump.
         let answer_s = period_s * f64::from(self.config.receive_multiplier);
         let to_rad = &self.in_force.position_rad;
         self.commanded_rad = self.limits.followed(&self.commanded_rad, to_rad, answer_s);
@@ -338,7 +337,7 @@ impl<P: SimulatedPlant> Controller<P> {
     fn external_torque_reason(&self, measured: &ArmState) -> Option<EndReason> {
         let torques = measured.external_torque?.0;
         let limits = self.config.max_external_torque_n_m;
-        // NaN is beyond every limit.
+        // NaN exceeds every limit.
         let joint = (0..7).find(|&i| torques[i].abs() > limits[i] || torques[i].is_nan())?;
         Some(EndReason::ExternalTorque {
             joint,
@@ -379,10 +378,10 @@ impl<P: SimulatedPlant> Controller<P> {
         self.events.push_back(ControllerEvent { t_s, kind });
     }
 
-    /// Closes the session: the arm holds, the next messages say `IDLE`, no answers are expected any more.
+    /// Closes the session: the arm holds, the next messages report `IDLE`, and no more answers are expected.
     ///
     /// # Errors
-    /// What the simulated arm says.
+    /// An error of the simulated arm.
     pub fn close(&mut self) -> Result<(), ControllerError<P::Error>> {
         if self.state >= SessionState::CommandingWait {
             self.end(EndReason::Closed)
@@ -395,41 +394,41 @@ impl<P: SimulatedPlant> Controller<P> {
         Ok(())
     }
 
-    /// Lets the application ask for commands again after a limit ended commanding.
+    /// Lets the application request commands again after a limit ended commanding.
     pub const fn acknowledge(&mut self) {
         self.may_command = self.config.ready_s.is_some();
     }
 
-    /// The oldest event that was not taken yet.
+    /// Takes the oldest event.
     pub fn next_event(&mut self) -> Option<ControllerEvent> {
         self.events.pop_front()
     }
 
-    /// What was counted since the start.
+    /// Statistics since the start.
     #[must_use]
     pub const fn statistics(&self) -> &ControllerStatistics {
         &self.statistics
     }
 
-    /// What was wrong with the last datagram or command that was refused.
+    /// The error of the last refused datagram or command.
     #[must_use]
     pub const fn refusal(&self) -> Option<&FriError> {
         self.refusal.as_ref()
     }
 
-    /// Why commanding ended last; `None` before, and from when it begins again.
+    /// Why commanding ended last; `None` while it has not, or since it began again.
     #[must_use]
     pub const fn ended(&self) -> Option<EndReason> {
         self.ended
     }
 
-    /// Where the session stands.
+    /// The state of the session.
     #[must_use]
     pub const fn state(&self) -> SessionState {
         self.state
     }
 
-    /// How well answers come.
+    /// The quality of the connection.
     #[must_use]
     pub const fn quality(&self) -> ConnectionQuality {
         self.quality
@@ -453,7 +452,7 @@ impl<P: SimulatedPlant> Controller<P> {
         &self.plant
     }
 
-    /// What goes wrong with the connection from now on; the seed stays.
+    /// Sets the faults of the connection from now on; the seed stays.
     ///
     /// # Errors
     /// A setting outside its range; nothing is then changed.
@@ -463,7 +462,7 @@ impl<P: SimulatedPlant> Controller<P> {
         Ok(())
     }
 
-    /// The simulated arm, to push it or to ask it for its state.
+    /// The simulated arm, for pushing it or reading its state.
     pub const fn plant_mut(&mut self) -> &mut P {
         &mut self.plant
     }

@@ -1,4 +1,4 @@
-//! What the controller says about the arm and the session.
+//! The controller's messages about the arm and the session.
 
 use super::config::ControllerConfig;
 use crate::codec::{
@@ -9,7 +9,7 @@ use crate::codec::{
 use hwall_haptics::ArmState;
 use hwall_kinematics::ArmKinematics;
 
-/// What a message is made from.
+/// The contents of a message.
 pub(super) struct Measured<'a> {
     pub(super) header: Header,
     /// Time on the clock of the controller, s.
@@ -25,7 +25,7 @@ pub(super) struct Measured<'a> {
     pub(super) interpolator_rad: [f64; JOINTS],
 }
 
-/// A message with everything that clients ask for: what they read without it being there, they report as zero or stop.
+/// A message with every field that clients expect: if one is missing, they report zero or stop.
 pub(super) fn monitor_message(measured: &Measured) -> MonitorMessage {
     let config = measured.config;
     let has_pose = config.version.has_cartesian_pose();
@@ -77,7 +77,7 @@ pub(super) fn monitor_message(measured: &Measured) -> MonitorMessage {
                 pose: None,
                 redundancy: None,
                 command_mode: Some(config.mode),
-                // Also a wrench lies over a motion of joints.
+                // A wrench also overlays a motion of joints.
                 overlay: Some(OverlayType::Joint),
                 tracking: Some(f64::from(u8::from(is_active))),
             },

@@ -1,4 +1,4 @@
-//! A simulated controller of the arm: everything that a client sees, without the arm.
+//! A simulated controller of the arm: everything that a client sees of a real one.
 
 mod answers;
 mod config;

@@ -1,22 +1,22 @@
-//! How well answers come.
+//! Quality of the connection.
 
 use crate::codec::ConnectionQuality;
 use crate::error::FriError;
 use hwall_numeric::check::{that, within};
 
-/// How the simulated controller judges a connection. The manufacturer does not publish how the real one does: the numbers
-/// are assumptions.
+/// How the simulated controller computes the connection quality. The manufacturer does not publish how the real one does: the numbers are
+/// assumptions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QualityConfig {
-    /// Answers that are looked back on, `1..=100_000`. Default 250.
+    /// Number of recent answers that count, `1..=100_000`. Default 250.
     pub window: usize,
-    /// With fewer answers expected so far the quality is poor; at most the window. Default 50.
+    /// Least number of expected answers; below it the quality is poor; at most the window. Default 50.
     pub least: usize,
     /// Least share of answers in time for fair quality; default 0.5.
     pub fair: f64,
-    /// For good quality, which commanding needs; default 0.8.
+    /// The same for good quality, which commanding needs; default 0.8.
     pub good: f64,
-    /// For excellent quality; default 0.95.
+    /// The same for excellent quality; default 0.95.
     pub excellent: f64,
 }
 
@@ -32,7 +32,7 @@ impl Default for QualityConfig {
     }
 }
 
-/// The last answers: came in time or not.
+/// The recent answers: in time or not.
 #[derive(Debug)]
 pub(super) struct AnswerWindow {
     config: QualityConfig,

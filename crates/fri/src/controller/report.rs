@@ -1,4 +1,4 @@
-//! What a simulated controller has to say.
+//! Events and statistics of a simulated controller.
 
 use crate::codec::{ConnectionQuality, SessionState};
 use crate::limits::LimitViolation;
@@ -12,7 +12,7 @@ pub enum EndReason {
     Quality(ConnectionQuality),
     /// A command outside the limits.
     Limit(LimitViolation),
-    /// Something outside pushes too hard.
+    /// An external push was too strong.
     ExternalTorque {
         /// Joint, from 0.
         joint: usize,
@@ -21,7 +21,7 @@ pub enum EndReason {
         /// Its limit, N m.
         max_n_m: f64,
     },
-    /// The application ended its motion and asks again ([`FaultConfig`](super::FaultConfig)).
+    /// The application ended its motion and will request commands again ([`FaultConfig`](super::FaultConfig)).
     Application,
     /// The application closed the session.
     Closed,
@@ -46,27 +46,27 @@ impl fmt::Display for EndReason {
     }
 }
 
-/// Something that happened.
+/// An event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControllerEvent {
-    /// When, on the clock of the controller, s.
+    /// Time on the clock of the controller, s.
     pub t_s: f64,
-    /// What.
+    /// The kind of event.
     pub kind: EventKind,
 }
 
-/// What happened.
+/// The kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum EventKind {
-    /// The session is in another state.
+    /// The state of the session changed.
     State {
         /// Before.
         from: SessionState,
         /// Now.
         to: SessionState,
     },
-    /// The quality of the connection is another one.
+    /// The quality of the connection changed.
     Quality {
         /// Before.
         from: ConnectionQuality,
@@ -75,7 +75,7 @@ pub enum EventKind {
     },
     /// Commanding ended.
     Ended(EndReason),
-    /// No command came for so long that the arm holds.
+    /// The last command expired, and the arm holds.
     Expired,
 }
 
@@ -90,7 +90,7 @@ impl fmt::Display for EventKind {
     }
 }
 
-/// What was counted since the start.
+/// Statistics since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ControllerStatistics {
     /// Messages sent.
@@ -101,17 +101,17 @@ pub struct ControllerStatistics {
     pub in_time: u64,
     /// Of these, not answered in time.
     pub missed: u64,
-    /// Most of them in a row.
+    /// Most consecutive misses.
     pub longest_miss: u64,
-    /// Answers that were lost on purpose ([`FaultConfig`](super::FaultConfig)).
+    /// Answers lost by deliberate faults ([`FaultConfig`](super::FaultConfig)).
     pub not_arrived: u64,
     /// Answers that came too late to count.
     pub late: u64,
-    /// Answers to a message that had been answered.
+    /// Repeated answers to the same message.
     pub repeated: u64,
-    /// Datagrams that are no command message.
+    /// Datagrams that are not command messages.
     pub malformed: u64,
-    /// Commands without what the mode needs.
+    /// Commands that lack what the mode needs.
     pub incomplete: u64,
     /// Commands with NaN or an infinity; refused.
     pub non_finite: u64,
@@ -121,7 +121,7 @@ pub struct ControllerStatistics {
     pub expired: u64,
     /// Times that commanding became active.
     pub activations: u64,
-    /// Events that nobody took in time.
+    /// Events that were not taken in time.
     pub dropped_events: u64,
 }
 

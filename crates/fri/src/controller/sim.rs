@@ -1,4 +1,4 @@
-//! The simulated arms of `hwall-sim` behind the controller.
+//! The simulated arms of `hwall-sim` as plants of the controller.
 
 use super::plant::SimulatedPlant;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, SrsArm};
@@ -6,7 +6,7 @@ use hwall_sim::kinematics::{Chain, ChainDynamics};
 use hwall_sim::{ServoArm, ServoConfig, SimError, TorqueArm, TorqueConfig};
 use std::sync::Arc;
 
-/// Where the iiwa of the reference set-up starts, degrees.
+/// Start configuration of the reference setup's iiwa, degrees.
 const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
 
 /// An iiwa 7 at servo level with its bare flange, at rest at (0, 30, 0, -90, 0, -30, 90) degrees.
@@ -22,7 +22,7 @@ pub fn iiwa7_servo(seed: u64) -> Result<ServoArm, SimError> {
     ServoArm::new(Arc::new(SrsArm::iiwa7()), start, config)
 }
 
-/// The same at torque level, without a delay of commands: that of the interface is the send period.
+/// The same at torque level, without a command delay: the interface's delay is the send period.
 ///
 /// # Errors
 /// None: the settings are valid.

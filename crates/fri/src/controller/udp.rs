@@ -11,19 +11,19 @@ use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Last messages of a session, which say that it is idle.
+/// Final messages of a session, which report `IDLE`.
 const GOODBYES: usize = 3;
 
-/// What happened on the network.
+/// Network statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct UdpStatistics {
-    /// Datagrams from somebody else than the client.
+    /// Datagrams from other senders than the client.
     pub foreign: u64,
-    /// Datagrams that could not be sent: nobody listens, or the system's buffer is full.
+    /// Datagrams that could not be sent: there is no listener, or the system's buffer is full.
     pub unsent: u64,
-    /// Periods that began later than half a period.
+    /// Periods that began late by more than half a period.
     pub delayed_periods: u64,
-    /// By how much they did, us: the time of the controller fell behind by that.
+    /// Total delay of those periods, us: the controller's time fell behind by it.
     pub slipped_us: u64,
 }
 
@@ -40,10 +40,10 @@ impl fmt::Display for UdpStatistics {
     }
 }
 
-/// A [`Controller`] that sends to a client over UDP, once in every send period, and takes its answers.
+/// A [`Controller`] that sends to a client over UDP, once per send period, and receives its answers.
 ///
-/// Without priority for real time some periods begin late. They are counted, and the controller's time falls behind by as
-/// much: a client is not blamed for what this side was late.
+/// Without real-time priority some periods begin late. They are counted, and the controller's time falls behind by as much: the client is not blamed
+/// for delays on this side.
 #[derive(Debug)]
 pub struct UdpController<P> {
     controller: Controller<P>,
@@ -55,11 +55,10 @@ pub struct UdpController<P> {
 }
 
 impl<P: SimulatedPlant> UdpController<P> {
-    /// A controller that sends from `local` (port 0: any) to `client`. The link loses datagrams in both directions and delays
-    /// those to the client.
+    /// A controller that sends from `local` (port 0: any) to `client`. The link loses datagrams in both directions, and delays those to the client.
     ///
     /// # Errors
-    /// A socket that cannot be had, or a setting of the link outside its range.
+    /// A socket that cannot be opened, or a setting of the link outside its range.
     pub fn bind(
         controller: Controller<P>,
         local: impl ToSocketAddrs,
@@ -86,10 +85,10 @@ impl<P: SimulatedPlant> UdpController<P> {
         })
     }
 
-    /// Runs until `goes_on` says no; it is asked once in every period. The session is closed at the end, after what is still on its way.
+    /// Runs until `goes_on`, called once per period, returns false. Then closes the session and delivers the datagrams in transit.
     ///
     /// # Errors
-    /// What the simulated arm or the network says.
+    /// An error of the simulated arm or of the network.
     pub fn run(
         &mut self,
         mut goes_on: impl FnMut(&mut Controller<P>) -> bool,
@@ -101,7 +100,7 @@ impl<P: SimulatedPlant> UdpController<P> {
             self.wait_until(next, start)?;
             let now = Instant::now();
             let late = now.saturating_duration_since(next);
-            // Messages in a burst could not be answered in time: what is late shifts all that follows.
+            // A burst of messages could not be answered in time: a delay shifts all later periods.
             if late > period / 2 {
                 self.statistics.delayed_periods += 1;
                 self.statistics.slipped_us += late.as_micros() as u64;
@@ -117,7 +116,7 @@ impl<P: SimulatedPlant> UdpController<P> {
         for _ in 0..GOODBYES {
             self.cycle(start)?;
         }
-        // A slow network brings them later.
+        // A slow network delivers them later.
         while let Some(due_s) = self.out.next_s() {
             let due = start + Duration::from_secs_f64(due_s);
             thread::sleep(due.saturating_duration_since(Instant::now()));
@@ -135,7 +134,7 @@ impl<P: SimulatedPlant> UdpController<P> {
         Ok(self.send_due(start)?)
     }
 
-    /// Everything that the client has sent.
+    /// Receives all datagrams that the client has sent.
     fn receive(&mut self, start: Instant) -> Result<(), FriError> {
         let mut datagram: Datagram = [0; DATAGRAM_BYTES];
         loop {
@@ -147,7 +146,7 @@ impl<P: SimulatedPlant> UdpController<P> {
                 }
                 Ok(_) => self.statistics.foreign += 1,
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
-                // Of an earlier datagram, to a port where nobody listens yet.
+                // Caused by an earlier datagram to a port without a listener.
                 Err(error) if is_passing(error.kind()) => {}
                 Err(error) => return Err(FriError::io("receiving from the client")(error)),
             }
@@ -172,7 +171,7 @@ impl<P: SimulatedPlant> UdpController<P> {
         Ok(())
     }
 
-    /// Sleeps; what is delayed goes out meanwhile.
+    /// Sleeps until `next`, and sends delayed datagrams meanwhile.
     fn wait_until(&mut self, next: Instant, start: Instant) -> Result<(), FriError> {
         loop {
             self.send_due(start)?;
@@ -186,23 +185,23 @@ impl<P: SimulatedPlant> UdpController<P> {
         }
     }
 
-    /// The address that it sends from.
+    /// The address that the controller sends from.
     ///
     /// # Errors
-    /// What the system says.
+    /// A system error.
     pub fn local_address(&self) -> Result<SocketAddr, FriError> {
         self.socket
             .local_addr()
             .map_err(FriError::io("asking for the address"))
     }
 
-    /// What happened on the network.
+    /// The network statistics.
     #[must_use]
     pub const fn udp_statistics(&self) -> &UdpStatistics {
         &self.statistics
     }
 
-    /// The controller, to take its events or to push its arm.
+    /// The controller, for taking its events or pushing its arm.
     pub const fn controller_mut(&mut self) -> &mut Controller<P> {
         &mut self.controller
     }
@@ -214,7 +213,7 @@ impl<P: SimulatedPlant> UdpController<P> {
     }
 }
 
-/// Errors that the next datagram may not have.
+/// Errors that may be gone at the next datagram.
 const fn is_passing(kind: ErrorKind) -> bool {
     matches!(
         kind,

@@ -1,29 +1,29 @@
-//! Commands on their way to take effect.
+//! Commands that have not taken effect yet.
 
 use crate::codec::CommandMessage;
 use hwall_kinematics::Wrench;
 
-/// A command as far as the mode needs it, all numbers finite.
+/// The part of a command that the mode needs, all values finite.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wanted {
-    /// Message that it answers.
+    /// The message that it answers.
     pub(super) answers: u32,
     pub(super) position_rad: [f64; 7],
     pub(super) torque_n_m: [f64; 7],
     pub(super) wrench: Wrench,
 }
 
-/// An answer that was held back on purpose.
+/// A deliberately delayed answer.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LateAnswer {
     pub(super) message: CommandMessage,
-    /// Cycle after which it comes.
+    /// The cycle after which it arrives.
     pub(super) due: u64,
     pub(super) is_used: bool,
 }
 
-/// Messages from one to a later one, as numbers that wrap count them. A client may answer a message before the one that its last
-/// command counts from, if it has several to choose from: that is no step back round the whole circle.
+/// Number of messages from one to a later one, with wrapping sequence numbers. If several messages are available, a client may answer one before its
+/// last command's message: that counts as 0, not as nearly a full wrap.
 pub(super) const fn cycles_between(earlier: u32, later: u32) -> f64 {
     let ahead = later.wrapping_sub(earlier).cast_signed();
     if ahead > 0 { ahead as f64 } else { 0.0 }

@@ -1,4 +1,4 @@
-//! The client on a controller as bad as the field: what it commands stays smooth, what it says of the arm stays true.
+//! The client on a controller with realistic faults: its commands stay smooth, its reported state stays true.
 
 use hwall_fri::codec::SessionState;
 use hwall_fri::controller::{
@@ -13,13 +13,13 @@ use std::time::Duration;
 
 const PATIENT: Duration = Duration::from_secs(60);
 
-/// What happened in a minute of going there and back with the first joint, at up to 0.79 rad/s, with rests between.
+/// The result of a minute of moving the first joint back and forth, at up to 0.79 rad/s, with rests between.
 struct Minute {
-    /// Largest speed that the controller was told, as a share of the joint's.
+    /// Largest commanded speed in the controller, as a share of the joint's limit.
     speed_share: f64,
-    /// The most that the measured velocity was off the true one, rad/s.
+    /// Largest error of the measured velocity, rad/s.
     velocity_off_rad_per_s: f64,
-    /// Cycles whose command was not taken.
+    /// Cycles whose command was refused.
     refused: u32,
     /// Commands outside the limits.
     leaps: u32,
@@ -79,7 +79,7 @@ fn minute(faults: FaultConfig, send_period_ms: u32) -> Minute {
             minute.leaps += u32::from(matches!(error, FriError::Limit(_)));
             pause_s = 1.0;
         } else if pause_s > 0.0 {
-            // A session holds, and goes on from where the arm rests.
+            // As in a session: hold, then continue from where the arm rests.
             pause_s -= period_s;
             (begun_s, start) = (now_s, state.q);
         }
@@ -92,7 +92,7 @@ fn minute(faults: FaultConfig, send_period_ms: u32) -> Minute {
             data.commanded_position_rad.expect("positions")[0],
             data.position_rad.expect("positions")[0],
         );
-        // What is told as commanded begins anew with commanding, and from where the arm is held after a command has expired.
+        // The reported commanded position starts again with commanding, and from the held position after a command has expired.
         if let Some(last_rad) = last_rad.replace(told_rad)
             && was_active
             && is_active(&arm)
@@ -120,7 +120,7 @@ fn bursts_that_the_client_cannot_see_throw_nothing() {
             ..FaultConfig::default()
         };
         let minute = minute(faults, send_period_ms);
-        // The way itself takes 0.46 of the joint's speed, catching up 15 % more.
+        // The path itself takes 0.46 of the joint's speed, catching up 15 % more.
         assert!(
             minute.speed_share < 0.54,
             "{bursts}: {}",
@@ -140,11 +140,11 @@ fn stamps_that_jitter_are_no_leaps_of_the_velocity() {
         minute(faults, 5).velocity_off_rad_per_s
     };
     let (still, jittering) = (off(0.0), off(5.0));
-    // 2 % of the fastest part of the way, in time and in angle.
+    // 2 % of the fastest part of the path, in time and in angle.
     assert!(jittering < still + 0.03, "{still} and {jittering} rad/s");
 }
 
-/// A controller takes a leap for the end; it must see none after a gap, however long.
+/// A jump would end commanding; the controller must see none after a gap, however long.
 #[test]
 fn stalls_make_the_arm_hold_and_go_on() {
     let faults = FaultConfig {
@@ -158,7 +158,7 @@ fn stalls_make_the_arm_hold_and_go_on() {
     assert!(minute.ends_active, "a leap would have ended it for good");
 }
 
-/// Each alone, then all of them: no command is faster than the joint, and commanding begins again by itself.
+/// Each alone, then all together: no command is faster than the joint, and commanding begins again by itself.
 #[test]
 fn a_session_goes_on_whatever_the_controller_does() {
     let none = FaultConfig {
@@ -193,7 +193,7 @@ fn a_session_goes_on_whatever_the_controller_does() {
     ] {
         let minute = minute(faults, send_period_ms);
         let counted = minute.controller;
-        // After a stall the controller itself goes back to the path at the speed of the joint and its slack; else as above.
+        // After a stall the controller itself returns to the path at the joint's speed plus slack; otherwise as above.
         let most = if faults.stalls > 0.0 { 1.06 } else { 0.54 };
         assert!(minute.speed_share < most, "{name}: {}", minute.speed_share);
         assert!(minute.ends_active, "{name}");

@@ -1,4 +1,4 @@
-//! The wire: known bytes, round trips, frames, broken and random datagrams.
+//! The wire format: known bytes, round trips, frames, broken and random datagrams.
 
 use crate::common::{full_command, full_monitor};
 use hwall_fri::codec::{
@@ -41,7 +41,7 @@ fn paths(bytes: &[u8], nested: &[&str], prefix: &str, found: &mut Vec<String>) {
     }
 }
 
-/// The public field numbers, written down once more.
+/// The public field numbers, written independently.
 #[test]
 fn field_numbers() {
     let nested = ["1", "2", "3", "4", "5", "3.1", "3.9", "3.15"];
@@ -99,7 +99,7 @@ fn messages_come_back() {
     for codec in codecs() {
         let mut monitor = full_monitor();
         let bytes = monitor_bytes(codec, &monitor);
-        // What a version does not have is not written.
+        // Fields that a version does not have are not written.
         let data = monitor.data.as_mut().expect("data");
         let interpolator = monitor.interpolator.as_mut().expect("data");
         if !codec.version.has_commanded_position() {
@@ -122,7 +122,7 @@ fn messages_come_back() {
         }
         assert_eq!(codec.decode_command(&bytes), Ok(command));
 
-        // And with nothing in them that may be absent.
+        // And without any optional fields.
         (monitor.robot, monitor.data, monitor.interpolator) = (None, None, None);
         monitor.connection.state = SessionState::Idle;
         monitor.connection.receive_multiplier = None;
@@ -134,7 +134,7 @@ fn messages_come_back() {
     }
 }
 
-/// Every prefix of a datagram is refused, and every buffer that is too small.
+/// Every prefix of a datagram and every buffer that is too small are refused.
 #[test]
 fn truncated_datagrams_and_small_buffers() {
     for codec in codecs() {
@@ -148,7 +148,7 @@ fn truncated_datagrams_and_small_buffers() {
             if codec.version.is_framed() {
                 assert!(read.is_err());
             } else if let Ok(read) = read {
-                // Unframed, a cut between two fields leaves a message without what may be absent.
+                // Unframed, a cut between two fields leaves a message without optional fields.
                 assert_ne!(read, full_monitor());
             }
         }
@@ -163,7 +163,7 @@ fn frames() {
     frame.extend_from_slice(&9_u32.to_le_bytes());
     frame.extend_from_slice(b"123456789");
     frame.extend_from_slice(&0xCBF4_3926_u32.to_le_bytes());
-    // The checksum holds, the message is none.
+    // The checksum is right, but the bytes are no message.
     assert_eq!(
         codec.decode_command(&frame),
         Err(FriError::Missing("header"))
@@ -258,7 +258,7 @@ fn what_is_missing_or_wrong_is_named() {
         };
         assert_eq!(codec.decode_command(&joints), Err(wrong));
     }
-    // A wrench of six, wherever unknown fields stand.
+    // A wrench of six values, wherever unknown fields appear.
     let unknown = written(|w| {
         w.string(77, "unknown");
         header(w, 0x3_4001);
@@ -272,7 +272,7 @@ fn what_is_missing_or_wrong_is_named() {
     assert_eq!(read.data.and_then(|d| d.wrench), Some([1.0; 6]));
 }
 
-/// Numbers of another release, in every enumeration but those of the session.
+/// Numbers of another release, in every enumeration except those of the session.
 #[test]
 fn unknown_numbers_are_left_out() {
     let bytes = written(|w| {
@@ -316,7 +316,7 @@ fn texts_of_versions_and_modes() {
     assert_eq!(wrong, Err(FriError::UnknownVersion("3.0".to_owned())));
 }
 
-/// Never a panic, and whatever is read can be written.
+/// Never panics, and everything that can be read can be written.
 #[test]
 fn mutated_datagrams() {
     let inputs = if cfg!(debug_assertions) {
@@ -374,7 +374,7 @@ fn nothing_is_allocated() {
     }
 }
 
-/// The public numbers of the enumerations, written down once more: what each value stands for on the wire.
+/// The public enumeration numbers, written independently: the wire value of each state.
 #[test]
 fn numbers_of_enumerations() {
     fn numbers<T: Copy + std::fmt::Display>(all: &[T], number: fn(T) -> u64) -> String {

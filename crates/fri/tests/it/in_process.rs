@@ -12,7 +12,7 @@ use std::time::Duration;
 
 const TIMEOUT: Duration = Duration::from_secs(10);
 
-/// A client that is commanding.
+/// A client with active commanding.
 fn commanding<P: SimulatedPlant>(plant: P, mode: ClientCommandMode) -> FriClient<InProcess<P>> {
     let model = Arc::clone(plant.model());
     let config = ControllerConfig {
@@ -36,7 +36,7 @@ fn cycle<P: SimulatedPlant>(
     client.state()
 }
 
-/// Joint 1 moves on at 0.5 rad/s for half a second, and 28 N m s/rad of damping keep it 0.07 rad behind on 200 N m/rad.
+/// Joint 1 moves at 0.5 rad/s for half a second; 28 N m s/rad of damping keep it 0.07 rad behind on 200 N m/rad.
 fn hanging_behind(client: &mut FriClient<InProcess<TorqueArm>>) -> (JointPositions, ArmState) {
     let mut state = client.state().expect("a state");
     let mut q = state.q;
@@ -61,7 +61,7 @@ fn from_positions_to_torques_and_back_there_is_no_leap() {
         let none = ArmCommand::Torque(JointTorques([0.0; 7]));
         check(&mut last, &cycle(&mut client, none).expect("taken"));
     }
-    // Without torques and springs, damping brings it to rest where it is.
+    // Without torques and springs, damping brings it to rest in place.
     assert!((last[0] - q[0]).abs() > 0.02, "{} {}", last[0], q[0]);
     for _ in 0..2000 {
         check(
@@ -75,7 +75,7 @@ fn from_positions_to_torques_and_back_there_is_no_leap() {
     assert_eq!(client.statistics().refused, 0);
 }
 
-/// Positions a little beside those that an arm was braked at came within one cycle, at 1.5 rad/s.
+/// Regression: positions slightly away from where the arm had braked were sent within one cycle, at 1.5 rad/s.
 #[test]
 fn an_arm_that_goes_on_beside_where_it_was_braked_does_not_jerk() {
     let mut client = commanding(servo(), ClientCommandMode::Position);
@@ -117,7 +117,7 @@ fn a_leap_after_torques_is_refused() {
         )
     };
     assert!(refused.as_ref().is_err_and(joint_0), "{refused:?}");
-    // Outside the range it is refused however near.
+    // Outside the range it is refused, however near.
     let mut outside = state.q;
     outside[3] = -3.0;
     assert!(cycle(&mut client, ArmCommand::Position(outside)).is_err());

@@ -1,4 +1,4 @@
-//! The controller and commands that come after missed cycles: late, never a leap.
+//! The controller and commands after missed cycles: a delay, never a jump.
 
 use crate::common::bench::{Bench, servo, start};
 use hwall_fri::codec::{
@@ -9,7 +9,7 @@ use hwall_fri::controller::{Controller, ControllerConfig, EndReason, Link, LinkC
 use hwall_fri::{FriVersion, LimitViolation};
 use hwall_kinematics::SrsArm;
 
-/// A client that goes on with its sine as time does asks for the way of all the cycles that it missed at once.
+/// A client whose sine follows the time requests the path of all its missed cycles at once.
 #[test]
 fn an_arm_that_missed_commands_is_late_and_does_not_leap() {
     let config = ControllerConfig {
@@ -58,8 +58,8 @@ fn an_arm_that_missed_commands_is_late_and_does_not_leap() {
     assert_eq!(bench.controller.ended(), None);
 }
 
-/// With a multiplier a client may answer a message before the one from which its last command counts. The number of cycles between
-/// them must not wrap to billions, which would allow any step.
+/// With a multiplier a client may answer a message before its last command's message. The number of cycles between them must not wrap to billions,
+/// which would allow any step.
 #[test]
 fn an_answer_to_an_older_message_allows_no_longer_step() {
     let config = ControllerConfig {
@@ -97,7 +97,7 @@ fn an_answer_to_an_older_message_allows_no_longer_step() {
             answer(&mut controller, sequence, 0.0);
         }
     }
-    // Commanding counts from the message before this one.
+    // The last command's message is the one before this one.
     answer(&mut controller, sequence - 3, 0.05);
     controller.cycle(&mut datagram).expect("a cycle");
     let ended = controller.ended();

@@ -1,4 +1,4 @@
-//! A client in front of a controller that sends what no controller should.
+//! A client in front of a misbehaving controller.
 
 use hwall_fri::codec::{
     ClientCommandMode, Codec, ConnectionInfo, ConnectionQuality, ControlMode, DATAGRAM_BYTES,
@@ -88,7 +88,7 @@ fn message(sequence: u32) -> MonitorMessage {
     }
 }
 
-/// It would be mirrored, and a step from NaN is shorter than every limit.
+/// NaN would be mirrored, and a step from NaN passes every limit.
 #[test]
 fn nan_of_the_controller_is_no_message() {
     let mut setup = Setup::new(20.0);
@@ -111,7 +111,7 @@ fn nan_of_the_controller_is_no_message() {
     assert!(setup.client.mirror().is_ok());
 }
 
-/// Without time stamps times are sums of periods, also of ones that nobody has.
+/// Without time stamps, times are sums of stated periods, including absurd ones.
 #[test]
 fn times_do_not_overflow() {
     let mut setup = Setup::new(20.0);
@@ -125,7 +125,7 @@ fn times_do_not_overflow() {
     }
 }
 
-/// Its numbers begin at zero again, not far below the newest one.
+/// Its sequence restarts at zero, not slightly below the newest number.
 #[test]
 fn a_controller_that_begins_anew_after_a_silence_is_heard() {
     let mut setup = Setup::new(0.05);
@@ -139,7 +139,7 @@ fn a_controller_that_begins_anew_after_a_silence_is_heard() {
     assert_eq!(setup.client.statistics().stale, 0);
 }
 
-/// Message in which commanding is active, of an arm without a fault.
+/// A message with active commanding, from an arm without a fault.
 fn active(sequence: u32) -> MonitorMessage {
     let mut message = message(sequence);
     message.connection.state = SessionState::CommandingActive;
@@ -153,7 +153,7 @@ fn active(sequence: u32) -> MonitorMessage {
     message
 }
 
-/// Changes a message, and what the client calls it.
+/// A change of a message, and the client's name for it.
 type Wrong = (fn(&mut MonitorMessage), &'static str);
 
 const WRONG: [Wrong; 7] = [
@@ -200,7 +200,7 @@ fn before_commanding_begins_a_wrong_value_is_waited_for_and_named() {
         let waited = setup.client.wait_for_commanding(SOON).expect_err(name);
         assert!(matches!(waited, FriError::Unfit(_)), "{waited}");
         assert!(waited.to_string().contains(name), "{waited}");
-        // The answer keeps the session, and the arm.
+        // The answer keeps the session alive and the arm in place.
         assert!((setup.answer_rad() - 0.1).abs() < 1e-12, "{name}");
         setup.send(&active(1));
         let waited = setup.client.wait_for_commanding(PATIENT);
@@ -208,7 +208,7 @@ fn before_commanding_begins_a_wrong_value_is_waited_for_and_named() {
     }
 }
 
-/// The arm brakes from 0.5 rad/s, and goes on when the value fits again.
+/// The arm brakes from 0.5 rad/s, and continues when the value is suitable again.
 #[test]
 fn a_wrong_value_while_commanding_is_a_fault_that_ends_by_itself() {
     for (spoil, name) in WRONG {
@@ -246,7 +246,7 @@ fn a_wrong_value_while_commanding_is_a_fault_that_ends_by_itself() {
     }
 }
 
-/// Fields that a controller leaves out, or of which it has numbers from another version, refuse nothing.
+/// Omitted fields, or numbers from another version, prevent nothing.
 #[test]
 fn what_a_controller_does_not_say_refuses_nothing() {
     let silent: [fn(&mut MonitorMessage); 5] = [
@@ -295,7 +295,7 @@ fn a_second_command_for_one_message_moves_nothing() {
     assert_eq!(setup.client.statistics().answered, 10);
 }
 
-/// A controller whose arm hangs 5 mrad below where its interpolator holds it, every 10 ms.
+/// A controller whose arm hangs 5 mrad below its interpolator's position; one message every 10 ms.
 fn loaded(sequence: u32) -> MonitorMessage {
     let mut message = message(sequence);
     message.connection.state = SessionState::CommandingActive;
@@ -305,7 +305,7 @@ fn loaded(sequence: u32) -> MonitorMessage {
     message
 }
 
-/// The error of the servo is no command: sent at once it would throw the arm by 5 mrad.
+/// The servo error is not a command: sent at once, it would move the arm abruptly by 5 mrad.
 #[test]
 fn whoever_begins_at_the_measured_angles_begins_at_the_interpolator() {
     let mut setup = Setup::new(20.0);
@@ -330,8 +330,7 @@ fn whoever_begins_at_the_measured_angles_begins_at_the_interpolator() {
     assert_eq!(setup.client.statistics().refused, 0);
 }
 
-/// What is asked for meanwhile goes on; the arm stood still, and goes on along the same path, later, without a change of speed beyond
-/// what its joints bear.
+/// The request continues during the gap; the arm stood still, and continues along the same path, delayed, within its joint accelerations.
 #[test]
 fn after_missed_cycles_the_arm_is_late_and_does_not_leap() {
     let mut setup = Setup::new(20.0);
@@ -372,12 +371,12 @@ fn after_missed_cycles_the_arm_is_late_and_does_not_leap() {
         arrived_rad = command(ms, goal_rad(140), None);
     }
     assert!((arrived_rad - goal_rad(140)).abs() < 1e-12);
-    // Braking after missed cycles is no leap either.
+    // Braking after missed cycles is no jump either.
     command(240, 0.0, Some(ArmCommand::Hold));
 }
 
-/// The controller stood still meanwhile: braking from the speed before would move a resting arm by up to 0.27 rad, and going on at that speed
-/// would throw it.
+/// The controller stood still meanwhile: braking from the previous speed would move a resting arm by up to 0.27 rad, and continuing at that speed
+/// would be a jump.
 #[test]
 fn an_arm_that_stood_during_a_long_gap_begins_from_rest() {
     for (told, then_holds) in [(false, true), (false, false), (true, true), (true, false)] {
@@ -404,7 +403,7 @@ fn an_arm_that_stood_during_a_long_gap_begins_from_rest() {
             assert!((sent_rad - rad).abs() < 1e-9);
             arrived = if told { ms } else { 0 };
         }
-        // 100 ms without a command, or without one that arrives; then 1.6 rad/s go on, or the arm is to hold.
+        // 100 ms without a command, or without one that arrives; then the motion continues at 1.6 rad/s, or the arm has to hold.
         let stands_rad = match told {
             true => {
                 let mut stands_rad = rad;
@@ -433,7 +432,7 @@ fn an_arm_that_stood_during_a_long_gap_begins_from_rest() {
     }
 }
 
-/// Another client has left the arm far from where the interpolator holds it.
+/// Another client has left the arm far from the interpolator's position.
 #[test]
 fn a_client_that_begins_while_commands_are_taken_begins_where_the_arm_is() {
     for said in [true, false] {
@@ -450,7 +449,7 @@ fn a_client_that_begins_while_commands_are_taken_begins_where_the_arm_is() {
     }
 }
 
-/// Its arm was commanded as if it moved, and was then not where it was told to be.
+/// Regression: its arm was commanded as if it moved, and was then not at its commanded position.
 #[test]
 fn a_controller_that_was_restarted_takes_no_commands_until_commanding_begins() {
     let mut setup = Setup::new(0.05);
@@ -464,7 +463,7 @@ fn a_controller_that_was_restarted_takes_no_commands_until_commanding_begins() {
     active.connection.state = SessionState::CommandingActive;
     assert_eq!(command(&active), (Ok(()), 0.1));
     std::thread::sleep(Duration::from_millis(100));
-    // Its arm stands elsewhere.
+    // Its arm is elsewhere.
     let mut anew = message(0);
     anew.connection.state = SessionState::MonitoringReady;
     anew.data.as_mut().expect("data").position_rad = Some([0.7; 7]);
@@ -476,7 +475,7 @@ fn a_controller_that_was_restarted_takes_no_commands_until_commanding_begins() {
     assert_eq!(command(&anew), (Ok(()), 0.7));
 }
 
-/// All velocities would be half of what they are, and every motion twice as fast.
+/// All velocities would be half of the true ones, and every motion twice as fast.
 #[test]
 fn a_period_that_is_stated_too_long_is_refused() {
     let mut setup = Setup::new(20.0);
@@ -484,7 +483,7 @@ fn a_period_that_is_stated_too_long_is_refused() {
     for n in 0..1000_u32 {
         let mut active = message(n);
         active.connection.state = SessionState::CommandingActive;
-        // 10 ms are stated; the second half tells the truth.
+        // The first half states 10 ms; the second half states the true period.
         active.connection.send_period_ms = Some(if n < 500 { 10 } else { 5 });
         let ns = 5_000_000 * u64::from(n);
         active.data.as_mut().expect("data").time = Some(TimeStamp::from_ns(ns));
@@ -497,7 +496,7 @@ fn a_period_that_is_stated_too_long_is_refused() {
     assert!(refused > 200, "{refused}");
 }
 
-/// A joint at 2 rad/s that is told to stand at once would swing 0.2 rad past its place: it brakes instead, and is led back.
+/// A joint at 2 rad/s that is commanded to stop at once would overshoot by 0.2 rad: it brakes instead, and is led back.
 #[test]
 fn a_stop_harder_than_the_joints_can_brake_is_refused_and_the_arm_brakes() {
     let mut setup = Setup::new(20.0);
@@ -532,7 +531,7 @@ fn a_stop_harder_than_the_joints_can_brake_is_refused_and_the_arm_brakes() {
         assert!(change_rad <= 1.000_001e-6 * braking, "{ms}: {change_rad}");
         (last_rad, step_rad) = (rad, rad - last_rad);
     }
-    // The program has not moved with the arm: it stands where it came to rest.
+    // The program does not follow the arm: the arm stands where it came to rest.
     assert!(step_rad.abs() < 1e-9 && last_rad > stands_rad + 0.1);
 }
 
@@ -541,7 +540,7 @@ fn nobody_but_this_machine_is_listened_to_unless_told_so() {
     assert!(FriClientConfig::default().listen.ip().is_loopback());
 }
 
-/// Whoever speaks first would lead the arm's program otherwise.
+/// Otherwise the first sender would control the program.
 #[cfg(target_os = "linux")] // Where all of 127.0.0.0/8 is this machine.
 #[test]
 fn only_the_named_controller_is_listened_to() {

@@ -1,4 +1,4 @@
-//! The controller in a time of its own: states, modes, quality, guards.
+//! The controller in simulated time: states, modes, quality, guards.
 
 use crate::common::bench::{Bench, servo, start, torque_arm};
 use hwall_fri::codec::{
@@ -32,7 +32,7 @@ fn in_mode<P: SimulatedPlant>(plant: P, mode: ClientCommandMode) -> Bench<P> {
     Bench::new(plant, config(mode), LinkConfig::default())
 }
 
-/// A network that loses this share of all datagrams and delays the others by so much and at most so much more.
+/// A network that loses this share of all datagrams, and delays the others by this delay plus at most this jitter.
 const fn network(loss: f64, delay_s: f64, jitter_s: f64, seed: u64) -> LinkConfig {
     LinkConfig {
         loss,
@@ -78,7 +78,7 @@ fn a_joint_follows_a_sine_in_every_version() {
                     .and_then(|d| d.position_rad)
                     .expect("positions");
                 if t_s > 0.5 {
-                    // 0.63 rad/s at most, late by the servo's 5 ms and some periods.
+                    // 0.63 rad/s at most, delayed by the servo's 5 ms and some periods.
                     worst_rad = worst_rad.max((q[3] - measured[3]).abs());
                 }
             });
@@ -133,7 +133,7 @@ fn a_wrench_lies_over_the_springs_of_the_tool() {
         data.wrench = Some([0.0, 0.0, 60.0, 0.0, 0.0, 0.0])
     });
     let moved_m = bench.controller.plant().pose().position_m() - before.position_m();
-    // Along the z of the tool, 60 N on 2000 N/m, less friction and what the posture's springs take.
+    // Along the z of the tool, 60 N on 2000 N/m, less friction and the share of the posture's springs.
     let along_m = before.inverse_transform_vector(moved_m);
     assert!((along_m.z - 0.03).abs() < 0.01, "{along_m} m");
     assert!(along_m.truncate().length() < 0.01, "{along_m} m");
@@ -181,7 +181,7 @@ fn modes_that_an_arm_cannot_do_are_refused() {
     }
 }
 
-/// Loss and delay lower the quality; commanding ends, and says why.
+/// Loss and delay lower the quality; commanding ends with the reason.
 #[test]
 fn quality_falls_with_loss_and_delay() {
     let run = |link: LinkConfig| {
@@ -217,7 +217,7 @@ fn quality_falls_with_loss_and_delay() {
             .any(|e| e.kind == EventKind::Ended(fell));
         assert!(said, "{link:?}: {:?}", heavy.events);
     }
-    // With longer periods the same delay does no harm.
+    // With longer periods the same delay is harmless.
     let slow = ControllerConfig {
         send_period_ms: 5,
         ..config(ClientCommandMode::Position)
@@ -227,7 +227,7 @@ fn quality_falls_with_loss_and_delay() {
     assert_eq!(bench.controller.state(), SessionState::CommandingActive);
 }
 
-/// The client falls silent: the arm holds when the command has expired, quality falls, and all begins anew with the client.
+/// The client falls silent: the arm holds when the command has expired, quality falls, and the session restarts with the client.
 #[test]
 fn a_silent_client_leaves_a_standing_arm() {
     let mut bench = in_mode(servo(), ClientCommandMode::Position);
@@ -262,7 +262,7 @@ fn a_silent_client_leaves_a_standing_arm() {
 #[test]
 fn a_command_expires() {
     let mut config = config(ClientCommandMode::Position);
-    // Quality is patient here, so that expiry shows.
+    // The quality settings are tolerant here, so that expiry shows.
     config.quality.window = 1000;
     config.quality.good = 0.5;
     config.quality.fair = 0.2;
@@ -278,7 +278,7 @@ fn a_command_expires() {
     assert!((after_s - 0.05).abs() < 0.003, "{after_s} s");
     assert_eq!(bench.controller.state(), SessionState::CommandingActive);
     assert_eq!(bench.controller.plant().qd().0[0], 0.0);
-    // Who goes on as if nothing had been is stopped; who begins where the arm is goes on.
+    // A client that continues as if nothing had happened is stopped; one that begins at the arm's position continues.
     bench.out = lossy(0.0);
     bench.run(0.1, |_, message, data| {
         data.position_rad = message.data.expect("data").position_rad
@@ -286,7 +286,7 @@ fn a_command_expires() {
     assert_eq!(bench.controller.state(), SessionState::CommandingActive);
 }
 
-/// Commands outside the limits end commanding, NaN is refused and does not.
+/// Commands outside the limits end commanding; NaN is refused and does not.
 #[test]
 fn guards() {
     let after = |overlay: &mut dyn FnMut(&mut [f64; 7])| {
@@ -327,7 +327,7 @@ fn guards() {
     );
     assert_eq!(nan.controller.plant().q(), start());
 
-    // After a limit the application asks again only when it is told to.
+    // After a limit the application requests commands again only after `acknowledge`.
     let mut leap = leap;
     leap.run(1.0, |_, _, _| {});
     assert_eq!(leap.controller.state(), SessionState::MonitoringReady);
@@ -374,7 +374,7 @@ fn too_much_torque_ends_commanding() {
     assert_eq!(limit(&bench), torque);
 }
 
-/// Nothing has an effect in the first quarter of a second, and nothing without what the mode needs.
+/// Commands in the first quarter of a second have no effect, nor do commands that lack what the mode needs.
 #[test]
 fn commanding_begins_late_and_only_with_a_mirror() {
     let mut bench = in_mode(torque_arm(), ClientCommandMode::Torque);
@@ -390,7 +390,7 @@ fn commanding_begins_late_and_only_with_a_mirror() {
     let apart_s = active_s.expect("active") - wait_s.expect("waited");
     assert!((0.25..0.26).contains(&apart_s), "{apart_s} s");
 
-    // Positions without torques are no commands in this mode.
+    // In this mode positions without torques are not a command.
     let mut incomplete = in_mode(torque_arm(), ClientCommandMode::Torque);
     let codec = Codec::new(FriVersion::V1_15);
     incomplete.client.codec = codec;
@@ -413,7 +413,7 @@ fn commanding_begins_late_and_only_with_a_mirror() {
     assert!(incomplete.controller.statistics().incomplete > 500);
 }
 
-/// Random and repeated datagrams are counted and change nothing.
+/// Random and repeated datagrams are counted and have no effect.
 #[test]
 fn malformed_and_repeated_datagrams_are_counted() {
     let mut sampler = Sampler::new(5);

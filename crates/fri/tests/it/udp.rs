@@ -1,5 +1,5 @@
-//! The client against the controller over loopback, in real time. Nothing here depends on how fast the machine is: cycles
-//! are missed, but every one of them is answered or counted.
+//! The client against the controller over loopback, in real time. Nothing here depends on the speed of the machine: cycles may be missed, but each is
+//! answered or counted.
 
 use crate::common::bench::{servo, start, torque_arm};
 use crate::common::full_monitor;
@@ -22,7 +22,7 @@ use std::time::Duration;
 
 const TIMEOUT: Duration = Duration::from_secs(20);
 
-/// A quality that a busy machine keeps.
+/// A quality that holds on a busy machine.
 const PATIENT: QualityConfig = QualityConfig {
     window: 100,
     least: 20,
@@ -35,7 +35,7 @@ fn config(mode: ClientCommandMode) -> ControllerConfig {
     ControllerConfig {
         mode,
         ready_s: Some(0.1),
-        // A machine that pauses is no reason for a test to fail.
+        // A pause of the machine must not fail a test.
         command_expiry_s: 5.0,
         quality: PATIENT,
         ..ControllerConfig::default()
@@ -57,7 +57,7 @@ fn client(version: FriVersion) -> FriClient {
     FriClient::bind(&model, config).expect("a client")
 }
 
-/// What is left when both have ended.
+/// The result after both have ended.
 struct Outcome {
     controller: ControllerStatistics,
     client: ClientStatistics,
@@ -65,7 +65,7 @@ struct Outcome {
     states: Vec<SessionState>,
 }
 
-/// Ends the controller's thread also when a test fails.
+/// Ends the controller's thread even if a test fails.
 struct EndsAtLast<'a>(&'a AtomicBool);
 
 impl Drop for EndsAtLast<'_> {
@@ -74,7 +74,7 @@ impl Drop for EndsAtLast<'_> {
     }
 }
 
-/// Runs a controller in a thread of its own as long as the client takes.
+/// Runs a controller in its own thread while the client runs.
 fn with_controller<P: SimulatedPlant + Send>(
     plant: P,
     config: ControllerConfig,
@@ -137,7 +137,7 @@ fn check_counts(outcome: &Outcome) {
     let dropped = client.malformed + client.foreign + client.stale;
     assert_eq!(dropped, 0, "{counts}");
     assert_eq!(controller.malformed + controller.repeated, 0, "{counts}");
-    // What is on its way when both end, and the idle messages of the beginning and the end.
+    // Messages in transit at the end, and the idle messages of the beginning and the end.
     let received = client.answered + client.unanswered + client.skipped;
     assert!(
         received <= client.received && client.received - received <= 60,
@@ -188,7 +188,7 @@ fn torques_and_wrenches() {
     let outcome = in_mode(torque_arm(), ClientCommandMode::Torque, |client| {
         client.wait_for_commanding(TIMEOUT).expect("commanding");
         let q0 = client.state().expect("a state").q;
-        // Against the measured positions the springs do nothing: two newton metres move the free joint.
+        // At the measured positions the springs do nothing: two newton metres move the free joint.
         for _ in 0..300 {
             let torque = JointTorques([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0]);
             client
@@ -302,7 +302,7 @@ fn loss_ends_commanding_and_the_client_says_so() {
     };
     let outcome = with_controller(servo(), config, LinkConfig::default(), |client| {
         client.wait_for_commanding(TIMEOUT).expect("commanding");
-        // The program falls asleep: nothing is answered until the controller has had enough.
+        // The program stalls: no answers until the controller ends commanding.
         let ended = loop {
             client.wait_for_message(TIMEOUT).expect("a message");
             if client.session_state() != Some(SessionState::CommandingActive) {
@@ -313,7 +313,7 @@ fn loss_ends_commanding_and_the_client_says_so() {
             matches!(ended, Err(FriError::CommandingEnded { .. })),
             "{ended:?}"
         );
-        // Answers are still given, so it can begin again.
+        // Answers continue, so commanding can begin again.
         client.begin_again();
         client.wait_for_commanding(TIMEOUT).expect("commanding");
         client.command(ArmCommand::Hold).expect("held");
@@ -356,7 +356,7 @@ fn a_bad_network_is_survived_and_counted() {
     assert!(outcome.controller.missed > 20, "{:?}", outcome.controller);
 }
 
-/// The client waited in silence.
+/// Regression: the client waited without naming the version.
 #[test]
 fn a_controller_of_another_version_is_named() {
     let mut client = client(FriVersion::V1_15);
@@ -372,7 +372,7 @@ fn a_controller_of_another_version_is_named() {
     let waited = client.wait_for_commanding(Duration::from_millis(50));
     let said = waited.unwrap_err().to_string();
     assert!(said.ends_with("but datagrams of FRI 2.7"), "{said}");
-    // What it understands all the same is taken, and told.
+    // A message that it understands anyway is accepted and reported.
     send(FriVersion::V2_5);
     client.wait_for_message(TIMEOUT).expect("a message");
     let silent = client.wait_for_message(Duration::from_millis(20));
@@ -399,7 +399,7 @@ fn strangers_and_noise_are_counted_and_silence_is_an_error() {
     assert!(silent.is_err());
     assert_eq!(client.statistics().malformed, 5);
 
-    // Once a controller speaks, nobody else is listened to.
+    // Once a controller is connected, other senders are ignored.
     let controller = Controller::new(servo(), config(ClientCommandMode::Position)).expect("one");
     let mut udp = UdpController::bind(controller, any_port(), address, LinkConfig::default())
         .expect("a socket");
@@ -449,7 +449,7 @@ fn settings_are_checked() {
     assert!(matches!(refused, Some(FriError::Io { .. })), "{refused:?}");
 }
 
-/// The last messages, which say that the session is over, come over a slow network as well.
+/// The final messages, which report the end of the session, also arrive over a slow network.
 #[test]
 fn goodbyes_come_over_a_delayed_link() {
     let socket = UdpSocket::bind(any_port()).expect("a socket");

@@ -1,4 +1,4 @@
-//! What wrenches the controller takes.
+//! Which wrenches the controller accepts.
 
 use crate::common::bench::{Bench, start, torque_arm};
 use hwall_fri::LimitViolation;
@@ -7,7 +7,7 @@ use hwall_fri::controller::{ControllerConfig, EndReason, LinkConfig};
 use hwall_kinematics::glam::DVec3;
 use hwall_kinematics::{SrsArm, Wrench};
 
-/// Why commanding ended when this wrench was commanded, in the numbers of the wire.
+/// Why commanding ended after this wrench, in wire order.
 fn ended(wrench: [f64; 6]) -> Option<EndReason> {
     let config = ControllerConfig {
         mode: ClientCommandMode::Wrench,
@@ -24,7 +24,7 @@ fn is_torque(ended: Option<EndReason>) -> bool {
     matches!(ended, Some(EndReason::Limit(LimitViolation::Torque { .. })))
 }
 
-/// It acts along the axes of the tool, and so it is judged.
+/// It acts, and is checked, along the axes of the tool.
 #[test]
 fn a_wrench_is_judged_where_it_acts() {
     let (q, arm) = (start(), SrsArm::iiwa7());

@@ -11,12 +11,12 @@ use hwall_kinematics::{
 use hwall_numeric::check::{non_negative, positive, that};
 use std::sync::Arc;
 
-/// How thick an arm is.
+/// Dimensions of the arm's capsules.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyConfig {
     /// Radius of the links, m; default 0.09, roughly that of an iiwa.
     pub radius_m: f64,
-    /// Parts of the arm keep this distance from each other and from the room, m; default 0.01.
+    /// Distance that parts of the arm keep from each other and from the room, m; default 0.01.
     pub clearance_m: f64,
 }
 
@@ -41,13 +41,13 @@ impl BodyConfig {
     }
 }
 
-/// Capsules that the board is covered by: strips beside each other, along its height.
+/// Capsules that cover the board: parallel strips along its height.
 const STRIPS: usize = 3;
 /// Most capsules of an arm: one between two neighbouring points of its body, and the board.
 pub(super) const MOST: usize = MOST_BODY_POINTS - 1 + STRIPS;
-/// Pieces that the time until the arm stands is cut into.
+/// Number of intervals of the stopping time.
 const BRAKING_PIECES: usize = 4;
-/// Configurations from which it is known which parts touch by construction.
+/// Sampled configurations that show which parts touch by construction.
 const SAMPLES: u32 = 512;
 
 /// An arm as capsules: its links between the [points of its body](ArmKinematics::body_points), and its board.
@@ -57,14 +57,14 @@ pub struct ArmBody {
     board: Board,
     config: BodyConfig,
     room: Room,
-    /// Can these two parts be apart from each other?
+    /// Can these two parts be clear of each other?
     can_part: [[bool; MOST]; MOST],
-    /// Can this part be apart from this obstacle?
+    /// Can this part be clear of this obstacle?
     can_clear: [[bool; MOST]; MOST_OBSTACLES],
     reach_m: f64,
 }
 
-/// Which parts of an arm are judged against each other, and which against each obstacle of the room.
+/// Which parts of an arm are checked against each other, and which against each obstacle of the room.
 #[derive(Debug, Clone, Copy, Default)]
 struct Near {
     parts: [[bool; MOST]; MOST],
@@ -78,21 +78,21 @@ impl Near {
     }
 }
 
-/// What an arm comes nearest to that it must not meet.
+/// The nearest thing that the arm must not meet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearest {
-    /// Distance between the surfaces, m; below zero where they overlap, infinite where there is nothing. NaN for an arm of NaN.
+    /// Distance between the surfaces, m; negative where they overlap, infinite without any. NaN for NaN joints.
     pub distance_m: f64,
     /// The obstacle of the room, from 0; `None`: another part of the arm.
     pub obstacle: Option<usize>,
 }
 
 impl ArmBody {
-    /// Of an arm whose tool frame is the face of the board.
+    /// For an arm whose tool frame is the face of the board.
     ///
-    /// It stands in free space, see [`in_room`](Self::in_room). Neighbours always touch, and so do parts that overlap in all of 512
-    /// configurations, such as the short links of a wrist; they are not judged. Nor is the board judged against the forearm (the last link that is longer than thick) and what follows it: that depends on
-    /// the true thickness of the wrist.
+    /// The arm stands in free space, see [`in_room`](Self::in_room). Neighbours always touch, and so do parts that overlap in all of 512
+    /// configurations, such as the short links of a wrist; they are not checked. The board is not checked against the forearm (the last link that is
+    /// longer than thick) and the parts after it: that depends on the true thickness of the wrist.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -126,7 +126,7 @@ impl ArmBody {
         Ok(body)
     }
 
-    /// The same in a room. Parts that an obstacle always touches, such as the base on its floor, are not judged against it.
+    /// The same in a room. Parts that always touch an obstacle, such as the base on its floor, are not checked against it.
     ///
     /// # Errors
     /// An obstacle that every part touches in all of 512 configurations.
@@ -151,7 +151,7 @@ impl ArmBody {
         Ok(self)
     }
 
-    /// The arm is known to be free here: parts that overlap are thinner than their capsules, and are not judged from now on.
+    /// The arm is known to be free here: overlapping parts must be thinner than their capsules, and are no longer checked.
     pub fn fit(&mut self, q: &JointPositions) {
         let capsules = self.at(q);
         for (i, j) in capsules.strangers() {
@@ -166,7 +166,7 @@ impl ArmBody {
         &self.arm
     }
 
-    /// At a configuration, base frame. Does not allocate. NaN in gives NaN distances.
+    /// The capsules at a configuration, base frame. Does not allocate. NaN in gives NaN distances.
     #[must_use]
     pub fn at(&self, q: &JointPositions) -> ArmCapsules {
         let body = self.arm.body_points(q);
@@ -193,14 +193,14 @@ impl ArmBody {
         ArmCapsules { all, links }
     }
 
-    /// No part is faster than this, m/s: no point is further from a joint's axis than the links in a row and the board are long; a
-    /// sliding joint moves every point by 1 m per m.
+    /// Upper bound of the speed of any part, m/s: no point is further from a joint's axis than the total length of links and board; a sliding joint
+    /// moves every point by 1 m per m.
     #[must_use]
     pub fn most_m_per_s(&self, qd: &JointVelocities) -> f64 {
         self.reach_m * qd.0.iter().map(|qd| qd.abs()).sum::<f64>()
     }
 
-    /// What the arm comes nearest to, of its own parts that can be apart and of the room.
+    /// The nearest thing to the arm, among its own separable parts and the room.
     #[must_use]
     pub fn nearest(&self, q: &JointPositions) -> Nearest {
         let capsules = self.at(q);
@@ -214,7 +214,7 @@ impl ArmBody {
         for (index, obstacle) in self.room.obstacles().iter().enumerate() {
             let judged = capsules.all().iter().zip(&self.can_clear[index]);
             for (part, _) in judged.filter(|(_, judged)| **judged) {
-                // Most parts are far from most obstacles. NaN is not far.
+                // Most parts are far from most obstacles. NaN does not count as far.
                 if obstacle.at_least_m(part) >= nearest.distance_m {
                     continue;
                 }
@@ -230,8 +230,8 @@ impl ArmBody {
         nearest
     }
 
-    /// What the arm would come too near to on its way from one configuration to another, the nearest. It may stay as near to each thing as it
-    /// is, or leave it. NaN of the arm is too near.
+    /// The nearest thing that the arm would come too close to between two configurations. It may stay as close to each thing as it is, or move away.
+    /// NaN counts as too close.
     #[must_use]
     pub fn comes_too_near(&self, from: &JointPositions, to: &JointPositions) -> Option<Nearest> {
         let all = Near {
@@ -241,12 +241,12 @@ impl ArmBody {
         self.too_near_of(&self.at(from), &self.at(to), &all)
     }
 
-    /// What can be nearer than this, m.
+    /// Pairs that can be closer than this, m.
     fn near(&self, capsules: &ArmCapsules, most_m: f64) -> Near {
         let mut near = Near::default();
         for (i, j) in capsules.strangers().filter(|(i, j)| self.can_part[*i][*j]) {
             let distance_m = capsules.all[i].distance_m(&capsules.all[j]);
-            // NaN is not far.
+            // NaN does not count as far.
             let is_far = distance_m >= most_m;
             near.parts[i][j] = !is_far;
         }
@@ -281,7 +281,7 @@ impl ArmBody {
         for (index, obstacle) in self.room.obstacles().iter().enumerate() {
             let judged = near.room[index].iter().zip(from.all().iter().zip(to.all()));
             for (_, (before, now)) in judged.filter(|(judged, _)| **judged) {
-                // Most parts are far from most obstacles. NaN is not far.
+                // Most parts are far from most obstacles. NaN does not count as far.
                 let is_far = obstacle.at_least_m(now) >= self.config.clearance_m;
                 if !is_far {
                     see(
@@ -295,11 +295,10 @@ impl ArmBody {
         worst
     }
 
-    /// Does an arm that moves at `qd` and brakes with these accelerations (rad/s²) come too near to itself or the room before it has come
-    /// to rest? See [`comes_too_near`](Self::comes_too_near).
+    /// Does an arm that moves at `qd` and brakes with these accelerations (rad/s²) come too close to itself or the room before it stops? See
+    /// [`comes_too_near`](Self::comes_too_near).
     ///
-    /// Looked at in four places on the way, after equal pieces of time: an arm of 1 m/s that brakes within 0.25 m moves by up to 0.11 m
-    /// between two of them.
+    /// Checked at four samples at equal time intervals: an arm of 1 m/s that brakes within 0.25 m moves by up to 0.11 m between two of them.
     #[must_use]
     pub fn meets(
         &self,
@@ -320,7 +319,7 @@ impl ArmBody {
     ) -> Option<Nearest> {
         let rates = qd.0.iter().zip(braking_rad_per_s2);
         let stop_s = rates.map(|(qd, most)| qd.abs() / most).fold(0.0, f64::max);
-        // Two parts that come nearer to each other both move.
+        // Two parts that approach each other both move.
         let most_way_m = 2.0 * self.most_m_per_s(qd) * 0.5 * stop_s;
         if most_way_m == 0.0 {
             return None;
@@ -368,14 +367,14 @@ impl ArmCapsules {
         &self.all[..self.links]
     }
 
-    /// Least distance to a capsule, m.
+    /// Distance to the nearest of the arm's capsules, m.
     #[must_use]
     pub fn distance_m(&self, other: &Capsule) -> f64 {
         let distances = self.all().iter().map(|part| part.distance_m(other));
         least_or_nan(distances)
     }
 
-    /// Parts that are no neighbours.
+    /// Pairs of parts that are not neighbours.
     fn strangers(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let links = self.links;
         let is_long = |link: &Capsule| link.from_m.distance(link.to_m) > 2.0 * link.radius_m;

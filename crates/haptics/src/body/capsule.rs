@@ -9,12 +9,12 @@ pub struct Capsule {
     pub from_m: DVec3,
     /// The other end, m.
     pub to_m: DVec3,
-    /// m.
+    /// Radius, m.
     pub radius_m: f64,
 }
 
 impl Capsule {
-    /// A ball.
+    /// A sphere.
     pub(super) const fn ball(middle_m: DVec3, radius_m: f64) -> Self {
         Self {
             from_m: middle_m,
@@ -23,7 +23,7 @@ impl Capsule {
         }
     }
 
-    /// How far an end has moved at most, m. NaN in gives NaN.
+    /// Upper bound of how far any point has moved, m. NaN in gives NaN.
     pub(super) fn moved_m(&self, other: &Self) -> f64 {
         let (from_m, to_m) = (
             self.from_m.distance(other.from_m),
@@ -67,7 +67,7 @@ fn segment_distance_m(p0: DVec3, p1: DVec3, q0: DVec3, q1: DVec3) -> f64 {
     });
     let on_q = |s: f64| ((e + b * s) * inverse_c).clamp(0.0, 1.0);
     let on_p = |t: f64| ((b * t - d) * inverse_a).clamp(0.0, 1.0);
-    // The nearest pair is inside both segments, or one of its points is an end.
+    // The nearest pair is inside both segments, or includes an end.
     let ends = [
         square(0.0, on_q(0.0)),
         square(1.0, on_q(1.0)),

@@ -1,4 +1,4 @@
-//! The bodies of the arm and of the person as capsules, the room around them, and the distance that has to stay between them.
+//! The bodies of the arm and of the person as capsules, the room around them, and the distance to keep between them.
 
 mod arm_body;
 mod capsule;

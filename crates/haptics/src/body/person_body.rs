@@ -6,10 +6,10 @@ use crate::safety::{PersonPart, PersonPoint};
 use glam::DVec3;
 use hwall_numeric::check::{non_negative, positive};
 
-/// A region of the body, for which limits of contact differ ([ISO/TS 15066], annex A).
+/// A body region with its own contact limits ([ISO/TS 15066], annex A).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BodyRegion {
-    /// Skull, face and neck: nothing may meet them.
+    /// Skull, face and neck: contact is never allowed.
     Head,
     /// Chest, belly, back and hips.
     Torso,
@@ -17,15 +17,15 @@ pub enum BodyRegion {
     Arm,
 }
 
-/// Sizes of a person. The torso is believed to hang below the head, and an arm whose elbow is not tracked to be straight.
+/// Body dimensions. The torso is assumed to hang below the head, and an arm without a tracked elbow to be straight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PersonBodyConfig {
-    /// Everything of the head is within this of the tracked point between the eyes, m; default 0.15: face, temples and crown of large men
-    /// ([DIN 33402-2]); the back of the head is up to 0.05 further away.
+    /// Radius of the head around the tracked point between the eyes, m; default 0.15: face, temples and crown of large men ([DIN 33402-2]); the back
+    /// of the head is up to 0.05 further away.
     pub head_radius_m: f64,
-    /// The shoulders are so far below the head, m; default 0.28.
+    /// Distance of the shoulders below the head, m; default 0.28.
     pub shoulder_below_m: f64,
-    /// The hips are so far below the head, m; default 0.85.
+    /// Distance of the hips below the head, m; default 0.85.
     pub hip_below_m: f64,
     /// Half the depth of a torso with clothes, m; default 0.18.
     pub torso_radius_m: f64,
@@ -63,24 +63,24 @@ impl PersonBodyConfig {
 /// Most capsules of a person.
 pub(super) const MOST: usize = 5;
 
-/// A part of the person where it was seen, and when, s.
+/// A part of the person, and the time when it was seen, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Seen {
     pub(super) region: BodyRegion,
-    /// The tracked point that it is known from.
+    /// The tracked point that it was derived from.
     pub(super) part: PersonPart,
     pub(super) capsule: Capsule,
     pub(super) stamp_s: f64,
 }
 
-/// What is known of a person, base frame; z is up.
+/// The known parts of a person, base frame; z is up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PersonBody {
     parts: [Option<Seen>; MOST],
 }
 
 impl PersonBody {
-    /// From tracked points; those that are not finite are left out.
+    /// From tracked points; points that are not finite are ignored.
     #[must_use]
     pub fn of(points: &[PersonPoint], config: &PersonBodyConfig) -> Self {
         let find = |part| {
@@ -146,7 +146,7 @@ impl PersonBody {
         self.seen().next().is_none()
     }
 
-    /// What nothing that moves may meet.
+    /// Parts that no moving part of the arm may meet.
     pub(super) fn vital(&self) -> impl Iterator<Item = Seen> {
         self.seen().filter(|seen| seen.region != BodyRegion::Arm)
     }

@@ -7,7 +7,7 @@ use hwall_geometry::{Pose, direction};
 use hwall_numeric::check::{all_finite, positive, that};
 use std::sync::Arc;
 
-/// A real thing that no part of the arm may meet. Base frame.
+/// A real obstacle for every part of the arm. Base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Obstacle(Shape);
 
@@ -15,13 +15,13 @@ pub struct Obstacle(Shape);
 enum Shape {
     /// Everything behind a plane.
     HalfSpace { unit_normal: DVec3, offset_m: f64 },
-    /// A box about the origin of a frame, with axes along it.
+    /// A box centred on the origin of a frame, with edges along its axes.
     Box { pose: Pose, half_extent_m: DVec3 },
 }
 
 /// Most obstacles of a room: the arm is checked against each of them in every control step.
 pub(super) const MOST_OBSTACLES: usize = 16;
-/// Steps of the search for the nearest point of a segment: each leaves two thirds.
+/// Steps of the ternary search along a segment: each leaves two thirds.
 const STEPS: usize = 48;
 
 impl Obstacle {
@@ -40,7 +40,7 @@ impl Obstacle {
         }))
     }
 
-    /// A box: the pose of its middle, and half of its sizes along the axes of that pose, m.
+    /// A box: the pose of its centre, and half of its sizes along the axes of that pose, m.
     ///
     /// # Errors
     /// A size that is not positive.
@@ -54,7 +54,7 @@ impl Obstacle {
         }))
     }
 
-    /// Distance of a point from the surface, m; below zero inside.
+    /// Distance of a point from the surface, m; negative inside.
     fn point_distance_m(&self, point_m: DVec3) -> f64 {
         if point_m.is_nan() {
             return f64::NAN;
@@ -74,10 +74,9 @@ impl Obstacle {
         }
     }
 
-    /// Distance between the surfaces of a capsule and the obstacle, m; below zero where they overlap. NaN in gives NaN.
+    /// Distance between the surfaces of a capsule and the obstacle, m; negative where they overlap. NaN in gives NaN.
     ///
-    /// Error: below 1e-8 m for segments of some metres. The distance from a convex body is a convex function of the place, so along the
-    /// segment one search finds the least.
+    /// Error: below 1e-8 m for segments of some metres. The distance from a convex body is convex along the segment, so one search finds the minimum.
     #[must_use]
     pub fn distance_m(&self, capsule: &Capsule) -> f64 {
         let at = |share: f64| self.point_distance_m(capsule.from_m.lerp(capsule.to_m, share));
@@ -86,7 +85,7 @@ impl Obstacle {
             return f64::NAN;
         }
         let mut least_m = ends[0].min(ends[1]);
-        // The distance from a plane is least at an end.
+        // The distance from a plane is smallest at an end.
         if matches!(self.0, Shape::Box { .. }) {
             let (mut low, mut high) = (0.0, 1.0);
             for _ in 0..STEPS {
@@ -102,7 +101,7 @@ impl Obstacle {
         least_m - capsule.radius_m
     }
 
-    /// A lower bound of the same from the middle of the capsule alone, m.
+    /// A lower bound of that distance from the centre of the capsule alone, m.
     pub(super) fn at_least_m(&self, capsule: &Capsule) -> f64 {
         let middle_m = 0.5 * (capsule.from_m + capsule.to_m);
         let half_m = 0.5 * capsule.from_m.distance(capsule.to_m);
@@ -110,7 +109,7 @@ impl Obstacle {
     }
 }
 
-/// What stands around the arm. Clones share it.
+/// The obstacles around the arm. Clones share them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Room(Arc<[Obstacle]>);
 
@@ -133,7 +132,7 @@ impl Room {
         Self::new(&[Obstacle::half_space(z_m * DVec3::Z, DVec3::Z)?])
     }
 
-    /// With these obstacles, in this order; none at all for an arm in free space.
+    /// With these obstacles, in this order; empty for an arm in free space.
     ///
     /// # Errors
     /// More than 16.

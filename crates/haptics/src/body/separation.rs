@@ -1,4 +1,4 @@
-//! Speed and separation: does the arm stand before a person can reach it?
+//! Speed and separation: does the arm stop before a person can reach it?
 
 use super::arm_body::{ArmBody, ArmCapsules, MOST as MOST_PARTS, least_or_nan};
 use super::person_body::{BodyRegion, MOST as MOST_SEEN, PersonBody, PersonBodyConfig, Seen};
@@ -7,23 +7,23 @@ use crate::safety::PersonPart;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_numeric::check::non_negative;
 
-/// How a person is kept away from an arm that moves: head and torso from all of it ([ISO/TS 15066], 5.5.4), their arms from parts that are
-/// faster than may hurt (5.5.5).
+/// How a moving arm keeps away from a person: all of it from head and torso ([ISO/TS 15066], 5.5.4), parts faster than a harmless speed from the
+/// person's arms (5.5.5).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeparationConfig {
-    /// The person's sizes.
+    /// The person's dimensions.
     pub person: PersonBodyConfig,
-    /// A person comes nearer at this speed, m/s; default 1.6, that of [ISO 13855] for a person who walks.
+    /// Approach speed of a person, m/s; default 1.6, that of [ISO 13855] for walking.
     pub person_m_per_s: f64,
-    /// From a change of the world to the first braking, beyond the age of the newest sample, s; default 0.045: 20 ms of tracker and
-    /// network, 22 ms of reaction of an iiwa.
+    /// Time from a change of the world until braking begins, beyond the age of the newest sample, s; default 0.045: 20 ms of tracker and network, 22
+    /// ms of reaction of an iiwa.
     pub latency_s: f64,
-    /// What is left between the person and the arm that has stopped, m; default 0.02.
+    /// Distance left between the person and the stopped arm, m; default 0.02.
     pub clearance_m: f64,
-    /// An arm of which no part is faster than this counts as one that stands, m/s; default 0.005.
+    /// An arm counts as standing if no part is faster than this, m/s; default 0.005.
     pub stands_m_per_s: f64,
-    /// A part that is no faster than this may meet the person's arms, m/s; default 1.1: twice the 150 N of an upper arm over
-    /// `sqrt(mu k)`, with 30 N/mm and its 3 kg against 12 kg of an iiwa ([ISO/TS 15066], annex A).
+    /// Parts up to this speed may meet the person's arms, m/s; default 1.1: twice the 150 N of an upper arm over `sqrt(mu k)`, with 30 N/mm and its 3
+    /// kg against 12 kg of an iiwa ([ISO/TS 15066], annex A).
     pub meets_arm_m_per_s: f64,
 }
 
@@ -56,21 +56,21 @@ impl SeparationConfig {
     }
 }
 
-/// What is left between an arm and the person while the arm comes to rest.
+/// The remaining distance between arm and person while the arm stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
     /// The nearest region.
     pub region: BodyRegion,
-    /// The tracked point that it is known from.
+    /// The tracked point that it was derived from.
     pub part: PersonPart,
     /// Distance at the moment of the least margin, m: a lower bound.
     pub distance_m: f64,
-    /// Distance beyond what is needed, m: the least until the arm stands. Below zero the arm has to brake.
+    /// Margin beyond the required distance, m: the smallest until the arm stands. If negative, the arm has to brake.
     pub left_m: f64,
 }
 
 impl Gap {
-    /// The one of which less is left; NaN is the least.
+    /// The one with the smaller margin; NaN counts as the smallest.
     fn worse(self, other: Self) -> Self {
         match other.left_m < self.left_m || other.left_m.is_nan() {
             true => other,
@@ -79,10 +79,10 @@ impl Gap {
     }
 }
 
-/// Pieces that the time until the arm stands is cut into: the reaction, and the braking.
+/// Number of intervals of the braking time; the reaction time is one more.
 const BRAKING_PIECES: usize = 4;
 
-/// Judges motions of an arm by the distance to a person.
+/// Checks motions of an arm by their distance to a person.
 #[derive(Debug, Clone)]
 pub struct Separation {
     body: ArmBody,
@@ -91,7 +91,7 @@ pub struct Separation {
 }
 
 impl Separation {
-    /// For an arm whose joints brake together, the slowest to stop as hard as these accelerations allow, rad/s².
+    /// For an arm whose joints brake together; the slowest to stop brakes at these accelerations, rad/s².
     ///
     /// # Errors
     /// A setting outside its range.
@@ -119,8 +119,8 @@ impl Separation {
         self.body.fit(q);
     }
 
-    /// By how much this posture is nearer than a plan may bring a resting arm, m, to itself or the room (it keeps twice the clearance), and to
-    /// head or torso. Negative: free. NaN in gives NaN.
+    /// By how much this posture is closer than a plan may bring a resting arm, m: to itself or the room (twice the clearance), and to head or torso.
+    /// Negative: free. NaN in gives NaN.
     #[must_use]
     pub fn short_of_m(&self, q: &JointPositions, person: &PersonBody) -> [f64; 2] {
         let nearest = self.body.nearest(q);
@@ -145,7 +145,7 @@ impl Separation {
         &self.config
     }
 
-    /// A part that is no faster may meet this part of the person, m/s.
+    /// Speed up to which a part of the arm may meet this part of the person, m/s.
     const fn harmless_m_per_s(&self, seen: &Seen) -> f64 {
         match seen.region {
             BodyRegion::Head | BodyRegion::Torso => self.config.stands_m_per_s,
@@ -153,16 +153,16 @@ impl Separation {
         }
     }
 
-    /// The gap while an arm at `q` that moves at `qd` reacts and comes to rest, and the person comes nearer all the time, from where they
-    /// were last seen. Parts of the arm that stand do not count, nor for the person's arms those that are slow enough.
+    /// The gap while an arm at `q` with velocity `qd` reacts and stops, and the person approaches all the time from their last known position. Parts
+    /// of the arm that stand do not count; for the person's arms, slow parts do not count either.
     ///
-    /// An arm that `leaves`, because it is pushed or withdraws, may move parts away from the person, who counts as not having moved
-    /// since: a hand that is squeezed for certain comes before a head that may have come nearer.
+    /// An arm that `leaves`, because it is pushed or withdraws, may move parts away from the person, and the age of their position is ignored:
+    /// releasing a squeezed hand has priority over a head that may have come closer.
     ///
-    /// `None`: no person is known, or no part moves. NaN of the arm leaves a gap of NaN.
+    /// `None`: no person is known, or no part moves. NaN joints give a gap of NaN.
     ///
-    /// A lower bound. Far from the person it is found with one look at the arm. Near them, between two looks the distance of a part is
-    /// at least the mean of both minus half the way that it moved.
+    /// The result is a lower bound. Far from the person one check of the arm suffices. Near them, the distance of a part between two samples is at
+    /// least their mean minus half the distance that it moved.
     #[must_use]
     pub fn gap(
         &self,
@@ -210,7 +210,7 @@ impl Separation {
         let mut before = *here;
         let mut worst: Option<Gap> = None;
         let gap = |least_m: f64, seen: &Seen, until_s: f64| {
-            // A stamp ahead of time shows by how much the clocks differ.
+            // A stamp in the future reveals a clock error of that size.
             let age_s = match leaves {
                 true => 0.0,
                 false => (now_s - seen.stamp_s).abs(),
@@ -223,7 +223,7 @@ impl Separation {
             }
         };
         let most_way_m = most_m_per_s * (latency_s + 0.5 * stop_s);
-        // A lever may grow while the joints brake, but no part becomes twice as fast.
+        // A lever may grow while the joints brake, but no part doubles its speed.
         let reacted = along(latency_s);
         let ways_m = before.all().iter().zip(reacted.all());
         let fastest_m_per_s =
@@ -237,7 +237,7 @@ impl Separation {
             let is_slow = 2.0 * fastest_m_per_s <= self.harmless_m_per_s(seen);
             !is_slow
         };
-        // Parts that are far from somebody now stay so.
+        // Parts that are far from the person now stay far.
         let mut distances_m = [[None; MOST_SEEN]; MOST_PARTS];
         let mut is_any_near = false;
         for (part, distances_m) in before.all().iter().zip(&mut distances_m) {

@@ -1,26 +1,26 @@
-//! Settings of the way behind the surfaces.
+//! Settings of the path behind the surfaces.
 
 use super::search::DETOURS;
 use crate::error::HapticsError;
 use hwall_numeric::check::{non_negative, positive};
 
-/// How the board stays behind the surfaces on its way.
+/// How the board stays behind the surfaces on its path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ApproachConfig {
-    /// How far corners and middle of the face may come in front of a surface on their way, m; default 0.003. A way that comes up
-    /// to 1.75 mm further is taken if there is none better, and a way is looked at so closely that it comes no more than 0.25 mm
-    /// further between two looks: with the default the bound is 5 mm, for as long as targets and barriers let the board be
-    /// behind it at all. A board that is further in front already (it was pushed, or the barriers are new) comes no further.
+    /// How far the corners and the centre of the face may come in front of a surface on their path, m; default 0.003. If there is no better path, one
+    /// that comes up to 1.75 mm further is taken. Sampling is dense enough that the face comes no more than 0.25 mm further between two samples. With
+    /// the default the total bound is 5 mm, as long as targets and barriers let the board stay behind at all. A board that is already further in
+    /// front (it was pushed, or the barriers are new) comes no further.
     pub allowed_m: f64,
-    /// A way that comes in front of a surface is bent. If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the quickest that
-    /// serves is taken, m; default 0.015 to 0.15. All zero: always straight to the goal.
+    /// If no bend keeps the path behind the surfaces, detours at these distances behind the goal, or behind the place that the board leaves, are
+    /// tried and the quickest valid one is taken, m; default 0.015 to 0.15. All zero: no detours.
     pub detours_m: [f64; DETOURS],
-    /// Where no barrier is known at a goal, its plane counts this far around it, m; default 0.3.
+    /// Without a barrier at a goal, the goal's plane counts within this radius, m; default 0.3.
     pub extent_m: f64,
-    /// Over what the face covers at its goal, only the surface that it presents counts; around that, others less and less within
-    /// this margin, m; default 0.2: a shelf stands out of its wall, and a board at an outer corner of a room overhangs it.
+    /// Over the face at its goal, only the presented surface counts; within this margin around the face, other surfaces count progressively more, m;
+    /// default 0.2. A shelf stands out of its wall, and a board at an outer corner of a room overhangs it.
     pub footprint_m: f64,
-    /// While the board is on a detour or has a bend ahead, a shorter way is tried after this time, s; default 0.02.
+    /// On a detour, or with a bend ahead, a shorter path is tried after this time, s; default 0.02.
     pub retry_s: f64,
 }
 

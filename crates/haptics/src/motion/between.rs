@@ -1,4 +1,4 @@
-//! How far the face may come in front of surfaces between two instants at which it was looked at.
+//! How far the face may come in front of surfaces between two samples.
 
 use super::barrier::tree::{Barriers, distance_m};
 use super::barrier::{Footprint, Plane};
@@ -7,7 +7,7 @@ use glam::DVec3;
 /// Distances that differ by less are equal, m.
 const EQUAL_M: f64 = 1e-8;
 
-/// A stretch of the way of a point: its ends, and a length that it does not exceed, m.
+/// A stretch of a point's path: its ends, and an upper bound of its length, m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretch {
     pub(super) from_m: DVec3,
@@ -16,8 +16,8 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    /// Bound of what changes no faster than `rate` times the way, from its values at the ends: on its way to a place the point
-    /// has come from one end and goes on to the other, and one of the two is no further than half the way.
+    /// Upper bound of a value on the stretch that changes by at most `rate` per path length, from its values at the ends: every place on the stretch
+    /// is within half the path of one of the ends.
     fn most(&self, at: impl Fn(DVec3) -> f64, rate: f64) -> f64 {
         0.5 * (at(self.from_m) + at(self.to_m) + rate * self.way_m)
     }
@@ -28,14 +28,13 @@ impl Stretch {
 }
 
 impl Barriers {
-    /// A bound of how far a point is in front of the surfaces on a stretch, m, in the sense of
-    /// [`all_in_front`](Self::all_in_front); `enough_m`, positive, where it stays within that.
+    /// Upper bound of how far a point is in front of the surfaces on a stretch, m, as defined by [`all_in_front`](Self::all_in_front); returns
+    /// `enough_m` (positive) where the bound stays below it.
     ///
-    /// Distances to a plane and to a rectangle change no faster than the point moves. How far it is in front does not: it leaps
-    /// where another surface becomes the nearest. So each surface counts that may be the nearest somewhere on the stretch. At
-    /// such a place its distance is no larger than that of the surface that is nearest at an end; both change by no more
-    /// than the way to that end, and the ways to both ends are the stretch: the excesses of the surface at the ends are together no
-    /// more than twice the stretch.
+    /// Distances to a plane and to a rectangle change no faster than the point moves. The distance in front does not: it jumps where another surface
+    /// becomes the nearest. So every surface counts that may be the nearest somewhere on the stretch. At such a place it is no further than the
+    /// surface that is nearest at an end, and both distances change by at most the path to that end. The paths to both ends add up to the stretch, so
+    /// the surface's excess distances at the ends add up to at most twice the stretch.
     pub(super) fn most_between_m(
         &self,
         stretch: &Stretch,
@@ -55,7 +54,7 @@ impl Barriers {
             return most_m;
         }
         let [from_m, to_m] = [stretch.from_m, stretch.to_m].map(|m| self.least_distance_m(m));
-        // A box, like a surface, may be the nearest only if its excesses are no more than that.
+        // A box, like a surface, may be the nearest only if its excess distances add up to no more than that.
         let most_excess_m = 2.0 * stretch.way_m + EQUAL_M;
         let excess_m = |from: f64, to: f64| from - from_m + to - to_m;
         self.walk(
@@ -77,7 +76,7 @@ impl Barriers {
                 }
                 for footprint in footprints.iter().flatten() {
                     let eased_m = footprint.most_between_m(stretch, in_front_m);
-                    // Behind the surface nothing is eased: then it is not in front.
+                    // Easing applies only in front of the surface.
                     at_most_m = at_most_m.min(eased_m.max(0.0));
                 }
                 *most_m = most_m.max(at_most_m);
@@ -88,7 +87,7 @@ impl Barriers {
 }
 
 impl Footprint {
-    /// A bound of what a point before a surface counts as on a stretch, m; infinite where some of it is beyond the margin.
+    /// Upper bound of the eased distance in front of a surface on a stretch, m; infinite where part of the stretch is beyond the margin.
     fn most_between_m(&self, stretch: &Stretch, in_front_m: impl Fn(DVec3) -> f64) -> f64 {
         let beyond_m = |m| self.beyond_m(m);
         let most_beyond_m = stretch.most(beyond_m, 1.0);
@@ -99,7 +98,7 @@ impl Footprint {
         if most_beyond_m <= 0.0 {
             return before_face_m;
         }
-        // Either distance may grow with the way.
+        // Both terms may grow with the path.
         let eased_m = |m| in_front_m(m) - self.margin_m() + beyond_m(m).max(0.0);
         before_face_m.max(stretch.most(eased_m, 2.0))
     }
@@ -112,7 +111,7 @@ mod tests {
     use crate::motion::{Barrier, BarrierTree};
     use hwall_testkit::Sampler;
 
-    /// Rectangles anywhere, and boxes: closed surfaces, each side of which faces outwards.
+    /// Random rectangles, and boxes: closed surfaces whose sides face outwards.
     fn soup(sampler: &mut Sampler) -> Barriers {
         let mut all = Vec::new();
         let corner = DVec3::splat(0.4);
@@ -140,7 +139,7 @@ mod tests {
     fn no_point_is_further_in_front_between_two_looks_than_the_bound_says() {
         let mut sampler = Sampler::new(77);
         let corner = DVec3::splat(0.5);
-        // A board of no size: its corners are its middle.
+        // A board of no size: its corners coincide with its centre.
         let dot = Board {
             half_width_m: 0.0,
             half_height_m: 0.0,
@@ -160,7 +159,7 @@ mod tests {
                 normal: at.rotation().z_axis,
                 radius_m: 0.3,
             })];
-            // A crooked way.
+            // A crooked path.
             let size_m = 10f64.powf(sampler.uniform(-4.0, -0.7));
             let mut points_m = vec![sampler.point_in_box(-corner, corner)];
             for _ in 0..3 {
@@ -193,7 +192,7 @@ mod tests {
             tight += usize::from(bound_m <= most_m.max(1e-3) + 2.0 * stretch.way_m);
         }
         println!("{jumps} of 1000 leap above what their ends say, {tight} bounds are close");
-        // What the ends say of the nearest surfaces alone is no bound.
+        // Values at the ends for their nearest surfaces alone give no bound.
         assert!(jumps > 10, "{jumps}");
         assert!(tight > 700, "{tight}");
     }

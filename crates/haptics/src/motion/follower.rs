@@ -1,4 +1,4 @@
-//! From where the board shall be to joint commands within the arm's limits.
+//! From targets of the board to joint commands within the arm's limits.
 
 mod slides;
 
@@ -23,50 +23,47 @@ use hwall_motion::{JointState, MotionLimits, ReferenceMotion};
 use hwall_numeric::check::{all_finite, non_negative, that};
 use std::sync::Arc;
 
-/// Rounding of a speed, as a share of it.
+/// Relative rounding error of a speed.
 const SLOWED: f64 = 1e-3;
 
-/// Brings the board to where it shall be: makes the motion that a [`Planner`] has found, and can end it at any time.
+/// Brings the board to its target: executes the motion that a [`Planner`] has found, and can end it at any time.
 ///
-/// A step only goes on along a motion that is known to its end, and asks the planner where to go next; what has been found by then
-/// begins with a later step. Until [`take_planner`](Self::take_planner) the follower has its planner with it, and
-/// [`plan`](Self::plan), called between two steps, lets it work.
+/// A step continues a motion whose end is known, and asks the planner for the next one; a later step begins what the planner has found. Until
+/// [`take_planner`](Self::take_planner) the follower owns its planner, and [`plan`](Self::plan), called between two steps, runs it.
 ///
-/// The goal configuration comes from the inverse kinematics of the arm, closed or numeric. While a target
-/// drifts, branch, roll and neighbourhood of the goal are kept; for a new target, or one that is far away, the
-/// roll is taken that is reached soonest, close to the configuration that the target names or on the present branch. The
-/// joints then arrive together, jerk-limited and in the least time ([`ReferenceMotion`]), behind the surfaces if a board
-/// and barriers are given.
+/// The goal configuration comes from the arm's inverse kinematics, analytic or numeric. While a target drifts, the goal keeps its branch, roll and
+/// neighbourhood. For a new or distant target the follower takes the roll that it reaches soonest, close to the configuration that the target names
+/// or on the present branch. The joints then arrive together, jerk-limited and in the least time ([`ReferenceMotion`]), behind the surfaces if a
+/// board and barriers are given.
 ///
-/// An arm that [searches](ArmKinematics::searches) is asked for a descent from the commanded joints for each roll; where
-/// all fail, one roll is searched in each call of [`Planner::plan`], so that it stays below about a
-/// millisecond for a UR5 or a Panda, also while an unreachable target drifts.
+/// For an arm that [searches](ArmKinematics::searches), each roll first gets a descent from the commanded joints. If all fail, each call of
+/// [`Planner::plan`] searches one roll, so that a call stays below about a millisecond for a UR5 or a Panda, also while an unreachable target drifts.
 #[derive(Debug)]
 pub struct Follower {
-    /// For slides.
+    /// Inverse kinematics for slides.
     solver: Solver,
-    /// A target further from the last one, m and rad, is a new one.
+    /// A target further than this from the last one counts as new, m and rad.
     far: [f64; 2],
     reference: ReferenceMotion,
-    /// Without jerk, for slides.
+    /// Bounds for slides, without a jerk limit.
     bounds: [JointBounds; 7],
     asked: Asked,
     answer: Answer,
-    /// The plan of the answer has yet to begin.
+    /// The answer's plan has not begun yet.
     is_pending: bool,
     /// An answer was taken since the last step.
     has_heard: bool,
     link: Link,
     planner: Option<Box<Planner>>,
     sliding: Option<Sliding>,
-    /// A slide is over, and the joints that it moved are coming to rest.
+    /// The slide is over, but its joints are still coming to rest.
     ends_slide: bool,
-    /// The slide that had to end, and why: one that goes on in its direction is none.
+    /// The slide that had to end, and why: a new slide in the same direction stays blocked.
     blocked: Option<(Slide, Unreachable)>,
 }
 
 impl Follower {
-    /// A link that was in front of a surface when the planner last looked, within reach of [the person](Self::set_person). `None` without
+    /// A link that is in front of a surface and within reach of [the person](Self::set_person), at the planner's last check. `None` without
     /// [`keep_clear`](Self::keep_clear).
     #[must_use]
     pub const fn link_in_front(&self) -> Option<LinkInFront> {
@@ -77,7 +74,7 @@ impl Follower {
     /// ([`Board::flange_from_board_face`](crate::Board::flange_from_board_face)).
     ///
     /// # Errors
-    /// As for [`FollowerConfig::validate`]; a limit of the motion outside its range; a start that is not finite.
+    /// As for [`FollowerConfig::validate`]; a motion limit outside its range; a start that is not finite.
     pub fn new(
         arm: Arc<dyn ArmKinematics>,
         config: FollowerConfig,
@@ -114,8 +111,8 @@ impl Follower {
         })
     }
 
-    /// The same for a board of this size, which stays behind the surface that it serves, the one that it served before, and
-    /// the barriers of [`set_barriers`](Self::set_barriers).
+    /// Adds a board of this size, which stays behind the surface that it serves, the one that it served before, and the barriers of
+    /// [`set_barriers`](Self::set_barriers).
     #[must_use]
     pub fn with_board(mut self, config: ApproachConfig, board: Board) -> Self {
         if let Some(planner) = &mut self.planner {
@@ -124,62 +121,62 @@ impl Follower {
         self
     }
 
-    /// From now on ways keep clear of the arm itself, of the room and of [the person](Self::set_person), where they can: an arm that has
-    /// come too near comes no nearer. A way is looked at in 12 to 48 places; what is between them is a supervisor's.
+    /// From now on paths keep clear of the arm itself, of the room and of [the person](Self::set_person) where possible: an arm that is already too
+    /// close comes no closer. A path is checked at 12 to 48 samples; the supervisor is responsible for what lies between them.
     pub fn keep_clear(&mut self, separation: Separation) {
         if let Some(planner) = &mut self.planner {
             planner.keep_clear(separation);
         }
     }
 
-    /// The person as last seen.
+    /// Sets the last known position of the person.
     pub const fn set_person(&mut self, person: PersonBody) {
         self.asked.person = person;
     }
 
-    /// Where the arm is known to be free, see [`Separation::fit`].
+    /// Sets the configuration in which the arm is known to be free, see [`Separation::fit`].
     pub const fn set_began(&mut self, began: Option<JointPositions>) {
         self.asked.began = began;
     }
 
-    /// Lets the planner work that the follower has with it, between two steps; see [`Planner::plan`].
+    /// Runs the follower's own planner, between two steps; see [`Planner::plan`].
     pub fn plan(&mut self) -> bool {
         self.planner.as_mut().is_some_and(|planner| planner.plan())
     }
 
-    /// The planner, for a thread of its own.
+    /// Hands over the planner, to run on its own thread.
     pub fn take_planner(&mut self) -> Option<Planner> {
         self.planner.take().map(|planner| *planner)
     }
 
-    /// Surfaces that the board stays behind, besides the one that it serves. A planner on its own is told itself.
+    /// Sets surfaces to stay behind, besides the one served. After [`take_planner`](Self::take_planner), set them on the planner
+    /// instead.
     pub fn set_barriers(&mut self, barriers: impl Into<BarrierTree>) {
         if let Some(planner) = &mut self.planner {
             planner.set_barriers(barriers);
         }
     }
 
-    /// The step that the newest answer of the planner is about, and the number of the surfaces that it knew, for a record of what was
-    /// handed over when; zeros before the first.
+    /// The step that the planner's newest answer refers to, and the number of the surfaces used, for the log; zeros before the first answer.
     #[must_use]
     pub const fn planned(&self) -> [u64; 2] {
         [self.answer.to, self.answer.surfaces]
     }
 
-    /// Does anybody know where the surfaces are?
+    /// Does the planner know the surfaces?
     #[must_use]
     pub const fn knows_surfaces(&self) -> bool {
         self.answer.knows_surfaces
     }
 
-    /// How far corners or middle of the face were in front of a surface when the planner last looked, m, negative behind all of them;
-    /// around the goal only its own surface counts. `None` without a board or barriers.
+    /// How far the corners or the centre of the face were in front of a surface at the planner's last check, m; negative behind all of them. Around
+    /// the goal only its own surface counts. `None` without a board or barriers.
     #[must_use]
     pub const fn protrusion_m(&self) -> Option<f64> {
         self.answer.protrusion_m
     }
 
-    /// Forgets target and goal and goes on from a measured state, no faster than the limits.
+    /// Forgets target and goal and continues from a measured state, no faster than the limits.
     ///
     /// # Errors
     /// NaN or infinity; nothing is then changed.
@@ -204,10 +201,10 @@ impl Follower {
         Ok(())
     }
 
-    /// Sets where the board shall go. A target equal to the last one costs nothing.
+    /// Sets the target of the board. Repeating the last target costs nothing.
     ///
-    /// Returns why the board cannot be there, if the planner has found that it cannot; the last goal is then kept. Until the planner has
-    /// looked at this target, or one that is not far from it, the answer is `None`.
+    /// Returns why the board cannot reach the target, if the planner found that it cannot; the last goal is then kept. Until the planner has handled
+    /// this target, or one close to it, returns `None`.
     ///
     /// # Errors
     /// NaN, infinity or a normal without a direction; the last goal is then kept too.
@@ -226,21 +223,21 @@ impl Follower {
         Ok(self.answer.unreachable.filter(|_| answered))
     }
 
-    /// Sets a target and lets the planner at hand look at it before time goes on: for whoever has no loop.
+    /// Sets a target and runs the planner on it at once, for callers without a control loop.
     ///
     /// # Errors
     /// As for [`set_target`](Self::set_target).
     pub fn aim(&mut self, target: &BoardTarget) -> Result<Option<Unreachable>, HapticsError> {
         self.set_target(target)?;
-        // Asked, found, and begun.
+        // Ask, plan, begin.
         self.step(0.0)?;
         self.plan();
         self.step(0.0)?;
         self.set_target(target)
     }
 
-    /// Sets a posture to go to, wherever the board is then; the target is forgotten. `prepositions_to`: a configuration towards which the arm
-    /// goes from there as far as the board stays behind the surfaces, and no more than two fifths of the way.
+    /// Sets a goal posture regardless of the board's pose; the target is forgotten. `prepositions_to`: from that posture the arm moves towards this
+    /// configuration as far as the board stays behind the surfaces, at most two fifths of the path.
     ///
     /// # Errors
     /// NaN, infinity, or a posture outside the joint limits; the last goal is then kept.
@@ -268,14 +265,14 @@ impl Follower {
         Ok(())
     }
 
-    /// The goal configuration, rad, if a reachable target or a posture was ever set.
+    /// The goal configuration, rad; `None` before the first reachable target or posture.
     #[must_use]
     pub fn goal(&self) -> Option<JointPositions> {
         self.answer.destination
     }
 
-    /// Time until the board is at its goal, s; on a detour at least that until the detour ends, and while a way is still being looked for
-    /// the least time of the joints. `None` without a goal.
+    /// Time until the board is at its goal, s. On a detour: at least the time until the detour ends. While a path is still being searched for: the
+    /// joints' least time. `None` without a goal.
     #[must_use]
     pub fn left_s(&self) -> Option<f64> {
         let destination = &self.answer.destination?;
@@ -291,47 +288,46 @@ impl Follower {
                 let here = &self.reference.state().q;
                 self.reference.limits().travel_time_s(here, destination)
             }
-            // About to be planned.
+            // Planning is due.
             None => 0.0,
         };
         Some(left_s + detour_s)
     }
 
-    /// Least time until all joints could rest at a configuration, s: of the joints one by one, wherever the board is on the way.
+    /// Least time until all joints could rest at a configuration, s, each joint on its own, regardless of surfaces.
     #[must_use]
     pub fn least_time_to_s(&self, q: &JointPositions) -> f64 {
         self.reference.least_time_to_s(q)
     }
 
-    /// Is the board on its way to a place behind the surfaces, from where it goes on to its goal?
+    /// Is the board on its way to a detour point behind the surfaces, from which it continues to its goal?
     #[must_use]
     pub const fn is_detour(&self) -> bool {
         self.answer.is_detour
     }
 
-    /// Was there no way to the goal behind the surfaces when one was last looked for to the end? The board then ends the motion under
-    /// way, and stands.
+    /// Did the last complete search find no path to the goal behind the surfaces? The board then completes its current motion and stands still.
     #[must_use]
     pub const fn is_blocked(&self) -> bool {
         self.answer.is_blocked
     }
 
-    /// At how many instants of possible ways the planner looked at the board in the call that was heard of last: usually at none, never at
-    /// more than [`PlannerConfig::looks`](super::PlannerConfig::looks) and [`Planner::MOST_LOOKS`]. A search that needs more goes on in
-    /// the next call, and so does the motion under way; it begins anew for a target that leaps or another distance behind the surface,
-    /// and after braking. Plans and inverse kinematics of the search count as the looks that take about as long.
+    /// Number of samples of candidate paths that the planner checked in its last answered call: usually none, never more than
+    /// [`PlannerConfig::looks`](super::PlannerConfig::looks) plus [`Planner::MOST_LOOKS`]. A longer search continues in the next call while the
+    /// current motion continues; it restarts for a target that jumps or changes its distance behind the surface, and after braking. Plans and inverse
+    /// kinematics count as the samples that take about as long.
     #[must_use]
     pub const fn looks(&self) -> usize {
         self.answer.looks
     }
 
-    /// How many rectangles of barriers, and boxes around them, were tested for that.
+    /// How many barrier rectangles, and boxes around them, those checks tested.
     #[must_use]
     pub const fn tests(&self) -> usize {
         self.answer.tests
     }
 
-    /// The configuration that the motion still has to pass on its way behind the surfaces, rad.
+    /// The configuration that the motion still has to pass to stay behind the surfaces, rad.
     #[must_use]
     pub const fn by_way_of(&self) -> Option<&JointPositions> {
         self.reference.by_way_of()
@@ -379,8 +375,8 @@ impl Follower {
         self.solver.arm()
     }
 
-    /// Sets the share of the joint speeds that may be used, in (0, 1]. A motion that is faster slows down on its way, so that it
-    /// stays behind the surfaces; for one that may be faster than it was planned another way is sought.
+    /// Sets the share of the joint speeds that may be used, in (0, 1]. A faster motion slows down along its path, so that it stays behind the
+    /// surfaces; if the share allows more speed than planned, another path is sought.
     ///
     /// # Errors
     /// A share outside its range; the last one is then kept.
@@ -388,8 +384,8 @@ impl Follower {
         Ok(self.reference.set_speed_share_on_way(share)?)
     }
 
-    /// The share of the joint speeds that the motion under way keeps to at present: after
-    /// [`set_speed_share`](Self::set_speed_share) it takes a while to slow down.
+    /// The share of the joint speeds that the current motion uses at present: after [`set_speed_share`](Self::set_speed_share) slowing down takes a
+    /// while.
     #[must_use]
     pub fn present_share(&self) -> f64 {
         let is_under_way = self.reference.goal().is_some() && self.reference.left_s() > 0.0;
@@ -398,7 +394,7 @@ impl Follower {
         }
         let most = &self.reference.limits().velocity_rad_per_s;
         let qd = &self.reference.state().qd.0;
-        // A motion that was planned with a smaller share begins at the speed of the one before.
+        // A motion planned with a smaller share begins at the speed of the previous one.
         let fastest = qd.iter().zip(most).map(|(v, most)| v.abs() / most);
         fastest
             .fold(self.reference.present_share(), f64::max)
@@ -411,7 +407,7 @@ impl Follower {
         self.limits().stop_s(&self.reference.state().qd)
     }
 
-    /// Are all joints within the share of the speeds that was set last, and does the motion go as slowly as it asks for?
+    /// Are all joints within the last set share of the speeds, and has the motion slowed to it?
     #[must_use]
     pub fn has_slowed(&self) -> bool {
         if !self.reference.has_slowed_on_way() {
@@ -423,7 +419,7 @@ impl Follower {
         qd.iter().zip(most).all(|(v, most)| v.abs() <= share * most)
     }
 
-    /// The next configuration on the way to the goal, `dt_s` later. Without a goal it brakes.
+    /// The next configuration on the path to the goal, `dt_s` later. Without a goal the arm brakes.
     ///
     /// # Errors
     /// A step that is negative, NaN or infinite; nothing then moves.
@@ -440,14 +436,14 @@ impl Follower {
         Ok(self.legal(q))
     }
 
-    /// Takes what the planner has found, once a step: a record names one answer for each.
+    /// Takes the planner's answer at most once a step: the log names one answer for each step.
     fn hear(&mut self) {
         if self.has_heard || !self.link.take_answer(&mut self.answer) {
             return;
         }
         self.has_heard = true;
         self.is_pending = self.answer.moves;
-        // What was found for a motion that has been forgotten since.
+        // The answer belongs to a motion that has been forgotten since.
         let (known, counts) = (self.answer.counts, self.asked.counts);
         if known.forgets != counts.forgets {
             self.answer.destination = None;
@@ -457,7 +453,7 @@ impl Follower {
         }
     }
 
-    /// The plan that waits is not begun.
+    /// Drops the waiting plan.
     const fn refuse(&mut self) {
         if self.is_pending {
             self.asked.answered = self.answer.motion.number();
@@ -465,7 +461,7 @@ impl Follower {
         }
     }
 
-    /// Begins the plan that waits if its time has come; what is left of the step then, s.
+    /// Begins the waiting plan if its time has come. Returns the rest of the step, s.
     fn begin_plan(&mut self, dt_s: f64) -> Result<f64, HapticsError> {
         if !self.is_pending {
             return Ok(dt_s);
@@ -488,7 +484,7 @@ impl Follower {
         }
     }
 
-    /// Tells the planner how things stand after a step.
+    /// Sends the planner the state after a step.
     fn ask(&mut self, dt_s: f64, goes: bool) {
         self.asked.number += 1;
         self.asked.clock_s += dt_s;
@@ -498,7 +494,7 @@ impl Follower {
         self.link.ask(&self.asked);
     }
 
-    /// The configuration within the limits of the arm: braking from a state that came too fast to stop before a limit passes it.
+    /// Clamps a configuration to the joint limits: braking from a state too fast to stop before a limit would pass it.
     fn legal(&self, q: JointPositions) -> JointPositions {
         let limits = self.arm().limits();
         JointPositions(std::array::from_fn(|i| {

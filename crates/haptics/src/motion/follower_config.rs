@@ -9,17 +9,15 @@ use hwall_numeric::check::{all_finite, non_negative, that};
 /// Settings of [`Follower`](super::Follower).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FollowerConfig {
-    /// Limits of speed, acceleration and jerk; default those of the iiwa 7 with 0.999 of its speeds, so that rounding does not
-    /// pass them.
+    /// Limits of speed, acceleration and jerk; default those of the iiwa 7 with 0.999 of its speeds, so that rounding does not exceed them.
     pub motion: MotionConfig,
-    /// How the board stays behind the surfaces on its way.
+    /// How the board stays behind the surfaces on its path.
     pub approach: ApproachConfig,
-    /// Rolls of the board about the normal that may be used, rad, see
-    /// [`board_pose`](crate::board_pose); default the quarter turns of a square board.
+    /// Rolls of the board about the normal that may be used, rad, see [`board_pose`](crate::board_pose); default the quarter turns of a square board.
     pub rolls_rad: Vec<f64>,
-    /// A target that moved further than this is a new one, m; default 0.05.
+    /// A target that moved further than this counts as new, m; default 0.05.
     pub far_m: f64,
-    /// A target that turned further than this is a new one, rad; default 0.2.
+    /// A target that turned further than this counts as new, rad; default 0.2.
     pub far_rad: f64,
 }
 
@@ -39,7 +37,7 @@ impl Default for FollowerConfig {
 }
 
 impl FollowerConfig {
-    /// Rejects settings outside their ranges and an empty list of rolls. Those of the motion are checked with the arm.
+    /// Rejects settings outside their ranges and an empty list of rolls. The motion settings are checked together with the arm.
     ///
     /// # Errors
     /// The first setting outside its range; NaN is outside every range.

@@ -8,13 +8,13 @@ use hwall_geometry::direction;
 use hwall_kinematics::JointPositions;
 use hwall_numeric::check::{all_finite, non_negative};
 
-/// Points this far off a plane are on it, and goals this near on it are one place, m.
+/// Points this close to a plane are on it, and goals this close on it are one place, m.
 const SAME_PLANE_M: f64 = 1e-3;
 const BESIDE_M: f64 = 0.05;
 /// Normals that differ by less belong to one plane, rad.
 pub(super) const SAME_NORMAL_RAD: f64 = 0.01;
 
-/// Rejects a target that is not finite, or with a negative length. Its unit normal.
+/// Rejects a target with a non-finite value or a negative length. Returns its unit normal.
 pub(super) fn validate(target: &BoardTarget) -> Result<DVec3, HapticsError> {
     all_finite("point_m", &target.point_m.to_array())?;
     all_finite("roll_rad", target.roll_rad.as_slice())?;
@@ -35,7 +35,7 @@ pub(super) fn validate(target: &BoardTarget) -> Result<DVec3, HapticsError> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Goal {
     pub(super) q: JointPositions,
-    /// Where the middle of the face is, on the surface, m.
+    /// The centre of the face, on the surface, m.
     pub(super) point_m: DVec3,
     pub(super) normal: DVec3,
     pub(super) roll_rad: f64,
@@ -57,7 +57,7 @@ impl Goal {
         self.place(-self.behind_m)
     }
 
-    /// The place further behind the surface.
+    /// A place this much further behind the surface.
     pub(super) fn place(&self, further_m: f64) -> Place {
         Place {
             point_m: self.point_m - self.normal * (self.behind_m + further_m),
@@ -67,16 +67,16 @@ impl Goal {
     }
 }
 
-/// A search goes on while its destination is off by no more, m and rad.
+/// A search continues while its destination drifts by no more than this, m and rad.
 const DRIFTS_M: f64 = 0.05;
 const DRIFTS_RAD: f64 = 0.1;
 
-/// Where the board is going, as far as its way is concerned.
+/// The destination of the board's path.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Destination {
     /// A place on a surface, or behind it.
     Goal(Goal),
-    /// A posture, wherever the board is then.
+    /// A posture, regardless of the board's pose.
     Posture(JointPositions),
 }
 
@@ -95,8 +95,8 @@ impl Destination {
         }
     }
 
-    /// Does a way to this destination still serve another one, which is the same or has only drifted? It is taken, and the rest of the
-    /// way is planned as for any drift; a search that began anew for every millimetre would not end.
+    /// Does a path to this destination still serve another one, which is equal or has only drifted? Then the path is taken and the rest is planned as
+    /// for any drift; a search that restarted for every millimetre would not end.
     pub(super) fn serves(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Goal(this), Self::Goal(other)) => {

@@ -10,19 +10,19 @@ use hwall_kinematics::{ArmSolution, BranchPolicy, JointPositions, Unreachable};
 use hwall_motion::ReferenceMotion;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
-/// What was last worked out for a target.
+/// The last result for a target.
 #[derive(Debug, Clone, Copy)]
 struct Aim {
     target: BoardTarget,
     unit_normal: DVec3,
     unreachable: Option<Unreachable>,
-    /// Rolls that wait for their search; until none is left, the target is not known to be unreachable.
+    /// Rolls that have not been searched yet; the target is not known to be unreachable until none is left.
     unsearched: usize,
 }
 
-/// Another middle or configuration is preferred to the one that was asked for only if it saves this, s.
+/// Another centre or configuration is preferred to the requested one only if it saves this, s.
 const WORTH_S: f64 = 0.02;
-/// Middles of the board that are tried first, as shares of the slack ...
+/// Board centres that are tried first, as shares of the slack ...
 const DIRECTIONS: [(f64, f64); 8] = [
     (1.0, 0.0),
     (-1.0, 0.0),
@@ -33,19 +33,18 @@ const DIRECTIONS: [(f64, f64); 8] = [
     (-FRAC_1_SQRT_2, FRAC_1_SQRT_2),
     (-FRAC_1_SQRT_2, -FRAC_1_SQRT_2),
 ];
-/// ... and so far around the best of them afterwards.
+/// ... and then so far around the best of them.
 const NEARBY: f64 = 0.5;
-/// Where a point itself cannot be held, or the hand is first, middles up to this share of its slack are tried: not at its very end,
-/// which the next prediction may leave.
+/// If the point itself cannot be held, or the hand is first, centres up to this share of the slack are tried: the next prediction may leave the outer
+/// edge.
 const ASIDE: f64 = 0.8;
-/// The redundancy of the arm is free: configurations are sought that are nearest to one on the way from the one that was asked for
-/// to where the arm is, at these shares of that way.
+/// The arm is redundant: try configurations nearest to ones at these shares of the joint path from the requested configuration to the current one.
 const TOWARDS_HERE: [f64; 2] = [0.3, 0.6];
-/// No joint of such a configuration is further from the one that was asked for, or is in force, rad.
+/// Such a configuration differs by at most this in each joint from the requested one, or the one in force, rad.
 const FAMILY_RAD: f64 = 2.0 * DRIFT_RAD;
-/// A slack that has grown by this since the soonest middle was sought is worth seeking anew, m.
+/// If the slack has grown by this since the last search for the soonest centre, search again, m.
 const GROWN_M: f64 = 0.01;
-/// A goal that leaves the slack is moved to this share of it.
+/// A goal that leaves the slack moves back to this share of it.
 const RECENTRED: f64 = 0.5;
 /// The goal in force and how it was found.
 #[derive(Debug, Clone)]
@@ -56,16 +55,16 @@ pub(super) struct Goals {
     far_rad: f64,
     aim: Option<Aim>,
     goal: Option<Goal>,
-    /// The slack within which the soonest middle was last sought for it, the smaller half axis, m.
+    /// The slack within which its soonest centre was last sought, smaller half axis, m.
     sought_within_m: f64,
-    /// Which of the rolls is searched next.
+    /// Index of the roll to search next.
     turn: usize,
 }
 
-/// A solution with its roll, or the reason why the board cannot be held.
+/// A solution with its roll, or the reason why the arm cannot hold the board.
 type Found = (Option<(ArmSolution, f64)>, Option<Unreachable>);
 
-/// The same with the number of rolls that wait for their search.
+/// The same with the number of rolls that have not been searched.
 type Searched = (Option<(ArmSolution, f64)>, Option<Unreachable>, usize);
 
 impl Goals {
@@ -90,7 +89,7 @@ impl Goals {
         (self.aim, self.goal) = (None, None);
     }
 
-    /// The goal for a target, from the configuration commanded now. Returns why there is none, if so; the last goal is then kept.
+    /// Finds the goal for a target, from the commanded configuration. Returns why there is none, if so; the last goal is then kept.
     pub(super) fn set(
         &mut self,
         target: &BoardTarget,
@@ -107,7 +106,7 @@ impl Goals {
         if found_goal.is_none() {
             found_goal = self.drifted(target, unit_normal)?;
             if found_goal.is_some() {
-                // It was moved as little as the slack of now allows.
+                // It moved as little as the current slack allows.
                 self.sought_within_m = self.sought_within_m.min(smaller(target.slack_m));
             }
         }
@@ -171,12 +170,12 @@ impl Goals {
             && (target.point_m - goal.point_m).dot(unit_normal).abs() <= 1e-4;
         let [u, v] = off_m(goal.point_m, target.point_m, unit_normal)?;
         let [slack_u, slack_v] = target.slack_m;
-        // Without slack the target itself is wanted.
+        // Without slack only the target itself will do.
         let within = slack_u.min(slack_v) > 0.0 && (u / slack_u).hypot(v / slack_v) <= 1.0;
         (fits && within).then_some(goal)
     }
 
-    /// The goal moved along with a target that drifted, on the same branch and in the same valley.
+    /// The goal moved along with a target that drifted, on the same branch and close to the last configuration.
     fn drifted(
         &mut self,
         target: &BoardTarget,
@@ -191,7 +190,7 @@ impl Goals {
         let roll_rad = target
             .roll_rad
             .map_or(goal.roll_rad, |roll| same_face(roll, goal.roll_rad));
-        // Within the slack no further than needed: a board that hardly moves is in place sooner.
+        // Within the slack move no further than needed: a board that hardly moves is in place sooner.
         let point_m = match off_m(goal.point_m, target.point_m, unit_normal) {
             Some([u, v]) => {
                 let [x, y] = surface_axes(unit_normal)?;
@@ -231,7 +230,7 @@ impl Goals {
         let across = self.solver.arm().forward(near).rotation().x_axis;
         let near_roll_rad = across.dot(y).atan2(across.dot(x));
         let (mut best, mut best_s, mut reason) = (None, f64::INFINITY, None);
-        // Rolls that the last joint alone gives keep the arm in the family of configurations that is asked for.
+        // Rolling with the last joint alone keeps the arm in the requested family of configurations.
         for by_last_joint in [true, false] {
             for index in 0..self.roll_count(target) {
                 let roll_rad = self.roll(target, index);
@@ -263,7 +262,7 @@ impl Goals {
         Ok((best, reason))
     }
 
-    /// Without anything to go by: the roll that is reached soonest, on the present branch if that can hold it.
+    /// Without a reference configuration: the roll that is reached soonest, on the present branch if possible.
     fn anew(
         &mut self,
         target: &BoardTarget,
@@ -294,15 +293,15 @@ impl Goals {
                 let (found, reason) = self.soonest(target, one, place, reference, false)?;
                 Ok((found, reason, unsearched))
             }
-            // Found, or proven.
+            // Found, or proven unreachable.
             (found, reason) => Ok((found, reason, 0)),
         }
     }
 
     /// The place that the joints reach soonest; if none can be held, the reason for the first one.
     ///
-    /// The branch is changed only where a place needs it. A search of all eight branches takes ten times as long, too long
-    /// for a control step, and shortens the travel by a fifth (random targets and starts over the whole workspace).
+    /// The branch changes only where a place needs it. Searching all eight branches takes ten times as long, too long for a control step, and
+    /// shortens the travel by a fifth (random targets and starts over the whole workspace).
     fn soonest(
         &mut self,
         target: &BoardTarget,
@@ -335,8 +334,7 @@ impl Goals {
         Ok((best, if best.is_some() { None } else { reason }))
     }
 
-    /// The middle of the board within a slack about a place, and the configuration of the same family for it, that is reached
-    /// soonest.
+    /// The centre within a slack around a place, with its configuration of the same family, that is reached soonest.
     fn within_slack(
         &mut self,
         goal: Goal,
@@ -393,7 +391,7 @@ impl Goals {
         }
         for (u, v) in DIRECTIONS {
             let at = (middle.0 + NEARBY * u, middle.1 + NEARBY * v);
-            // No further than the slack.
+            // Stay within the slack.
             if at.0.hypot(at.1) <= 1.0 {
                 look(at, share)?;
             }
@@ -401,7 +399,7 @@ impl Goals {
         Ok(best)
     }
 
-    /// For a place that cannot be held itself: the middle of the board within its slack that can, and is reached soonest.
+    /// For a place that cannot be held itself: the reachable centre within its slack that is reached soonest.
     fn aside(
         &mut self,
         target: &BoardTarget,
@@ -456,14 +454,14 @@ impl Goals {
         a.0.distance(b.0) <= self.far_m && a.1.angle_between(b.1) <= self.far_rad
     }
 
-    /// Is this the last aim, drifted, for which nothing was found so far?
+    /// Is this a drifted version of the last aim, for which nothing was found so far?
     fn is_failing(&self, aim: &Aim, place: (DVec3, DVec3)) -> bool {
         (aim.unsearched > 0 || aim.unreachable.is_some())
             && self.is_near((aim.target.point_m, aim.unit_normal), place)
     }
 }
 
-/// How far a middle lies from a point along the axes of the surface, m.
+/// Offset of a centre from a point along the axes of the surface, m.
 fn off_m(middle_m: DVec3, point_m: DVec3, unit_normal: DVec3) -> Option<[f64; 2]> {
     let [x, y] = surface_axes(unit_normal).ok()?;
     let off = middle_m - point_m;
@@ -475,14 +473,14 @@ const fn smaller([u, v]: [f64; 2]) -> f64 {
     u.min(v)
 }
 
-/// Does a roll present a target's texture?
+/// Does a roll show the target's texture the right way?
 fn presents_roll(target: &BoardTarget, roll_rad: f64) -> bool {
     target
         .roll_rad
         .is_none_or(|roll| (same_face(roll, roll_rad) - roll_rad).abs() <= 1e-9)
 }
 
-/// The roll or the one half a turn further, whichever is nearer to another, rad.
+/// The roll or the roll half a turn further, whichever is nearer to another, rad.
 fn same_face(roll_rad: f64, to_rad: f64) -> f64 {
     let away = roll_rad - to_rad;
     to_rad + away - PI * (2.0 * away / TAU).round()

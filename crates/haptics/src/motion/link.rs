@@ -1,4 +1,4 @@
-//! Messages between follower and planner. The follower never waits: what it cannot pass or fetch now is passed or fetched in its next step.
+//! Messages between follower and planner. The follower never waits: what it cannot send or fetch now, it sends or fetches in its next step.
 
 use super::barrier::links::LinkInFront;
 use crate::board::BoardTarget;
@@ -7,58 +7,58 @@ use hwall_kinematics::{JointPositions, Unreachable};
 use hwall_motion::{MotionPlan, UnderWay};
 use std::sync::{Arc, Mutex};
 
-/// Where the board shall go.
+/// The follower's destination.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) enum Aim {
     #[default]
     Nowhere,
     Target(BoardTarget),
-    /// A posture, and one to lean to from it as far as the board stays behind the surfaces.
+    /// A posture, and a configuration to pre-position towards as far as the board stays behind the surfaces.
     Posture {
         q: JointPositions,
         prepositions_to: Option<JointPositions>,
     },
 }
 
-/// How often the motion was left for another.
+/// How often the motion was replaced by another.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Counts {
-    /// A measured state; goals and places are forgotten.
+    /// Restarts from a measured state; goals and places are forgotten.
     pub(super) forgets: u64,
     /// Braking; the search is given up.
     pub(super) stops: u64,
-    /// A slide that is over.
+    /// Slides that have ended.
     pub(super) slides: u64,
 }
 
 /// The follower's question after a step. It counts instead of setting flags, so a question that replaces an unread one loses nothing.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Asked {
-    /// Of the step.
+    /// The number of the step.
     pub(super) number: u64,
     pub(super) aim: Aim,
-    /// As last seen.
+    /// At its last known position.
     pub(super) person: PersonBody,
     /// Where the arm is known to be free.
     pub(super) began: Option<JointPositions>,
     pub(super) counts: Counts,
-    /// The steps so far, s, and the last of them.
+    /// The sum of all steps, s, and the last step, s.
     pub(super) clock_s: f64,
     pub(super) dt_s: f64,
-    /// Is the arm on its way to the aim? It may brake or slide instead.
+    /// Is the arm moving to the aim? It may brake or slide instead.
     pub(super) goes: bool,
     pub(super) under_way: UnderWay,
-    /// The newest plan that was taken or refused.
+    /// The newest plan that was begun or refused.
     pub(super) answered: u64,
 }
 
-/// What the planner knows by now.
+/// The planner's current result.
 #[derive(Debug, Clone)]
 pub(super) struct Answer {
-    /// The step that was asked about, and what had been counted by then.
+    /// The step that the question came from, and its counts.
     pub(super) to: u64,
     pub(super) counts: Counts,
-    /// The target that was looked at, and why it cannot be presented.
+    /// The target that was planned for, and why it is unreachable.
     pub(super) target: Option<BoardTarget>,
     pub(super) unreachable: Option<Unreachable>,
     pub(super) destination: Option<JointPositions>,
@@ -66,7 +66,7 @@ pub(super) struct Answer {
     pub(super) is_detour: bool,
     pub(super) is_searching_anew: bool,
     pub(super) knows_surfaces: bool,
-    /// The number of the surfaces that it knew.
+    /// The number of the surfaces used.
     pub(super) surfaces: u64,
     pub(super) protrusion_m: Option<f64>,
     pub(super) link_in_front: Option<LinkInFront>,
@@ -100,8 +100,8 @@ impl Default for Answer {
     }
 }
 
-/// A value on its way. Both sides only try the lock, and hold it for a copy: the one that moves goes on without what it could not get,
-/// and gets it in its next step.
+/// A value in transit. Both sides only try the lock, and hold it for one copy: the follower continues without a value that it could not get, and gets
+/// it in its next step.
 #[derive(Debug)]
 struct Slot<T>(Mutex<(bool, T)>);
 
@@ -112,7 +112,7 @@ impl<T: Default> Default for Slot<T> {
 }
 
 impl<T> Slot<T> {
-    /// Exchanges a value with what is in the slot, if `when` agrees to whether that was not taken yet.
+    /// Exchanges a value with the slot, if the slot's "not taken yet" flag equals `when`.
     fn swap(&self, value: &mut T, when: bool) -> bool {
         let Ok(mut held) = self.0.try_lock() else {
             return false;
@@ -140,32 +140,32 @@ struct Slots {
 }
 
 impl Link {
-    /// The newest question replaces one that was not taken.
+    /// The newest question replaces an unread one.
     pub(super) fn ask(&self, asked: &Asked) {
         if let Ok(mut held) = self.0.asked.0.try_lock() {
             *held = (true, *asked);
         }
     }
 
-    /// Takes the newest question. While an answer waits there is none.
+    /// Takes the newest question; none while an answer waits.
     pub(super) fn take_asked(&self, asked: &mut Asked) -> bool {
         !self.0.answer.is_full() && self.0.asked.swap(asked, true)
     }
 
-    /// The number of the newest question that was not taken.
+    /// The number of the newest unread question.
     pub(super) fn newest(&self) -> Option<u64> {
         let held = self.0.asked.0.try_lock().ok()?;
         held.0.then_some(held.1.number)
     }
 
-    /// Leaves an answer; what it is exchanged for has been read.
+    /// Leaves an answer in exchange for one that was read.
     pub(super) fn answer(&self, answer: &mut Answer) {
         while !self.0.answer.swap(answer, false) {
             std::thread::yield_now();
         }
     }
 
-    /// Takes an answer; what it is exchanged for is the planner's to drop.
+    /// Takes an answer; the planner drops the value it is exchanged for.
     pub(super) fn take_answer(&self, answer: &mut Answer) -> bool {
         self.0.answer.swap(answer, true)
     }

@@ -1,32 +1,30 @@
-//! From places of the board to joint commands within the limits of the arm.
+//! From targets of the board to joint commands within the arm's limits.
 //!
 //! # How the board stays behind the surfaces
 //!
-//! `Renderer::set_barriers` sets the surfaces; the one that is presented always counts. A way is checked before it is begun. The
-//! straight one is taken if corners and middle of the face stay behind (3 mm are allowed). Otherwise it is bent where it is worst,
-//! along the gradient of the distance; otherwise it passes a place behind the goal or behind the board, or stops there. Of the ways
-//! that stay behind, the quickest is taken. If none does, the board completes the motion under way, which is safe, and stands
-//! (`Follower::is_blocked`); the search is repeated after `ApproachConfig::retry_s`. A step checks a bounded number of instants of
-//! ways (`Follower::looks`); a search that needs more goes on in the next steps, while the motion under way goes on.
+//! `Renderer::set_barriers` sets the surfaces; the presented surface always counts. A path is checked before the motion begins. The straight path is
+//! taken if the corners and the centre of the face stay behind the surfaces (3 mm are allowed). Otherwise the planner bends the path at its worst
+//! point, along the gradient of the distance. If that fails, the path passes a point behind the goal or behind the board, or stops there. The
+//! quickest path that stays behind is taken. If there is none, the board completes its current motion, which is safe, and stands still
+//! (`Follower::is_blocked`); the search is repeated after `ApproachConfig::retry_s`. A step checks a bounded number of samples (`Follower::looks`); a
+//! longer search continues in the next steps.
 //!
-//! The surface nearest to a point decides on which side the point is. Beside a shelf the board is therefore behind the wall, not in
-//! front of the shelf's plane. Over the face at a place that it serves or leaves only that face counts, and around it the others
-//! less and less (`ApproachConfig::footprint_m`).
+//! The surface nearest to a point decides on which side the point is. Beside a shelf the board is therefore behind the wall, not in front of the
+//! shelf's plane. Over the face at a place that the board serves or leaves, only that face counts; the other surfaces count progressively more within
+//! a margin around it (`ApproachConfig::footprint_m`).
 //!
-//! Ways also keep clear of the room, of the arm itself, and of the person as last seen (`body::Separation`).
+//! Paths also keep clear of the room, of the arm itself, and of the last known position of the person (`body::Separation`).
 //!
-//! Limits: only middle and corners of the face are kept behind surfaces, not the arm (`Follower::link_in_front` tells), and ways are checked every 12 ms. With
-//! targets that change at random the face comes at most 5 mm in front of two walls. With a box on the wall that holds in 99 of 100
-//! steps, and it comes up to 0.1 m in front of the wall in the others, because a goal may change while the board is in the box
-//! (bounds of tests/it/approach.rs).
+//! Limits: only the centre and corners of the face are kept behind surfaces, not the arm (see `Follower::link_in_front`). With targets that change at
+//! random the face comes at most 5 mm in front of two walls. With a box on the wall that bound holds in 99 of 100 steps; in the others the face comes
+//! up to 0.1 m in front of the wall, because a goal may change while the board is in the box (bounds of tests/it/approach.rs).
 //!
-//! Without `BoardTarget::near` a goal is chosen near the last one, not far from limits and singular poses. Where a drifting target
-//! runs into a limit (a vertical wall at shoulder height makes shoulder and wrist singular together), the board goes to another roll
-//! or arm posture, with up to radians of joint travel.
+//! Without `BoardTarget::near` the goal is chosen near the last one and may come close to joint limits and singular poses. Where a drifting target
+//! runs into a limit (a vertical wall at shoulder height makes shoulder and wrist singular together), the board goes to another roll or arm posture,
+//! with up to radians of joint travel.
 //!
-//! A slide looks no further ahead than where it can stop. In 3 of 88 touches at 80 mm/s that also turned by 20 degrees, the board
-//! was off its speed for some 50 ms and up to 1.4 mm off its plane, probably because a joint met its limit or a singular pose some
-//! centimetres ahead (not traced).
+//! A slide looks ahead only as far as its stopping distance. In 3 of 88 touches at 80 mm/s with a turn of 20 degrees, the board missed its speed for
+//! some 50 ms and its plane by up to 1.4 mm, probably because a joint met its limit or a singular pose some centimetres ahead (not traced).
 
 mod approach_config;
 mod barrier;

@@ -1,4 +1,4 @@
-//! Goals and ways, apart from the motion: what takes long is not done in a control step.
+//! Finds goals and paths outside the control step, which has no time for it.
 
 use super::barrier::links::LinkInFront;
 use super::barrier::tree::BarrierTree;
@@ -14,17 +14,17 @@ use hwall_geometry::Pose;
 use hwall_kinematics::{JointPositions, Unreachable};
 use hwall_motion::{ReferenceMotion, UnderWay};
 
-/// A way to a goal that only drifts is planned anew after this time, s: a plan costs as much as ten steps.
+/// Shortest time between two plans for a goal that only drifts, s: a plan costs as much as ten steps.
 const DRIFT_S: f64 = 0.01;
 
-/// How much a planner does at a time, and how far ahead its plans begin.
+/// How much a planner does per call, and how far ahead its plans begin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannerConfig {
-    /// Looks at the board after which no other way is looked at in a call of [`Planner::plan`]; default 400, some 0.5 ms. The way
-    /// under way is looked at to its end: [`Planner::MOST_LOOKS`] more.
+    /// Samples after which a call of [`Planner::plan`] checks no further path; default 400, some 0.5 ms. The call still finishes the path that it is
+    /// checking: [`Planner::MOST_LOOKS`] more.
     pub looks: usize,
-    /// Steps of the control loop after which a plan begins; default 0, for a planner that is called between two steps. On a thread of
-    /// its own it needs as many as planning takes.
+    /// Steps of the control loop after which a plan begins; default 0, for a planner that is called between two steps. A planner on its own thread
+    /// needs as many as planning takes.
     pub lead_steps: u32,
 }
 
@@ -38,7 +38,7 @@ impl Default for PlannerConfig {
 }
 
 impl PlannerConfig {
-    /// For a planner on a thread of its own: a search goes on for some 5 ms before it asks again where the arm is.
+    /// For a planner on its own thread: a search runs for some 5 ms before it reads the state of the arm again.
     #[must_use]
     pub const fn on_thread() -> Self {
         Self {
@@ -48,11 +48,10 @@ impl PlannerConfig {
     }
 }
 
-/// Finds goals and ways for a [`Follower`](super::Follower), which asks for them after each of its steps.
+/// Finds goals and paths for a [`Follower`](super::Follower), which asks for them after each of its steps.
 ///
-/// A goal is a configuration that presents the target; a way to it stays behind the surfaces. The plan that is handed over begins
-/// where the motion under way will be by then. One that comes too late, or for a motion that was changed since, is refused, and the
-/// next one begins later.
+/// A goal is a configuration that presents the target; the path to it stays behind the surfaces. A plan begins on the current motion, where that will
+/// be by then. The follower refuses a plan that comes too late or was made for a motion that has changed since; the next plan then begins later.
 #[derive(Debug)]
 pub struct Planner {
     link: Link,
@@ -60,35 +59,35 @@ pub struct Planner {
     goals: Goals,
     route: Route,
     preposition: Preposition,
-    /// A copy of the motion, which ways are tried on.
+    /// A copy of the motion, for trying out paths.
     reference: ReferenceMotion,
     destination: Option<Destination>,
     /// The destination is new, or something else moved the arm.
     is_to_plan: bool,
-    /// Has only the destination drifted since the last way was planned? And the time since then, s.
+    /// Has only the destination drifted since the last plan? And the time since then, s.
     has_drifted: bool,
     since_plan_s: f64,
-    /// The share of the speeds that the last way was planned with, or could be since.
+    /// The share of the speeds that the last path was planned with, or could have been since.
     share: f64,
     asked: Asked,
-    /// The question before.
+    /// The previous question.
     seen: Asked,
     answer: Answer,
-    /// Plans so far, whether the last answer was one, and steps that the next begins later because others were refused.
+    /// Plans offered so far; whether the last answer was a plan; extra lead steps because plans were refused.
     offered: u64,
     has_moved: bool,
     later_steps: u32,
     knows_surfaces: bool,
     link_in_front: Option<LinkInFront>,
-    /// Surfaces that were set so far, or the number that the caller gave them.
+    /// The number that the caller gave the surfaces.
     surfaces: u64,
 }
 
-/// No plan begins later than so many steps because others were refused.
+/// Most extra lead steps after refused plans.
 const MOST_LATER_STEPS: u32 = 20;
 
 impl Planner {
-    /// Beyond [`PlannerConfig::looks`], a call looks at the board no more often than this.
+    /// Most samples that a call checks beyond [`PlannerConfig::looks`].
     pub const MOST_LOOKS: usize = super::search::LOOKS_OF_LAST;
 
     pub(super) fn new(link: Link, goals: Goals, route: Route, reference: ReferenceMotion) -> Self {
@@ -116,7 +115,7 @@ impl Planner {
         }
     }
 
-    /// How much is done at a time.
+    /// Sets how much a call does.
     pub const fn set_config(&mut self, config: PlannerConfig) {
         self.config = config;
     }
@@ -127,34 +126,33 @@ impl Planner {
 
     pub(super) fn keep_clear(&mut self, separation: Separation) {
         self.route.keep_clear(separation);
-        // It is not fitted yet to where the arm is known to be free, even if that is no news.
+        // The separation still has to be fitted to the configuration known to be free.
         self.seen.began = None;
     }
 
-    /// Surfaces that the board stays behind, besides the one that it serves.
+    /// Sets surfaces that the board stays behind, besides the one that it serves.
     pub fn set_barriers(&mut self, barriers: impl Into<BarrierTree>) {
         self.move_barriers(barriers, &Pose::IDENTITY);
     }
 
-    /// The same after the world has moved, by `moved` in the base frame: places that the board served go with their surfaces. Nothing
-    /// is planned anew.
+    /// Sets the surfaces after the world has moved by `moved` in the base frame: places that the board served move with their surfaces. Triggers no
+    /// new plan.
     pub fn move_barriers(&mut self, barriers: impl Into<BarrierTree>, moved: &Pose) {
         self.knows_surfaces = true;
         self.route.move_barriers(barriers.into(), moved);
     }
 
-    /// Gives the surfaces that are known, or are not, a number, for a record of what was planned with which.
+    /// Sets the number of the current surfaces, so that the log shows which surfaces a plan used.
     pub const fn number_surfaces(&mut self, number: u64) {
         self.surfaces = number;
     }
 
-    /// Nobody knows where the surfaces are.
+    /// Declares the surfaces unknown.
     pub const fn lose_barriers(&mut self) {
         self.knows_surfaces = false;
     }
 
-    /// Plans for the newest step, in the time of [`PlannerConfig::looks`]; was there one? A search that needs more goes on with the next
-    /// step.
+    /// Plans for the newest step, within [`PlannerConfig::looks`]; was there one? A longer search continues with the next step.
     pub fn plan(&mut self) -> bool {
         if self.listen().is_none() {
             return false;
@@ -164,11 +162,11 @@ impl Planner {
         true
     }
 
-    /// The three parts of [`plan`](Self::plan), for whoever has to say when each of them happens, as a replay has. First, the number of
-    /// the newest step, if there is one that asks.
+    /// The three parts of [`plan`](Self::plan), for callers that control their timing, such as a replay. First: the number of the newest step, if a
+    /// step asks.
     pub fn listen(&mut self) -> Option<u64> {
         let is_asked = self.link.take_asked(&mut self.asked);
-        // The last plan has to begin first, or to be refused.
+        // The last plan must begin or be refused first.
         (is_asked && self.offered <= self.asked.answered).then_some(self.asked.number)
     }
 
@@ -178,7 +176,7 @@ impl Planner {
         self.link.newest() == Some(step)
     }
 
-    /// Second, what was asked for.
+    /// Second: plans for that step.
     pub fn work(&mut self) {
         let clock_s = self.seen.clock_s;
         let Asked {
@@ -210,12 +208,12 @@ impl Planner {
         self.answer(&begins);
     }
 
-    /// Third, the follower hears of it.
+    /// Third: sends the answer to the follower.
     pub fn tell(&mut self) {
         self.link.answer(&mut self.answer);
     }
 
-    /// What has happened to the motion since the last call.
+    /// Handles what has happened to the motion since the last call.
     fn forget(&mut self) {
         let (asked, seen) = (self.asked.counts, self.seen.counts);
         if asked.forgets != seen.forgets {
@@ -224,7 +222,7 @@ impl Planner {
             self.destination = None;
         }
         if (asked.stops, asked.slides) != (seen.stops, seen.slides) {
-            // By the time that it went on, the board would be elsewhere.
+            // Before the search could continue, the board would be elsewhere.
             self.route.end_search();
         }
         self.is_to_plan |= asked.slides != seen.slides;
@@ -286,13 +284,13 @@ impl Planner {
         Ok(verdict)
     }
 
-    /// Goes on with the search for a way, or begins one.
+    /// Continues the search for a path, or begins one.
     fn find_way(&mut self, elapsed_s: f64) {
         let Some(destination) = &self.destination else {
             return;
         };
         let reference = &mut self.reference;
-        // One that may be faster than it was planned is planned anew.
+        // If more speed is allowed than the motion was planned with, plan again.
         let share = reference.speed_share();
         self.is_to_plan |= share > self.share && share > reference.planned_share();
         self.share = share;
@@ -302,7 +300,7 @@ impl Planner {
         self.since_plan_s += elapsed_s;
         let is_due = self.since_plan_s + ROUNDING_STEPS * elapsed_s >= DRIFT_S;
         let drifted = self.has_drifted && is_due;
-        // A search that began anew with every drift and every change of speed might never end; one for another place is of no use.
+        // Restarting the search with every drift and change of speed might never end; a search for another place is useless.
         let goes_on = self.route.is_searching_for(destination);
         let is_obsolete = self.route.is_searching() && !goes_on;
         let is_new = self.is_to_plan || stands || drifted || is_obsolete;
@@ -316,7 +314,7 @@ impl Planner {
             Ok(())
         };
         if planned.is_err() {
-            // No motion was found: the one under way ends, and from further on there may be one.
+            // No motion was found: the current one ends, and there may be a path from further on.
             self.route.block();
         }
     }

@@ -1,8 +1,8 @@
-//! Where the arm waits while something that may be touched is looked at.
+//! Where the arm waits while a person looks at something that may be touched.
 
 use hwall_kinematics::JointPositions;
 
-/// The posture that the arm waits in, nearer to a place that may be touched.
+/// The waiting posture, shifted towards a place that may be touched.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Preposition {
     last: Option<Leant>,
@@ -10,25 +10,24 @@ pub(super) struct Preposition {
 
 #[derive(Debug, Clone)]
 struct Leant {
-    /// From the waiting posture towards the configuration that might be needed, rad.
+    /// From the waiting posture to the configuration that might be needed, rad.
     way: [JointPositions; 2],
-    /// The posture found for that, rad.
+    /// The posture found between them, rad.
     q: JointPositions,
 }
 
-/// Largest share of the way from the waiting posture to a configuration that may be needed.
+/// Largest share of the joint path from the waiting posture to a configuration that may be needed.
 ///
-/// Half the way is in front of a wall for half of the places that people look at, and these are the far ones, to which a start is
-/// worth most: with nothing in between, the board was late for one touch in twenty of people who look around.
+/// At 0.5 the board would be in front of a wall for half of the places that people look at. These are the far ones, where a head start is worth most:
+/// without smaller shares to fall back on, the board was late for one touch in twenty of people who look around.
 pub const PREPOSITION_SHARE: f64 = 0.4;
-/// The arm goes as far as the first of these shares at which the board is behind the surfaces.
+/// The arm takes the first of these shares at which the board is behind the surfaces.
 const SHARES: [f64; 4] = [PREPOSITION_SHARE, 0.3, 0.2, 0.1];
-/// A board that leans is behind the surfaces by this, m.
+/// A pre-positioned board stays this far behind the surfaces, m.
 const BEHIND_M: f64 = 0.01;
 
 impl Preposition {
-    /// The posture on the way from the waiting posture to a configuration, rad; the waiting posture itself if the board is behind the
-    /// surfaces on no part of it.
+    /// The posture between the waiting posture and a configuration, rad; the waiting posture if at no share the board is behind the surfaces.
     pub(super) fn towards(
         &mut self,
         waiting: &JointPositions,
@@ -37,8 +36,8 @@ impl Preposition {
     ) -> JointPositions {
         let is_behind = |q: &JointPositions| protrusion_m(q).is_none_or(|m| m <= -BEHIND_M);
         let way = [*waiting, *to];
-        // A door may have moved before it since. One that moved away makes no lean longer: a board that is asked to go to one
-        // place does not go to and fro with a door that swings, and starts from less far until it is asked for another place.
+        // Keep the last posture while it is behind the surfaces (a door may have moved in front of it). If a door moves away the share does not grow
+        // until another place is asked for: the board does not move back and forth with a swinging door.
         if let Some(last) = &self.last
             && last.way == way
             && is_behind(&last.q)
@@ -78,14 +77,14 @@ mod tests {
         JointPositions::from_deg([0.0, 60.0, 0.0, -40.0, 0.0, -10.0, 90.0])
     }
 
-    /// How far the board is before a wall at this distance.
+    /// How far the board is in front of a wall at this distance.
     fn before_wall(x_m: f64) -> impl Fn(&JointPositions) -> Option<f64> {
         let wall = Barrier::new(DVec3::new(x_m, 0.0, 1.0), DVec3::X, [1.0, 1.0]);
         let tree = BarrierTree::from(&[wall.expect("a wall")]);
         move |q| tree.protrusion_m(&Board::default(), &arm().forward(q))
     }
 
-    /// The share of the way that is leant, and how far the board is then before the wall, m.
+    /// The share taken, and how far the board is then in front of the wall, m.
     fn leans(x_m: f64) -> (f64, f64) {
         let protrusion_m = before_wall(x_m);
         let q = Preposition::default().towards(&waiting(), &to(), &protrusion_m);
@@ -97,12 +96,12 @@ mod tests {
     fn an_arm_leans_as_far_as_its_board_stays_behind_the_wall() {
         let face = |share: f64| {
             let q = std::array::from_fn(|i| waiting()[i] + share * (to()[i] - waiting()[i]));
-            // The wall is 2 m away: what is left tells how far the board reaches.
+            // The wall is 2 m away: the remaining distance shows how far the board reaches.
             2.0 + before_wall(2.0)(&JointPositions(q)).expect("a wall")
         };
         assert!((leans(2.0).0 - 0.4).abs() < 1e-12);
         let mut last = 0.4;
-        // Walls through which half the way leads, up to one before the waiting posture.
+        // Walls that half the path would cross, up to one in front of the waiting posture.
         for share in [0.35, 0.25, 0.15] {
             let (leant, protrusion_m) = leans(face(share) + BEHIND_M);
             assert!(

@@ -40,10 +40,10 @@ impl JointBounds {
     }
 }
 
-/// Speed reserved for catching up with a goal that moves at the limit itself, rad/s.
+/// Speed reserved for catching up with a goal that itself moves at the limit, rad/s.
 const LEAST_SPARE_RAD_PER_S: f64 = 1e-6;
 
-/// Position and velocity of one joint on its way to a goal that may change at any time.
+/// Position and velocity of one joint that moves to a goal which may change at any time.
 ///
 /// If any input is NaN, both are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,23 +70,21 @@ impl JointMotion {
         self.q_rad + self.qd_rad_per_s * self.qd_rad_per_s.abs() / (2.0 * bounds.acceleration)
     }
 
-    /// The motion `dt_s` later on the time-optimal way to rest at `goal_rad`.
+    /// The motion `dt_s` later, time-optimal to rest at `goal_rad`.
     ///
-    /// Accelerate, cruise, brake, in closed form and not per step, so the result does not depend
-    /// on how time is cut into steps. The goal is reached exactly. The stopping point only
-    /// moves towards the goal: a goal at rest is not overshot, unless it jumped so near that
-    /// the joint cannot stop before it, and the outermost place of a moving goal is never passed. A
-    /// joint above its velocity limit first brakes down to it.
+    /// Accelerate, cruise, brake, in closed form, so the result does not depend on how time is divided into steps. The goal is reached exactly. The
+    /// stopping point only moves towards the goal: there is no overshoot of a goal at rest, unless it jumped too near to stop before it, and the
+    /// joint never passes the outermost place of a moving goal. A joint above its velocity limit first brakes down to it.
     ///
-    /// A step of zero or less changes nothing. Error: about 1e-16 of the angles; in the last
-    /// moment before rest, where the speed is the root of a distance, 1e-8 rad/s.
+    /// A step of zero or less changes nothing. Error: about 1e-16 of the angles; 1e-8 rad/s in the last moment before rest, where the speed is the
+    /// root of a distance.
     #[must_use]
     pub fn towards(self, goal_rad: f64, bounds: &JointBounds, dt_s: f64) -> Self {
         if dt_s <= 0.0 {
             return self;
         }
         let a = bounds.acceleration;
-        // In units where the joint, braking at once, would stop before the goal.
+        // Sign such that the stopping point lies before the goal.
         let sign = if self.stopping_point_rad(bounds) <= goal_rad {
             1.0
         } else {
@@ -94,7 +92,7 @@ impl JointMotion {
         };
         let (d, v) = (sign * (goal_rad - self.q_rad), sign * self.qd_rad_per_s);
         if d.is_nan() || v.is_nan() || dt_s.is_nan() {
-            // The minima and maxima below would drop it.
+            // The minima and maxima below would drop NaN.
             return Self {
                 q_rad: f64::NAN,
                 qd_rad_per_s: f64::NAN,
@@ -123,7 +121,7 @@ impl JointMotion {
         } else if left > t_brake {
             (0.5 * t_change * (v + peak) + (dt_s - t_change) * peak, peak)
         } else {
-            // Counted back from the end, so that the goal is met exactly.
+            // Counted back from the end, so that the goal is reached exactly.
             (d - 0.5 * a * left * left, (a * left).min(peak))
         };
         Self {
@@ -132,10 +130,10 @@ impl JointMotion {
         }
     }
 
-    /// The motion `dt_s` later, on the time-optimal way to a goal that is then at `goal_rad` and moves at
-    /// a rate. What the speed of the goal leaves of the limit is used to catch up.
+    /// The motion `dt_s` later, time-optimal to a goal that is then at `goal_rad` and moves at a given velocity. The speed that the goal leaves below
+    /// the limit serves to catch up.
     ///
-    /// A goal whose acceleration stays within the bounds is followed without lag once it is met.
+    /// Once reached, a goal whose acceleration stays within the bounds is followed without lag.
     #[must_use]
     pub fn beside(
         self,
@@ -160,7 +158,7 @@ impl JointMotion {
         }
     }
 
-    /// The motion `dt_s` later when braking at full deceleration; at rest it stays.
+    /// The motion `dt_s` later under full braking; at rest it stays.
     #[must_use]
     pub fn braked(self, bounds: &JointBounds, dt_s: f64) -> Self {
         self.towards(self.stopping_point_rad(bounds), bounds, dt_s)
@@ -255,8 +253,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// The invariant behind every limit: the place where the joint would come to rest moves only
-        /// towards the goal, never past it and never away from it.
+        /// The invariant behind every limit: the stopping point moves only towards the goal, never past it and never away from it.
         #[test]
         fn the_stopping_point_never_leaves_the_way_to_the_goal(
             q_rad in -3.0..3.0, qd_rad_per_s in -2.0..2.0, goal in -3.0..3.0,
@@ -276,7 +273,7 @@ mod tests {
         }
     }
 
-    /// Steps to the goal with irregular steps, no further beyond it than it has to brake; returns the time at rest there.
+    /// Moves to the goal in irregular steps and checks that it overshoots only by the braking distance; returns the time of arrival.
     fn run(mut joint: JointMotion, goal: f64, bounds: &JointBounds) -> f64 {
         let ahead = (goal - joint.q_rad).signum();
         let brakes = (joint.stopping_point_rad(bounds) - goal) * ahead;
@@ -314,7 +311,7 @@ mod tests {
                     acceleration,
                 };
                 let t = run(JointMotion::at_rest(0.3), 0.3 + sign * distance, &bounds);
-                // Bang-bang, with a cruise where the peak would pass the limit.
+                // Bang-bang, with a cruise where the peak would exceed the limit.
                 let best = if distance * acceleration <= velocity * velocity {
                     2.0 * f64::sqrt(distance / acceleration)
                 } else {

@@ -1,4 +1,4 @@
-//! Which way the board takes to its goal: straight, or by a place behind the surfaces.
+//! Which path the board takes to its goal: straight, or through a place behind the surfaces.
 
 use super::approach_config::ApproachConfig;
 use super::barrier::links::LinkInFront;
@@ -16,27 +16,26 @@ use hwall_geometry::Pose;
 use hwall_kinematics::JointPositions;
 use hwall_motion::ReferenceMotion;
 
-/// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
+/// A current path with a bend is replaced only by one that arrives earlier by this, s.
 const SOONER_S: f64 = 0.02;
-/// A timer may end this share of a step early. Sums of steps are rounded, and the rounding depends on where the clock starts.
+/// A timer may end this share of a step early: sums of steps are rounded, and the rounding depends on where the clock starts.
 pub(super) const ROUNDING_STEPS: f64 = 0.1;
 
-/// What a place is to the way of the board.
+/// The role of a place for the board's path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
-    /// The destination is there.
+    /// The destination.
     Ahead,
-    /// The motion in force leads there.
+    /// The current motion leads there.
     UnderWay,
-    /// The board served it, or was on its way there, last.
+    /// The last place that the board served or was moving to.
     LeftLast,
-    /// The board left it before that, and is still over it.
+    /// The board left it earlier, and is still over it.
     LeftBefore,
 }
 
 impl Role {
-    /// Does the plane of the place count although no barrier is there? Surfaces that nobody knows, of places left long ago, would
-    /// hem the board in.
+    /// Does the plane of the place count even without a barrier there? Unknown surfaces of places left long ago would hem the board in.
     const fn has_plane(self) -> bool {
         !matches!(self, Self::LeftBefore)
     }
@@ -48,28 +47,27 @@ pub(super) struct Route {
     config: ApproachConfig,
     board: Option<Board>,
     barriers: Barriers,
-    /// What ways keep clear of besides the surfaces, and the person as last seen.
+    /// What paths keep clear of besides the surfaces, and the last known position of the person.
     separation: Option<Separation>,
     person: PersonBody,
-    /// The places that the board served or was on its way to last, the newest first.
+    /// The last places that the board served or was moving to, the newest first.
     left: [Option<Place>; PLACES],
-    /// The place that the motion in force leads to: while no way leads to a new destination, it goes on.
+    /// The place that the current motion leads to: the motion continues while no path leads to a new destination.
     under_way: Option<Place>,
-    /// The goal whose surface was known when it was set: left without that surface it is no place any more.
+    /// The goal whose surface was known when it was set: if it is left without that surface, it is no longer a place.
     on_known: Option<Place>,
-    /// The face where its way was last planned, if it was before a surface there: a goal may change while the board is in a
-    /// shelf.
+    /// The face where its path was last planned, if it was in front of a surface there: a goal may change while the board is in a shelf.
     departed: Option<Footprint>,
-    /// The face at the destination of the way that was planned last.
+    /// The face at the destination of the last planned path.
     ends: Option<Pose>,
-    /// How far behind the goal the detour under way ends, m; infinite for one behind the departure. `None`: no detour.
+    /// How far behind the goal the current detour ends, m; infinite for one behind the departure. `None`: no detour.
     detour_m: Option<f64>,
-    /// No way leads to the destination behind the surfaces.
+    /// No path behind the surfaces leads to the destination.
     is_blocked: bool,
     retry_in_s: f64,
-    /// The search under way.
+    /// The current search.
     search: Option<Search>,
-    /// At how many instants of ways the board was looked at in this step, and after how many no other way is.
+    /// Samples checked in this step, and the number after which no further path is begun.
     looks: usize,
     most_looks: usize,
 }
@@ -106,8 +104,7 @@ impl Route {
         }
     }
 
-    /// Surfaces after the world moved: places go with them, and one whose surface is gone (a door that opened, a world that leapt) is
-    /// forgotten with it.
+    /// Sets the surfaces after the world moved. Places move along; a place whose surface is gone (a door opened, the world jumped) is forgotten.
     pub(super) fn move_barriers(&mut self, barriers: BarrierTree, moved: &Pose) {
         let known = |barriers: &Barriers, place: Option<Place>| {
             place.is_some_and(|place| barriers.have(place.point_m, place.normal))
@@ -136,7 +133,7 @@ impl Route {
         self.detour_m.is_some()
     }
 
-    /// Does no way lead to the destination without coming in front of a surface?
+    /// Does every path to the destination come in front of a surface?
     pub(super) const fn is_blocked(&self) -> bool {
         self.is_blocked
     }
@@ -155,45 +152,45 @@ impl Route {
         self.search = None;
     }
 
-    /// Is a way still being looked for?
+    /// Is a search in progress?
     pub(super) const fn is_searching(&self) -> bool {
         self.search.is_some()
     }
 
-    /// Is one looked for that leads to a destination, or beside it?
+    /// Is a search in progress that serves this destination?
     pub(super) fn is_searching_for(&self, destination: &Destination) -> bool {
         let serves = |search: &Search| search.destination.serves(destination);
         self.search.as_ref().is_some_and(serves)
     }
 
-    /// Is one looked for because there is none, or not only a shorter one?
+    /// Is a search in progress for a new path, not only for a shorter one?
     pub(super) fn is_searching_anew(&self) -> bool {
         self.search.as_ref().is_some_and(|search| search.is_new)
     }
 
-    /// Gives up the search under way.
+    /// Gives up the search.
     pub(super) const fn end_search(&mut self) {
         self.search = None;
     }
 
-    /// At how many instants of ways the board was looked at since [`begin_step`](Self::begin_step).
+    /// Samples checked since [`begin_step`](Self::begin_step).
     pub(super) const fn looks(&self) -> usize {
         self.looks
     }
 
-    /// How many boxes and rectangles were tested for that, and for whatever else was asked since.
+    /// Boxes and rectangles tested since then.
     pub(super) const fn tests(&self) -> usize {
         self.barriers.tests()
     }
 
-    /// A step begins: nothing was looked at in it.
+    /// Begins a step: resets the counters.
     pub(super) fn begin_step(&mut self, most_looks: usize, person: &PersonBody) {
         (self.looks, self.most_looks) = (0, most_looks);
         self.person = *person;
         self.barriers.begin();
     }
 
-    /// Time passes; is it due to look for a shorter way? `is_bent`: the motion still has to pass a bend.
+    /// Advances the timer; is it time to look for a shorter path? `is_bent`: the motion still has to pass a bend.
     pub(super) fn is_retry_due(&mut self, dt_s: f64, is_bent: bool) -> bool {
         self.retry_in_s -= dt_s;
         let is_due = self.retry_in_s <= ROUNDING_STEPS * dt_s;
@@ -207,12 +204,12 @@ impl Route {
         self.on_known = is_known.then_some(place);
     }
 
-    /// The place of a goal is left for another destination; `face`: where the board is.
+    /// Leaves the place of a goal for another destination; `face`: where the board is.
     pub(super) fn leave(&mut self, goal: &Goal, face: &Pose) {
         self.keep(goal.on_surface(), face);
     }
 
-    /// Puts a place before those that are left; of these, the ones that the board is still over count on.
+    /// Puts a place before the left ones; of those, only the ones that the board is still over are kept.
     fn keep(&mut self, place: Place, face: &Pose) {
         let Some(board) = self.board else { return };
         if self.on_known == Some(place) && !self.barriers.have(place.point_m, place.normal) {
@@ -234,7 +231,7 @@ impl Route {
         self.left = kept;
     }
 
-    /// How far a face is in front of the surfaces on the way to a goal from the places that it served or was on its way to, m.
+    /// How far a face is in front of the surfaces that count on the path to a goal, m.
     pub(super) fn protrusion_m(&self, face: &Pose, goal: Option<&Goal>) -> Option<f64> {
         let check = self.check(self.board.as_ref()?, goal).ok()?;
         Some(check.most_in_front(face)?.in_front_m)
@@ -260,7 +257,7 @@ impl Route {
         LinkInFront::find(before, &capsules, &self.person, &self.barriers, goal)
     }
 
-    /// The places that count on the way to a goal, with their roles: no more than [`PLACES`] and two more.
+    /// The places that count on the path to a goal, with their roles: at most [`PLACES`] and two more.
     fn places(&self, goal: Option<&Goal>) -> impl Iterator<Item = (Role, Place)> {
         let ahead = goal.map(Goal::on_surface);
         let under_way = self.under_way.filter(|place| ahead != Some(*place));
@@ -294,8 +291,8 @@ impl Route {
                 normal: place.normal,
                 radius_m: self.config.extent_m,
             };
-            // Nobody knows how far that surface goes. A destination in front of its plane says that it ends before: no way there could
-            // stay behind the plane, and the board would stand for good.
+            // The extent of that surface is unknown. A destination in front of its plane shows that it ends before: no path there could stay behind
+            // the plane, and the board would stand for good.
             let ends_behind = self.ends.is_none_or(|ends| {
                 let most_m = plane.most_in_front_m(&corners_and_middle(board, &ends));
                 role == Role::Ahead || most_m <= self.config.allowed_m
@@ -306,7 +303,7 @@ impl Route {
         Ok(check)
     }
 
-    /// Begins the search for a way to the destination, and the motion if it is over in this step; `is_new`: no retry.
+    /// Starts the search for a path to the destination, and the motion if the search ends in this step; `is_new`: not a retry.
     pub(super) fn head_for(
         &mut self,
         destination: &Destination,
@@ -316,7 +313,7 @@ impl Route {
     ) -> Result<(), HapticsError> {
         self.retry_in_s = self.config.retry_s;
         self.search = None;
-        // A bend was found from where the board was then: from further on there may be a shorter one.
+        // The bend was found from an earlier place: from here there may be a shorter one.
         let bends_again =
             !is_new && !self.is_detour() && !self.is_blocked && reference.by_way_of().is_some();
         if self.board.is_none() {
@@ -327,7 +324,7 @@ impl Route {
         }
         self.ends = Some(solver.arm().forward(destination.q()));
         if bends_again {
-            // No way is shorter than the straight one.
+            // No path is shorter than the straight one.
             let least_s = reference.consider(destination.q(), None)?;
             if least_s + SOONER_S >= reference.left_s() {
                 return Ok(());
@@ -337,7 +334,7 @@ impl Route {
         self.search_on(reference, solver)
     }
 
-    /// Goes on with the search, and begins the motion once it is over. Until then the motion under way goes on.
+    /// Continues the search, and begins the motion once it is over. Until then the current motion continues.
     pub(super) fn search_on(
         &mut self,
         reference: &mut ReferenceMotion,
@@ -357,7 +354,7 @@ impl Route {
                 self.departed = Some(Footprint::new(here, &board, config.footprint_m));
             }
         }
-        // A detour under way is only exchanged for a shorter one.
+        // Only a shorter detour replaces the current one.
         let keeps = !search.is_new && self.is_detour() && reference.left_s() > config.retry_s;
         let under_way_m = self.detour_m.filter(|_| keeps);
         let shorter_than_m = under_way_m.unwrap_or(f64::INFINITY);
@@ -379,7 +376,7 @@ impl Route {
         let person = &self.person;
         check.clear = (self.separation.as_ref())
             .map(|separation| Clear::of(separation, person, &reference.state().q));
-        // Time and again a little further before the surface than where the board is would be far before it.
+        // Repeatedly allowing a little more than at the board's place would add up.
         let allowed_m = match search.bends_again {
             true => config.allowed_m,
             false => config
@@ -403,7 +400,7 @@ impl Route {
         self.retry_in_s = config.retry_s;
         let stays_behind = best.protrusion_m <= allowed_m;
         if search.bends_again {
-            // The way under way is safe.
+            // The current path is safe.
             if stays_behind && best.duration_s + SOONER_S < reference.left_s() {
                 return self.take(best, goal, &here, reference);
             }
@@ -413,7 +410,7 @@ impl Route {
             return Ok(());
         }
         if best.protrusion_m > allowed_m + SPARE_M {
-            // The motion under way is safe, and from further on there may be a way; from rest, the board stands.
+            // The current motion is safe, and there may be a path from further on; from rest, the board stands still.
             (self.is_blocked, self.detour_m) = (true, None);
             return Ok(());
         }
@@ -427,7 +424,7 @@ impl Route {
         here: &Pose,
         reference: &mut ReferenceMotion,
     ) -> Result<(), HapticsError> {
-        // At the end of a detour with no better way the goal is next.
+        // After a detour without a better path, the goal is next.
         (self.is_blocked, self.detour_m) = (false, way.detour_m);
         let passes_bend = way.by_way_of.is_some() || reference.by_way_of().is_some();
         let is_at_other_speed = reference.planned_share() != reference.speed_share();

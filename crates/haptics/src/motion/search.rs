@@ -1,4 +1,4 @@
-//! The search for a way of the board to its goal: straight, bent, or by a place behind the surfaces.
+//! The search for a path to the goal: straight, bent, or through a place behind the surfaces.
 
 use super::goal::Destination;
 use super::solver::{Place, Solver};
@@ -7,44 +7,44 @@ use crate::error::HapticsError;
 use hwall_kinematics::{BranchPolicy, JointPositions};
 use hwall_motion::ReferenceMotion;
 
-/// A configuration for a place takes about as long as so many looks.
+/// Cost of an inverse-kinematics solution, in samples.
 const LOOKS_OF_SOLUTION: usize = 2;
-/// Looks at the last way of a step, which is looked at to its end.
+/// Samples of the last path of a step, which is checked to its end.
 pub(super) const LOOKS_OF_LAST: usize = LOOKS_OF_SOLUTION + LOOKS_OF_WAY;
-/// A bend that takes no longer than this, in shares of the straight way and s, is taken without looking further.
+/// A bend within this share of the straight path's duration plus this time, s, is taken without further search.
 const GOOD_ENOUGH: f64 = 1.15;
 const GOOD_ENOUGH_S: f64 = 0.02;
-/// How often a bend is mended.
+/// Most corrections of a bend.
 const MOST_BENDS: usize = 8;
-/// A bend overshoots by this share and this length, because the worst place moves with it.
+/// A bend overshoots by this factor and this length, because the worst place moves with it.
 const BEND_GAIN: f64 = 1.3;
-/// A push counts for less at the worst place the further that is from the bend: after so many bends they become harder, up to this.
+/// The further the worst place is from the bend, the less a push moves it: after this many bends the gain grows, up to this.
 const GENTLE_BENDS: usize = 4;
 const HARDER: f64 = 2.0;
 const MOST_GAIN: f64 = 8.0;
 const BEND_MARGIN_M: f64 = 0.002;
-/// Distances behind a place that are tried.
+/// Number of distances behind a place that are tried.
 pub(super) const DETOURS: usize = 6;
 
-/// A place that detours lead behind.
+/// A place that detours pass behind.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Behind {
     pub(super) place: Place,
-    /// The configuration that those there are to be close to.
+    /// Detour configurations are close to this one.
     pub(super) near: JointPositions,
-    /// Is it the goal, or where the board is?
+    /// Is it the goal, or the board's current place?
     pub(super) is_goal: bool,
 }
 
-/// What a search goes by in a step.
+/// The inputs of a search in a step.
 pub(super) struct Surroundings<'a> {
     pub(super) check: Check<'a>,
-    /// A step begins to look at another way only after fewer looks than this: what is left waits for the next step.
+    /// A step checks another path only if it has used fewer samples than this; the rest waits for the next step.
     pub(super) most_looks: usize,
-    /// How far a way may come in front of a surface, m.
+    /// How far a path may come in front of a surface, m.
     pub(super) allowed_m: f64,
     pub(super) detours_m: [f64; DETOURS],
-    /// Only detours less far behind than this, m.
+    /// Only detours at a smaller distance than this, m.
     pub(super) shorter_than_m: f64,
     pub(super) behind: [Option<Behind>; 2],
 }
@@ -55,15 +55,15 @@ impl Surroundings<'_> {
     }
 }
 
-/// What is looked at next.
+/// What is tried next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
     Straight,
-    /// By the bend of the motion under way.
+    /// Through the bend of the current motion.
     UnderWay,
-    /// The straight way, bent so often.
+    /// The straight path, bent this many times.
     Bend(usize),
-    /// By a place: two places passed, the same stopped at, each at [`DETOURS`] distances.
+    /// Through a place: two places passed, then the same two stopped at, each at [`DETOURS`] distances.
     Detour(usize),
     Over,
 }
@@ -72,19 +72,19 @@ enum Stage {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Search {
     pub(super) destination: Destination,
-    /// Is it no retry?
+    /// Is it not a retry?
     pub(super) is_new: bool,
-    /// Is there a way under way already, and only a shorter bend of it is wanted?
+    /// Is only a shorter bend of the current path wanted?
     pub(super) bends_again: bool,
     stage: Stage,
-    /// How long the straight way takes, s.
+    /// Duration of the straight path, s.
     straight_s: f64,
     bent: Option<Way>,
     gain: f64,
     best: Option<Way>,
-    /// Was it found in this step, from where the board is?
+    /// Was it found in this step, from the board's current place?
     is_from_here: bool,
-    /// The best way no longer served, and others were looked for.
+    /// The best path was no longer valid, and the search began again.
     is_second: bool,
 }
 
@@ -104,7 +104,7 @@ impl Search {
         }
     }
 
-    /// Goes on for a step. The best way, once the search is over; it may come in front of a surface.
+    /// Runs the search for a step. Returns the best path once the search is over; it may come in front of a surface.
     pub(super) fn go_on(
         &mut self,
         around: &mut Surroundings<'_>,
@@ -148,7 +148,7 @@ impl Search {
         })
     }
 
-    /// What the way under way still has to pass serves a goal near the last one as well.
+    /// The remaining bend of the current path also serves a goal near the last one.
     fn under_way(
         &mut self,
         around: &mut Surroundings<'_>,
@@ -165,7 +165,7 @@ impl Search {
         }
     }
 
-    /// A bend costs next to nothing: where the way is worst it passes the nearest configuration that is behind.
+    /// A bend costs next to nothing: at its worst point the path passes the nearest configuration that stays behind.
     fn bend(
         &mut self,
         number: usize,
@@ -185,13 +185,13 @@ impl Search {
                 self.bent = Some(way);
                 Stage::Bend(number + 1)
             }
-            // For the way under way a detour would not be sooner.
+            // A detour would not be quicker than the current path.
             _ if self.bends_again => Stage::Over,
             _ => self.unless_good(Stage::Detour(0), around),
         }
     }
 
-    /// By a place behind the surfaces. Passing it costs less than stopping there.
+    /// Through a place behind the surfaces. Passing it takes less time than stopping there.
     fn detour(
         &mut self,
         number: usize,
@@ -238,7 +238,7 @@ impl Search {
         })
     }
 
-    /// Looks at the way to the destination by a configuration; `None` if there is no such motion.
+    /// Checks the path to the destination through a configuration; `None` if there is no such motion.
     fn by_way_of(
         &mut self,
         by_way_of: JointPositions,
@@ -254,7 +254,7 @@ impl Search {
         Some(way)
     }
 
-    /// Looks at the way to a configuration from which it will go on to the destination.
+    /// Checks the path to a configuration from which the motion continues to the destination.
     fn stopping_at(
         &mut self,
         q: JointPositions,
@@ -280,7 +280,7 @@ impl Search {
         }
     }
 
-    /// The next stage, unless the best way is good enough.
+    /// The next stage, unless the best path is good enough.
     fn unless_good(&self, next: Stage, around: &Surroundings<'_>) -> Stage {
         let good_s = self.straight_s * GOOD_ENOUGH + GOOD_ENOUGH_S;
         let is_good = |best: Way| around.stays_behind(&best) && best.duration_s <= good_s;
@@ -291,7 +291,7 @@ impl Search {
         }
     }
 
-    /// If the best way serves no longer from where the board is by now, bends and detours are looked for once more.
+    /// If the best path is no longer valid from the board's current place, tries bends and detours once more.
     fn begins_again(&mut self, best: &Way, around: &Surroundings<'_>) -> bool {
         let served = self.best.is_some_and(|best| around.stays_behind(&best));
         if self.is_from_here || self.is_second || !served || around.stays_behind(best) {
@@ -302,7 +302,7 @@ impl Search {
         true
     }
 
-    /// The best way. One that was found in an earlier step is looked at again: the board is elsewhere, and surfaces may be.
+    /// The best path. One found in an earlier step is checked again: the board has moved, and the surfaces may have.
     fn best_from_here(
         &self,
         around: &mut Surroundings<'_>,
@@ -329,8 +329,8 @@ impl Search {
     }
 }
 
-/// The configuration that a way is to pass so that it stays behind, and clear, where it is worst: the smallest change of the one that it
-/// passes now, measured in the time that the joints need for it.
+/// The configuration that a path must pass to stay behind and clear at its worst point: the smallest change of the configuration that it passes now,
+/// weighted by the time that each joint needs.
 fn pushed_behind(
     way: &Way,
     around: &Surroundings<'_>,
@@ -340,7 +340,7 @@ fn pushed_behind(
 ) -> Option<JointPositions> {
     let worst = way.worst?;
     let arm = solver.arm();
-    // How fast the worst place becomes worse for each joint, m/rad.
+    // Gradient of the worst violation with each joint, m/rad.
     let gradient = match worst.point {
         Some(point) => {
             let (face, jacobian) = arm.forward_and_jacobian(&worst.q);

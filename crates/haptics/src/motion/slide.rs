@@ -8,29 +8,26 @@ use hwall_geometry::Pose;
 use hwall_kinematics::{JointPositions, Unreachable};
 use hwall_numeric::check::{all_finite, finite};
 
-/// How far ahead a slide looks for the velocities of the joints, m; a turn counts as the path of a
-/// place this far from the middle, m.
+/// Path length over which a slide differentiates the joint angles, m; a turn counts as the path of a point this far from the centre, m.
 const PREVIEW_M: f64 = 1e-4;
 const EDGE_M: f64 = 0.1;
 
-/// How far ahead at most a slide looks for a place where it could stop, m: 0.1 m/s at 0.5 m/s².
+/// Greatest distance ahead at which a slide checks for a place to stop, m: 0.1 m/s at 0.5 m/s².
 const STOP_M: f64 = 0.01;
 
-/// Share of the joints' accelerations that a slide plans with. The rest keeps the joints on the path, whose
-/// curvature takes some acceleration too.
+/// Share of the joint accelerations that a slide plans with. The rest keeps the joints on the path, whose curvature also needs acceleration.
 const SLIDE_SHARE: f64 = 0.9;
 
-/// The velocity follows what is asked for through two low passes of this time constant, s: an arm cannot follow a step of the
-/// acceleration, and would make up for it by overshooting. Within 5 % after 29 ms.
+/// Time constant of the two low-pass filters on the commanded velocity, s: an arm cannot follow a step of the acceleration and would overshoot.
+/// Within 5 % after 29 ms.
 const SMOOTH_S: f64 = 0.006;
-/// A slide ends with this time constant where its joints could stop at once, s: about as smoothly as it begins, through two low passes.
+/// Time constant of the end of a slide whose joints could stop at once, s: about as smooth as the beginning.
 pub(super) const ENDS_S: f64 = 2.0 * SMOOTH_S;
 
-/// How a touched board shall move within its plane, in the robot base frame.
+/// Commanded motion of a touched board within its plane, in the robot base frame.
 ///
-/// The board reaches the velocities as fast as its joints allow and then keeps them. It does not make up for the
-/// distance lost meanwhile, because that would need more speed than was asked for. A part along the
-/// board's normal is left out: a slide never pushes.
+/// The board reaches the velocities as fast as its joints allow and then keeps them. It does not make up for the distance lost meanwhile, because
+/// that would exceed the requested speed. The component along the board's normal is ignored: a slide never pushes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Slide {
     /// Velocity, m/s.
@@ -50,7 +47,7 @@ impl Slide {
         Ok(())
     }
 
-    /// Does it go on in the direction of another one?
+    /// Does it continue in the direction of another slide?
     pub(super) fn goes_on(&self, other: &Self) -> bool {
         let turns = EDGE_M * EDGE_M * self.turn_rad_per_s * other.turn_rad_per_s;
         self.velocity_m_per_s.dot(other.velocity_m_per_s) + turns > 0.0
@@ -83,7 +80,7 @@ impl Planar {
         self.plus(other.times(-1.0))
     }
 
-    /// How far a place [`EDGE_M`] from the middle moves at most, m or m/s.
+    /// Greatest motion of a point [`EDGE_M`] from the centre, m or m/s.
     fn size(self) -> f64 {
         self.linear.length() + EDGE_M * self.angular.abs()
     }
@@ -92,19 +89,19 @@ impl Planar {
 /// A slide under way.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sliding {
-    /// The board where the slide began.
+    /// The board's pose where the slide began.
     pose: Pose,
-    /// The distance covered since, and the velocity.
+    /// The displacement since then, and the velocity.
     moved: Planar,
     velocity: Planar,
-    /// What the velocity is on its way to, after the first low pass.
+    /// The commanded velocity after the first low-pass.
     aim: Planar,
-    /// The configuration that it asked for last.
+    /// The configuration commanded last.
     q: JointPositions,
 }
 
 impl Sliding {
-    /// At rest in a configuration that holds the board there.
+    /// At rest in a configuration that holds the board at a pose.
     pub(super) fn new(pose: Pose, q: JointPositions) -> Self {
         Self {
             pose,
@@ -115,12 +112,12 @@ impl Sliding {
         }
     }
 
-    /// The configuration that the slide asked for last.
+    /// The configuration commanded last.
     pub(super) const fn q(&self) -> JointPositions {
         self.q
     }
 
-    /// One step on.
+    /// Advances by one step.
     pub(super) fn next(
         &self,
         dt_s: f64,
@@ -168,7 +165,7 @@ impl Sliding {
         Some(self.most_per_s(unit, bounds, solver).ok()? / SLIDE_SHARE)
     }
 
-    /// The joints' rates for a velocity of the board, rad/s.
+    /// Joint velocities for a velocity of the board, rad/s.
     fn rates(&self, velocity: Planar, solver: &mut Solver) -> Result<[f64; 7], Stop> {
         let size = velocity.size();
         if size == 0.0 {
@@ -180,7 +177,7 @@ impl Sliding {
         Ok(std::array::from_fn(|i| (there[i] - self.q[i]) / preview_s))
     }
 
-    /// The inverse of the time in which the joints could reach a velocity, 1/s.
+    /// Inverse of the time in which the joints can reach a velocity of the board, 1/s.
     fn most_per_s(
         &self,
         velocity: Planar,
@@ -190,7 +187,7 @@ impl Sliding {
         Ok(most_per_s(&self.rates(velocity, solver)?, bounds))
     }
 
-    /// Can the board stop before it comes to a place where it cannot be held?
+    /// Can the board stop before it reaches a place where the arm cannot hold it?
     fn can_stop(&self, bounds: &[JointBounds; 7], solver: &mut Solver) -> Result<(), Stop> {
         let size = self.velocity.size();
         if size == 0.0 {
@@ -199,7 +196,7 @@ impl Sliding {
         let rates = self.rates(self.velocity, solver)?;
         let stop_s = 1.0 / most_per_s(&rates, bounds);
         let ahead_s = 0.5 * stop_s + ENDS_S;
-        // A joint that comes to its limit would have to stop at once, while others begin to turn in its place.
+        // A joint that reaches its limit would have to stop at once while others take over.
         if solver.meets_limit(&self.q, &rates, ahead_s) {
             return Err(Stop::Unreachable(Unreachable::OtherBranch));
         }
@@ -237,10 +234,10 @@ impl Sliding {
     }
 }
 
-/// The inverse of the time in which joints could reach their rates, 1/s.
+/// Inverse of the time in which the joints can reach their velocities, 1/s.
 fn most_per_s(rates: &[f64; 7], bounds: &[JointBounds; 7]) -> f64 {
     let most = (0..7).map(|i| bounds[i].acceleration_rad_per_s2() / rates[i].abs());
-    // Finite also where nothing moves: its share is then capped at 1.
+    // Finite also where nothing moves: the share is then capped at 1.
     SLIDE_SHARE * most.fold(f64::MAX, f64::min)
 }
 
@@ -248,6 +245,6 @@ fn most_per_s(rates: &[f64; 7], bounds: &[JointBounds; 7]) -> f64 {
 pub(super) struct Next {
     pub(super) sliding: Sliding,
     pub(super) rate_rad_per_s: [f64; 7],
-    /// Why it slows down early, if it does.
+    /// Why it slows down early, if so.
     pub(super) unreachable: Option<Unreachable>,
 }

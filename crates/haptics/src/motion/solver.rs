@@ -1,4 +1,4 @@
-//! Which configuration puts the board there, for any arm.
+//! Inverse kinematics for board poses, for any arm.
 
 use crate::board::board_pose;
 use crate::error::HapticsError;
@@ -10,14 +10,14 @@ use hwall_kinematics::{
 };
 use std::sync::Arc;
 
-/// A drift of the target that moves a joint of the goal further than this has left its valley (a
-/// limit or a singular pose came in between), rad.
+/// If a drift of the target moves a joint of the goal further than this, the goal has left its neighbourhood (a limit or a singular pose came in
+/// between), rad.
 pub(super) const DRIFT_RAD: f64 = 0.3;
 
 /// Unit vectors that differ by less are the same.
 const ROLLED: f64 = 1e-9;
 
-/// The inverse kinematics of an arm, with its memory: nothing is allocated when it is asked.
+/// An arm's inverse kinematics with its scratch memory: solving does not allocate.
 #[derive(Debug, Clone)]
 pub(super) struct Solver {
     arm: Arc<dyn ArmKinematics>,
@@ -26,7 +26,7 @@ pub(super) struct Solver {
 }
 
 impl Solver {
-    /// Slow joints count more.
+    /// Slow joints have larger weights.
     pub(super) fn new(arm: Arc<dyn ArmKinematics>) -> Self {
         let weights = arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2));
         Self {
@@ -43,7 +43,7 @@ impl Solver {
         &self.arm
     }
 
-    /// The configuration nearest to a reference that puts the board on a place with a roll, or the reason why none does.
+    /// The configuration nearest to a reference that puts the board on a place with a roll, or the reason why there is none.
     pub(super) fn on_place(
         &mut self,
         place: &Place,
@@ -65,8 +65,7 @@ impl Solver {
         }
     }
 
-    /// The configuration with the board rolled about its normal, where the last joint alone does that; `None` where it does not, or
-    /// where the joint's limits forbid it.
+    /// The configuration with the board rolled about its normal by the last joint alone; `None` if that joint cannot do it, or its limits forbid it.
     pub(super) fn rolled(&self, q: &JointPositions, by_rad: f64) -> Option<JointPositions> {
         let last = self.arm.joint_count().checked_sub(1)?;
         let limit = self.arm.limits()[last];
@@ -87,7 +86,7 @@ impl Solver {
             })
     }
 
-    /// The configuration beside another one that holds a pose.
+    /// The configuration close to another one that holds a pose.
     pub(super) fn beside(
         &mut self,
         pose: &Pose,
@@ -101,7 +100,7 @@ impl Solver {
         if let Ok(found) = self.arm.nearest(pose, q, &beside, &mut self.scratch) {
             return Ok(found.q);
         }
-        // Further away, or for the reason.
+        // Solve further away, or get the reason of failure.
         let keep = config(BranchPolicy::Keep);
         let found = self.arm.nearest(pose, q, &keep, &mut self.scratch)?;
         if found.q.max_abs_difference(q) > DRIFT_RAD {
@@ -110,7 +109,7 @@ impl Solver {
         Ok(found.q)
     }
 
-    /// Does a joint that goes on at its rate (rad/s) for a while meet its limit? One that stands or goes away from it does not.
+    /// Does a joint that keeps its velocity (rad/s) for a while meet its limit? A joint that stands or moves away does not.
     pub(super) fn meets_limit(
         &self,
         q: &JointPositions,
@@ -136,8 +135,8 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// The same carried along with a world that moved, m and rad in the base frame. The roll is kept: it is told from the
-    /// horizontal, which a world that stays upright keeps.
+    /// The place after the world has moved, m and rad in the base frame. The roll stays: it is measured from the horizontal, which a world that stays
+    /// upright keeps.
     pub(super) fn carried(&self, moved: &Pose) -> Self {
         Self {
             point_m: moved.transform_point(self.point_m),
@@ -147,7 +146,7 @@ impl Place {
     }
 }
 
-/// Why there is no configuration to go on with.
+/// Why the slide cannot continue.
 pub(super) enum Stop {
     Unreachable(Unreachable),
     Error(HapticsError),

@@ -1,4 +1,4 @@
-//! A way of the board, looked at before it is taken.
+//! A path of the board, checked before it is taken.
 
 use super::barrier::tree::Barriers;
 use super::barrier::{FacePoint, FacePoints, Footprint, Plane, corners_and_middle};
@@ -12,37 +12,37 @@ use hwall_geometry::Pose;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_motion::ReferenceMotion;
 
-/// A way that comes in front of a surface by this much more than allowed is taken if there is none better, m; beyond it the
-/// board stands.
+/// A path that exceeds the allowed distance in front of a surface by up to this is taken if there is none better, m; beyond it the board stands
+/// still.
 pub(super) const SPARE_M: f64 = 0.00175;
-/// A board at rest before a surface may begin its way by coming further before it by this, m.
+/// A board at rest in front of a surface may come further in front by this when it starts, m.
 const HERE_M: f64 = 1e-3;
-/// Instants at which a way is looked at first.
+/// Samples of the first, coarse check of a path.
 const SAMPLES: usize = 12;
-/// How far a way that stays behind where it is looked at closely may come in front in between, m.
+/// How far a path that stays behind at the dense samples may come in front between them, m.
 const BETWEEN_M: f64 = 2.5e-4;
-/// Longest time between two close looks, s.
+/// Longest time between two dense samples, s.
 const LONGEST_S: f64 = 0.03;
-/// Between two close looks no point of the face comes further from a joint's axis by more than this, m: it moves by no more than 2.5 m/s
-/// against the axis, which is half the time away from a look.
+/// Between two dense samples the distance of a point of the face from a joint's axis grows by at most this, m: at most 2.5 m/s relative to the axis,
+/// for half the time between the samples.
 const LEVER_M: f64 = 0.075;
-/// After so many stretches of the same length longer ones are tried.
+/// After this many stretches of the same length, longer ones are tried.
 const CALM: usize = 3;
-/// How often a way is looked at closely at most, and the least time between two looks, s.
+/// Most dense samples of a path, and the least time between two of them, s.
 const MOST_LOOKS: usize = 400;
 const CLOSEST_S: f64 = 1.25e-4;
-/// A plan takes about as long as so many looks.
+/// Cost of a plan, in samples.
 const LOOKS_OF_PLAN: usize = 8;
-/// A look at the whole arm takes about as long as so many at the board; where it comes near to something, so many are made for one.
+/// Cost of a check of the whole arm, in samples of the board; near an obstacle each stretch is divided into so many parts.
 const LOOKS_OF_BODY: usize = 2;
 const PARTS: usize = 4;
-/// All looks at a way: its plan, at first, closely, and from where there were too many close ones to its end.
+/// All samples of a path: its plan, the coarse check, the dense check, and from where there were too many dense ones to its end.
 pub(super) const LOOKS_OF_WAY: usize =
     LOOKS_OF_PLAN + SAMPLES + LOOKS_OF_BODY * (1 + PARTS * SAMPLES) + 2 * MOST_LOOKS + 2;
-/// Places besides the destination that count while the board is over them.
+/// Most places besides the destination that count while the board is over them.
 pub(super) const PLACES: usize = 8;
 
-/// A way that was looked at.
+/// A path that was checked.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Way {
     pub(super) q: JointPositions,
@@ -50,14 +50,14 @@ pub(super) struct Way {
     /// See [`Route::detour_m`](super::route::Route).
     pub(super) detour_m: Option<f64>,
     pub(super) protrusion_m: f64,
-    /// How long the board takes to its goal, s.
+    /// Time until the board reaches its goal, s.
     pub(super) duration_s: f64,
-    /// Where it is worst.
+    /// Its worst point.
     pub(super) worst: Option<Worst>,
 }
 
 impl Way {
-    /// Is another way better? One that stays behind is; of two such the quicker one, of none the one that comes less far in front.
+    /// Is another path better? One that stays behind wins; of two that do, the quicker; of two that do not, the one less far in front.
     pub(super) fn is_beaten_by(&self, other: &Self, allowed_m: f64) -> bool {
         let stays = |way: &Self| way.protrusion_m <= allowed_m;
         match (stays(self), stays(other)) {
@@ -68,27 +68,27 @@ impl Way {
     }
 }
 
-/// Where a way comes furthest in front of a surface, or too near to what it keeps clear of.
+/// Where a path comes furthest in front of a surface, or too close to an obstacle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Worst {
     pub(super) q: JointPositions,
     /// By how much, m.
     pub(super) in_front_m: f64,
-    /// The point of the face; `None`: some part of the arm, too near to something.
+    /// The point of the face; `None`: some part of the arm is too close to an obstacle.
     pub(super) point: Option<FacePoint>,
 }
 
-/// What ways keep clear of besides the surfaces.
+/// What paths keep clear of besides the surfaces.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clear<'a> {
     separation: &'a Separation,
     person: &'a PersonBody,
-    /// An arm that has come too near comes no nearer, m: to itself or the room, and to the person.
+    /// Violation at the start, m: of the arm and the room, and of the person. An arm that is already too close comes no closer.
     here_m: [f64; 2],
 }
 
 impl<'a> Clear<'a> {
-    /// For ways that begin at a configuration.
+    /// For paths that begin at a configuration.
     pub(super) fn of(
         separation: &'a Separation,
         person: &'a PersonBody,
@@ -101,7 +101,7 @@ impl<'a> Clear<'a> {
         }
     }
 
-    /// By how much a configuration is too near, m.
+    /// By how much a configuration is too close, m.
     fn beyond_m(&self, q: &JointPositions) -> f64 {
         let [arm_m, person_m] = self.separation.short_of_m(q, self.person);
         let beyond_m = (arm_m - self.here_m[0]).max(person_m - self.here_m[1]);
@@ -111,9 +111,9 @@ impl<'a> Clear<'a> {
         }
     }
 
-    /// How fast that grows with each joint, m/rad.
+    /// Gradient of that with each joint, m/rad.
     pub(super) fn gradient(&self, q: &JointPositions) -> [f64; MOST_JOINTS] {
-        /// Coarser than the flat of a capsule's end, finer than a link.
+        /// Larger than the flat of a capsule's end, smaller than a link.
         const BY_RAD: f64 = 1e-3;
         std::array::from_fn(|joint| {
             let at = |by_rad: f64| {
@@ -126,7 +126,7 @@ impl<'a> Clear<'a> {
     }
 }
 
-/// The face at an instant of a way.
+/// The face at a sample of a path.
 #[derive(Debug, Clone, Copy)]
 struct Look {
     t_s: f64,
@@ -134,7 +134,7 @@ struct Look {
     points: FacePoints,
 }
 
-/// The same, with how fast it moves there.
+/// The same with its velocity.
 #[derive(Debug, Clone, Copy)]
 struct CloseLook {
     look: Look,
@@ -148,10 +148,10 @@ struct CloseLook {
 }
 
 impl CloseLook {
-    /// Lengths that the ways of the points to another look do not exceed, m.
+    /// Upper bounds of the path lengths of the points up to another sample, m.
     ///
-    /// A point is no faster than at either end and what its acceleration adds from there; the acceleration of a point of a
-    /// chain is at most `Σ r_i (a_i + w_i (w_i + 2 Σ_{j<i} w_j))` for joints at distances `r`, with accelerations `a` and speeds `w`.
+    /// A point is no faster than at either end plus what its acceleration adds from there. The acceleration of a point of a chain is at most
+    /// `Σ r_i (a_i + w_i (w_i + 2 Σ_{j<i} w_j))` for joints at distances `r`, with accelerations `a` and speeds `w`.
     fn ways_m(&self, to: &Self) -> [f64; 5] {
         let dt_s = to.look.t_s - self.look.t_s;
         let (mut most, mut before) = (0.0, 0.0);
@@ -183,14 +183,14 @@ impl Look {
     }
 }
 
-/// Everything that a way is checked against.
+/// Everything that a path is checked against.
 pub(super) struct Check<'a> {
     pub(super) board: &'a Board,
     pub(super) barriers: &'a Barriers,
     pub(super) footprints: [Option<Footprint>; PLACES + 3],
     pub(super) planes: [Option<Plane>; PLACES + 2],
     pub(super) clear: Option<Clear<'a>>,
-    /// At how many instants the board was looked at.
+    /// Number of samples checked.
     pub(super) looks: usize,
 }
 
@@ -207,8 +207,8 @@ impl Check<'_> {
             .most_in_front(self.board, face, &self.footprints, &self.planes)
     }
 
-    /// How far a way may come in front of a surface because the board is there, or is about to be, already, m: never further than
-    /// the motion in force comes, so that however often ways are planned anew, none makes it worse.
+    /// How far a path may come in front of a surface because the board already is, or is about to be, there, m: never further than the current
+    /// motion, so that repeated planning makes it no worse.
     pub(super) fn tolerated_m(
         &mut self,
         here: &Pose,
@@ -228,7 +228,7 @@ impl Check<'_> {
         (1..=SAMPLES).map(ahead_m).fold(here_m, f64::max)
     }
 
-    /// The considered motion at an instant.
+    /// Samples the considered motion.
     fn look(&mut self, t_s: f64, reference: &ReferenceMotion, solver: &Solver) -> Look {
         self.looks += 1;
         let q = reference.considered(t_s).q;
@@ -242,7 +242,7 @@ impl Check<'_> {
         }
     }
 
-    /// Where the considered motion brings the arm too near to something. It looks more often where two looks leave that open.
+    /// The considered motion where it brings the arm too close to an obstacle. It samples more densely where two samples leave that open.
     fn nearest(&mut self, duration_s: f64, reference: &ReferenceMotion) -> Option<Worst> {
         let clear = self.clear?;
         let mut worst: Option<Worst> = None;
@@ -265,7 +265,7 @@ impl Check<'_> {
             let after = look(duration_s * i as f64 / SAMPLES as f64);
             let turned = JointVelocities(std::array::from_fn(|i| after.1[i] - before.1[i]));
             let way_m = clear.separation.body().most_m_per_s(&turned);
-            // Two parts that come nearer to each other both move.
+            // Two parts that approach each other both move.
             if before.2 + after.2 + 2.0 * way_m > 0.0 {
                 for part in 1..PARTS {
                     let share = part as f64 / PARTS as f64;
@@ -293,7 +293,7 @@ impl Check<'_> {
         worst
     }
 
-    /// The considered motion at an instant, with its speed.
+    /// Samples the considered motion with its velocity.
     fn look_closely(
         &mut self,
         t_s: f64,
@@ -331,7 +331,7 @@ impl Check<'_> {
         }
     }
 
-    /// How far each point of the face may come in front of a surface between two looks, m; `enough_m` where it stays within that.
+    /// How far each point of the face may come in front of a surface between two samples, m; `enough_m` where it stays within that.
     fn most_between_m(&self, from: &CloseLook, to: &CloseLook, enough_m: f64) -> [f64; 5] {
         let ways_m = from.ways_m(to);
         std::array::from_fn(|i| {
@@ -345,9 +345,9 @@ impl Check<'_> {
         })
     }
 
-    /// The same, looked at so closely that if it stays within `enough_m` it stays within [`BETWEEN_M`] more in between, see
-    /// [`Barriers::most_between_m`]. Stretches are short where the board is fast and near a surface. What even short ones leave open, and a
-    /// way that needs too many looks, counts as far in front as it might be.
+    /// The same with dense samples: if those stay within `enough_m`, the path exceeds it by at most [`BETWEEN_M`] in between, see
+    /// [`Barriers::most_between_m`]. Stretches are short where the board is fast and near a surface. If even the shortest stretches leave it open, or
+    /// there are too many samples, the upper bound counts.
     fn worst_closely(
         &mut self,
         duration_s: f64,
@@ -369,7 +369,7 @@ impl Check<'_> {
             let mut to = self.look_closely(to_s, reference, solver);
             let is_out = worst.is_some_and(|worst| worst.in_front_m > enough_m);
             if is_out {
-                // One look more than enough: how far it is out at worst is not asked that closely.
+                // One sample exceeds the limit: its worst value need not be exact.
                 to.look.make_worse(&mut worst);
                 (dt_s, from) = (longest_s, to);
                 continue;
@@ -392,7 +392,7 @@ impl Check<'_> {
             calm += 1;
             dt_s = match (is_last, calm >= CALM) {
                 (true, _) => longest_s,
-                // A longer stretch that is likely to be cut again costs a look.
+                // A longer stretch that has to be cut again costs a sample.
                 (false, true) => (2.0 * dt_s).min(longest_s),
                 (false, false) => dt_s,
             };
@@ -401,7 +401,7 @@ impl Check<'_> {
         worst
     }
 
-    /// A way to a configuration, looked at closely only if it seems to stay within `enough_m` or little more.
+    /// A path to a configuration, checked densely only if the coarse check stays within `enough_m` or little more.
     pub(super) fn way(
         &mut self,
         q: JointPositions,
@@ -416,7 +416,7 @@ impl Check<'_> {
         let enough_m = enough_m + SPARE_M;
         let mut worst = self.worst(duration_s, reference, solver);
         if let Some(nearest) = self.nearest(duration_s, reference) {
-            // Nothing is allowed, and nothing spare.
+            // Obstacles have no allowance and no spare.
             let in_front_m = enough_m + nearest.in_front_m;
             if worst.is_none_or(|worst| in_front_m > worst.in_front_m) {
                 worst = Some(Worst {
@@ -426,7 +426,7 @@ impl Check<'_> {
             }
         }
         if worst.is_none_or(|worst| worst.in_front_m <= enough_m) {
-            // Good as far as was seen: looked at closely.
+            // The coarse check passed: check densely.
             worst = self
                 .worst_closely(duration_s, enough_m, reference, solver)
                 .or(worst);
@@ -443,8 +443,8 @@ impl Check<'_> {
     }
 }
 
-/// Longest time between two close looks at a way, s. One that is so slow, near a person, that it takes more than 12 s is looked at less
-/// often: looks without end would stop the control loop.
+/// Longest time between two dense samples of a path, s. A path slowed down near a person to more than 12 s is sampled less densely: unlimited samples
+/// would stall the control loop.
 fn longest_s(duration_s: f64) -> f64 {
     let usual_s = (duration_s / SAMPLES as f64).min(LONGEST_S);
     usual_s.max(duration_s / MOST_LOOKS as f64)

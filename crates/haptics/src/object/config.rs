@@ -1,13 +1,12 @@
-//! How an object moves: its numbers, and what they must be.
+//! Parameters of an object, and their valid ranges.
 
 use crate::HapticsError;
 use hwall_numeric::check::{finite, non_negative, positive, that};
 
 /// How something with one degree of freedom moves.
 ///
-/// The position is an angle (rad) or a distance (m), a force a moment (N m) or a force (N), the inertia kg m² or kg.
-/// The motion obeys `inertia · a = force − stiffness · (x − rest) − damping · v − friction · sign(v) + detents + click`,
-/// within `range`.
+/// The position is an angle (rad) or a distance (m), a force is a moment (N m) or a force (N), the inertia is in kg m² or kg. The motion obeys
+/// `inertia · a = force − stiffness · (x − rest) − damping · v − friction · sign(v) + detents + click`, within `range`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectConfig {
     /// Inertia, kg m² or kg; positive. Default 1.
@@ -18,11 +17,11 @@ pub struct ObjectConfig {
     pub rest: f64,
     /// Viscous damping, N m s/rad or N s/m. Default 0.
     pub damping: f64,
-    /// Coulomb friction, N m or N; what stands still stays until the other forces exceed it. Default 0.
+    /// Coulomb friction, N m or N; an object at rest stays until the other forces exceed it. Default 0.
     pub friction: f64,
     /// Hard stops, rad or m; an infinity is no stop. Default none.
     pub range: [f64; 2],
-    /// Share of the speed with which a stop throws back, 0 to 1. Default 0: what meets a stop stands.
+    /// Share of the speed that a stop returns, 0 to 1. Default 0: the object stands at the stop.
     pub restitution: f64,
     /// Places where the object latches. Default none.
     pub detents: Vec<Detent>,
@@ -30,15 +29,15 @@ pub struct ObjectConfig {
     pub click: Option<Click>,
 }
 
-/// A latch: a well of the potential around a position.
+/// A latch: a potential well around a position.
 ///
-/// Within `half_width` of `position` the object is pulled back by `force · distance / half_width`, beyond it not at all. So
-/// the pull is largest at the edge, where it lets go; to get out takes `force · half_width / 2` of energy.
+/// Within `half_width` of `position` the object is pulled back by `force · distance / half_width`, beyond it not at all. The pull is thus largest at
+/// the edge, where it lets go; escaping takes an energy of `force · half_width / 2`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detent {
-    /// Middle of the well, rad or m.
+    /// Centre of the well, rad or m.
     pub position: f64,
-    /// From the middle to the edge, rad or m; positive.
+    /// From the centre to the edge, rad or m; positive.
     pub half_width: f64,
     /// Pull at the edge, N m or N.
     pub force: f64,
@@ -46,17 +45,16 @@ pub struct Detent {
 
 /// The click of a button that is pressed towards positive positions.
 ///
-/// From `start` on a resistance grows linearly and is `force` at `snap`; there it vanishes, and it stays away until the
-/// object comes back to `release`. What was stored at `snap` and is not given back from `release` on is lost in each click:
-/// `force · ((snap − start)² − (release − start)²) / (2 (snap − start))`. With `release` at `snap` nothing is lost; with
-/// `release` at `start` all of it.
+/// From `start` on a resistance grows linearly up to `force` at `snap`; there it vanishes until the object returns to `release`. The energy stored at
+/// `snap` and not returned from `release` on is lost in each click: `force · ((snap − start)² − (release − start)²) / (2 (snap − start))`. With
+/// `release` at `snap` no energy is lost; with `release` at `start` all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Click {
-    /// Where the resistance begins, m or rad.
+    /// Where the resistance begins, rad or m.
     pub start: f64,
-    /// Where it is largest and gives way, m or rad; above `start`.
+    /// Where it is largest and gives way, rad or m; above `start`.
     pub snap: f64,
-    /// Where it is armed again on the way back, m or rad; from `start` to `snap`.
+    /// Where it is armed again on the way back, rad or m; from `start` to `snap`.
     pub release: f64,
     /// Resistance at `snap`, N or N m.
     pub force: f64,
@@ -88,10 +86,10 @@ impl ObjectConfig {
         }
     }
 
-    /// Rejects numbers that make no sense, naming them.
+    /// Rejects invalid parameters, naming them.
     ///
     /// # Errors
-    /// The first that is NaN, infinite (but for the range) or outside its range.
+    /// The first parameter that is NaN, infinite (except in the range) or outside its range.
     pub fn validate(&self) -> Result<(), HapticsError> {
         positive("inertia", self.inertia)?;
         non_negative("stiffness", self.stiffness)?;
@@ -114,7 +112,7 @@ impl ObjectConfig {
             click.validate()?;
             stiffness += click.stiffness();
         }
-        // What the closed form squares and divides must stay finite.
+        // The closed form squares and divides these; the results must be finite.
         let decay = self.damping / self.inertia;
         let valid = decay * decay < f64::INFINITY;
         that(valid, "damping", self.damping, "less, for this inertia")?;
@@ -132,12 +130,12 @@ impl Detent {
         Ok(())
     }
 
-    /// Of the spring that the inside of the well is.
+    /// Stiffness of the spring inside the well.
     pub(super) fn stiffness(&self) -> f64 {
         self.force / self.half_width
     }
 
-    /// Where the well begins and ends.
+    /// The ends of the well.
     pub(super) fn edges(&self) -> [f64; 2] {
         [
             self.position - self.half_width,
@@ -145,7 +143,7 @@ impl Detent {
         ]
     }
 
-    /// Potential, J; zero in the middle.
+    /// Potential, J; zero at the centre.
     pub(super) fn energy_j(&self, position: f64) -> f64 {
         let offset = (position - self.position).abs().min(self.half_width);
         0.5 * self.stiffness() * offset * offset
@@ -170,7 +168,7 @@ impl Click {
         Ok(())
     }
 
-    /// Of the spring that the resistance is.
+    /// Stiffness of the resistance.
     pub(super) fn stiffness(&self) -> f64 {
         self.force / (self.snap - self.start)
     }

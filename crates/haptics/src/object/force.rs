@@ -1,9 +1,9 @@
-//! The forces that depend on the position: springs, piece by piece.
+//! Position-dependent forces as piecewise linear springs.
 
 use super::config::ObjectConfig;
 use super::oscillator::Oscillator;
 
-/// An interval in which the object is one damped oscillator.
+/// An interval in which the object is a single damped oscillator.
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
     pub(super) low: f64,
@@ -11,7 +11,7 @@ pub(super) struct Piece {
     pub(super) oscillator: Oscillator,
     /// Sum of the springs, N/m or N m/rad.
     stiffness: f64,
-    /// Where they balance.
+    /// Their equilibrium.
     anchor: f64,
 }
 
@@ -22,22 +22,22 @@ impl Piece {
     }
 }
 
-/// The pieces of an object, from stop to stop; those of a button as long as its click is armed, and after it.
+/// The pieces of an object from stop to stop; for a button, while its click is armed and after it.
 ///
-/// At an edge the force may jump, but with rising position only upwards (a latch lets go, a click gives way). So an edge never
-/// holds an object between two forces that both push towards it.
+/// At an edge the force may jump, but with rising position only upwards (a latch lets go, a click gives way). So no edge holds an object between two
+/// forces that both push towards it.
 #[derive(Debug, Clone)]
 pub(super) struct PieceTable {
     range: [f64; 2],
     armed: Vec<Piece>,
     released: Vec<Piece>,
-    /// Where a click lets go and where it is armed again; infinities without one.
+    /// Where a click lets go and where it is armed again; infinite without a click.
     snap: f64,
     release: f64,
 }
 
 impl PieceTable {
-    /// Of a valid configuration.
+    /// For a valid configuration.
     pub(super) fn of(config: &ObjectConfig) -> Self {
         let (snap, release) = config
             .click
@@ -55,20 +55,20 @@ impl PieceTable {
         }
     }
 
-    /// The same springs before another inertia.
+    /// The same springs with another inertia.
     pub(super) fn set_inertia(&mut self, inertia: f64, damping: f64) {
         for piece in self.armed.iter_mut().chain(&mut self.released) {
             piece.oscillator = Oscillator::new(inertia, damping, piece.stiffness);
         }
     }
 
-    /// Is a click armed at a position that the object is put to?
+    /// Is a click armed when the object is placed at a position?
     pub(super) fn armed_at(&self, position: f64) -> bool {
         position < self.snap
     }
 
-    /// The piece that an object enters or crosses when it leaves a position upwards or downwards, and whether its click is
-    /// armed there; `None` at the stop in that direction.
+    /// The piece that an object enters or crosses when it leaves a position upwards or downwards, and whether its click is armed there; `None` at the
+    /// stop in that direction.
     pub(super) fn towards(&self, up: bool, position: f64, armed: bool) -> Option<(&Piece, bool)> {
         let armed = if up {
             armed && position < self.snap
@@ -106,7 +106,7 @@ fn pieces(config: &ObjectConfig, armed: bool) -> Vec<Piece> {
     let [low, high] = config.range;
     let mut edges = vec![low, high];
     edges.extend(springs.iter().flat_map(|spring| spring.2));
-    // A released click is armed again at an edge of its own.
+    // A released click is armed again at its own edge.
     edges.extend(config.click.map(|click| click.release));
     edges.retain(|&edge| (low..=high).contains(&edge));
     edges.sort_by(f64::total_cmp);

@@ -1,6 +1,6 @@
-//! What a virtual object with one degree of freedom does when a hand pushes it: doors, panels, drawers, buttons.
+//! Virtual objects with one degree of freedom that a hand can push: doors, panels, drawers, buttons.
 //!
-//! A [`MovingObject`] is the mechanics in its own coordinate, an [`ObjectPath`] says what that coordinate means in space.
+//! [`MovingObject`] is the mechanics in its own coordinate; [`ObjectPath`] maps that coordinate to space.
 //!
 //! # How an object moves
 //!
@@ -31,18 +31,17 @@
 //! # Ok::<(), hwall_haptics::HapticsError>(())
 //! ```
 //!
-//! - A step is the exact solution for a force that is held, for 1 µs as for 10 s: between events (it turns back, meets a stop,
-//!   crosses the edge of a latch or click) the motion has a closed form, and events are found to rounding. Where a closed form
-//!   of the whole exists, tests agree to 1e-12.
-//! - Friction holds what stands exactly where it is, up to the breakaway force and at it.
-//! - A stop takes all speed, or gives back a share of it (`restitution`). Rebounds below 1e-12 end.
-//! - A latch (`Detent`) is a spring that lets go at its edge. A click is one that lets go at its snap and comes back at its
-//!   release: the energy between them is lost in each click, as in a real key.
-//! - No step makes energy: `energy_j` never grows by more than the force times the way (a million random steps, 1 µs to 10 s, on
-//!   25,000 random objects).
+//! - A step is the exact solution for a constant force, for 1 µs as for 10 s: between events (a reversal, a stop, an edge of a latch or click) the
+//!   motion has a closed form, and events are located to rounding. Where the whole motion has a closed form, tests agree to 1e-12.
+//! - Friction holds an object at rest exactly in place, up to and including the breakaway force.
+//! - A stop takes all speed, or returns a share of it (`restitution`). Rebounds below 1e-12 are dropped.
+//! - A latch (`Detent`) is a spring that lets go at its edge. A click lets go at its snap and returns at its release: the energy between them is lost
+//!   in each click, as in a real key.
+//! - No step generates energy: `energy_j` never grows by more than force times distance (a million random steps, 1 µs to 10 s, on 25,000 random
+//!   objects).
 //!
-//! `cargo bench -p hwall-haptics` prints what a step of 1 ms costs while a hand pushes and pulls anew every 50 ms, and how far a
-//! thousand of them end from one of 1 s (AMD EPYC, two cores, busy with other work):
+//! `cargo bench -p hwall-haptics` prints the cost of a 1 ms step while a hand changes its push or pull every 50 ms, and the difference between a
+//! thousand such steps and one of 1 s (AMD EPYC, two cores, busy with other work):
 //!
 //! | object | median ns | p99 ns | difference, rad or m |
 //! | --- | --- | --- | --- |
@@ -52,8 +51,7 @@
 //! | button with a click | 64 | 124 | 0 |
 //! | bouncing door | 97 | 104 | 3.3e-16 |
 //!
-//! Not modelled: several degrees of freedom, friction that is larger at rest than in motion, and latches whose force falls gently at
-//! the edge.
+//! Not modelled: several degrees of freedom, static friction above kinetic friction, and latches whose force falls gradually at the edge.
 
 mod config;
 mod force;

@@ -1,4 +1,4 @@
-//! The motion of an object: from one event to the next, exactly.
+//! The motion of an object: exact from one event to the next.
 
 use super::config::ObjectConfig;
 use super::force::{Piece, PieceTable};
@@ -6,18 +6,18 @@ use super::oscillator::Oscillator;
 use crate::HapticsError;
 use hwall_numeric::check::{finite, non_negative, positive, that};
 
-/// An object with one degree of freedom that is pushed.
+/// An object with one degree of freedom that can be pushed.
 ///
-/// Between two events (it turns back, meets a stop, crosses the edge of a latch or a click) the motion is that of a damped
-/// oscillator in closed form, so a step may be of any length: one of 10 s ends where ten thousand of 1 ms do, to rounding.
-/// No step makes energy: `energy_j` grows at most by the force times the way.
+/// Between two events (a reversal, a stop, an edge of a latch or a click) the motion is that of a damped oscillator in closed form. So a step may
+/// have any length: one of 10 s ends where ten thousand of 1 ms do, to rounding. No step generates energy: `energy_j` grows by at most force times
+/// distance.
 ///
-/// A rebound that would rise by less than 1e-12 (m or rad) ends on the stop; an object with more than 100,000 events within
-/// one step (a stop that gives all speed back, met every nanosecond) is brought to rest there.
+/// A rebound that would rise by less than 1e-12 (m or rad) ends at the stop. An object with more than 100,000 events within one step (a stop that
+/// returns all speed, hit every nanosecond) is brought to rest there.
 #[derive(Debug, Clone)]
 pub struct MovingObject {
     config: ObjectConfig,
-    /// That of the configuration, or a larger one.
+    /// The configured inertia, or a larger one.
     inertia: f64,
     table: PieceTable,
     state: State,
@@ -27,24 +27,24 @@ pub struct MovingObject {
 struct State {
     position: f64,
     velocity: f64,
-    /// Does the click still lie ahead? Always, without one.
+    /// Is the click still ahead? Always true without a click.
     armed: bool,
 }
 
-/// The motion that is about to begin: which way, in which piece.
+/// The motion that is about to begin: direction and piece.
 struct Way<'a> {
     up: bool,
     piece: &'a Piece,
     armed: bool,
 }
 
-/// A rebound lower than this is none, m or rad.
+/// A lower rebound is dropped, m or rad.
 const LEAST_REBOUND: f64 = 1e-12;
-/// Nothing that is meant to be felt comes near it.
+/// Most events within a step; no realistic object comes near it.
 const MOST_EVENTS: usize = 100_000;
 
 impl MovingObject {
-    /// An object at rest at position zero, or at the stop next to it.
+    /// An object at rest at position zero, or at the nearest stop.
     ///
     /// # Errors
     /// A configuration that is not [valid](ObjectConfig::validate).
@@ -67,23 +67,23 @@ impl MovingObject {
         })
     }
 
-    /// How it was asked to move; [`inertia`](Self::inertia) says what became of its inertia.
+    /// The configured motion; for the current inertia see [`inertia`](Self::inertia).
     #[must_use]
     pub fn config(&self) -> &ObjectConfig {
         &self.config
     }
 
-    /// Inertia that it moves with, kg m² or kg: that of its configuration, unless it was [raised](Self::raise_inertia).
+    /// Current inertia, kg m² or kg: the configured one, unless it was [raised](Self::raise_inertia).
     #[must_use]
     pub fn inertia(&self) -> f64 {
         self.inertia
     }
 
-    /// Makes the object heavier than its configuration asks, at most as heavy as `inertia` (kg m² or kg); less than what it
-    /// has changes nothing. The velocity stays. Does not allocate.
+    /// Makes the object heavier than configured, up to `inertia` (kg m² or kg); a value below the current inertia has no effect. The velocity stays.
+    /// Does not allocate.
     ///
     /// # Errors
-    /// NaN, an infinity or what is not positive; the object stays as it was.
+    /// NaN, an infinity or a value that is not positive; the object stays as it was.
     pub fn raise_inertia(&mut self, inertia: f64) -> Result<(), HapticsError> {
         positive("inertia", inertia)?;
         if inertia > self.inertia {
@@ -93,7 +93,7 @@ impl MovingObject {
         Ok(())
     }
 
-    /// Position and velocity after `dt_s` (not negative) under a constant force, N m or N; the object stays where it is.
+    /// Position and velocity after `dt_s` (not negative) under a constant force, N m or N; the object itself does not move.
     ///
     /// # Errors
     /// NaN or an infinity; a motion beyond what f64 can hold.
@@ -114,8 +114,7 @@ impl MovingObject {
         self.state.velocity
     }
 
-    /// Kinetic energy and the potentials of spring, latches and click, J; never negative, zero at rest in the middle of
-    /// them all.
+    /// Kinetic energy plus the potentials of spring, latches and click, J; never negative, zero at rest at the centre of all of them.
     #[must_use]
     pub fn energy_j(&self) -> f64 {
         let config = &self.config;
@@ -144,7 +143,7 @@ impl MovingObject {
         self.acceleration_at(&self.state, force)
     }
 
-    /// Acceleration under a force once another one has acted for `dt_s` (not negative); the object stays where it is.
+    /// Acceleration under a force after another one has acted for `dt_s` (not negative); the object itself does not move.
     ///
     /// # Errors
     /// As for [`after`](Self::after).
@@ -167,7 +166,7 @@ impl MovingObject {
         (pull - self.config.damping * state.velocity) / self.inertia
     }
 
-    /// Puts the object somewhere, with a velocity. A click is armed below its snap.
+    /// Places the object at a position, with a velocity. A click is armed below its snap.
     ///
     /// # Errors
     /// NaN, an infinity, a position outside the range; the object stays as it was.
@@ -185,7 +184,7 @@ impl MovingObject {
         Ok(())
     }
 
-    /// Holds the object back at a position on its way, with a velocity; a click that has let go does so until its release.
+    /// Holds the object back at a position on its path, with a velocity; a released click stays released until its release point.
     pub(crate) fn hold_back(&mut self, position: f64, velocity: f64) -> Result<(), HapticsError> {
         let armed = self.state.armed;
         self.set_state(position, velocity)?;
@@ -197,7 +196,7 @@ impl MovingObject {
         Ok(())
     }
 
-    /// Moves the object on by `dt_s` (not negative) under a constant force, N m or N. Does not allocate.
+    /// Advances the object by `dt_s` (not negative) under a constant force, N m or N. Does not allocate.
     ///
     /// # Errors
     /// NaN or an infinity; a motion beyond what f64 can hold. The object stays as it was.
@@ -232,7 +231,7 @@ impl MovingObject {
         state
     }
 
-    /// Which way the object goes on; `None` if it stands and stays, or goes against a stop.
+    /// Direction and piece of the next motion; `None` if the object stays at rest or pushes against a stop.
     fn way(&self, state: &State, force: f64) -> Option<Way<'_>> {
         let at = state.position;
         let towards = |up: bool| {
@@ -246,13 +245,13 @@ impl MovingObject {
         let down = towards(false).map(|way| (-self.pull(&way, at, force), way));
         let [up, down] = [up, down].map(|way| way.filter(|(pull, _)| *pull > 0.0));
         match (up, down) {
-            // On the crest between two wells: to the steeper side.
+            // At the crest between two wells: to the steeper side.
             (Some(up), Some(down)) => Some(if up.0 > down.0 { up.1 } else { down.1 }),
             (up, down) => up.or(down).map(|(_, way)| way),
         }
     }
 
-    /// All forces but damping on an object that moves that way.
+    /// All forces except damping on an object that moves that way.
     fn pull(&self, way: &Way, position: f64, force: f64) -> f64 {
         let friction = if way.up {
             self.config.friction
@@ -262,7 +261,7 @@ impl MovingObject {
         force + way.piece.force(position) - friction
     }
 
-    /// Moves on until something happens or the time is over; returns the time that is left.
+    /// Advances until an event or the end of the time; returns the remaining time.
     fn follow(&self, way: &Way, state: &mut State, force: f64, left_s: f64) -> f64 {
         let Piece {
             low,
@@ -281,11 +280,11 @@ impl MovingObject {
             state.velocity = velocity;
             return 0.0;
         }
-        // From here on everything is seen in the direction of the motion.
+        // From here on, everything is relative to the direction of motion.
         let (sign, edge) = if way.up { (1.0, *high) } else { (-1.0, *low) };
         let (speed, g) = (state.velocity.abs(), sign * g);
         if speed == 0.0 && g <= 0.0 {
-            // A pull so small that it underflows.
+            // The pull underflows.
             return 0.0;
         }
         let ahead = sign * (edge - from);
@@ -310,7 +309,7 @@ impl MovingObject {
         left_s - crossing_s
     }
 
-    /// What stands at a stop and goes towards it is thrown back.
+    /// Reverses an object that pushes against a stop.
     fn rebound(&self, state: &mut State, force: f64) {
         let velocity = -self.config.restitution * state.velocity;
         state.velocity = 0.0;
@@ -324,7 +323,7 @@ impl MovingObject {
         let way = Way { up, piece, armed };
         let away = self.pull(&way, state.position, force);
         let back = if up { -away } else { away };
-        // Otherwise ever smaller rebounds would follow each other without end.
+        // Otherwise ever smaller rebounds would continue without end.
         let small = back > 0.0 && 0.5 * self.inertia * velocity * velocity < LEAST_REBOUND * back;
         if !small {
             state.velocity = velocity;
@@ -332,10 +331,10 @@ impl MovingObject {
     }
 }
 
-/// When a motion that does not turn back before `until_s` has come as far as `ahead`, and its speed there.
+/// When a motion without reversal before `until_s` has come as far as `ahead`, and its speed there.
 fn crossing(oscillator: &Oscillator, speed: f64, g: f64, ahead: f64, until_s: f64) -> (f64, f64) {
     let (mut low_s, mut high_s) = (0.0, until_s);
-    // As if the acceleration stayed what it is at the start; exact without spring and damping.
+    // Assumes the initial acceleration; exact without spring and damping.
     let acceleration = oscillator.first_acceleration(speed, g);
     let square = speed * speed + 2.0 * acceleration * ahead;
     let guess_s = 2.0 * ahead / (speed + square.max(0.0).sqrt());
@@ -351,7 +350,7 @@ fn crossing(oscillator: &Oscillator, speed: f64, g: f64, ahead: f64, until_s: f6
         }
         let step_s = missing / rate;
         let newton_s = t_s + step_s;
-        // Newton's step, unless it leaves the bracket or does not gain a factor of two.
+        // Newton's step, unless it leaves the bracket or gains less than a factor of two.
         let gains = step_s.abs() < 0.5 * last_step_s.abs();
         let next_s = if newton_s > low_s && newton_s < high_s && gains {
             newton_s

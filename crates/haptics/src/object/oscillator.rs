@@ -2,9 +2,9 @@
 
 /// `y'' + 2 α y' + ω² y = g` from `y = 0`, with constant `g`; `α` and `ω²` are not negative.
 ///
-/// The solution is `y = v h + g H`, `y' = v h' + g h`: `h` is the answer to a unit impulse, `H` its integral. Each is computed
-/// without loss of digits for any damping and any time: against the power series in short steps (tests, up to 2.5 swings and
-/// any damping) `h` and `h'` are off by at most 1e-14 (of `t` and of 1), `H` by 1e-15 t².
+/// The solution is `y = v h + g H`, `y' = v h' + g h`, where `h` is the unit impulse response and `H` its integral. All are computed without loss of
+/// digits for any damping and any time: against the power series in short steps (tests, up to 2.5 periods and any damping) the errors of `h` and `h'`
+/// are at most 1e-14 (of `t` and of 1), of `H` 1e-15 t².
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Oscillator {
     /// α, 1/s.
@@ -17,26 +17,25 @@ pub(super) struct Oscillator {
     excess: f64,
     /// Root of its magnitude, 1/s.
     root: f64,
-    /// α − β and α + β: the two rates of decay above critical damping, 1/s.
+    /// α − β and α + β: the two decay rates above critical damping, 1/s.
     slow: f64,
     fast: f64,
 }
 
-/// The answers after some time.
+/// The responses after some time.
 struct Response {
     /// h, s.
     impulse: f64,
-    /// h' as a sum: 1 and a change in short times, whose rounding then does not add up over many steps; 0 and all of it
-    /// later.
+    /// h' as a sum: for short times 1 plus a change, so that rounding does not accumulate over many steps; later 0 plus the whole value.
     rate_kept: f64,
     rate_change: f64,
     /// H, s².
     step: f64,
 }
 
-/// Below this product of rate and time the power series is used: at most 20 terms then reach 1e-18.
+/// Below this product of rate and time the power series is used: 20 terms then reach 1e-18.
 const SERIES: f64 = 0.5;
-/// Below this |α² − ω²| t² sines and exponentials are replaced by series in it.
+/// Below this |α² − ω²| t² the series in it replace sines and exponentials.
 const NEAR_CRITICAL: f64 = 0.05;
 
 impl Oscillator {
@@ -53,7 +52,7 @@ impl Oscillator {
             omega,
             excess,
             root,
-            // Without the difference of two large numbers.
+            // Avoids the difference of two large numbers.
             slow: if fast > 0.0 { omega2 / fast } else { 0.0 },
             fast,
         }
@@ -72,18 +71,18 @@ impl Oscillator {
         g - 2.0 * self.alpha * v
     }
 
-    /// Does the motion from speed `v` under `g` stay between displacements `low` and `high` for ever? `false` if in doubt.
+    /// Does the motion from speed `v` under `g` stay between displacements `low` and `high` forever? `false` if in doubt.
     pub(super) fn stays_within(&self, v: f64, g: f64, low: f64, high: f64) -> bool {
         if low == f64::NEG_INFINITY && high == f64::INFINITY {
             return true;
         }
-        // The energy about the balance does not grow; a margin beyond rounding.
+        // The energy about the equilibrium does not grow; the margin exceeds rounding.
         let balance = g / self.omega2;
         let most = balance.hypot(v / self.omega) * (1.0 + 1e-12);
         balance - most > low && balance + most < high
     }
 
-    /// First time after the start at which the speed `v >= 0` has become zero; infinity if it never does.
+    /// First time after the start at which the speed `v >= 0` is zero; infinity if there is none.
     pub(super) fn reversal_s(&self, v: f64, g: f64) -> f64 {
         if self.excess < 0.0 {
             let angle = (self.root * v).atan2(self.alpha * v - g);
@@ -129,7 +128,7 @@ impl Oscillator {
         }
     }
 
-    /// Two real rates that differ.
+    /// Two different real rates.
     fn above_critical(&self, t: f64) -> Response {
         let [slow, fast] = [self.slow, self.fast].map(|rate| (-rate * t).exp());
         // ∫ exp(−rate t)
@@ -146,10 +145,10 @@ impl Oscillator {
         }
     }
 
-    /// Power series about `t = 0`: `h = Σ c_n tⁿ`, from the equation itself.
+    /// Power series about `t = 0`: `h = Σ c_n tⁿ`, from the differential equation.
     fn series(&self, t: f64) -> Response {
         let (a, b) = (2.0 * self.alpha * t, self.omega2 * t * t);
-        // c_n t^(n−1) of this term and the one before.
+        // c_n t^(n−1) of this term and the previous one.
         let (mut before, mut term) = (0.0, 1.0);
         let (mut impulse, mut rate, mut step) = (1.0, 0.0, 0.5);
         for n in 1..32 {
@@ -190,14 +189,14 @@ mod tests {
     use super::*;
     use hwall_testkit::Sampler;
 
-    /// By the power series alone, in short steps.
+    /// Power series alone, in short steps.
     fn in_series(oscillator: &Oscillator, t: f64) -> [f64; 3] {
         let steps = (8.0 * oscillator.alpha.max(oscillator.omega) * t)
             .ceil()
             .max(1.0);
         let short = oscillator.series(t / steps);
         let short_rate = 1.0 + short.rate_change;
-        // From h and its rate, and from H and h, one short step on.
+        // Advances h and its rate, and H, by one short step.
         let (mut h, mut rate, mut sum) = (0.0, 1.0, 0.0);
         for _ in 0..steps as usize {
             let next =
@@ -256,7 +255,7 @@ mod tests {
             let (v, g) = (sampler.uniform(0.0, 2.0), sampler.uniform(-5.0, 5.0));
             let t = oscillator.reversal_s(v, g);
             if t == f64::INFINITY {
-                // It goes on for ever: forwards at any time.
+                // It never ends: forwards at any time.
                 for t in [1e-3, 1.0, 1e3] {
                     assert!(
                         oscillator.after(v, g, t).1 >= -1e-12,

@@ -1,12 +1,11 @@
-//! What the position of an object means in space.
+//! Maps the position of an object to space.
 
 use crate::HapticsError;
 use glam::{DMat3, DVec3};
 use hwall_geometry::{Pose, Twist, Wrench, direction};
 use hwall_numeric::check::all_finite;
 
-/// What an object's position means in space, base frame. Axes are unit vectors; [`turning`](Self::turning) and
-/// [`sliding`](Self::sliding) see to that.
+/// Maps an object's position to space, base frame. Axes are unit vectors; [`turning`](Self::turning) and [`sliding`](Self::sliding) normalise them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ObjectPath {
     /// The position is an angle about a hinge, rad, right-handed.
@@ -18,13 +17,13 @@ pub enum ObjectPath {
     },
     /// The position is a distance along a line, m.
     Sliding {
-        /// Unit direction of a rising position.
+        /// Unit direction of increasing position.
         direction: DVec3,
     },
 }
 
 impl ObjectPath {
-    /// About a hinge through a point (m); the axis need not be of unit length.
+    /// Rotation about a hinge through a point (m); the axis may have any length.
     ///
     /// # Errors
     /// NaN, an infinity, or an axis without a direction.
@@ -37,7 +36,7 @@ impl ObjectPath {
         })
     }
 
-    /// Along a direction, which need not be of unit length.
+    /// Translation along a direction of any length.
     ///
     /// # Errors
     /// NaN, an infinity, or no direction.
@@ -46,7 +45,7 @@ impl ObjectPath {
         Ok(Self::Sliding { direction })
     }
 
-    /// Where something fixed to the object is after its position has changed by `by`, rad or m.
+    /// Pose of something fixed to the object after its position has changed by `by`, rad or m.
     #[must_use]
     pub fn moved(&self, pose: &Pose, by: f64) -> Pose {
         match *self {
@@ -63,8 +62,8 @@ impl ObjectPath {
         }
     }
 
-    /// How far along the path something fixed to the object has come from one pose to another, rad or m; a turn by less than half a
-    /// circle. What moves across the path does not count.
+    /// Distance along the path between two poses of something fixed to the object, rad or m; turns of less than half a circle. Motion across the path
+    /// does not count.
     #[must_use]
     pub fn way_between(&self, from: &Pose, to: &Pose) -> f64 {
         match *self {
@@ -82,7 +81,7 @@ impl ObjectPath {
         }
     }
 
-    /// Velocity of the object at a point (m), in base axes, when its position changes at `rate`, rad/s or m/s.
+    /// Velocity of the object at a point (m), base axes, when its position changes at `rate`, rad/s or m/s.
     #[must_use]
     pub fn velocity_at(&self, point_m: DVec3, rate: f64) -> Twist {
         match *self {
@@ -103,8 +102,8 @@ impl ObjectPath {
         }
     }
 
-    /// What a wrench (about a point, base axes) does to the position: the moment about the hinge, N m, or the force along the
-    /// line, N. Its product with the rate is the power that the wrench gives to the object.
+    /// Generalized force of a wrench (about a point, base axes): the moment about the hinge, N m, or the force along the line, N. Its product with
+    /// the rate is the power that the wrench delivers to the object.
     #[must_use]
     pub fn generalized_force(&self, point_m: DVec3, wrench: &Wrench) -> f64 {
         match *self {

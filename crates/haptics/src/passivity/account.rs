@@ -1,4 +1,4 @@
-//! What sampling, delay and sensors may hide from the account, and what commands under way may still cost.
+//! Energy balance with bounds: what sampling, delay and sensors may hide, and what pending commands may still cost.
 
 use super::observer::EnergyObserver;
 use super::port_config::{Causality, PortConfig};
@@ -7,23 +7,23 @@ use hwall_numeric::check::that;
 
 /// Longest delay, in periods.
 const MOST_PERIODS: usize = 60;
-/// Commands that are remembered: those under way and those that acted while velocities were measured; a power of two.
+/// Number of commands stored: pending ones and those that acted while velocities were measured; a power of two.
 const COMMANDS: usize = 128;
-/// Positions that are remembered.
+/// Number of positions stored.
 const POSITIONS: usize = 32;
 /// Spans over which velocities are measured, periods.
 const SPANS: [usize; 5] = [1, 2, 4, 8, 16];
 
-/// The account at a port, twice: as it looks, and what is sure.
+/// The energy balance at a port, in two versions: observed and guaranteed.
 ///
-/// A command decided at sample `k` acts from `t_k + t_d` for one period. So between two samples two commands act, one after the
-/// other; the motion (or force) at the change is interpolated. What is sure is less than what is seen by, per change of the
-/// held variable, that change times the error of the other one there (summation by parts: constant errors cost nothing
-/// while nothing changes), and for admittance by the path times the error of the force.
+/// A command decided at sample `k` acts from `t_k + t_d` for one period. So two commands act in turn between two samples; the motion (or force) at
+/// the change is interpolated. The guaranteed energy is below the observed one: each change of the held variable subtracts that change times the
+/// error of the other variable there (summation by parts: constant errors cost nothing while nothing changes). For admittance it also subtracts the
+/// path times the error of the force.
 #[derive(Debug, Clone)]
 pub(super) struct PortAccount {
     config: PortConfig,
-    /// Delay in whole periods, and the rest as a share of one.
+    /// Delay in whole periods, and the remaining share of a period.
     whole: usize,
     share: f64,
     /// Newest at `step % COMMANDS`.
@@ -37,7 +37,7 @@ pub(super) struct PortAccount {
     sure_j: f64,
 }
 
-/// The worst that a further command of a size costs: `a x² + b x`, beside what is promised already.
+/// Worst-case cost of a further command of size x: `a x² + b x`, in addition to what is reserved already.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Cost {
     pub(super) a: f64,
@@ -50,7 +50,7 @@ impl PortAccount {
         let periods = config.sampling.delay_s / config.sampling.period_s;
         let valid = periods <= MOST_PERIODS as f64;
         that(valid, "delay_s over period_s", periods, "at most 60")?;
-        // Rounding must not make a delay of whole periods one of a period less.
+        // Rounding must not turn a delay of whole periods into one period less.
         let whole = (periods + 1e-9).floor();
         Ok(Self {
             config,
@@ -73,17 +73,17 @@ impl PortAccount {
         self.config.braking_m_per_s2 = m_per_s2;
     }
 
-    /// As it looks, J.
+    /// Observed energy, J.
     pub(super) const fn seen_j(&self) -> f64 {
         self.seen.net_j()
     }
 
-    /// All that was booked.
+    /// The observer with all bookings.
     pub(super) const fn observer(&self) -> &EnergyObserver {
         &self.seen
     }
 
-    /// What is sure, J.
+    /// Guaranteed energy, J.
     pub(super) const fn sure_j(&self) -> f64 {
         self.sure_j
     }
@@ -93,7 +93,7 @@ impl PortAccount {
         (self.position(0) - self.position(1)) / self.config.sampling.period_s
     }
 
-    /// The command decided `ago` samples before the coming one, which is number 0.
+    /// The command decided `ago` samples before the coming one, which has number 0.
     fn command(&self, ago: usize) -> f64 {
         if ago > self.step || ago >= COMMANDS {
             return 0.0;
@@ -101,14 +101,14 @@ impl PortAccount {
         self.commands[(self.step - ago) % COMMANDS]
     }
 
-    /// The position `ago` samples before the newest; the first one before there was any.
+    /// The position `ago` samples before the newest; the first one if there is no earlier one.
     fn position(&self, ago: usize) -> f64 {
         let newest = self.step.saturating_sub(1);
         self.positions[newest.saturating_sub(ago) % POSITIONS]
     }
 
-    /// Takes the sample at which the next command is decided, books the period before it, and returns what is surely new, J.
-    /// Inputs are finite.
+    /// Takes the sample at which the next command is decided, books the period before it, and returns the newly guaranteed energy, J. Inputs are
+    /// finite.
     pub(super) fn sample(&mut self, position_m: f64, force_n: f64) -> Result<f64, HapticsError> {
         self.positions[self.step % POSITIONS] = position_m;
         let first = self.step == 0;
@@ -147,9 +147,8 @@ impl PortAccount {
         (seen_j, hidden_j)
     }
 
-    /// How far the position at a change of force may be from what is taken for it, m: the sensor's error, and where it is
-    /// interpolated that of a straight line, `a t (T - t) / 2`. The acceleration is taken from twice the measured second
-    /// difference, and as it is a mean, from the spread of the forces that it was measured under.
+    /// Position error at a change of force, m: the sensor's error plus, where the position is interpolated, that of a straight line,
+    /// `a t (T - t) / 2`. The acceleration is twice the measured second difference plus, because that is a mean, the spread of the forces then.
     fn position_doubt_m(&self) -> f64 {
         let bend = |ago: usize| {
             (self.position(ago) - 2.0 * self.position(ago + 1) + self.position(ago + 2)).abs()
@@ -174,7 +173,7 @@ impl PortAccount {
         let seen_j = mean_n * moved_m + rise_n * (new - old) * later;
         let path_m = period_s * (old.abs() * self.share + new.abs() * (1.0 - self.share));
         let bend_n = (f0 - 2.0 * f1 + f2).abs();
-        // A turn between the samples meets a force that none of them shows.
+        // A reversal between the samples meets a force that neither sample shows.
         let hand = self.config.hand;
         let turn_m = (new - old).abs() * self.share * (1.0 - self.share) * period_s;
         let unseen_n = hand.stiffness_n_per_m * turn_m + hand.damping_n_s_per_m * (new - old).abs();
@@ -183,7 +182,7 @@ impl PortAccount {
         (seen_j, hidden_j)
     }
 
-    /// What commands under way may cost, and a further one towards `wanted`. Costs count against what is sure.
+    /// Cost of the pending commands, and of a further one towards `wanted`. Costs reduce the guaranteed energy.
     pub(super) fn cost(&self, wanted: f64) -> Cost {
         match self.config.causality {
             Causality::Impedance => self.cost_of_force(wanted),
@@ -191,7 +190,7 @@ impl PortAccount {
         }
     }
 
-    /// Windows in which commands under way act, from now on: force or velocity, and its length in s.
+    /// The windows in which pending commands act, from now on: force or velocity, and duration in s.
     fn windows(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let period_s = self.config.sampling.period_s;
         let first = (self.command(self.whole + 1), self.share * period_s);
@@ -225,7 +224,7 @@ impl PortAccount {
             ahead += a_ahead * time_s;
             back += a_back * time_s;
         }
-        // The change to the further command, and the one back to nothing after it.
+        // The change to the further command, and the change back to zero after it.
         reserved_j += last.abs() * doubt_m;
         let (v, hand_n) = if sign > 0.0 {
             (ahead, hand.push_n)
@@ -240,7 +239,7 @@ impl PortAccount {
         }
     }
 
-    /// Upper bounds of the present velocity in the direction of the axis and against it, m/s.
+    /// Upper bounds of the present velocity along the axis and against it, m/s.
     fn fastest_m_per_s(&self) -> [f64; 2] {
         let PortConfig { mass_kg, hand, .. } = self.config;
         let period_s = self.config.sampling.period_s;
@@ -274,7 +273,7 @@ impl PortAccount {
         let hand = self.config.hand;
         let period_s = self.config.sampling.period_s;
         let now_n = self.forces[0].max(0.0) + self.config.force_error_n;
-        // The force may rise as the hand comes and the device goes towards it.
+        // The force may rise as hand and device approach each other.
         let force_n = |speed: f64, time_s: f64| {
             let closing = hand.speed_m_per_s + speed;
             (now_n + closing * (hand.stiffness_n_per_m * time_s + hand.damping_n_s_per_m))
@@ -287,7 +286,7 @@ impl PortAccount {
             reserved_j += force_n(speed, time_s) * speed * window_s;
         }
         time_s += period_s;
-        // Away from a hand that only pushes it costs nothing.
+        // Moving away from a hand that only pushes costs nothing.
         if wanted > 0.0 {
             return Cost {
                 a: 0.0,
@@ -295,7 +294,7 @@ impl PortAccount {
                 reserved_j,
             };
         }
-        // The device brakes no faster than it can: it goes on by v²/2a, against a force that rises on the way.
+        // The device brakes at a limited rate: it overruns by v²/2a, against a force that rises meanwhile.
         let speed = wanted.abs();
         let braking_s = speed / self.config.braking_m_per_s2;
         let mean_n = 0.5 * (force_n(speed, time_s) + force_n(speed, time_s + 0.5 * braking_s));
@@ -306,7 +305,7 @@ impl PortAccount {
         }
     }
 
-    /// Keeps the command that was decided at the newest sample.
+    /// Stores the command that was decided at the newest sample.
     pub(super) fn decided(&mut self, command: f64) {
         self.commands[self.step % COMMANDS] = command;
     }

@@ -1,4 +1,4 @@
-//! Dissipation of what was generated.
+//! Dissipates generated energy.
 
 use crate::error::HapticsError;
 use hwall_numeric::check::{finite, positive};
@@ -6,9 +6,8 @@ use hwall_numeric::check::{finite, positive};
 /// How much a [`PassivityController`] may do in one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DissipationLimit {
-    /// Largest gain: N s/m where a force is corrected (impedance), m/(N s) where a velocity is (admittance). A sampled damper
-    /// above its stable limit generates energy instead; see
-    /// [`DampingDesign::most_sampled_n_s_per_m`](super::DampingDesign::most_sampled_n_s_per_m).
+    /// Largest gain: N s/m for a force correction (impedance), m/(N s) for a velocity correction (admittance). A sampled damper above its stable
+    /// limit generates energy instead; see [`DampingDesign::most_sampled_n_s_per_m`](super::DampingDesign::most_sampled_n_s_per_m).
     pub gain: f64,
     /// Largest correction: N, or m/s.
     pub correction: f64,
@@ -26,13 +25,13 @@ impl DissipationLimit {
     }
 }
 
-/// A damper that is there only when energy has to go.
+/// A damper that acts only while energy has to be dissipated.
 ///
-/// With a shortage of `E < 0` it adds `-α c` to what is commanded, where `c` is the variable that the port imposes (velocity for
-/// impedance, force for admittance) and `α = -E / (c² T)`: within one period the shortage is dissipated, if `c` stays as it
-/// is and neither limit is met. What the limits leave stays in the account and goes in later steps.
+/// For a shortage `E < 0` it adds `-α c` to the command, where `c` is the variable that the port imposes (velocity for impedance, force for
+/// admittance) and `α = -E / (c² T)`: this dissipates the shortage within one period if `c` stays constant and no limit applies. The rest stays in
+/// the balance for later steps.
 ///
-/// It repairs after the fact: up to the energy of one period and the delay comes out before it acts.
+/// It acts afterwards: the energy of up to one period and the delay comes out first.
 ///
 /// Source: [Hannaford and Ryu 2002], eq. (11) to (16), with limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,10 +49,10 @@ impl PassivityController {
         Ok(Self { limit })
     }
 
-    /// What to add to the command for the coming period: for impedance the force on the device (N) from its velocity (m/s),
-    /// for admittance the velocity of the device, against the force of the hand *on* it.
+    /// What to add to the command for the coming period: for impedance the force on the device (N) from its velocity (m/s), for admittance the
+    /// velocity of the device, against the force of the hand *on* it.
     ///
-    /// `balance_j` is that of the account, J; from zero on nothing is added. `imposed` is the variable that the port imposes.
+    /// `balance_j` is the energy balance, J; nothing is added from zero on. `imposed` is the variable that the port imposes.
     ///
     /// # Errors
     /// NaN, infinity, or a period that is not positive.

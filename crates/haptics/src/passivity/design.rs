@@ -1,4 +1,4 @@
-//! How much damping a stiffness needs, and how much stiffness a damping bears.
+//! How much damping a stiffness needs, and how much stiffness a damping allows.
 
 use crate::error::HapticsError;
 use glam::DVec3;
@@ -7,12 +7,12 @@ use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{all_finite, non_negative, positive, that};
 use hwall_numeric::dense::{cholesky_in_place, solve_lower};
 
-/// When a force is computed and when it acts.
+/// Timing of a sampled force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sampling {
-    /// Between two samples, s; the force is held in between.
+    /// Sampling period, s; the force is held in between.
     pub period_s: f64,
-    /// From the measurement of a position until the force computed from it acts, s.
+    /// From the measurement of a position until the resulting force acts, s.
     pub delay_s: f64,
 }
 
@@ -27,7 +27,7 @@ impl Sampling {
         Ok(())
     }
 
-    /// By how much a held, delayed force lags on average, s: `T/2 + t_d`.
+    /// Mean lag of a held, delayed force, s: `T/2 + t_d`.
     #[must_use]
     pub fn lag_s(&self) -> f64 {
         0.5 * self.period_s + self.delay_s
@@ -36,9 +36,9 @@ impl Sampling {
 
 /// Physical damping that makes a sampled, delayed wall passive, N s/m: `b = K (T/2 + t_d) + |B|`.
 ///
-/// `stiffness_n_per_m` is that of the virtual wall (K), `virtual_damping_n_s_per_m` (B) what the program adds to it; the
-/// result is the friction of the device itself. Without delay this is the condition of [Colgate and Schenkel 1997], with
-/// it that of [Hulin 2014] in the limit of small damping; docs/PASSIVITY.md compares it with simulation.
+/// `stiffness_n_per_m` is the stiffness of the virtual wall (K), `virtual_damping_n_s_per_m` (B) the damping that the program adds; the result is the
+/// friction of the device itself. Without delay this is the condition of [Colgate and Schenkel 1997], with delay that of [Hulin 2014] in the limit of
+/// small damping; docs/PASSIVITY.md compares it with simulation.
 ///
 /// # Errors
 /// NaN, infinity or a negative stiffness, a period that is not positive, a negative delay.
@@ -70,20 +70,20 @@ pub fn largest_stiffness_n_per_m(
     Ok((damping_n_s_per_m - virtual_damping_n_s_per_m.abs()).max(0.0) / sampling.lag_s())
 }
 
-/// Damping for a stiffness in front of a mass.
+/// Damping for a stiffness acting on a mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DampingDesign {
-    /// For the sampled, delayed stiffness to be passive, N s/m: `K (T/2 + t_d)`.
+    /// Damping for passivity of the sampled, delayed stiffness, N s/m: `K (T/2 + t_d)`.
     pub passive_n_s_per_m: f64,
-    /// For the wanted damping ratio of mass and stiffness, N s/m: `2 ζ sqrt(K m)`.
+    /// Damping for the wanted damping ratio of mass and stiffness, N s/m: `2 ζ sqrt(K m)`.
     pub ratio_n_s_per_m: f64,
-    /// The most that a program may add, N s/m: `m / (T/2 + t_d)`. A sampled damper is itself unstable beyond `2 m / T`
-    /// (no delay), which this equals, or about `(π/2) m / t_d` (mostly delay).
+    /// Most damping that a program may add, N s/m: `m / (T/2 + t_d)`. A sampled damper itself is unstable beyond `2 m / T` (no delay), which equals
+    /// this limit, or about `(π/2) m / t_d` (mostly delay).
     pub most_sampled_n_s_per_m: f64,
 }
 
 impl DampingDesign {
-    /// For a stiffness (N/m) in front of the effective mass (kg), see [`effective_mass_kg`].
+    /// For a stiffness (N/m) acting on the effective mass (kg), see [`effective_mass_kg`].
     ///
     /// # Errors
     /// A stiffness, mass or ratio that is not positive, or a bad [`Sampling`].
@@ -103,14 +103,14 @@ impl DampingDesign {
         })
     }
 
-    /// What to use in all, N s/m: the larger of the two needs.
+    /// Total damping to use, N s/m: the larger of the two needs.
     #[must_use]
     pub fn total_n_s_per_m(&self) -> f64 {
         self.passive_n_s_per_m.max(self.ratio_n_s_per_m)
     }
 
-    /// What the program should add to a device that has this much friction of its own, N s/m: what is missing, but no more
-    /// than half of what a sampled damper bears.
+    /// Damping that the program should add to a device with this friction of its own, N s/m: the difference, but at most half the limit of a sampled
+    /// damper.
     #[must_use]
     pub fn added_n_s_per_m(&self, physical_n_s_per_m: f64) -> f64 {
         (self.total_n_s_per_m() - physical_n_s_per_m)
@@ -119,12 +119,11 @@ impl DampingDesign {
     }
 }
 
-/// The mass that a push on the tool along a direction feels, kg: `1 / (nᵀ J M⁻¹ Jᵀ n)`.
+/// Effective mass of the tool along a direction, kg: `1 / (nᵀ J M⁻¹ Jᵀ n)`.
 ///
-/// `jacobian` in base axes, `mass_matrix` (kg m²) row-major, `n × n` with `n` up to 7, as
-/// `ChainDynamics::mass_matrix` returns it (any number of the first joints; the others do not move); `direction` of any
-/// length but zero, base axes. Where no joint moves the tool along the direction the mass is infinite. Does not allocate.
-/// Source: [Khatib 1995].
+/// `jacobian` in base axes, `mass_matrix` (kg m²) row-major, `n × n` with `n` up to 7, as `ChainDynamics::mass_matrix` returns it (any number of the
+/// first joints; the others do not move); `direction` of any length but zero, base axes. If no joint moves the tool along the direction the mass is
+/// infinite. Does not allocate. Source: [Khatib 1995].
 ///
 /// # Errors
 /// NaN or infinity, a matrix that is not square, too large, or not positive definite, a direction without length.

@@ -1,23 +1,23 @@
-//! No more energy comes out of the board than a hand has put into it.
+//! The board delivers no more energy than a hand has put into it.
 //!
-//! One direction at a time: the *port* is where the hand meets the device, its axis points the way in which the hand
-//! pushes. [`PassivePort`] is the one way to use what is here; the account, the controller and the tank stand alone too.
+//! One direction at a time: the *port* is where the hand meets the device; its axis points the way that the hand pushes. [`PassivePort`] combines
+//! everything here; energy balance, controller and tank can also be used alone.
 //!
 //! # Which command is passive
 //!
-//! A wall that is sampled and delayed gives out more energy than a hand puts in, unless the device's own friction takes it:
-//! `b >= K (T/2 + t_d)` (`passivity::required_damping_n_s_per_m`). `PassivePort` makes sure of it for any force law, for both
-//! causalities (force out from motion in, and motion out from force in):
+//! A sampled, delayed wall delivers more energy than a hand puts in, unless the device's own friction dissipates it: `b >= K (T/2 + t_d)`
+//! (`passivity::required_damping_n_s_per_m`). `PassivePort` enforces passivity for any force law and both causalities (motion in and force out, or
+//! force in and motion out):
 //!
-//! - The account is kept twice: as it looks, and less all that noise, resolution and interpolation may hide. A constant error
-//!   costs nothing while the command does not change, so `still_band` lets a wall that is leaned on stand for ever.
-//! - `PassivityMethod::Tank`, the default, lets a command through as far as what has surely gone in pays for the worst that it and the
-//!   commands under way may still cost. Nothing comes out that has not gone in before, as long as the port was configured correctly:
-//!   period, delay, mass, errors of the sensors, bounds of the hand.
-//! - `Controller` is the classic observer with its controller; it repairs after the fact. `Both` damps before the tank refuses.
+//! - There are two energy balances: the observed one, and the guaranteed one, which subtracts all that noise, resolution and interpolation may hide.
+//!   A constant error costs nothing while the command does not change, so with `still_band` a wall that is leaned on stands forever.
+//! - `PassivityMethod::Tank`, the default, passes a command as far as the guaranteed energy pays for the worst that it and the pending commands may
+//!   still cost. Energy comes out only after it has gone in, provided that the port is configured correctly: period, delay, mass, sensor errors,
+//!   bounds of the hand.
+//! - `Controller` is the classic passivity observer and controller; it acts afterwards. `Both` damps before the tank refuses.
 //!
-//! docs/PASSIVITY.md in the repository compares them on random contacts, with delays up to 10 ms, and the formula with
-//! simulation. What the tank costs is feel: a wall that is too stiff for its delay becomes softer and gives less back.
+//! docs/PASSIVITY.md in the repository compares them on random contacts, with delays up to 10 ms, and the formula with simulation. The tank changes
+//! the feel: a wall that is too stiff for its delay becomes softer and returns less energy.
 //!
 //! ```rust
 //! use hwall_haptics::passivity::{PassivePort, PortConfig, PortInput, Sampling};

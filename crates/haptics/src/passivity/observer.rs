@@ -1,13 +1,12 @@
-//! The account of energy at the port.
+//! The energy balance at the port.
 
 use crate::error::HapticsError;
 use hwall_numeric::check::finite;
 
-/// Energy that has gone in through a port, less what has come out.
+/// Energy that has gone in through a port, minus energy that has come out.
 ///
-/// Book the force *of the hand on the device* times the motion in the direction in which it acts; the force of an actuator
-/// is booked with its sign turned, since the device gives out what the actuator does. While one factor is held constant, the
-/// account needs only the change of the other one's integral and is exact:
+/// Book the force *of the hand on the device* times the motion in its direction; book an actuator's force with its sign reversed, since the device
+/// delivers the actuator's work. While one factor is constant, the balance needs only the change of the other one's integral and is exact:
 ///
 /// - impedance (motion measured, force held): [`book`](Self::book) with the held force and the measured displacement;
 /// - admittance (force measured, velocity held): the mean of the force over the period and the displacement.
@@ -33,20 +32,20 @@ impl EnergyObserver {
         }
     }
 
-    /// A force (N) through a displacement (m). Returns the balance, J.
+    /// Books a force (N) through a displacement (m). Returns the balance, J.
     ///
     /// # Errors
-    /// NaN or infinity, also of the product; the account then stays as it was.
+    /// NaN or infinity, also of the product; the balance then stays as it was.
     pub fn book(&mut self, force_n: f64, displacement_m: f64) -> Result<f64, HapticsError> {
         finite("force_n", force_n)?;
         finite("displacement_m", displacement_m)?;
         self.book_energy(force_n * displacement_m)
     }
 
-    /// An energy that is known, J: into the device if positive. Returns the balance, J.
+    /// Books a known energy, J: into the device if positive. Returns the balance, J.
     ///
     /// # Errors
-    /// NaN or infinity; the account then stays as it was.
+    /// NaN or infinity; the balance then stays as it was.
     pub fn book_energy(&mut self, energy_j: f64) -> Result<f64, HapticsError> {
         finite("energy_j", energy_j)?;
         let net_j = finite("balance_j", self.net_j + energy_j)?;
@@ -60,25 +59,25 @@ impl EnergyObserver {
         Ok(net_j)
     }
 
-    /// In less out, J; below zero more came out than went in.
+    /// Energy in minus energy out, J; negative if more came out than went in.
     #[must_use]
     pub const fn net_j(&self) -> f64 {
         self.net_j
     }
 
-    /// The least that the balance ever was, J; at most 0.
+    /// The lowest balance so far, J; at most 0.
     #[must_use]
     pub const fn least_j(&self) -> f64 {
         self.least_j
     }
 
-    /// All that went in, J.
+    /// All energy that went in, J.
     #[must_use]
     pub const fn absorbed_j(&self) -> f64 {
         self.absorbed_j
     }
 
-    /// All that came out, J.
+    /// All energy that came out, J.
     #[must_use]
     pub const fn released_j(&self) -> f64 {
         self.released_j

@@ -1,4 +1,4 @@
-//! The one way to use account, controller and tank.
+//! Combines energy balance, controller and tank.
 
 use super::account::PortAccount;
 use super::controller::PassivityController;
@@ -8,41 +8,40 @@ use super::tank::EnergyTank;
 use crate::error::HapticsError;
 use hwall_numeric::check::{finite, non_negative};
 
-/// What the tank keeps of what the virtual side holds: with less, what is promised to commands under way is missing; with more,
-/// it feeds oscillations for longer.
+/// The tank keeps this multiple of the energy stored on the virtual side: with less, the reserve for pending commands is missing; with more, it feeds
+/// oscillations for longer.
 const KEPT: f64 = 2.0;
 
-/// What a port is given at a sample.
+/// The inputs of a port at a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PortInput {
-    /// Measured position of the device along the axis (the way in which the hand pushes), m.
+    /// Measured position of the device along the axis (the direction in which the hand pushes), m.
     pub position_m: f64,
-    /// Measured force of the hand on the device along the axis, N; not read for impedance.
+    /// Measured force of the hand on the device along the axis, N; ignored for impedance.
     pub hand_force_n: f64,
-    /// The command that is wanted: force of the actuator on the device (N; a wall pushes back, below zero) or velocity of the
-    /// device (m/s).
+    /// The wanted command: force of the actuator on the device (N; negative for a wall, which pushes back) or velocity of the device (m/s).
     pub wanted: f64,
-    /// Energy that the virtual side holds by itself: of its springs (`f² / 2 K` of a wall) and moving masses, J. The tank
-    /// forgets what goes beyond twice that. `None`: it forgets nothing, and what a virtual damper took may come out again.
+    /// Energy stored on the virtual side, in springs (`f² / 2 K` of a wall) and moving masses, J. The tank drops what exceeds twice that. `None`: it
+    /// drops nothing, and energy taken by a virtual damper may come out again.
     pub stored_j: Option<f64>,
 }
 
-/// What a port answers.
+/// The outputs of a port.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PortOutput {
     /// The command that keeps the port passive: N or m/s.
     pub command: f64,
-    /// By how much it differs from what was wanted: N or m/s.
+    /// Difference from the wanted command: N or m/s.
     pub change: f64,
-    /// Energy that has gone in less what has come out, as measured, J.
+    /// Observed energy balance, J.
     pub seen_j: f64,
-    /// The same, less all that sensors and sampling may hide, J.
+    /// Guaranteed energy balance: the observed one minus all that sensors and sampling may hide, J.
     pub sure_j: f64,
-    /// What the tank holds, J.
+    /// Energy in the tank, J.
     pub tank_j: f64,
 }
 
-/// A port that gives out no more energy than has gone in.
+/// A port that delivers no more energy than has gone in.
 ///
 /// ```
 /// use hwall_haptics::passivity::{PassivePort, PortConfig, PortInput, Sampling};
@@ -62,7 +61,7 @@ pub struct PassivePort {
     account: PortAccount,
     controller: PassivityController,
     tank: EnergyTank,
-    /// What was wanted when it last changed by more than the band.
+    /// The wanted command when it last changed by more than the band.
     held: f64,
 }
 
@@ -94,23 +93,23 @@ impl PassivePort {
         &self.tank
     }
 
-    /// The account as it looks.
+    /// The observed energy balance.
     #[must_use]
     pub const fn observer(&self) -> &EnergyObserver {
         self.account.observer()
     }
 
-    /// The hand is as stiff as this from now on, N/m.
+    /// Sets the stiffness of the hand from now on, N/m.
     pub(crate) const fn set_hand_stiffness(&mut self, n_per_m: f64) {
         self.account.set_hand_stiffness(n_per_m);
     }
 
-    /// The device brakes as fast as this from now on, m/s².
+    /// Sets the largest deceleration of the device from now on, m/s².
     pub(crate) const fn set_braking(&mut self, m_per_s2: f64) {
         self.account.set_braking(m_per_s2);
     }
 
-    /// What the device was really told in this period, if it was less than what [`step`](Self::step) let through.
+    /// Reports the command actually sent in this period, if it was less than [`step`](Self::step) allowed.
     pub fn sent(&mut self, command: f64) {
         if command.is_finite() {
             self.account.decided(command);
@@ -120,7 +119,7 @@ impl PassivePort {
     /// One sample: call it once in every period. Does not allocate.
     ///
     /// # Errors
-    /// NaN or infinity; nothing then changes, and the caller commands nothing or holds.
+    /// NaN or infinity; nothing then changes, and the caller must command zero or hold.
     pub fn step(&mut self, input: &PortInput) -> Result<PortOutput, HapticsError> {
         finite("position_m", input.position_m)?;
         finite("hand_force_n", input.hand_force_n)?;
@@ -163,7 +162,7 @@ impl PassivePort {
         })
     }
 
-    /// With what dissipates a shortage.
+    /// Adds the damping that dissipates a shortage.
     fn damped(
         &mut self,
         wanted: f64,
@@ -187,7 +186,7 @@ impl PassivePort {
         Ok((wanted + correction).clamp(-most, most))
     }
 
-    /// As much of it as the tank can pay for.
+    /// The share that the tank can pay for.
     fn paid(&self, wanted: f64) -> Result<f64, HapticsError> {
         let yields = self.config.causality == Causality::Admittance && wanted > 0.0;
         if wanted == 0.0 || yields {

@@ -16,17 +16,18 @@ pub enum Causality {
     Admittance,
 }
 
-/// What keeps a port passive.
+/// The method that keeps a port passive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum PassivityMethod {
-    /// Nothing: the account is kept, the command goes through.
+    /// None: the balance is tracked, the command passes.
     Off,
-    /// A damper once the account, as it looks, is below zero ([`PassivityController`](super::PassivityController)). It repairs; what has come out is felt.
+    /// A damper that acts while the observed balance is negative ([`PassivityController`](super::PassivityController)). It acts afterwards: the hand
+    /// feels the energy that has come out.
     Controller,
-    /// A command is let through as far as what has surely gone in pays for the worst that it may cost ([`EnergyTank`](super::EnergyTank)).
+    /// Passes a command as far as the guaranteed energy pays for its worst-case cost ([`EnergyTank`](super::EnergyTank)).
     #[default]
     Tank,
-    /// The damper as soon as less than nothing is free, and the tank for what is left.
+    /// The damper as soon as the free energy is negative, and the tank for the rest.
     Both,
 }
 
@@ -46,14 +47,14 @@ impl PassivityMethod {
     }
 }
 
-/// What a hand may do, at most.
+/// Limits of the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandBounds {
-    /// Force with which it pushes, N; default 280, the transient limit of contact with a hand [ISO/TS 15066].
+    /// Largest pushing force, N; default 280, the transient limit of contact with a hand [ISO/TS 15066].
     pub push_n: f64,
-    /// Force with which it pulls, N; default 0: a bare hand on a board cannot pull.
+    /// Largest pulling force, N; default 0: a bare hand on a board cannot pull.
     pub pull_n: f64,
-    /// Speed at which it meets the device, m/s; default 2.
+    /// Largest speed at which it meets the device, m/s; default 2.
     pub speed_m_per_s: f64,
     /// Its stiffness, N/m; default 3000.
     pub stiffness_n_per_m: f64,
@@ -78,40 +79,40 @@ impl Default for HandBounds {
 pub struct PortConfig {
     /// Which variable is commanded.
     pub causality: Causality,
-    /// What keeps it passive.
+    /// The method that keeps it passive.
     pub method: PassivityMethod,
-    /// When commands are computed and act. The delay must be known; it may be up to 60 periods.
+    /// Timing of the commands. The delay must be known; it may be up to 60 periods.
     pub sampling: Sampling,
-    /// Mass of the device at the port, kg; where it varies the least. Default 2; used for impedance alone.
+    /// Smallest mass of the device at the port, kg; default 2; used only for impedance.
     pub mass_kg: f64,
-    /// Friction of the device itself that may be counted upon, N s/m; default 0. What it dissipates may come out elsewhere.
+    /// Guaranteed friction of the device itself, N s/m; default 0. The energy that it dissipates may come out elsewhere.
     pub damping_n_s_per_m: f64,
     /// Largest error of a measured position (noise and resolution, not a constant offset), m; default 1e-5.
     pub position_error_m: f64,
-    /// Largest error of a measured force, N; default 0.1. Used for admittance alone.
+    /// Largest error of a measured force, N; default 0.1. Used only for admittance.
     pub force_error_n: f64,
-    /// What the hand may do.
+    /// Limits of the hand.
     pub hand: HandBounds,
     /// Largest command: N or m/s; default 140 N, the quasi-static limit for a hand; set it for admittance.
     pub most: f64,
     /// Limits of the damper; the default is that of [`PortConfig::impedance`].
     pub dissipation: DissipationLimit,
-    /// How fast the device can brake, m/s²; default infinite, as for a light one; used for admittance alone.
+    /// Largest deceleration of the device, m/s²; default infinite, as for a light device; used only for admittance.
     pub braking_m_per_s2: f64,
-    /// The command changes only when what is wanted differs by more than this from what was wanted when it last changed, N or
-    /// m/s; default 0. Set it to the noise of the wanted command: what does not change hides nothing from the account, so
-    /// that a wall that is leaned on stands for ever instead of giving way slowly.
+    /// The command changes only when the wanted command differs by more than this from its value at the last change, N or m/s; default 0. Set it to
+    /// the noise of the wanted command: a constant command hides nothing from the balance, so a wall that is leaned on stands forever instead of
+    /// yielding slowly.
     pub still_band: f64,
     /// Energy that may come out before any has gone in, J; default 0.
     pub initial_j: f64,
-    /// Most that is kept for giving out again, J; default 5.
+    /// Largest energy stored for later release, J; default 5.
     pub capacity_j: f64,
-    /// Time constant with which the tank lets go what is above twice [`PortInput::stored_j`](super::PortInput::stored_j), s; default 0.05.
+    /// Time constant with which the tank drops what exceeds twice [`PortInput::stored_j`](super::PortInput::stored_j), s; default 0.05.
     pub spill_s: f64,
 }
 
 impl PortConfig {
-    /// Impedance causality with defaults; the damper is limited to half of what a sampled one bears in front of the mass.
+    /// Impedance causality with defaults; the damper is limited to half of what a sampled damper can have on this mass.
     #[must_use]
     pub fn impedance(sampling: Sampling, mass_kg: f64) -> Self {
         Self {
@@ -136,7 +137,7 @@ impl PortConfig {
         }
     }
 
-    /// Admittance causality with defaults; the damper yields no more than half a stiff hand's give a period.
+    /// Admittance causality with defaults; within the lag the damper yields at most half the deflection of the default hand.
     #[must_use]
     pub fn admittance(sampling: Sampling, most_m_per_s: f64) -> Self {
         let hand = HandBounds::default();

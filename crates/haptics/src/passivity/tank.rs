@@ -1,13 +1,13 @@
-//! A store from which alone energy may come out.
+//! The only store from which energy may come out.
 
 use crate::error::HapticsError;
 use hwall_numeric::check::{finite, non_negative, that};
 
-/// Energy that may be given out again.
+/// Energy that may be released again.
 ///
-/// What goes in through the port fills it up to its capacity (more is let go: it counts as dissipated), what comes out drains
-/// it, and an action is allowed only as far as the tank can pay for the worst that it may cost. So it never runs below zero
-/// while the worst was foreseen; what was not foreseen is a debt that is paid back before anything else is given out.
+/// Energy that enters through the port fills the tank up to its capacity (the excess counts as dissipated); energy that leaves drains it. An action
+/// is allowed only as far as the tank can pay for its worst-case cost. So the tank never runs below zero while the worst case was predicted; an
+/// unpredicted loss is a debt that is paid back before anything else is released.
 ///
 /// Source: the energy tanks of [Ferraguti 2013]; here the state is the energy itself instead of its root.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,10 +18,10 @@ pub struct EnergyTank {
 }
 
 impl EnergyTank {
-    /// With what is in it at first, and the most that it holds, J.
+    /// With an initial energy and a capacity, J.
     ///
     /// # Errors
-    /// A negative energy, or a capacity below it. Infinity is a capacity.
+    /// A negative energy, or a capacity below it. An infinite capacity is valid.
     pub fn new(energy_j: f64, capacity_j: f64) -> Result<Self, HapticsError> {
         non_negative("energy_j", energy_j)?;
         that(
@@ -50,7 +50,7 @@ impl EnergyTank {
         Ok(())
     }
 
-    /// Lets go a share of what is above a level: what nobody needs any more must not feed an oscillation.
+    /// Drops a share of the energy above a level: energy that is no longer needed must not feed an oscillation.
     ///
     /// # Errors
     /// NaN, a negative level, or a share outside [0, 1].
@@ -62,9 +62,9 @@ impl EnergyTank {
         Ok(())
     }
 
-    /// The largest `x` in `[0, wanted]` with `a x² + b x + reserved <= energy - debt`: the first two terms are the worst cost
-    /// of an action of size `x` (`b < 0`: a small one is sure to bring something in), `reserved` is promised already (below
-    /// zero: sure to come in before), J. In debt, only what is sure to bring something in.
+    /// The largest `x` in `[0, wanted]` with `a x² + b x + reserved <= energy - debt`, J: the first two terms are the worst-case cost of an action of
+    /// size `x` (`b < 0`: a small action is sure to gain energy), `reserved` is promised already (negative: sure to be gained first). In debt, only
+    /// actions that are sure to gain energy.
     ///
     /// # Errors
     /// NaN, infinity, or a negative `wanted` or `a`.
@@ -83,7 +83,7 @@ impl EnergyTank {
         if b >= 0.0 && free_j < 0.0 {
             return Ok(0.0);
         }
-        // The larger root of a x² + b x = free, in the form without cancellation; where there is none, what brings in most.
+        // The larger root of a x² + b x = free, without cancellation; without a root, the action that gains most.
         let root = (b * b + 4.0 * a * free_j).max(0.0).sqrt();
         let most = if b > 0.0 {
             2.0 * free_j / (b + root)
@@ -95,13 +95,13 @@ impl EnergyTank {
         Ok(wanted.min(most))
     }
 
-    /// What is in it, J; never negative.
+    /// Stored energy, J; never negative.
     #[must_use]
     pub const fn energy_j(&self) -> f64 {
         self.energy_j
     }
 
-    /// What came out that was not foreseen and is not paid back yet, J.
+    /// Unpredicted energy that came out and is not paid back yet, J.
     #[must_use]
     pub const fn debt_j(&self) -> f64 {
         self.debt_j

@@ -1,11 +1,11 @@
-//! What the board is to do while it is not touched.
+//! The board's aim while it is not touched.
 
 use super::config::WatchdogConfig;
 use super::hold::HoldReason;
 use super::step::RenderInput;
 use crate::board::BoardTarget;
 
-/// Is there something to aim at, and is it recent?
+/// Is there an aim, and is it recent?
 pub(super) fn aimed_at(
     now_s: f64,
     input: &RenderInput<'_>,

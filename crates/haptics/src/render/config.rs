@@ -23,12 +23,12 @@ pub struct RendererConfig {
 /// [`WrenchEstimate::from_torques`](hwall_kinematics::WrenchEstimate::from_torques).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceConfig {
-    /// Damping, m; default 0.005. More makes the force near a singular pose quieter and smaller.
+    /// Damping, m; default 0.005. More makes the force near a singular pose less noisy, and smaller.
     pub damping_m: f64,
-    /// Length by which moments are divided, m; default 0.1, half of the board.
+    /// Length that divides moments, m; default 0.1, half of the board.
     pub moment_length_m: f64,
-    /// Time constant of the first-order filter on the normal force, s; default 0.01. White noise
-    /// of the torque sensors at 1 kHz shrinks by a factor of 4.5; a touch is felt later by about this time.
+    /// Time constant of the first-order filter on the normal force, s; default 0.01. It reduces white noise of torque sensors at 1 kHz by a factor of
+    /// 4.5 and delays a touch by about this time.
     pub filter_s: f64,
 }
 
@@ -42,15 +42,15 @@ impl Default for ForceConfig {
     }
 }
 
-/// When inputs no longer count. Stamps that are ahead of the clock by as much do not count either.
+/// When inputs no longer count. A stamp ahead of the clock by more than that age does not count either.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WatchdogConfig {
     /// Largest age of a target, s; default 0.25.
     pub max_target_age_s: f64,
     /// Largest age of an arm state, s; default 0.1.
     pub max_state_age_s: f64,
-    /// Longest time by which a single step advances the command, s; default 0.05, and no more than four usual steps. After a stall the
-    /// command goes on from where it was instead of leaping to where it would have been.
+    /// Longest time by which a single step advances the command, s; default 0.05, and no more than four nominal steps. After a stall the command
+    /// resumes from where it was instead of jumping ahead.
     pub max_step_s: f64,
 }
 

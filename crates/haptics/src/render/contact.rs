@@ -50,10 +50,10 @@ pub enum ContactState {
     },
 }
 
-/// The dwell may end this much early, s. Unix times are rounded to 0.2 us, which must not decide in which step it ends.
+/// The dwell may end this much early, s: Unix times are rounded to 0.2 us, which must not decide in which step it ends.
 const ROUNDING_S: f64 = 1e-6;
 
-/// Two thresholds and a dwell: a force that varies around either threshold is one contact.
+/// Two thresholds and a dwell: a force that varies around either threshold counts as one contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactDetector {
     config: ContactConfig,

@@ -6,7 +6,7 @@
 pub enum HoldReason {
     /// The time given is NaN or infinite.
     NonFiniteTime,
-    /// The time given lies before that of the last step.
+    /// The time given is before that of the last step.
     TimeReversed {
         /// By how much, s.
         by_s: f64,
@@ -18,9 +18,9 @@ pub enum HoldReason {
         /// Joint, from 0.
         joint: usize,
     },
-    /// The joint torques amount to a force that no hand exerts.
+    /// The joint torques imply an implausible force.
     ImplausibleForce {
-        /// Against the outward normal of the board, N; NaN if the torques are too large to tell.
+        /// Against the outward normal of the board, N; NaN if the torques are too large to compute it.
         force_n: f64,
     },
     /// The arm state is too old.
@@ -28,7 +28,7 @@ pub enum HoldReason {
         /// Its age, s; negative if its stamp lies ahead.
         age_s: f64,
     },
-    /// Where the surfaces are that the board stays behind is not known.
+    /// The surfaces that the board stays behind are unknown.
     UnknownSurfaces,
     /// There is no target.
     NoTarget,

@@ -1,22 +1,22 @@
-//! What the arm does now: follow, wait, hold, or slide under the hand.
+//! The arm's behaviour now: follow, wait, hold, or slide under the hand.
 //!
-//! # What holds when
+//! # Commands in each phase
 //!
 //! | phase | command |
 //! | --- | --- |
-//! | following | position, on the way to the goal; for an unreachable target the last goal is kept, with the reason |
-//! | no target but a posture (`RenderInput::posture`) | position, on the way there, behind the surfaces |
+//! | following | position, on the path to the goal; for an unreachable target the last goal is kept, and the reason is reported |
+//! | no target but a posture (`RenderInput::posture`) | position, on the path there, behind the surfaces |
 //! | touched (above 3 N, until below 1.5 N for 50 ms) | position, brought to rest and frozen |
-//! | touched, with a `Slide` (`Renderer::step_with`) | position, on the slide: its velocity as soon as the joints' accelerations allow and two low passes of 6 ms have followed (within 5 % after 29 ms), without overshoot and without a part along the normal |
+//! | touched, with a `Slide` (`Renderer::step_with`) | position, on the slide: it reaches its velocity as soon as the joints' accelerations and two 6 ms low-passes allow (within 5 % after 29 ms), without overshoot and without a component along the normal |
 //! | target missing, stale or not finite | position, brought to rest |
-//! | state stale or not finite, torques that no hand exerts, clock bad | `ArmCommand::Hold`: the arm brakes by itself |
+//! | state stale or not finite, implausible torques, bad clock | `ArmCommand::Hold`: the arm brakes by itself |
 //!
 //! Following resumes when the inputs are good again.
 //!
 //! # Objects that move
 //!
-//! `ObjectRendering` lets the board go along with a door, panel, drawer or button. In each step the measured wrench on the face moves the
-//! object by its own law, and the arm is commanded to where the face has to be. It is driven in one of two ways:
+//! With `ObjectRendering` the board moves along with a door, panel, drawer or button. In each step the measured wrench on the face moves the object
+//! by its own dynamics, and the arm is commanded to the resulting pose of the face, in one of two ways:
 //!
 //! | `ObjectCommand` | for | what is sent |
 //! | --- | --- | --- |
@@ -51,37 +51,37 @@
 //! # Ok::<(), hwall_haptics::HapticsError>(())
 //! ```
 //!
-//! - **Delays are compensated.** Filter, sensors and arm are late by some 20 to 30 ms together; the face is led to where the object
-//!   will be then, by the object's own law. `ObjectRenderingConfig::force_delay_s` and `motion_delay_s` must be those of the arm: measure
-//!   them by a step of force and a sine of position. The defaults are those of an iiwa as it is simulated in `hwall-sim`. An arm whose
-//!   delay is 5 ms longer than configured feels like `5 ms · k` more damping.
-//! - **Light objects are made heavier.** Within the delay `t` a hand of stiffness `k` acts unseen; below about `(k + 1000 N/m) t²` at the
-//!   face the board may swing. `ObjectRendering::least_inertia` is that bound, `ObjectStep::raised_inertia` says that it was applied. With
+//! - **Delays are compensated.** Filter, sensors and arm together lag by some 20 to 30 ms; the face is led to the object's predicted position then,
+//!   by the object's own dynamics. Set `ObjectRenderingConfig::force_delay_s` and `motion_delay_s` to those of the arm: measure them with a force
+//!   step and a position sine. The defaults are those of an iiwa as simulated in `hwall-sim`. An arm whose delay is 5 ms longer than configured feels
+//!   like `5 ms · k` more damping.
+//! - **Light objects are made heavier.** Within the delay `t` the system cannot react to a hand of stiffness `k`; below about `(k + 1000 N/m) t²` at
+//!   the face the board may oscillate. `ObjectRendering::least_inertia` is that bound; `ObjectStep::raised_inertia` reports that it was applied. With
 //!   30 ms and a hand of 3000 N/m it is 3.7 kg: such an arm cannot render a button of 50 g.
-//! - **The face stays on the path.** Speeds and accelerations of the joints limit the way along the path, not each joint by itself; what
-//!   speeds up faster feels heavier, and what the arm cannot reach holds the object back (`ObjectStep::unreachable`).
-//! - **Assumed of a position interface**: commands every 1 to 5 ms are tracked with a constant delay, without overshoot; external torques
-//!   (or a wrench sensor at the flange) at the same rate, compensated for the weight of the board. On an iiwa: FRI in position mode.
-//! - **Assumed of a torque interface**: gravity is compensated by the arm, friction as far as `ImpedanceConfig::friction` leaves; link
-//!   and rotor inertias are known (`rotor_inertia_kg_m2`; without them the feed-forward is short, and joints that are much
-//!   lighter than configured oscillate); overlay torques act within 10 ms. On an iiwa: FRI with torque overlay and joint stiffness 0. The measured
-//!   wrench is counteracted along the path alone.
-//! - **No more energy comes out than went in.** Force at the board and motion along the path are an account of energy (`ObjectPortConfig`). A motion
-//!   against the hand is paid from it: from what the object held at first, what hands put in, and a reserve of 0.05 J. The pushes of
-//!   docs/FEEL.md never reach that limit (with a reserve of 0.02 J it would cut in on light damping at servo level, because a command that
-//!   is 22 ms under way has to be paid in advance); a loop that swings by itself stops. `RenderStep::object_port` is the account.
-//! - **A texture on a panel.** The path of a sliding panel lies in its face, where a texture slides, too. Across the path the board slides as
-//!   commanded. Along the path the hand feels the panel itself, and the slide is left out; but a panel that has been held for 0.1 s, by a stop that it
-//!   is pushed against or by friction (with 1 N to spare), lets the board slide along its path until it gives way. The panel moves as without the slide (within
-//!   0.2 mm of its closed form, speeds within 2 %: `tests/it/object_slide.rs`), and the slide does not count in its account of energy.
-//! - **Limits of the joints.** The face brakes before a joint meets its limit on the path. Under torques a push can turn joints in ways
-//!   that were not planned; `JointGuard` keeps them off their limits of angle and speed.
-//! - **Textures.** A board on an object slides within its face (`RenderInput::slide`) while it goes along; where the joints have no
-//!   room or speed for both, the object goes first.
-//! - **Not done**: the sensors' bias and ripple are not learnt (some tenths of a newton at the face: free objects creep unless they have
-//!   friction); friction is fed forward, not observed.
+//! - **The face stays on the path.** Joint speeds and accelerations limit the motion along the path, not each joint by itself. An object that
+//!   accelerates faster feels heavier; one that the arm cannot follow is held back (`ObjectStep::unreachable`).
+//! - **Requirements of a position interface**: commands every 1 to 5 ms are tracked with a constant delay, without overshoot; external torques (or a
+//!   wrench sensor at the flange) come at the same rate, compensated for the board's weight. On an iiwa: FRI in position mode.
+//! - **Requirements of a torque interface**: the arm compensates gravity, and friction down to `ImpedanceConfig::friction`; link and rotor inertias
+//!   are known (`rotor_inertia_kg_m2`; without them the feed-forward is too small, and joints much lighter than configured oscillate); overlay
+//!   torques act within 10 ms. On an iiwa: FRI with torque overlay and joint stiffness 0. The measured wrench is compensated only along the path.
+//! - **No more energy comes out than went in.** Force at the board and motion along the path enter an energy balance (`ObjectPortConfig`). It pays
+//!   for motions against the hand: from the object's initial energy, the energy put in by hands, and a reserve of 0.05 J. The pushes of docs/FEEL.md
+//!   never reach that limit (with a reserve of 0.02 J it would act on light damping at servo level, because a command that is pending for 22 ms is
+//!   paid in advance); a self-excited oscillation stops. `RenderStep::object_port` reports the balance.
+//! - **A texture on a panel.** The path of a sliding panel lies in its face, where a texture also slides. Across the path the board slides as
+//!   commanded. Along the path the hand feels the panel itself, and the slide is ignored, until the panel has been held for 0.1 s by a stop that it
+//!   is pushed against or by friction (with 1 N to spare). Then the board also slides along the path, until the panel moves again. The panel moves as
+//!   without the slide (within 0.2 mm of its closed form, speeds within 2 %: `tests/it/object_slide.rs`), and the slide does not count in its energy
+//!   balance.
+//! - **Limits of the joints.** The face brakes before a joint meets its limit on the path. Under torque control a push can turn joints in unplanned
+//!   ways; `JointGuard` keeps them off their limits of angle and speed.
+//! - **Textures.** A board on an object can slide within its face (`RenderInput::slide`) while it moves along; if the joints lack range or speed for
+//!   both, the object has priority.
+//! - **Not done**: the sensors' bias and ripple are not learnt (some tenths of a newton at the face: free objects creep unless they have friction);
+//!   friction is fed forward, not observed.
 //!
-//! docs/FEEL.md in the repository says how far stiffness, mass and damping are what was asked for.
+//! docs/FEEL.md in the repository compares rendered and configured stiffness, mass and damping.
 
 mod aim;
 mod config;

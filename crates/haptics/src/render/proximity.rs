@@ -7,18 +7,17 @@ use hwall_geometry::Pose;
 use hwall_kinematics::Twist;
 use hwall_numeric::check::{non_negative, positive};
 
-/// The speed at which the board may come nearer to the nearest known point of the person falls with its distance.
+/// Limits the board's approach speed by the distance of the nearest known point of the person.
 ///
-/// What counts is how fast the gap closes, as in speed and separation monitoring ([ISO/TS 15066]): a board that slides along
-/// behind its wall does not come nearer to a finger in front of it, one that comes out of the wall does.
+/// Only the closing speed counts, as in speed and separation monitoring ([ISO/TS 15066]): a board that slides along behind its wall does not approach
+/// a finger in front of it; one that comes out of the wall does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProximityConfig {
     /// Distance that the board keeps from the person until it is touched, m; default 0.02.
     pub clearance_m: f64,
-    /// Deceleration at which the board, at the speed that is allowed, would stop at the clearance, m/s²; default 5.
+    /// Deceleration that would stop the board at the clearance from the allowed speed, m/s²; default 5.
     pub braking_m_per_s2: f64,
-    /// Speed that is allowed at any distance, m/s; default 0.25, that of reduced speed of an industrial robot
-    /// ([ISO 10218-1]).
+    /// Speed allowed at any distance, m/s; default 0.25, reduced speed of an industrial robot ([ISO 10218-1]).
     pub crawl_m_per_s: f64,
 }
 
@@ -32,9 +31,9 @@ impl Default for ProximityConfig {
     }
 }
 
-/// Shares of the full speed that are told apart; few, so that the motion is seldom planned anew.
+/// Discrete shares of the full speed; few, so that the motion is seldom planned again.
 pub(super) const SHARES: [f64; 8] = [0.09, 0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0];
-/// A larger share is taken only if this much more would be allowed.
+/// A larger share is taken only if the allowed speed exceeds it by this factor.
 const MARGIN: f64 = 1.2;
 
 impl ProximityConfig {
@@ -49,14 +48,14 @@ impl ProximityConfig {
         Ok(())
     }
 
-    /// How fast the board may come nearer to a point at a distance, m/s.
+    /// Largest approach speed to a point at a distance, m/s.
     #[must_use]
     pub fn allowed_m_per_s(&self, distance_m: f64) -> f64 {
         self.allowed_braking_m_per_s(distance_m, self.braking_m_per_s2)
     }
 
-    /// The same for a board whose joints need `stop_s` to stop from this speed: where they cannot brake as hard as
-    /// [`braking_m_per_s2`](Self::braking_m_per_s2), it has to be slower sooner.
+    /// The same for a board whose joints need `stop_s` to stop from this speed: if they cannot brake as hard as
+    /// [`braking_m_per_s2`](Self::braking_m_per_s2), the board has to slow down earlier.
     #[must_use]
     pub fn allowed_stopping_m_per_s(
         &self,
@@ -65,7 +64,7 @@ impl ProximityConfig {
         stop_s: f64,
     ) -> f64 {
         let can_m_per_s2 = closing_m_per_s / stop_s;
-        // At rest, or going away, nothing has to be braked.
+        // A board at rest, or moving away, needs no braking.
         let braking_m_per_s2 = match can_m_per_s2 > 0.0 {
             true => self.braking_m_per_s2.min(can_m_per_s2),
             false => self.braking_m_per_s2,
@@ -79,8 +78,8 @@ impl ProximityConfig {
         can_stop_m_per_s.max(self.crawl_m_per_s)
     }
 
-    /// The share of the joint speeds for a moving board and the person's points (base frame, m), given the share in force and the time
-    /// that the joints need to stop, s.
+    /// The share of the joint speeds for a moving board and the person's points (base frame, m), given the current share and the stopping time of the
+    /// joints, s.
     #[must_use]
     pub fn speed_share(
         &self,
@@ -98,8 +97,8 @@ impl ProximityConfig {
                 let allowed_m_per_s =
                     self.allowed_stopping_m_per_s(distance_m, closing_m_per_s, stop_s);
                 let share = in_force * allowed_m_per_s / closing_m_per_s.max(SLOWEST_M_PER_S);
-                // Not cut off at 1: what is left beyond the margin is what brings a slowed arm back to full speed. But near a
-                // person a board that turns towards them at full speed could not be slowed down in time.
+                // Not clamped to 1: the excess over the margin brings a slowed arm back to full speed. But near a person, a board that turns towards
+                // them at full speed could not slow down in time.
                 match distance_m < NEAR_M {
                     true => share.min(1.0),
                     false => share,
@@ -119,13 +118,13 @@ impl ProximityConfig {
     }
 }
 
-/// Nearer to a person than this a slowed arm does not go back to full speed, m.
+/// Closer to a person than this a slowed arm does not return to full speed, m.
 const NEAR_M: f64 = 0.15;
 
-/// Slower than this nothing is slowed down, m/s.
+/// Approach speeds below this are treated as this speed, m/s.
 const SLOWEST_M_PER_S: f64 = 1e-3;
 
-/// Distance of a point from the face (m), and how fast a moving face comes nearer to it (m/s; below zero it goes away).
+/// Distance of a point from the face (m), and the closing speed of a moving face (m/s; negative if it moves away).
 pub(crate) fn distance_and_closing(
     board: &Board,
     base_from_board: &Pose,
@@ -139,7 +138,7 @@ pub(crate) fn distance_and_closing(
     (way.length(), velocity.dot(way.normalize_or_zero()))
 }
 
-/// The point of the face of a board that is nearest to a point, m.
+/// The point of the board's face nearest to a given point, m.
 fn nearest_m(board: &Board, base_from_board: &Pose, point_m: DVec3) -> DVec3 {
     let p = base_from_board.inverse_transform_point(point_m);
     base_from_board.transform_point(DVec3::new(
@@ -190,7 +189,7 @@ mod tests {
     #[test]
     fn a_larger_share_needs_a_margin() {
         let allowed_m_per_s = ProximityConfig::default().allowed_m_per_s(0.3);
-        // At 0.7 of the speed the board comes so fast that full speed would just be allowed, or allowed with a margin.
+        // At 0.7 of the speed, full speed would just be allowed, or allowed with a margin.
         assert_eq!(share(0.69 * allowed_m_per_s, 0.3, 0.7), 0.7);
         assert_eq!(share(0.5 * allowed_m_per_s, 0.3, 0.7), 1.0);
     }

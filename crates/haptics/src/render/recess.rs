@@ -1,18 +1,18 @@
-//! A board makes way for a person who is inside the wall.
+//! The board moves back for a person who is inside the wall.
 
 use crate::board::{Board, BoardTarget};
 use glam::DVec3;
 use hwall_geometry::Pose;
 
-/// A finger that is deeper in a wall than this is inside it, m: presses on a board that is there are not as deep.
+/// A finger deeper in a wall than this is inside it, m: presses on a board in place are not as deep.
 const INSIDE_M: f64 = 0.01;
-/// Steps in which the board makes way, m.
+/// Step size of the retreat, m.
 const STEP_M: f64 = 0.01;
-/// A point further behind the wall is not near the place where the board shall be, m.
+/// A point further behind the wall does not obstruct the board, m.
 const DEEPEST_M: f64 = 0.25;
 
-/// The target further behind its surface, if a person is where the board would have to be and the board, whose face is commanded to be
-/// at a pose, is not there yet.
+/// Moves the target further behind its surface if a person occupies the board's place and the board, whose face is commanded to be at `face`, is not
+/// there yet.
 pub(super) fn clear_of(
     target: &BoardTarget,
     person_m: &[DVec3],
@@ -22,12 +22,12 @@ pub(super) fn clear_of(
 ) -> Option<BoardTarget> {
     let normal = target.normal.try_normalize()?;
     let reach_m = board.half_width_m.hypot(board.half_height_m);
-    // The middle of the face may stand aside by the slack.
+    // The slack may shift the centre of the face.
     let [slack_u, slack_v] = target.slack_m;
     let reach_m = reach_m + slack_u.max(slack_v).max(0.0);
     let off_m = (face.position_m() - target.point_m).dot(normal);
     let at = face.inverse_transform_point(target.point_m);
-    // A board that is there stays: the finger presses it.
+    // A board in place stays: the finger presses it.
     let is_there = off_m.abs() <= INSIDE_M
         && at.x.abs() <= board.half_width_m
         && at.y.abs() <= board.half_height_m;
@@ -42,7 +42,7 @@ pub(super) fn clear_of(
     if deepest_m < INSIDE_M {
         return None;
     }
-    // In steps, so that a trembling finger does not move the board.
+    // In steps, so that a jittering finger does not move the board.
     let behind_m = ((deepest_m + clearance_m) / STEP_M).ceil() * STEP_M;
     (!is_there && behind_m > target.behind_m).then_some(BoardTarget {
         behind_m,

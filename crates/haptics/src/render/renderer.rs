@@ -1,4 +1,4 @@
-//! One control step: watch the inputs, feel for a touch, move or hold.
+//! One control step: check the inputs, detect touches, move or hold.
 
 mod diversions;
 mod inputs;
@@ -27,7 +27,7 @@ use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
 
-/// A board that stops within this time counts as one at rest, s: it may go along with an object, or be commanded again after a hold.
+/// A board that can stop within this time counts as at rest, s: it may follow an object, or be commanded again after a hold.
 const AT_REST_S: f64 = 0.02;
 
 /// Outcome of an aim.
@@ -37,10 +37,10 @@ struct Aimed {
     obstructed: bool,
 }
 
-/// Turns board targets and arm states into arm commands.
+/// Converts board targets and arm states into arm commands.
 ///
-/// Time, targets and states come in as arguments, all on one clock; nothing is allocated after
-/// construction. Goals and ways are found by a [`Planner`], which [`plan`](Self::plan) lets work between two steps.
+/// Time, targets and states are arguments, all on one clock; nothing is allocated after construction. A [`Planner`], which runs in
+/// [`plan`](Self::plan) between two steps, finds goals and paths.
 #[derive(Debug)]
 pub struct Renderer {
     force: ForceConfig,
@@ -53,18 +53,18 @@ pub struct Renderer {
     detector: ContactDetector,
     objects: Option<Objects>,
     follower: Follower,
-    /// The arm does not follow the command: it has yet to begin, or brakes by itself.
+    /// The arm does not follow commands: it has not started yet, or brakes by itself.
     is_detached: bool,
     last_s: Option<f64>,
     steps: UsualStep,
-    /// The way back that a supervisor asked for.
+    /// The retreat that a supervisor requested.
     withdrawal: Withdrawal,
-    /// The speed that a supervisor asked for.
+    /// The speed limit that a supervisor requested.
     cap: SpeedCap,
 }
 
 impl Renderer {
-    /// For an arm that carries the board; the arm's own tool is replaced by the board's face.
+    /// For an arm that carries the board; the board's face replaces the arm's own tool.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -114,19 +114,18 @@ impl Renderer {
         self.follower.arm()
     }
 
-    /// Touched or not, as of the last usable state: a hold for want of one changes nothing in it.
+    /// Touched or not, at the last usable state: a hold without a usable state does not change it.
     #[must_use]
     pub const fn contact(&self) -> ContactState {
         self.detector.state()
     }
 
-    /// One control step. Never fails: whatever is wrong with an input ends in
-    /// [`Phase::Hold`] with its reason, and following resumes once the inputs are good again.
+    /// One control step. It never fails: any bad input leads to [`Phase::Hold`] with its reason, and following resumes once the inputs are good
+    /// again.
     ///
-    /// With a missing or bad target the command comes to rest; during a touch the target does not matter. With a
-    /// bad or stale state, or a bad clock, the arm is told to brake by itself
-    /// ([`ArmCommand::Hold`]). An arm without torque sensors never reports a touch; one
-    /// that loses them during a touch stays in the touch.
+    /// With a missing or bad target the command comes to rest; during a touch the target is ignored. With a bad or stale state, or a bad clock, the
+    /// arm is commanded to brake by itself ([`ArmCommand::Hold`]). An arm without torque sensors never reports a touch; one that loses them during a
+    /// touch stays in the touch.
     pub fn step(
         &mut self,
         now_s: f64,
@@ -140,29 +139,29 @@ impl Renderer {
         self.step_with(now_s, state, &input)
     }
 
-    /// Lets the planner work that the renderer has with it, between two steps; see [`Planner::plan`].
+    /// Runs the renderer's own planner, between two steps; see [`Planner::plan`].
     pub fn plan(&mut self) -> bool {
         self.follower.plan()
     }
 
-    /// The planner, for a thread of its own or a caller that tells it of surfaces that move.
+    /// Hands over the planner, to run on its own thread or for a caller that moves the surfaces.
     pub fn take_planner(&mut self) -> Option<Planner> {
         self.follower.take_planner()
     }
 
-    /// From now on ways keep clear of the arm itself, the room and the person, see [`Follower::keep_clear`]. Before the planner is taken.
+    /// From now on paths keep clear of the arm itself, the room and the person, see [`Follower::keep_clear`]. Call before taking the planner.
     pub fn keep_clear(&mut self, separation: Separation) {
         self.follower.keep_clear(separation);
     }
 
-    /// Surfaces that the board stays behind on its way, besides the one that it presents. A planner on its own is told itself; while it
-    /// knows of none ([`Planner::lose_barriers`]) the board comes to rest and holds ([`HoldReason::UnknownSurfaces`]). A touch goes on.
+    /// Sets surfaces that the board stays behind on its path, besides the one that it presents. A planner on its own needs its own call. While it
+    /// knows no surfaces ([`Planner::lose_barriers`]) the board comes to rest and holds ([`HoldReason::UnknownSurfaces`]); a touch continues.
     pub fn set_barriers(&mut self, barriers: impl Into<BarrierTree>) {
         self.follower.set_barriers(barriers);
     }
 
-    /// Moving objects of the scene, base frame, and how the arm goes along with a touched one. They move by themselves, too: a
-    /// door with a spring closes when it is let go.
+    /// Sets the moving objects of the scene, base frame, and how the arm moves along with a touched one. They also move by themselves: a door with a
+    /// spring closes when it is released.
     ///
     /// # Errors
     /// Settings outside their range, dynamics of another arm.
@@ -177,13 +176,13 @@ impl Renderer {
         Ok(())
     }
 
-    /// The moving objects, as of the last step.
+    /// The moving objects, after the last step.
     #[must_use]
     pub fn objects(&self) -> &[RenderedObject] {
         self.objects.as_ref().map_or(&[], Objects::all)
     }
 
-    /// The object that the board is on: one that is touched, or was and still has the finger near.
+    /// The object that the board is on: it is touched, or was touched and the finger is still near.
     #[must_use]
     pub fn touched_object(&self) -> Option<usize> {
         self.objects.as_ref().and_then(Objects::touched)
@@ -195,8 +194,7 @@ impl Renderer {
         &self.follower
     }
 
-    /// One control step with everything that is known; otherwise as [`Renderer::step`]. Points of the person that are not finite are
-    /// left out.
+    /// One control step with all inputs; otherwise as [`Renderer::step`]. Non-finite points of the person are ignored.
     pub fn step_with(
         &mut self,
         now_s: f64,
@@ -218,7 +216,7 @@ impl Renderer {
             Err(reason) => return self.hand_over(reason, dt_s),
         };
         if was_detached {
-            // The first command has nothing to catch up with.
+            // The first command has no lag to catch up with.
             dt_s = dt_s.min(usual_s.unwrap_or(dt_s));
         }
         let felt = match self.felt(state) {
@@ -238,7 +236,7 @@ impl Renderer {
         let is_asked_to = !matches!(request, None | Some(SafeRequest::Go { .. }));
         let rides = contact == ContactState::NonContact && self.rides(input, state);
         if contact == ContactState::NonContact && !rides {
-            // Before anything is planned: the motion goes on from where the object has carried the board.
+            // Before planning: the motion continues from where the object has carried the board.
             self.let_go(Some(state));
         }
         let phase = match contact {
@@ -311,7 +309,7 @@ impl Renderer {
         }
     }
 
-    /// A step of which nothing more is known.
+    /// The result of a step without further information.
     fn report(&self, command: ArmCommand, phase: Phase) -> RenderStep {
         RenderStep {
             command,
@@ -328,7 +326,7 @@ impl Renderer {
         }
     }
 
-    /// Would the board have to make way for a person at this target?
+    /// Would the board have to move back for a person at this target?
     #[must_use]
     pub fn recedes_for(&self, target: &BoardTarget, person_m: &[DVec3]) -> bool {
         let face = self.follower.commanded_pose();
@@ -365,14 +363,14 @@ impl Renderer {
             1.0
         } else {
             let (face, twist) = self.follower.commanded_motion();
-            // A motion that has not slowed down yet is as fast as at the share before, and would be cut again in every step.
+            // A motion that has not slowed down yet still has the previous speed, and would be cut again in every step.
             let in_force = self.speed_share.max(self.follower.present_share());
             let moves = (&twist, self.follower.stop_s());
             self.proximity
                 .speed_share(&self.board, &face, moves, person_m, in_force)
         };
         let share = share.min(most);
-        // If no slower motion is found, the one in force goes on; the next step tries again.
+        // If no slower motion is found, the current one continues; the next step tries again.
         if self.follower.set_speed_share(share).is_ok() {
             self.speed_share = share;
         }
@@ -380,12 +378,12 @@ impl Renderer {
 
     /// The arm brakes by itself; the command comes to rest beside it.
     fn hand_over(&mut self, reason: HoldReason, dt_s: f64) -> RenderStep {
-        // From nothing after a fault, for a single raw value may be all noise; but a finger that presses is not taken
-        // for gone because states fail now and then.
+        // Without contact, restart the filter from zero, since a single raw value may be all noise. During contact keep it, so that occasional bad
+        // states do not end the touch.
         if self.detector.state() == ContactState::NonContact {
             self.felt_n = 0.0;
         }
-        // What was under way on an object's path, or back from a surface, is over: it begins anew from where the arm then is.
+        // A motion along an object's path, or a retreat, ends here; the next one starts from the arm's position then.
         self.end_withdrawal();
         self.stop_objects(dt_s);
         self.is_detached = true;

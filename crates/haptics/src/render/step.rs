@@ -1,4 +1,4 @@
-//! What goes into a control step, and what comes out.
+//! Inputs and outputs of a control step.
 
 use super::hold::HoldReason;
 use super::object::object_port::PortLedger;
@@ -16,7 +16,7 @@ use hwall_kinematics::{JointPositions, Unreachable};
 pub enum Phase {
     /// Following the target.
     NonContact,
-    /// Touched: standing still as a wall does, or sliding within its plane.
+    /// Touched: standing still like a wall, or sliding within its plane.
     Contact {
         /// Onset of the touch, s.
         since_s: f64,
@@ -25,65 +25,64 @@ pub enum Phase {
     Hold(HoldReason),
 }
 
-/// What a control step is given besides the state of the arm.
+/// The inputs of a control step besides the state of the arm.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RenderInput<'a> {
-    /// Where the board shall be.
+    /// The target of the board.
     pub target: Option<&'a BoardTarget>,
-    /// Where the arm waits while there is no target.
+    /// The posture to wait in while there is no target.
     pub posture: Option<&'a PostureTarget>,
-    /// How the board moves within its plane while it is touched; `None`: it stands still.
+    /// The board's motion within its plane while it is touched; `None`: it stands still.
     pub slide: Option<&'a Slide>,
-    /// Which of the moving objects the target lies on ([`Renderer::set_objects`](super::Renderer::set_objects)); while it is touched the board goes along with
-    /// it. `None`: what is touched stands still, or slides.
+    /// The moving object that the target lies on ([`Renderer::set_objects`](super::Renderer::set_objects)); while touched, the board moves along with
+    /// it. `None`: a touched board stands still, or slides.
     pub object: Option<usize>,
-    /// Points of the person that are known, base frame, m: the board keeps clear of them and slows down near them.
+    /// Known points of the person, base frame, m: the board keeps clear of them and slows down near them.
     pub person_m: &'a [DVec3],
-    /// The person as last seen: ways keep clear of head and torso ([`Renderer::keep_clear`](super::Renderer::keep_clear)).
+    /// The person at their last known position: paths keep clear of head and torso ([`Renderer::keep_clear`](super::Renderer::keep_clear)).
     pub body: PersonBody,
-    /// Where the arm is known to be free ([`Supervisor::began`](crate::safety::Supervisor::began)): ways are judged by the same parts of
-    /// the arm as motions are.
+    /// The configuration in which the arm is known to be free ([`Supervisor::began`](crate::safety::Supervisor::began)): paths are then checked with
+    /// the same parts of the arm as motions.
     pub began: Option<JointPositions>,
-    /// What a supervisor asks for; `None`: to go on.
+    /// The supervisor's request; `None`: continue.
     pub request: Option<SafeRequest>,
 }
 
-/// A posture of the arm while nothing is to be presented.
+/// A posture for the arm while there is nothing to present.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PostureTarget {
     /// Joint angles, rad.
     pub q: JointPositions,
-    /// A configuration to lean to from there, see [`Follower::set_posture`](crate::Follower::set_posture).
+    /// A configuration to pre-position towards, see [`Follower::set_posture`](crate::Follower::set_posture).
     pub prepositions_to: Option<JointPositions>,
-    /// When this was decided, s, on the renderer's clock; too old counts as missing, as for a target.
+    /// When this was decided, s, on the renderer's clock; an old one counts as missing, as for a target.
     pub stamp_s: f64,
 }
 
 /// The outcome of one control step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderStep {
-    /// What the arm is told.
+    /// The command for the arm.
     pub command: ArmCommand,
-    /// What the renderer is doing, and why.
+    /// The current phase and its reason.
     pub phase: Phase,
-    /// Estimated wrench of the outside on the face, base axes, about its middle, unfiltered. `None` as for `normal_force_n`.
+    /// Estimated external wrench on the face about its centre, base axes, unfiltered. `None` as for `normal_force_n`.
     pub wrench: Option<Wrench>,
     /// Filtered force pressing the board against its outward normal, N. `None` without torque sensors
     /// or while the state is unusable.
     pub normal_force_n: Option<f64>,
-    /// Why the target cannot be reached, if it cannot; the board then keeps its last goal.
+    /// Why the target is unreachable, if so; the board then keeps its last goal.
     pub unreachable: Option<Unreachable>,
-    /// The configuration that the board is on its way to, rad.
+    /// The configuration that the board is moving to, rad.
     pub goal: Option<JointPositions>,
-    /// Is the touched board on the slide that was asked for? Not if it cannot be reached (see
-    /// `unreachable`) or is not finite: the board then stands still.
+    /// Is the touched board on the requested slide? Not if the slide is unreachable (see `unreachable`) or not finite: the board then stands still.
     pub sliding: bool,
     /// Time until the board is at its goal, s, see [`Follower::left_s`](crate::Follower::left_s); `None` without a goal.
     pub left_s: Option<f64>,
-    /// Is a person where the board would have to be? It then stays behind them.
+    /// Does a person occupy the place of the board? It then stays behind them.
     pub obstructed: bool,
-    /// The energy between the hand and the moving object that the board is on, since the touch began; `None` without one.
+    /// Energy exchanged between the hand and the moving object that the board is on, since the touch began; `None` without an object.
     pub object_port: Option<PortLedger>,
-    /// No way leads to the goal behind the surfaces: the motion under way ends, and the board stands.
+    /// No path behind the surfaces leads to the goal: the current motion ends, and the board stands still.
     pub blocked: bool,
 }

@@ -1,4 +1,4 @@
-//! What the renderer does for a supervisor: withdraw the board, and slow down.
+//! The renderer's response to a supervisor: withdraw the board, and slow down.
 
 use super::object::path_follower::PathFollower;
 use super::proximity::SHARES;
@@ -8,24 +8,24 @@ use crate::object::ObjectPath;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities};
 use std::sync::Arc;
 
-/// How fast a withdrawal starts and ends, m/s².
+/// Acceleration at the start and end of a withdrawal, m/s².
 const ACCELERATION_M_PER_S2: f64 = 1.0;
 
-/// Brings the board back along -normal of its face, and away from what it meets.
+/// Moves the board back along -normal of its face, and away from obstacles.
 #[derive(Debug, Clone)]
 pub(super) struct Withdrawal {
     path: PathFollower,
     way: Option<Way>,
     yielding: Yielding,
-    /// Where a push has taken the arm; the way back is over.
+    /// Where a push has taken the arm; the retreat is then over.
     pushed_to: Option<JointPositions>,
     qd: JointVelocities,
 }
 
-/// The way under way.
+/// The retreat in progress.
 #[derive(Debug, Clone, Copy)]
 struct Way {
-    /// Its length, m: shorter where the arm cannot go on.
+    /// Its length, m: shorter where the arm cannot continue.
     length_m: f64,
     done_m: f64,
     speed_m_per_s: f64,
@@ -43,7 +43,7 @@ impl Withdrawal {
         }
     }
 
-    /// One step of giving way to what pushes the arm, from where the follower has commanded it to be.
+    /// One step of yielding to a push on the arm, from the follower's commanded configuration.
     pub(super) fn give_way(
         &mut self,
         follower: &Follower,
@@ -76,8 +76,8 @@ impl Withdrawal {
         self.pushed_to.is_some() || torque.is_some_and(is_push)
     }
 
-    /// One step back from where the follower has commanded the board to be: `None` if that is not finite. A board that is
-    /// behind all surfaces already withdraws the less.
+    /// One step back from the follower's commanded pose; `None` if that is not finite. A board that is already behind all surfaces withdraws by that
+    /// much less.
     pub(super) fn step(
         &mut self,
         follower: &Follower,
@@ -117,7 +117,7 @@ impl Withdrawal {
         Some(q)
     }
 
-    /// The way is over: where the arm is, and how it moves there; `None` if there was none.
+    /// Ends the retreat: returns the arm's configuration and velocity; `None` if there was none.
     pub(super) fn end(&mut self) -> Option<(JointPositions, JointVelocities)> {
         self.yielding = Yielding::default();
         let (way, pushed_to) = (self.way.take(), self.pushed_to.take());
@@ -126,17 +126,17 @@ impl Withdrawal {
     }
 }
 
-/// The share of the joint speeds that a supervisor leaves: what it cuts off is given back step by step.
+/// The share of the joint speeds that a supervisor allows: after a cut it is restored step by step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SpeedCap {
     most: f64,
-    /// Since nothing was cut, s.
+    /// Time without a cut, s.
     sound_s: f64,
-    /// Since the last cut that counted, s.
+    /// Time since the last cut that counted, s.
     since_cut_s: f64,
-    /// Time since a share was last given back, s.
+    /// Time since a share was last restored, s.
     since_given_s: f64,
-    /// Time without a cut before the next share is given back, s.
+    /// Time without a cut before the next share is restored, s.
     wait_s: f64,
 }
 
@@ -152,24 +152,24 @@ impl Default for SpeedCap {
     }
 }
 
-/// What is cut within this time of the last cut is the same one, s: a motion takes that long to slow down, even where no joint is fast.
+/// Cuts within this time of the last one count as the same cut, s: a motion takes that long to slow down, even if no joint is fast.
 const CUT_S: f64 = 0.02;
 
-/// Nothing was cut for so long: the next larger share is tried, s.
+/// After this time without a cut the next larger share is tried, s.
 const GIVEN_BACK_S: f64 = 0.1;
-/// A share that is cut again within [`GIVEN_BACK_S`] was too large. The wait before the next try doubles, up to this, s. Otherwise an arm near
+/// If a share is cut again within [`GIVEN_BACK_S`], it was too large, and the wait before the next try doubles, up to this, s. Otherwise an arm near
 /// a person would brake and accelerate eight times a second.
 const MOST_WAIT_S: f64 = 0.8;
 
 impl SpeedCap {
-    /// `asked`: share of the last command that went through; `in_force`: share of the joint speeds that it was made with;
-    /// `has_slowed`: no joint is faster than that.
+    /// `asked`: share of the last command that passed; `in_force`: share of the joint speeds of that command; `has_slowed`: no joint is faster than
+    /// that.
     pub(super) fn step(&mut self, asked: f64, in_force: f64, has_slowed: bool, dt_s: f64) -> f64 {
         self.since_cut_s += dt_s;
         self.since_given_s += dt_s;
-        // NaN is a cut.
+        // NaN counts as a cut.
         if asked.is_nan() || asked < 1.0 {
-            // A cut in a motion that is slowing down already is not another one.
+            // Another cut while the motion is still slowing down does not count.
             if self.most >= in_force && has_slowed && self.since_cut_s >= CUT_S {
                 self.since_cut_s = 0.0;
                 self.wait_s = match self.since_given_s {
@@ -206,7 +206,7 @@ mod tests {
     fn cuts_in_a_row_are_one_until_the_motion_has_slowed_down() {
         let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
         let goal = JointPositions::from_deg([40.0, 50.0, 20.0, -60.0, 30.0, -50.0, 40.0]);
-        // Just begun, on its way, and before its end, where no joint is fast.
+        // Just begun, under way, and near the end, where no joint is fast.
         for steps in [5, 60, 200, 900] {
             let arm = Arc::new(SrsArm::iiwa7());
             let mut follower = Follower::new(arm, FollowerConfig::default(), &start).unwrap();
@@ -222,7 +222,7 @@ mod tests {
                 follower.step(DT_S).unwrap();
                 assert!(share >= 0.35, "{steps} steps, {k}: {share}");
             }
-            // Cuts that last slow it down further.
+            // Repeated cuts slow it down further.
             for _ in 0..400 {
                 share = cap.step(0.5, share, follower.has_slowed(), DT_S);
                 follower.set_speed_share(share).unwrap();
@@ -234,7 +234,7 @@ mod tests {
 
     const DT_S: f64 = 1e-3;
 
-    /// Steps of an arm that slows down at once and is cut to `bound` of its speed; how often it was cut, and the largest share at the end of
+    /// Simulates an arm that slows down at once and is cut to `bound` of its speed; returns how often it was cut, and the largest share at the end of
     /// each wait.
     fn cuts(cap: &mut SpeedCap, share: &mut f64, bound: f64, seconds: f64) -> Vec<f64> {
         let (mut at_s, mut before) = (vec![], *share);
@@ -252,17 +252,17 @@ mod tests {
     #[test]
     fn the_wait_doubles_with_every_try_that_fails() {
         let (mut cap, mut share) = (SpeedCap::default(), 1.0);
-        // Between two of the shares that are told apart.
+        // Between two discrete shares.
         let at_s = cuts(&mut cap, &mut share, 0.4, 10.0);
         // One cut for each share above the bound, then one for each try.
         let waits_s: Vec<f64> = at_s[2..].windows(2).map(|pair| pair[1] - pair[0]).collect();
         for (wait_s, wanted_s) in waits_s.iter().zip([0.1, 0.2, 0.4, 0.8, 0.8, 0.8]) {
             assert!((wait_s - wanted_s).abs() < 5e-3, "{waits_s:?}");
         }
-        // It does not flutter: a try in 0.8 s, and the share in between is the one below the bound.
+        // No chatter: one try in 0.8 s, and the share in between is the one below the bound.
         assert!(at_s.len() <= 6 + (10.0 / MOST_WAIT_S) as usize, "{at_s:?}");
         assert!(share == 0.35 || share == 0.5, "{share}");
-        // Where it may go faster again, it does, and a later cut begins with the short wait.
+        // When full speed is allowed again, it returns, and a later cut begins with the short wait.
         assert_eq!(cuts(&mut cap, &mut share, 1.0, 3.0).len(), 0);
         assert_eq!(share, 1.0);
         let at_s = cuts(&mut cap, &mut share, 0.6, 0.3);

@@ -1,29 +1,29 @@
-//! Gives way to whatever pushes the arm.
+//! Yields to any push on the arm.
 
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, JointVelocities, MOST_JOINTS};
 
-/// A joint that feels less than this may feel nothing, N m: 2 % of what the first joint of an iiwa can measure, as its maker states.
+/// A smaller torque may be no push, N m: 2 % of the range of an iiwa's first joint torque sensor, the accuracy that its maker states.
 const FELT_N_M: f64 = 3.5;
-/// How fast the arm sets off and stops, m/s².
+/// Acceleration and deceleration of the fastest part, m/s².
 const ACCELERATION_M_PER_S2: f64 = 2.0;
-/// The fastest part gives way by no more than this, m: twice what frees a hand of 1 kN/m that was pressed with 140 N. A sensor that
-/// fails while something is touched leads the arm no further.
+/// Most distance by which the fastest part yields, m: twice what frees a hand of 1 kN/m that was pressed with 140 N. If a sensor fails during a
+/// touch, the arm moves no further.
 const MOST_M: f64 = 0.15;
-/// Joint motions by which the speed of the body is found.
+/// Joint step for differentiating the position of the body, rad.
 const SMALL_RAD: f64 = 1e-4;
 
-/// Joints that move the way that they are pushed: whatever touches the arm, wherever, moves with the force that it exerts, for
-/// `τ · qd = F · v > 0`. So the force falls, without the place or the direction of the touch being known.
+/// Joints that move the way that they are pushed: whatever touches the arm, anywhere, moves with the force that it exerts, since
+/// `τ · qd = F · v > 0`. So the force falls, although place and direction of the touch are unknown.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Yielding {
     speed_m_per_s: f64,
     way_m: f64,
-    /// The direction of the joints, so long that the fastest part moves at 1 m/s.
+    /// Joint direction, scaled so that the fastest part moves at 1 m/s.
     direction: JointVelocities,
 }
 
 impl Yielding {
-    /// The joint velocities of the next step. Without torques it comes to rest.
+    /// The joint velocities of the next step. Without a push the arm comes to rest.
     pub(super) fn step(
         &mut self,
         arm: &dyn ArmKinematics,
@@ -55,17 +55,17 @@ impl Yielding {
     }
 }
 
-/// Do the joints feel a push?
+/// Do the torques indicate a push?
 pub(crate) fn is_push(torque: &JointTorques) -> bool {
     torque.0.iter().any(|n_m| n_m.abs() > FELT_N_M)
 }
 
-/// What the joints feel beyond what their sensors say without a push, N m.
+/// Joint torques beyond the sensor bias, N m.
 pub(crate) fn beyond(torque: &JointTorques, bias: &JointTorques) -> JointTorques {
     JointTorques(std::array::from_fn(|joint| torque[joint] - bias[joint]))
 }
 
-/// The direction in which the joints are pushed; `None` for torques that move nothing.
+/// The direction in which the joints are pushed; `None` for torques that move no part.
 fn direction(
     arm: &dyn ArmKinematics,
     q: &JointPositions,

@@ -1,4 +1,4 @@
-//! What goes into the supervisor in a cycle, and what comes out.
+//! Inputs and outputs of the supervisor in a cycle.
 
 use super::limits::person::PersonPoint;
 use super::state::{SafeRequest, SafeState};
@@ -7,30 +7,30 @@ use glam::DVec3;
 use hwall_geometry::Wrench;
 use hwall_kinematics::{JointPositions, JointTorques};
 
-/// All that the supervisor looks at in a cycle.
+/// All inputs of the supervisor in a cycle.
 #[derive(Debug, Clone, Copy)]
 pub struct SupervisorInput<'a> {
     /// Now, s.
     pub now_s: f64,
     /// The arm's state.
     pub state: &'a ArmState,
-    /// The person's points that are known, base frame. A part that was seen once must keep coming, until
+    /// The known points of the person, base frame. A part that was seen once must keep coming, until
     /// [`Supervisor::forget`](super::Supervisor::forget).
     pub person: &'a [PersonPoint],
-    /// Where the board shall be, base frame (m), and since when that is known (s); `None`: nowhere.
+    /// The target of the board, base frame (m), and its time stamp (s); `None`: no target.
     pub target: Option<(DVec3, f64)>,
-    /// Estimated wrench on the board about the middle of its face, base axes; `None` without torque sensors.
+    /// Estimated wrench on the board about the centre of its face, base axes; `None` without torque sensors.
     pub force: Option<Wrench>,
     /// The command about to be sent.
     pub command: ArmCommand,
 }
 
-/// What the supervisor says.
+/// The output of the supervisor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SupervisorStep {
     /// The command to send instead.
     pub command: ArmCommand,
-    /// What is in force, and why.
+    /// The current state and its reason.
     pub state: SafeState,
     /// What the renderer is asked to do next.
     pub request: SafeRequest,

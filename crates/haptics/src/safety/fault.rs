@@ -3,14 +3,14 @@
 use super::state::SafeReason;
 use super::supervisor_config::{Latch, TimingConfig};
 
-/// How a fault is answered.
+/// The response to a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Severity {
     /// Hold, then withdraw.
     Unsure,
-    /// Hold, then stop: a command that is bad, or an arm whose state is not known, cannot withdraw.
+    /// Hold, then stop: with a bad command or an unknown arm state the arm cannot withdraw.
     Blind,
-    /// Withdraw or give way at once, latched: a hand may be caught.
+    /// Withdraw or yield at once, latched: a hand may be caught.
     Caught,
     /// Hold, then stop, latched.
     Broken,
@@ -27,7 +27,7 @@ impl Fault {
         Self { reason, severity }
     }
 
-    /// The worse of two; of equals the first.
+    /// The worse of two faults; of equal ones the first.
     pub(super) fn worse(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
             (Some(a), Some(b)) if b.severity > a.severity => Some(b),
@@ -37,20 +37,20 @@ impl Fault {
     }
 }
 
-/// What the fault machine is in.
+/// The current fault and the response to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trouble {
     pub(super) fault: Fault,
     pub(super) stage: Stage,
     /// When the stage began, s of sound time.
     since_s: f64,
-    /// When a fault of its severity was found last, s of sound time.
+    /// When a fault of this severity was last found, s of sound time.
     last_found_s: f64,
-    /// Since when all inputs are sound.
+    /// Since when all inputs have been sound.
     sound_since_s: Option<f64>,
-    /// Somebody asked for the stop; whatever breaks meanwhile, it takes a person to end it.
+    /// The stop was requested; only a person can end it, whatever else fails meanwhile.
     asked_for: bool,
-    /// A person has let it go, and nothing has come since.
+    /// A person has released it, and no fault has occurred since.
     released: bool,
 }
 
@@ -74,25 +74,25 @@ pub(super) enum Stage {
     Stop,
 }
 
-/// How the arm is in a cycle.
+/// The state of the arm in a cycle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Condition {
     /// No joint moves.
     pub(super) rests: bool,
-    /// It takes torques.
+    /// It takes torque commands.
     pub(super) torque_level: bool,
     /// The force is still above `relaxed_n`.
     pub(super) is_pressed: bool,
 }
 
-/// What is wrong, and how far the answer has come.
+/// The current fault, and how far the response has progressed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct FaultMachine {
     pub(super) trouble: Option<Trouble>,
 }
 
 impl FaultMachine {
-    /// Latches are released: the fault may now end as any other. An arm that was giving way holds first, because it goes on from rest.
+    /// Releases latches: the fault may now end like any other. A yielding arm holds first, because it must start from rest.
     pub(super) fn reset(&mut self, now_s: f64) {
         if let Some(trouble) = &mut self.trouble {
             if matches!(trouble.stage, Stage::Retreat | Stage::Compliant) {
@@ -103,7 +103,7 @@ impl FaultMachine {
         }
     }
 
-    /// Stopped, latched. An arm that gives way to a force goes on doing so, and stops once that is over: standing, it would clamp a hand.
+    /// Stops, latched. An arm that yields to a force continues to yield and stops afterwards: a rigid arm would clamp a hand.
     pub(super) fn stop(&mut self, reason: SafeReason, now_s: f64) {
         if let Some(trouble) = &mut self.trouble
             && trouble.fault.severity == Severity::Caught
@@ -123,8 +123,8 @@ impl FaultMachine {
         });
     }
 
-    /// One cycle: what was found wrong in it, if anything. An arm that was not known, or took no commands, goes on only after it has come
-    /// to `rest`; one that still is `pressed` gives way for as long as it is.
+    /// One cycle with the fault found in it, if any. An arm whose state was unknown, or that took no commands, continues only after it `rests`; one
+    /// that `is_pressed` yields for as long as it is.
     pub(super) fn advance(
         &mut self,
         found: Option<Fault>,
@@ -143,7 +143,7 @@ impl FaultMachine {
                 return;
             };
             let since_s = *trouble.sound_since_s.get_or_insert(now_s);
-            // An arm whose state was sound throughout may go on in motion.
+            // An arm whose state was always sound may continue in motion.
             let was_unknown = trouble.fault.severity >= Severity::Blind;
             let holds = matches!(trouble.stage, Stage::Hold | Stage::Stop);
             let moves = was_unknown && holds && !rests;
@@ -161,11 +161,11 @@ impl FaultMachine {
         };
         match &mut self.trouble {
             Some(trouble) if fault.severity <= trouble.fault.severity => {
-                // The newest numbers of the same fault, and the newest fault of the same kind. What a person has let go gives way to
-                // whatever comes.
+                // Keep the newest values of the same fault, and the newest fault of the same kind. A fault that a person has released is replaced by
+                // any new one.
                 let is_alike = fault.severity == trouble.fault.severity;
                 if trouble.released && trouble.stage == Stage::Hold && !is_alike {
-                    // Another kind holds for its own time before it withdraws.
+                    // A fault of another kind holds for its own time before the arm withdraws.
                     trouble.since_s = now_s;
                 }
                 if is_alike {
@@ -176,12 +176,12 @@ impl FaultMachine {
                 } else if !trouble.is_latched(latch)
                     && now_s - trouble.last_found_s > timing.recovery_s
                 {
-                    // The worse fault has ended; this one now holds the arm, so it is named. The severity stays.
+                    // The worse fault has ended; name this one, which now holds the arm. The severity stays.
                     trouble.fault.reason = fault.reason;
                 }
                 (trouble.sound_since_s, trouble.released) = (None, false);
             }
-            // An arm that a person has let go gives way to a force, wherever it stands.
+            // Only a released arm yields to a force from a stop.
             Some(trouble) if trouble.stage == Stage::Stop && !trouble.released => {
                 (trouble.fault, trouble.sound_since_s) = (fault, None);
             }
@@ -197,7 +197,7 @@ impl FaultMachine {
                 });
             }
         }
-        // An arm that is not known cannot withdraw or float.
+        // An arm in an unknown state cannot withdraw or float.
         let is_known = !matches!(fault.severity, Severity::Blind | Severity::Broken);
         if let Some(trouble) = self.trouble.as_mut().filter(|_| !is_known)
             && matches!(trouble.stage, Stage::Retreat | Stage::Compliant)
@@ -207,7 +207,7 @@ impl FaultMachine {
         self.escalate(now_s, timing, arm, is_known);
     }
 
-    /// From holding to withdrawing, from withdrawing to stopped.
+    /// Moves on from holding to withdrawing, and from withdrawing to stopped.
     fn escalate(&mut self, now_s: f64, timing: &TimingConfig, arm: Condition, is_known: bool) {
         let Some(trouble) = &mut self.trouble else {
             return;
@@ -215,7 +215,7 @@ impl FaultMachine {
         let lasted_s = now_s - trouble.since_s;
         let severity = trouble.fault.severity;
         let next = match trouble.stage {
-            // What ended giving way is over, the force is not.
+            // Yielding was interrupted and that fault is over, but the force is not.
             Stage::Hold if severity == Severity::Caught => {
                 match (lasted_s > timing.hold_s && is_known, arm.torque_level) {
                     (false, _) => Stage::Hold,
@@ -231,7 +231,7 @@ impl FaultMachine {
                 }
             }
             Stage::Retreat if lasted_s > timing.retreat_s && !arm.is_pressed => Stage::Stop,
-            // Nothing but its friction brakes an arm without torques.
+            // Without torques only friction brakes the arm.
             Stage::Compliant if !arm.is_pressed => Stage::Hold,
             stage => stage,
         };
@@ -247,7 +247,7 @@ mod tests {
     use crate::safety::Channel;
     use Severity::{Blind, Broken, Caught, Unsure};
 
-    /// A machine in which time passes, with an arm that rests, takes positions and is not pressed unless said otherwise.
+    /// A machine with a clock. By default the arm rests, takes positions and is not pressed.
     struct Run {
         machine: FaultMachine,
         now_s: f64,
@@ -321,19 +321,19 @@ mod tests {
         assert_eq!(run.go(5000, None), Some(Stage::Retreat));
         run.arm.is_pressed = false;
         assert_eq!(run.go(10, None), Some(Stage::Stop));
-        // The same on the torque level, where the arm floats, after a cycle in which it was not known.
+        // The same at torque level, where the arm floats, after a cycle with an unknown state.
         let mut run = Run::new();
         (run.arm.is_pressed, run.arm.torque_level) = (true, true);
         assert_eq!(run.go(10, Some(Caught)), Some(Stage::Compliant));
         assert_eq!(run.go(1, Some(Blind)), Some(Stage::Hold));
         assert_eq!(run.go(310, Some(Caught)), Some(Stage::Compliant));
-        // Nobody presses any more: it holds, and stops.
+        // The force ends: it holds, and stops.
         run.arm.is_pressed = false;
         assert_eq!(run.go(1, None), Some(Stage::Hold));
         assert_eq!(run.go(310, None), Some(Stage::Stop));
     }
 
-    /// The stop made the arm rigid, and each time it was let go it stopped again: the hand stayed clamped.
+    /// Regression: a stop made the arm rigid, and it stopped again after every release, so the hand stayed clamped.
     #[test]
     fn a_stop_does_not_clamp_a_caught_hand() {
         for (torque_level, gives_way) in [(false, Stage::Retreat), (true, Stage::Compliant)] {
@@ -345,14 +345,14 @@ mod tests {
             run.arm.is_pressed = false;
             run.go(310, None);
             assert_eq!((run.stage(), run.is_latched()), (Some(Stage::Stop), true));
-            // Let go, and pressed again: it gives way again.
+            // Released, and pressed again: it yields again.
             run.machine.reset(run.now_s);
             run.arm.is_pressed = true;
             assert_eq!(run.go(10, Some(Caught)), Some(gives_way));
         }
     }
 
-    /// It once went on at the speed to which it had been pushed, into its end stop.
+    /// Regression: the arm continued at the speed to which it had been pushed, into its end stop.
     #[test]
     fn an_arm_that_gave_way_goes_on_only_from_rest() {
         for torque_level in [false, true] {
@@ -373,13 +373,13 @@ mod tests {
         assert_eq!(run.go(5, Some(Unsure)), Some(Stage::Hold));
         assert_eq!(run.go(249, None), Some(Stage::Hold));
         assert_eq!(run.go(5, None), None);
-        // One that returns within the recovery time is the same, and withdraws in the end.
+        // A fault that returns within the recovery time is the same one, and the arm withdraws in the end.
         for _ in 0..4 {
             run.go(50, Some(Unsure));
             run.go(50, None);
         }
         assert_eq!(run.go(1, Some(Unsure)), Some(Stage::Retreat));
-        // A worse one ends the withdrawal, a slighter one after it changes nothing.
+        // A worse fault ends the withdrawal; a lesser one afterwards changes nothing.
         assert_eq!(run.go(1, Some(Broken)), Some(Stage::Hold));
         run.go(310, Some(Unsure));
         assert_eq!((run.stage(), run.is_latched()), (Some(Stage::Stop), true));
@@ -393,7 +393,7 @@ mod tests {
         assert_eq!(run.go(2000, None), Some(Stage::Hold));
         run.arm.rests = true;
         assert_eq!(run.go(1, None), None);
-        // One that was known all the time may go on in motion.
+        // An arm whose state was always known may continue in motion.
         run.arm.rests = false;
         run.go(5, Some(Unsure));
         assert_eq!(run.go(260, None), None);

@@ -1,28 +1,26 @@
-//! Limits for contact with people, and the supervisor that stands between a renderer and the arm.
+//! Limits for contact with people, and the supervisor between a renderer and the arm.
 //!
 //! # What the supervisor does
 //!
-//! `safety::Supervisor` stands between whatever makes commands and the arm, at servo and at torque level. Each cycle it takes
-//! state, the person's points, target, force and command, and gives back the command to send, a `SafeState` with its reason, and a
-//! request to the renderer.
+//! `safety::Supervisor` stands between any source of commands and the arm, at servo and at torque level. Each cycle it takes the state, the person's
+//! points, the target, the force and the command. It returns the command to send, a `SafeState` with its reason, and a request to the renderer.
 //!
-//! | found | answer | then, if it lasts |
+//! | fault | response | then, if it lasts |
 //! | --- | --- | --- |
-//! | near a person, faster than a joint or a torque rate allows | `Slowed`: cut, to rest where a part of the arm could meet head or torso (`body::Separation`) | normal as soon as it is over |
+//! | near a person, faster than a joint or a torque rate allows | `Slowed`: cut, down to rest where a part of the arm could meet head or torso (`body::Separation`) | normal as soon as it is over |
 //! | head or fingertip not tracked so far (`SupervisorConfig::required`) | `Holding` | normal once they are |
-//! | hand, head, target, torque or force lost, leaping, frozen or NaN; a push at the edge; a push on the arm while no hand is near the board | `Holding` | `Retreating` after 0.3 s, `Stopped` after 1.5 s more |
-//! | arm's angles, speeds or clock lost, leaping, frozen or NaN; a command that is NaN, leaps, leaves the box or folds the arm into itself | `Holding` | `Stopped` after 0.3 s |
-//! | more force than a hand may meet | `Retreating` at once (torque level: `Compliant`), latched: every joint moves the way that it is pushed | `Stopped` after 1.5 s, but not above 65 N (torque level: `Holding` as soon as it is below 65 N, `Stopped` 0.3 s later) |
-//! | a force that no hand exerts, an arm beyond its limits, one that is not where it was commanded to be or drifts in a hold (`ObedienceConfig`) | `Holding`, latched | `Stopped` after 0.3 s |
+//! | hand, head, target, torque or force lost, jumping, frozen or NaN; a push at the edge; a push on the arm while no hand is near the board | `Holding` | `Retreating` after 0.3 s, `Stopped` after 1.5 s more |
+//! | arm's angles, speeds or clock lost, jumping, frozen or NaN; a command that is NaN, jumps, leaves the box or folds the arm into itself | `Holding` | `Stopped` after 0.3 s |
+//! | more force than allowed on a hand | `Retreating` at once (torque level: `Compliant`), latched: every joint moves the way that it is pushed | `Stopped` after 1.5 s, but not above 65 N (torque level: `Holding` as soon as it is below 65 N, `Stopped` 0.3 s later) |
+//! | an implausible force, an arm beyond its limits, one that is not where it was commanded to be or drifts in a hold (`ObedienceConfig`) | `Holding`, latched | `Stopped` after 0.3 s |
 //!
-//! Every fault is answered in the cycle in which it is found, and no chain of answers is longer than
-//! `SupervisorConfig::longest_to_last_state_s`. Commands go through again when all inputs were sound for 0.25 s; what is latched
-//! needs `Supervisor::reset`. A request to retreat is carried out by the renderer; whatever it commands meanwhile is cut to 0.1 m/s
-//! and not let forward, unless it gives way to a push: then to 0.25 m/s.
+//! Every fault is handled in the cycle in which it is found; the last state follows within `SupervisorConfig::longest_to_last_state_s`. Commands go
+//! through again after all inputs were sound for 0.25 s; a latched fault needs `Supervisor::reset`. The renderer carries out a request to retreat;
+//! meanwhile its commands are cut to 0.1 m/s and may not move forward. If it yields to a push, they are cut to 0.25 m/s.
 //!
-//! Limits of contact are named after ISO/TS 15066. Secondary publications quote it with different numbers: every one is a field of
-//! `ContactLimits` with its default beside it, for whoever runs a set-up to confirm. This is software on an ordinary computer,
-//! not a safety-rated function: it comes on top of those of the arm's own controller, not in their place.
+//! Contact limits are named after ISO/TS 15066. Secondary publications quote it with different numbers: every limit is a field of `ContactLimits`
+//! with its default beside it, to be confirmed for each setup. This is software on an ordinary computer, not a safety-rated function: it adds to the
+//! arm controller's own safety functions and does not replace them.
 
 mod cycle;
 mod fault;

@@ -1,9 +1,9 @@
-//! What the supervisor says: a state, its reason, and what the renderer is asked to do.
+//! The supervisor's output: a state, its reason, and the request to the renderer.
 
 use crate::body::Nearest;
 use hwall_kinematics::JointTorques;
 
-/// Where an input comes from.
+/// The source of an input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Channel {
@@ -27,7 +27,7 @@ pub enum Channel {
     Elbow,
     /// The palm of the other hand.
     OtherHand,
-    /// Where the board shall be.
+    /// The target of the board.
     Target,
     /// The estimated contact force.
     Force,
@@ -70,14 +70,14 @@ pub enum SafeReason {
         /// Its age, s; negative if its stamp lies ahead.
         age_s: f64,
     },
-    /// It leapt further than it can have moved.
+    /// It jumped further than it can have moved.
     Jump {
         /// The input.
         channel: Channel,
         /// By how much, in its own unit (s, rad, rad/s, N m, m, N).
         by: f64,
     },
-    /// The same to the last bit for too long while something moves.
+    /// Bit-identical for too long while something moves.
     Frozen {
         /// The input.
         channel: Channel,
@@ -93,7 +93,7 @@ pub enum SafeReason {
         /// The value: rad, rad/s or N m.
         value: f64,
     },
-    /// The command asks for more than a joint may do; it is cut.
+    /// The command exceeds a joint's limits; it is cut.
     CommandLimit {
         /// Position, velocity or torque.
         channel: Channel,
@@ -102,33 +102,33 @@ pub enum SafeReason {
     },
     /// The board leaves its box.
     Workspace,
-    /// Two parts of the arm come too near to each other.
+    /// Two parts of the arm come too close to each other.
     SelfCollision {
         /// Distance between their surfaces, m.
         distance_m: f64,
     },
-    /// The arm comes too near to a thing in the [room](crate::body::Room).
+    /// The arm comes too close to an obstacle of the [room](crate::body::Room).
     Obstacle {
         /// Which, from 0.
         obstacle: usize,
         /// Distance between their surfaces, m.
         distance_m: f64,
     },
-    /// More force than a hand may meet.
+    /// More force than allowed on a hand.
     Force {
         /// Force on the board, N.
         force_n: f64,
         /// The limit that it exceeds, N.
         limit_n: f64,
     },
-    /// A force that no hand exerts: the sensors are broken.
+    /// An implausible force: the sensors are broken.
     ImplausibleForce {
         /// N.
         force_n: f64,
     },
-    /// A push so near to the edge that the board would slip away under it, or a moment too large.
+    /// A push so near the edge that the board could slip away under it, or too large a moment.
     BoardEdge {
-        /// Moment about the middle of the face, N m.
+        /// Moment about the centre of the face, N m.
         moment_n_m: f64,
     },
     /// A person is near.
@@ -138,38 +138,36 @@ pub enum SafeReason {
         /// Distance of the face, m.
         distance_m: f64,
     },
-    /// The arm is not where positions told it to be, or drifts although it was told to hold
-    /// ([`ObedienceConfig`](super::ObedienceConfig)).
+    /// The arm is not where it was commanded to be, or drifts although it was commanded to hold ([`ObedienceConfig`](super::ObedienceConfig)).
     NotObeyed,
     /// The arm did not take the last command ([`Supervisor::refused`](super::Supervisor::refused)).
     Refused,
-    /// Too few states of the arm agree with each other to begin from.
+    /// Too few consistent states of the arm to start from.
     Unproven,
-    /// A part of the person without which the arm does not move
-    /// ([`SupervisorConfig::required`](super::SupervisorConfig::required)) was not seen so far.
+    /// A [required](super::SupervisorConfig::required) part of the person has not been seen so far.
     Unseen(Channel),
-    /// With the board out of everybody's reach the torque sensors say this: a touch would be hidden, or seen where none is.
+    /// Torque sensor bias while the board is out of everybody's reach: it would hide a touch, or show one that is not there.
     TorqueBias {
         /// Joint, from 0.
         joint: usize,
         /// N m.
         bias_n_m: f64,
     },
-    /// Nobody's hand is near the board, and yet something pushes the arm.
+    /// Something pushes the arm although nobody's hand is near the board.
     UnexpectedContact {
-        /// The joint that feels most of it for its limit, from 0.
+        /// The joint with the largest torque relative to its limit, from 0.
         joint: usize,
-        /// Beyond its bias, N m.
+        /// Torque beyond the bias, N m.
         torque_n_m: f64,
     },
     /// [`Supervisor::stop`](super::Supervisor::stop) was called.
     Requested,
-    /// A part of the program that the session needs has ended by a fault.
+    /// A thread that the session needs has failed.
     LostThread,
 }
 
 impl SafeReason {
-    /// The arm comes too near to what is nearest.
+    /// The reason for coming too close to the nearest part.
     pub(super) const fn met(nearest: &Nearest) -> Self {
         let distance_m = nearest.distance_m;
         match nearest.obstacle {
@@ -209,7 +207,7 @@ impl SafeReason {
         }
     }
 
-    /// The input at fault, if it is one.
+    /// The faulty input, if there is one.
     #[must_use]
     pub const fn channel(&self) -> Option<Channel> {
         match self {
@@ -228,7 +226,7 @@ impl SafeReason {
     }
 }
 
-/// What the supervisor lets the arm do, from free to not at all.
+/// What the supervisor lets the arm do, from everything to nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum SafeState {
@@ -239,7 +237,7 @@ pub enum SafeState {
         /// The tightest limit.
         reason: SafeReason,
     },
-    /// The arm stands: the first answer to a fault.
+    /// The arm stands: the first response to a fault.
     Holding {
         /// The fault.
         reason: SafeReason,
@@ -249,12 +247,12 @@ pub enum SafeState {
         /// The fault.
         reason: SafeReason,
     },
-    /// A torque-controlled arm floats under its own gravity compensation and gives way to a push.
+    /// A torque-controlled arm floats under its own gravity compensation and yields to a push.
     Compliant {
         /// The fault.
         reason: SafeReason,
     },
-    /// The arm stands until the fault is gone, and, for a latched one ([`Latch`](super::Latch)), until [`Supervisor::reset`](super::Supervisor::reset).
+    /// The arm stands until the fault is gone; a latched fault ([`Latch`](super::Latch)) needs [`Supervisor::reset`](super::Supervisor::reset).
     Stopped {
         /// The fault.
         reason: SafeReason,
@@ -275,7 +273,7 @@ impl SafeState {
         }
     }
 
-    /// Why; `None` for normal.
+    /// The reason; `None` for normal.
     #[must_use]
     pub const fn reason(&self) -> Option<SafeReason> {
         match self {
@@ -289,31 +287,31 @@ impl SafeState {
     }
 }
 
-/// What the renderer is asked to do in the next cycle. Whatever it does, the command is supervised.
+/// What the renderer is asked to do in the next cycle. Its commands are supervised in any case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum SafeRequest {
-    /// Go on; move at this share of the speed (1: full).
+    /// Continue at this share of the speed (1: full).
     Go {
         /// Share of the joint speeds, in (0, 1].
         speed_share: f64,
     },
     /// Come to rest where the arm is.
     Hold,
-    /// Give way to whatever pushes the arm, no faster than this, and stand when it is gone.
+    /// Yield to any push on the arm, no faster than this, and stop when the push ends.
     Yield {
         /// Speed of the fastest part, m/s.
         speed_m_per_s: f64,
-        /// What the torque sensors say without a push, N m; `None`: not known, and then only a push beyond a limit counts.
+        /// Torque readings without a push, N m; `None`: unknown, and then only a push beyond a limit counts.
         bias: Option<JointTorques>,
     },
-    /// Withdraw the board along -normal of its face, by this way and no faster; give way to what is met on it.
+    /// Withdraw the board along -normal of its face, by this distance and no faster; yield to obstacles met on the path.
     Retreat {
         /// How far behind its surface, m.
         behind_m: f64,
         /// Speed, m/s.
         speed_m_per_s: f64,
-        /// What the torque sensors say without a push, N m; `None`: not known, and then only a push beyond a limit counts.
+        /// Torque readings without a push, N m; `None`: unknown, and then only a push beyond a limit counts.
         bias: Option<JointTorques>,
     },
 }

@@ -1,4 +1,4 @@
-//! Between renderer and arm: every input watched, every command limited, every fault a named safe state.
+//! Between renderer and arm: checks every input, limits every command, turns every fault into a named safe state.
 
 mod limited;
 
@@ -22,12 +22,12 @@ use glam::DVec2;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques};
 use std::sync::Arc;
 
-/// A held arm whose joints are slower than this has come to rest, rad/s: above what the noise of sensors makes of a resting arm.
+/// A held arm whose joints are slower than this is at rest, rad/s: above the sensor noise of a resting arm.
 const RESTS_RAD_PER_S: f64 = 0.05;
 
-/// Takes each command and gives back the one to send.
+/// Takes each command and returns the one to send.
 ///
-/// Nothing in here fails, blocks or allocates after construction.
+/// It never fails or blocks, and does not allocate after construction.
 #[derive(Debug, Clone)]
 pub struct Supervisor {
     arm: Arc<dyn ArmKinematics>,
@@ -42,17 +42,17 @@ pub struct Supervisor {
     began: Option<JointPositions>,
     bias: Option<TorqueBias>,
     face_pushes: FacePushes,
-    /// A contact that began while nobody could reach the board.
+    /// A contact that began while nobody could reach the board still lasts.
     lasts: bool,
     out_of_reach: bool,
-    /// As last seen.
+    /// At their last known position.
     person: PersonBody,
     /// The arm did not take the last command.
     refused: bool,
     sent: Sent,
-    /// How the positions that are sent follow what is wanted; `None` while none are.
+    /// How the sent positions follow the wanted ones; `None` while none are sent.
     braking: Option<Braking>,
-    /// Why they are behind it, if they are.
+    /// Why the sent positions lag behind, if they do.
     cut_for: Option<SafeReason>,
     /// Does the arm take torques?
     torque_level: bool,
@@ -60,7 +60,7 @@ pub struct Supervisor {
 }
 
 impl Supervisor {
-    /// For an arm that carries the board; the arm's own tool is replaced by the board's face, as for the renderer.
+    /// For an arm that carries the board; the board's face replaces the arm's own tool, as in the renderer.
     ///
     /// # Errors
     /// A setting outside its range.
@@ -113,25 +113,25 @@ impl Supervisor {
         &self.arm
     }
 
-    /// What keeps the arm away from itself, the room and the person.
+    /// Keeps the arm away from itself, the room and the person.
     #[must_use]
     pub const fn separation(&self) -> &Separation {
         &self.separation
     }
 
-    /// Where the arm stood when it was first free to move: [`separation`](Self::separation) is [fitted](Separation::fit) to that, rad.
+    /// The configuration in which the arm was first free to move, rad: [`separation`](Self::separation) is [fitted](Separation::fit) to it.
     #[must_use]
     pub const fn began(&self) -> Option<JointPositions> {
         self.began
     }
 
-    /// The person as last seen.
+    /// The person at their last known position.
     #[must_use]
     pub const fn person(&self) -> &PersonBody {
         &self.person
     }
 
-    /// The mass that a push on the board feels now, kg, see [`effective_mass_kg`](crate::passivity::effective_mass_kg).
+    /// Sets the effective mass at the board, kg, see [`effective_mass_kg`](crate::passivity::effective_mass_kg).
     ///
     /// # Errors
     /// A mass that is not positive.
@@ -141,7 +141,7 @@ impl Supervisor {
         Ok(())
     }
 
-    /// This part of the person is no longer tracked on purpose. It is not missed, nor kept away from, until it is tracked again.
+    /// This part of the person is deliberately no longer tracked. Until it is tracked again, it is not missed and the arm does not keep away from it.
     pub fn forget(&mut self, part: PersonPart) {
         if part == PersonPart::Head {
             self.person = PersonBody::default();
@@ -149,27 +149,26 @@ impl Supervisor {
         self.inspection.forget(part);
     }
 
-    /// Whoever was tracked is gone: nothing of them is missed, and the arm waits until all
-    /// [required](SupervisorConfig::required) parts of a person are tracked again.
+    /// The tracked person has left: none of their parts is missed, and the arm waits until all [required](SupervisorConfig::required) parts of a
+    /// person are tracked again.
     pub fn forget_person(&mut self) {
         self.person = PersonBody::default();
         self.inspection.forget_person();
     }
 
-    /// Is the board known to be out of everybody's reach? Then what the torque sensors say of a resting arm is their error. Not known
-    /// by default.
+    /// Is the board known to be out of everybody's reach? Then the torque readings of a resting arm are sensor bias. Default: not known.
     pub fn set_out_of_reach(&mut self, out_of_reach: bool) {
         self.out_of_reach = out_of_reach;
     }
 
-    /// What the torque sensors said when the arm last rested out of everybody's reach, N m; `None` if it has not so far.
+    /// Torque readings at the arm's last rest out of everybody's reach, N m; `None` before the first.
     #[must_use]
     pub fn torque_bias(&self) -> Option<JointTorques> {
         self.bias.and_then(|bias| bias.bias())
     }
 
-    /// Ends a latched fault; commands go through again after the recovery time, if inputs are sound. The arm is believed to be where it
-    /// says it is, and what its torque sensors say at rest is found anew. Without a latched fault nothing changes.
+    /// Ends a latched fault; commands go through again after the recovery time if inputs are sound. The measured position is then trusted, and the
+    /// torque bias is estimated anew. No effect without a latched fault.
     pub fn reset(&mut self) {
         let trouble = self.faults.trouble.as_ref();
         if !trouble.is_some_and(|trouble| trouble.is_latched(self.config.latch)) {
@@ -181,7 +180,7 @@ impl Supervisor {
         self.bias = self.config.bias.map(TorqueBias::new);
     }
 
-    /// The arm did not take the last command: it holds until it takes them again, and goes on from where it rests.
+    /// The arm rejected the last command: it holds until it accepts commands again, and then continues from rest.
     pub const fn refused(&mut self) {
         self.refused = true;
     }
@@ -262,8 +261,7 @@ impl Supervisor {
         self.answer(command, slowed)
     }
 
-    /// Do the torque sensors of a resting arm say more than they may? Whatever else is wrong, as long as the arm's own state is
-    /// sound.
+    /// Is the torque bias of a resting arm too large? Checked regardless of other faults, as long as the arm's own state is sound.
     fn biased(
         &mut self,
         input: &SupervisorInput<'_>,
@@ -272,7 +270,7 @@ impl Supervisor {
     ) -> Option<Fault> {
         let bias = self.bias.as_mut()?;
         let is_out_of_reach = self.out_of_reach && arm_is_sound;
-        // A contact lasts until nothing is felt any more, whoever comes near the board meanwhile.
+        // A contact lasts until the torque is gone, even if a hand comes near the board meanwhile.
         let is_any = is_out_of_reach || self.lasts;
         let (arm, q) = (&*self.arm, &input.state.q);
         let half_m = DVec2::new(self.board.half_width_m, self.board.half_height_m);
@@ -289,7 +287,7 @@ impl Supervisor {
             )
         });
         let contact = contact.flatten();
-        // A bad state says nothing about the contact.
+        // A bad state gives no information about the contact.
         if arm_is_sound {
             self.lasts = is_any && contact.is_some();
         }
@@ -299,12 +297,12 @@ impl Supervisor {
             return Some(Fault::new(reason, Severity::Unsure));
         }
         let (joint, bias_n_m) = bias.beyond(self.arm.joint_count(), &self.guard)?;
-        // A hand may be near by now, and a touch would be hidden: somebody has to look.
+        // A hand may be near by now, and a touch would be hidden: a person has to check.
         let reason = SafeReason::TorqueBias { joint, bias_n_m };
         Some(Fault::new(reason, Severity::Broken))
     }
 
-    /// The command to send, and what it was cut by.
+    /// The command to send, and the reason for cutting it.
     fn command(
         &mut self,
         input: &SupervisorInput<'_>,

@@ -21,14 +21,13 @@ pub struct TimingConfig {
     pub retreat_s: f64,
     /// Inputs must have been sound for this long before commands go through again, s; default 0.25.
     pub recovery_s: f64,
-    /// Way of a retreat, m; default 0.1.
+    /// Distance of a retreat, m; default 0.1.
     pub retreat_m: f64,
     /// Speed of a retreat, m/s; default 0.1.
     pub retreat_m_per_s: f64,
-    /// Speed at which the arm gives way to what presses it, m/s; default 0.25, reduced speed of [ISO 10218-1]: 175 N of a grip of 2 kN/m are
-    /// gone in 0.35 s.
+    /// Speed at which the arm yields to a push, m/s; default 0.25, reduced speed of [ISO 10218-1]: a grip of 175 N with 2 kN/m is released in 0.35 s.
     pub yield_m_per_s: f64,
-    /// Longest step of time by which a command may go on, s; default 0.05, and no more than four usual steps.
+    /// Longest time by which one step advances a command, s; default 0.05, and no more than four nominal steps.
     pub max_step_s: f64,
 }
 
@@ -46,52 +45,51 @@ impl Default for TimingConfig {
     }
 }
 
-/// Which faults need a person before the arm moves again ([`Supervisor::reset`](super::Supervisor::reset)). A stop that was asked for
-/// always does.
+/// Which faults need a person before the arm moves again ([`Supervisor::reset`](super::Supervisor::reset)). A requested stop always does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Latch {
     /// Every fault.
     Everything,
-    /// A hand that was pressed too hard, an arm beyond its limits or one that does not obey, sensors that are broken, angles that
-    /// come back where the held arm cannot be. Other inputs that were missing or wrong for a while are no such fault. The default.
+    /// A hand pressed too hard, an arm beyond its limits or disobeying, broken sensors, angles that return where the held arm cannot be. Other inputs
+    /// that were missing or wrong for a while do not count. The default.
     #[default]
     Serious,
-    /// None: all end by themselves once all inputs have been sound for the recovery time. For simulations without people.
+    /// None: every fault ends by itself once all inputs have been sound for the recovery time. For simulations without people.
     Nothing,
 }
 
 /// Settings of [`Supervisor`](super::Supervisor).
 #[derive(Debug, Clone, PartialEq)]
 pub struct SupervisorConfig {
-    /// What a hand may meet.
+    /// Limits of contact with a hand.
     pub contact: ContactLimits,
-    /// How fast near the person.
+    /// Speed limits near the person.
     pub person: PersonLimits,
-    /// Pushes near the edge.
+    /// Limits of pushes near the edge.
     pub load: LoadLimits,
-    /// What joints may do; `None`: [`GuardLimits::of_arm`].
+    /// Joint limits; `None`: [`GuardLimits::of_arm`].
     pub guard: Option<GuardLimits>,
-    /// Does the arm do what it is told? `None`: this is not asked.
+    /// Does the arm follow its commands? `None`: not checked.
     pub obedience: Option<ObedienceConfig>,
-    /// So many states in a row must agree with each other before the first command; default 3. One is none.
+    /// Number of consecutive states that must agree before the first command; default 3. 1 disables the check.
     pub agreeing_states: u32,
-    /// What torque sensors may say while nobody can touch the board; `None`: this is not asked.
+    /// Allowed torque bias while nobody can touch the board; `None`: not checked.
     pub bias: Option<BiasConfig>,
-    /// How often the target may leap.
+    /// How often the target may jump.
     pub leaps: LeapLimits,
-    /// What needs a person.
+    /// Which faults need a person.
     pub latch: Latch,
-    /// Parts of the person that must have been tracked before the arm moves; default head and fingertip. What is not required is not
-    /// missed until it was seen, and nothing keeps the arm away from it.
+    /// Parts of the person that must have been tracked before the arm moves; default head and fingertip. A part that is not required is not missed
+    /// before it was first seen, and nothing keeps the arm away from it until then.
     pub required: Vec<PersonPart>,
     /// The arm's body.
     pub body: BodyConfig,
-    /// What stands around the arm; `None`, the default: a floor at the height of its base.
+    /// The real surroundings of the arm; `None`, the default: a floor at the height of its base.
     pub room: Option<Room>,
-    /// How far head and torso stay away from an arm that moves.
+    /// How the arm keeps away from head and torso.
     pub separation: SeparationConfig,
-    /// Mass that a push on the board feels, kg; default 5, an assumption.
-    /// [`Supervisor::set_effective_mass_kg`](super::Supervisor::set_effective_mass_kg) follows the configuration.
+    /// Effective mass at the board, kg; default 5, an assumption. [`Supervisor::set_effective_mass_kg`](super::Supervisor::set_effective_mass_kg)
+    /// updates it with the configuration.
     pub effective_mass_kg: f64,
     /// The arm's state: angles, rad.
     pub position: ChannelWatch,
@@ -103,11 +101,11 @@ pub struct SupervisorConfig {
     pub hand: ChannelWatch,
     /// Head, m.
     pub head: ChannelWatch,
-    /// Target, m. May leap and stand still by default: it is the renderer's to go there smoothly.
+    /// Target, m. May jump and stand still by default: the renderer moves there smoothly.
     pub target: ChannelWatch,
     /// Estimated force, N.
     pub force: ChannelWatch,
-    /// Steps of the clock that may repeat the same time; default 20.
+    /// Number of clock steps that may repeat the same time; default 20.
     pub repeated_times: usize,
     /// Largest step of the clock, s; default 0.2.
     pub largest_tick_s: f64,
@@ -142,7 +140,7 @@ impl Default for SupervisorConfig {
             position: watch(0.1, 0.02, 5.0, Some(0.1)),
             velocity: watch(0.1, 1.0, 200.0, Some(0.2)),
             torque: watch(0.1, 250.0, 2e4, Some(0.2)),
-            // A hand moves at up to 5 m/s or so; a tracker that recovers leaps.
+            // A hand moves at up to about 5 m/s; a recovering tracker jumps.
             // Five frames at 90 Hz.
             hand: watch(0.06, 0.1, 8.0, Some(1.0)),
             head: watch(0.06, 0.1, 4.0, Some(1.0)),
@@ -189,9 +187,8 @@ impl SupervisorConfig {
         Ok(())
     }
 
-    /// From the cycle in which a fault is seen the arm stands, floats or withdraws; no later than this after it the
-    /// supervisor is in its last state, stopped or compliant, if the fault lasts, s: `hold + retreat`, and one more hold if
-    /// the arm's state fails meanwhile.
+    /// Longest time from a fault to the last state (stopped or compliant) if the fault lasts, s: `hold + retreat`, and one more hold if the arm's
+    /// state fails meanwhile. Until then the arm stands, floats or withdraws.
     #[must_use]
     pub fn longest_to_last_state_s(&self) -> f64 {
         2.0 * self.timing.hold_s + self.timing.retreat_s

@@ -1,10 +1,10 @@
-//! States of the supervisor and their reasons in words, for a person who watches.
+//! The supervisor's states and reasons in words, for an observer.
 
 use super::state::{Channel, SafeReason, SafeState};
 use std::fmt::{self, Display};
 
 impl Channel {
-    /// What it is, in words.
+    /// The channel in words.
     const fn words(self) -> &'static str {
         match self {
             Self::Time => "the clock",

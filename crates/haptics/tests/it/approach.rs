@@ -1,4 +1,4 @@
-//! The board on its way: behind the surfaces, and exactly at its place at the end.
+//! The board on its path: behind the surfaces, and exactly in place at the end.
 
 use crate::support::{Change, assert_named, iiwa as arm};
 use glam::DVec3;
@@ -11,7 +11,7 @@ use hwall_testkit::Sampler;
 use std::sync::Arc;
 
 const DT_S: f64 = 2e-3;
-/// A wall before the arm, one that meets it at an outer corner, a box that stands out of the first.
+/// A wall in front of the arm, one that meets it at an outer corner, a box that stands out of the first.
 const WALL_X_M: f64 = 0.6;
 const SIDE: DVec3 = DVec3::new(0.8, 0.6, 0.0);
 
@@ -52,7 +52,7 @@ fn go_on(follower: &mut Follower) {
     follower.plan();
 }
 
-/// A call of the planner looks at ways no more often.
+/// Most samples that a call of the planner checks.
 fn most_looks() -> usize {
     PlannerConfig::default().looks + Planner::MOST_LOOKS
 }
@@ -77,11 +77,11 @@ fn place(sampler: &mut Sampler, shelf: bool) -> (DVec3, DVec3) {
     }
 }
 
-/// What many targets did, most of them changed on the way.
+/// The result of many targets, most of them changed before they were reached.
 struct Outcome {
-    /// How far the face came before a surface in each step, m, in rising order.
+    /// How far the face came in front of a surface in each step, m, in ascending order.
     in_front_m: Vec<f64>,
-    /// Targets that were left in peace, and those of them that were reached.
+    /// Targets that were not changed meanwhile, and how many of them were reached.
     wanted: usize,
     reached: usize,
 }
@@ -136,7 +136,7 @@ fn random_targets(
     outcome
 }
 
-/// 3 mm for a way, 1.75 mm if there is none that keeps that, 0.25 mm between two looks at a way.
+/// 3 mm for a path, 1.75 mm if no path keeps that, 0.25 mm between two samples.
 const BOUND_M: f64 = 5e-3;
 
 #[test]
@@ -168,7 +168,7 @@ fn slowing_down_on_the_way_keeps_the_board_behind_walls() {
     }
 }
 
-/// A goal may change while the board is in the box, or on its way into it: it then comes out, which is before the wall.
+/// A goal may change while the board is in the box, or moving into it: it then comes out, in front of the wall.
 #[test]
 fn random_targets_on_a_box_are_nearly_as_well_kept() {
     let outcome = random_targets(&barriers(), 42, true, 1000, false);
@@ -218,7 +218,7 @@ fn the_board_ends_exactly_at_its_place() {
     assert_eq!(follower.left_s(), Some(0.0));
 }
 
-/// How long the board takes to each target when it was on its way to another one before, s; `None`: not within 4 s.
+/// Time to each target when the board was moving to another one before, s; `None`: more than 4 s.
 fn arrivals_after_a_change_s(retry_s: f64) -> Vec<Option<f64>> {
     let mut sampler = Sampler::new(43);
     let config = ApproachConfig {
@@ -266,7 +266,7 @@ fn a_way_that_is_looked_at_again_is_shorter() {
     assert!(mean_s(1) < 0.98 * mean_s(0), "{} {}", mean_s(0), mean_s(1));
 }
 
-/// A box around the goal that only its front opens to: no straight way and no bend, only from behind.
+/// A box around the goal that opens only to its front: no straight path and no bend, only from behind.
 #[test]
 fn a_shelf_is_reached_from_behind_its_wall() {
     let mut follower = follower(&barriers());
@@ -283,7 +283,7 @@ fn a_shelf_is_reached_from_behind_its_wall() {
     assert!(most_m <= 5e-3, "{most_m}");
 }
 
-/// The plane of a shelf's top, which no barrier says the end of, lies between the board and a place of the wall above it.
+/// The plane of a shelf's top, which ends at no barrier, lies between the board and a place of the wall above it.
 #[test]
 fn a_shelf_that_nobody_knows_does_not_keep_the_board_for_good() {
     for y_m in [-0.35, -0.25, -0.15] {
@@ -304,8 +304,8 @@ fn a_shelf_that_nobody_knows_does_not_keep_the_board_for_good() {
     }
 }
 
-/// Steps with looks until the board is under way to the place within the shelf, and the most looks of a step. The speed is `share`
-/// of the usual one; if `restless`, target and speed change in every step.
+/// Steps that check samples until the board starts to move to the place within the shelf, and the most samples of a step. `share` is the speed share;
+/// if `restless`, target and speed change in every step.
 fn steps_of_a_search(share: f64, restless: bool) -> (usize, usize) {
     let mut follower = follower(&barriers());
     follower.set_speed_share(share).unwrap();
@@ -331,7 +331,7 @@ fn steps_of_a_search(share: f64, restless: bool) -> (usize, usize) {
         follower.commanded() != waiting(),
         "{steps} steps, at most {most} looks"
     );
-    // As fast as usual it arrives, on ways that were found meanwhile.
+    // At full speed it arrives, on paths that were found meanwhile.
     follower.set_speed_share(1.0).unwrap();
     for _ in 0..2000 {
         go_on(&mut follower);
@@ -342,7 +342,7 @@ fn steps_of_a_search(share: f64, restless: bool) -> (usize, usize) {
     (steps, most)
 }
 
-/// A board that is almost stopped takes minutes to its goal, and each of its ways wants many looks.
+/// A nearly stopped board needs minutes to its goal, and each of its paths many samples.
 #[test]
 fn a_search_that_takes_long_goes_on_in_the_next_steps() {
     let (usual_steps, _) = steps_of_a_search(1.0, false);

@@ -47,7 +47,7 @@ fn orthonormal_on_floor_ceiling_and_around_the_lying_threshold() {
             check(DVec3::new(0.0, -slope, z), 0.3);
         }
     }
-    // A floor: up is nowhere, the board points along world x.
+    // A floor: "up" is undefined, and the board points along world x.
     let floor = board_pose(DVec3::ZERO, DVec3::Z, 0.0).unwrap().rotation();
     assert_eq!(floor.y_axis, DVec3::X);
 }

@@ -1,4 +1,4 @@
-//! Whoever is caught by the arm is let go: on either side of the board, or at a link.
+//! A person caught by the arm is released: on either side of the board, or at a link.
 
 use crate::support::{DT_S, at_rest, home, iiwa, rates};
 use glam::DVec3;
@@ -17,15 +17,15 @@ use std::sync::Arc;
 
 const REACTION: usize = 22;
 const FACE: f64 = 4.0;
-/// Of the joints of an iiwa 7, N m.
+/// Torque limits of the joints of an iiwa 7, N m.
 const LARGEST_N_M: [f64; 7] = [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0];
-/// A push that loads a joint with more than this share of its largest torque turns it: 3 % are named.
+/// A push that loads a joint above this share of its torque limit moves it; contacts are reported from 3 % on.
 const TURNS: f64 = 0.04;
 
-/// A soft thing that the arm meets.
+/// A soft obstacle that the arm meets.
 #[derive(Clone, Copy)]
 struct Hand {
-    /// Which point of the body it is at: 2 the elbow, 3 the wrist, 4 the face; on the links between them.
+    /// The point of the body that it touches: 2 the elbow, 3 the wrist, 4 the face; fractions are on the links between them.
     point: f64,
     /// Its surface, m, and the direction in which it pushes.
     at_m: DVec3,
@@ -34,7 +34,7 @@ struct Hand {
 }
 
 struct Scene {
-    /// Where it presents the board.
+    /// The configuration that presents the board.
     home: JointPositions,
     arm: Arc<dyn ArmKinematics>,
     renderer: Renderer,
@@ -49,9 +49,9 @@ struct Scene {
     head_m: DVec3,
     /// A hand is at the board.
     is_touched: bool,
-    /// What the first sensor says without a push, N m.
+    /// Reading of the first torque sensor without a push, N m.
     bias_n_m: f64,
-    /// A second push; the force is then that of this one.
+    /// A second push; `force_n` is then that of this one.
     other: Option<Hand>,
 }
 
@@ -90,7 +90,7 @@ impl Scene {
         }
     }
 
-    /// The largest force meanwhile, N.
+    /// The largest force during the run, N.
     fn most_n(&mut self, hand: &Hand, cycles: usize) -> f64 {
         (0..cycles).fold(0.0, |most_n, _| {
             self.step(hand);
@@ -142,7 +142,7 @@ impl Scene {
             },
             stamp_s: self.fingertip_stamp_s.unwrap_or(self.now_s),
         });
-        // The fingertip is far away, or nobody knows where it is.
+        // The fingertip is far away, or its position is unknown.
         let is_seen = self.fingertip_stamp_s.is_none() && !self.is_touched;
         self.supervisor.set_out_of_reach(is_seen);
         let said = self.supervisor.step(&SupervisorInput {
@@ -165,7 +165,7 @@ impl Scene {
     }
 }
 
-/// The force from the first named state on: its rise, N, and what is left of it half a second later.
+/// Rise of the force after the first reported state, N, and the force half a second later.
 fn clamped(home: JointPositions, pushes: DVec3, n_per_m: f64, most_n: f64) -> (f64, f64) {
     let mut scene = Scene::at(home);
     scene.is_touched = true;
@@ -177,7 +177,7 @@ fn clamped(home: JointPositions, pushes: DVec3, n_per_m: f64, most_n: f64) -> (f
     };
     scene.run(&hand, 300);
     assert_eq!(scene.said, SafeState::Normal);
-    // It is pressed more and more until that is noticed.
+    // The force increases until it is detected.
     for _ in 0..60_000 {
         if scene.said != SafeState::Normal {
             break;
@@ -214,7 +214,7 @@ fn a_hand_that_is_squeezed_is_let_go_on_either_side_of_the_board() {
     }
 }
 
-/// A posture near the usual one.
+/// A posture near the nominal one.
 fn near_home(random: &mut Sampler) -> JointPositions {
     JointPositions(home().0.map(|q| q + random.uniform(-0.3, 0.3)))
 }
@@ -257,7 +257,7 @@ fn pressing(face: &Pose) -> Hand {
     }
 }
 
-/// Whose torso is so near to the board that no other motion is allowed.
+/// The person's torso is so close to the board that no other motion is allowed.
 #[test]
 fn a_squeezed_person_who_stands_close_by_is_let_go() {
     for gap_m in [0.05, 0.1, 0.3] {
@@ -273,7 +273,7 @@ fn a_squeezed_person_who_stands_close_by_is_let_go() {
     }
 }
 
-/// Any number of bad cycles while it is pressed.
+/// Repeated bad cycles during the push.
 #[test]
 fn giving_way_goes_on_after_a_bad_cycle() {
     for every in [3000, 400] {
@@ -292,7 +292,7 @@ fn giving_way_goes_on_after_a_bad_cycle() {
     }
 }
 
-/// A sensor that fails at a touch pretends a push that no motion relieves.
+/// A sensor that fails during a touch reports a push that no motion relieves.
 #[test]
 fn a_failed_sensor_does_not_lead_the_arm_away() {
     let mut scene = Scene::new();
@@ -312,7 +312,7 @@ fn a_failed_sensor_does_not_lead_the_arm_away() {
     assert!(way_m < 0.2, "{way_m}");
 }
 
-/// A board that withdraws because the tracker has lost the hand meets it on the way back.
+/// A board that withdraws because the tracker lost the hand meets the hand on the way back.
 #[test]
 fn a_retreat_stops_before_a_hand_that_nobody_sees() {
     for (n_per_m, limit_n) in [(1e3, 65.0), (5e3, 65.0), (20e3, 140.0)] {
@@ -324,7 +324,7 @@ fn a_retreat_stops_before_a_hand_that_nobody_sees() {
             pushes: normal,
             n_per_m,
         };
-        // The arm rests out of reach: what its sensors say without a push is known.
+        // The arm rests out of reach: the sensor bias becomes known.
         scene.run(&hand, 1000);
         scene.fingertip_stamp_s = Some(scene.now_s);
         let most_n = scene.most_n(&hand, 6000);
@@ -339,7 +339,7 @@ fn a_retreat_stops_before_a_hand_that_nobody_sees() {
     }
 }
 
-/// On a link, with nobody at the board: named within 50 ms, and let go.
+/// On a link, with nobody at the board: reported within 50 ms, and released.
 #[test]
 fn a_push_on_a_link_is_named_and_let_go() {
     for point in [2.0, 3.0] {
@@ -377,7 +377,7 @@ fn a_push_on_a_link_is_named_and_let_go() {
     }
 }
 
-/// At random places from the shoulder to the board, in random directions. One that turns no joint shows in no torque.
+/// At random places from the shoulder to the board, in random directions. A push that moves no joint shows in no torque.
 #[test]
 #[ignore = "minutes"]
 fn many_pushes_on_links_are_named() {
@@ -426,7 +426,7 @@ fn many_pushes_on_links_are_named() {
     assert!(percent >= 99.9);
 }
 
-/// On a link, while a hand presses the board: named within 50 ms as well. The hand alone is not.
+/// On a link, while a hand presses the board: also reported within 50 ms. The hand alone is not reported.
 #[test]
 fn a_push_on_a_link_is_named_while_a_hand_is_at_the_board() {
     let directions = [DVec3::X, DVec3::Y, -DVec3::Y, DVec3::new(0.6, 0.0, -0.8)];
@@ -464,7 +464,7 @@ fn a_push_on_a_link_is_named_while_a_hand_is_at_the_board() {
     }
 }
 
-/// Sensors that are off push nothing: a retreat goes back, and not where they say, whether what they say is known or not.
+/// A sensor bias is not a push: a retreat goes back and does not follow the bias, whether that is known or not.
 #[test]
 fn a_retreat_does_not_follow_sensors_that_are_off() {
     for rested in [10, 1500] {

@@ -1,4 +1,4 @@
-//! The contact state machine on planted forces.
+//! The contact state machine on simulated forces.
 
 use crate::support::{Change, DT_S, assert_named};
 use hwall_haptics::{ArgumentError, ContactConfig, ContactDetector, ContactState, HapticsError};

@@ -17,7 +17,7 @@ fn target(point_m: DVec3, normal: DVec3) -> BoardTarget {
     BoardTarget::new(point_m, normal, 0.0)
 }
 
-/// A start and a target at a configuration that names it, anywhere.
+/// A random start, and a target that names its configuration.
 fn way_to_anywhere(s: &mut Sampler, arm: &SrsArm) -> (JointPositions, BoardTarget) {
     let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
     let [from, near] = [(); 2].map(|()| JointPositions(s.array_within(ranges)));
@@ -29,7 +29,7 @@ fn way_to_anywhere(s: &mut Sampler, arm: &SrsArm) -> (JointPositions, BoardTarge
     (from, exact)
 }
 
-/// Where a random configuration puts the board: reachable, at any place within the limits.
+/// The board's pose in a random configuration: reachable, anywhere within the limits.
 fn reachable(s: &mut Sampler, arm: &SrsArm) -> BoardTarget {
     let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
     let pose = arm.forward(&JointPositions(s.array_within(ranges)));
@@ -56,7 +56,7 @@ fn limits_hold_at_each_of_100_000_steps_while_the_goal_moves() {
         for j in 0..7 {
             let speed = (q[j] - before[j]) / DT_S;
             assert!(
-                // A difference over a millisecond of positions that are good to 1e-11 rad.
+                // Differences over a millisecond of positions with an error of 1e-11 rad.
                 speed.abs() <= most_speed[j] + 1e-8,
                 "step {i} joint {j}: {speed} rad/s"
             );
@@ -118,7 +118,7 @@ fn a_drifting_target_never_jumps() {
     for _ in 0..20_000 {
         let step = s.unit_vector() * 0.002;
         let next = point_m + step;
-        // A patch below the height at which shoulder and wrist are singular together.
+        // A patch below the height at which shoulder and wrist are both singular.
         point_m = next.clamp(DVec3::new(0.5, -0.2, 0.35), DVec3::new(0.6, 0.2, 0.6));
         assert_eq!(f.aim(&target(point_m, normal)).unwrap(), None);
         f.step(DT_S).unwrap();
@@ -162,7 +162,7 @@ fn quarter_turns_reduce_the_travel() {
                     (sum_fixed + one, sum_turning + four, compared + 1);
             }
             (Err(_), Ok(_)) => rescued += 1,
-            // A pose reached at some roll need not be reached at the four tried.
+            // A pose reachable at some roll may be unreachable at the four rolls tried.
             (_, Err(reason)) => assert!(reason.is_some()),
         }
     }
@@ -172,7 +172,7 @@ fn quarter_turns_reduce_the_travel() {
     assert!(compared > 300 && sum_turning < 0.95 * sum_fixed);
 }
 
-/// With slack the goal may take another place and another elbow: never a later one, and always one that presents the target.
+/// With slack the goal may use another place and another elbow position, never a later one, and always one that presents the target.
 #[test]
 fn slack_is_used_to_be_there_sooner() {
     let mut s = Sampler::new(25);
@@ -211,7 +211,7 @@ fn slack_is_used_to_be_there_sooner() {
     assert!(sum_slack_s < 0.97 * sum_exact_s);
 }
 
-/// A point that becomes known better on the way leaves slack that it had none of before: the goal stays, unless the hand is first.
+/// A point that becomes known better adds slack during the motion: the goal stays, unless the hand is first.
 #[test]
 fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
     let mut s = Sampler::new(26);
@@ -239,7 +239,7 @@ fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
         let (Some(mut kept), Some(mut hurried)) = (under_way(), under_way()) else {
             continue;
         };
-        // No further than the slack, whatever is asked for.
+        // Never beyond the slack, whatever is requested.
         let first = BoardTarget {
             sooner_within_m: Some([0.4; 2]),
             ..grown
@@ -249,7 +249,7 @@ fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
         let off = arm.forward(&sooner).position_m() - exact.point_m;
         assert!(off.length() <= 0.04 + 1e-9, "{k}: {off}");
         assert!(off.dot(exact.normal).abs() < 1e-9, "{k}: {off}");
-        // Not over and over: the same slack holds nothing new, also a little further from the point.
+        // Not repeatedly: the same slack contains nothing new, even slightly further from the point.
         let again = BoardTarget {
             stamp_s: 0.001,
             point_m: exact.point_m - off * 0.1,
@@ -257,7 +257,7 @@ fn a_goal_moves_within_a_grown_slack_only_for_a_hand_that_is_first() {
         };
         hurried.aim(&again).unwrap();
         assert_eq!(hurried.goal(), Some(sooner), "{k}");
-        // The board is there sooner, and not only its joints one by one.
+        // The board itself arrives sooner, not only its joints one by one.
         let [kept_s, sooner_s] = [&mut kept, &mut hurried].map(|f| {
             let mut steps = 0;
             while f.left_s().expect("a goal") > 0.0 && steps < 10_000 {
@@ -289,7 +289,7 @@ fn a_slack_for_a_hand_that_is_first_is_checked() {
     }
 }
 
-/// A place beyond the reach is served by a middle of the board beside it, if the slack holds one that can be presented.
+/// A place out of reach is served by a nearby centre of the board, if the slack contains one that can be presented.
 #[test]
 fn slack_serves_a_place_that_cannot_be_held_itself() {
     let arm = arm();

@@ -1,4 +1,4 @@
-//! An arm that searches is not asked to search much in one step.
+//! An arm with a numeric search does not search much in one step.
 
 use crate::support::{DT_S, home as start};
 use glam::DVec3;
@@ -16,7 +16,7 @@ fn target(point_m: DVec3, normal: DVec3) -> BoardTarget {
     BoardTarget::new(point_m, normal, 0.0)
 }
 
-/// A chain that counts how often it is asked, by whether it may search.
+/// A chain that counts its calls, by whether they may search.
 #[derive(Debug)]
 struct Counted {
     chain: ChainArm,
@@ -87,7 +87,7 @@ fn a_step_searches_one_roll_at_most_while_an_unreachable_target_drifts() {
         let began = Instant::now();
         let reason = f.aim(&inside).unwrap();
         times_ns.push(began.elapsed().as_nanos() as f64);
-        // The verdict takes a call for each roll, and stays while the target drifts.
+        // The result takes one call for each roll, and stays while the target drifts.
         assert_eq!(reason.is_some(), step >= 3, "step {step}: {reason:?}");
         assert!(counted.descents.load(Ordering::Relaxed) <= 5);
         assert!(counted.searches.load(Ordering::Relaxed) <= 1);
@@ -96,12 +96,12 @@ fn a_step_searches_one_roll_at_most_while_an_unreachable_target_drifts() {
     assert_eq!(f.goal(), Some(goal));
     let Timing { p99_ns, max_ns, .. } = Timing::from_samples_ns(times_ns);
     println!("p99 {}, at most {}", format_ns(p99_ns), format_ns(max_ns));
-    // The same target again costs nothing once it is known.
+    // Once the result is known, the same target costs nothing.
     let inside = target(DVec3::new(0.0999, 0.0, 0.2), DVec3::X);
     counted.descents.store(0, Ordering::Relaxed);
     assert!(f.aim(&inside).unwrap().is_some());
     assert_eq!(counted.descents.load(Ordering::Relaxed), 0);
-    // A search goes on at an equal target until a configuration is found.
+    // A search continues for an equal target until a configuration is found.
     let behind = target(DVec3::new(-0.5, 0.0, 0.6), DVec3::NEG_X);
     for _ in 0..4 {
         assert_eq!(f.aim(&behind).unwrap(), None);

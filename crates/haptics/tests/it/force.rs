@@ -1,4 +1,4 @@
-//! The filtered normal force: its delay, and what noise of the torque sensors makes of it.
+//! The filtered normal force: its delay, and the effect of torque sensor noise.
 
 use crate::support::{DT_S, at_rest, force};
 use hwall_haptics::{ArmState, Board, ForceConfig, Phase, RenderStep, Renderer, RendererConfig};
@@ -8,18 +8,17 @@ use hwall_testkit::Sampler;
 /// Noise of every torque sensor, N m.
 const NOISE_N_M: f64 = 0.05;
 
-/// Noisiest of 3675 goals on walls 0.45 to 0.75 m in front of the arm: 52 N per N m of noise,
-/// the elbow 3 degrees from straight.
+/// The noisiest of 3675 goals on walls 0.45 to 0.75 m in front of the arm: 52 N per N m of noise, with the elbow 3 degrees from straight.
 const NOISY_GOAL: [f64; 7] = [
     0.50306, 0.99725, 0.76601, -0.05619, 1.52214, -0.74479, 0.72409,
 ];
 
-/// As bad as the damping allows (1 / 2λ = 100 N per N m): noisiest of 40000 random configurations.
+/// The worst case that the damping allows (1 / 2λ = 100 N per N m): the noisiest of 40000 random configurations.
 const NOISIEST: [f64; 7] = [
     2.85692, -0.03683, 1.48077, -0.52941, -0.0833, 0.02302, -2.10833,
 ];
 
-/// An arm that stands still and is pressed by noise and a force, step by step.
+/// An arm at rest under noise and a force, step by step.
 struct Pressed {
     renderer: Renderer,
     q: JointPositions,
@@ -105,7 +104,7 @@ fn a_step_of_force_is_felt_after_the_time_constant_says() {
     }
 }
 
-/// Two minutes of noise at 1 kHz: 2.6 N of it before the filter, 0.6 N behind it.
+/// Two minutes of noise at 1 kHz: 2.6 N before the filter, 0.6 N after it.
 #[test]
 fn noise_at_a_nearly_singular_wall_pose_is_no_contact() {
     assert_eq!(Pressed::new(NOISY_GOAL, 0.01).false_contacts(120_000), []);
@@ -135,7 +134,7 @@ fn a_single_noisy_state_after_a_fault_is_no_contact() {
     }
 }
 
-/// In the direction that the arm feels worst, noise may pass for a touch, but never for long.
+/// In the arm's worst direction noise may count as a touch, but never for long.
 #[test]
 fn noise_in_the_worst_direction_of_all_holds_no_contact_endlessly() {
     let filtered = Pressed::new(NOISIEST, 0.01).false_contacts(60_000);

@@ -1,4 +1,4 @@
-//! After a hold, at whatever moment of a motion it began, the command goes on from where the arm is, within its limits.
+//! After a hold at any moment of a motion, the command continues from the arm's position, within its limits.
 
 use crate::support::{at_rest, home};
 use glam::DVec3;
@@ -10,7 +10,7 @@ use hwall_kinematics::SrsArm;
 use hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2;
 use hwall_testkit::Sampler;
 
-/// An arm that does what it is told, and that brakes as hard as it may when it is told to hold.
+/// An arm that executes commands at once, and brakes at its limits when commanded to hold.
 struct Arm {
     state: ArmState,
 }
@@ -36,7 +36,7 @@ impl Arm {
     }
 }
 
-/// What makes the arm hold.
+/// The cause of the hold.
 #[derive(Debug, Clone, Copy)]
 enum Fault {
     None,
@@ -130,7 +130,7 @@ fn hold_often(dt_s: f64, holds: usize) {
             assert!(speed <= 1.0 + 1e-6, "{}: {speed} of its speed", named());
             let change = (arm.state.qd[joint] - before.qd[joint]).abs() / dt_s;
             let share = change / IIWA7_ACCELERATION_RAD_PER_S2[joint];
-            // Where a motion would leave the range of a joint, the command stays on its end.
+            // Where a motion would leave a joint's range, the command stays at the end of the range.
             let on_end = [before.q, arm.state.q].map(|q| limit.distance_rad(q[joint]) < 1e-9);
             let most = if on_end.contains(&true) {
                 2.0

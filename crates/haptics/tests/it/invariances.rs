@@ -1,4 +1,4 @@
-//! How the board is brought to a hand and stands there depends on neither the clock nor the handedness of the world.
+//! The board's motion to a hand and its hold depend on neither the clock nor the handedness of the world.
 
 use crate::support::{DT_S, at_rest, force, home, rates};
 use glam::DVec3;
@@ -6,19 +6,19 @@ use hwall_haptics::{ArmCommand, Board, BoardTarget, Phase, Renderer, RendererCon
 use hwall_kinematics::{JointPositions, SrsArm};
 use std::mem::discriminant;
 
-/// Joints about upright axes at zero turn the other way in a mirror, those about y the same.
+/// In a mirror, joints about vertical axes (at zero) turn the other way, those about y the same way.
 fn mirrored(q: JointPositions) -> JointPositions {
     JointPositions(std::array::from_fn(
         |i| if i % 2 == 0 { -q[i] } else { q[i] },
     ))
 }
 
-/// A perfect arm that is sent to two places and touched at both, its clock and its world as given: joints and phases.
+/// A perfect arm that is sent to two places and touched at both, in a given clock and world: joints and phases.
 fn run(clock_s: f64, mirror: bool) -> Vec<(JointPositions, Phase, f64)> {
     let side = if mirror { -1.0 } else { 1.0 };
     let config = RendererConfig::default();
     let mut renderer = Renderer::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap();
-    // No configuration is its own mirror image: then rounding would decide.
+    // No configuration is its own mirror image: rounding would then decide.
     let mut start = home();
     (start[0], start[2], start[4]) = (0.1, -0.05, 0.2);
     let start = if mirror { mirrored(start) } else { start };

@@ -7,14 +7,14 @@ use hwall_haptics::safety::{PersonPart, PersonPoint};
 use hwall_haptics::{ApproachConfig, Barrier, Board, Follower, FollowerConfig};
 use std::sync::Arc;
 
-/// A link so far in front of a wall, m; a head so far from it; is the link told?
+/// For a link this far in front of a wall, m, and a head at this distance, m: is the link reported?
 #[test]
 fn a_link_is_told_once_it_is_in_front_within_reach_and_until_it_is_neither() {
     let (arm, board, q) = (Arc::new(iiwa()), Board::default(), before_door());
     let body = ArmBody::new(arm.clone(), board, BodyConfig::default()).unwrap();
     let capsules = body.at(&q);
     let (last, links) = capsules.links().split_last().unwrap();
-    // What is nearer to the face than the last link is thick counts as the board.
+    // The part of the last link within its radius of the face counts as the board.
     let length_m = last.from_m.distance(last.to_m);
     let ends_m = last.from_m.lerp(last.to_m, 1.0 - last.radius_m / length_m);
     let points_m = links.iter().flat_map(|link| [link.from_m, link.to_m]);
@@ -36,7 +36,7 @@ fn a_link_is_told_once_it_is_in_front_within_reach_and_until_it_is_neither() {
         (0.02, near, true),
         (0.01, near, false),
         (0.02, near, false),
-        // Out of reach, and of nobody.
+        // Out of reach, and without a person.
         (0.04, Some(0.88), false),
         (0.04, Some(0.75), true),
         (0.04, Some(0.88), true),

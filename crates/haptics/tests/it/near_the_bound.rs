@@ -1,4 +1,4 @@
-//! A person who stands where the arm just comes to rest in time: it goes on more slowly, and does not flutter.
+//! A person where the arm can just stop in time: the arm continues more slowly, without chatter.
 
 use crate::support::{DT_S, at_rest, iiwa, rates};
 use glam::DVec3;
@@ -10,7 +10,7 @@ use hwall_haptics::{ArmCommand, Board, PostureTarget, RenderInput, Renderer, Ren
 use hwall_kinematics::{JointPositions, SrsArm, Wrench};
 use std::sync::Arc;
 
-/// The speeds of the fastest part, m/s, of an arm that turns to and fro past a head so far beside its way, m.
+/// Speeds of the fastest part, m/s, of an arm that turns back and forth past a head at this distance from its path, m.
 fn speeds(beside_m: f64) -> Vec<f64> {
     let board = Board::default();
     let body = ArmBody::new(Arc::new(iiwa()), board, BodyConfig::default()).unwrap();
@@ -79,7 +79,7 @@ fn speeds(beside_m: f64) -> Vec<f64> {
     speeds
 }
 
-/// Times at which an arm begins to brake that accelerated before, each by a tenth of the speed and 0.02 m/s at least.
+/// Times at which an accelerating arm begins to brake, counting changes of at least a tenth of the speed and 0.02 m/s.
 fn flutters(speeds: &[f64]) -> Vec<usize> {
     let (mut turn, mut rises, mut found) = (0.0_f64, true, Vec::new());
     for (cycle, speed) in speeds.iter().enumerate() {
@@ -108,7 +108,7 @@ fn an_arm_near_the_bound_does_not_flutter() {
             times.iter().filter(within).count()
         });
         let most = most.max().unwrap_or(0);
-        // It brakes on its way there and at the end of each way. It was up to seven times.
+        // It brakes on its path there and at the end of each path. Before the fix it braked up to seven times.
         assert!(most <= 4, "{mm} mm: {times:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! An arm that does not do what it is told is noticed, and one that does is left alone.
+//! An arm that disobeys is detected, and one that obeys is not disturbed.
 
 use crate::supervised::Bench;
 use crate::support::{DT_S, home};
@@ -12,7 +12,7 @@ fn turned(by_rad: f64) -> JointPositions {
     q
 }
 
-/// Where the arm is, with the noise of an encoder: it is not frozen.
+/// The arm's position with encoder noise: it is not frozen.
 fn measured(bench: &mut Bench, q: JointPositions) {
     let last = bench.state.q[0];
     bench.state.q = q;
@@ -28,7 +28,7 @@ fn positions_that_are_not_followed() {
         bench.command = ArmCommand::Position(turned(0.5 * t_s));
         measured(&mut bench, home());
         let said = bench.step();
-        // 0.2 s to be 0.1 rad off, and 0.15 s of delay in which it stood.
+        // 0.2 s until it is 0.1 rad off, and 0.15 s of delay in which it stood still.
         if t_s < 0.35 {
             assert_eq!(said.state, SafeState::Normal, "{t_s}");
         } else if said.state.reason() == Some(SafeReason::NotObeyed) {
@@ -48,7 +48,7 @@ fn positions_that_are_followed_at_half_the_speed() {
         bench.command = ArmCommand::Position(turned(0.5 * t_s));
         measured(&mut bench, turned(0.25 * t_s));
         if bench.step().state.reason() == Some(SafeReason::NotObeyed) {
-            // 0.3 rad off 0.15 s ago, 0.1 s to be sure.
+            // 0.3 rad off 0.15 s ago, plus 0.1 s of confirmation.
             assert!((1.5..1.7).contains(&t_s), "{t_s} s");
             return;
         }
@@ -92,7 +92,7 @@ fn a_hold_that_drifts() {
             first_s.is_none_or(|at_s| (0.4..0.65).contains(&at_s)),
             "{first_s:?}"
         );
-        // It obeys again: nothing is left after a reset.
+        // It obeys again: a reset leaves no trace.
         bench.command = ArmCommand::Position(bench.state.q);
         bench.supervisor.reset();
         for _ in 0..600 {

@@ -1,11 +1,11 @@
-//! Moving objects with everything at once against many tiny steps of a plain integrator.
+//! Moving objects with all effects combined, against many tiny steps of a plain integrator.
 
 use hwall_haptics::{Click, Detent, MovingObject, ObjectConfig};
 use hwall_testkit::Sampler;
 
 const STEP_S: f64 = 1e-6;
 
-/// Semi-implicit Euler; written from the law in the documentation, with nothing in common with the closed form.
+/// Semi-implicit Euler; written from the documented law, independently of the closed form.
 struct Brute<'a> {
     config: &'a ObjectConfig,
     x: f64,
@@ -33,7 +33,7 @@ impl Brute<'_> {
                 force -= click.force * (self.x - click.start) / (click.snap - click.start);
             }
         }
-        // Friction takes speed, at most all of it.
+        // Friction reduces the speed, at most to zero.
         let driven = self.v + force / c.inertia * STEP_S;
         let most = c.friction / c.inertia * STEP_S;
         self.v = if driven.abs() <= most {
@@ -105,7 +105,7 @@ fn everything_at_once_agrees_with_a_million_tiny_steps() {
         at(0.9),
         at(1.0)
     );
-    // Few come so near to a crest that the plain integrator falls off on the other side.
+    // Few runs come so close to a crest that the plain integrator falls off on the other side.
     assert!(
         at(0.5) < 1e-6 && at(0.9) < 1e-4,
         "{:.1e} {:.1e}",

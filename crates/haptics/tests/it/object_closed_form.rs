@@ -1,4 +1,4 @@
-//! Moving objects against closed forms and against an independent integration of high order.
+//! Moving objects against closed forms and against an independent high-order integration.
 
 use hwall_haptics::{MovingObject, ObjectConfig};
 use hwall_testkit::{Sampler, Tol, assert_close};
@@ -7,8 +7,7 @@ fn object(config: ObjectConfig) -> MovingObject {
     MovingObject::new(config).unwrap()
 }
 
-/// Dormand and Prince's formulas would do; a Taylor series of 30 terms for the linear equation is simpler and better, in steps so
-/// short that it converges at once.
+/// Dormand-Prince would do; a Taylor series of 30 terms is simpler and better for the linear equation, in steps short enough to converge at once.
 fn integrated(
     [m, b, k]: [f64; 3],
     force: f64,
@@ -19,7 +18,7 @@ fn integrated(
     let steps = (4.0 * rate * duration_s).ceil();
     let h = duration_s / steps;
     for _ in 0..steps as usize {
-        // Derivatives by the equation itself: m y⁽ⁿ⁺²⁾ = −b y⁽ⁿ⁺¹⁾ − k y⁽ⁿ⁾.
+        // Derivatives from the equation: m y⁽ⁿ⁺²⁾ = −b y⁽ⁿ⁺¹⁾ − k y⁽ⁿ⁾.
         let (mut d0, mut d1) = (v, (force - b * v - k * x) / m);
         let (mut next_x, mut next_v, mut factor) = (x + v * h, v + d1 * h, h);
         for n in 1..30 {
@@ -47,7 +46,7 @@ fn piecewise_constant_forces_in_all_regimes_agree_with_an_independent_integratio
         let critical = 2.0 * (k * m).sqrt();
         let b = match case % 4 {
             0 => 0.0,
-            // Around critical damping, where the two rates of decay meet.
+            // Around critical damping, where the two decay rates meet.
             1 => critical * (1.0 + sampler.normal() * 10_f64.powf(sampler.uniform(-16.0, -1.0))),
             2 => critical * sampler.uniform(0.0, 0.99),
             _ => critical * sampler.uniform(1.0, 20.0) + sampler.uniform(0.0, 5.0),
@@ -125,7 +124,7 @@ fn a_free_door_with_friction_stops_where_its_energy_is_used_up() {
     let end = angle + 0.5 * inertia * rate * rate / friction;
     assert_close!(door.position(), end, Tol::abs(1e-13));
     assert_eq!(door.velocity(), 0.0);
-    // It stays exactly where it is, up to the breakaway force and at it.
+    // It stays exactly in place, up to and including the breakaway force.
     let rests = door.position();
     for force in [0.3, -1.4, friction, -friction] {
         door.step(force, 3.0).unwrap();
@@ -140,7 +139,7 @@ fn a_free_door_with_friction_stops_where_its_energy_is_used_up() {
 
 #[test]
 fn a_spring_with_friction_loses_the_same_way_in_every_half_swing() {
-    // Undamped: each half swing ends 2 friction / stiffness closer to the middle.
+    // Undamped: each half swing ends 2 friction / stiffness closer to the centre.
     let (k, friction) = (100.0, 3.0);
     let mut moving = object(ObjectConfig {
         stiffness: k,
@@ -167,7 +166,7 @@ fn stops_hold_or_throw_back() {
         range: [-0.1, 0.5],
         ..ObjectConfig::new(2.0)
     };
-    // Inelastic: one step over the whole way, and the stop is left only by a force away from it.
+    // Inelastic: one step over the whole path, and only a force away from the stop leaves it.
     let mut panel = object(config.clone());
     panel.step(10.0, 5.0).unwrap();
     assert_eq!((panel.position(), panel.velocity()), (0.5, 0.0));
@@ -179,7 +178,7 @@ fn stops_hold_or_throw_back() {
     assert_close!(panel.position(), 0.4, Tol::abs(1e-15));
     assert_close!(panel.velocity(), -1.0, Tol::abs(1e-15));
 
-    // Elastic in part: free flight between two stops, geometric.
+    // Partly elastic: free flight between two stops, geometric.
     let mut puck = object(ObjectConfig {
         restitution: 0.5,
         ..config.clone()
@@ -189,7 +188,7 @@ fn stops_hold_or_throw_back() {
     assert_close!(puck.velocity(), 0.75, Tol::abs(1e-15));
     assert_close!(puck.position(), 0.05, Tol::abs(1e-15));
 
-    // Pressed on while it bounces: infinitely often in finite time, then it rests.
+    // Pushed while it bounces: infinitely many bounces in finite time, then rest.
     let (height, pull, e) = (0.5, 20.0, 0.9_f64);
     let mut ball = object(ObjectConfig {
         restitution: e,
@@ -199,7 +198,7 @@ fn stops_hold_or_throw_back() {
     ball.set_state(height, 0.0).unwrap();
     let fall_s = (2.0 * height / (pull / 2.0_f64)).sqrt();
     let end_s = fall_s * (1.0 + e) / (1.0 - e);
-    // Between the second and the third touch: at its top.
+    // Between the second and the third touch: at its highest point.
     let mut high = ball.clone();
     high.step(-pull, fall_s * (1.0 + 2.0 * e + e * e)).unwrap();
     assert_close!(high.position(), height * e.powi(4), Tol::abs(1e-14));
@@ -209,7 +208,7 @@ fn stops_hold_or_throw_back() {
     ball.step(-pull, 10.0).unwrap();
     assert_eq!((ball.position(), ball.velocity()), (0.0, 0.0));
 
-    // Nowhere to go.
+    // No motion is possible.
     let mut fixed = object(ObjectConfig {
         range: [0.0, 0.0],
         restitution: 1.0,
@@ -231,14 +230,14 @@ fn extremes_stay_exact() {
     let mut free = object(ObjectConfig::new(3.0));
     free.step(6.0, 10.0).unwrap();
     assert_eq!((free.position(), free.velocity()), (100.0, 20.0));
-    // Hardly any spring: as if there were none.
+    // Hardly any spring: like none.
     let mut soft = object(ObjectConfig {
         stiffness: 1e-280,
         ..ObjectConfig::new(3.0)
     });
     soft.step(6.0, 10.0).unwrap();
     assert_eq!((soft.position(), soft.velocity()), (100.0, 20.0));
-    // A stiff spring and a tiny mass: 5e7 swings in one step keep their energy.
+    // A stiff spring and a tiny mass: 5e7 swings in one step conserve their energy.
     let mut stiff = object(ObjectConfig {
         stiffness: 1e9,
         ..ObjectConfig::new(1e-6)
@@ -247,7 +246,7 @@ fn extremes_stay_exact() {
     let energy_j = stiff.energy_j();
     stiff.step(0.0, 10.0).unwrap();
     assert_close!(stiff.energy_j(), energy_j, Tol::rel(1e-14));
-    // The same, damped: it stands at its balance.
+    // The same, damped: it rests at its equilibrium.
     let mut damped = object(ObjectConfig {
         stiffness: 1e9,
         damping: 1e-2,
@@ -256,7 +255,7 @@ fn extremes_stay_exact() {
     damped.step(1e3, 10.0).unwrap();
     assert_close!(damped.position(), 1e-6, Tol::rel(1e-15));
     assert_eq!(damped.velocity(), 0.0);
-    // In syrup, with a heavy and with a tiny mass.
+    // In a viscous medium, with a heavy and with a tiny mass.
     for inertia in [1e-6, 1.0, 1e6] {
         let mut slow = object(ObjectConfig {
             damping: 1e9,
@@ -268,7 +267,7 @@ fn extremes_stay_exact() {
         assert_close!(slow.position(), way, Tol::rel(1e-13));
         assert_close!(slow.velocity(), 1e-8, Tol::rel(1e-14));
     }
-    // Friction with 1e8 half swings ahead: ends, at rest or not, without more energy.
+    // Friction with 1e8 half swings ahead: the step ends, at rest or not, without a gain of energy.
     let mut long = object(ObjectConfig {
         stiffness: 1e9,
         friction: 1e-6,

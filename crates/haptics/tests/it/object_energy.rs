@@ -1,4 +1,4 @@
-//! No step of a moving object makes energy, and how time is cut into steps does not matter.
+//! No step of a moving object generates energy, and the division of time into steps does not matter.
 
 use hwall_haptics::{Click, Detent, MovingObject, ObjectConfig};
 use hwall_testkit::{Sampler, Tol, assert_close};
@@ -8,7 +8,7 @@ fn object(config: ObjectConfig) -> MovingObject {
     MovingObject::new(config).unwrap()
 }
 
-/// Anything that can be configured, from feathers to safes.
+/// Any valid configuration, from feathers to safes.
 fn random_config(sampler: &mut Sampler) -> ObjectConfig {
     let power = |sampler: &mut Sampler, low, high| 10_f64.powf(sampler.uniform(low, high));
     let maybe = |sampler: &mut Sampler, low, high| {
@@ -54,7 +54,7 @@ fn random_config(sampler: &mut Sampler) -> ObjectConfig {
     }
 }
 
-/// Room for rounding: some units in the last place of everything that is added up.
+/// Tolerance for rounding: some units in the last place of all summands.
 fn slack_j(moving: &MovingObject, before_j: f64, force: f64, way: f64) -> f64 {
     let config = moving.config();
     let wells: f64 = config.detents.iter().map(|d| d.force).sum();
@@ -106,7 +106,7 @@ fn without_losses_the_energy_is_the_work() {
             moving.step(force, sampler.uniform(1e-6, 0.05)).unwrap();
             let way = moving.position() - x;
             let gain_j = moving.energy_j() - before_j - force * way;
-            // A rebound below 1e-12 is swallowed.
+            // A rebound below 1e-12 is dropped.
             let allowed_j = 100.0 * slack_j(&moving, before_j, force, way) + 1e-10;
             assert!(gain_j.abs() <= allowed_j, "{gain_j} J: {config:?}");
         }
@@ -146,7 +146,7 @@ fn a_step_is_the_sum_of_its_parts() {
 }
 
 proptest! {
-    /// Without edges to fall off on either side, every cut agrees.
+    /// Without edges to fall off on either side, every division agrees.
     #[test]
     fn smooth_objects_do_not_care_how_time_is_cut(
         inertia in 0.01..30.0_f64,
@@ -157,7 +157,7 @@ proptest! {
         force in -60.0..60.0_f64,
         (dt_s, share) in (1e-6..1.0_f64, 0.0..1.0_f64),
     ) {
-        // Where a swing just meets a stop, the time of that is the root of a rounding.
+        // If a swing just reaches a stop, rounding enters the time as its square root.
         for (range, rounding) in [([-1e5, 1e5], 1e-12), ([-1.0, 1.0], 1e-7)] {
             let mut whole = object(ObjectConfig {
                 stiffness, damping, friction, range, ..ObjectConfig::new(inertia)
@@ -170,7 +170,7 @@ proptest! {
             let speeds = 1.0 + (stiffness / inertia).sqrt();
             let off = (whole.position() - parts.position()).abs();
             let size = 1.0 + whole.position().abs();
-            // The phase of a fast oscillation is rounded with its size.
+            // The phase error of a fast oscillation grows with its size.
             prop_assert!(off < (rounding + 1e-14 * speeds) * size, "{off:e} {range:?}");
             let off = (whole.velocity() - parts.velocity()).abs();
             prop_assert!(off < 1e-7 * speeds * size.max(whole.velocity().abs()), "{off:e} {range:?}");
@@ -191,7 +191,7 @@ fn a_latch_lets_go_when_its_energy_is_paid() {
         range: [0.0, 1.5],
         ..ObjectConfig::new(4.0)
     };
-    // Slowly, against friction that takes all speed: half the force does not open it, a bit more than all of it does.
+    // Slowly, with damping that dissipates all speed: half the force does not open it, slightly more than the full force does.
     let slow = ObjectConfig {
         damping: 500.0,
         ..config.clone()
@@ -201,13 +201,13 @@ fn a_latch_lets_go_when_its_energy_is_paid() {
     assert_close!(door.position(), 0.5 * LATCH.half_width, Tol::abs(1e-12));
     door.step(0.999 * LATCH.force, 200.0).unwrap();
     assert!(door.position() < LATCH.half_width);
-    // Given back to the person: it returns.
+    // Released: it returns.
     door.step(0.0, 200.0).unwrap();
     assert!(door.position().abs() < 1e-12);
     door.step(1.001 * LATCH.force, 200.0).unwrap();
     assert!(door.position() > LATCH.half_width);
 
-    // By a swing: the potential is force times half the half width.
+    // By a swing: the potential is half of force times half width.
     let depth_j = 0.5 * LATCH.force * LATCH.half_width;
     let needed = (2.0 * depth_j / 4.0_f64).sqrt();
     for (share, opens) in [(0.999_999, false), (1.000_001, true)] {
@@ -242,7 +242,7 @@ fn on_the_crest_between_two_wells_a_step_ends() {
     });
     moving.set_state(0.0, 0.0).unwrap();
     moving.step(0.0, 10.0).unwrap();
-    // Down one side and up again, nothing lost.
+    // Down one side and up again, without loss.
     assert!(moving.position() <= 0.0);
     assert_close!(
         moving.energy_j(),
@@ -292,7 +292,7 @@ fn a_click_costs_what_it_says() {
         }
         let pressed = |at: f64| (at - click.start).powi(2) / (2.0 * (click.snap - click.start));
         let lost_j = click.force * (pressed(click.snap) - pressed(release));
-        // Whole swings: 20 ms are most of one of them.
+        // Whole swings: 20 ms are most of one swing.
         assert_eq!(clicks, 1);
         assert_close!(moving.energy_j(), first_j - lost_j, Tol::rel(1e-13));
     }
@@ -306,7 +306,7 @@ fn a_click_is_felt_on_the_way_in_and_armed_again_on_the_way_out() {
         damping: 40.0,
         ..config
     });
-    // The force that holds it: rises to the snap, falls there.
+    // The holding force: rises to the snap, drops there.
     let before = 500.0 * 0.0029 + click.force * 0.95;
     moving.step(before, 10.0).unwrap();
     assert_close!(moving.position(), 0.0029, Tol::abs(1e-12));
@@ -316,13 +316,13 @@ fn a_click_is_felt_on_the_way_in_and_armed_again_on_the_way_out() {
         .unwrap();
     assert_eq!(moving.position(), 0.006);
     assert!(moving.clicked());
-    // On the way back the spring alone.
+    // On the way back only the spring acts.
     moving.step(500.0 * 0.002, 10.0).unwrap();
     assert_close!(moving.position(), 0.002, Tol::abs(1e-12));
     assert!(moving.clicked());
     moving.step(0.0, 10.0).unwrap();
     assert!(moving.position().abs() < 1e-12 && !moving.clicked());
-    // Put below its snap, it is armed; above, not.
+    // Placed below its snap it is armed; above, not.
     moving.set_state(0.002, 0.0).unwrap();
     assert!(!moving.clicked());
     moving.set_state(0.004, 0.0).unwrap();

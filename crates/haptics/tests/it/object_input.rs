@@ -1,4 +1,4 @@
-//! Configurations and steps of objects that make no sense are refused by name.
+//! Invalid configurations and steps of objects are refused by name.
 
 use crate::support::{Change, assert_named};
 use hwall_haptics::{Click, Detent, MovingObject, ObjectConfig};
@@ -109,7 +109,7 @@ fn bad_steps_change_nothing() {
     assert_eq!((moving.position(), moving.velocity()), (0.25, 0.5));
     moving.step(5.0, 0.0).unwrap();
     assert_eq!((moving.position(), moving.velocity()), (0.25, 0.5));
-    // A motion beyond the numbers is an error, not an infinity.
+    // A motion that overflows is an error, not an infinity.
     let mut free = MovingObject::new(ObjectConfig::new(1e-6)).unwrap();
     assert!(free.step(1e300, 1e10).is_err());
     assert_eq!((free.position(), free.velocity()), (0.0, 0.0));

@@ -1,4 +1,4 @@
-//! A hand that meets the board on its way to a door.
+//! A hand that meets the board on its path to a door.
 
 use crate::support::{DT_S, at_rest, before_door, force, positions};
 use hwall_haptics::glam::DVec3;
@@ -14,7 +14,7 @@ fn a_board_that_is_met_at_speed_brakes_before_it_goes_along_with_the_door() {
     met_on_the_way(None);
 }
 
-/// A texture asks for a slide from the first moment of the touch on.
+/// A texture requests a slide from the first moment of the touch.
 #[test]
 fn a_slide_waits_until_the_board_has_braked() {
     for speed_m_per_s in [0.05, 0.3] {
@@ -69,7 +69,7 @@ fn met_on_the_way(slide: Option<Slide>) {
         for joint in 0..7 {
             let qd = (next[joint] - state.q[joint]) / DT_S;
             let acceleration = (qd - last_qd[joint]).abs() / DT_S;
-            // What is left at rest, and the object's own motion, are small.
+            // The remaining motion at rest, and the object's own motion, are small.
             let small = 0.25 / DT_S;
             assert!(
                 step == 0 || acceleration <= (1.01 * most[joint]).max(small),
@@ -87,7 +87,7 @@ fn met_on_the_way(slide: Option<Slide>) {
             began_s = Some(state.t_s);
         }
     }
-    // It was fast when it was met, the door moved, and only after the board had braked.
+    // The board was fast when it was met; the door moved, but only after the board had braked.
     assert!(fastest > 0.5, "{fastest}");
     let began_s = began_s.expect("a touch");
     assert!((0.32..0.5).contains(&began_s), "{began_s}");

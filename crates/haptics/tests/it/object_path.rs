@@ -1,4 +1,4 @@
-//! Where objects move in space: rigid motions, velocities and forces agree with each other.
+//! Objects in space: rigid motions, velocities and forces agree with each other.
 
 use hwall_haptics::glam::{DMat3, DVec3};
 use hwall_haptics::kinematics::{Pose, Wrench};

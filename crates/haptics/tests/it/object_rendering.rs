@@ -1,4 +1,4 @@
-//! Moving objects under a board: an arm that does at once what it is told, and bad input.
+//! Moving objects under a board: an arm that executes commands at once, and bad input.
 
 use crate::support::{Change, assert_named, at_rest, before_door as start, force, iiwa, positions};
 use hwall_haptics::glam::DVec3;
@@ -51,7 +51,7 @@ fn push(q: &JointPositions, force_n: f64) -> Wrench {
     force(-arm().forward(q).rotation().z_axis * force_n)
 }
 
-/// Positions of the face, one for each period, of an arm that is at once where it is told to be.
+/// Positions of the face, one for each period, of an arm that executes commands at once.
 fn followed(rendered: &mut RenderedObject, force_n: f64, steps: usize) -> Vec<JointPositions> {
     let mut rendering = rendering(ObjectCommand::Position);
     rendering.begin(rendered, &start()).unwrap();

@@ -11,13 +11,13 @@ use hwall_kinematics::{Pose, SrsArm};
 
 const PUSH_N: f64 = 5.0;
 
-/// A panel or a door under a push of 5 N, and an arm that does at once what it is told.
+/// A panel or a door under a push of 5 N, and an arm that executes commands at once.
 struct Rig {
     renderer: Renderer,
     state: ArmState,
     first: Pose,
     push_n: f64,
-    /// Force of the finger within the face, as by friction, base axes, N.
+    /// Force of the finger within the face, such as friction, base axes, N.
     drag_n: DVec3,
 }
 
@@ -97,7 +97,7 @@ fn a_textured_panel_yields_as_its_closed_form_and_scans_with_the_speed_of_its_te
     for (speed, turn) in [(0.05_f64, 0.0), (-0.08, 0.0), (0.03, 0.2)] {
         let mut rig = Rig::new(inward, spring());
         let [x, z] = [rig.first.rotation().x_axis, rig.first.rotation().z_axis];
-        // What points along the normal is no slide.
+        // The component along the normal is not part of the slide.
         let slide = Slide {
             velocity_m_per_s: x * speed + z * 0.5,
             turn_rad_per_s: turn,
@@ -109,7 +109,7 @@ fn a_textured_panel_yields_as_its_closed_form_and_scans_with_the_speed_of_its_te
             assert!(step.sliding && step.unreachable.is_none(), "{k}: {step:?}");
             ideal.step(PUSH_N, DT_S).unwrap();
             let by_m = rig.face().position_m() - rig.first.position_m();
-            // The face catches up with what it may not do at once.
+            // The face catches up with motion beyond its limits.
             let along_m = -by_m.dot(z);
             let off_m = (along_m - ideal.position()).abs();
             assert!(off_m < 2e-4, "{k}: {along_m} for {}", ideal.position());
@@ -122,7 +122,7 @@ fn a_textured_panel_yields_as_its_closed_form_and_scans_with_the_speed_of_its_te
             assert!(by_m.dot(z.cross(x)).abs() < 1e-4);
         }
         assert!((ideal.position() - PUSH_N / 200.0).abs() < 5e-3);
-        // Without the request it comes to rest within the face, and the panel stays.
+        // Without a request it comes to rest within the face, and the panel stays.
         for _ in 0..200 {
             rig.step(None);
         }
@@ -152,7 +152,7 @@ fn on_a_door_the_slide_turns_with_it() {
     };
     let mut rig = Rig::new(hinged, config);
     for k in 0..400 {
-        // As the texture has it: along the surface as it is now.
+        // As a texture does: along the current surface.
         let y = rig.face().rotation().y_axis;
         let before = rig.face();
         let slide = Slide {
@@ -247,7 +247,7 @@ fn a_panel_that_is_held_scans_along_its_path_until_it_gives_way() {
     ] {
         let mut rig = panel(config.clone());
         let x = rig.first.rotation().x_axis;
-        // Against the finger that drags it, and as long as any touch.
+        // Against the finger that drags it, and for any duration of touch.
         let speed = 0.04 * -f64::signum(holds_n);
         let slide = Some(Slide {
             velocity_m_per_s: x * speed,
@@ -265,7 +265,7 @@ fn a_panel_that_is_held_scans_along_its_path_until_it_gives_way() {
             assert_eq!(rig.renderer.objects()[0].object.position(), 0.0, "{name}");
         }
         assert!(off < 0.02, "{name}: {off}");
-        // It gives way: the board goes with it, and slides no more.
+        // The panel moves: the board moves with it, and stops sliding.
         rig.drag_n = x * moves_n;
         let mut ideal = MovingObject::new(config).unwrap();
         let (mut position_off_m, mut board_off_m) = (0.0_f64, 0.0_f64);
@@ -276,7 +276,7 @@ fn a_panel_that_is_held_scans_along_its_path_until_it_gives_way() {
             let at_m = rig.renderer.objects()[0].object.position();
             position_off_m = position_off_m.max((at_m - ideal.position()).abs());
             let along_m = (rig.face().position_m() - rig.first.position_m()).dot(x) - at_m;
-            // What is left of the slide takes the time that it needs to brake.
+            // The remaining slide needs its braking time.
             if k == 100 {
                 rests_m = Some(along_m);
             }
@@ -302,7 +302,7 @@ fn a_door_that_is_let_go_is_left_without_a_leap() {
     }
     let opened_m = rig.renderer.objects()[0].object.position();
     assert!(opened_m > 0.08, "{opened_m}");
-    // The finger is gone from one cycle to the next; the board would be at its goal where the door was.
+    // The finger disappears within one cycle; the board would be at its goal where the door was.
     rig.push_n = 0.0;
     let most = rig.renderer.follower().limits().velocity_rad_per_s;
     for k in 0..1500 {
@@ -339,7 +339,7 @@ fn a_slide_on_an_object_brakes_before_a_joint_meets_its_limit() {
                 }
                 qd[j] = now;
             }
-            // Whatever becomes of the slide, the panel yields.
+            // Whatever happens to the slide, the panel yields.
             let at = rig.renderer.objects()[0].object.position();
             assert!((at - ideal.position()).abs() < 2e-4, "{k}: {at}");
         }

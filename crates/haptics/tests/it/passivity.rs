@@ -1,4 +1,4 @@
-//! Account, controller, tank and port.
+//! Energy balance, controller, tank and port.
 
 use crate::support::{Change, assert_named};
 use hwall_haptics::passivity::{
@@ -12,7 +12,7 @@ const FAST: Sampling = Sampling {
     delay_s: 0.0,
 };
 
-/// A closed way through a spring gives back what it took; the mean of a linear force is exact.
+/// A closed path through a spring returns what it took; the mean of a linear force is exact.
 #[test]
 fn a_spring_conserves() {
     let mut observer = EnergyObserver::new();
@@ -31,7 +31,7 @@ fn a_spring_conserves() {
     assert!((turned - observer.net_j()).abs() < 1e-12);
 }
 
-/// A damper takes b v² all the time, and gives nothing back.
+/// A damper always absorbs b v², and returns nothing.
 #[test]
 fn a_damper_dissipates() {
     let mut observer = EnergyObserver::new();
@@ -108,7 +108,7 @@ fn settings_out_of_range_are_named() {
     assert_named(&good, &bad, PassivePort::new);
 }
 
-/// One step of the controller dissipates just the shortage, unless a limit is met.
+/// One step of the controller dissipates exactly the shortage, unless a limit applies.
 #[test]
 fn a_shortage_is_dissipated_within_the_limits() {
     let limit = DissipationLimit {
@@ -127,7 +127,7 @@ fn a_shortage_is_dissipated_within_the_limits() {
     assert!(controller.correction(-1.0, 1.0, 0.0).is_err());
 }
 
-/// Whatever goes in and out, there is never less than nothing in it, and debts come first.
+/// The tank never runs below zero, and debts come first.
 #[test]
 fn a_tank_is_never_below_zero() {
     let mut sampler = Sampler::new(4);
@@ -145,14 +145,14 @@ fn a_tank_is_never_below_zero() {
             let reserved = sampler.uniform(-0.2, 0.2);
             let size = tank.affordable(3.0, a, b, reserved).unwrap();
             let cost = a * size * size + b * size + reserved;
-            // In debt only what is sure to bring something in is allowed.
+            // In debt only actions that are sure to gain energy are allowed.
             let within = cost <= level + 1e-12 || cost <= reserved + 1e-12;
             assert!(size == 0.0 || within, "{cost} of {level}");
         }
     }
 }
 
-/// A device of some mass in front of an active spring: it pushes back with twice the force on the way out.
+/// A mass in front of an active spring, which pushes back with twice the force on the way out.
 fn active_spring(method: PassivityMethod) -> (f64, f64) {
     let config = PortConfig {
         method,
@@ -173,7 +173,7 @@ fn active_spring(method: PassivityMethod) -> (f64, f64) {
             stored_j: None,
         };
         let force = port.step(&input).unwrap().command;
-        // A hand throws it back as often as it comes.
+        // A hand throws it back every time it comes.
         if x < -0.05 && v < 0.0 {
             v = 0.5;
         }
@@ -198,7 +198,7 @@ fn an_active_spring_gives_nothing_with_a_controller() {
     }
 }
 
-/// Held long, with a sensor that only steps, a wall does not give way within the band.
+/// A wall held for long, with a quantised sensor, does not yield within the band.
 #[test]
 fn a_still_wall_keeps_its_account() {
     let config = PortConfig {
@@ -248,7 +248,7 @@ fn a_hand_that_pushes_is_yielded_to_at_once() {
         stored_j: None,
     };
     assert_eq!(port.step(&input).unwrap().command, 0.3);
-    // Against it nothing moves before something has gone in.
+    // Nothing moves against the hand before energy has gone in.
     let back = PortInput {
         wanted: -0.3,
         ..input

@@ -1,4 +1,4 @@
-//! Damping for a stiffness, and the mass that a push feels.
+//! Damping for a stiffness, and the effective mass.
 
 use glam::DVec3;
 use hwall_haptics::passivity::{
@@ -18,7 +18,7 @@ fn the_published_numbers_come_out() {
     let at = |period_s, delay_s, stiffness| {
         required_damping_n_s_per_m(stiffness, 0.0, &Sampling { period_s, delay_s }).unwrap()
     };
-    // 22 ms and 200 N/m ask for 2.2 N s/m, 1 kHz for 0.1; 2000 N/m and 5 ms at 1 kHz for 11.
+    // 22 ms and 200 N/m need 2.2 N s/m, 1 kHz 0.1; 2000 N/m and 5 ms at 1 kHz 11.
     assert!((at(22e-3, 0.0, 200.0) - 2.2).abs() < 1e-12);
     assert!((at(1e-3, 0.0, 200.0) - 0.1).abs() < 1e-12);
     assert!((at(1e-3, 5e-3, 2000.0) - 11.0).abs() < 1e-12);
@@ -55,7 +55,7 @@ fn a_design_covers_both_needs() {
     assert!(DampingDesign::new(1.0, f64::NAN, 0.7, &SLOW).is_err());
 }
 
-/// A unit force at rest, without gravity, accelerates the tool by one over the mass that it feels.
+/// A unit force at rest, without gravity, accelerates the tool by the inverse of its effective mass.
 #[test]
 fn the_mass_is_what_forward_dynamics_says() {
     let chain = Chain::iiwa7();
@@ -82,7 +82,7 @@ fn the_mass_is_what_forward_dynamics_says() {
 fn a_mass_without_motion_is_infinite_and_bad_matrices_are_named() {
     let arm = ChainArm::new(Chain::iiwa7()).unwrap();
     let jacobian = arm.jacobian(&JointPositions::default());
-    // The straight arm cannot be pushed along itself by its first joint alone.
+    // A straight arm cannot be pushed along itself by its first joint alone.
     let mass = effective_mass_kg(&jacobian, &[2.0], DVec3::Z).unwrap();
     assert_eq!(mass, f64::INFINITY);
     for bad in [

@@ -1,4 +1,4 @@
-//! Nothing that moves meets head or torso: people who stand in the way, and who walk into it. Nor does anything move unseen.
+//! No moving part meets head or torso of people who stand in the path or walk into it. Nor does the arm move when blind.
 
 use crate::support::{DT_S, at_rest, iiwa, rates};
 use glam::DVec3;
@@ -12,11 +12,11 @@ use hwall_testkit::{Sampler, seeds};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Faster than this a part of the arm moves, m/s.
+/// Parts of the arm faster than this count as moving, m/s.
 const MOVES_M_PER_S: f64 = 0.01;
-/// A command takes effect so many cycles later.
+/// Delay of a command, cycles.
 const REACTION: usize = 22;
-/// Frames of the tracker are that old when they arrive, s, and come so often.
+/// Age of the tracker's frames on arrival, s, and their period, s.
 const TRACKER_S: f64 = 0.02;
 const FRAME_S: f64 = 1.0 / 90.0;
 /// A head, m.
@@ -30,37 +30,37 @@ struct Met {
     state: SafeState,
 }
 
-/// How a person moves.
+/// The motion of a person.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Person {
     Stands,
-    /// Towards the arm, at this speed, from this moment on.
+    /// Towards the arm, at this speed, from this time on.
     Walks {
         m_per_s: f64,
         from_s: f64,
     },
 }
 
-/// What became of a person before the arm.
+/// The result for a person in front of the arm.
 #[derive(Default)]
 struct Found {
     met: Option<Met>,
-    /// How far the arm has come, m.
+    /// Distance that the arm has moved, m.
     way_m: f64,
-    /// How often it was asked whether the arm can stand in time, and how often it could not.
+    /// Number of checks whether the arm can stop in time, and how often it could not.
     looks: u32,
     violations: u32,
-    /// Cycles in which a channel had been too old for longer than the arm needs to stand, and those of them in which a part moved.
+    /// Cycles in which a channel had been too old for longer than the arm needs to stop, and those of them in which a part moved.
     blind: u32,
     moved_blind: u32,
 }
 
 /// A sample older than this counts as missing, s.
 const OLDEST_S: f64 = 0.06;
-/// How often it is asked whether the arm can stand in time, in cycles.
+/// Period of the check whether the arm can stop in time, cycles.
 const LOOKS_EVERY: u32 = 8;
 
-/// Random ways of the arm for some seconds, and a person. `gone_s`: from when to when the tracker loses fingertip and head, s.
+/// Random paths of the arm for some seconds, and a person. `gone_s`: when the tracker loses fingertip and head, s.
 fn run(seed: u64, person: Person, gone_s: &[std::ops::Range<f64>; 2]) -> Found {
     let mut random = Sampler::new(seed);
     let mut found = Found::default();
@@ -90,7 +90,7 @@ fn run(seed: u64, person: Person, gone_s: &[std::ops::Range<f64>; 2]) -> Found {
     };
     let start = free(&mut random);
     let mut follower = Follower::new(Arc::clone(&arm), FollowerConfig::default(), &start).unwrap();
-    // On a way that the arm makes, or beside it.
+    // On the arm's path, or beside it.
     let (mut head_m, target_m) = loop {
         let on_way = body.at(&posture(&mut random));
         let part = on_way.all()[1 + (random.uniform(0.0, 3.0) as usize)];
@@ -165,7 +165,7 @@ fn run(seed: u64, person: Person, gone_s: &[std::ops::Range<f64>; 2]) -> Found {
             person: &sent_now,
             target: None,
             force: Some(Wrench::default()),
-            // An arm that is to withdraw has no way back here: it stands.
+            // This arm has no retreat path: it stands still.
             command: match withdraws {
                 true => ArmCommand::Hold,
                 false => ArmCommand::Position(wanted),
@@ -226,7 +226,7 @@ fn moved_m(from: &Capsule, to: &Capsule) -> f64 {
     from_m.max(from.to_m.distance(to.to_m))
 }
 
-/// Would every part stand before the person, who comes at 1.6 m/s from now on, is there? The arm does what it was sent, and brakes then.
+/// Would every part stop before a person who approaches at 1.6 m/s from now on? The arm first executes what was sent, then brakes.
 fn can_stop(
     body: &ArmBody,
     sent: &VecDeque<JointPositions>,
@@ -256,7 +256,7 @@ fn can_stop(
     })
 }
 
-/// From head and torso, m.
+/// Distance from head and torso, m.
 fn distance_m(part: &Capsule, head_m: DVec3) -> f64 {
     let head = Capsule {
         from_m: head_m,
@@ -271,7 +271,7 @@ fn distance_m(part: &Capsule, head_m: DVec3) -> f64 {
     part.distance_m(&head).min(part.distance_m(&torso))
 }
 
-/// Which part that moves meets the person, and how fast it is.
+/// The moving part that meets the person, and its speed.
 fn meets(before: &ArmCapsules, now: &ArmCapsules, head_m: DVec3) -> Option<(usize, f64)> {
     let parts = before.all().iter().zip(now.all()).enumerate();
     parts
@@ -325,7 +325,7 @@ fn all(seeds: std::ops::Range<u64>) {
     assert!(met == 0 && violations == 0 && way_m > 0.3);
 }
 
-/// Fingertip and head are lost for a while each; one of five is not there at first.
+/// Fingertip and head are each lost for a while; one in five is missing at first.
 fn all_blind(seeds: std::ops::Range<u64>) {
     let (mut count, mut blind, mut moved) = (0, 0_u64, 0);
     for seed in seeds {

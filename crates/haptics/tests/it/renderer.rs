@@ -9,7 +9,7 @@ use hwall_haptics::{
 use hwall_kinematics::{JointTorques, JointVelocities, SrsArm, Unreachable, Wrench};
 use hwall_testkit::{ErrorStats, Sampler};
 
-/// An arm that does at once what it is told, and a renderer.
+/// An arm that executes commands at once, and a renderer.
 struct Rig {
     renderer: Renderer,
     now_s: f64,
@@ -18,7 +18,7 @@ struct Rig {
     press_n: f64,
 }
 
-/// Thresholds are tested to the sample here; the filter has tests of its own (force.rs).
+/// Thresholds are tested to the sample here; force.rs tests the filter.
 fn unfiltered() -> RendererConfig {
     RendererConfig {
         force: ForceConfig {
@@ -48,7 +48,7 @@ impl Rig {
         self.step_with(|_, _, _| {})
     }
 
-    /// A step whose inputs (time, state, target) are spoilt on their way to the renderer.
+    /// A step whose inputs (time, state, target) are corrupted before they reach the renderer.
     fn step_with(
         &mut self,
         spoil: impl Fn(&mut f64, &mut ArmState, &mut Option<BoardTarget>),
@@ -109,7 +109,7 @@ fn a_touch_freezes_the_board_and_its_end_frees_it() {
         (step.normal_force_n.unwrap() - 10.0).abs() < 0.3,
         "{step:?}"
     );
-    // The target wanders off, or is lost: a wall does not care.
+    // The target drifts away, or is lost: a wall stays.
     rig.target.as_mut().unwrap().point_m.y += 0.1;
     assert_eq!(rig.run(500).phase, Phase::Contact { since_s });
     assert_eq!(
@@ -295,12 +295,12 @@ fn no_command_before_the_first_good_state_and_none_far_from_the_arm() {
         q.max_abs_difference(&rig.state.q) < 1e-2,
         "starts at the measured configuration"
     );
-    // Moved by hand while the state was away.
+    // The arm was moved by hand while there was no state.
     rig.run(200);
     rig.step_with(|_, state, _| state.t_s -= 1.0);
     rig.state.q[0] += 0.5;
     let moved = rig.state.q;
-    // Until the arm has had the time to stop.
+    // Until the arm has had time to stop.
     let commands = std::iter::from_fn(|| Some(rig.step().command)).take(500);
     let first = commands.skip_while(|command| *command == ArmCommand::Hold);
     let Some(ArmCommand::Position(q)) = first.take(1).last() else {
@@ -316,7 +316,7 @@ fn an_unreachable_target_holds_the_last_goal_with_its_reason_and_recovers() {
         target.as_mut().unwrap().point_m.x = 3.0;
     };
     let at = rig.state.q;
-    // Asked in a step, told in the next.
+    // Requested in a step, reported in the next.
     rig.step_with(far);
     let step = rig.step_with(far);
     assert_eq!((step.command, step.goal), (ArmCommand::Position(at), None));
@@ -334,7 +334,7 @@ fn an_unreachable_target_holds_the_last_goal_with_its_reason_and_recovers() {
     assert!(rig.arrived());
 }
 
-/// Presses anywhere on the board, with friction along it: the normal part is what counts.
+/// Presses anywhere on the board, with friction along it: only the normal component counts.
 #[test]
 fn a_press_of_known_force_is_estimated() {
     let mut s = Sampler::new(31);

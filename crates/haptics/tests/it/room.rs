@@ -1,4 +1,4 @@
-//! Things in the real room: how far away they are, and that no part of the arm meets them, nor another part.
+//! Obstacles of the real room: their distances, and that no part of the arm meets them or another part.
 
 use crate::support::{DT_S, at_rest, iiwa, rates};
 use glam::{DQuat, DVec3};
@@ -111,8 +111,8 @@ fn arm() -> (Arc<dyn ArmKinematics>, Board) {
     (Arc::new(iiwa()), Board::default())
 }
 
-/// A floor and a box on a way of the arm, which goes from one free posture to another for some seconds. Returns how often it arrived, and
-/// the least distance from a thing of the room or between two parts, m.
+/// A floor and a box on the path of the arm, which moves between free postures for some seconds. Returns how often it arrived, and the least distance
+/// from an obstacle or between two parts, m.
 fn run(bare: &Arc<dyn ArmKinematics>, seed: u64, plans: bool) -> (u32, f64) {
     let mut random = Sampler::new(seed);
     let board = Board::default();
@@ -157,7 +157,7 @@ fn run(bare: &Arc<dyn ArmKinematics>, seed: u64, plans: bool) -> (u32, f64) {
     for cycle in 0..6000 {
         let now_s = f64::from(cycle) * DT_S;
         let is_there = state.q.max_abs_difference(&goal) < 1e-6;
-        // A goal that cannot be reached is given up.
+        // An unreachable goal is given up.
         if is_there || since > 2000 {
             (arrived, since) = (arrived + u32::from(is_there && cycle > 0), 0);
             goal = loop {
@@ -253,7 +253,7 @@ fn panda() -> Arc<dyn ArmKinematics> {
     chain(include_str!("../../../kinematics/tests/data/panda.urdf"))
 }
 
-/// The same for other arms, whose own parts are judged as well.
+/// The same for other arms, whose own parts are checked as well.
 fn other_arms(seeds: std::ops::Range<u64>) {
     let ur5 = chain(include_str!("../../../kinematics/tests/data/ur5.urdf"));
     let board = Board::default();
@@ -262,7 +262,7 @@ fn other_arms(seeds: std::ops::Range<u64>) {
         for (name, arm) in [("UR5", &ur5), ("Panda", &panda())] {
             let carrying = arm.carrying(board.flange_from_board_face().unwrap());
             let body = ArmBody::new(carrying, board, BodyConfig::default()).unwrap();
-            // Two parts of it are judged against each other.
+            // Two of its parts are checked against each other.
             let own_m = body.nearest(&JointPositions::default()).distance_m;
             let (_, least_m) = run(arm, seed, true);
             if least_m <= 9e-3 {
@@ -358,16 +358,16 @@ fn a_thing_that_is_too_near_already_hides_no_other() {
         let frame = Pose::from_yaw(0.0, at_m).unwrap();
         Obstacle::cuboid(frame, DVec3::splat(0.05)).unwrap()
     };
-    // The wrist stands in one box, and the way leads the board into another.
+    // The wrist is in one box, and the path leads the board into another.
     let room = Room::new(&[box_at(0.0, 3), box_at(25.0, 4)]).unwrap();
     let body = bare.clone().in_room(room).unwrap();
     let (from, to) = (turned(posture, 0.0), turned(posture, 25.0));
     assert!(body.nearest(&from).distance_m < -0.05);
     let met = body.comes_too_near(&from, &to).unwrap();
     assert_eq!(met.obstacle, Some(1), "{met:?}");
-    // Out of the first box it may go.
+    // It may leave the first box.
     assert_eq!(body.comes_too_near(&from, &turned(posture, -25.0)), None);
-    // An arm that stands too near may stand there.
+    // An arm that is already too close may stay there.
     assert_eq!(body.comes_too_near(&from, &from), None);
 }
 
@@ -385,7 +385,7 @@ fn a_room_that_the_whole_arm_is_in_is_refused() {
     assert!(error.contains('2') && error.contains("normal"), "{error}");
 }
 
-/// Parts that overlap where the arm begins are thinner than their capsules. A planner that judged them would never lead the arm back.
+/// Parts that overlap where the arm begins are thinner than their capsules. A planner that checked them would never lead the arm back.
 #[test]
 fn a_planner_judges_the_parts_that_the_supervisor_judges() {
     let board = Board::default();

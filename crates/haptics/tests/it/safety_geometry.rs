@@ -1,4 +1,4 @@
-//! Capsules, limits of contact, pushes at the edge.
+//! Capsules, contact limits, pushes at the edge.
 
 use crate::support::{Change, assert_named};
 use glam::DVec3;
@@ -17,7 +17,7 @@ fn capsule(from_m: DVec3, to_m: DVec3, radius_m: f64) -> Capsule {
     }
 }
 
-/// For a fixed point of one segment the nearest of the other is known, and the distance is convex along the first.
+/// For a fixed point of one segment the nearest point of the other is known, and the distance is convex along the first.
 fn searched_m(a: &Capsule, b: &Capsule) -> f64 {
     let to_b = |s: f64| {
         let p = a.from_m.lerp(a.to_m, s);
@@ -103,7 +103,7 @@ fn the_bodies_of_closed_form_and_chain_are_the_same() {
     }
 }
 
-/// A check that cannot run says nothing: for all arms it runs, and their usual posture is free.
+/// The check must be able to run: it runs for all arms, and their nominal posture is free.
 #[test]
 fn a_folded_arm_meets_itself() {
     let urdf = |text: &str| Chain::from_urdf_str(text, None, None).unwrap();
@@ -164,7 +164,7 @@ fn speed_caps_follow_two_masses_on_a_spring() {
     for bad in [0.0, -1.0, f64::NAN] {
         assert!(limits.speed_cap_m_per_s(bad).is_err());
     }
-    // A needle presses more than a palm.
+    // A needle causes more pressure than a palm.
     let needle = ContactLimits {
         contact_area_m2: 1e-6,
         ..limits

@@ -27,7 +27,7 @@ fn person(points: &[(PersonPart, DVec3)], stamp_s: f64) -> PersonBody {
     PersonBody::of(&points, &SeparationConfig::default().person)
 }
 
-/// Every instant of the stop, looked at 80 times as closely.
+/// Checks every instant of the stop, with 80 times as many samples.
 #[test]
 fn the_gap_is_a_lower_bound() {
     let config = SeparationConfig::default();
@@ -68,7 +68,7 @@ fn the_gap_is_a_lower_bound() {
                 }
             }
         }
-        // What no part reaches is only bounded.
+        // Parts that are out of reach have only a lower bound.
         near += usize::from(least_m < 0.1);
         loosest_m = loosest_m.max(match least_m < 0.0 {
             true => least_m - gap.left_m,
@@ -128,7 +128,7 @@ fn parts_that_stand_or_leave_may_be_near() {
     }
 }
 
-/// A palm beside the board, at the end of a straight arm.
+/// A palm beside the board at the end of a straight arm.
 #[test]
 fn arms_are_kept_away_from_by_fast_parts_only() {
     let config = SeparationConfig::default();
@@ -153,7 +153,7 @@ fn arms_are_kept_away_from_by_fast_parts_only() {
     }
 }
 
-/// The same motion past a straight arm, a bent one, and the other one.
+/// The same motion past a straight arm, a bent arm, and the other arm.
 #[test]
 fn elbow_and_other_hand_are_kept_away_from() {
     let config = SeparationConfig::default();
@@ -178,7 +178,7 @@ fn elbow_and_other_hand_are_kept_away_from() {
     }
 }
 
-/// A palm 0.2 m and less beside elbow, wrist and board: what is there is no faster than may meet an arm. At 0.3 m it may be, on its way past.
+/// A palm at most 0.2 m from elbow, wrist or board: the part there is no faster than harmless. At 0.3 m it may be faster, in passing.
 #[test]
 fn parts_beside_a_hand_are_slow() {
     let config = SeparationConfig::default();

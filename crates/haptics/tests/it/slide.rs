@@ -1,4 +1,4 @@
-//! A touched board that moves within its plane, and targets that ask for a roll.
+//! A touched board that moves within its plane, and targets that request a roll.
 
 use crate::support::{DT_S, at_rest, force, iiwa as arm, positions};
 use glam::DVec3;
@@ -49,7 +49,7 @@ fn the_board_takes_up_the_velocity_and_keeps_to_its_plane() {
     assert!((1.0..20.0).contains(&able), "{able}");
     let mut before = follower.commanded_velocity();
     for i in 1..=400 {
-        // Along the wall, with a part along the normal that must not count.
+        // Along the wall, with a component along the normal that must not count.
         let wanted = DVec3::new(0.5, 0.08, 0.0);
         assert_eq!(follower.slide(DT_S, &slide(wanted)).unwrap(), None);
         let (q, qd) = (follower.commanded(), follower.commanded_velocity());
@@ -64,9 +64,9 @@ fn the_board_takes_up_the_velocity_and_keeps_to_its_plane() {
         }
         before = qd;
         let velocity = arm.jacobian(&q).twist(&qd).linear_m_per_s;
-        // 0.9 of what the joints allow, and never above what was asked for.
+        // 0.9 of the joints' limits, and never above the requested speed.
         assert!(velocity.y <= 0.08 + 1e-5, "{i}: {velocity}");
-        // Then two low passes of 6 ms.
+        // Then two low-passes of 6 ms.
         if i as f64 * DT_S > 1.05 * 0.08 / (0.9 * able) + 0.07 {
             assert!(
                 (velocity - DVec3::Y * 0.08).length() < 1e-4,
@@ -106,7 +106,7 @@ fn a_turn_is_taken_up_within_the_limits_of_the_joints() {
         assert!(moved.x.abs() < 1e-5 && moved.z.abs() < 1e-5, "{i}: {moved}");
         assert!((now.rotation().z_axis - DVec3::X).length() < 1e-5);
     }
-    // Less what the joints needed to take it up.
+    // Less what the joints needed to accelerate.
     let turned = arm.forward(&follower.commanded()).distance(&pose).angle_rad;
     assert!((0.13..0.16).contains(&turned), "{turned}");
 }
@@ -131,7 +131,7 @@ fn a_slide_out_of_reach_stops_the_board_and_tells_why() {
         );
     }
     assert_eq!(follower.commanded_velocity(), JointVelocities::default());
-    // Back down it can.
+    // It can go back down.
     assert_eq!(
         follower.slide(DT_S, &slide(DVec3::NEG_Z * 0.1)).unwrap(),
         None
@@ -183,7 +183,7 @@ fn the_renderer_slides_in_contact_only() {
             stamp_s: now_s,
             ..target(Some(0.0))
         };
-        // From 700 on the slide is broken: the board stands still.
+        // From 700 on the slide is not finite: the board stands still.
         let bad = slide(DVec3::NAN);
         let asked = if i < 700 { &away } else { &bad };
         let step = renderer.step_with(
@@ -208,7 +208,7 @@ fn the_renderer_slides_in_contact_only() {
         y_m[690] - y_m[590]
     );
     assert!((y_m[899] - y_m[800]).abs() < 1e-9);
-    // Free again: back on the target.
+    // Released again: back on the target.
     assert!((y_m[1499] - 0.1).abs() < 1e-6, "{}", y_m[1499]);
 }
 
@@ -234,7 +234,7 @@ fn a_target_with_a_roll_uses_that_or_the_half_turn_and_follows_its_drift() {
         let [same, half] = off(&follower, roll);
         assert!(same.min(half) < 1e-9);
         let side = same < half;
-        // A drift of the roll keeps the side that it is on, over more than a turn of the number.
+        // A drift of the roll keeps the same side, beyond a full turn.
         let before = follower.goal().unwrap();
         assert_eq!(follower.aim(&target(Some(roll + 0.02 + PI))).unwrap(), None);
         let [same, half] = off(&follower, roll + 0.02);
@@ -266,7 +266,7 @@ fn the_axes_of_a_surface_are_those_of_a_board_at_roll_0() {
     assert!(surface_axes(DVec3::ZERO).is_err());
 }
 
-/// A follower at rest at a random configuration, the normal of its face, and a random direction within it.
+/// A follower at rest at a random configuration, the normal of its face, and a random direction within the face.
 fn somewhere(sampler: &mut Sampler) -> (Follower, DVec3, DVec3) {
     let arm = arm();
     let mut start = JointPositions::from_deg(START);
@@ -283,7 +283,7 @@ fn somewhere(sampler: &mut Sampler) -> (Follower, DVec3, DVec3) {
 
 #[test]
 fn random_slides_with_turn_keep_to_the_accelerations_of_the_joints() {
-    // S3: a slide drove joint 7 into its limit and stopped it in one cycle; 85 of 200 broke the bound, by up to 126 times.
+    // Regression S3: a slide drove joint 7 into its limit and stopped it in one cycle; 85 of 200 slides exceeded the bound, by up to 126 times.
     let arm = arm();
     let mut sampler = Sampler::new(18);
     let (mut done, mut hindered, mut worst) = (0, 0, 0.0_f64);
@@ -301,7 +301,7 @@ fn random_slides_with_turn_keep_to_the_accelerations_of_the_joints() {
             let (q, qd) = (follower.commanded(), follower.commanded_velocity());
             for j in 0..7 {
                 let most = follower.limits().acceleration_rad_per_s2[j] * DT_S;
-                // What it says, and what it does: positions are what an arm gets.
+                // Check the reported velocities and the positions themselves: the arm receives positions.
                 let said = (qd[j] - before[j]).abs() / most;
                 let mean = 0.5 * (qd[j] + before[j]);
                 let does = ((q[j] - last_q[j]) / DT_S - mean).abs() / most;
@@ -326,7 +326,7 @@ fn a_slide_that_ends_before_a_joint_limit_does_not_swing_back() {
     let (mut stops, mut worst) = (0, 0.0_f64);
     for _ in 0..300 {
         let (mut follower, normal, way) = somewhere(&mut sampler);
-        // Either along, or about the normal: of both at once neither is a way that could be gone back.
+        // Either along the face or about the normal: a combination has no path to go back along.
         let turns = sampler.bool();
         let slide = Slide {
             velocity_m_per_s: if turns { DVec3::ZERO } else { way * 0.1 },

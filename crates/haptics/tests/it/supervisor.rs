@@ -7,7 +7,7 @@ use hwall_haptics::ArmCommand;
 use hwall_haptics::safety::{Channel, PersonPart, SafeRequest, SafeState};
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities};
 
-/// A fault stands at once, ends in its last state in the time that is stated, and is forgotten after the recovery time.
+/// A fault takes effect at once, reaches its last state in the stated time, and is forgotten after the recovery time.
 fn faulty(channel: Channel, kind: &str, retreats: bool, spoil: impl Fn(&mut Bench, &mut f64)) {
     let mut bench = Bench::new();
     assert_eq!(bench.run(50).state, SafeState::Normal, "{channel:?} {kind}");
@@ -91,7 +91,7 @@ fn stale_inputs() {
     }
 }
 
-/// What was there once and does not come any more ages.
+/// An input that was present once and no longer comes ages.
 #[test]
 fn missing_inputs() {
     let missing = |channel: Channel, steps: usize, spoil: fn(&mut Bench)| {
@@ -115,7 +115,7 @@ fn missing_inputs() {
     });
     missing(Channel::Torque, 100, |b| b.state.external_torque = None);
     missing(Channel::Force, 100, |b| b.force = None);
-    // Not when it was said before.
+    // Not once it has been deregistered.
     let mut bench = Bench::new();
     bench.run(10);
     for part in PersonPart::ALL {
@@ -127,7 +127,7 @@ fn missing_inputs() {
     );
 }
 
-/// Leaps alternate, so that they last.
+/// Jumps alternate, so that they last.
 #[test]
 fn jumping_inputs() {
     let odd = |b: &Bench| b.ticks % 2 == 1;
@@ -215,7 +215,7 @@ fn frozen_inputs() {
     frozen(Channel::Head, 1050, &|b| {
         b.person[2].position_m = DVec3::new(2.0, 0.3, 1.0)
     });
-    // An arm that stands is not frozen, and neither is a noiseless sensor that feels nothing.
+    // An arm at rest is not frozen, nor is a noiseless sensor that reads zero.
     let mut bench = Bench::new();
     assert_eq!(bench.run(3000).state, SafeState::Normal);
 }

@@ -1,4 +1,4 @@
-//! Cuts of the supervisor brake no harder than the joints may.
+//! Cuts by the supervisor brake no harder than the joints allow.
 
 use crate::supervised::Bench;
 use crate::support::{DT_S, force, home, iiwa, positions, rates};
@@ -7,7 +7,7 @@ use hwall_haptics::ArmCommand;
 use hwall_haptics::safety::{GuardLimits, PersonPart};
 use hwall_kinematics::{JointPositions, JointVelocities, SrsArm};
 
-/// Between two cycles no joint changes its speed by more than it may.
+/// Between two cycles no joint changes its speed by more than allowed.
 fn assert_within(hardest: &[f64; 7], before: &JointVelocities, now: &JointVelocities, k: usize) {
     for joint in 0..7 {
         let change = (now[joint] - before[joint]).abs() / DT_S;
@@ -15,7 +15,7 @@ fn assert_within(hardest: &[f64; 7], before: &JointVelocities, now: &JointVeloci
     }
 }
 
-/// A person who comes near makes a moving arm slow down; neither that nor going on is a leap of its speed.
+/// A person who approaches slows a moving arm down; neither that nor resuming is a jump in speed.
 #[test]
 fn a_cut_of_speed_is_no_leap_of_speed() {
     let arm = iiwa();
@@ -25,7 +25,7 @@ fn a_cut_of_speed_is_no_leap_of_speed() {
     bench.run(5);
     bench.supervisor.forget(PersonPart::Fingertip);
     let place = |q: &JointPositions| arm.forward(q).position_m();
-    // Joints 2 and 4 bring the face outwards.
+    // Joints 2 and 4 move the face outwards.
     let outwards = [1, 3].map(|joint| {
         let mut ahead = home();
         ahead[joint] += 1e-6;
@@ -35,7 +35,7 @@ fn a_cut_of_speed_is_no_leap_of_speed() {
     let (mut to, mut from, mut before) = (home(), home(), JointVelocities::default());
     let (mut rate, mut slowest, mut slowed) = (0.0_f64, f64::INFINITY, 0);
     for k in 0..1500 {
-        // Soon fast, for a while, and to rest.
+        // Fast within a short time, for a while, and then to rest.
         rate = match k {
             0..400 => (rate + 0.005).min(1.0),
             _ => (rate - 0.005).max(0.0),
@@ -47,7 +47,7 @@ fn a_cut_of_speed_is_no_leap_of_speed() {
         let near = (200..300).contains(&k);
         let step = bench.step_with(|bench, _| {
             let away_m = if near { 0.03 } else { 2.0 };
-            // The point itself is as sound as the others: only its distance counts here.
+            // The point itself is sound: only its distance counts here.
             bench.person[0].position_m = place(&from) + normal * away_m;
             if k == 200 || k == 300 {
                 bench.supervisor.forget(PersonPart::Fingertip);
@@ -69,7 +69,7 @@ fn a_cut_of_speed_is_no_leap_of_speed() {
     assert!(from.max_abs_difference(&to) < 1e-9);
 }
 
-/// A hand that is pressed too hard: the way back begins at rest, but the arm comes to rest no harder than it may.
+/// A hand is pressed too hard: the retreat begins at rest, but the arm comes to rest no harder than allowed.
 #[test]
 fn a_retreat_from_a_motion_is_no_leap_of_speed() {
     let hardest = GuardLimits::of_arm(&SrsArm::iiwa7()).acceleration_rad_per_s2;
@@ -85,7 +85,7 @@ fn a_retreat_from_a_motion_is_no_leap_of_speed() {
         }
         bench.command = ArmCommand::Position(to);
         let step = bench.step_with(|bench, _| {
-            // Until the way back would be over.
+            // Until the retreat would be over.
             if (300..310).contains(&k) {
                 bench.force = Some(force(DVec3::X * -400.0));
             }
@@ -101,7 +101,7 @@ fn a_retreat_from_a_motion_is_no_leap_of_speed() {
     assert!(before.0.iter().all(|rate| rate.abs() < 1e-3), "{before:?}");
 }
 
-/// A command that is cut and behind what is wanted is no place to leap from, either: a loop that comes late goes on by four usual steps.
+/// A cut command that lags must not jump either: a late loop advances by four nominal steps.
 #[test]
 fn after_a_stall_a_command_that_is_cut_does_not_leap() {
     let most = GuardLimits::of_arm(&SrsArm::iiwa7()).velocity_rad_per_s;
@@ -111,7 +111,7 @@ fn after_a_stall_a_command_that_is_cut_does_not_leap() {
         let (mut to, mut from) = (home(), home());
         let (mut rate, mut slowed, mut largest) = (0.0_f64, 0, 0.0_f64);
         for k in 0..400 {
-            // Soon faster than joint 1 may be.
+            // Soon faster than the limit of joint 1.
             rate = (rate + 0.01).min(2.5);
             to[0] += rate * DT_S;
             bench.command = ArmCommand::Position(to);
@@ -136,7 +136,7 @@ fn after_a_stall_a_command_that_is_cut_does_not_leap() {
     }
 }
 
-/// An arm may be measured to be a little faster than a command may be.
+/// The measured speed of an arm may slightly exceed the command limit.
 #[test]
 fn the_first_command_of_an_arm_that_is_too_fast_is_not() {
     let most = GuardLimits::of_arm(&SrsArm::iiwa7()).velocity_rad_per_s;

@@ -29,7 +29,7 @@ fn too_much_force_withdraws_at_once_and_is_latched() {
         panic!("{lasting:?}");
     };
     assert_eq!(limit_n, 140.0);
-    // Gone, but latched: it ends in stopped, until it is reset.
+    // The force is gone, but latched: the supervisor ends in stopped, until it is reset.
     let last = bench.run(3000);
     assert_eq!((last.state.name(), last.latched), ("stopped", true));
     bench.supervisor.reset();
@@ -49,7 +49,7 @@ fn too_much_force_withdraws_at_once_and_is_latched() {
     assert_eq!(stopped.state.name(), "stopped");
 }
 
-/// A torque-controlled arm gives way instead, as fast as torques may change, for as long as it is pressed.
+/// A torque-controlled arm yields instead, as fast as torques may change, for as long as it is pressed.
 #[test]
 fn too_much_force_on_a_torque_arm_makes_it_float() {
     let mut bench = Bench::new();
@@ -78,7 +78,7 @@ fn too_much_force_on_a_torque_arm_makes_it_float() {
 fn torques_are_cut_in_size_and_rate() {
     let mut bench = Bench::new();
     bench.command = ArmCommand::Torque(JointTorques([1000.0, -1000.0, 0.5, 0.0, 0.0, 1000.0, 0.0]));
-    // The first step has no time behind it.
+    // The first step has zero duration.
     bench.step();
     let mut last = JointTorques::default();
     for i in 1..400 {
@@ -117,13 +117,13 @@ fn commands_are_cut_to_the_limits_of_joints() {
         let SafeRequest::Go { speed_share } = step.request else {
             panic!("{step:?}");
         };
-        // Told once; while the arm makes up for it, it stays slowed.
+        // Requested once; it stays slowed while the arm catches up.
         assert_eq!(speed_share < 1.0, k == 0);
         assert!(k > 50 || step.state.name() == "slowed");
         (from, bench.state.q, speed) = (q, q, now);
     }
     assert!((from[0] - beyond[0]).abs() < 1e-9, "{from:?}");
-    // Beyond the limit of an angle.
+    // Beyond an angle limit.
     let mut bench = Bench::new();
     let limit = SrsArm::iiwa7().limits()[6].max_rad;
     bench.state.q[6] = limit - 1e-4;
@@ -149,7 +149,7 @@ fn an_arm_beyond_its_limits_is_stopped_and_latched() {
     for (channel, spoil) in spoils {
         let mut bench = Bench::new();
         bench.run(2);
-        // The leap into the fault is one by itself; after it the limit speaks.
+        // The jump into the fault is a fault of its own; after it the limit is reported.
         let step = bench.run_with(300, |b, _| spoil(b));
         let reason = step.state.reason().unwrap();
         assert_eq!(
@@ -196,14 +196,14 @@ fn the_board_stays_in_its_box() {
     assert_eq!(seen, Some(SafeReason::Workspace));
 }
 
-/// A board that comes nearer to a finger, a head, or a hand that it would hit too hard is slowed down.
+/// A board that approaches a finger, a head, or a hand that it would hit too hard is slowed down.
 #[test]
 fn near_a_person_the_board_is_slow() {
     let arm = iiwa();
     let face = arm.forward(&home());
     let normal = face.rotation().z_axis;
     let mut q = home();
-    // Some joint motion that moves the face outwards at 1 m/s or so.
+    // Any joint motion that moves the face outwards at about 1 m/s.
     let outward = |q: &JointPositions| arm.forward(q).position_m().dot(normal);
     let joint = 3;
     let mut ahead = q;
@@ -217,7 +217,7 @@ fn near_a_person_the_board_is_slow() {
                 point.position_m = face.position_m() + normal * distance_m;
             }
         }
-        // The leap of the point is a fault of its own.
+        // The jump of the point is a fault of its own.
         bench.run(300);
         q[joint] += sign * 2e-3;
         bench.command = ArmCommand::Position(*q);
@@ -263,7 +263,7 @@ fn a_retreat_goes_back_and_slowly() {
             let out = positions(step.command);
             let speed = place(&out).distance(place(&q)) / DT_S;
             assert!(speed <= 0.101, "{speed}");
-            // It takes its time to be that fast.
+            // It takes time to reach that speed.
             assert!(k < 30 || (speed > 0.05) == moves, "{sign}: {speed}");
             (q, bench.state.q) = (out, out);
         }
@@ -282,7 +282,7 @@ fn an_edge_push_holds() {
         force_n,
         moment_n_m: lever.cross(force_n),
     };
-    // Located after the filter: 20 N pass 10 N within 35 ms.
+    // Located after the filter: a 20 N step exceeds 10 N within 35 ms.
     bench.force = Some(wrench);
     let step = bench.run(36);
     assert_eq!(step.state.reason().unwrap().name(), "board_edge");
@@ -355,7 +355,7 @@ fn the_first_command_waits_for_states_that_agree() {
             assert_eq!(waits, step.command == ArmCommand::Hold);
         }
     }
-    // One that does not agree begins anew.
+    // A state that disagrees restarts the count.
     let mut bench = Bench::as_configured(SupervisorConfig::default());
     bench.run_with(1, |bench, _| bench.state.q[1] += 1.0);
     assert_eq!(bench.step().command, ArmCommand::Hold);
@@ -376,11 +376,11 @@ fn a_target_that_flips_every_step_is_noticed_and_one_that_changes_now_and_then_i
         }
     }
     assert!(noticed.is_some_and(|k| k < 40), "{noticed:?}");
-    // It ends once the target stands.
+    // It ends once the target is still.
     bench.target = Some(DVec3::new(0.6, 0.0, 0.6));
     assert_eq!(bench.run(4000).state, SafeState::Normal);
     for k in 0..5000 {
-        // Somebody who looks from one thing to the next five times a second.
+        // A person who looks from one thing to the next five times a second.
         bench.target = Some(DVec3::new(0.6, 0.2 * f64::from(k / 200 % 2), 0.6));
         assert_eq!(bench.step().state, SafeState::Normal, "{k}");
     }
@@ -403,7 +403,7 @@ fn targets_below_the_table_or_inside_the_base_get_no_command() {
         JointPositions(arm.limits().map(|l| sampler.uniform(l.min_rad, l.max_rad)))
     })
     .find(|q| body.nearest(q).distance_m < -0.05);
-    // Only what it is told counts here; nobody is near.
+    // Only the command counts here; nobody is near.
     for (to, is_reason) in [
         (
             below,
@@ -418,7 +418,7 @@ fn targets_below_the_table_or_inside_the_base_get_no_command() {
                 workspace: (to == below).then_some(table),
                 ..GuardLimits::of_arm(&arm)
             }),
-            // No floor is to come first.
+            // Without a floor, which would be reported first.
             room: Some(Room::new(&[]).unwrap()),
             ..SupervisorConfig::default()
         });
@@ -442,7 +442,7 @@ fn targets_below_the_table_or_inside_the_base_get_no_command() {
     }
 }
 
-/// A bias is found although the hand was lost before, and takes over.
+/// The bias is found although the hand was lost before, and becomes the reported fault.
 #[test]
 fn a_bias_is_found_whatever_else_is_wrong() {
     let mut bench = Bench::new();
@@ -472,7 +472,7 @@ fn an_unknown_torque_limit_is_a_hand_pressed_at_the_length_of_the_arm() {
     let g = known.geometry();
     let longest_m = g.d_se_m + g.d_ew_m + g.d_wf_m;
     let limits_n_m = GuardLimits::of_arm(&unknown).torque_n_m;
-    // The tool point is on the axis of joint 7, and at most the length of the arm from those of the shoulder.
+    // The tool point is on the axis of joint 7, and at most the length of the arm from the shoulder axes.
     assert!((limits_n_m[6] - 140.0 * 0.1).abs() < 1e-9, "{limits_n_m:?}");
     for joint in [0, 1] {
         let lever_m = limits_n_m[joint] / 140.0 - 0.1;

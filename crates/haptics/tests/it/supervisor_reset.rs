@@ -1,4 +1,4 @@
-//! Stops that were asked for, and faults after a reset.
+//! Requested stops, and faults after a reset.
 
 use crate::supervised::Bench;
 use crate::support::force;
@@ -23,7 +23,7 @@ fn a_stop_on_demand_lasts_until_it_is_reset() {
     assert_eq!(bench.run(300).state, SafeState::Normal);
 }
 
-/// It once ended the release but left the reason that a stop was asked for, so the stop was latched again.
+/// Regression: the fault ended the release but kept the stop request, so the stop was latched again.
 #[test]
 fn a_slight_fault_after_a_reset_does_not_latch_the_stop_again() {
     for steps in [1, 100, 2000] {
@@ -58,7 +58,7 @@ fn a_slight_fault_after_a_reset_holds_before_it_withdraws() {
     assert_eq!(bench.run_with(20, stale).state.name(), "retreating");
 }
 
-/// It was still said that the arm took no commands.
+/// Regression: the state still named the refused command.
 #[test]
 fn a_hold_names_the_fault_that_is_left() {
     let mut bench = Bench::new();
@@ -76,7 +76,7 @@ fn a_hold_names_the_fault_that_is_left() {
     assert_eq!(bench.run(300).state, SafeState::Normal);
 }
 
-/// Whatever else breaks meanwhile, a stop that was asked for takes a person to end it.
+/// Whatever else fails meanwhile, only a person can end a requested stop.
 #[test]
 fn a_stop_on_demand_outlasts_other_faults() {
     let mut bench = Bench::with(SupervisorConfig {

@@ -1,4 +1,4 @@
-//! What several tests set up alike.
+//! Setup shared by several tests.
 
 use glam::DVec3;
 use hwall_haptics::{ArmCommand, ArmState, Board, HapticsError};
@@ -17,12 +17,12 @@ pub(crate) fn home() -> JointPositions {
     JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
 }
 
-/// The board upright, with room to yield to a push.
+/// The board upright, with space to yield to a push.
 pub(crate) fn before_door() -> JointPositions {
     JointPositions::from_deg([0.0, 45.0, 0.0, -70.0, 0.0, -25.0, 90.0])
 }
 
-/// A sound state of an arm that rests and feels nothing.
+/// A sound state of an arm at rest without contact.
 pub(crate) fn at_rest(t_s: f64, q: JointPositions) -> ArmState {
     ArmState {
         t_s,
@@ -39,7 +39,7 @@ pub(crate) fn force(force_n: DVec3) -> Wrench {
     }
 }
 
-/// The positions that are commanded; anything else is a failure.
+/// The commanded positions; any other command is a failure.
 #[track_caller]
 pub(crate) fn positions(command: ArmCommand) -> JointPositions {
     match command {
@@ -53,7 +53,7 @@ pub(crate) fn rates(from: &JointPositions, to: &JointPositions) -> JointVelociti
     JointVelocities(std::array::from_fn(|i| (to[i] - from[i]) / DT_S))
 }
 
-/// What makes settings bad, and how the error then begins.
+/// A change that invalidates the settings, and how the error begins.
 pub(crate) type Change<C> = (&'static str, fn(&mut C));
 
 /// Every change makes good settings bad, and the error names it.

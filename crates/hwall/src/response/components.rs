@@ -1,15 +1,15 @@
-//! Which demonstrations belong together: those of one task that end in configurations near each other.
+//! Groups demonstrations of one task that end in nearby configurations.
 
 use super::demonstration::Task;
 
-/// Rounds of k-means; a few hundred configurations settle long before.
+/// Rounds of k-means; a few hundred configurations converge long before.
 const ROUNDS: usize = 50;
 
-/// A component for each demonstration, from 0, and the task of each component.
+/// The component of each demonstration, from 0, and the task of each component.
 ///
-/// By k-means on the configurations at the end, each task by itself: so the branches of an arm are parted, and within
-/// one the relation of hand and joints is nearly linear in each part. `per_component`: so many demonstrations make one on average;
-/// parts of fewer than `least` go to the others.
+/// Runs k-means on the final configurations of each task. This separates the branches of an arm; within a branch, the relation of hand and
+/// joints is nearly linear in each part. `per_component`: average number of demonstrations for a component; parts of fewer than `least` are
+/// merged into others.
 pub(super) fn components(
     ends: &[(Task, [f64; 7])],
     per_component: usize,
@@ -29,7 +29,7 @@ pub(super) fn components(
     (labels, tasks)
 }
 
-/// A part for each point, and how many there are.
+/// The part of each point, and the number of parts.
 fn parts(points: &[[f64; 7]], per_part: usize, least: usize) -> (Vec<usize>, usize) {
     if points.is_empty() {
         return (Vec::new(), 0);
@@ -37,7 +37,7 @@ fn parts(points: &[[f64; 7]], per_part: usize, least: usize) -> (Vec<usize>, usi
     let mut centres = vec![mean(points.iter())];
     let wanted = (points.len() / per_part).max(1);
     while centres.len() < wanted {
-        // The point that is farthest from all centres founds the next one.
+        // The point farthest from all centres starts the next part.
         let farthest = points
             .iter()
             .map(|point| (nearest(point, &centres).1, point))
@@ -48,7 +48,7 @@ fn parts(points: &[[f64; 7]], per_part: usize, least: usize) -> (Vec<usize>, usi
         }
         centres = settled(points, centres);
     }
-    // A part that is too small to say anything is shared out, the smallest one first.
+    // Parts that are too small are merged into others, smallest first.
     loop {
         let labels: Vec<usize> = points.iter().map(|p| nearest(p, &centres).0).collect();
         let size = |part: usize| labels.iter().filter(|label| **label == part).count();
@@ -63,7 +63,7 @@ fn parts(points: &[[f64; 7]], per_part: usize, least: usize) -> (Vec<usize>, usi
     }
 }
 
-/// The centres after k-means; one that loses all its points stays where it is.
+/// The centres after k-means; a centre that loses all its points stays where it is.
 fn settled(points: &[[f64; 7]], mut centres: Vec<[f64; 7]>) -> Vec<[f64; 7]> {
     for _ in 0..ROUNDS {
         let labels: Vec<usize> = points.iter().map(|p| nearest(p, &centres).0).collect();
@@ -123,7 +123,7 @@ mod tests {
                 assert_eq!(*label == labels[0], q[0] < 1.0);
             }
         }
-        // Nine parts were asked for; those of fewer than 15 are none.
+        // Nine parts were requested; those of fewer than 15 are merged.
         let (_, tasks) = components(&ends[..40], 4, 15);
         assert!((1..=3).contains(&tasks.len()), "{tasks:?}");
         assert_eq!(components(&[], 4, 2), (Vec::new(), Vec::new()));

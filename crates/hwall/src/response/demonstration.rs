@@ -1,4 +1,4 @@
-//! A hand that reaches, and the arm that answers it.
+//! A reach of a hand, and the arm that answers it.
 
 use crate::error::SessionError;
 use hwall_bip::Demonstration;
@@ -6,14 +6,14 @@ use hwall_hand::{HandFrame, HandPoint};
 use hwall_kinematics::JointPositions;
 use hwall_numeric::check::all_finite;
 
-/// What a hand is about to do. The hand does it in another shape, and the arm presents its board in another way.
+/// What a hand is about to do. Each task has its own shape of the hand and its own way to present the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Task {
-    /// Touches a surface with the fingertip: the board's middle is under it.
+    /// Touches a surface with the fingertip, over the middle of the board.
     Touch,
-    /// Pushes something that moves with the open hand.
+    /// Pushes a movable object with the open hand.
     Push,
-    /// Grasps an edge or a handle: the board's edge is between the fingers.
+    /// Grasps an edge or a handle, with the edge of the board between the fingers.
     Grasp,
 }
 
@@ -21,7 +21,7 @@ impl Task {
     /// In the order of [`JointPosterior::tasks`](super::JointPosterior::tasks).
     pub const ALL: [Self; 3] = [Self::Touch, Self::Push, Self::Grasp];
 
-    /// For tables.
+    /// Name for tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -32,14 +32,14 @@ impl Task {
     }
 }
 
-/// One reach of a hand from its start to the contact, and the arm in step with it.
+/// One reach of a hand from its start to the contact, with the arm in step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseDemonstration {
     /// What the hand does.
     pub task: Task,
     /// Samples in the base frame of the arm, in order of time. Points may be missing in some.
     pub frames: Vec<HandFrame>,
-    /// The arm at these times, rad; the last one is the presentation.
+    /// Configurations of the arm at these times, rad; the last one presents the board.
     pub joints: Vec<JointPositions>,
 }
 
@@ -69,8 +69,7 @@ impl ResponseDemonstration {
         self.joints.last().map_or([0.0; 7], |joints| joints.0)
     }
 
-    /// Columns: x, y and z of the points, then the joints. A point that is missing for a while goes straight from where it was seen
-    /// last to where it is seen next.
+    /// Columns: x, y and z of the points, then the joints. Gaps of a point are interpolated linearly, and held constant at the ends.
     pub(super) fn to_primitive(&self, points: &[HandPoint]) -> Result<Demonstration, SessionError> {
         let dofs = 3 * points.len() + 7;
         let mut values = vec![0.0; dofs * self.frames.len()];
@@ -89,7 +88,7 @@ impl ResponseDemonstration {
         )?)
     }
 
-    /// Writes a point into three columns of the rows.
+    /// Writes a point into its three columns.
     fn fill(&self, point: HandPoint, first: usize, dofs: usize, values: &mut [f64]) {
         let seen: Vec<_> = (self.frames.iter().enumerate())
             .filter_map(|(k, frame)| Some((k, frame.t_s, frame.point(point)?)))

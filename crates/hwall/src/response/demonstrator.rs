@@ -1,4 +1,4 @@
-//! An arm that shows how reaches are answered.
+//! An arm that demonstrates how reaches are answered.
 
 use super::demonstration::{ResponseDemonstration, Task};
 use crate::error::SessionError;
@@ -9,15 +9,15 @@ use hwall_kinematics::{ArmKinematics, JointPositions};
 use hwall_scene::Scene;
 use std::sync::Arc;
 
-/// Between two configurations of a way, s.
+/// Time between two configurations of a path, s.
 const STEP_S: f64 = 0.01;
-/// A way that takes longer leads nowhere, s.
+/// A path that takes longer counts as not found, s.
 const LONGEST_S: f64 = 6.0;
-/// A motion with less left has ended, s.
+/// A motion with less time left has ended, s.
 const ENDED_S: f64 = 1e-6;
 
-/// Answers demonstrated reaches: goes from the posture in which the arm waits to the presentation, by the reference motion and
-/// behind the surfaces, as a session would.
+/// Answers demonstrated reaches: moves from the waiting posture to the presentation along the reference motion and behind the surfaces, as
+/// a session would.
 #[derive(Debug, Clone)]
 pub struct Demonstrator {
     arm: Arc<dyn ArmKinematics>,
@@ -56,7 +56,7 @@ impl Demonstrator {
         Ok(follower)
     }
 
-    /// The configurations on the way to a target, every 10 ms; `None` if the arm cannot present it, or finds no way.
+    /// The configurations on the path to a target, every 10 ms; `None` if the arm cannot present it, or finds no path.
     ///
     /// # Errors
     /// A target that is not finite or has no normal.
@@ -76,8 +76,8 @@ impl Demonstrator {
         Ok(None)
     }
 
-    /// The arm in step with a reach: at every share of the time of the reach it has gone the same share of the time of its way, so
-    /// that it presents the target when the hand is there. `None` as for [`way`](Self::way).
+    /// The arm in step with a reach: at each share of the duration of the reach it has completed the same share of the duration of its
+    /// path, so that both arrive together. `None` as for [`way`](Self::way).
     ///
     /// # Errors
     /// As for [`way`](Self::way).
@@ -109,7 +109,7 @@ impl Demonstrator {
     }
 }
 
-/// The configuration at a share of a way.
+/// The configuration at a share of a path.
 fn between(way: &[JointPositions], share: f64) -> JointPositions {
     let at = share * (way.len() - 1) as f64;
     let before = (at as usize).min(way.len() - 1);

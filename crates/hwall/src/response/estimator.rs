@@ -1,4 +1,4 @@
-//! Where the board will be by the posterior over the joints.
+//! Position of the board from the posterior over the joints.
 
 use super::filter::{JointMoments, JointPosterior, ResponseFilter};
 use super::model::ResponseModel;
@@ -9,7 +9,7 @@ use hwall_hand::HandFrame;
 use hwall_kinematics::ArmKinematics;
 use std::sync::Arc;
 
-/// Components that are less probable are left out of the covariance.
+/// Less probable components are left out of the covariance.
 const IMPROBABLE: f64 = 0.01;
 
 /// A response as an estimate of the contact: the middle of the presented face, by forward kinematics.
@@ -21,7 +21,7 @@ pub struct ResponseEstimator {
 }
 
 impl ResponseEstimator {
-    /// For the arm that was demonstrated with the face of the board as its tool.
+    /// For the demonstrated arm, with the face of the board as its tool.
     #[must_use]
     pub fn new(model: &ResponseModel, arm: Arc<dyn ArmKinematics>) -> Self {
         Self {
@@ -37,7 +37,7 @@ impl ResponseEstimator {
         self.posterior.as_ref()
     }
 
-    /// Is the reach like those that were learnt from? See [`ResponseFilter::is_familiar`].
+    /// Is the reach like the training reaches? See [`ResponseFilter::is_familiar`].
     #[must_use]
     pub const fn is_familiar(&self) -> bool {
         self.filter.is_familiar()
@@ -74,7 +74,7 @@ impl ResponseEstimator {
         }))
     }
 
-    /// Of the middle of the face about a point, over all components, to first order in each.
+    /// Covariance of the middle of the face about a point, over all components, to first order in each.
     fn covariance_m2(
         &mut self,
         posterior: &JointPosterior,
@@ -121,13 +121,13 @@ impl ContactEstimator for ResponseEstimator {
         self.posterior = None;
     }
 
-    /// There are no touches to learn from, so that a reach that may have begun is one that has begun.
+    /// It does not learn from touches, so a reach that may have begun is treated as begun.
     fn begin_tentatively(&mut self) -> bool {
         self.begin();
         true
     }
 
-    /// `None` also for a sample whose time makes no sense.
+    /// Also `None` for a sample with an invalid time.
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         let finite = |e: &ContactEstimate| {
             e.point_m.is_finite() && e.covariance_m2.is_none_or(|c| c.is_finite())

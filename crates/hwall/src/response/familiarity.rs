@@ -1,30 +1,30 @@
-//! Is a reach like those that were learnt from?
+//! Is a reach like the training reaches?
 
-/// What reaches of people who were held out pile up of evidence against the mixture, by the time since they began.
+/// Evidence against the mixture that reaches of held-out people accumulate, by the time since they began.
 ///
-/// The evidence of a sample is `-2 ln p` of what was seen under the mixture of all components, above what a perfect prediction
-/// would leave; per value, so that missing points do not count as agreement. It is averaged over the reach so far: a start where
-/// nobody started speaks against the reach for as long as a path that nobody took.
+/// The evidence of a sample is `-2 ln p` under the mixture of all components, in excess of a perfect prediction, and per value, so that
+/// missing points do not count as agreement. It is averaged over the reach so far: an unusual start counts against the reach for as long as
+/// an unusual path.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Familiarity {
     /// Median of the held-out reaches after 1, 2, 4, 8 ... sampling periods.
     usual: Vec<f64>,
-    /// What none but one in a hundred of them exceeds at any time, as a multiple of the median.
+    /// Limit as a multiple of the median: the allowance times what only one in a hundred of them exceeds at some time.
     limit: f64,
 }
 
-/// Fewer held-out reaches tell no stranger from a person.
+/// Fewest held-out reaches for a test.
 pub(super) const LEAST: usize = 12;
 /// Share of the held-out reaches that are familiar throughout.
 const FAMILIAR: f64 = 0.99;
-/// A reach of somebody who was never demonstrated is allowed this much more than those of simulated people among themselves.
+/// Allowance for people who were never demonstrated, relative to the spread among simulated people.
 const ALLOWANCE: f64 = 1.5;
-/// An unfamiliar reach is familiar again below this share of the limit: between the two nothing changes.
+/// Hysteresis: an unfamiliar reach becomes familiar again below this share of the limit.
 const AGAIN: f64 = 0.6;
 
 impl Familiarity {
-    /// From the evidence of held-out reaches, one list each: pairs of the time since the beginning, in sampling periods, and the
-    /// mean evidence by then. `None` from too few of them that hold any.
+    /// From the evidence of held-out reaches, one list each: pairs of the time since the beginning, in sampling periods, and the mean
+    /// evidence by then. `None` if too few lists hold any.
     pub(super) fn of(reaches: &[Vec<(f64, f64)>]) -> Option<Self> {
         let told = || reaches.iter().filter(|reach| !reach.is_empty());
         if told().count() < LEAST {
@@ -44,7 +44,7 @@ impl Familiarity {
                 median.filter(|median| *median > 0.0 && median.is_finite())
             })
             .collect();
-        // Times at which nobody was are like those before; nothing usual at any time is no test.
+        // Empty bins take the median of the one before, leading ones the first median; without any median there is no test.
         let mut last = *medians.iter().flatten().next()?;
         let usual = medians
             .into_iter()
@@ -66,7 +66,7 @@ impl Familiarity {
         familiarity.limit.is_finite().then_some(familiarity)
     }
 
-    /// The evidence as a multiple of what is usual by then.
+    /// The evidence as a multiple of the median at that time.
     fn ratio(&self, periods: f64, mean: f64) -> f64 {
         let number = bin(periods).min(self.usual.len() - 1);
         mean / self.usual[number]
@@ -83,7 +83,7 @@ impl Familiarity {
     }
 }
 
-/// Times are told apart by their doublings.
+/// Bins of time, each twice as long as the one before.
 fn bin(periods: f64) -> usize {
     periods.max(1.0).log2() as usize
 }
@@ -109,7 +109,7 @@ mod tests {
             assert!(!known.is_familiar(true, at, 20.0 / at.min(100.0)));
             assert!(!known.is_familiar(true, at, f64::NAN));
         }
-        // What is in between keeps the verdict that was.
+        // In between, the previous verdict stays.
         let between = 0.8 * known.limit * known.usual[5];
         assert!(known.is_familiar(true, 40.0, between));
         assert!(!known.is_familiar(false, 40.0, between));

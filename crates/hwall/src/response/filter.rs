@@ -10,28 +10,28 @@ use hwall_kinematics::JointPositions;
 use hwall_numeric::check::finite;
 use std::f64::consts::TAU;
 
-/// The joints at the end of a reach, as far as the hand has told them.
+/// The joints at the end of a reach, as inferred from the hand so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointPosterior {
-    /// Mean of the most probable component, rad. It may lie outside the limits of an arm. The mean over
-    /// components would be a configuration of none of them.
+    /// Mean of the most probable component, rad. It may lie outside the limits of an arm. A mean over components would be a configuration
+    /// of none of them.
     pub q: JointPositions,
-    /// Covariance of the same, rad².
+    /// Its covariance, rad².
     pub covariance_rad2: [[f64; 7]; 7],
-    /// That component.
+    /// The most probable component.
     pub component: usize,
     /// Its probability.
     pub probability: f64,
     /// Probability of each task, in the order of [`Task::ALL`].
     pub tasks: [f64; 3],
-    /// Mean of the phase, 0 to 1.
+    /// Mean phase, 0 to 1.
     pub phase: f64,
-    /// Time until the end of the reach, s; `None` if it is not foreseen.
+    /// Time until the end of the reach, s; `None` if it cannot be predicted.
     pub time_to_end: Option<TimeToEnd>,
 }
 
 impl JointPosterior {
-    /// Those of its component.
+    /// The moments of its component.
     pub(super) const fn moments(&self) -> JointMoments {
         JointMoments {
             q: self.q,
@@ -49,7 +49,7 @@ pub struct JointMoments {
     pub covariance_rad2: [[f64; 7]; 7],
 }
 
-/// Follows a hand and infers the joints that answer it. Neither steps nor the beginning of a reach allocate.
+/// Follows a hand and infers the joints that answer it. Neither steps nor the start of a reach allocate.
 #[derive(Debug, Clone)]
 pub struct ResponseFilter {
     fresh: Bank,
@@ -58,7 +58,7 @@ pub struct ResponseFilter {
     tasks: Vec<Task>,
     period_s: f64,
     joints: [usize; 7],
-    /// Of the observation, at most three for each point.
+    /// Buffers of the observation, at most three values for each point.
     dofs: Vec<usize>,
     values: Vec<f64>,
     variances_m2: Vec<f64>,
@@ -67,12 +67,12 @@ pub struct ResponseFilter {
     seen: Seen,
 }
 
-/// What the reach so far says against the mixture.
+/// Evidence of the current reach against the mixture.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     began_s: f64,
     values: f64,
-    /// Sum of `-2 ln p` above what a perfect prediction leaves.
+    /// Sum of `-2 ln p` in excess of a perfect prediction.
     evidence: f64,
     familiar: bool,
 }
@@ -87,7 +87,7 @@ impl Seen {
 }
 
 impl ResponseModel {
-    /// Follows reaches, one after the other.
+    /// A filter that follows reaches, one after the other.
     #[must_use]
     pub fn filter(&self) -> ResponseFilter {
         ResponseFilter::new(self)
@@ -116,9 +116,9 @@ impl ResponseFilter {
         }
     }
 
-    /// A new reach begins: forgets the samples of the one before.
+    /// Starts a new reach: forgets the samples of the previous one.
     pub fn begin(&mut self) {
-        // Of one model, so that their sizes agree.
+        // Both are of one model, so their sizes agree.
         if self.bank.restart_from(&self.fresh).is_err() {
             self.bank.clone_from(&self.fresh);
         }
@@ -126,11 +126,11 @@ impl ResponseFilter {
         self.seen = Seen::NOTHING;
     }
 
-    /// Takes the next sample of the reach, in the base frame. Points that are missing are left out; a sample at the time of
-    /// the one before says nothing new.
+    /// Takes the next sample of the reach, in the base frame. Missing points are left out; a sample at the time of the previous one is
+    /// ignored.
     ///
     /// # Errors
-    /// A time that is NaN, infinite or before the last one; the filter is then as it was.
+    /// A time that is NaN, infinite or before the last one; the filter is then unchanged.
     pub fn step(&mut self, frame: &HandFrame) -> Result<(), SessionError> {
         finite("t_s", frame.t_s)?;
         let dt_s = self
@@ -144,7 +144,7 @@ impl ResponseFilter {
                 self.values.extend(at_m.to_array());
             }
         }
-        // Nothing seen: time passes with the next sample.
+        // Nothing seen: the next sample advances the time.
         if self.dofs.is_empty() || dt_s == 0.0 {
             return Ok(());
         }
@@ -177,7 +177,7 @@ impl ResponseFilter {
         (periods, self.seen.evidence / self.seen.values)
     }
 
-    /// That evidence after each sample of a reach.
+    /// The mean evidence after each sample of a reach.
     ///
     /// # Errors
     /// As [`step`](Self::step).
@@ -196,9 +196,8 @@ impl ResponseFilter {
         Ok(all)
     }
 
-    /// Is the reach like those that were learnt from, under at least one component? If not, neither are the joints: a test of the
-    /// likelihood of all samples so far, by what held-out demonstrations have. It changes its mind at other limits than those at which
-    /// it made it up. `true` where too few were demonstrated.
+    /// Is the reach like the training reaches, under at least one component? If not, its joints are unreliable, too. The test compares the
+    /// likelihood of all samples so far with that of held-out demonstrations, with hysteresis. `true` if too few were demonstrated.
     #[must_use]
     pub const fn is_familiar(&self) -> bool {
         self.seen.familiar
@@ -210,7 +209,7 @@ impl ResponseFilter {
         self.last_s.is_some()
     }
 
-    /// What is known by now.
+    /// The current posterior.
     ///
     /// # Errors
     /// Arithmetic that overflowed.
@@ -236,7 +235,7 @@ impl ResponseFilter {
         })
     }
 
-    /// The joints at the end by one component; `None` if it is out of the question.
+    /// The joints at the end by one component; `None` if the component is ruled out.
     ///
     /// # Errors
     /// Arithmetic that overflowed.

@@ -1,12 +1,12 @@
 //! The end-to-end response: from the motion of a hand straight to the joints of the arm.
 //!
-//! An interaction primitive is learnt from demonstrations of hand *and* joints; of a new reach the hand is observed, and the
-//! posterior over the joints at its end is where the arm goes. Neither surfaces nor inverse kinematics take part. Demonstrations of
-//! several tasks, and of configurations on several branches, are told apart by a mixture. Source: \[H-Wall\], chapter VI.
+//! An interaction primitive is learnt from demonstrations of hand *and* joints. In a new reach the hand is observed, and the arm goes to
+//! the posterior over the joints at the end of the reach. Neither surfaces nor inverse kinematics take part. A mixture separates
+//! demonstrations of several tasks, and of configurations on several branches. Source: \[H-Wall\], chapter VI.
 //!
-//! [`EndToEnd`] leads a [`Session`](crate::Session); what keeps the arm safe there (limits, surfaces as barriers, proximity,
-//! supervisor) does not depend on it. What joints as targets cost beside a predicted point and exact inverse kinematics:
-//! docs/END-TO-END.md in the repository.
+//! [`EndToEnd`] leads a [`Session`](crate::Session); what keeps the arm safe there (limits, surfaces as barriers, proximity, supervisor)
+//! does not depend on it. docs/END-TO-END.md in the repository compares joints as targets with a predicted point and exact inverse
+//! kinematics.
 
 mod components;
 mod demonstration;

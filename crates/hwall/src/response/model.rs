@@ -11,25 +11,25 @@ use hwall_bip::{
 use hwall_hand::HandPoint;
 use hwall_numeric::check::positive;
 
-/// How a response is learnt.
+/// Settings for learning a response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseConfig {
-    /// Functions of the phase for each coordinate of the hand. Default: 7 Legendre polynomials.
+    /// Basis functions of the phase for each coordinate of the hand. Default: 7 Legendre polynomials.
     pub hand: Basis,
     /// The same for each joint. Default: 7 Legendre polynomials.
     pub joints: Basis,
-    /// Directions that are kept of each component. Default 22, which with the phase and its velocity fill three wide vectors; the
-    /// time of a step grows with the square.
+    /// Directions kept for each component. Default 22, which with the phase and its velocity fill three wide vectors; the time of a step
+    /// grows with the square.
     pub rank: usize,
-    /// So many demonstrations make a component on average. Default 25: fewer are more local and know fewer people.
+    /// Average number of demonstrations for each component. Default 25: with fewer, components are more local and know fewer people.
     pub per_component: usize,
-    /// Components of fewer demonstrations are none. Default 12.
+    /// Components of fewer demonstrations are merged into others. Default 12.
     pub least: usize,
-    /// Standard deviation of each coordinate of a sample from what the demonstrations allow, m. Default 0.1. It is the same for all
-    /// components, which are weighed against each other by it, and larger than the noise of a tracker: a new person deviates in
-    /// the same direction for many samples, each of which counts as new evidence.
+    /// Standard deviation of each coordinate of a sample from the demonstrated range, m. Default 0.1. It is the same for all components, so
+    /// that they can be weighed against each other, and larger than the noise of a tracker: a new person deviates in the same direction for
+    /// many samples, each of which counts as new evidence.
     pub noise_m: f64,
-    /// Hypotheses of the bank after the first tenth of a motion, in which there are two for each component. Default 12.
+    /// Hypotheses of the bank after the first tenth of a motion; before, there are two for each component. Default 12.
     pub hypotheses: usize,
 }
 
@@ -48,11 +48,11 @@ impl Default for ResponseConfig {
     }
 }
 
-/// Within a sampling period the phase velocity changes by this share of its mean.
+/// Change of the phase velocity within a sampling period, as a share of its mean.
 const VELOCITY_CHANGE: f64 = 0.02;
-/// One demonstration in so many is held out to learn how much a reach of somebody else deviates from what is known.
+/// One demonstration in this many is held out, to learn how much a reach of another person deviates.
 const OTHERS: usize = 4;
-/// Demonstrations of a component that are held out for the noise.
+/// Demonstrations of a component that are held out to estimate the noise.
 const HELD_OUT: usize = 16;
 
 /// A mixture of interaction primitives of hand and joints. Immutable; [`filter`](Self::filter) follows a hand with it.
@@ -67,10 +67,11 @@ pub struct ResponseModel {
 }
 
 impl ResponseModel {
-    /// Learns from demonstrations, in the base frame of the arm. Those points of the hand count that were seen in all of them.
+    /// Learns from demonstrations in the base frame of the arm. Uses the points of the hand that were seen in all of them.
     ///
-    /// The last quarter for each task is held out once, to learn how much reaches deviate from a mixture that does not know them
-    /// ([`ResponseFilter::is_familiar`](super::ResponseFilter::is_familiar)); from fewer than four dozen nothing is learnt of that.
+    /// The last quarter for each task is held out once, to learn how much new reaches deviate from the mixture
+    /// ([`ResponseFilter::is_familiar`](super::ResponseFilter::is_familiar)); with fewer than four dozen demonstrations there is no such
+    /// test.
     ///
     /// # Errors
     /// No demonstration; one that is too short, has NaN in its joints or times that do not increase; no common point of the hand;
@@ -94,12 +95,12 @@ impl ResponseModel {
         let (mut rest, mut others) = (Vec::new(), Vec::new());
         for task in Task::ALL {
             let of_task: Vec<_> = all.iter().filter(|d| d.task == task).copied().collect();
-            // The last ones, because demonstrations of one person stand together: others are other people.
+            // Take the last ones: demonstrations of one person stand together, so these are of other people.
             let (known, other) = of_task.split_at(of_task.len() - of_task.len() / OTHERS);
             rest.extend_from_slice(known);
             others.extend_from_slice(other);
         }
-        // Of the same points: the evidence is that of these values. Too few to make a model of the rest are too few for this.
+        // Uses the same points, so that the evidence is comparable. Too few for a model of the rest are too few for this.
         let without_others = match others.len() < LEAST {
             true => None,
             false => Self::of(&rest, &points, config).ok(),
@@ -119,7 +120,7 @@ impl ResponseModel {
         })
     }
 
-    /// Learns from demonstrations that were checked and see all `points`, without holding out any.
+    /// Learns from validated demonstrations that see all `points`, without holding out any.
     fn of(
         demonstrations: &[&ResponseDemonstration],
         points: &[HandPoint],
@@ -146,7 +147,7 @@ impl ResponseModel {
         let sizes: Vec<usize> = (0..tasks.len()).map(size).collect();
         let covariance = match sizes.iter().all(|size| *size >= config.least.max(2)) {
             true => Covariance::Own,
-            // Small groups say where they are, all together how people differ.
+            // Small groups locate the components; all together show how people differ.
             false => Covariance::Shared,
         };
         let mixture = Mixture::train(&primitives, &training, &labels, covariance)?;
@@ -154,7 +155,7 @@ impl ResponseModel {
         let usual = BankConfig::default();
         let bank = mixture.bank(&BankConfig {
             hypotheses: config.hypotheses,
-            // A reach is given from its true start, also when the hand turned to it on its way.
+            // A reach is given from its true start, even if the hand turned to it while under way.
             under_way: 0.0,
             filter: FilterConfig {
                 acceleration_variance: Some(acceleration_variance(&mixture)),
@@ -190,12 +191,12 @@ impl ResponseModel {
         &self.mixture
     }
 
-    /// Of each coordinate of a sample, m².
+    /// Variance of each coordinate of a sample, m².
     pub(super) const fn variance_m2(&self) -> f64 {
         self.variance_m2
     }
 
-    /// What is usual for reaches of others; `None` where too few were demonstrated.
+    /// The test for familiar reaches; `None` if too few were demonstrated.
     pub(super) const fn familiarity(&self) -> Option<&Familiarity> {
         self.familiarity.as_ref()
     }

@@ -1,4 +1,4 @@
-//! The response as a predictor of its own.
+//! The response as a predictor of contacts.
 
 use super::estimator::ResponseEstimator;
 use super::filter::JointPosterior;
@@ -13,12 +13,12 @@ use hwall_kinematics::ArmKinematics;
 use hwall_scene::Scene;
 use std::sync::Arc;
 
-/// A hand that rests this near to where the board is presented is at it, m.
+/// A hand that rests within this distance of the presented board is at it, m.
 const AT_IT_M: f64 = 0.12;
-/// A face within this of a surface stands for it, m. The surface is only named: neither point nor normal are taken from it.
+/// A face within this distance of a surface represents it, m. The surface is only named: point and normal come from the face.
 const STANDS_FOR_M: f64 = 0.3;
 
-/// An answer that was outside the joint limits is inside again by at least this, rad.
+/// Hysteresis: a response that was outside the joint limits must be inside by this, rad.
 const INSIDE_RAD: f64 = 0.03;
 
 /// What an [`EndToEnd`] predictor does with the hand.
@@ -27,22 +27,22 @@ pub enum ResponseState {
     /// No reach is under way.
     #[default]
     Idle,
-    /// The arm is led.
+    /// The arm follows the response.
     Answering,
-    /// The arm waits: the reach is unlike all that were learnt from.
+    /// The arm waits: the reach is unlike the training reaches.
     Unfamiliar,
-    /// The arm waits: the configuration that would answer is outside the joint limits.
+    /// The arm waits: the response is outside the joint limits.
     BeyondLimits,
 }
 
 /// Leads the arm by the posterior over its joints; see [`Predictor::response_rad`].
 ///
-/// To the policy it is a predictor whose contact is the face of the board by forward kinematics, with the covariance of the
-/// posterior: one that is unsure moves nothing.
+/// For the policy it predicts a contact at the face of the board by forward kinematics, with the covariance of the posterior: an uncertain
+/// response moves nothing.
 #[derive(Debug, Clone)]
 pub struct EndToEnd {
     stream: StreamEstimator<ResponseEstimator>,
-    /// The newest of the reach under way, or of the one that ended at the board.
+    /// Newest result of the current reach, or of the one that ended at the board.
     newest: Option<(ContactEstimate, JointPosterior)>,
     hand_m: Option<DVec3>,
     answer: Option<ContactPrediction>,

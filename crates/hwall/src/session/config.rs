@@ -14,23 +14,23 @@ pub struct SessionConfig {
     pub hand: HandFilterConfig,
     /// What counts as a fixation, and how the line of sight is averaged over it.
     pub gaze: GazeFilterConfig,
-    /// When the board goes where.
+    /// When to dispatch the board, and where to.
     pub policy: PolicyConfig,
-    /// Is the predictor told of every touch that the board feels, so that it adapts to the person and the room? Default yes.
-    /// Then it matters in which order frames and steps come, as it does for the rest of a session.
+    /// Does the predictor learn from each touch that the board feels, to adapt to the person and the room? Default yes. Results then depend
+    /// on the order of frames and steps, as they do for the rest of a session.
     pub adapts: bool,
-    /// What is added to the time of the tracker to get that of the arm, s; default 0.
+    /// Clock offset: arm time minus tracker time, s; default 0.
     pub arm_minus_tracker_s: f64,
     /// When the board counts as in place.
     pub in_place: PlaceTolerance,
     /// Does the board present the roughness of surfaces? Default yes; needs the feature `texture`.
     pub texture: bool,
-    /// Do doors, panels, drawers and buttons yield under the hand? Default yes; otherwise they stand still as walls do.
+    /// Do doors, panels, drawers and buttons move when pushed? Default yes; otherwise they are rigid, like walls.
     pub objects: bool,
-    /// How the arm goes along with them; default by positions, which any arm understands.
+    /// How the arm follows a pushed object; default by positions, which any arm understands.
     pub object_command: ObjectCommand,
-    /// What stands between renderer and arm; `None`: nothing, for an arm that is supervised elsewhere. Default
-    /// [`session_supervisor`]. Where it names no room, the floor is where the scene is lowest, but not above the arm's base.
+    /// Supervisor between renderer and arm; `None` for an arm that is supervised elsewhere. Default [`session_supervisor`]. If it sets no
+    /// room, the floor is the lowest point of the scene, but not above the arm's base.
     pub supervisor: Option<SupervisorConfig>,
 }
 
@@ -52,13 +52,13 @@ impl Default for SessionConfig {
     }
 }
 
-/// The supervisor of a session: as by default, but for what the session watches itself or cannot tell.
+/// The default supervisor, adapted to a session:
 ///
-/// - Points of the hand may stand still: [`HandFilterConfig::freeze`] finds frozen ones, and such a hand is lost. A head may
-///   stand still, too, for in a simulation it does; where a headset always trembles, set `head.frozen_s`.
-/// - The edge of the face is 15 mm wide, for a touch in place keeps 20 mm away from it ([`PlaceTolerance`]); only pushes above 20 N
-///   are located, and those to some millimetres.
-/// - Inputs count as sound again after 0.1 s: a board that comes back later meets a hand that is in the wall already.
+/// - Points of the hand may stand still: [`HandFilterConfig::freeze`] detects frozen ones and reports the hand as lost. A head may stand
+///   still, too, because a simulated head does; if your headset always shows tremor, set `head.frozen_s`.
+/// - The edge of the face is 15 mm wide, because a touch in place keeps 20 mm away from it ([`PlaceTolerance`]); only pushes above 20 N are
+///   located, to within a few millimetres.
+/// - Inputs count as sound again after 0.1 s: a board that returns later meets a hand that is already in the wall.
 #[must_use]
 pub fn session_supervisor() -> SupervisorConfig {
     let usual = SupervisorConfig::default();

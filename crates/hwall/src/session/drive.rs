@@ -1,4 +1,4 @@
-//! The loop itself, for those who do not want to write it.
+//! A ready-made control loop.
 
 use super::Session;
 use super::world::WorldPose;
@@ -6,22 +6,22 @@ use hwall_contact::Predictor;
 use hwall_hand::HandFrame;
 use hwall_haptics::{Arm, ArmCommand, ArmState};
 
-/// What surrounds a loop: time, the tracker, the virtual world.
+/// Environment of a loop: time, the tracker, the virtual world.
 ///
-/// A real set-up waits in [`Surroundings::next_cycle`] until the next cycle of the arm begins.
+/// On a real system, [`Surroundings::next_cycle`] waits until the next cycle of the arm begins.
 pub trait Surroundings<R: Arm> {
     /// Waits for the next cycle and returns its time on the clock of the arm, s; `None` ends the loop.
     ///
     /// # Errors
-    /// Any error ends the loop, and the arm is told to hold.
+    /// Any error ends the loop, and the arm is commanded to hold.
     fn next_cycle(&mut self, arm: &mut R) -> Result<Option<f64>, R::Error>;
 
-    /// The next frame of the tracker that has come in by now and was not returned yet.
+    /// The next frame of the tracker that has arrived and was not yet returned.
     fn next_frame(&mut self, _now_s: f64) -> Option<HandFrame> {
         None
     }
 
-    /// The place of the virtual world, if it has changed by now; not needed for a world that stands still.
+    /// The pose of the virtual world, if it has changed; not needed for a static world.
     fn next_world(&mut self, _now_s: f64) -> Option<WorldPose> {
         None
     }
@@ -31,7 +31,7 @@ pub trait Surroundings<R: Arm> {
         state
     }
 
-    /// The arm did not take a command, for this reason; the loop goes on.
+    /// Reports that the arm did not take a command, and why; the loop continues.
     fn refused(&mut self, _reason: &R::Error) {}
 }
 
@@ -46,10 +46,10 @@ pub trait Controller {
     /// The command for the coming cycle; times on the clock of the arm, s.
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand;
 
-    /// Does what takes longer than a step, in what is left of the cycle.
+    /// Does what takes longer than a step, in the rest of the cycle.
     fn plan(&mut self) {}
 
-    /// The arm did not take the command of this cycle ([`Arm::is_transient`]); the loop goes on.
+    /// The arm did not take the command of this cycle ([`Arm::is_transient`]); the loop continues.
     fn refused(&mut self) {}
 
     /// The arm is gone, gave no state, or the loop ends with another error.
@@ -67,13 +67,13 @@ pub struct Cycle {
     pub command: ArmCommand,
 }
 
-/// Runs the loop until the surroundings end it: frames in, state in, command out, once in every cycle. `after` is called at the
-/// end of each cycle: to take events, to keep a record, to advance a simulated arm.
+/// Runs the loop until the surroundings end it: frames in, state in, command out, once in every cycle. `after` is called at the end of each
+/// cycle: to take events, to write a recording, to advance a simulated arm.
 ///
 /// # Errors
-/// The first error of the arm, its surroundings or `after`; a command that the arm does not take for the moment is no error: the
-/// session holds. The arm is told to hold before the loop ends. It may no longer
-/// receive that, so a driver must stop its arm by itself when no commands come.
+/// The first error of the arm, its surroundings or `after`. A command that the arm temporarily does not take is no error: the session
+/// holds. Before the loop ends, the arm is commanded to hold. It may no longer receive that, so a driver must stop its arm by itself when
+/// no commands come.
 pub fn drive<C, R, S>(
     controller: &mut C,
     arm: &mut R,
@@ -88,10 +88,10 @@ where
     loop {
         let done = match cycle(controller, arm, surroundings) {
             Ok(Some(done)) => after(controller, arm, surroundings, &done),
-            // The last command may be a motion under way.
+            // The last command may be an unfinished motion.
             Ok(None) => {
                 return match arm.command(ArmCommand::Hold) {
-                    // An arm that takes no commands holds already.
+                    // An arm that takes no commands already holds.
                     Err(error) if R::is_transient(&error) => Ok(()),
                     held => held,
                 };
@@ -100,7 +100,7 @@ where
         };
         if let Err(error) = done {
             controller.failed();
-            // The first error is the one to report; a second one would only say that the arm does not answer.
+            // Report the first error; a second one would only say that the arm does not answer.
             let _ = arm.command(ArmCommand::Hold);
             return Err(error);
         }
@@ -149,7 +149,7 @@ impl<P: Predictor> Controller for Session<P> {
     }
 
     fn world(&mut self, pose: &WorldPose) {
-        // A refused place is an event too.
+        // A rejected pose is also reported as an event.
         let _ = Self::world(self, pose);
     }
 

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 /// Something that happened, and when.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// Time on the clock of the arm, s; that of the event before for an input whose own time is NaN or infinite.
+    /// Time on the clock of the arm, s; for an input with a NaN or infinite time, that of the previous event.
     pub t_s: f64,
     /// What happened.
     pub kind: EventKind,
@@ -25,16 +25,16 @@ pub struct Event {
 pub enum EventKind {
     /// A frame of the tracker came in: where the hand is in the base frame, or why it is lost.
     Frame(Tracking),
-    /// What follows from that frame: the contact that the board serves, in the base frame, and whether the arm can present
-    /// its place; `None` if no contact is foreseen.
+    /// The prediction from that frame: the contact that the board serves, in the base frame, and whether the arm can present it; `None` if
+    /// no contact is predicted.
     Predicted(Option<Foreseen>),
     /// The board has a new place to go to.
     GoalSet(Goal),
     /// The board stands in place.
     Arrived,
-    /// The hand was expected at its goal by now, and the board is not in place.
+    /// The board cannot be in place before the hand, or the hand is overdue ([`SessionState::Late`](crate::SessionState::Late)).
     Late,
-    /// The goal cannot be held by the arm; the board keeps the one before.
+    /// The arm cannot hold the goal; the board keeps the previous one.
     Unreachable(Unreachable),
     /// The board is pressed.
     Touched {
@@ -45,27 +45,26 @@ pub enum EventKind {
     Released,
     /// The arm holds still because an input is missing or wrong.
     Held(HoldReason),
-    /// The supervisor has taken over, or does something else now, or for another reason. A fault that the renderer has named
-    /// ([`EventKind::Held`]) is not named again while the arm stands for it.
+    /// The supervisor has taken over, or has changed its action or reason. A fault that the renderer has reported ([`EventKind::Held`]) is
+    /// not reported again while the arm stands still for it.
     Safe(SafeState),
-    /// The reason to hold, or for the supervisor to take over, is gone.
+    /// The reason to hold, or for the supervisor to act, is gone.
     Resumed,
-    /// The virtual world moved under the hand that touches the board; the board stands still until it is released.
+    /// The virtual world moved while the hand touched the board; the board stands still until it is released.
     WorldMovedWhileTouched,
-    /// The hand moves in a way unlike all that the predictor learnt from: the board waits until it can be foreseen again.
+    /// The hand moves unlike anything that the predictor learnt from; the board waits until prediction is possible again.
     HandUnfamiliar,
-    /// A place of the virtual world came with a time stamp that is NaN or older than the one before; the world stays where
-    /// it was.
+    /// A pose of the virtual world had a time stamp that is NaN, infinite or older than the one before; the world keeps its pose.
     WorldRefused,
-    /// Where the surfaces are that the board stays behind cannot be made out (a world at a place too far to compute with): the
-    /// board comes to rest and holds until they are known again.
+    /// The positions of the surfaces that the board stays behind cannot be computed (for example, in a world too far away). The board comes
+    /// to rest and holds until they are known again.
     SurfacesUnknown,
-    /// A link of the arm came in front of a surface, within reach of the person, who sees nothing there. Nothing is said again before
+    /// A link of the arm came in front of a surface, within reach of the person, who sees nothing there. Not reported again before
     /// [`EventKind::LinksBehind`].
     LinkInFront(LinkInFront),
     /// No link is in front of a surface within reach any more.
     LinksBehind,
-    /// The touched board starts to move so that it feels as rough as the surface that it stands for.
+    /// The touched board starts to move, to feel as rough as the surface that it represents.
     #[cfg(feature = "texture")]
     TextureStarted(crate::texture::TexturedTouch),
     /// That motion ends by itself: the end of the stroke or of the face is near.
@@ -73,27 +72,27 @@ pub enum EventKind {
     TextureEnded,
 }
 
-/// A contact that is foreseen.
+/// A predicted contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foreseen {
     /// Where, when and on which surface, in the base frame.
     pub contact: ContactPrediction,
-    /// Can the arm present that place, and if not, which one near it?
+    /// Can the arm present that place, and if not, which nearby one?
     pub presented: Presented,
 }
 
 /// A place that the board is sent to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Goal {
-    /// The surface that the board stands for.
+    /// The surface that the board represents.
     pub surface: SurfaceId,
     /// Place and normal in the base frame.
     pub target: BoardTarget,
-    /// Is that the predicted place, or the nearest one that the arm can present?
+    /// Is this the predicted place, or the nearest one that the arm can present?
     pub presented: Presented,
 }
 
-/// Events that nobody has taken yet; when the queue is full the oldest are lost and counted.
+/// Events not yet taken; when the queue is full, the oldest are dropped and counted.
 #[derive(Debug)]
 pub(super) struct EventQueue {
     waiting: VecDeque<Event>,
@@ -102,7 +101,7 @@ pub(super) struct EventQueue {
     last_s: f64,
 }
 
-/// Enough for more than a second of everything that happens at usual rates.
+/// Enough for more than a second of events at typical rates.
 const CAPACITY: usize = 512;
 
 impl EventQueue {

@@ -1,4 +1,4 @@
-//! Hand in, board out.
+//! A session: tracked hand in, arm commands out.
 
 mod config;
 mod control;
@@ -55,13 +55,13 @@ use world::World;
 
 /// A tracked hand goes in, commands for the arm that carries the board come out.
 ///
-/// Takes any [`ArmKinematics`] (closed form for S-R-S arms, numeric for any other chain of up to seven joints) and any
-/// [`Predictor`]. The arm itself stays outside: it is seen through [`ArmState`] alone, so a simulated one and a real
-/// one are the same to a session. Nothing reads a clock; all times come with the inputs.
+/// Works with any [`ArmKinematics`] (closed form for S-R-S arms, numeric for any other chain of up to seven joints) and any [`Predictor`].
+/// The session sees the arm only through [`ArmState`], so a simulated and a real arm look the same. Nothing reads a clock; all times come
+/// with the inputs.
 ///
-/// [`Session::frame`] is called at the rate of the tracker, [`Session::step`] at that of the control loop, and [`Session::plan`] after
-/// each step, once the command has been sent: a step alone never looks for a way.
-/// [`Session::split`] gives the three parts, one for each thread. [`drive`] is the loop for those who do not want to write it.
+/// Call [`Session::frame`] at the rate of the tracker, [`Session::step`] at that of the control loop, and [`Session::plan`] after each
+/// step, once the command has been sent: a step alone never searches for a path. [`Session::split`] gives the three parts, one for each
+/// thread. [`drive`] runs the loop for you.
 pub struct Session<P> {
     perceiving: Perceiving<P>,
     control: Control,
@@ -69,9 +69,9 @@ pub struct Session<P> {
 }
 
 impl<P: Predictor> Session<P> {
-    /// For an arm (its tool is replaced by the face of the board), a scene in the arm's base frame, what is known of the walls
-    /// of the scene, and a predictor of contacts. [`Walls::of`] finds out about the walls; [`Walls::default`] knows nothing,
-    /// for an arm whose solver decides alone; maps alone will do too.
+    /// Takes an arm (its tool is replaced by the face of the board), a scene in the arm's base frame, prior knowledge of the walls, and a
+    /// contact predictor. [`Walls::of`] computes that knowledge; [`Walls::default`] is empty, so that the arm's solver decides alone; maps
+    /// alone will do too.
     ///
     /// # Errors
     /// A setting outside its range; more roughnesses in the scene than the board has levels;
@@ -197,7 +197,7 @@ impl<P: Predictor> Session<P> {
     }
 }
 
-/// The moving surfaces of a scene, given to the renderer.
+/// Gives the moving surfaces of a scene to the renderer.
 fn touchable_objects(
     scene: &Scene,
     renderer: &mut Renderer,
@@ -208,7 +208,7 @@ fn touchable_objects(
     for found in objects_of(scene)? {
         let mut object = MovingObject::new(found.config)?;
         object.set_state(scene.opening(found.surface).unwrap_or(0.0), 0.0)?;
-        // The scene shows it where it stands; its path begins at opening zero.
+        // The scene has the surface at its current opening; the path starts at opening zero.
         rendered.push(RenderedObject {
             object,
             path: found.path,
@@ -228,10 +228,10 @@ impl<P: Predictor> Session<P> {
         }
     }
 
-    /// Says where the virtual world stands, see [`Perception::world`].
+    /// Sets the pose of the virtual world, see [`Perception::world`].
     ///
     /// # Errors
-    /// As for [`Perception::world`]; of a tracker's half on a thread of its own the event [`EventKind::WorldRefused`] alone tells.
+    /// As for [`Perception::world`]. If perception runs on its own thread, only the event [`EventKind::WorldRefused`] reports them.
     pub fn world(&mut self, pose: &WorldPose) -> Result<(), SessionError> {
         match &mut self.perceiving {
             Perceiving::Here(perception) => perception.world(pose),
@@ -242,7 +242,7 @@ impl<P: Predictor> Session<P> {
         }
     }
 
-    /// The difference of the clocks, s, see [`Perception::set_clock_offset_s`].
+    /// Sets the clock offset, s, see [`Perception::set_clock_offset_s`].
     ///
     /// # Errors
     /// NaN or infinity.
@@ -269,8 +269,8 @@ impl<P: Predictor> Session<P> {
         command
     }
 
-    /// Looks for goals and ways, after the command of a step was sent: some 0.5 ms at the most, see [`Planner::plan`]. Without it the arm
-    /// stays where it is.
+    /// Searches for goals and paths, after the command of a step was sent; takes about 0.5 ms at most, see [`Planner::plan`]. Without it
+    /// the arm stays where it is.
     pub fn plan(&mut self) {
         match &mut self.planning {
             Planning::Here(planner) => {
@@ -283,7 +283,7 @@ impl<P: Predictor> Session<P> {
         }
     }
 
-    /// Has a thread of this session ended by a fault? [`plan`](Self::plan) then stops the session, again after each reset.
+    /// Has a thread of this session panicked? [`plan`](Self::plan) then stops the session, again after each reset.
     #[must_use]
     pub fn has_lost_thread(&self) -> bool {
         let planner = match &self.planning {
@@ -293,12 +293,12 @@ impl<P: Predictor> Session<P> {
         planner || matches!(&self.perceiving, Perceiving::Apart(apart) if apart.is_lost())
     }
 
-    /// Lets frames be perceived on a thread of their own from now on: [`frame`](Self::frame) then only hands them over, and the first
-    /// [`step`](Self::step) after they were perceived knows of them, usually the next. If the thread should end by a fault, a session
-    /// with a supervisor stops, latched.
+    /// Processes frames on a separate thread from now on: [`frame`](Self::frame) then only hands them over, and the first
+    /// [`step`](Self::step) after processing uses the result, usually the next step. If the thread panics, a session with a supervisor
+    /// stops, latched.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     pub fn perceive_on_thread(self) -> io::Result<Self>
     where
         P: Send + 'static,
@@ -310,7 +310,7 @@ impl<P: Predictor> Session<P> {
         Ok(session)
     }
 
-    /// Perceives frames as [`perceive_on_thread`](Self::perceive_on_thread) does, but without a thread, and steps know of them after
+    /// Like [`perceive_on_thread`](Self::perceive_on_thread), but without a thread; steps use the results after
     /// [`take_perceived`](Self::take_perceived): for a replay.
     #[must_use]
     pub fn perceive_when_told(mut self) -> Self {
@@ -321,7 +321,7 @@ impl<P: Predictor> Session<P> {
         self
     }
 
-    /// How often a step knew of new frames, if they are perceived on a thread of their own: for a record.
+    /// How many times a step received new results, if frames are processed on their own thread: for a recording.
     #[must_use]
     pub fn perceived(&self) -> Option<u64> {
         match &self.perceiving {
@@ -330,14 +330,14 @@ impl<P: Predictor> Session<P> {
         }
     }
 
-    /// The next step knows of what was perceived: for a replay.
+    /// Gives the results so far to the next step: for a replay.
     pub fn take_perceived(&mut self) {
         if let Perceiving::Apart(apart) = &mut self.perceiving {
             apart.take_without_thread();
         }
     }
 
-    /// Perceives one input that waits; was there one? For a replay.
+    /// Processes one pending input; returns whether there was one. For a replay.
     pub fn perceive_next(&mut self) -> bool {
         match &self.perceiving {
             Perceiving::Here(_) => false,
@@ -345,11 +345,11 @@ impl<P: Predictor> Session<P> {
         }
     }
 
-    /// Lets goals and ways be looked for on a thread of their own from now on; [`plan`](Self::plan) then only wakes it. What was handed
-    /// over with a step, [`planned`](Self::planned) tells. If the thread should end by a fault, a session with a supervisor stops, latched.
+    /// Searches for goals and paths on a separate thread from now on; [`plan`](Self::plan) then only wakes it. [`planned`](Self::planned)
+    /// reports which plan a step used. If the thread panics, a session with a supervisor stops, latched.
     ///
     /// # Errors
-    /// The system gives no thread; the session then goes on without.
+    /// The system cannot start a thread; the session is then dropped.
     pub fn plan_on_thread(mut self) -> io::Result<Self> {
         if let Planning::Here(mut planner) = self.planning {
             planner.set_config(PlannerConfig::on_thread());
@@ -359,8 +359,7 @@ impl<P: Predictor> Session<P> {
         Ok(self)
     }
 
-    /// The step that the newest answer of the planner is about, and the number of the surfaces that it knew, if it is on a thread of its
-    /// own: for a record.
+    /// Step that the planner's newest result is for, and number of the surfaces it used, if it runs on its own thread: for a recording.
     #[must_use]
     pub const fn planned(&self) -> Option<[u64; 2]> {
         match self.planning {
@@ -369,7 +368,7 @@ impl<P: Predictor> Session<P> {
         }
     }
 
-    /// The planner, unless it is on a thread of its own: for a replay.
+    /// The planner, unless it runs on its own thread: for a replay.
     pub fn planner_mut(&mut self) -> Option<&mut Planner> {
         match &mut self.planning {
             Planning::Here(planner) => Some(planner),
@@ -390,8 +389,8 @@ impl<P: Predictor> Session<P> {
         drive(self, arm, surroundings, after)
     }
 
-    /// From the next touch on the board presents these levels, in place of those chosen for the scene: for studies, where a
-    /// condition is an orientation and a speed. Between touches only; it allocates.
+    /// Presents these levels instead of the scene's, from the next touch on: for studies, where a condition is an orientation and a speed.
+    /// Call it between touches only; it allocates.
     #[cfg(feature = "texture")]
     pub fn set_texture_levels(&mut self, levels: TextureLevels) {
         let arm = Arc::clone(self.control.renderer.arm());
@@ -405,7 +404,7 @@ impl<P: Predictor> Session<P> {
         self.control.state()
     }
 
-    /// The hand, as of the newest frame that a step knows of, in the base frame; `None` before the first.
+    /// The hand in the base frame, as of the newest frame known to a step; `None` before the first.
     #[must_use]
     pub fn tracking(&self) -> Option<&Tracking> {
         match &self.perceiving {
@@ -414,7 +413,7 @@ impl<P: Predictor> Session<P> {
         }
     }
 
-    /// The contact that the board serves, as of the newest frame that a step knows of, in the base frame.
+    /// The contact that the board serves, in the base frame, as of the newest frame known to a step.
     #[must_use]
     pub fn contact(&self) -> Option<ContactPrediction> {
         match &self.perceiving {
@@ -423,7 +422,7 @@ impl<P: Predictor> Session<P> {
         }
     }
 
-    /// The next event that was not taken yet: those of the frames, then those of the steps, each in order of time.
+    /// The next event not yet taken: first those of frames, then those of steps, each in order of time.
     pub fn next_event(&mut self) -> Option<Event> {
         let event = match &mut self.perceiving {
             Perceiving::Here(perception) => perception.next_event(),
@@ -432,8 +431,8 @@ impl<P: Predictor> Session<P> {
         event.or_else(|| self.control.next_event())
     }
 
-    /// The tracker's half, for one look at a time. If it has its own thread, this waits until that has finished perceiving, and the thread
-    /// waits until the look ends.
+    /// The tracker's half. If it runs on its own thread, this blocks until the thread has processed its inputs, and blocks the thread until
+    /// the returned guard is dropped.
     #[must_use]
     pub fn perception(&self) -> impl Deref<Target = Perception<P>> + '_ {
         self.perceiving.look()
@@ -455,7 +454,7 @@ impl<P: Predictor> Session<P> {
         self.control.stop();
     }
 
-    /// The arm did not take the last command, see [`Control::refused`].
+    /// Reports that the arm did not take the last command, see [`Control::refused`].
     pub fn refused(&mut self) {
         self.control.refused();
     }
@@ -465,8 +464,8 @@ impl<P: Predictor> Session<P> {
         self.control.reset();
     }
 
-    /// The three parts, each for a thread of its own. The findings of the tracker's part reach the arm's by a hand-over in which
-    /// the latest wins and neither side waits; so do the places of doors and world, and plans.
+    /// Splits the session into three parts, one for each thread. Results of the tracker's part reach the arm's by a hand-over in which the
+    /// newest wins and neither side waits; so do door openings, world poses and plans.
     #[must_use]
     pub fn split(self) -> (Perception<P>, Planner, Control) {
         let planner = match self.planning {

@@ -1,4 +1,4 @@
-//! Where the tracker's half works: with the control loop, or on a thread of its own.
+//! Where the tracker's half runs: with the control loop, or on its own thread.
 
 use super::event::{Event, EventQueue};
 use super::perception::Perception;
@@ -12,13 +12,13 @@ use std::ops::{Deref, DerefMut};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The tracker's half where it works.
+/// The tracker's half, here or on another thread.
 pub(super) enum Perceiving<P> {
     Here(Box<Perception<P>>),
     Apart(Box<Apart<P>>),
 }
 
-/// The tracker's half, to look at or to change.
+/// Access to the tracker's half.
 pub(super) enum Look<H, A> {
     Here(H),
     Apart(A),
@@ -68,7 +68,7 @@ impl<P> Perceiving<P> {
     }
 }
 
-/// What the tracker's half is told.
+/// An input of the tracker's half.
 // Inputs live in a ring of fixed size; boxing the large ones would allocate in the loops.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy)]
@@ -78,10 +78,10 @@ pub(super) enum Input {
     ClockOffset(f64),
 }
 
-/// At most this many inputs wait, about half a second of frames. The oldest frames are left out: their guidance would be too old.
+/// Most inputs that can wait, about half a second of frames. The oldest frames are dropped: their guidance would be too old.
 const CAPACITY: usize = 64;
 
-/// What both threads work on, never at the same time: the worker while it is asked, the control loop while it is not.
+/// State of both threads, never used at the same time: the worker uses it while `is_asked` is set, the control loop otherwise.
 pub(super) struct Desk<P> {
     perception: Perception<P>,
     inputs: VecDeque<Input>,
@@ -92,7 +92,7 @@ impl<P: Predictor> Desk<P> {
         match self.inputs.pop_front() {
             None => return false,
             Some(Input::Frame(frame)) => self.perception.perceive(&frame),
-            // What is refused is an event.
+            // A rejected pose is reported as an event.
             Some(Input::World(pose)) => drop(self.perception.perceive_world(&pose)),
             Some(Input::ClockOffset(s)) => drop(self.perception.set_clock_offset_s(s)),
         }
@@ -111,21 +111,21 @@ impl<P> Shared<P> {
     }
 }
 
-/// The tracker's half, which perceives what it was given while the control loop goes on.
+/// The tracker's half, which processes its inputs while the control loop continues.
 ///
-/// Inputs are handed over together with what the control loop knows then; findings are taken as a step begins. What a step knows depends only
-/// on the order of the two. A replay keeps to that order without a thread.
+/// Inputs are handed over together with what the control loop knows at that time; results are taken at the start of a step. What a step
+/// knows depends only on the order of the two. A replay keeps that order without a thread.
 pub(super) struct Apart<P> {
     shared: Arc<Shared<P>>,
-    /// `None`: a replay.
+    /// `None` in a replay.
     worker: Option<Worker<()>>,
     inbox: VecDeque<Input>,
-    /// Inputs were given, and what was found was not taken yet.
+    /// Inputs were handed over, and their results not yet taken.
     is_away: bool,
     tracking: Option<Tracking>,
     contact: Option<ContactPrediction>,
     events: EventQueue,
-    /// How often findings were taken.
+    /// How many times results were taken.
     taken: u64,
 }
 
@@ -175,7 +175,7 @@ impl<P: Predictor> Apart<P> {
 
     pub(super) fn put(&mut self, input: Input) {
         if self.inbox.len() == CAPACITY {
-            // A place of the world, or a difference of the clocks, counts until there is a newer one.
+            // World poses and clock offsets stay valid until a newer one comes, so drop a frame.
             let frame = self.inbox.iter().position(|i| matches!(i, Input::Frame(_)));
             self.inbox.remove(frame.unwrap_or(0));
         }
@@ -183,7 +183,7 @@ impl<P: Predictor> Apart<P> {
         self.give();
     }
 
-    /// Gives what waits, unless the last is still out.
+    /// Hands over the waiting inputs, unless earlier ones are still out.
     fn give(&mut self) {
         if self.is_away || self.inbox.is_empty() {
             return;
@@ -199,19 +199,19 @@ impl<P: Predictor> Apart<P> {
         }
     }
 
-    /// Takes what the thread has found, if it is done. Never waits: the thread has left the desk by then.
+    /// Takes the results if the thread is done. Never waits: the thread has released the desk by then.
     pub(super) fn hear(&mut self) {
         if self.worker.is_some() && !self.shared.is_asked.load(Ordering::Acquire) {
             self.take();
         }
     }
 
-    /// Perceives one input that was given: for a replay.
+    /// Processes one input that was handed over: for a replay.
     pub(super) fn perceive_next(&self) -> bool {
         self.worker.is_none() && self.shared.desk().perceive_next()
     }
 
-    /// Takes what was found, in a replay.
+    /// Takes the results, in a replay.
     pub(super) fn take_without_thread(&mut self) {
         if self.worker.is_none() {
             self.take();
@@ -249,7 +249,7 @@ impl<P: Predictor> Apart<P> {
         self.contact
     }
 
-    /// `None`: of a replay.
+    /// `None` in a replay.
     pub(super) const fn taken(&self) -> Option<u64> {
         match self.worker {
             Some(_) => Some(self.taken),
@@ -257,14 +257,14 @@ impl<P: Predictor> Apart<P> {
         }
     }
 
-    /// Has the thread ended by a fault?
+    /// Has the thread panicked?
     pub(super) fn is_lost(&self) -> bool {
         self.worker.as_ref().is_some_and(Worker::is_over)
     }
 }
 
 impl<P: Predictor> Apart<P> {
-    /// Ends the thread, and tells what it has found.
+    /// Ends the thread, and sends its results.
     pub(super) fn end(mut self) -> Perception<P> {
         if let Some(mut worker) = self.worker.take() {
             worker.end();
@@ -278,7 +278,7 @@ impl<P: Predictor> Apart<P> {
                     perception.tell();
                     return perception;
                 }
-                // A thread that has ended lets go of it.
+                // A thread that has ended releases its reference.
                 Err(held) => shared = held,
             }
         }

@@ -22,9 +22,9 @@ use hwall_reachability::{Presented, WallMaps};
 use hwall_scene::Scene;
 use std::sync::Arc;
 
-/// Takes frames at the rate of the tracker. It keeps its answer to the newest frame; everything else is in its events.
+/// Takes frames at the rate of the tracker. It keeps only its result for the newest frame; everything else is in its events.
 ///
-/// One half of a [`Session`](crate::Session), for a thread of its own: [`Session::split`](crate::Session::split).
+/// One half of a [`Session`](crate::Session), which can run on its own thread: [`Session::split`](crate::Session::split).
 pub struct Perception<P> {
     #[cfg(feature = "texture")]
     pub(super) presenter: Presenter,
@@ -44,15 +44,15 @@ pub struct Perception<P> {
     pub(super) world: World,
     #[cfg(feature = "texture")]
     pub(super) levels: Option<TextureLevels>,
-    /// What is added to the tracker's time to have the arm's, s.
+    /// Clock offset: arm time minus tracker time, s.
     pub(super) arm_minus_tracker_s: f64,
     pub(super) sender: Sender,
     pub(super) untold: Option<Guidance>,
     /// The surfaces that the board stays behind.
     pub(super) barriers: WorldBarriers,
-    /// How far the control half has opened doors.
+    /// Door openings reported by the control half.
     pub(super) openings: OpeningReceiver,
-    /// `None` in a session that does not adapt.
+    /// `None` if the session does not adapt.
     pub(super) felt: Option<FeltTouches>,
     pub(super) events: EventQueue,
     pub(super) newest: Newest,
@@ -65,13 +65,13 @@ pub(super) struct Newest {
     /// The contact that the board serves, in the frame of the scene.
     contact: Option<ContactPrediction>,
     intent: Option<Intent>,
-    /// The configuration that answers the hand, from a predictor that knows joints.
+    /// Joint configuration that answers the hand, if the predictor gives joints.
     responds_with: Option<JointPositions>,
-    /// What is told of the person, whatever the board does.
+    /// Person data for the control half, whatever the board does.
     person: Guidance,
-    /// The place that was announced last.
+    /// The last announced goal.
     goal: Option<Goal>,
-    /// Did the predictor not know such motions?
+    /// Was the last motion unfamiliar to the predictor?
     unfamiliar: bool,
 }
 
@@ -83,12 +83,12 @@ enum Intent {
     Present,
 }
 
-/// A hand that touches the board is this near to the surface, m: errors of registration, and a finger that yields.
+/// A hand that presses the board is within this distance of the surface, m: registration error and finger compliance.
 const FELT_M: f64 = 0.08;
-/// A place that maps name lies on its surface within this, m.
+/// A point from the maps lies on its surface to within this, m.
 const LIES_M: f64 = 1e-3;
 
-/// The places that the arm can present, of a scene that may have moved.
+/// The places that the arm can present, in a scene that may have moved.
 struct Presentable<'a> {
     world: &'a World,
     maps: &'a WallMaps,
@@ -101,7 +101,7 @@ impl Presenting for Presentable<'_> {
     }
 
     fn stand(&self, contact: &ContactPrediction) -> Option<Stand> {
-        // Maps know the walls where they stood.
+        // The maps are valid only where the walls were when mapped.
         let stands = self.world.world_from_base().is_none();
         let presented = match stands {
             true => self.maps.present(contact.point_m, contact.normal),
@@ -130,18 +130,17 @@ impl Presenting for Presentable<'_> {
 }
 
 impl<P: Predictor> Perception<P> {
-    /// Takes one frame of the tracker, its points in the base frame of the arm.
+    /// Takes one frame of the tracker, with points in the base frame of the arm.
     ///
-    /// Frames come in order of time. If one does not, holds NaN or jumps, the hand is lost with a reason
-    /// ([`EventKind::Frame`]); it is never a failure. Nothing is allocated unless the predictor does so, or the world leapt or
-    /// tilted since the last frame.
+    /// Frames come in order of time. If one is out of order, holds NaN or jumps, the hand is lost with a reason ([`EventKind::Frame`]);
+    /// this is never an error. Nothing is allocated unless the predictor does so, or the world jumped or tilted since the last frame.
     pub fn frame(&mut self, frame: &HandFrame) {
         self.listen();
         self.perceive(frame);
         self.tell();
     }
 
-    /// First part of [`frame`](Self::frame): takes what the control half knows by now, which doors are open and what was felt.
+    /// First part of [`frame`](Self::frame): takes door openings and felt touches from the control half.
     pub(super) fn listen(&mut self) {
         self.take_openings();
         if let Some(felt) = &mut self.felt {
@@ -149,13 +148,13 @@ impl<P: Predictor> Perception<P> {
         }
     }
 
-    /// Second part.
+    /// Second part: processes the frame.
     pub(super) fn perceive(&mut self, frame: &HandFrame) {
         let tracking = self.hand.step(frame);
         let gaze = self.gaze.step(frame.t_s, frame.gaze_ray().as_ref());
         let arm_s = frame.t_s + self.arm_minus_tracker_s;
         self.keep_barriers(arm_s);
-        // Surfaces keep their coordinates in the virtual world: the hand is transformed into it.
+        // Surfaces keep their coordinates in the virtual world, so the hand is transformed into it.
         let world_from_base = self.world.world_from_base();
         let (frame_there, hand_there);
         let input = match &world_from_base {
@@ -194,7 +193,7 @@ impl<P: Predictor> Perception<P> {
                 waiting: &self.waiting,
             },
         );
-        // Under way nothing changes: goals would.
+        // Change the waiting posture only while waiting; under way it would change goals.
         if decided.is_none_or(|(_, decision)| decision == Decision::Wait) {
             self.waiting.turn_to(self.policy.budget_s());
         }
@@ -247,14 +246,14 @@ impl<P: Predictor> Perception<P> {
         self.guide(foreseen);
     }
 
-    /// Sets where the virtual world stands: a person who walks or steers through an environment larger than the room
-    /// moves it around the arm. Surfaces keep their coordinates in it.
+    /// Sets the pose of the virtual world. A person who walks or steers through an environment larger than the room moves it around the
+    /// arm; surfaces keep their coordinates in it.
     ///
     /// # Errors
-    /// A time stamp (of the tracker's clock) that is NaN, infinite or before the last one; the world then stays where it was.
-    /// A clock that was set back is refused once and counts from its new time on.
+    /// A time stamp (of the tracker's clock) that is NaN, infinite or before the last one; the world then keeps its pose. A clock that was
+    /// set back is rejected once and accepted from its new time on.
     ///
-    /// After a leap (teleport, snap turn: 0.1 m or 5 degrees at once) the predictor starts anew, and the arm brakes until the next frame.
+    /// After a jump (teleport, snap turn: 0.1 m or 5 degrees at once) the predictor restarts, and the arm brakes until the next frame.
     pub fn world(&mut self, pose: &WorldPose) -> Result<(), SessionError> {
         self.perceive_world(pose)?;
         self.tell();
@@ -273,9 +272,9 @@ impl<P: Predictor> Perception<P> {
         })?;
         match change {
             WorldChange::None => return Ok(()),
-            // The same contact is now at another place in the frame of the arm.
+            // The same contact is now elsewhere in the base frame.
             WorldChange::Moved => {}
-            // What predictors remember of the hand and the gaze lies elsewhere now; the next frame starts anew.
+            // What predictors remember of hand and gaze is now invalid; the next frame starts anew.
             WorldChange::Leapt => {
                 self.predictor.reset();
                 if let Some(felt) = &mut self.felt {
@@ -294,18 +293,18 @@ impl<P: Predictor> Perception<P> {
         Ok(())
     }
 
-    /// What the hand has opened is open for the predictor, too.
+    /// Applies the door openings to the predictor's scene.
     pub(super) fn take_openings(&mut self) {
         self.openings.take(&mut self.scene);
     }
 
-    /// How often surfaces were told to the planner.
+    /// How many times surfaces were sent to the planner.
     #[must_use]
     pub const fn told_surfaces(&self) -> u64 {
         self.barriers.told()
     }
 
-    /// The board stays behind surfaces where they are now: those of doors that opened, and those of a world in motion.
+    /// Moves the barriers to where the surfaces are now, after doors opened or the world moved.
     fn keep_barriers(&mut self, arm_s: f64) {
         let place = self.world.base_from_world();
         let kept = self.barriers.keep(&self.scene, &place, self.world.leaps());
@@ -314,7 +313,7 @@ impl<P: Predictor> Perception<P> {
         }
     }
 
-    /// The difference of the clocks, s: added to the tracker's time it gives the arm's.
+    /// Sets the clock offset, s: arm time minus tracker time.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -359,50 +358,50 @@ impl<P: Predictor> Perception<P> {
         &mut self.scene
     }
 
-    /// Where the arm can present its walls.
+    /// Maps of where the arm can present the walls.
     #[must_use]
     pub const fn maps(&self) -> &WallMaps {
         &self.walls.maps
     }
 
-    /// What is known of the walls: where the arm can present them, from which configuration, and where it waits.
+    /// Prior knowledge of the walls: where the arm can present them, from which configuration, and where it waits.
     #[must_use]
     pub const fn walls(&self) -> &Walls {
         &self.walls
     }
 
-    /// How much time this person leaves the arm from when it is sent to a place until the touch, as far as is known, s.
+    /// Estimated time that this person leaves the arm from dispatch to touch, s.
     #[must_use]
     pub const fn budget_s(&self) -> f64 {
         self.policy.budget_s()
     }
 
-    /// Where the arm waits for this person, rad; `None`: where it is.
+    /// Waiting posture for this person, rad; `None`: the arm stays where it is.
     #[must_use]
     pub fn waits_at(&self) -> Option<JointPositions> {
         self.waiting.posture()
     }
 
-    /// The levels that stand for the roughnesses of the scene; `None` if no surface has one or the session has no textures.
+    /// The levels for the roughnesses of the scene; `None` if no surface has one or the session has no textures.
     #[cfg(feature = "texture")]
     #[must_use]
     pub const fn texture_levels(&self) -> Option<&TextureLevels> {
         self.levels.as_ref()
     }
 
-    /// The next event of this half that was not taken yet, in order of time.
+    /// The next event of this half that was not yet taken, in order of time.
     pub fn next_event(&mut self) -> Option<Event> {
         self.events.pop()
     }
 
-    /// Number of events lost because nobody took them in time.
+    /// Number of events lost because they were not taken in time.
     #[must_use]
     pub const fn missed_events(&self) -> u64 {
         self.events.missed()
     }
 
-    /// Is a hand at the surface that the board stands for, in the frame of the scene? Else somebody or something else
-    /// pressed the board.
+    /// Is a hand at the surface that the board represents, in the frame of the scene? Otherwise someone or something else pressed the
+    /// board.
     fn is_at_served(&self, at_m: DVec3) -> bool {
         self.newest.contact.is_some_and(|contact| {
             let closest = self.scene.project_on(contact.surface, at_m);
@@ -410,11 +409,11 @@ impl<P: Predictor> Perception<P> {
         })
     }
 
-    /// The contact of the newest frame, where the world is now.
+    /// The contact of the newest frame, at the current pose of the world.
     fn foreseen(&self) -> Option<Foreseen> {
         let contact = self.contact()?;
         let presented = match self.walls.maps.present(contact.point_m, contact.normal) {
-            // Maps know the walls where they stood when they were made.
+            // The maps are valid only where the walls were when mapped.
             Presented::Nearest(point_m) if !self.lies_on(&contact, point_m) => Presented::Unknown,
             Presented::Reachable if self.world.world_from_base().is_some() => Presented::Unknown,
             presented => presented,
@@ -424,8 +423,8 @@ impl<P: Predictor> Perception<P> {
 
     /// Does the surface of a contact still lie where the maps have it, at a point of the base frame?
     ///
-    /// While the world stands where it stood, maps and surfaces can part only by a part that turned, as a door does: its plane is
-    /// then another one. In a world that moved, the surface itself must be there.
+    /// In a world that has not moved, a surface leaves its map only if its plane changes, as that of a door does. In a world that moved,
+    /// the surface itself must be there.
     fn lies_on(&self, contact: &ContactPrediction, point_m: DVec3) -> bool {
         let off_plane_m = (point_m - contact.point_m).dot(contact.normal);
         let Some(world_from_base) = self.world.world_from_base() else {
@@ -437,7 +436,7 @@ impl<P: Predictor> Perception<P> {
             .is_ok_and(|closest| closest.distance_m <= LIES_M && off_plane_m.abs() <= LIES_M)
     }
 
-    /// Last part of [`frame`](Self::frame): tells the control half what was found.
+    /// Last part of [`frame`](Self::frame): sends the result to the control half.
     pub(super) fn tell(&mut self) {
         if let Some(guidance) = self.untold.take() {
             self.sender.send(&guidance);

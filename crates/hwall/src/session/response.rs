@@ -1,18 +1,18 @@
-//! An arm that is led by joint angles instead of a place: which of them count, and how they stay behind the surfaces.
+//! An arm led by joint angles instead of a place: which angles count, and how the board stays behind the surfaces.
 
 use hwall_contact::ContactPrediction;
 use hwall_haptics::{BarrierTree, Board, BoardTarget};
 use hwall_kinematics::{ArmKinematics, ArmScratch, JointPositions, NearestConfig};
 
-/// A response belongs to the contact that the policy stands by if its own contact is this near, m: the policy holds a place while its
-/// prediction moves by less.
+/// A response belongs to the policy's contact if its own contact is within this distance, m: the policy holds a place while its prediction
+/// moves by less.
 const SAME_M: f64 = 0.06;
 
-/// Joints that differ by less are the same answer, rad: a centimetre at the board.
+/// Joints that differ by less are the same response, rad: a centimetre at the board.
 const STAYS_RAD: f64 = 0.01;
 
-/// The response to the newest frame, if it is to the contact that the policy stands by; otherwise the one before, while the
-/// policy stands by anything at all.
+/// The response to the newest frame if it belongs to the policy's contact; otherwise the previous one, while the policy has a contact at
+/// all.
 pub(in crate::session) fn kept_response(
     newest_rad: Option<[f64; 7]>,
     first: Option<&ContactPrediction>,
@@ -23,11 +23,11 @@ pub(in crate::session) fn kept_response(
     let (Some(newest_rad), Some(first)) = (newest_rad, first) else {
         return last;
     };
-    // A place that is NaN is passed on: the control side holds for it, and says so.
+    // A NaN place is passed on: the control side holds and reports it.
     let is_other = first.point_m.distance(contact.point_m) > SAME_M;
     match last {
         Some(last) if is_other => Some(last),
-        // A goal that trembles would be planned anew with every frame.
+        // Hysteresis: a jittering goal would be planned anew with every frame.
         Some(last) if (last.0.iter().zip(&newest_rad)).all(|(a, b)| (a - b).abs() <= STAYS_RAD) => {
             Some(last)
         }
@@ -35,7 +35,7 @@ pub(in crate::session) fn kept_response(
     }
 }
 
-/// Joint angles that answer a hand, drawn back behind the surfaces.
+/// Joint angles that answer a hand, retracted behind the surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::session) struct Answer {
     pub(in crate::session) at: JointPositions,
@@ -43,13 +43,13 @@ pub(in crate::session) struct Answer {
     pub(in crate::session) short: JointPositions,
 }
 
-/// How far short of its surface a board stays that cannot be there in time, m.
+/// How far a board that would be late stays short of its surface, m.
 pub(in crate::session) const SHORT_M: f64 = 0.03;
 
 impl Answer {
-    /// The angles as they are, unless the face would then be in front of a surface: it is drawn back along its own normal by as much
-    /// as it is too far. That is what surfaces may do to it; none of them is aimed at. A configuration that cannot be drawn
-    /// back stays as it is, and no way will lead there; so does one outside the joint limits, for which the arm holds.
+    /// The given angles, unless the face would be in front of a surface: it is then retracted along its own normal by the excess. Surfaces
+    /// only limit the angles; they are never targets. A configuration that cannot be retracted stays as it is, and no path will lead there;
+    /// so does one outside the joint limits, for which the arm holds.
     pub(in crate::session) fn of(
         q: &JointPositions,
         surfaces: (&BarrierTree, &Board),
@@ -68,7 +68,7 @@ impl Answer {
         }
     }
 
-    /// The configuration, or the one that stays short of the surfaces for a board that would come after the hand.
+    /// The configuration, or the one short of the surfaces for a board that would be late.
     pub(in crate::session) const fn q(&self, is_short: bool) -> JointPositions {
         match is_short {
             true => self.short,
@@ -86,12 +86,12 @@ impl Answer {
     }
 }
 
-/// Steps of drawing back: each one goes as far as the most protruding point asks for, and another one may protrude after it.
+/// Retraction steps: each goes as far as the most protruding point requires; another point may protrude after it.
 const STEPS: usize = 6;
-/// A face this far in front of a surface is on it, m: less than what a way may come in front.
+/// A face this far in front of a surface is on it, m: less than a path may protrude.
 const ON_IT_M: f64 = 5e-4;
 
-/// The nearest configuration on the line of the face's normal at which the board is behind all surfaces by so much, m.
+/// The nearest configuration along the normal of the face at which the board is behind all surfaces by `behind_m`.
 fn behind(
     q: &JointPositions,
     (barriers, board): (&BarrierTree, &Board),

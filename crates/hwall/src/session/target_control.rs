@@ -1,4 +1,4 @@
-//! A board that is told where to go.
+//! A controller with a given target.
 
 use super::drive::Controller;
 use hwall_haptics::{
@@ -7,12 +7,12 @@ use hwall_haptics::{
 };
 use hwall_kinematics::ArmKinematics;
 
-/// A controller that knows its target: for a teacher's arm, a calibration, an experiment with the arm alone. It does what a
-/// [`Session`](crate::Session) does without hand and prediction, and runs in the same loop, [`drive`](crate::drive).
+/// A controller with a given target: for a teacher's arm, a calibration, an experiment with the arm alone. It works like a
+/// [`Session`](crate::Session) without hand and prediction, and runs in the same loop, [`drive`](crate::drive).
 pub struct TargetControl {
     renderer: Renderer,
     step: Option<RenderStep>,
-    /// Where the board shall go, with its stamp on the arm's clock; `None`: the arm holds.
+    /// The target of the board, stamped on the arm's clock; `None`: the arm holds.
     pub target: Option<BoardTarget>,
     /// How the board moves within its plane while it is touched; `None`: it stands still.
     pub slide: Option<Slide>,

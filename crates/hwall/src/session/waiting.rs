@@ -1,4 +1,4 @@
-//! Where the arm waits for this person, and how soon it is at the walls from there.
+//! Where the arm waits for this person, and how soon it reaches the walls from there.
 
 use crate::walls::Walls;
 use glam::DVec3;
@@ -7,24 +7,24 @@ use hwall_haptics::{QUARTER_TURNS_RAD, board_pose};
 use hwall_kinematics::{JointPositions, NearestConfig};
 use std::sync::Arc;
 
-/// Another posture must suit the person better by this, s: what is known of a person wavers.
+/// Hysteresis: another posture must suit the person better by this, s, because the estimate fluctuates.
 const CLEARLY_S: f64 = 0.04;
 
 /// The postures that the arm may wait in, and the one for this person.
 #[derive(Debug, Clone)]
 pub(super) struct Waiting {
     usual: Option<JointPositions>,
-    /// By the time that people leave, s, the usual one first; `None` where no atlas was made.
+    /// By available time, s, the default first; `None` if no atlas was built.
     atlases: Vec<(f64, Option<Arc<Atlas>>)>,
     present: usize,
 }
 
 impl Waiting {
-    /// As for somebody of whom nothing is known.
+    /// For a person of whom nothing is known.
     pub(super) fn of(walls: &Walls) -> Self {
         let others = walls.others.iter();
         let others = others.map(|other| (other.budget_s, Some(Arc::clone(&other.atlas))));
-        // Without a usual posture the arm stays where it is, for everybody.
+        // Without a default posture, the arm stays where it is for everybody.
         let others = others.filter(|_| walls.waiting.is_some());
         Self {
             usual: walls.waiting,
@@ -35,7 +35,7 @@ impl Waiting {
         }
     }
 
-    /// The person leaves the arm so much time, s: the posture for the nearest time from now on.
+    /// Selects the posture for the nearest available time, s.
     pub(super) fn turn_to(&mut self, budget_s: f64) {
         let off_s = |at: usize| (self.atlases[at].0 - budget_s).abs();
         let nearest = (0..self.atlases.len()).min_by(|a, b| off_s(*a).total_cmp(&off_s(*b)));
@@ -48,7 +48,7 @@ impl Waiting {
         self.atlases[self.present].1.as_ref()
     }
 
-    /// Where the arm waits, rad; `None`: where it is.
+    /// Waiting posture, rad; `None`: where it is.
     pub(super) fn posture(&self) -> Option<JointPositions> {
         match self.present {
             0 => self.usual,
@@ -56,13 +56,13 @@ impl Waiting {
         }
     }
 
-    /// A configuration from which the arm presents a place well; `None` where none is known.
+    /// A good configuration to present a place; `None` if unknown.
     pub(super) fn near(&self, point_m: DVec3, normal: DVec3) -> Option<JointPositions> {
         let entry = self.atlas()?.look_up(point_m, normal)?;
         Some(entry.q)
     }
 
-    /// How the arm presents a place: by the atlas, else from the nearest configuration to the waiting posture at any quarter turn.
+    /// How the arm presents a place: from the atlas, else the solution nearest to the waiting posture at any quarter turn.
     pub(super) fn presents(&self, point_m: DVec3, normal: DVec3) -> Presents {
         if let Some(q) = self.near(point_m, normal) {
             return Presents::With(q);
@@ -93,9 +93,9 @@ impl Waiting {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Presents {
     With(JointPositions),
-    /// It cannot be held.
+    /// The arm cannot hold it.
     Never,
-    /// There is no atlas, or the arm has no closed form and the atlas does not hold the place.
+    /// There is no atlas, or the arm has no closed form and the atlas lacks the place.
     Unknown,
 }
 
@@ -114,7 +114,7 @@ mod tests {
         let board = Board::default();
         let tool = board.flange_from_board_face().expect("a board");
         let config = WallsConfig {
-            // These tests are about what is done with postures, not how good they are.
+            // These tests are about the use of postures, not about their quality.
             waiting: WaitingConfig {
                 starts: 1,
                 most_targets: 8,

@@ -1,18 +1,18 @@
-//! Work on a thread of its own.
+//! Work on a separate thread.
 
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
-/// Something that works on a thread of its own. It sleeps while there is nothing to do, until it is woken.
+/// A worker on its own thread. It sleeps while there is nothing to do, until it is woken.
 pub(super) struct Worker<T> {
     ends: Arc<AtomicBool>,
     thread: Option<JoinHandle<T>>,
 }
 
 impl<T: Send + 'static> Worker<T> {
-    /// `work` says whether there was something to do.
+    /// `work` returns whether there was something to do.
     pub(super) fn spawn(
         name: &str,
         mut value: T,
@@ -37,7 +37,7 @@ impl<T: Send + 'static> Worker<T> {
 }
 
 impl<T> Worker<T> {
-    /// Only a fault ends it before it is told to.
+    /// Has the thread ended? Before `end`, only a panic ends it.
     pub(super) fn is_over(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
@@ -48,7 +48,7 @@ impl<T> Worker<T> {
         }
     }
 
-    /// Ends the thread. `None`: it has panicked.
+    /// Ends the thread. `None` if it panicked.
     pub(super) fn end(&mut self) -> Option<T> {
         self.ends.store(true, Ordering::Release);
         self.wake();

@@ -1,4 +1,4 @@
-//! Where the virtual world stands around the arm.
+//! Pose of the virtual world around the arm.
 
 use crate::error::SessionError;
 use glam::{DMat3, DVec3};
@@ -6,10 +6,10 @@ use hwall_contact::ContactPrediction;
 use hwall_geometry::Pose;
 use hwall_hand::HandState;
 
-/// The place of the virtual world at one time: an input like the hand.
+/// The pose of the virtual world at one time: an input like the hand.
 ///
-/// The newest place counts until the next one comes, so a world that stands still needs none. While it moves, places should come
-/// as often as frames do: a frame is seen in the newest place, whatever the difference of their times.
+/// A pose stays valid until the next one, so a static world needs none. While the world moves, send poses as often as frames: a frame is
+/// interpreted in the newest pose, whatever the time between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorldPose {
     /// Time on the clock of the tracker, s.
@@ -18,35 +18,35 @@ pub struct WorldPose {
     pub base_from_world: Pose,
 }
 
-/// Smaller changes than these, measured at the base of the arm, are noise of a tracked origin: metres, radians.
+/// Smaller changes, measured at the base of the arm, are noise of a tracked origin: metres, radians.
 const MOVED_M: f64 = 5e-4;
 const MOVED_RAD: f64 = 1e-3;
 
-/// More than this in one update is a leap (teleport, snap turn), and no motion: metres and radians, and what fast steering adds a
+/// A larger change in one update is a jump (teleport, snap turn), not a motion: metres and radians, plus what fast steering adds per
 /// second, for at most a tenth of one.
 const LEAP_M: f64 = 0.1;
 const LEAP_RAD: f64 = 0.09;
 const STEERING_PER_S: f64 = 3.0;
 const STEERING_S: f64 = 0.1;
 
-/// A motion of the world goes on for this long after its newest place, s.
+/// The world counts as moving for this long after its newest pose, s.
 const MOVING_S: f64 = 0.1;
 
-/// What a new place of the world means.
+/// What a new pose of the world means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum WorldChange {
-    /// The world stands where it stood.
+    /// The world has not moved.
     None,
-    /// It moved on.
+    /// It moved.
     Moved,
-    /// It is somewhere else altogether: nothing that was seen before lies where it lay.
+    /// It jumped: positions seen before are invalid.
     Leapt,
 }
 
-/// The place of the world in use.
+/// The current pose of the world.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct World {
-    /// Stamp of the newest place, in use or not, s.
+    /// Stamp of the newest pose, used or not, s.
     newest_s: Option<f64>,
     base_from_world: Option<Pose>,
     motion: Option<Motion>,
@@ -63,7 +63,7 @@ struct Motion {
 }
 
 impl World {
-    /// Takes a new place. A clock that was set back is refused once and counts from its new time on.
+    /// Takes a new pose. A clock that was set back is rejected once and accepted from its new time on.
     pub(super) fn take(&mut self, pose: &WorldPose) -> Result<WorldChange, SessionError> {
         hwall_numeric::check::finite("t_s of the world", pose.t_s)?;
         let last_s = self.newest_s.replace(pose.t_s);
@@ -72,7 +72,7 @@ impl World {
             return Err(SessionError::WorldTimeReversed { by_s });
         }
         let before = self.base_from_world();
-        // Where the base stands in the world: a turn about a far origin is a turn here, not a leap.
+        // Compares the base in world coordinates: a turn about a far origin is a turn, not a jump.
         let (old, new) = (before.inverse(), pose.base_from_world.inverse());
         let moved = old.distance(&new);
         if moved.position_m <= MOVED_M && moved.angle_rad <= MOVED_RAD {
@@ -95,23 +95,23 @@ impl World {
         Ok(WorldChange::Moved)
     }
 
-    /// How often the world was moved by more than the noise of a tracker.
+    /// How many times the world moved by more than the noise of a tracker.
     pub(super) const fn moves(&self) -> u64 {
         self.moves
     }
 
-    /// How often it leapt.
+    /// How many times it jumped.
     pub(super) const fn leaps(&self) -> u64 {
         self.leaps
     }
 
-    /// `None` while the frames of world and base agree, so that nothing need be transformed.
+    /// `None` while the frames of world and base agree and nothing needs a transform.
     pub(super) fn world_from_base(&self) -> Option<Pose> {
         let pose = self.base_from_world();
         (pose != Pose::IDENTITY).then(|| pose.inverse())
     }
 
-    /// A tracked hand as it moves in the world: a resting hand of a person who is steered along moves, too.
+    /// The state of a tracked hand in the world: if the person is steered along, a resting hand moves, too.
     pub(super) fn hand_in_world(&self, hand: &HandState, world_from_base: &Pose) -> HandState {
         let mut there = hand.transformed(world_from_base);
         let Some(motion) = self.motion.filter(|motion| hand.t_s <= motion.until_s) else {
@@ -120,7 +120,7 @@ impl World {
         let before_m = motion.world_from_base_before.transform_point(hand.point_m);
         let carried: DVec3 = (there.point_m - before_m) / motion.took_s;
         there.velocity_m_per_s += carried;
-        // A hand that rests in the room has no direction of its own: that of the way it is carried.
+        // A hand at rest in the room has no direction of its own; it takes the direction in which it is carried.
         there.direction = match there.velocity_m_per_s.try_normalize() {
             Some(direction) if there.velocity_m_per_s.length() >= CARRIED_M_PER_S => {
                 Some(direction)

@@ -1,4 +1,4 @@
-//! Nothing is allocated in the loops.
+//! The loops do not allocate.
 
 use crate::common::{Bench, Hand, rough_wall, session};
 use hwall::glam::DVec3;
@@ -6,7 +6,7 @@ use hwall::haptics::HoldReason;
 use hwall::kinematics::JointPositions;
 use hwall::{EventKind, SessionState};
 
-/// A reach for a rough wall, a touch that slides, and the way back.
+/// A reach for a rough wall, a touch that slides, and the retraction.
 #[test]
 fn steps_and_frames_do_not_allocate() {
     let hand = Hand {
@@ -20,7 +20,7 @@ fn steps_and_frames_do_not_allocate() {
     while bench.now_s() < hand.end_s + 0.5 {
         while let Some(frame) = bench.next_frame() {
             let info = allocation_counter::measure(|| perception.frame(&frame));
-            // The first prediction may.
+            // The first prediction may allocate.
             assert!(
                 !warm || info.count_total == 0,
                 "{info:?} at {} s",
@@ -31,7 +31,7 @@ fn steps_and_frames_do_not_allocate() {
                 goals += usize::from(matches!(event.kind, EventKind::GoalSet(_)));
             }
         }
-        // Every now and then a bad state, before the touch and in it; in between the session recovers.
+        // Occasional bad states, before the touch and during it; in between the session recovers.
         let is_bad = (bench.now_s() / 0.01).round() as i64 % 70 == 0;
         bench.step_apart(&mut control, &mut planner, |state| {
             if is_bad {
@@ -52,7 +52,7 @@ fn steps_and_frames_do_not_allocate() {
     assert!(goals > 0);
 }
 
-/// No tracker, no target: the session holds without allocating, too.
+/// Without tracker and target, the session holds without allocating.
 #[test]
 fn holding_does_not_allocate() {
     let hand = Hand::reaching_in(1.5, DVec3::new(0.6, 0.0, 0.6));

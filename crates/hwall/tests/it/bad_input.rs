@@ -1,4 +1,4 @@
-//! Scenes, arms, predictions and people that make no sense: a named state, the board behind the surface, nothing else.
+//! Invalid scenes, arms, predictions and people: a named state, the board behind the surface, nothing else.
 
 use crate::common::{
     Bench, GazeSession, Hand, TRACKER_S, by_gaze, config, corners_m, home, iiwa, session,
@@ -10,13 +10,13 @@ use hwall::haptics::{Board, HoldReason};
 use hwall::scene::{Scene, SurfaceId};
 use hwall::{Session, SessionConfig, SessionError, SessionState, Walls, WallsConfig};
 
-/// Where the wall stands, m, and how far the board may come in front of it.
+/// Position of the wall, m, and how far the board may come in front of it.
 const WALL_M: f64 = 0.6;
 const IN_FRONT_M: f64 = 0.005;
 
 const TARGET_M: DVec3 = DVec3::new(WALL_M, 0.1, 0.6);
 
-/// All that can be found out about a scene, posture and atlas included.
+/// Everything that can be computed for a scene, including posture and atlas.
 fn walls_of(scene: &Scene) -> Walls {
     let config = WallsConfig::default();
     Walls::of(scene, &iiwa(), &Board::default(), &config).expect("walls")
@@ -34,7 +34,7 @@ fn in_front_m(bench: &Bench) -> f64 {
     in_front_m.into_iter().fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Cycles up to a time, s, each followed by a check. Commands outside the limits of the arm are refused by the bench.
+/// Cycles up to a time, s, each followed by a check. The bench rejects commands outside the limits of the arm.
 fn run<P: Predictor>(
     bench: &mut Bench,
     session: &mut Session<P>,
@@ -97,7 +97,7 @@ fn an_arm_without_a_waiting_posture_serves_the_touch_and_stays_behind_the_wall_a
     assert!(touched);
 }
 
-/// Names another place in every frame.
+/// Predicts another place in every frame.
 struct Restless {
     places: Vec<ContactPrediction>,
 }
@@ -132,7 +132,7 @@ fn strips(strips: usize) -> Scene {
     Scene::from_obj_str(&obj, None).expect("a fence").0
 }
 
-/// Behind no more pieces than this does the board stay: one more is named, and none is left out.
+/// The board stays behind at most this many pieces: one more is an error, and none is ignored.
 #[test]
 fn a_scene_of_too_many_upright_pieces_is_named() {
     let of = |count| {
@@ -150,7 +150,7 @@ fn a_scene_of_too_many_upright_pieces_is_named() {
     };
     assert_eq!(error, named);
     assert!(error.to_string().contains("2049 upright pieces"), "{error}");
-    // Before the work of a minute is done for nothing.
+    // Before a minute of work is wasted.
     let config = WallsConfig::default();
     let walls = Walls::of(&strips(2049), &iiwa(), &Board::default(), &config);
     assert_eq!(walls.expect_err("too many pieces"), named);

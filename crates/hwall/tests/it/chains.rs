@@ -1,4 +1,4 @@
-//! Arms that are no iiwa: from their URDF, solved numerically.
+//! Arms other than the iiwa: from their URDF, solved numerically.
 
 use crate::common::{Bench, Hand, session_of, wall};
 use hwall::SessionState;
@@ -20,7 +20,7 @@ fn arm(urdf: &str, base: &str, flange: &str) -> Arc<dyn ArmKinematics> {
     ChainArm::new(chain).expect("an arm").carrying(face)
 }
 
-/// Some configuration that holds the board upright beside the place that will be touched.
+/// A configuration that holds the board upright beside the place that will be touched.
 fn start(arm: &dyn ArmKinematics) -> JointPositions {
     let middle = arm.limits().map(|l| l.middle_rad());
     let config = NearestConfig {
@@ -74,13 +74,13 @@ fn serves(name: &str, arm: &Arc<dyn ArmKinematics>) {
         format_ns(max_ns),
     );
     assert!(touched.len() > 900, "{name}: {}", touched.len());
-    // The last of the way is still in the servo when the touch begins.
+    // When the touch begins, the servo has not finished the last motion.
     let still = &touched[100..touched.len() - 100];
     assert!(still.iter().all(|q| *q == still[0]), "{name}");
     assert!(median_ns < 1e6, "{name}: a cycle is a millisecond");
 }
 
-/// A control step stays short while a target that drifts along the edge of the workspace and beyond cannot be held.
+/// A control step stays short while an unreachable target drifts along the edge of the workspace and beyond.
 fn gives_up_in_time(name: &str, arm: &Arc<dyn ArmKinematics>) {
     let mut follower = Follower::new(Arc::clone(arm), FollowerConfig::default(), &start(&**arm))
         .expect("a follower");

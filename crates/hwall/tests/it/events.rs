@@ -1,4 +1,4 @@
-//! What a session reports of one touch.
+//! What a session reports about one touch.
 
 use crate::common::{Bench, GazeSession, Hand, TRACKER_S, session, wall};
 use hwall::glam::DVec3;
@@ -11,7 +11,7 @@ use hwall::{Event, EventKind, SessionState};
 
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.1, 0.6);
 
-/// All events of a run, in the order in which they were asked for after each cycle.
+/// All events of a run, in the order of collection after each cycle.
 fn events(session: &mut GazeSession, bench: &mut Bench, until_s: f64) -> Vec<Event> {
     let mut events = Vec::new();
     while bench.now_s() < until_s {
@@ -39,7 +39,7 @@ const fn name(kind: &EventKind) -> &'static str {
     }
 }
 
-/// Names without those of the frames, repeated goals of a hand that is near as one.
+/// Names without those of frames; repeated goals of a nearby hand count once.
 fn story(events: &[Event]) -> Vec<&'static str> {
     let mut names: Vec<&str> = events.iter().map(|event| name(&event.kind)).collect();
     names.retain(|name| !matches!(*name, "frame" | "predicted"));
@@ -59,7 +59,7 @@ fn one_touch_is_told_in_order() {
             "arrived"
         ]
     );
-    // Every frame is followed by what it leads to.
+    // Every frame is followed by its prediction.
     let of_frames: Vec<&Event> = events
         .iter()
         .filter(|event| matches!(name(&event.kind), "frame" | "predicted"))
@@ -116,7 +116,7 @@ fn a_missing_tracker_is_held_and_resumed() {
         bench.step_with(&mut session, |_| {});
         told.extend(std::iter::from_fn(|| session.next_event()));
     }
-    // The supervisor first, then the renderer.
+    // The supervisor reports first, then the renderer.
     let [safe, held] = told[..] else {
         panic!("{told:?}")
     };
@@ -131,8 +131,7 @@ fn a_missing_tracker_is_held_and_resumed() {
         panic!("{held:?}")
     };
     assert!((0.25..0.26).contains(&age_s), "{age_s} s");
-    // The frames of the meantime come late, and all at once.
-    // Inputs must have been sound for a tenth of a second.
+    // The delayed frames come all at once. Inputs must have been sound for 0.1 s.
     let back = events(&mut session, &mut bench, 1.4);
     assert_eq!(story(&back)[0], "resumed");
 }
@@ -146,7 +145,7 @@ fn a_hand_that_is_faster_than_the_arm_makes_it_late_once() {
     };
     let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
     let events = events(&mut session, &mut bench, 2.5);
-    // The board stays behind the surface, where the hand does not meet it, until the hand is gone, and is late no second time.
+    // Until the hand is gone, the board stays behind the surface, out of the hand's way, and is not late again.
     assert_eq!(
         story(&events),
         [

@@ -1,4 +1,4 @@
-//! What the board feels is told to the predictor: where and when, once a reach, and never during a fault.
+//! Touches felt by the board are reported to the predictor, with place and time: once per reach, and never during a fault.
 
 use crate::common::{Bench, Hand, by_gaze, config, session_with, wall};
 use hwall::contact::{ContactPrediction, DeterministicPredictor, Predictor, PredictorInput};
@@ -8,7 +8,7 @@ use hwall::kinematics::JointPositions;
 use hwall::scene::Scene;
 use hwall::{EventKind, Session, SessionConfig};
 
-/// Foresees by the gaze ray, and notes what it is told.
+/// Predicts by the gaze ray, and records the reported touches.
 struct Listening {
     inner: DeterministicPredictor,
     told: Vec<(DVec3, f64)>,
@@ -30,8 +30,8 @@ fn listening(adapts: bool) -> Session<Listening> {
     session_with(wall(0.6), Listening { inner, told }, config)
 }
 
-/// Runs one reach for the wall; in cycles of `bad` seconds the state of the arm is NaN. Returns what the predictor was
-/// told, and when the board felt touches, s.
+/// Runs one reach for the wall; in cycles of the interval `bad`, s, the state of the arm is NaN. Returns the reported touches, and when the
+/// board felt touches, s.
 fn run(adapts: bool, bad: std::ops::Range<f64>) -> (Vec<(DVec3, f64)>, Vec<f64>) {
     run_seen(adapts, bad, DVec3::ZERO)
 }
@@ -76,7 +76,7 @@ fn the_predictor_is_told_of_a_touch_once_where_and_when_it_was() {
     let (at_m, t_s) = told[0];
     assert_eq!(t_s, felt[0]);
     let hand = Hand::reaching_in(1.5, DVec3::new(0.6, 0.1, 0.6));
-    // Between two frames the hand moves on a straight line, nearly.
+    // Between two frames, the hand moves almost on a straight line.
     assert!(at_m.distance(hand.tip_m(t_s)) < 1e-3, "{at_m}");
     assert!(at_m.distance(DVec3::new(0.6, 0.1, 0.6)) < 0.02, "{at_m}");
 }
@@ -87,7 +87,7 @@ fn a_session_that_does_not_adapt_tells_nothing() {
     assert_eq!((told.len(), felt.len()), (0, 1));
 }
 
-/// Something presses the board while the hand that is seen is far from the wall.
+/// Something presses the board while the tracked hand is far from the wall.
 #[test]
 fn touches_by_somebody_else_are_not_told() {
     let (told, _) = run_seen(true, 0.0..0.0, DVec3::X * 0.2);

@@ -1,5 +1,5 @@
-//! What a session does depends on neither clock, nor place, nor handedness of the world, nor on how a file lists its triangles; and
-//! hardly on the rates of tracker and control.
+//! What a session does depends neither on clock, place or handedness of the world, nor on how a file lists its triangles, and hardly on the
+//! rates of tracker and control.
 
 use crate::common::{DT_S, GazeSession, Hand, home, iiwa, session_of};
 use hwall::glam::{DMat3, DVec3};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.1, 0.6);
 const SECONDS: f64 = 4.0;
 
-/// A house of a wall and a low table before it.
+/// A house: a wall with a low table in front of it.
 const OBJ: &str = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 2\nv 0.6 -1 2\nf 1 2 3\nf 1 3 4\n\
                    o table\nv 0.6 0.6 0.3\nv 1.2 0.6 0.3\nv 1.2 1 0.3\nv 0.6 1 0.3\nf 5 6 7\nf 5 7 8\n";
 
@@ -22,11 +22,11 @@ fn scene() -> Scene {
     Scene::from_obj_str(OBJ, None).unwrap().0
 }
 
-/// How a run is set up; what is not said is as usual.
+/// Settings of a run; the rest are defaults.
 struct Run {
     scene: Scene,
     start: JointPositions,
-    /// Of every frame, after it was seen.
+    /// Applied to every frame after it was seen.
     seen: fn(HandFrame) -> HandFrame,
     clock_s: f64,
     tracker_hz: f64,
@@ -46,7 +46,7 @@ impl Default for Run {
     }
 }
 
-/// A touch that was answered: commands, and the face when the hand meets the wall.
+/// Results of a touch: commands, and the face when the hand meets the wall.
 struct Answer {
     commands: Vec<Option<JointPositions>>,
     face_at_contact: Pose,
@@ -64,7 +64,7 @@ impl Run {
         let (mut commands, mut face_at_contact) = (Vec::new(), servo.pose());
         for cycle in 0..(SECONDS / self.period_s).round() as usize {
             let t_s = cycle as f64 * self.period_s;
-            // Frames fall between the cycles: what happens at the same instant is a matter of rounding.
+            // Frames fall between the cycles, because the order of simultaneous events depends on rounding.
             let next_s = |frames: u32| f64::from(frames) / self.tracker_hz + 0.37e-3;
             while next_s(frames) <= t_s {
                 let seen_s = next_s(frames);
@@ -100,7 +100,7 @@ impl Run {
 }
 
 impl Answer {
-    /// Largest difference of the commands after a change of the other's joints, rad.
+    /// Largest difference of the commands after mapping the joints of the other run, rad.
     fn worst(&self, other: &Self, joints: impl Fn(JointPositions) -> JointPositions) -> f64 {
         let difference = |(a, b): (&Option<JointPositions>, &Option<JointPositions>)| match (a, b) {
             (Some(a), Some(b)) => a.max_abs_difference(&joints(*b)),
@@ -111,7 +111,7 @@ impl Answer {
         pairs.map(difference).fold(0.0, f64::max)
     }
 
-    /// How far the place of the touch is from the middle of the face, along it and across it, m.
+    /// Distance of the touch from the middle of the face, along it and across it, m.
     fn missed_m(&self) -> [f64; 2] {
         let there = self.face_at_contact.inverse_transform_point(TARGET_M);
         [there.x.hypot(there.y), there.z.abs()]
@@ -140,7 +140,7 @@ fn the_clock_may_start_at_any_time() {
         };
         let worst = usual.worst(&run.answered(), |q| q);
         println!("{clock_s} s: {worst:.1e} rad");
-        // What is due exactly in a cycle may come one cycle later by rounding.
+        // Rounding may delay what is due exactly in a cycle by one cycle.
         assert!(worst < 5e-4, "{clock_s}: {worst}");
     }
 }
@@ -163,7 +163,7 @@ fn triangles_and_surfaces_may_come_in_any_order() {
     assert!(worst < 1e-9, "{worst}");
 }
 
-/// Left and right exchanged.
+/// Mirrors left and right.
 fn mirrored(frame: HandFrame) -> HandFrame {
     let flip = |p: DVec3| DVec3::new(p.x, -p.y, p.z);
     HandFrame {
@@ -175,7 +175,7 @@ fn mirrored(frame: HandFrame) -> HandFrame {
     }
 }
 
-/// The iiwa's joints after the same exchange: those about upright axes turn the other way.
+/// The iiwa's joints after mirroring: those about upright axes change their sign.
 fn mirrored_q(q: JointPositions) -> JointPositions {
     let signs = [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
     JointPositions(std::array::from_fn(|i| signs[i] * q[i]))
@@ -183,7 +183,7 @@ fn mirrored_q(q: JointPositions) -> JointPositions {
 
 #[test]
 fn a_mirrored_world_is_answered_by_a_mirrored_motion() {
-    // The board hangs straight, so that a turned one is its own image.
+    // The board is upright, so that a turned one is its own mirror image.
     let usual = Run::default().answered();
     let obj: String = OBJ
         .lines()
@@ -206,7 +206,7 @@ fn a_mirrored_world_is_answered_by_a_mirrored_motion() {
     .answered();
     let worst = usual.worst(&image, mirrored_q);
     println!("{worst:.1e} rad");
-    // Which of two equal ways the board turns about its normal is a matter of order: its place is not.
+    // The order of computation decides between two equal turns of the board about its normal, but not its place.
     let arm = iiwa();
     let flip = DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0));
     let places = usual
@@ -225,7 +225,7 @@ fn a_mirrored_world_is_answered_by_a_mirrored_motion() {
     assert!(most_m < 1e-6, "{most_m} m, {worst} rad");
 }
 
-/// Where the board stands when the hand comes depends on what was seen by then: within a bound.
+/// The place of the board when the hand arrives depends on what was seen by then: within a bound.
 #[test]
 fn trackers_and_control_loops_of_any_rate_bring_the_board() {
     for tracker_hz in [60.0, 72.0, 90.0, 120.0] {

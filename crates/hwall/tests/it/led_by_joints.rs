@@ -1,4 +1,4 @@
-//! A session that is led by joint angles: safe whatever they are.
+//! A session led by joint angles: safe whatever they are.
 
 use crate::common::{Bench, DT_S, Hand, config, corners_m, home, iiwa, session_on, wall};
 use hwall::contact::{ContactPrediction, Predictor, PredictorInput};
@@ -10,7 +10,7 @@ use hwall::{SessionState, Walls};
 
 const WALL_X_M: f64 = 0.75;
 
-/// Always answers with the same joints, with an error of so much.
+/// Always answers with the same joints, with a given error.
 struct Fixed {
     q: JointPositions,
     sd_m: f64,
@@ -43,7 +43,7 @@ impl Predictor for Fixed {
     }
 }
 
-/// The configuration that holds the face at a point, with its normal.
+/// The configuration that holds the face at a point with its normal.
 fn holding(point_m: DVec3) -> JointPositions {
     let arm = iiwa();
     let pose = hwall::haptics::board_pose(point_m, DVec3::X, 0.0).expect("a pose");
@@ -52,7 +52,7 @@ fn holding(point_m: DVec3) -> JointPositions {
     found.expect("within reach").q
 }
 
-/// Runs a touch and tells every state of the session, and how far the face came before the wall, m.
+/// Runs a touch; returns every state of the session, and how far the face came in front of the wall, m.
 fn states(q: JointPositions, sd_m: f64) -> (Vec<SessionState>, f64, DVec3) {
     let target_m = DVec3::new(WALL_X_M, 0.0, 0.6);
     let predictor = Fixed::new(q, target_m, sd_m);
@@ -82,13 +82,13 @@ fn states(q: JointPositions, sd_m: f64) -> (Vec<SessionState>, f64, DVec3) {
     (seen, most_m, face_m)
 }
 
-/// Between two tests of the same: the bound of the follower and the lag of the servo.
+/// Bound of the follower plus lag of the servo.
 const MOST_M: f64 = 0.006;
 
 #[test]
 fn the_arm_goes_where_the_joints_say_and_knows_that_it_is_there() {
     for aside_m in [0.0, 0.08] {
-        // Not where the touch is expected: no surface is asked.
+        // Away from the expected touch, because surfaces are not used.
         let place_m = DVec3::new(WALL_X_M, aside_m, 0.6);
         let (seen, most_m, face_m) = states(holding(place_m), 0.03);
         assert_eq!(seen.last(), Some(&SessionState::InPlace));
@@ -105,7 +105,7 @@ fn a_board_that_would_come_before_its_surface_is_drawn_back() {
         assert_eq!(seen.last(), Some(&SessionState::InPlace), "{before_m}");
         assert!(most_m < MOST_M, "{most_m}");
         assert!((face_m.x - WALL_X_M).abs() < 3e-3, "{face_m}");
-        // One that is behind it stays where it was learnt: nothing pulls it to the surface.
+        // A board behind the surface stays there: nothing pulls it to the surface.
         let place_m = DVec3::new(WALL_X_M - before_m, 0.0, 0.6);
         let (.., face_m) = states(holding(place_m), 0.03);
         assert!(face_m.distance(place_m) < 2e-3, "{face_m}");
@@ -119,7 +119,7 @@ fn joints_outside_the_limits_or_not_finite_end_in_a_named_hold() {
         let mut q = holding(DVec3::new(WALL_X_M, 0.0, 0.6));
         q[3] = bad_rad;
         let (seen, most_m, face_m) = states(q, 0.03);
-        // What is not finite is a fault to the supervisor, too.
+        // Non-finite joints are also a fault for the supervisor.
         let last = seen.last().copied();
         let is_held = match last {
             Some(SessionState::Holding(HoldReason::InvalidTarget)) => true,

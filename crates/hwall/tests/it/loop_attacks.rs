@@ -1,4 +1,4 @@
-//! Attacks on the control loop that once got through, with the numbers that they got through with.
+//! Attacks on the control loop that once succeeded, with their original numbers.
 
 use crate::common::{
     Bench, DT_S, GazeSession, Hand, by_gaze, config, corners_m, iiwa, session, session_with, wall,
@@ -17,7 +17,7 @@ fn rig() -> (GazeSession, Bench) {
     (session(wall(0.6)), Bench::new(hand))
 }
 
-/// A session in which one thing of the supervisor is set otherwise.
+/// A session with one changed setting of the supervisor.
 fn latching(latch: Latch) -> GazeSession {
     let mut supervisor = session_supervisor();
     supervisor.latch = latch;
@@ -28,7 +28,7 @@ fn latching(latch: Latch) -> GazeSession {
     session_with(wall(0.6), by_gaze(), config)
 }
 
-/// One cycle whose state is spoiled; the arm gets the command. The command, and how far it is from where the arm truly is, rad.
+/// One cycle with a spoiled state; the arm gets the command. Returns the command, and its distance from the true position, rad.
 fn cycle(
     session: &mut GazeSession,
     bench: &mut Bench,
@@ -53,7 +53,7 @@ fn sound_cycles(session: &mut GazeSession, bench: &mut Bench, count: usize) {
     }
 }
 
-/// Where a command sends the arm.
+/// Where a command moves the arm.
 fn place(command: ArmCommand) -> Option<JointPositions> {
     match command {
         ArmCommand::Position(q) => Some(q),
@@ -73,7 +73,7 @@ fn to_the_approach(session: &mut GazeSession, bench: &mut Bench) {
     }
 }
 
-/// Most that commands and a moving arm are apart, rad: 22 ms at full speed, and what a servo that is told to stop goes on by.
+/// Largest distance between commands and a moving arm, rad: 22 ms at full speed, plus the stopping distance of a servo.
 const APART_RAD: f64 = 0.3;
 
 #[test]
@@ -82,7 +82,7 @@ fn s1_a_wrong_state_at_the_start_is_no_place_to_begin_from() {
         for cycles in [1, 2, 50] {
             let (mut session, mut bench) = rig();
             let mut held = 0;
-            // Frames first: from the first cycle on there is somewhere to go.
+            // Frames first, so that there is a goal from the first cycle on.
             while bench.now_s() < 0.1 {
                 bench.show_frames(&mut session);
                 bench.obey(ArmCommand::Hold);
@@ -91,7 +91,7 @@ fn s1_a_wrong_state_at_the_start_is_no_place_to_begin_from() {
                 let wrong = k < cycles;
                 let (command, apart_rad) = cycle(&mut session, &mut bench, |state| {
                     if wrong {
-                        // A single reading that has nothing to do with the next.
+                        // A single reading, unrelated to the next.
                         state.q[1] += off_rad * (1.0 + f64::from(k));
                     }
                 });
@@ -117,7 +117,7 @@ fn s1_a_wrong_state_after_a_hold_is_none_either() {
         for _ in 0..300 {
             cycle(&mut session, &mut bench, |state| state.q[0] = f64::NAN);
         }
-        // Every cycle of the return, one at a time, gets the wrong state.
+        // Every cycle of the return gets the wrong state once.
         for wrong in [0, 1, 50, 99, 100, 101, 102] {
             for k in 0..400 {
                 let (_, apart_rad) = cycle(&mut session, &mut bench, |state| {
@@ -137,12 +137,12 @@ fn s1_a_wrong_state_after_a_hold_is_none_either() {
 
 #[test]
 fn s1_an_angle_that_stays_where_it_leapt_to_is_not_believed() {
-    // What such a joint may be off while the arm still brakes.
+    // Allowed error of such a joint while the arm still brakes.
     const BRAKES_RAD: f64 = 0.15;
     for (joint, off_rad) in [(0, 0.1), (1, -0.25), (3, 0.29), (5, -0.1)] {
         let (mut session, mut bench) = rig();
         bench.hand = Hand::reaching_in(8.0, TARGET_M);
-        // In place, long before the hand.
+        // In place long before the hand.
         sound_cycles(&mut session, &mut bench, 2500);
         for _ in 0..1000 {
             let spoil = |state: &mut ArmState| state.q[joint] += off_rad;
@@ -186,7 +186,7 @@ fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap()
         let (mut held, mut most_rad) = (0, 0.0_f64);
         let mut last: Option<JointPositions> = None;
         let stood = bench.servo.q();
-        // Its drives are off: it stands, and says so.
+        // Its drives are off: it stands still and reports this.
         for k in 0..3000 {
             let trembles = noise * f64::from(k % 7);
             let mut state = bench.state();
@@ -204,7 +204,7 @@ fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap()
             bench.obey(ArmCommand::Hold);
         }
         println!("stands for 3 s: {most_rad:.3} rad apart, held {held} of 3000 cycles");
-        // It was 3.3 rad; at 2 rad/s it takes a quarter of a second to be sure.
+        // It was 3.3 rad; at 2 rad/s, detection takes a quarter of a second.
         assert!(most_rad < 0.8 && held > 1000, "{most_rad} rad, held {held}");
         assert!(bench.now_s() > began_s + 2.9);
         session.reset();
@@ -240,7 +240,7 @@ fn s4_after_a_stall_the_first_command_is_no_leap() {
         for k in 0..500 {
             let now_s = began_s + f64::from(k) * DT_S;
             state.t_s = now_s;
-            // An arm that got nothing stands where it was told to be; the loop goes on from its last command.
+            // An arm without commands stands still where it was commanded; the loop continues from its last command.
             if let ArmCommand::Position(q) = session.step(now_s, &state) {
                 if k == 0 {
                     most_rad = most_rad.max(q.max_abs_difference(&last));
@@ -250,7 +250,7 @@ fn s4_after_a_stall_the_first_command_is_no_leap() {
             session.plan();
         }
         println!("stall of {stall_s} s: first step {most_rad:.4} rad");
-        // It was 0.108 rad; four usual steps at full speed are 0.013.
+        // It was 0.108 rad; four nominal steps at full speed are 0.013.
         assert!(most_rad < 0.014, "{stall_s} s: {most_rad} rad");
     }
 }
@@ -279,7 +279,7 @@ fn s5_torques_that_no_sensor_says_are_no_touch() {
 #[test]
 fn s5_a_bias_of_the_torque_sensors_is_found_at_rest_and_named() {
     for (bias_n_m, is_named) in [(20.0, true), (-20.0, true), (3.0, false), (0.0, false)] {
-        // A person who waits for a while: the board is in place before, and at rest.
+        // A person who waits for a while: the board is in place and at rest before.
         let hand = Hand::reaching_in(1.5, TARGET_M).later(2.0);
         let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
         let biased = |state: &mut ArmState| {
@@ -326,7 +326,7 @@ fn s6_no_corner_comes_near_a_hand_faster_than_it_can_stop() {
                     let way = tip_m - corner_m;
                     if way.length() < 0.25 {
                         let closing = velocity.dot(way.normalize());
-                        // 5 m/s² to a stop 2 cm before, at least 0.25 m/s.
+                        // 5 m/s² to a stop at 2 cm, at least 0.25 m/s.
                         let allowed = (10.0 * (way.length() - 0.02).max(0.0)).sqrt().max(0.25);
                         over = over.max(closing - allowed);
                     }
@@ -357,7 +357,7 @@ fn lost_commands_are_noticed_before_the_arm_is_far_off() {
             if let ArmCommand::Position(q) = command {
                 most_rad = most_rad.max(q.max_abs_difference(&state.q));
             }
-            // A command that is lost leaves the last one in force.
+            // After a lost command, the last one stays in force.
             if k % 10 < lost_of_ten {
                 bench.servo.advance(DT_S).unwrap();
                 bench.skip();
@@ -406,9 +406,9 @@ fn what_ends_by_itself_and_what_needs_a_person_is_a_setting() {
                     SafeReason::PersonNear { .. } | SafeReason::CommandLimit { .. }
                 )
             };
-            // It goes on, if slowly.
+            // It continues, if slowly.
             assert!(held.is_none_or(is_near), "{held:?}");
-            // A stop that was asked for needs a person whatever the setting.
+            // A requested stop needs a person, whatever the setting.
             session.stop();
             sound_cycles(&mut session, &mut bench, 400);
             assert!(session.control().is_latched(), "{latch:?}");
@@ -427,7 +427,7 @@ fn spoiled(state: &mut ArmState, channel: usize, joint: usize, by: f64, replaces
     *number = if replaces { by } else { *number + by };
 }
 
-/// As many as wanted: `HWALL_FAULTED_RUNS=100000 cargo test --release -p hwall --test it loop_attacks::random`.
+/// Set the number of runs: `HWALL_FAULTED_RUNS=100000 cargo test --release -p hwall --test it loop_attacks::random`.
 #[test]
 fn random_faults_end_in_a_named_state_and_no_command_leaps() {
     let runs = std::env::var("HWALL_FAULTED_RUNS").ok();

@@ -23,7 +23,7 @@ fn resting() -> Hand {
     Hand::reaching_in(1.0, TARGET_M).later(49.5)
 }
 
-/// How far the board, as it stands, is before the surfaces that the control half knows, m.
+/// How far the board protrudes in front of the surfaces known to the control half, m.
 fn in_front_m(control: &Control) -> f64 {
     control
         .renderer()
@@ -32,7 +32,7 @@ fn in_front_m(control: &Control) -> f64 {
         .expect("a wall")
 }
 
-/// A wall that never stops moving is where it is now, also for halves that were split.
+/// A wall that never stops moving is known at its current place, also with split halves.
 #[test]
 fn barriers_go_with_a_world_that_never_stops() {
     let (mut perception, mut planner, mut control) = session(wall(0.6)).split();
@@ -45,11 +45,11 @@ fn barriers_go_with_a_world_that_never_stops() {
         let pose = at(bench.now_s(), by_m);
         perception.world(&pose).expect("in order");
         bench.step_apart(&mut control, &mut planner, |_| {});
-        // Heard of with the next step.
+        // The surfaces are received one step later.
         if k == 0 {
             continue;
         }
-        // The noise of a tracked origin is borne.
+        // Tolerates the noise of a tracked origin.
         let now_m = in_front_m(&control);
         let moved_m = now_m - *before_m.get_or_insert(now_m);
         assert!(
@@ -59,7 +59,7 @@ fn barriers_go_with_a_world_that_never_stops() {
     }
 }
 
-/// A place that no number can hold: the board stands, and says why; it goes on once the world is back.
+/// A pose too large for numbers: the board stands still and reports why; it continues once the world is back.
 #[test]
 fn surfaces_that_nobody_knows_are_told_and_the_board_holds() {
     let mut session = session(wall(0.6));
@@ -128,7 +128,7 @@ fn steps_with_moving_doors_and_worlds_do_not_allocate() {
     }
 }
 
-/// A world whose origin shakes moves its surfaces to and fro; the board arrives all the same, and stands.
+/// A world whose origin shakes moves its surfaces back and forth; the board still arrives and stands still.
 #[test]
 fn a_shaking_world_neither_stops_the_board_nor_makes_it_wander() {
     for (shakes_m, hz) in [(0.002, 4.0), (0.005, 7.0), (0.01, 3.0)] {
@@ -164,8 +164,8 @@ fn a_shaking_world_neither_stops_the_board_nor_makes_it_wander() {
     }
 }
 
-/// Worlds that leap, shake, tilt, run away and come back, at any time of a touch. As many as wanted:
-/// `HWALL_FAULTED_RUNS=10000 cargo test --release -p hwall --test it moving_barriers::random`.
+/// Worlds that jump, shake, tilt, run away and return, at any time of a touch. Set the number of runs: `HWALL_FAULTED_RUNS=10000 cargo test
+/// --release -p hwall --test it moving_barriers::random`.
 #[test]
 fn random_worlds_end_in_a_named_state_and_no_command_leaps() {
     let runs = std::env::var("HWALL_FAULTED_RUNS").ok();
@@ -227,7 +227,7 @@ fn random_worlds_end_in_a_named_state_and_no_command_leaps() {
                 .filter(|event| event.kind == EventKind::SurfacesUnknown)
                 .count();
         }
-        // The world is back: the board serves the next look, or still stands under the hand.
+        // The world is back: the board serves the next fixation, or still stands under the hand.
         let state = session.state();
         let goes_on = matches!(
             state,
@@ -247,7 +247,7 @@ fn random_worlds_end_in_a_named_state_and_no_command_leaps() {
     assert!(served > 0 && unknown > 0);
 }
 
-/// The world leaps over the arm and back again. The arm begins in front of the wall.
+/// The world jumps over the arm and back. The arm starts in front of the wall.
 #[test]
 fn a_link_before_a_wall_is_told_once_and_so_is_its_end() {
     let mut session = session(wall(0.6));

@@ -1,4 +1,4 @@
-//! A virtual world that moves, leaps and trembles, and a hand that is lost on a moving board.
+//! A virtual world that moves, jumps and shakes, and a hand that is lost on a moving board.
 
 use crate::common::{TRACKER_S, by_gaze, config, home, iiwa, session_on};
 use hwall::contact::{
@@ -16,7 +16,7 @@ use hwall::{EventKind, Session, SessionState, WorldPose, maps_of};
 
 const PLACE_M: DVec3 = DVec3::new(0.6, 0.0, 0.5);
 
-/// Always the same contact, in the frame of the scene; keeps what it is given of the hand.
+/// Always predicts the same contact, in the frame of the scene; records the hand that it gets.
 struct Fixed {
     contact: ContactPrediction,
     velocities: Vec<DVec3>,
@@ -72,7 +72,7 @@ fn shift(t_s: f64, by_m: DVec3) -> WorldPose {
     }
 }
 
-/// An arm that is where it was told to be, under a finger that may press its board.
+/// An ideal arm, under a finger that may press its board.
 struct Bench {
     t_s: f64,
     q: JointPositions,
@@ -149,7 +149,7 @@ fn a_resting_hand_that_is_steered_along_moves_in_the_world() {
     let mut session = session(wall(None), WallMaps::default(), Fixed::at(PLACE_M));
     for k in 0..90 {
         let t_s = f64::from(k) * TRACKER_S;
-        // The person is steered at 1 m/s towards smaller x of the world: the world comes.
+        // The person is steered at 1 m/s towards smaller x of the world, so the world approaches.
         session
             .world(&shift(t_s, DVec3::X * t_s))
             .expect("in order");
@@ -157,7 +157,7 @@ fn a_resting_hand_that_is_steered_along_moves_in_the_world() {
     }
     let last = last_velocity(&session);
     assert!((last - DVec3::NEG_X).length() < 0.02, "{last}");
-    // A world that has stood still since carries nobody.
+    // A world at rest carries nobody.
     for k in 120..150 {
         session.frame(&frame(f64::from(k) * TRACKER_S, HAND_M));
     }
@@ -224,7 +224,7 @@ fn the_board_goes_to_the_wall_where_it_is_now_not_where_it_was_mapped() {
     }
 }
 
-/// No estimate: the fusion has gaze and rest alone.
+/// No estimate: the fusion only has gaze and rest.
 struct Silent;
 
 impl ContactEstimator for Silent {
@@ -282,7 +282,7 @@ fn a_hand_that_is_lost_stops_the_board_that_slides_under_it() {
         let from_m = bench.face_m();
         bench.run(&mut session, 0.1, pressing);
         slid_m.push(bench.face_m().distance(from_m));
-        // Lost: what is on its way may still be done, within the age that guidance may have and the braking after it.
+        // Lost: motion may continue for the allowed age of guidance and the braking after it.
         let lost = |t_s| (!silent).then(|| HandFrame::empty(t_s));
         bench.run(&mut session, 0.4, lost);
         let at_m = bench.face_m();

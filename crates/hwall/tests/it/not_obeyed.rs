@@ -1,4 +1,4 @@
-//! An arm at torque level that does not do what it is told: noticed, named, held, and not released with a leap.
+//! An arm at torque level that does not follow commands: detected, named, held, and released without a jump.
 
 use crate::common::{DT_S, GazeSession, Hand, TRACKER_S, home, iiwa, session, wall};
 use hwall::glam::DVec3;
@@ -9,13 +9,13 @@ use hwall::{EventKind, SessionState};
 use hwall_sim::{TorqueArm, TorqueConfig};
 use std::sync::Arc;
 
-/// What becomes of a command on its way to the arm.
+/// What happens to a command before it reaches the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Way {
     Through,
-    /// The arm stands whatever it is told, as with brakes on.
+    /// The arm ignores commands and stands still, as with brakes on.
     Stuck,
-    /// It drifts at this speed, rad/s, about its first joint, whatever it is told.
+    /// It ignores commands and drifts at this speed, rad/s, about its first joint.
     Drifting(f64),
 }
 
@@ -61,7 +61,7 @@ impl Run {
             self.frames += 1;
         }
         let mut state = self.arm.state().unwrap();
-        // Encoders have noise: an arm that stands is not frozen.
+        // Encoders have noise: an arm at rest is not frozen.
         let noise = 1e-9 * f64::from(self.cycles % 7);
         state.q[6] += noise;
         state.qd[6] += noise;
@@ -88,14 +88,14 @@ impl Run {
         self.session.state()
     }
 
-    /// Largest speed of a joint over what it may do.
+    /// Largest joint speed relative to its limit.
     fn speed_share(&self) -> f64 {
         let (qd, model) = (self.arm.qd(), iiwa());
         let most = model.max_velocity_rad_per_s();
         (0..7).fold(0.0, |share: f64, i| share.max(qd[i].abs() / most[i]))
     }
 
-    /// After it obeys again and somebody reset the session: no leap, and the board goes on.
+    /// After it obeys again and the session was reset: no jump, and the board continues.
     fn is_released_without_a_leap(&mut self) {
         for _ in 0..500 {
             self.cycle(Way::Through);
@@ -160,9 +160,9 @@ fn an_arm_that_stands_whatever_it_is_told_is_held_and_goes_on_after_a_reset() {
         run.session.control().safety(),
         SafeState::Holding { .. }
     ));
-    // It used to be 3.3 rad.
+    // It was 3.3 rad.
     assert!(apart_rad < 0.8, "{apart_rad}");
-    // Held for as long as it lasts, 3 s here.
+    // Held for as long as the fault lasts, 3 s here.
     for _ in 0..3000 {
         run.cycle(Way::Stuck);
         assert_eq!(run.command, ArmCommand::Hold);

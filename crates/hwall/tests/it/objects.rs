@@ -123,7 +123,7 @@ detents = [{ position_m = 0.008, half_width_m = 0.001, force_n = 2 }]
         .unwrap()
         .unwrap();
     assert_eq!((button.inertia, button.friction), (0.02, 0.1));
-    // Without a release all that was stored is lost.
+    // Without a release, all stored energy is lost.
     let click = Click {
         start: 0.001,
         snap: 0.003,

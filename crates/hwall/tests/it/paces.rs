@@ -1,4 +1,4 @@
-//! The arm waits as suits the time that a person leaves it, and turns to another posture only between touches.
+//! The waiting posture of the arm suits the time that a person leaves it, and changes only between touches.
 
 use crate::common::{Bench, Hand, by_gaze, config, iiwa, session_on, wall};
 use hwall::arrival::WaitingConfig;
@@ -47,7 +47,7 @@ impl Person {
         }
     }
 
-    /// Touches the wall once, reaching for so long, s, and rests.
+    /// Touches the wall once, with a reach of `reach_s`, and rests.
     fn touches(&mut self, reach_s: f64) {
         let hand = Hand::reaching_in(reach_s, DVec3::new(0.6, 0.0, 0.6));
         self.bench.hand = hand.later(self.bench.now_s());
@@ -67,7 +67,7 @@ impl Person {
                 let waits_at = self.perception.waits_at();
                 let info = allocation_counter::measure(|| self.perception.frame(&frame));
                 self.frames += 1;
-                // The first predictions may.
+                // The first predictions may allocate.
                 let is_warm = self.frames > 200;
                 assert!(!is_warm || info.count_total == 0, "{info:?}");
                 if self.control.state() == SessionState::InPlace {
@@ -104,7 +104,7 @@ fn somebody_in_a_hurry_is_waited_for_elsewhere_and_somebody_slow_is_not() {
     assert_eq!(person.perception.waits_at(), Some(other));
     assert!(person.rests_at(&other));
 
-    // What says nothing about the person changes nothing: a lost hand, a world that leaps, a clock set back.
+    // No change from a lost hand, a world that jumps, or a clock that was set back.
     let until_s = person.bench.now_s() + 0.5;
     person.goes_on(until_s, |frame| HandFrame::empty(frame.t_s));
     let leap = WorldPose {

@@ -1,4 +1,4 @@
-//! A door that yields under the hand, and one that does not.
+//! A door that yields to the hand, and one that does not.
 
 use crate::common::{Bench, GazeSession, Hand, by_gaze, config, session_with};
 use hwall::glam::DVec3;
@@ -49,7 +49,7 @@ fn a_pushed_door_opens_turns_the_board_and_closes() {
         touched += usize::from(door.touched);
         if door.touched && door.position > most {
             most = door.position;
-            // The face lies on the door where it stands now.
+            // The face lies on the door at its current opening.
             let pose = bench.servo.pose();
             let perception = session.perception();
             let closest = perception
@@ -68,7 +68,7 @@ fn a_pushed_door_opens_turns_the_board_and_closes() {
         );
     }
     assert!(touched > 500, "{touched} ms");
-    // At rest 0.5 m * 500 N/m * (15 mm - 0.5 m * angle) = 30 N m/rad * angle: 24 mrad, passed by little.
+    // At rest 0.5 m * 500 N/m * (15 mm - 0.5 m * angle) = 30 N m/rad * angle: 24 mrad, with little overshoot.
     assert!(
         (0.024..0.032).contains(&most),
         "{} degrees",
@@ -114,13 +114,13 @@ fn after_a_fault_the_door_goes_on_from_where_the_arm_is() {
     while !moving(&session).touched || moving(&session).velocity < 0.02 {
         bench.cycle(&mut session);
     }
-    // States that are nothing, while the door swings.
+    // Invalid states while the door swings.
     for _ in 0..300 {
         let command = bench.cycle_with(&mut session, |state| state.q[0] = f64::NAN);
         assert_eq!(command, ArmCommand::Hold);
     }
     assert!(!moving(&session).touched);
-    // No command leaps.
+    // No command jumps.
     let mut last = bench.servo.q();
     for _ in 0..400 {
         let command = bench.cycle(&mut session);

@@ -1,4 +1,4 @@
-//! The end-to-end response: what it learns, and what it answers to hands that do not do as they were expected to.
+//! The end-to-end response: what it learns, and how it answers unexpected hands.
 
 mod session;
 
@@ -20,7 +20,7 @@ use std::sync::Arc;
 const WALL_X_M: f64 = 0.75;
 const PERIOD_S: f64 = 1.0 / 90.0;
 
-/// A reach of a person who is drawn: where from, how fast, and how the hand is held.
+/// A randomly drawn reach of a person: start, speed, and shape of the hand.
 #[derive(Clone, Copy)]
 struct Reach {
     task: Task,
@@ -44,7 +44,7 @@ impl Reach {
         }
     }
 
-    /// The hand when a share of the time is over: fingers curled to touch, stretched to push, closing to grasp.
+    /// The hand at a share of the time: fingers curled to touch, stretched to push, closing to grasp.
     fn frame(&self, t_s: f64) -> HandFrame {
         let share = t_s / self.lasts_s;
         let tip_m = self.rest_m.lerp(self.target_m, minimum_jerk(share));
@@ -121,7 +121,7 @@ fn followed(filter: &mut ResponseFilter, frames: &[HandFrame]) -> JointPosterior
     filter.posterior().expect("finite")
 }
 
-/// Distance of the face that answers from where it should be, m.
+/// Distance of the responding face from its correct position, m.
 fn off_m(posterior: &JointPosterior, reach: &Reach) -> f64 {
     iiwa()
         .forward(&posterior.q)
@@ -241,7 +241,7 @@ fn tasks_are_told_apart_by_the_hand() {
     assert!(median(off.clone()) < 0.03, "{off:?}");
 }
 
-/// How often the verdict on a reach changed, and what it was in the end.
+/// How often the verdict on a reach changed, and the final verdict.
 fn verdicts(filter: &mut ResponseFilter, frames: &[HandFrame]) -> (usize, bool) {
     filter.begin();
     let (mut changes, mut was) = (0, true);
@@ -253,7 +253,7 @@ fn verdicts(filter: &mut ResponseFilter, frames: &[HandFrame]) -> (usize, bool) 
     (changes, was)
 }
 
-/// Such hands were answered as far as half a metre off, in turns with holds.
+/// Regression: such hands were answered up to half a metre off, alternating with holds.
 #[test]
 fn reaches_unlike_all_that_were_shown_are_told_and_the_verdict_does_not_alternate() {
     let (.., model) = touches();
@@ -280,7 +280,7 @@ fn reaches_unlike_all_that_were_shown_are_told_and_the_verdict_does_not_alternat
         assert!(told >= 19, "{name}: {told} of 20");
         assert!(most <= 2, "{name}: {most} changes");
     }
-    // A few demonstrations say nothing of others.
+    // A few demonstrations give no information about other people.
     let few = ResponseModel::train(&touches().1[..20], &config()).expect("a model");
     let mut reach = drawn(Task::Touch, 1, 33)[0];
     reach.rest_m.y += 0.6;
@@ -322,7 +322,7 @@ fn what_makes_no_sense_is_refused_by_name() {
         }
     });
     assert!(unseen.contains("no point of the hand"), "{unseen}");
-    // A bad time is refused, and what was known stays.
+    // A bad time is rejected, and the knowledge so far stays.
     let mut filter = model.filter();
     let frames = reaches[0].frames();
     let before = followed(&mut filter, &frames[..20]);
@@ -334,7 +334,7 @@ fn what_makes_no_sense_is_refused_by_name() {
         ));
         assert_eq!(filter.posterior().expect("finite"), before);
     }
-    // Nobody is seen: nothing is known, and nothing is wrong.
+    // No hand is seen: nothing is known, and there is no error.
     let mut estimator = ResponseEstimator::new(&model, Arc::new(iiwa()));
     estimator.begin();
     assert_eq!(estimator.step(&HandFrame::empty(0.0)), None);
@@ -398,7 +398,7 @@ fn a_stream_answers_as_if_each_reach_were_given_from_its_start() {
     assert!(answered > 100, "{answered}");
 }
 
-/// An estimator that begins a reach only when it has begun.
+/// An estimator that only begins reaches that have certainly begun.
 struct Late(ResponseEstimator);
 
 impl ContactEstimator for Late {
@@ -411,7 +411,7 @@ impl ContactEstimator for Late {
     }
 }
 
-/// A hand that rests, reaches, rests at the target and is then out of sight, from a time on, s.
+/// A hand that rests, reaches, rests at the target and is out of sight from a time on, s.
 fn seen(reach: &Reach, from_s: f64) -> Vec<HandFrame> {
     let frame = |k: usize| {
         let t_s = k as f64 * PERIOD_S;

@@ -1,4 +1,4 @@
-//! The safe states of a session: what they are called, what the board does in them, and how they end.
+//! The safe states of a session: their names, what the board does in them, and how they end.
 
 use crate::common::{Bench, GazeSession, Hand, by_gaze, config, session, session_with, wall};
 use hwall::glam::DVec3;
@@ -10,7 +10,7 @@ use hwall::{EventKind, SessionState};
 
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
 
-/// A session in a state, which it reaches by a time, s, before a hand that reaches for so long, s; what happened is forgotten.
+/// A session in a state, reached by a time, s, before a hand that reaches for a given time, s; past events are dropped.
 fn brought_to(state: SessionState, reach_s: f64, until_s: f64) -> (GazeSession, Bench) {
     let hand = Hand::reaching_in(reach_s, TARGET_M);
     let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
@@ -30,7 +30,7 @@ fn touched() -> (GazeSession, Bench) {
     brought_to(SessionState::Touched, 1.5, 2.3)
 }
 
-/// Cycles for a time, s, with the state spoiled; the states of the session, each once, in order.
+/// Cycles for a time, s, with a spoiled state; returns the states of the session, without repetition, in order.
 fn spoiled(
     session: &mut GazeSession,
     bench: &mut Bench,
@@ -54,7 +54,7 @@ fn spoiled(
     names
 }
 
-/// Cycles until a time, s, with no head in the frames; `after` sees every cycle.
+/// Cycles until a time, s, with no head in the frames; `after` is called after every cycle.
 fn headless(
     session: &mut GazeSession,
     bench: &mut Bench,
@@ -174,7 +174,7 @@ fn a_hand_that_presses_too_hard_is_let_go_and_that_is_latched() {
     };
     assert!(matches!(reason, SafeReason::Force { limit_n, .. } if limit_n == 280.0));
     assert!(bench.servo.pose().position_m().x < from_m.x - 0.01);
-    // Gone, but latched.
+    // The fault is gone, but latched.
     spoiled(&mut session, &mut bench, 0.5, |_| {});
     assert!(session.control().is_latched());
     session.reset();
@@ -201,7 +201,7 @@ fn a_stop_stands_until_it_is_reset() {
     assert_eq!(session.state(), SessionState::InPlace);
 }
 
-/// The head of somebody who had left was missed for good.
+/// Regression: the head of a person who had left was missing for good.
 #[test]
 fn whoever_comes_after_somebody_else_begins_anew() {
     let (mut session, mut bench) = in_place();
@@ -219,7 +219,7 @@ fn whoever_comes_after_somebody_else_begins_anew() {
     assert_eq!(session.control().safety(), SafeState::Normal);
 }
 
-/// The next frame is the first of somebody else, whose head is not tracked.
+/// The next frame is the first of another person, whose head is not tracked.
 fn another(session: &mut GazeSession, bench: &mut Bench) {
     let mut frame = loop {
         match bench.next_frame() {
@@ -233,7 +233,7 @@ fn another(session: &mut GazeSession, bench: &mut Bench) {
     session.frame(&frame);
 }
 
-/// Where no head is required, somebody without one is served after somebody with one.
+/// If no head is required, a person without one is served after a person with one.
 #[test]
 fn somebody_without_a_head_is_served_after_somebody_with_one() {
     let mut config = config();
@@ -260,7 +260,7 @@ fn waiting_for_a_first_frame_is_no_fault() {
     for k in 0..500 {
         bench.step_with(&mut session, |_| {});
         assert_eq!(session.state(), SessionState::Holding(HoldReason::NoTarget));
-        // The first two states could be wrong; then nobody is there.
+        // The first two states could be wrong; after that nobody is there.
         let reason = match k {
             0..2 => SafeReason::Unproven,
             _ => SafeReason::Unseen(Channel::Head),
@@ -270,8 +270,8 @@ fn waiting_for_a_first_frame_is_no_fault() {
     }
 }
 
-/// What the frames have of elbow, other hand and head, and how many arms of the person count then: before a touch, and in it, where those of
-/// the hand that touches do not. Without a head the person counts as last seen, but not in a touch.
+/// What the frames have of elbow, other hand and head, and how many arms of the person then count: before a touch, and during it, without
+/// the touching arm. Without a head the person counts as last seen, but not during a touch.
 #[test]
 fn elbow_and_other_hand_count_as_long_as_they_are_seen_with_the_head() {
     let beside = Some(TARGET_M + DVec3::new(0.6, 0.3, 0.1));

@@ -1,5 +1,5 @@
-//! A door with a texture, pushed by a hand with a mass, at both levels of the arm: it opens as its closed form says
-//! under the force that the hand exerts, and the texture moves along its face meanwhile.
+//! A door with a texture, pushed by a hand with a mass, at both levels of the arm: it opens by its closed form under the force of the hand,
+//! while the texture moves along its face.
 
 use crate::common::{
     DT_S, GazeSession, TRACKER_S, by_gaze, config, home, iiwa, session_on, with_room,
@@ -27,21 +27,21 @@ const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
 const ROUGHNESS: f64 = 0.5;
 const STIFFNESS: f64 = 40.0;
 
-/// The hand reaches, presses from then on, lets go, s.
+/// Times at which the hand reaches, presses and lets go, s.
 const REACH_S: f64 = 2.0;
 const PRESS_S: f64 = 3.2;
 const LEAVE_S: f64 = 5.7;
 const END_S: f64 = 8.5;
 
-/// What is allowed at a level of the arm.
+/// Tolerances at a level of the arm.
 struct Bounds {
-    /// Opening against that of the closed form under the true force, share of the largest.
+    /// Error of the opening against the closed form under the true force, as a share of the largest opening.
     opening: f64,
-    /// The board against the door's own opening, rad.
+    /// Angle between the board and the door's own opening, rad.
     board_rad: f64,
-    /// The face off its door, m.
+    /// Distance of the face from its door, m.
     off_m: f64,
-    /// Speed of the texture along the door, share of what its level asks for.
+    /// Error of the texture's speed along the door, as a share of the level's speed.
     speed: f64,
 }
 
@@ -57,7 +57,7 @@ fn door() -> Scene {
     Scene::from_obj_str(obj, Some(&sidecar)).unwrap().0
 }
 
-/// Where the muscles aim, m: some centimetres inside the door while they press.
+/// Target of the muscles, m: a few centimetres inside the door while they press.
 fn aim_m(t_s: f64) -> DVec3 {
     let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
     let out = share(REACH_S, PRESS_S) - share(LEAVE_S, LEAVE_S + 0.6);
@@ -184,7 +184,7 @@ impl Run {
         self.session.control().moving().next().unwrap()
     }
 
-    /// One control period; the force of the hand times its lever about the hinge, N m.
+    /// One control period; returns the force of the hand times its lever about the hinge, N m.
     fn cycle(&mut self) -> f64 {
         while f64::from(self.frames) * TRACKER_S <= self.now_s() {
             let t_s = f64::from(self.frames) * TRACKER_S;
@@ -216,7 +216,7 @@ impl Run {
         path.generalized_force(pose.position_m(), &wrench)
     }
 
-    /// How far the board itself is turned about the hinge, rad.
+    /// Rotation of the board itself about the hinge, rad.
     fn board_rad(&self) -> f64 {
         let outward = self.arm.pose().rotation().z_axis;
         outward.y.atan2(outward.x)
@@ -274,7 +274,7 @@ fn pushed(level: Level, home: JointPositions, bounds: &Bounds) {
         }
         let slides = run.session.control().last_step().is_some_and(|s| s.sliding);
         if let (Some(touch), true, false) = (texture, slides, ended) {
-            // Beside what the door itself does.
+            // Without the motion of the door itself.
             let by_m = pose.position_m() - before.position_m();
             let lever_m = (pose.position_m() - HINGE_M).with_z(0.0);
             let carried_m = DVec3::Z.cross(lever_m) * (door.velocity * DT_S);
@@ -306,7 +306,7 @@ fn pushed(level: Level, home: JointPositions, bounds: &Bounds) {
     assert!(slid_m > 0.015, "{slid_m} m");
     assert!((median - 1.0).abs() < bounds.speed, "{median}");
     assert_eq!(run.torques > 0, matches!(level, Level::Torque));
-    // Let go, it closes.
+    // After release, it closes.
     let door = run.door();
     assert!(!door.touched && door.position.abs() < 0.01, "{door:?}");
 }
@@ -324,7 +324,7 @@ fn by_positions() {
 
 #[test]
 fn by_torques() {
-    // Friction that the arm does not know holds 1 N; see docs/FEEL.md for doors without a texture.
+    // Friction unknown to the arm holds 1 N; see docs/FEEL.md for doors without a texture.
     let bounds = Bounds {
         opening: 0.15,
         board_rad: 0.02,
@@ -334,8 +334,8 @@ fn by_torques() {
     pushed(Level::Torque, with_room(), &bounds);
 }
 
-/// From the usual posture the roll that is there soonest leaves joint 7 half a radian, which door and slide together would need:
-/// other joints take over, and the slide slows down before the door does.
+/// From the default posture, the fastest roll leaves joint 7 only half a radian, which door and slide together would need: other joints
+/// take over, and the slide slows down before the door does.
 #[test]
 fn a_joint_with_little_room_does_not_keep_the_door_shut() {
     let servo = Bounds {

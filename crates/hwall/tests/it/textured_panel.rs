@@ -1,4 +1,4 @@
-//! A sliding panel with a texture: taken along by a finger that scans across its path, and held while a finger scans along it.
+//! A sliding panel with a texture: moved by a finger that scans across its path, and at rest under a finger that scans along it.
 
 use crate::common::{DT_S, TRACKER_S, by_gaze, config, iiwa, session_on, with_room};
 use hwall::geometry::Wrench;
@@ -15,11 +15,11 @@ use std::sync::Arc;
 const PANEL: SurfaceId = SurfaceId(0);
 const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
 const DEPTH_M: f64 = 0.015;
-/// The finger scans, and the board moves against it, m/s.
+/// Speeds of the scanning finger, and of the board against it, m/s.
 const SCAN: DVec3 = DVec3::Y;
 const SCAN_M_PER_S: f64 = 0.06;
 const BOARD_M_PER_S: f64 = 0.04;
-/// The hand presses, takes the panel along, lets go, s.
+/// Times at which the hand presses, moves the panel and lets go, s.
 const PRESS_S: f64 = 1.8;
 const LEAVE_S: f64 = 2.5;
 
@@ -34,7 +34,7 @@ fn panel(direction: DVec3, mechanics: &str) -> Scene {
     Scene::from_obj_str(obj, Some(&sidecar)).unwrap().0
 }
 
-/// Where the finger would be if nothing stopped it, m. It speeds up along `takes` as long as it presses, m/s².
+/// Free position of the finger, m. It accelerates along `takes` while it presses, m/s².
 fn tip_m(t_s: f64, takes: DVec3) -> DVec3 {
     let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
     let out = share(0.2, PRESS_S) - share(LEAVE_S, LEAVE_S + 0.3);
@@ -44,12 +44,12 @@ fn tip_m(t_s: f64, takes: DVec3) -> DVec3 {
     rest_m.lerp(TARGET_M - DVec3::X * DEPTH_M + slid_m, out)
 }
 
-/// What came of a touch.
+/// Results of a touch.
 #[derive(Debug, Default)]
 struct Felt {
-    /// Mean velocity of the board beside that of the panel, against the scan, from 0.2 s after the scan began, m/s.
+    /// Mean velocity of the board relative to the panel, against the scan, from 0.2 s after the scan began, m/s.
     board_m_per_s: f64,
-    /// Way of the panel, m, and the largest error against its closed form under the force that the finger exerted.
+    /// Travel of the panel, m, and the largest error against its closed form under the force of the finger.
     moved_m: f64,
     off_m: f64,
 }

@@ -1,4 +1,4 @@
-//! Faults while the touched board slides to feel rough: it stays in its plane, and the touch stays one.
+//! Faults while the touched board slides to present roughness: it stays in its plane, and there is only one touch.
 
 use crate::common::{Bench, GazeSession, Hand, rough_wall, session};
 use hwall::glam::DVec3;
@@ -6,16 +6,16 @@ use hwall::hand::HandFrame;
 use hwall::haptics::ArmState;
 use hwall::{EventKind, SessionState};
 
-/// The fault lasts from so long after the press begins until so long after it, s.
+/// Begin and end of the fault after the press begins, s.
 const FAULT_S: [f64; 2] = [0.2, 0.5];
-/// How far the board may leave its plane, m: the joints of an arm that brakes by itself each come to rest for themselves.
+/// Tolerance for the board to leave its plane, m: when an arm brakes by itself, each joint stops independently.
 const OUT_OF_PLANE_M: f64 = 1e-3;
 
 type SpoilFrame = fn(HandFrame) -> Option<HandFrame>;
 type SpoilState = fn(usize, &mut ArmState);
 
 struct Outcome {
-    /// How far the board slid in its plane, and left it, m.
+    /// How far the board slid in its plane, and how far it left it, m.
     slid_m: f64,
     out_m: f64,
     started: usize,
@@ -87,7 +87,7 @@ fn stays_one_touch(name: &str, outcome: &Outcome) {
     println!("{name}: slid {slid_m:.4} m, {out_m:.1e} m out of its plane");
     assert!(out_m < OUT_OF_PLANE_M, "{name}: {out_m} m");
     assert_eq!((touched, released), (1, 1), "{name}");
-    // A hand that is not heard of for long ends the slide; when it is back, the touch goes on with another one.
+    // A long gap in the frames ends the slide; afterwards, the touch continues with a new slide.
     assert!((1..=2).contains(&started), "{name}: {started} slides");
     assert!(slid_m > 0.005, "{name}: {slid_m} m");
 }
@@ -174,7 +174,7 @@ fn a_world_that_moves_ends_the_slide() {
     assert_eq!(bench.servo.q(), q);
 }
 
-/// A study's condition is presented whatever the scene says, from the next touch on.
+/// A study's condition is presented from the next touch on, whatever the scene contains.
 #[test]
 fn levels_of_a_study_replace_those_of_the_scene() {
     use hwall::haptics::Board;

@@ -1,4 +1,4 @@
-//! The halves of a session on two threads, and a session whose perception has its own.
+//! The halves of a session on two threads, and a session with a perception thread.
 
 use crate::common::{Bench, DT_S, Hand, TRACKER_S, session, session_with, wall};
 use hwall::contact::{ContactPrediction, Predictor, PredictorInput};
@@ -24,7 +24,7 @@ fn frames_by(cycle: usize) -> usize {
         .count()
 }
 
-/// In step with each other the two threads do what one thread does, to the last bit.
+/// In lockstep, two threads do exactly what one thread does.
 #[test]
 fn two_threads_give_the_commands_of_one() {
     let mut bench = Bench::new(hand());
@@ -72,7 +72,7 @@ fn two_threads_give_the_commands_of_one() {
     );
 }
 
-/// Nobody waits for anybody: the tracker sends when it comes to it, the control loop steps on.
+/// Neither waits for the other: the tracker sends at its own rate, the control loop keeps stepping.
 #[test]
 fn threads_that_run_freely_both_make_progress() {
     const FRAMES: usize = 200;
@@ -122,7 +122,7 @@ fn threads_that_run_freely_both_make_progress() {
     });
 }
 
-/// Foresees nothing, and takes its time: until the other side has sent a word. `false` is one that it does not survive.
+/// Predicts nothing, and blocks until the other side sends a message. On `false` it panics.
 struct Waiting {
     word: Receiver<bool>,
 }
@@ -134,14 +134,14 @@ impl Predictor for Waiting {
     }
 }
 
-/// A session whose frames are perceived on a thread of their own.
+/// A session with perception on its own thread.
 fn apart() -> (Session<Waiting>, Sender<bool>) {
     let (say, word) = channel();
     let session = session_with(wall(0.6), Waiting { word }, SessionConfig::default());
     (session.perceive_on_thread().expect("a thread"), say)
 }
 
-/// Steps until this holds, as long as it takes; frames come meanwhile.
+/// Steps until this holds, however long it takes; frames keep coming.
 fn step_until(
     session: &mut Session<Waiting>,
     bench: &mut Bench,
@@ -157,20 +157,20 @@ fn step_until(
 fn steps_go_on_while_a_frame_is_perceived() {
     let (mut session, say) = apart();
     let mut bench = Bench::new(hand());
-    // Far more frames than may wait: the oldest are left out.
+    // Far more frames than can wait: the oldest are dropped.
     let until_s = 200.0 * TRACKER_S;
     while bench.now_s() < until_s {
         bench.cycle(&mut session);
     }
     assert_eq!(session.perceived(), Some(0));
     assert!(session.tracking().is_none());
-    // The sender goes: nothing is waited for any more.
+    // The sender is gone: nothing blocks any more.
     drop(say);
     step_until(&mut session, &mut bench, |session| {
         session.perceived() > Some(1)
     });
     assert!(session.tracking().is_some());
-    // The half comes back, with its thread ended.
+    // The half is returned, with its thread ended.
     let (perception, _, _) = session.split();
     assert!(perception.tracking().is_some());
 }

@@ -1,4 +1,4 @@
-//! A virtual world that stands elsewhere than the arm, and one that moves.
+//! A virtual world with a frame other than the arm's, and one that moves.
 
 use crate::common::{Bench, GazeSession, Hand, iiwa, session, session_of, wall};
 use hwall::glam::{DQuat, DVec3};
@@ -23,13 +23,13 @@ fn shifted(by_m: DVec3) -> Pose {
     Pose::from_translation(by_m).expect("finite")
 }
 
-/// How often something happened since the last call.
+/// Number of such events since the last call.
 fn count(session: &mut GazeSession, happened: impl Fn(&EventKind) -> bool) -> usize {
     let kinds = std::iter::from_fn(|| session.next_event()).map(|event| event.kind);
     kinds.filter(happened).count()
 }
 
-/// The joints that a whole touch is answered with, rad; `None`: the arm is told to hold.
+/// The joints commanded during a whole touch, rad; `None`: the arm is commanded to hold.
 fn run(session: &mut GazeSession) -> Vec<Option<JointPositions>> {
     let mut bench = Bench::new(hand());
     let joints = |command| match command {
@@ -43,7 +43,7 @@ fn run(session: &mut GazeSession) -> Vec<Option<JointPositions>> {
 fn a_shifted_and_turned_world_is_the_scene_placed_there_by_hand() {
     let turn = DQuat::from_axis_angle(DVec3::new(0.2, -0.3, 0.9).normalize(), 1.1);
     let base_from_world = Pose::from_quat(turn, DVec3::new(-3.0, 12.0, 0.7)).expect("a pose");
-    // In its own coordinates the wall is neither upright nor near the arm.
+    // In its own coordinates, the wall is neither upright nor near the arm.
     let scene = wall(0.6).placed(&base_from_world.inverse());
     let by_hand = scene.placed(&base_from_world);
     let arm = iiwa();
@@ -97,7 +97,7 @@ fn a_world_that_moves_during_a_touch_leaves_the_board_still_until_it_is_released
         assert_eq!(session.state(), SessionState::TouchedInMovingWorld);
         assert_eq!(bench.servo.q(), q);
     }
-    // Back where it was, it is no less moved.
+    // Moving back does not undo the motion.
     session
         .world(&at(bench.now_s(), Pose::IDENTITY))
         .expect("a later stamp");
@@ -120,7 +120,7 @@ fn a_world_that_moves_during_a_touch_leaves_the_board_still_until_it_is_released
     assert!(moved_m.abs() < 0.005, "{moved_m} m from the wall");
 }
 
-/// Once a state that was missed for a moment made the session take the touch for a new one, in a world that had not moved.
+/// Regression: after one missed state, the session took the touch for a new one, in a world that had not moved.
 #[test]
 fn a_bad_state_does_not_let_a_touch_forget_that_the_world_moved() {
     let (mut session, mut bench) = touched();
@@ -182,7 +182,7 @@ fn stamps_that_run_backwards_are_refused_and_told() {
     assert_eq!(count(&mut session, told), 5);
 }
 
-/// Once a single stamp from the future left the world where it was for good.
+/// Regression: a single stamp from the future froze the world for good.
 #[test]
 fn a_clock_that_was_set_back_is_followed_again() {
     let mut session = session(wall(0.6));

@@ -1,4 +1,4 @@
-//! A motion depends on neither the place, the sense and the unit of a joint, nor on the unit of time and the order of joints.
+//! A motion does not depend on the origin, direction and unit of a joint, nor on the unit of time and the order of joints.
 
 use hwall_kinematics::{Chain, ChainArm, ChainJoint, JointLimit, JointPositions, Pose};
 use hwall_motion::{JointBounds, JointPoint, MotionLimits, ReferenceMotion};
@@ -57,7 +57,7 @@ fn origin_sense_and_units_of_a_joint_do_not_matter() {
     }
 }
 
-/// Joints of an arm of their own limits, of which one is asked.
+/// One joint of an arm with individual joint limits.
 fn arm(count: usize) -> ChainArm {
     let joint = |i| ChainJoint {
         max_velocity: Some(1.0),
@@ -84,7 +84,7 @@ fn limits() -> MotionLimits {
     }
 }
 
-/// A path of seven joints that is sent to one goal after another, as seen through a change of the joints.
+/// A path of seven joints through a sequence of goals, under a transformation of the joints.
 fn path(change: impl Fn([f64; 7]) -> [f64; 7], limits: &MotionLimits) -> Vec<[f64; 7]> {
     let mut sampler = Sampler::new(2);
     let start = JointPositions(change([0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7]));

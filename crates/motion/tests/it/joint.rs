@@ -10,7 +10,7 @@ fn bounds() -> JointBounds {
     JointBounds::new(LIMITS[0], LIMITS[1], LIMITS[2]).expect("valid")
 }
 
-/// A state within the bounds that can also be kept within them.
+/// A state from which the bounds can be kept.
 fn random_state(sampler: &mut Sampler) -> JointPoint {
     loop {
         let point = JointPoint::new(
@@ -24,7 +24,7 @@ fn random_state(sampler: &mut Sampler) -> JointPoint {
     }
 }
 
-/// Time to rest at the goal, in steps drawn up to a length; the largest speed, acceleration and jerk as shares.
+/// Moves to rest at the goal in random steps up to a length; returns the time, and the largest speed, acceleration and jerk as shares of the limits.
 fn run(start: JointPoint, goal: f64, most_dt_s: f64, sampler: &mut Sampler) -> (f64, [f64; 3]) {
     let bounds = bounds();
     let (mut at, mut t_s, mut most) = (start, 0.0, [0.0_f64; 3]);
@@ -70,7 +70,7 @@ fn least_time_is_that_of_the_solver_from_any_state() {
         to[0] = goal;
         motion.set_goal(&to).expect("inside");
         let (least_s, mut at) = (motion.left_s(), start);
-        // Just before the least time it cannot be there; just after it has to.
+        // Just before the least time it cannot be there; just after it, it must be.
         at = at.towards(goal, &bounds(), least_s + 1e-6);
         assert!(
             at.qd_rad_per_s.abs() < 1e-4,
@@ -171,7 +171,7 @@ fn braking_ends_at_the_stopping_point() {
     }
 }
 
-/// A goal in a frame that moves at the joint's own limit is never met, and is not leapt to.
+/// A goal in a frame that moves at the joint's own limit is never reached, and the joint does not jump to it.
 #[test]
 fn a_frame_that_leaves_no_speed_is_not_caught_up_with() {
     let none_left = bounds().beside(LIMITS[0], [0.0, 0.0]);
@@ -180,7 +180,7 @@ fn a_frame_that_leaves_no_speed_is_not_caught_up_with() {
         at = at.towards(0.0, &none_left, 1e-3);
         assert_eq!(at, JointPoint::at_rest(-0.1));
     }
-    // Nor is one that leaves no acceleration.
+    // Nor to a goal that leaves no acceleration.
     let none_left = bounds().beside(0.0, [-LIMITS[1], LIMITS[1]]);
     for dt_s in [1e-3, 1.0] {
         let next = at.towards(0.0, &none_left, dt_s);

@@ -1,4 +1,4 @@
-//! The reference motion keeps its limits, arrives in the least time and may be retargeted at any time.
+//! The reference motion respects its limits, arrives in the least time and can be retargeted at any time.
 
 use hwall_kinematics::{JointPositions, SrsArm};
 use hwall_motion::{JointState, JointTiming, MotionConfig, MotionLimits, ReferenceMotion};
@@ -74,7 +74,7 @@ fn nothing_is_allocated_after_construction() {
     assert_eq!(counted.count_total, 0);
 }
 
-/// Largest speed, acceleration and jerk as shares of their limits, and what a step is off its own velocity, rad.
+/// Largest speed, acceleration and jerk as shares of their limits, and the error of a step against its own velocity, rad.
 #[derive(Debug, Default)]
 struct Kept {
     shares: [f64; 3],
@@ -103,12 +103,12 @@ impl Kept {
 
     fn assert(&self) {
         assert!(self.shares.iter().all(|s| *s <= 1.0 + 1e-6), "{self:?}");
-        // The end of a plan is that exact.
+        // The end of a plan has this accuracy.
         assert!(self.jump_rad < 2e-8, "{self:?}");
     }
 }
 
-/// Goals anywhere, at the joint limits, next to the present place and at it; shares of speed and brakes in between.
+/// Random goals: anywhere, at the joint limits, near the present configuration and at it; with speed shares and brakes in between.
 #[test]
 fn limits_and_continuity_hold_under_any_orders() {
     let (arm, limits) = arm();
@@ -175,14 +175,14 @@ fn a_motion_ends_exactly_at_its_goal_however_time_is_cut() {
             motion.step(sampler.uniform(0.0, 0.03)).expect("a step");
         }
         assert_eq!(*motion.state(), JointState::at_rest(goal));
-        // The same goal again, and a goal where it is.
+        // The same goal again, and a goal at the present configuration.
         motion.set_goal(&goal).expect("a motion");
         assert_eq!(motion.left_s(), 0.0);
     }
 }
 
-/// The solver alone takes up to 1.8 times as long from two in a thousand of these states, those in which a joint is just
-/// coming to its full speed: rounding made it a speed beyond the limit.
+/// The solver alone takes up to 1.8 times as long from two in a thousand of these states, in which a joint is just reaching its full speed: it
+/// misreads rounding as a speed beyond the limit.
 #[test]
 fn another_goal_in_motion_takes_the_least_time_of_the_slowest_joint() {
     let (arm, limits) = arm();
@@ -235,7 +235,7 @@ fn ahead_is_what_steps_lead_to() {
     assert!(motion.ahead(f64::NAN).q[0].is_nan());
 }
 
-/// A start that no limit holds: each joint too fast, too hard, or outside its range.
+/// A start beyond all limits: each joint too fast, accelerating too hard, or outside its range.
 fn wild(sampler: &mut Sampler, arm: &SrsArm, limits: &MotionLimits) -> JointState {
     let mut state = JointState::default();
     for i in 0..7 {
@@ -277,7 +277,7 @@ fn from_a_state_beyond_its_limits_it_comes_back_and_arrives() {
         if round % 4 != 0 {
             assert_eq!(*motion.state(), JointState::at_rest(goal));
         }
-        // From there on within the limits.
+        // From there on it is within the limits.
         let mut kept = Kept::default();
         motion
             .set_goal(&random_q(&mut sampler, &arm))
@@ -310,7 +310,7 @@ fn braking_is_as_short_as_each_joint_can() {
         motion.step(sampler.uniform(0.0, 0.5)).expect("a step");
         let from = *motion.state();
         motion.brake();
-        // Neither another brake nor another share of the speed changes that.
+        // Another brake or another speed share does not change that.
         motion.set_speed_share(0.3).expect("a share");
         motion.brake();
         let mut kept = Kept::default();
@@ -396,7 +396,7 @@ fn a_motion_slows_down_on_its_way_within_the_accelerations() {
             let now = motion.step(1e-3).expect("a step");
             for i in 0..7 {
                 let most = limits.acceleration_rad_per_s2[i];
-                // The acceleration of the way itself changes within a step.
+                // The acceleration of the trajectory itself changes within a step.
                 let margin = 1e-3 * limits.jerk_rad_per_s3[i];
                 let a = now.qdd_rad_per_s2[i].abs();
                 assert!(
@@ -408,7 +408,7 @@ fn a_motion_slows_down_on_its_way_within_the_accelerations() {
             let within = |i: usize| now.qd[i].abs() <= share * limits.velocity_rad_per_s[i] + 1e-6;
             slowed |= (0..7).all(within);
             assert!(!slowed || (0..7).all(within));
-            // Somewhere further on the free motion passes the same place.
+            // At some later time the free motion passes the same place.
             let off = |t_s: f64| free.ahead(t_s).q.max_abs_difference(&now.q);
             while on_way_s < free_s && off(on_way_s + 1e-4) <= off(on_way_s) {
                 on_way_s += 1e-4;

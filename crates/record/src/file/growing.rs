@@ -7,8 +7,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What ends a file without a summary: the record that ends the data, a footer that names no summary, the magic.
-/// Offsets and checksums of zero mean that there are none.
+/// Ending of a file without a summary: the record that ends the data, a footer without a summary, the magic. Zero offsets and checksums
+/// mean that there are none.
 const TAIL: [u8; 13 + 29 + 8] = {
     let mut tail = [0; 50];
     tail[0] = 0x0f; // data end
@@ -24,11 +24,11 @@ const TAIL: [u8; 13 + 29 + 8] = {
     tail
 };
 
-/// Makes a file, or empties it, for one writer at a time: the lock goes when the file is closed, also by a crash. A file system
-/// without locks gives none.
+/// Creates or empties a file for one writer at a time. The lock is released when the file is closed, also by a crash. A file system without
+/// locks gives none.
 pub(crate) fn create_alone(path: &Path) -> Result<File, RecordError> {
     let io = |error| RecordError::io(path)(error);
-    // Emptied only once it is known that nobody else writes it.
+    // Empty it only when it is certain that nobody else writes it.
     let mut options = OpenOptions::new();
     let file = options.write(true).create(true).truncate(false);
     let file = file.open(path).map_err(io)?;
@@ -46,19 +46,19 @@ pub(crate) fn create_alone(path: &Path) -> Result<File, RecordError> {
     Ok(file)
 }
 
-/// Keeps what is written until the flush, and then writes it and an ending in one call over the ending of the flush
-/// before. A program that is killed leaves a file that opens, with everything up to its last flush.
+/// Buffers what is written until the flush, then writes it and an ending in one call over the previous ending. If the program is killed,
+/// the file is valid and contains everything up to the last flush.
 pub(crate) struct GrowingFile {
     file: File,
-    /// Where the ending begins, bytes from the start.
+    /// Start of the ending, bytes from the start.
     end: u64,
     pending: Vec<u8>,
-    /// The one who writes brings the ending.
+    /// The MCAP writer writes the ending itself.
     is_last: Arc<AtomicBool>,
 }
 
 impl GrowingFile {
-    /// No ending is added once `is_last` is set, for then the one who writes brings it.
+    /// Once `is_last` is set, no ending is added: the MCAP writer writes it.
     pub(crate) fn new(file: File, is_last: Arc<AtomicBool>) -> Self {
         Self {
             file,
@@ -89,14 +89,14 @@ impl Write for GrowingFile {
         self.end += length;
         self.pending.clear();
         if is_last {
-            // The ending of the flush before may have been longer.
+            // The previous ending may have been longer.
             self.file.set_len(self.end)?;
         }
         self.file.flush()
     }
 }
 
-/// The writer of MCAP asks where it is, and never goes elsewhere while chunks are kept in memory.
+/// The MCAP writer asks for its position, but never seeks elsewhere while chunks are kept in memory.
 impl Seek for GrowingFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let at = self.end + self.pending.len() as u64;

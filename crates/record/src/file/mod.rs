@@ -1,4 +1,4 @@
-//! MCAP files: one that is whole after every flush, and the records of one that may be cut anywhere.
+//! MCAP files: one that is complete after every flush, and the records of one that may be truncated anywhere.
 
 mod growing;
 mod records;
@@ -11,22 +11,22 @@ pub(crate) use records::{MessageAt, read_messages};
 pub enum Ending {
     /// The recorder was finished.
     Finished,
-    /// The file is whole, but nobody finished the recorder: the program ended before it could.
+    /// The file is complete, but the recorder was not finished: the program ended before.
     Unfinished,
-    /// The file is cut within a record; what stands before it was read.
+    /// The file is truncated within a record; everything before it was read.
     Cut {
-        /// Where the cut record begins, bytes from the start of the file.
+        /// Start of the truncated record, bytes from the start of the file.
         offset: u64,
     },
-    /// All that was recorded is there; what other programs find their way by, behind it, is cut.
+    /// All recorded data is there; the index for other programs behind it is truncated.
     CutBehind {
-        /// Where the cut record begins, bytes from the start of the file.
+        /// Start of the truncated record, bytes from the start of the file.
         offset: u64,
     },
-    /// The file goes on behind its end: another program wrote to it as well, or the recorder was killed at the very end. What
-    /// stands before was read.
+    /// The file continues after its end: another program wrote to it as well, or the recorder was killed at the very end. Everything before
+    /// was read.
     Followed {
-        /// Where what does not belong to it begins, bytes from the start of the file.
+        /// Start of the foreign bytes, bytes from the start of the file.
         offset: u64,
     },
 }

@@ -1,4 +1,4 @@
-//! The records of an MCAP file, whole or cut.
+//! The records of an MCAP file, complete or truncated.
 
 use super::Ending;
 use crate::error::RecordError;
@@ -14,29 +14,29 @@ const MESSAGE: u8 = 0x05;
 const CHUNK: u8 = 0x06;
 const DATA_END: u8 = 0x0f;
 const FOOTER: u8 = 0x02;
-/// Bytes of a record before its body: what it is, and the length.
+/// Bytes of a record before its body: its kind and length.
 const FRAMING: usize = 9;
 /// Bytes of a message before its data: channel, sequence, two times.
 const MESSAGE_HEADER: usize = 22;
 
-/// A message that stands on a channel of interest.
+/// A message of a wanted channel.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct MessageAt {
     pub(crate) channel: &'static str,
-    /// Its data, bytes of the file.
+    /// Byte range of its data in the file.
     pub(crate) data: Range<usize>,
 }
 
-/// Where things are, and whether the file ends where it should.
+/// State of reading the records.
 struct Walk<'a, F> {
     bytes: &'a [u8],
-    /// Names of interest.
+    /// Names of the wanted channels.
     wanted: &'a [&'static str],
     channels: BTreeMap<u16, &'static str>,
     found: F,
 }
 
-/// Calls `found` for every message of the channels that are `wanted`, in the order of the file.
+/// Calls `found` for every message of the `wanted` channels, in the order of the file.
 pub(crate) fn read_messages(
     bytes: &[u8],
     wanted: &[&'static str],
@@ -54,7 +54,7 @@ pub(crate) fn read_messages(
     walk.records(MAGIC.len()..bytes.len(), true)
 }
 
-/// What a body says next.
+/// Reads a body from front to back.
 struct Cursor<'a> {
     rest: &'a [u8],
 }
@@ -88,10 +88,10 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// The body of a record, or what is left of one that is cut.
+/// The body of a record, or what is left of a truncated one.
 type Body<'a> = Result<&'a [u8], &'a [u8]>;
 
-/// What a record is, and its body.
+/// Kind and body of a record.
 fn framed(rest: &[u8]) -> Option<(u8, Body<'_>)> {
     let mut framing = Cursor { rest };
     let ([op], length) = (framing.array()?, framing.u64()?);
@@ -100,7 +100,7 @@ fn framed(rest: &[u8]) -> Option<(u8, Body<'_>)> {
 }
 
 impl<F: FnMut(MessageAt)> Walk<'_, F> {
-    /// The records of a part of the file; `top`: outside chunks.
+    /// Reads the records of a part of the file; `top`: outside chunks.
     fn records(&mut self, part: Range<usize>, top: bool) -> Result<Ending, RecordError> {
         let bytes = self.bytes;
         let mut at = part.start;
@@ -109,7 +109,7 @@ impl<F: FnMut(MessageAt)> Walk<'_, F> {
             let start = at + FRAMING;
             let (op, body) = match framed(rest) {
                 Some((op, Ok(body))) => (op, body),
-                // What a cut chunk still holds is good as far as it goes.
+                // The complete messages of a truncated chunk are good.
                 Some((CHUNK, Err(left))) if top => {
                     self.cut_chunk(start, left)?;
                     return Ok(cut);
@@ -128,7 +128,7 @@ impl<F: FnMut(MessageAt)> Walk<'_, F> {
         Ok(Ending::Cut { offset: at as u64 })
     }
 
-    /// Behind the data: a summary, the footer and the magic, of which nothing is needed; and then the file should end.
+    /// Skips the summary, the footer and the magic after the data; the file should end there.
     fn end(&self, mut at: usize) -> Ending {
         loop {
             let rest = self.bytes.get(at..).unwrap_or_default();
@@ -207,7 +207,7 @@ impl<F: FnMut(MessageAt)> Walk<'_, F> {
             return Err(missing);
         };
         let found = CHECKSUM.checksum(records);
-        // Zero says that nobody computed one.
+        // Zero means that no checksum was computed.
         if header.checksum != 0 && header.checksum != found {
             return Err(RecordError::Checksum {
                 offset,
@@ -235,9 +235,9 @@ impl<F: FnMut(MessageAt)> Walk<'_, F> {
 struct ChunkHeader<'a> {
     checksum: u32,
     compression: &'a str,
-    /// Of the records, bytes.
+    /// Length of the records, bytes.
     length: u64,
-    /// Of the header itself, bytes.
+    /// Size of the header itself, bytes.
     size: usize,
 }
 

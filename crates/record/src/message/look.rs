@@ -1,4 +1,4 @@
-//! What viewers draw: transforms, scenes, poses, log lines, numbers to plot.
+//! Messages for viewers: transforms, scenes, poses, log lines, numbers to plot.
 
 use crate::skeleton::{BASE, BOARD, Skeleton, WORLD};
 use crate::view::View;
@@ -20,14 +20,14 @@ const FORESEEN: Color = [0.95, 0.45, 0.10, 0.9];
 const GOAL: Color = [0.15, 0.55, 0.95, 0.9];
 const FORCE: Color = [0.85, 0.10, 0.15, 1.0];
 
-/// 90 % of a Gaussian in a plane lie within this many standard deviations: the root of -2 ln 0.1.
+/// Standard deviations of the ellipse that contains 90 % of a Gaussian in a plane: the root of -2 ln 0.1.
 const REGION_SD: f64 = 2.145_966_026_289_347;
 const REGION_CORNERS: usize = 24;
-/// Length of the arrow of a force, m/N; a force below the second is not drawn, N.
+/// Length of a force arrow, m/N; a force below the second value is not drawn, N.
 const ARROW_M_PER_N: f64 = 0.02;
 const LEAST_FORCE_N: f64 = 0.5;
 
-/// Of a log line.
+/// Level of a log line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Level {
     Info = 2,
@@ -138,9 +138,9 @@ fn entity(
     });
 }
 
-/// `/scene`: what does not change in its own frame: arm, board, surfaces.
+/// `/scene`: static in its own frames: arm, board, surfaces.
 ///
-/// Moving surfaces are drawn in frames of their own, in which they stand at opening zero.
+/// Moving surfaces are drawn in their own frames, at opening zero.
 pub(crate) fn scene(
     w: &mut Writer<'_>,
     t_ns: u64,
@@ -206,8 +206,8 @@ pub(crate) fn scene(
     Ok(())
 }
 
-/// `/scene/now`: the predicted point with its 90 % region, the goal, the force of the hand. What is not there
-/// is an entity without content, which replaces the one before.
+/// `/scene/now`: the predicted point with its 90 % region, the goal, the force of the hand. An absent one is an empty entity, which
+/// replaces the previous one.
 pub(crate) fn scene_now(w: &mut Writer<'_>, t_ns: u64, skeleton: &Skeleton, view: &View) {
     entity(w, t_ns, BASE, "predicted", |e| {
         let Some(contact) = &view.contact else { return };
@@ -246,7 +246,7 @@ pub(crate) fn scene_now(w: &mut Writer<'_>, t_ns: u64, skeleton: &Skeleton, view
         let Some(along) = force_n.try_normalize() else {
             return;
         };
-        // It points along +x of its frame and ends on the board; its length says how much.
+        // It points along +x of its frame and ends on the board; its length shows the force.
         let length_m = (ARROW_M_PER_N * force_n.length()).min(0.5);
         let (y, z) = along.any_orthonormal_pair();
         let tail_m = skeleton.base_from_board(&view.q).position_m() - along * length_m;
@@ -262,7 +262,7 @@ pub(crate) fn scene_now(w: &mut Writer<'_>, t_ns: u64, skeleton: &Skeleton, view
     });
 }
 
-/// A line through points until there are no more; `kind` 0: open, 1: closed.
+/// A line through all points; `kind` 0: open, 1: closed.
 fn line(
     e: &mut Writer<'_>,
     kind: u64,
@@ -296,7 +296,7 @@ fn half_axes_m(covariance_m2: &DMat3, u: DVec3, v: DVec3) -> [DVec3; 2] {
     ]
 }
 
-/// `/hand`: palm and fingertips that are tracked, then the head; orientations are not known.
+/// `/hand`: the tracked palm and fingertips, then the head; orientations are unknown.
 pub(crate) fn hand(w: &mut Writer<'_>, t_ns: u64, frame: &HandFrame) {
     timestamp(w, 1, t_ns);
     w.string(2, BASE);
@@ -307,7 +307,7 @@ pub(crate) fn hand(w: &mut Writer<'_>, t_ns: u64, frame: &HandFrame) {
     }
 }
 
-/// `/state`: numbers to plot; NaN where there is none.
+/// `/state`: numbers to plot; NaN if absent.
 pub(crate) fn state(w: &mut Writer<'_>, view: &View) {
     let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let contact_in_s = view.contact.and_then(|c| c.in_s);
@@ -318,7 +318,7 @@ pub(crate) fn state(w: &mut Writer<'_>, view: &View) {
     vector(w, 5, view.force_n.unwrap_or(DVec3::NAN));
     w.double(6, number(contact_in_s));
     w.double(7, number(view.left_s));
-    // Positive: the board is there before the hand.
+    // Positive: the board arrives before the hand.
     let lead_s = contact_in_s
         .zip(view.left_s)
         .map(|(hand, board)| hand - board);

@@ -1,4 +1,4 @@
-//! The bytes of the messages.
+//! Encoding of the messages.
 
 pub(crate) mod look;
 pub(crate) mod session;

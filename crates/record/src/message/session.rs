@@ -1,4 +1,4 @@
-//! What a session was given and what it answered: written, and read back bit by bit.
+//! Inputs and outputs of a session: written, and read back bit by bit.
 
 use crate::error::RecordError;
 use crate::input::{Input, Request};
@@ -12,7 +12,7 @@ use hwall::haptics::{ArmCommand, ArmState, Board};
 use hwall::kinematics::{JointPositions, JointTorques, JointVelocities};
 use hwall_protobuf::{Field, Fields, ProtobufError, Writer};
 
-/// A message of a session channel, and where it lies in the file.
+/// A message of a session channel, and its position in the file.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Body<'a> {
     pub(crate) channel: &'static str,
@@ -61,14 +61,14 @@ fn write_vector(writer: &mut Writer<'_>, field: u32, v: DVec3) {
     });
 }
 
-/// Where the points of arm and controller begin among the fields of a frame; older recordings end before them.
+/// First field of arm and controller points in a frame; older recordings do not have them.
 const FIRST_BODY_FIELD: u32 = 11;
-/// Whether a frame shows another person, where it does.
+/// Field for a frame that shows another person.
 const ANOTHER_FIELD: u32 = 17;
-/// The other hand, where it is tracked.
+/// Field of the other hand, if it is tracked.
 const OTHER_HAND_FIELD: u32 = 18;
 
-/// A message of a session, and its number among all of them. A command that this version does not know is written as a hold without
+/// Writes a message of a session, with its number among all of them. A command unknown to this version would be written as a hold without
 /// values; no such command exists.
 pub(crate) fn write(writer: &mut Writer<'_>, sequence: u64, input: &Input) {
     writer.uint64(1, sequence);
@@ -79,7 +79,7 @@ pub(crate) fn write(writer: &mut Writer<'_>, sequence: u64, input: &Input) {
         }
         Input::Frame(frame) => {
             writer.double(2, frame.t_s);
-            // As they came: what the tracker's driver sent, with its NaN.
+            // Unfiltered: the data of the tracker's driver, including NaN.
             let points = [frame.palm_m]
                 .into_iter()
                 .chain(frame.tips_m)
@@ -151,7 +151,7 @@ pub(crate) fn write(writer: &mut Writer<'_>, sequence: u64, input: &Input) {
 }
 
 impl<'a> Body<'a> {
-    /// Calls `take` for every field of this number.
+    /// Calls `take` for every field with this number.
     fn each(
         &self,
         number: u32,
@@ -233,7 +233,7 @@ impl<'a> Body<'a> {
         Ok(options)
     }
 
-    /// The values of a repeated field; `name` is for the error; `None` if there are none.
+    /// The values of a repeated field, `None` if there are none; `name` is for the error.
     fn values<const N: usize>(
         &self,
         number: u32,
@@ -274,7 +274,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// What the session was made of.
+    /// The setup of the session.
     pub(crate) fn setup(&self) -> Result<Setup, RecordError> {
         let usual = Board::default();
         let name = self.text(4)?.unwrap_or_default();
@@ -299,7 +299,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// The number of the message among all of the session, and what it says.
+    /// The number of the message among all of the session, and its contents.
     pub(crate) fn input(&self) -> Result<(u64, Input), RecordError> {
         let input = match self.channel {
             RUN => Input::Run(Run {
@@ -344,7 +344,7 @@ impl<'a> Body<'a> {
         }
         Ok(WorldPose {
             t_s: self.f64(2)?.unwrap_or_default(),
-            // `Pose::new` moves a matrix to the nearest rotation: here its bits count.
+            // `Pose::new` projects a matrix to the nearest rotation, but here its bits count.
             base_from_world: Pose::from_parts_unchecked(rotation, position_m),
         })
     }
@@ -386,5 +386,5 @@ impl<'a> Body<'a> {
     }
 }
 
-/// What is wrong with a field of more values or fewer.
+/// Error of a field with too many or too few values.
 const COUNT: &str = "another number of values than it has";

@@ -1,4 +1,4 @@
-//! `FileDescriptorSet`: the description of a message with all that it contains.
+//! `FileDescriptorSet`: the description of a message and of all messages that it contains.
 //!
 //! Field numbers of the descriptors are those of `google/protobuf/descriptor.proto`.
 
@@ -8,8 +8,8 @@ use hwall_protobuf::Writer;
 const LABEL_OPTIONAL: u64 = 1;
 const LABEL_REPEATED: u64 = 3;
 
-/// The description of a message and of every message in it, those that others need first. Every message is a file
-/// of its own; a name that no table has describes nothing.
+/// The description of a message and of every message in it, dependencies first. Every message is a separate file; the result is empty for
+/// an unknown name.
 pub(crate) fn descriptor_set(name: &str) -> Vec<u8> {
     let mut needed = Vec::new();
     collect(name, &mut needed);
@@ -21,7 +21,7 @@ pub(crate) fn descriptor_set(name: &str) -> Vec<u8> {
     bytes
 }
 
-/// Depth first, so that a message comes after all that it contains.
+/// Depth first, so that a message comes after its dependencies.
 fn collect(name: &str, found: &mut Vec<&'static Message>) {
     let Some(message) = find(name) else { return };
     if found.iter().any(|known| known.name == name) {
@@ -93,7 +93,7 @@ fn write_field(writer: &mut Writer<'_>, field: &Field) {
     };
     writer.uint64(5, code);
     if let Some(name) = type_name {
-        // The dot in front: from the root of all names.
+        // The leading dot starts at the root of all names.
         writer.string(6, &format!(".{name}"));
     }
 }

@@ -1,6 +1,6 @@
 //! The public message types of Foxglove that are used here, by name and number.
 //!
-//! Facts of the published schemas; `tests/check.py` compares them with the package
+//! Taken from the published schemas; `tests/check.py` compares them with the package
 //! `foxglove-schemas-protobuf`.
 
 use super::Kind::{self, Bool, Bytes, Double, Fixed32, Int32, Int64, String};

@@ -1,4 +1,4 @@
-//! What the messages mean, for tools that never saw this crate: descriptors as protobuf has them.
+//! Descriptions of the messages for tools without this crate: protobuf descriptors.
 
 mod descriptor;
 mod foxglove;
@@ -30,7 +30,7 @@ pub(crate) struct Enum {
     pub(crate) values: &'static [&'static str],
 }
 
-/// The type of a field; names are full ones.
+/// The type of a field, with full names.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Kind {
     Double,
@@ -72,7 +72,7 @@ const fn plain(name: &'static str, fields: &'static [Field]) -> Message {
     }
 }
 
-/// A message of any of the tables.
+/// Finds a message in the tables.
 fn find(name: &str) -> Option<&'static Message> {
     let mut all = foxglove::MESSAGES.iter().chain(session::MESSAGES);
     all.find(|message| message.name == name)

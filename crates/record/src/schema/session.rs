@@ -1,4 +1,4 @@
-//! The messages of our own: what a session took in and gave out, and what is worth a plot.
+//! This crate's own messages: inputs and outputs of a session, and values to plot.
 
 use super::Kind::{self, Bool, Double, String, Uint32, Uint64};
 use super::{Enum, Message, many, one, plain};

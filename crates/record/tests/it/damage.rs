@@ -1,10 +1,10 @@
-//! Files that are cut, changed, or no recordings at all.
+//! Files that are truncated, changed, or not recordings.
 
 use crate::common::{self, again, file, recorded, recorder, run, taken};
 use hwall_record::{Ending, RecordError, Recorder, RecorderConfig, Recording};
 use hwall_testkit::Sampler;
 
-/// Where the records outside chunks begin, and where the last one ends.
+/// Offsets at which the records outside chunks begin, and at which the last one ends.
 fn boundaries(bytes: &[u8]) -> Vec<usize> {
     let mut at = 8;
     let mut all = vec![at];
@@ -27,7 +27,7 @@ fn whole(name: &str) -> (Vec<u8>, usize) {
     (bytes, count)
 }
 
-/// What is left of a file that is cut there.
+/// Number of session messages left in a file that is truncated at this offset.
 fn cut(bytes: &[u8], at: usize) -> Option<usize> {
     match Recording::from_bytes(bytes[..at].to_vec()) {
         Ok(recording) => {
@@ -61,7 +61,7 @@ fn a_file_cut_anywhere_gives_what_is_there() {
     assert_eq!(least, all);
 }
 
-/// One that was cut in its summary was said to be whole.
+/// Regression: a file truncated in its summary was reported as complete.
 #[test]
 fn a_file_that_is_cut_says_so() {
     let (bytes, all) = whole("says.mcap");
@@ -97,7 +97,7 @@ fn a_cut_recording_runs_again_as_far_as_it_goes() {
     assert!((1000..2900).contains(&cycles), "{cycles}");
 }
 
-/// What a program that is killed leaves: whole but for the end of the recording.
+/// The file that a killed program leaves is complete, except for the end of the recording.
 #[test]
 fn an_unfinished_file_is_whole_after_every_flush() {
     let path = file("unfinished.mcap");
@@ -107,7 +107,7 @@ fn an_unfinished_file_is_whole_after_every_flush() {
     };
     let mut to = recorder(&path, &config);
     run(&mut to, 0, 0.5);
-    // The writing thread needs a moment; how long is no part of what is tested.
+    // The writing thread needs a moment; the test does not depend on how long.
     let mut bytes = Vec::new();
     let mut count = 0;
     for _ in 0..1000 {
@@ -116,20 +116,20 @@ fn an_unfinished_file_is_whole_after_every_flush() {
         let Ok(recording) = Recording::from_bytes(bytes.clone()) else {
             continue;
         };
-        // Read while it was written it may be cut.
+        // Read during a write, it may be truncated.
         count = recording.inputs().count();
         if count >= 500 && recording.ending() == Ending::Unfinished {
             break;
         }
     }
     assert!(count >= 500, "{count}");
-    // The ending that every MCAP reader asks for.
+    // The ending that every MCAP reader requires.
     assert!(bytes.ends_with(b"\x89MCAP0\r\n"));
     to.finish().unwrap();
     assert_eq!(taken(&path).ending(), Ending::Finished);
 }
 
-/// Flips, deletions and insertions: an error with a place, or fewer messages, never a panic.
+/// Flips, deletions and insertions: an error with an offset, or fewer messages, never a panic.
 #[test]
 fn changed_bytes_are_refused_or_read_and_never_panic() {
     let (bytes, _) = whole("changed.mcap");
@@ -141,7 +141,7 @@ fn changed_bytes_are_refused_or_read_and_never_panic() {
     for round in 0..rounds.unwrap_or(400) {
         let mut changed = bytes[..bytes.len().min(200_000)].to_vec();
         for _ in 0..=sampler.index(4) {
-            // Framing and the records outside chunks are met often enough near the start.
+            // Near the start, framing and records outside chunks are hit often enough.
             let reach = if sampler.bool() { 400 } else { changed.len() };
             let at = sampler.index(reach);
             match round % 3 {
@@ -171,7 +171,7 @@ fn changed_bytes_are_refused_or_read_and_never_panic() {
     assert!(refused > 20 && read > 20, "{refused} refused, {read} read");
 }
 
-/// Messages with a checksum that was made to fit.
+/// Corrupt messages in a chunk without a checksum.
 #[test]
 fn nonsense_in_messages_names_channel_and_place() {
     let (bytes, _) = whole("nonsense.mcap");
@@ -182,7 +182,7 @@ fn nonsense_in_messages_names_channel_and_place() {
     for _ in 0..300 {
         let mut changed = bytes.clone();
         let chunk = *chunks[1 + sampler.index(chunks.len() - 1)];
-        // Header: framing, two times, size; then the checksum, where zero says that there is none.
+        // Header: framing, two times, size; then the checksum, where zero means none.
         changed[chunk + 33..chunk + 37].fill(0);
         for _ in 0..20 {
             let at = chunk + 60 + sampler.index(5000);
@@ -225,7 +225,7 @@ fn what_is_no_recording_is_said() {
     assert!(matches!(missing, RecordError::Io { .. }));
 }
 
-/// Of two programs that record to one file, one would overwrite what the other has written.
+/// With two recorders on one file, one would overwrite the other's data.
 #[test]
 fn a_file_has_one_recorder_at_a_time() {
     let path = file("one_at_a_time.mcap");
@@ -241,7 +241,7 @@ fn a_file_has_one_recorder_at_a_time() {
     let said = refused.to_string();
     assert!(said.contains("one_at_a_time.mcap"), "{said}");
     assert!(matches!(&refused, RecordError::InUse { path: named } if *named == path));
-    // The first one's recording is unharmed, and afterwards the file may be had.
+    // The first recording is unharmed, and afterwards the file is free.
     let summary = first.finish().unwrap();
     let kept = Recording::open(&path).unwrap();
     assert_eq!(kept.ending(), Ending::Finished);
@@ -250,7 +250,7 @@ fn a_file_has_one_recorder_at_a_time() {
     std::fs::remove_file(&path).unwrap();
 }
 
-/// As a second writer leaves it whose recording was the longer one.
+/// The file left by a second writer with a longer recording.
 #[test]
 fn bytes_behind_the_end_are_noticed() {
     let (bytes, all) = whole("behind.mcap");

@@ -1,5 +1,5 @@
-//! A recording in other people's hands: the Python packages `mcap` and `mcap-protobuf-support`, Foxglove's own schemas,
-//! and `rerun mcap check --full`. Where they are not there, a line `skipped: ...` says so.
+//! Reads a recording with other tools: the Python packages `mcap` and `mcap-protobuf-support`, Foxglove's own schemas, and `rerun mcap
+//! check --full`. If they are absent, the test prints `skipped: ...`.
 
 use crate::common::{file, recorder, run, skeleton};
 use hwall_record::{RecorderConfig, Recording};
@@ -7,10 +7,10 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// The script's way to say that nothing could be checked.
+/// Exit code of the script if nothing could be checked.
 const SKIPPED: i32 = 77;
 
-/// A line that no test runner captures.
+/// Prints a line that no test runner captures.
 fn skipped(why: &str) {
     let _ = writeln!(std::io::stderr(), "skipped: others_tools: {why}");
 }
@@ -28,7 +28,7 @@ fn others_tools_read_finished_and_unfinished_recordings() {
     run(&mut to, 0, 3.0);
     run(&mut to, 1, 0.5);
     std::thread::sleep(std::time::Duration::from_millis(500));
-    // As a program that is killed leaves it.
+    // The file that a killed program leaves.
     std::fs::copy(&path, &left).unwrap();
     to.finish().unwrap();
     let urdf = path.with_extension("urdf");

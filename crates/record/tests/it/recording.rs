@@ -1,4 +1,4 @@
-//! What is recorded comes back bit by bit, and gives the same commands.
+//! Recordings are read back bit by bit and give the same commands.
 
 use crate::common::{self, again, file, hand, iiwa, recorder, run, session_of, skeleton, taken};
 use hwall::glam::DVec3;
@@ -46,7 +46,7 @@ fn two_runs_come_back_and_run_again_bit_by_bit() {
     assert_eq!(seen, commands);
     assert_eq!((frames, worlds), (350, 5));
     assert_eq!(requests[1..3], [Request::Stop, Request::Reset]);
-    // All that a session does was in it.
+    // It contained everything that a session does.
     let held = commands[0].iter().filter(|c| **c == ArmCommand::Hold);
     assert!(held.count() > 10);
 
@@ -63,7 +63,7 @@ fn another_session_differs_and_the_first_difference_is_named() {
     let recording = taken(&path);
     let other = replay(&recording, |setup, _| {
         let mut setup = setup.clone();
-        // A door a tenth of a millimetre farther away.
+        // The door is 0.1 mm further away.
         setup.scene_obj = setup.scene_obj.replace("v 0.6 ", "v 0.6001 ");
         Ok::<_, RecordError>(session_of(&setup))
     });
@@ -185,7 +185,7 @@ fn a_file_that_cannot_be_written_is_named() {
     }
 }
 
-/// When planner and perception on threads of their own are heard of depends on the machine; what the session does then does not.
+/// The machine determines when results of the planner and perception threads arrive, but not what the session then does.
 #[test]
 fn a_session_on_three_threads_is_replayed_bit_by_bit() {
     for pause_us in [30, 300] {
@@ -198,7 +198,7 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
         let commands = common::run_of(&mut to, 0, 3.0, session, pause, hand);
         to.finish().unwrap();
         let recording = taken(&path);
-        // It moved, and not in step with the loop.
+        // It moved, but not in step with the loop.
         let (mut planned, mut perceived) = (0, 0);
         for input in recording.inputs() {
             match input.unwrap().1 {
@@ -220,7 +220,7 @@ fn a_session_on_three_threads_is_replayed_bit_by_bit() {
     }
 }
 
-/// How the other hand of a recording changes, and whether the arm moves otherwise than without one.
+/// How the other hand changes, and whether the arm then moves differently than without one.
 #[test]
 fn recordings_with_another_hand_are_replayed_bit_by_bit() {
     let near_m = DVec3::new(0.57, 0.1, 0.6);

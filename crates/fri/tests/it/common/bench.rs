@@ -1,4 +1,4 @@
-//! A controller and a client in a time of their own: no sockets, no clock.
+//! A controller and a client in simulated time: no sockets, no clock.
 
 use hwall_fri::codec::{
     ClientCommandMode, Codec, CommandData, CommandMessage, DATAGRAM_BYTES, Datagram, Header,
@@ -28,7 +28,7 @@ pub fn torque_arm() -> TorqueArm {
     iiwa7_torque(0).expect("an arm")
 }
 
-/// A client as the manufacturer's samples are: mirrors while it waits, then adds what `overlay` says, from time 0.
+/// A client like the manufacturer's samples: mirrors while it waits, then applies `overlay` from time 0.
 pub struct SampleClient {
     pub codec: Codec,
     pub answered: u32,
@@ -102,7 +102,7 @@ impl SampleClient {
     }
 }
 
-/// Both, and the network between them.
+/// Both, with the network between them.
 pub struct Bench<P> {
     pub controller: Controller<P>,
     pub client: SampleClient,
@@ -127,7 +127,7 @@ impl<P: SimulatedPlant> Bench<P> {
         }
     }
 
-    /// Time goes on in steps of 0.1 ms; the client answers at once.
+    /// Time advances in steps of 0.1 ms; the client answers at once.
     pub fn run(
         &mut self,
         seconds: f64,

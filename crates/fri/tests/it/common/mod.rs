@@ -1,4 +1,4 @@
-//! Messages with everything in them.
+//! Messages with every field.
 
 #![allow(dead_code, unreachable_pub)] // benches use a part
 

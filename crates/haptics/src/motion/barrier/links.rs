@@ -5,30 +5,30 @@ use super::tree::Barriers;
 use crate::body::{ArmCapsules, Capsule, PersonBody};
 use glam::DVec3;
 
-/// A link of the arm stands in front of a surface, within reach of a person who sees nothing there.
+/// A link of the arm in front of a surface, within reach of a person who sees nothing there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkInFront {
-    /// The link that is furthest in front, of [`ArmCapsules::links`].
+    /// The link that is furthest in front, as an index of [`ArmCapsules::links`].
     pub link: usize,
     /// How far, m.
     pub in_front_m: f64,
 }
 
-/// From how far in front on a link counts, m: ten times what the face may be in front. It ends at half of that.
+/// Detection starts at this distance in front, m: ten times that allowed for the face. It ends at half of that.
 const BEGINS_M: f64 = 0.03;
 const ENDS_M: f64 = 0.015;
-/// How far from head, torso or an arm a link is within reach, m: an arm of large men is 0.8 m long with the fingers ([DIN 33402-2]). The
-/// second is where it ends.
+/// A link this near to head, torso or an arm is within reach, m: the arm of large men is 0.8 m long with the fingers ([DIN 33402-2]). The second
+/// value ends the detection.
 const REACH_M: f64 = 0.8;
 const LEAVES_REACH_M: f64 = 0.9;
-/// A link is looked at in so many places, at most 0.15 m apart for an iiwa.
+/// Sample points on each link, at most 0.15 m apart for an iiwa.
 const PLACES: u32 = 4;
 
 impl LinkInFront {
-    /// `before`: what was found last. A fixed number of looks: twice [`PLACES`] for each link.
+    /// `before`: the last result. The number of samples is fixed: twice [`PLACES`] for each link.
     ///
-    /// The nearest surface decides, as for the board. Over the footprint of the goal only the goal's surface counts. The end of the last link,
-    /// as long as its radius, belongs to the board. A person who is not seen any more does not end what was found.
+    /// The nearest surface decides, as for the board. Over the footprint of the goal only the goal's surface counts. The end of the last link, over a
+    /// length of its radius, belongs to the board. Losing sight of the person does not end a detection.
     pub(in crate::motion) fn find(
         before: Option<Self>,
         capsules: &ArmCapsules,
@@ -40,7 +40,7 @@ impl LinkInFront {
             Some(_) => (ENDS_M, LEAVES_REACH_M),
             None => (BEGINS_M, REACH_M),
         };
-        // How far the outermost point of a ball is in front of the surface nearest to its middle, m.
+        // How far the outermost point of a ball is in front of the surface nearest to its centre, m.
         let side_of = |point_m| barriers.side_of(point_m, &[goal], &[]);
         let furthest_m = |middle_m: DVec3, radius_m| {
             let out = side_of(middle_m)?.normal;
@@ -77,7 +77,7 @@ impl LinkInFront {
     }
 }
 
-/// A link without what is nearer to its end than it is thick.
+/// A link without its end, over a length of its radius.
 fn shortened(link: &Capsule) -> Option<Capsule> {
     let length_m = link.from_m.distance(link.to_m);
     (length_m > link.radius_m).then(|| Capsule {

@@ -10,7 +10,7 @@ use hwall_geometry::{Pose, direction};
 use hwall_numeric::check::{all_finite, positive};
 use obvhs::aabb::Aabb;
 
-/// A flat part of a surface with the person on the side of its normal: the board stays behind it. Base frame.
+/// A flat part of a surface, in the base frame. Its normal points to the person; the board stays behind it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Barrier {
     middle_m: DVec3,
@@ -21,8 +21,7 @@ pub struct Barrier {
 }
 
 impl Barrier {
-    /// A rectangle about a middle (m) with an outward normal (towards the person; any length but zero), horizontal and
-    /// vertical half extents, m.
+    /// A rectangle with a centre (m), an outward normal (towards the person; any length but zero), and horizontal and vertical half extents, m.
     ///
     /// # Errors
     /// NaN, infinity, a normal without a direction, an extent that is not positive.
@@ -44,7 +43,7 @@ impl Barrier {
         })
     }
 
-    /// Its middle, m.
+    /// Its centre, m.
     #[must_use]
     pub const fn middle_m(&self) -> DVec3 {
         self.middle_m
@@ -62,12 +61,12 @@ impl Barrier {
         self.half_extent_m
     }
 
-    /// A box around it, so much larger that rounding to single precision leaves nothing out.
+    /// Its bounding box, padded so that rounding to single precision leaves nothing out.
     pub(in crate::motion) fn padded_box(&self) -> Aabb {
         let [x, y] = [0, 1].map(|i| self.axes[i].abs() * self.half_extent_m[i]);
         let pad = (self.middle_m.abs() + x + y + 1.0) * f64::from(4.0 * f32::EPSILON);
         let half_m = x + y + pad;
-        // What is as far away as that has no box in single precision, and no arm near it.
+        // Such distant corners do not fit single precision, and no arm is near them.
         let corner = |m: DVec3| Vec3A::from(m.clamp(-FAR_M, FAR_M).as_vec3());
         Aabb::new(
             corner(self.middle_m - half_m),
@@ -80,7 +79,7 @@ impl Barrier {
         (point_m - self.middle_m).dot(self.normal)
     }
 
-    /// Distance of a point in front of the plane, m, and how far it is beside the rectangle, m.
+    /// Signed distance in front of the plane, m, and distance beside the rectangle, m.
     pub(in crate::motion) fn place_of(&self, point_m: DVec3) -> Beside {
         let off = point_m - self.middle_m;
         let beyond = |i: usize| (off.dot(self.axes[i]).abs() - self.half_extent_m[i]).max(0.0);
@@ -99,16 +98,16 @@ impl Barrier {
     }
 }
 
-/// A plane this near to a barrier is that barrier, m and as a cosine.
+/// A plane this close to a barrier is that barrier, m and as a cosine.
 pub(in crate::motion) const SAME_PLANE_M: f64 = 1e-3;
 const SAME_PLANE_COS: f64 = 0.9999;
-/// Distances that differ by less are those to a common edge, m.
+/// Distances that differ by less belong to a common edge, m.
 pub(in crate::motion) const EDGE_M: f64 = 1e-9;
 
-/// Corners of boxes are no further away, m.
+/// Largest coordinate of a box corner, m.
 const FAR_M: DVec3 = DVec3::splat(1e30);
 
-/// Where a point is with regard to a rectangle.
+/// Position of a point relative to a rectangle.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::motion) struct Beside {
     pub(in crate::motion) in_front_m: f64,
@@ -121,8 +120,8 @@ impl Beside {
     }
 }
 
-/// The face of the board at a place that it serves or served: over it, only what is before that face is in front; around it,
-/// a point may be before other surfaces by what it is inside the margin.
+/// The face of the board at a place that it serves or served. Over it, only a point in front of that face is in front; around it, a point may be in
+/// front of other surfaces by its distance from the outer edge of the margin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::motion) struct Footprint {
     face: Pose,
@@ -140,7 +139,7 @@ impl Footprint {
         }
     }
 
-    /// The same carried along with a world that moved.
+    /// The same after the world has moved.
     pub(in crate::motion) fn carried(&self, moved: &Pose) -> Self {
         Self {
             face: *moved * self.face,
@@ -148,7 +147,7 @@ impl Footprint {
         }
     }
 
-    /// Is a face so near that some of its points are eased, or may be before long?
+    /// Is a face so near that some of its points are eased, or may be soon?
     pub(in crate::motion) fn is_under(&self, board: &Board, face: &Pose) -> bool {
         corners_and_middle(board, face).into_iter().any(|point_m| {
             let p = self.face.inverse_transform_point(point_m);
@@ -157,13 +156,13 @@ impl Footprint {
         })
     }
 
-    /// How far a point is beside the face, the larger of both ways, m; below zero over it.
+    /// How far a point is beside the face, the larger of both axes, m; negative over it.
     pub(in crate::motion) fn beyond_m(&self, point_m: DVec3) -> f64 {
         let p = self.face.inverse_transform_point(point_m);
         (p.x.abs() - self.half_m[0]).max(p.y.abs() - self.half_m[1])
     }
 
-    /// How far a point is before the plane of the face, m.
+    /// How far a point is in front of the plane of the face, m.
     pub(in crate::motion) fn before_face_m(&self, point_m: DVec3) -> f64 {
         self.face.inverse_transform_point(point_m).z
     }
@@ -172,9 +171,9 @@ impl Footprint {
         self.margin_m
     }
 
-    /// What a point that is so far before the nearest surface counts as; `None` beyond the margin.
+    /// The eased position of a point in front of its nearest surface; `None` beyond the margin.
     pub(in crate::motion) fn eased(&self, found: FacePoint) -> Option<FacePoint> {
-        // Behind a surface nothing is to be eased.
+        // Behind a surface there is nothing to ease.
         if found.in_front_m <= 0.0 {
             return None;
         }
@@ -202,11 +201,11 @@ impl Footprint {
     }
 }
 
-/// A point of the face of the board beside a surface.
+/// A point of the board's face relative to a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::motion) struct FacePoint {
     pub(in crate::motion) point_m: DVec3,
-    /// Of the surface that it is nearest to.
+    /// Normal of the nearest surface.
     pub(in crate::motion) normal: DVec3,
     /// Negative behind it, m.
     pub(in crate::motion) in_front_m: f64,
@@ -221,10 +220,10 @@ impl FacePoint {
     }
 }
 
-/// Middle and corners of the face; `None` where no surface is known.
+/// Centre and corners of the face; `None` where no surface is known.
 pub(in crate::motion) type FacePoints = [Option<FacePoint>; 5];
 
-/// Middle and corners of a face, m.
+/// Centre and corners of a face, m.
 pub(in crate::motion) fn corners_and_middle(board: &Board, face: &Pose) -> [DVec3; 5] {
     let points = [
         (0.0, 0.0),
@@ -242,7 +241,7 @@ pub(in crate::motion) fn corners_and_middle(board: &Board, face: &Pose) -> [DVec
     })
 }
 
-/// A plane about a place that the board serves, where no barrier is known.
+/// A plane around a place that the board serves, where no barrier is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::motion) struct Plane {
     pub(in crate::motion) point_m: DVec3,
@@ -252,7 +251,7 @@ pub(in crate::motion) struct Plane {
 }
 
 impl Plane {
-    /// How far the points beside the place are in front, m; negative if all are behind.
+    /// How far the points near the place are in front, m; negative if all are behind.
     pub(in crate::motion) fn most_in_front_m(&self, points_m: &[DVec3]) -> f64 {
         let sides = points_m.iter().filter_map(|point_m| self.side(*point_m));
         sides.fold(f64::NEG_INFINITY, |most, side| most.max(side.in_front_m))

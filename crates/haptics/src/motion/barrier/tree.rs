@@ -1,4 +1,4 @@
-//! Many surfaces, and which of them a point is nearest to.
+//! Many surfaces, and which of them is nearest to a point.
 
 use super::{
     Barrier, Beside, EDGE_M, FacePoint, FacePoints, Footprint, Plane, SAME_PLANE_M,
@@ -13,7 +13,7 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use std::cell::Cell;
 use std::sync::Arc;
 
-/// Surfaces that the board stays behind, in a tree of boxes. Clones share it.
+/// Surfaces that the board stays behind, in a bounding volume hierarchy. Clones share it.
 #[derive(Debug, Clone, Default)]
 pub struct BarrierTree(Arc<Tree>);
 
@@ -61,7 +61,7 @@ impl BarrierTree {
         &self.0.all
     }
 
-    /// How far corners or middle of a face are in front of the surfaces, m, negative behind all of them; `None` without any.
+    /// How far the corners or the centre of a face are in front of the surfaces, m, negative behind all of them; `None` without surfaces.
     #[must_use]
     pub fn protrusion_m(&self, board: &Board, face: &Pose) -> Option<f64> {
         let barriers = Barriers::from(self.clone());
@@ -70,13 +70,13 @@ impl BarrierTree {
     }
 }
 
-/// So few are looked at one by one sooner than by boxes.
+/// Up to this many, testing each surface is quicker than the tree.
 const FEW: usize = 16;
-/// Open nodes of a walk. The tree of [`PlocBuilder`] is no deeper in practice than thrice the logarithm of its leaves; a walk that
-/// runs out of room looks at all barriers.
+/// Most open nodes of a walk. In practice the tree of [`PlocBuilder`] is no deeper than three times the logarithm of its leaves; a walk that runs out
+/// of space tests all barriers.
 const OPEN: usize = 96;
 
-/// The surfaces, and how many boxes and rectangles were tested.
+/// The surfaces, and the number of boxes and rectangles tested.
 #[derive(Debug, Clone, Default)]
 pub(in crate::motion) struct Barriers {
     tree: BarrierTree,
@@ -93,12 +93,12 @@ impl From<BarrierTree> for Barriers {
 }
 
 impl Barriers {
-    /// Counts anew.
+    /// Resets the count.
     pub(in crate::motion) fn begin(&self) {
         self.tests.set(0);
     }
 
-    /// Boxes and rectangles that were tested since.
+    /// Boxes and rectangles tested since then.
     pub(in crate::motion) const fn tests(&self) -> usize {
         self.tests.get()
     }
@@ -111,8 +111,8 @@ impl Barriers {
         self.tree = tree;
     }
 
-    /// Shows the barriers in whose boxes `least`, the least value of what is looked for, is within the bound, the lesser boxes first.
-    /// The bound may become narrower on the way.
+    /// Calls `show` for the barriers in boxes whose lower bound `least` is within `bound`, boxes with smaller values first. The bound may shrink
+    /// meanwhile.
     pub(in crate::motion) fn walk<S>(
         &self,
         state: &mut S,
@@ -176,8 +176,7 @@ impl Barriers {
         found
     }
 
-    /// The point of the face that comes furthest in front of the surfaces, of its corners and its middle, see
-    /// [`all_in_front`](Self::all_in_front).
+    /// The corner or centre of the face that comes furthest in front of the surfaces, see [`all_in_front`](Self::all_in_front).
     pub(in crate::motion) fn most_in_front(
         &self,
         board: &Board,
@@ -189,8 +188,8 @@ impl Barriers {
         all.into_iter().flatten().reduce(FacePoint::or_further)
     }
 
-    /// Where corners and middle of the face are with regard to the surfaces, eased by footprints. Besides the barriers, planes
-    /// count that end nowhere.
+    /// Positions of the corners and the centre of the face relative to the surfaces, eased by footprints. The planes count in addition to the
+    /// barriers.
     ///
     /// The surface nearest to a point decides on which side the point is, as for a closed mesh: next to a shelf the board is
     /// behind the wall, not beside the shelf.
@@ -204,7 +203,7 @@ impl Barriers {
         corners_and_middle(board, face).map(|point_m| self.side_of(point_m, footprints, planes))
     }
 
-    /// The same of any point.
+    /// The same for any point.
     pub(in crate::motion) fn side_of(
         &self,
         point_m: DVec3,
@@ -228,7 +227,7 @@ impl Barriers {
             .reduce(FacePoint::or_further)
     }
 
-    /// On which side of the nearest surface is a point?
+    /// The side of the nearest surface that a point is on.
     fn nearest(&self, point_m: DVec3) -> Option<FacePoint> {
         let mut nearest: Option<(Beside, DVec3)> = None;
         self.walk(
@@ -239,7 +238,7 @@ impl Barriers {
                 let place = barrier.place_of(point_m);
                 let nearer = nearest.is_none_or(|(least, _)| {
                     let less_m = least.distance_m() - place.distance_m();
-                    // Beyond a common edge the surface that faces the point decides.
+                    // Beyond a common edge, the surface that faces the point decides.
                     let faces = place.in_front_m.abs() > least.in_front_m.abs();
                     less_m > EDGE_M || (less_m >= -EDGE_M && faces)
                 });
@@ -256,7 +255,7 @@ impl Barriers {
         })
     }
 
-    /// The distance to the nearest surface, m; infinite without any.
+    /// Distance to the nearest surface, m; infinite without surfaces.
     pub(in crate::motion) fn least_distance_m(&self, point_m: DVec3) -> f64 {
         let mut least_m = f64::INFINITY;
         self.walk(
@@ -269,7 +268,7 @@ impl Barriers {
     }
 }
 
-/// No more than the distance of a point from what is in a box, m.
+/// Lower bound of the distance from a point to the contents of a box, m.
 pub(in crate::motion) fn distance_m(aabb: &Aabb, point_m: DVec3) -> f64 {
     let [min, max] = [aabb.min, aabb.max].map(|corner| corner.as_dvec3());
     (min - point_m).max(point_m - max).max(DVec3::ZERO).length()
@@ -328,7 +327,7 @@ mod tests {
             .most_in_front(&board, &face, &[Some(footprint)], &[None])
             .expect("there are some");
         assert!(out.in_front_m.abs() < 1e-12, "{out:?}");
-        // But not what is before the goal.
+        // But not what is in front of the goal.
         let before = face.at(DVec3::new(0.74, 0.15, 0.3));
         let out = barriers
             .most_in_front(&board, &before, &[Some(footprint)], &[None])

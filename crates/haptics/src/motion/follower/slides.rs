@@ -1,4 +1,4 @@
-//! A board that slides within its plane, and one that comes to rest.
+//! Slides within the board's plane, and braking to rest.
 
 use super::Follower;
 use crate::error::HapticsError;
@@ -9,11 +9,11 @@ use glam::DVec3;
 use hwall_kinematics::{JointPositions, Unreachable};
 use hwall_numeric::check::non_negative;
 
-/// Joints that turn no faster stand, rad/s.
+/// Joints slower than this count as standing, rad/s.
 const STANDS_RAD_PER_S: f64 = 3e-3;
 
 impl Follower {
-    /// The next configuration while coming to rest as fast as the limits allow; the goal is kept.
+    /// The next configuration while braking as fast as the limits allow; the goal is kept.
     ///
     /// # Errors
     /// As for [`Follower::step`].
@@ -34,8 +34,8 @@ impl Follower {
         Ok(self.commanded())
     }
 
-    /// All joints lose the same share of their speeds, the slowest to stop as fast as it can: the board goes on the way that it
-    /// was going, and ends there. Joints that each stopped as soon as they could would make it swing back.
+    /// All joints lose the same share of their speeds, limited by the joint that needs longest: the board stops along its path. If each joint stopped
+    /// as soon as it could, the board would swing back.
     fn brake_together(&mut self, dt_s: f64) -> Result<(), HapticsError> {
         let mut state = *self.reference.state();
         let fastest = state
@@ -43,10 +43,10 @@ impl Follower {
             .0
             .iter()
             .fold(0.0, |most: f64, qd| most.max(qd.abs()));
-        // Gently at the end, as a slide begins: a servo that cannot end a motion at once would swing back.
+        // Smoothly at the end, as a slide begins: a servo that cannot end a motion at once would swing back.
         let stop_s = self.stop_s() + ENDS_S;
         state.qdd_rad_per_s2 = [0.0; 7];
-        // The mean speed lasts for as long as there is one.
+        // Integrate the mean speed only until the stop.
         let (share, lasts_s) = match dt_s < stop_s && fastest > STANDS_RAD_PER_S {
             true => (1.0 - dt_s / stop_s, dt_s),
             false => (0.0, stop_s.min(dt_s)),
@@ -70,7 +70,7 @@ impl Follower {
     }
 
     /// The next configuration while the board moves within its plane; the first call starts where braking
-    /// would have left it. Returns why the board cannot go on, if it cannot; it then comes to
+    /// would have left it. Returns why the board cannot continue, if it cannot; it then comes to
     /// rest and waits for another direction.
     ///
     /// The velocity changes no faster than the joints can, so that they follow without lag and without

@@ -1,6 +1,6 @@
 use super::*;
 
-/// Places left on planes that nobody knows, one behind the other at x, the newest first.
+/// Places left on unknown planes, one behind the other along x, the newest first.
 fn left(x_m: [f64; 3]) -> [Option<Place>; PLACES] {
     let mut left = [None; PLACES];
     for (slot, x_m) in left.iter_mut().zip(x_m) {
@@ -23,20 +23,20 @@ fn only_the_place_left_last_keeps_its_plane_whether_there_is_a_goal_or_not() {
         let at_m = planes.into_iter().flatten().map(|plane| plane.point_m.x);
         at_m.collect::<Vec<_>>()
     };
-    // On the way to a posture there is no place ahead, and none under way.
+    // On the path to a posture there is no place ahead, and none under way.
     assert_eq!(counts(&route, None), [0.6]);
     route.under_way = route.left[1];
     assert_eq!(counts(&route, None), [0.5, 0.6]);
     let roles: Vec<Role> = route.places(None).map(|(role, _)| role).collect();
     let before = Role::LeftBefore;
     assert_eq!(roles, [Role::UnderWay, Role::LeftLast, before, before]);
-    // A way to a destination in front of the newest plane cannot stay behind it.
+    // A path to a destination in front of the newest plane cannot stay behind it.
     let mut ends_in_front = route.clone();
     ends_in_front.ends = board_pose(DVec3::new(0.65, 0.1, 0.5), DVec3::X, 0.0).ok();
     assert_eq!(counts(&ends_in_front, None), [0.0_f64; 0]);
     ends_in_front.ends = board_pose(DVec3::new(0.55, 0.1, 0.5), DVec3::X, 0.0).ok();
     assert_eq!(counts(&ends_in_front, None), [0.6]);
-    // After the newest place is forgotten with its surface, no other place becomes the newest.
+    // If the newest place is forgotten with its surface, no other place becomes the newest.
     route.left[0] = None;
     route.under_way = None;
     assert!(counts(&route, None).is_empty());

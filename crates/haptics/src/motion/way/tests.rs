@@ -40,7 +40,7 @@ fn no_way_between_two_looks_is_longer_than_its_bound() {
     for k in 0..200 {
         let (from, to, by_way_of) = (anywhere(), anywhere(), anywhere());
         let mut reference = ReferenceMotion::new(&*arm, &limits, &from).unwrap();
-        // Bends turn round: their ways are much longer than their chords.
+        // Bends turn round: their paths are much longer than their chords.
         let by_way_of = (k % 2 == 0).then_some(&by_way_of);
         let Ok(duration_s) = reference.consider(&to, by_way_of) else {
             continue;

@@ -1,14 +1,14 @@
-//! A slide of the board within the face of an object that it goes along with.
+//! A slide of the board within the face of an object that it moves along with.
 
 use glam::{DMat3, DVec2, DVec3};
 use hwall_geometry::{Pose, Twist};
 
-/// The velocity follows what is asked for through two low passes of this time constant, s, as a slide on a wall does.
+/// Time constant of the two low-passes on the commanded velocity, s, as for a slide on a wall.
 const SMOOTH_S: f64 = 0.006;
-/// Largest change of the velocity, m/s² and (for a turn) a tenth of a metre from the middle.
+/// Largest change of the velocity, m/s², where a turn counts at a tenth of a metre from the centre.
 pub(in crate::render) const MOST_M_PER_S2: f64 = 1.0;
 const EDGE_M: f64 = 0.1;
-/// Slower than this the board stands, m/s.
+/// Slower than this the board counts as standing, m/s.
 const SLOWEST_M_PER_S: f64 = 1e-9;
 
 /// A velocity within the face and a turn about its normal, face axes.
@@ -33,12 +33,12 @@ impl InFace {
         }
     }
 
-    /// Of a place near the edge, at most, m/s.
+    /// Largest speed of a point near the edge, m/s.
     pub(in crate::render) fn size(self) -> f64 {
         self.linear.length() + EDGE_M * self.angular.abs()
     }
 
-    /// Of a face, base axes.
+    /// As a twist of a face, base axes.
     pub(in crate::render) fn twist(self, face: &Pose) -> Twist {
         let rotation = face.rotation();
         Twist {
@@ -48,7 +48,7 @@ impl InFace {
     }
 }
 
-/// How far the board has slid since the touch began, in the axes of the face then, carried along with the object.
+/// The slide of the board since the touch began, in the axes of the face, which move along with the object.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(in crate::render) struct FaceSlide {
     moved: InFace,
@@ -57,7 +57,7 @@ pub(in crate::render) struct FaceSlide {
 }
 
 impl FaceSlide {
-    /// One step on.
+    /// Advances by one step.
     pub(in crate::render) fn next(&self, wanted: InFace, dt_s: f64) -> Self {
         let smooth = -(-dt_s / SMOOTH_S).exp_m1();
         let aim = self.aim.plus(wanted.plus(self.aim, -1.0), smooth);
@@ -76,7 +76,7 @@ impl FaceSlide {
         }
     }
 
-    /// Where it is, at rest.
+    /// The same place, at rest.
     pub(in crate::render) fn stopped(&self) -> Self {
         Self {
             moved: self.moved,
@@ -88,7 +88,7 @@ impl FaceSlide {
         self.velocity.size() > SLOWEST_M_PER_S
     }
 
-    /// The board on the face of an object.
+    /// The board's pose on the face of an object.
     pub(in crate::render) fn on(&self, face: &Pose) -> Pose {
         let rotation = face.rotation();
         let by_m = rotation * self.moved.linear.extend(0.0);
@@ -96,7 +96,7 @@ impl FaceSlide {
         Pose::from_parts_unchecked(turned, face.position_m() + by_m)
     }
 
-    /// How it moves there beside the object's own motion, base axes.
+    /// The slide's twist relative to the object, base axes.
     pub(in crate::render) fn twist(&self, face: &Pose) -> Twist {
         self.velocity.twist(face)
     }

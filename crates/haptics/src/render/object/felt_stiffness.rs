@@ -1,13 +1,13 @@
-//! How stiff is the hand on an object?
+//! Estimates the stiffness of the hand on an object.
 
-/// Samples that are remembered; a power of two.
+/// Number of samples stored; a power of two.
 const SAMPLES: usize = 64;
 
-/// The stiffness that a hand shows in the loop: changes of its force against changes of the position, by least squares.
+/// The stiffness of the hand as seen by the loop: force changes against position changes, by least squares.
 ///
-/// Only changes about their mean over one delay of the loop count. So a push that a person makes stronger, or a steady motion, says
-/// nothing; a loop that begins to swing shows its stiffness within one delay. What was felt is kept for the touch: a hand that has lost
-/// the board for a moment is as stiff when it meets it again.
+/// Only changes about their mean over one loop delay count. So an increasing push or a steady motion has no effect, while a loop that begins to
+/// oscillate reveals its stiffness within one delay. The estimate is kept for the whole touch: a hand that has lost contact for a moment is as stiff
+/// when it returns.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FeltStiffness {
     loop_s: f64,
@@ -16,11 +16,11 @@ pub(super) struct FeltStiffness {
     /// Force, N, and position, m; the newest at `count % SAMPLES`.
     samples: [[f64; 2]; SAMPLES],
     count: usize,
-    /// Means of the changes of both, of their product and of the square of the way.
+    /// Means of both changes, of their product and of the squared displacement.
     mean: [f64; 2],
     product: f64,
     square: f64,
-    /// The stiffest so far, N/m.
+    /// The largest stiffness so far, N/m.
     stiffest_n_per_m: f64,
 }
 
@@ -38,12 +38,12 @@ impl FeltStiffness {
         }
     }
 
-    /// Another touch.
+    /// Begins another touch.
     pub(super) const fn begin(&mut self) {
         *self = Self::new(self.loop_s, self.least_m);
     }
 
-    /// The next sample. Both are finite.
+    /// Takes the next sample. Both values are finite.
     pub(super) fn step(&mut self, force_n: f64, position_m: f64, dt_s: f64) {
         let sample = [force_n, position_m];
         if self.count == 0 {
@@ -51,7 +51,7 @@ impl FeltStiffness {
         }
         self.count += 1;
         self.samples[self.count % SAMPLES] = sample;
-        // Changes over a quarter of the delay: short against a swing of the loop, long against the noise.
+        // Changes over a quarter of the delay: short against an oscillation of the loop, long against the noise.
         let span = (0.25 * self.loop_s / dt_s).clamp(1.0, (SAMPLES - 1) as f64) as usize;
         let before = self.samples[(self.count + SAMPLES - span) % SAMPLES];
         let share = -(-dt_s / self.loop_s).exp_m1();
@@ -67,7 +67,7 @@ impl FeltStiffness {
         self.stiffest_n_per_m += share * (now_n_per_m - self.stiffest_n_per_m).max(0.0);
     }
 
-    /// N/m; about zero for a hand that pushes as it likes.
+    /// Estimated stiffness, N/m; about zero for a hand whose push does not depend on the position.
     pub(super) const fn n_per_m(&self) -> f64 {
         self.stiffest_n_per_m
     }

@@ -1,25 +1,25 @@
-//! The force that acts now, from measurements that are noisy and late.
+//! Estimates the present force from noisy, delayed measurements.
 
-/// Two equal first-order low passes in a row, and the straight line through what they say.
+/// Two equal first-order low-passes in series, with linear extrapolation.
 ///
-/// Each has half of the delay; the line makes up for the delay, so a constant force and one that changes evenly come out right.
+/// Each has half of the delay; the extrapolation compensates it, so a constant force and a ramp are exact.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::render) struct ForceLead<const N: usize> {
     first: [f64; N],
     second: [f64; N],
-    /// Change of the second one, per s.
+    /// Slope of the second low-pass, per s.
     slope: [f64; N],
 }
 
 impl<const N: usize> ForceLead<N> {
-    /// Nothing acts, and nothing did.
+    /// No force, now or before.
     pub(in crate::render) const NONE: Self = Self {
         first: [0.0; N],
         second: [0.0; N],
         slope: [0.0; N],
     };
 
-    /// One measurement later. `filter_s`: delay of both together; zero is no filter, and no slope.
+    /// Takes one measurement. `filter_s`: delay of both low-passes together; zero: no filter, and no slope.
     pub(in crate::render) fn step(&self, measured: &[f64; N], filter_s: f64, dt_s: f64) -> Self {
         if filter_s == 0.0 {
             return Self {
@@ -40,7 +40,7 @@ impl<const N: usize> ForceLead<N> {
         }
     }
 
-    /// Delay of both together at a sampling period, s.
+    /// Delay of both low-passes together at a sampling period, s.
     pub(in crate::render) fn lag_s(filter_s: f64, dt_s: f64) -> f64 {
         if filter_s == 0.0 {
             return 0.0;
@@ -49,12 +49,12 @@ impl<const N: usize> ForceLead<N> {
         2.0 * dt_s * (1.0 / share - 1.0)
     }
 
-    /// The newest, filtered.
+    /// The filtered force.
     pub(in crate::render) const fn value(&self) -> &[f64; N] {
         &self.second
     }
 
-    /// As it will be this long after what was [filtered](Self::value), if it goes on changing like that.
+    /// The force this long after the [filtered](Self::value) one, extrapolated linearly.
     pub(in crate::render) fn after(&self, by_s: f64) -> [f64; N] {
         std::array::from_fn(|i| self.second[i] + by_s * self.slope[i])
     }

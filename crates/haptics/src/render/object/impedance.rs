@@ -16,30 +16,29 @@ use std::sync::Arc;
 /// Settings of [`CartesianImpedance`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImpedanceConfig {
-    /// Stiffness of the face against being moved, N/m; default 4000.
+    /// Translational stiffness of the face, N/m; default 4000.
     pub stiffness_n_per_m: f64,
-    /// And against being turned, N m/rad; default 100.
+    /// Rotational stiffness, N m/rad; default 100.
     pub stiffness_n_m_per_rad: f64,
-    /// Share of critical damping, from the effective mass along each axis; default 0.8.
+    /// Damping ratio, from the effective mass along each axis; default 0.8.
     pub damping_ratio: f64,
-    /// Stiffness of every joint towards the configuration that the face is planned with, N m/rad; default 10: it
-    /// keeps the elbow, which the face leaves free.
+    /// Stiffness of every joint towards the planned configuration, N m/rad; default 10: it holds the elbow, which the face leaves free.
     pub joint_stiffness_n_m_per_rad: f64,
     /// Damping of every joint relative to its planned motion, N m s/rad; default 1.
     pub joint_damping_n_m_s_per_rad: f64,
-    /// Share of the measured external force that is counteracted, 0 to 1; default 1: the face then stays on its path under a
-    /// push, and the object alone decides how it yields.
+    /// Share of the measured external force that is compensated, 0 to 1; default 1: the face then stays on its path under a push, and only the object
+    /// decides how it yields.
     pub force_share: f64,
-    /// Rate at which a lasting error of the joints is worked off, 1/s; default 1: what friction and sensors would leave. Its
-    /// torque is at most `integral_most_n_m`.
+    /// Rate at which a lasting joint error is integrated out, 1/s; default 1: friction and sensors would leave such errors. The torque is at most
+    /// `integral_most_n_m`.
     pub integral_per_s: f64,
-    /// Largest torque of that, N m; default 3.
+    /// Largest torque of the integral, N m; default 3.
     pub integral_most_n_m: f64,
-    /// Friction that the arm itself leaves, as far as it is known.
+    /// Friction that the arm itself does not compensate, as far as it is known.
     pub friction: FrictionLeft,
-    /// What keeps joints off their limits.
+    /// Keeps joints off their limits.
     pub guard: JointGuard,
-    /// Inertia of the rotors as the joints feel it, kg m²; default zero. What is not known here is missing in the feed-forward.
+    /// Rotor inertia reflected to the joints, kg m²; default zero. Inertia that is not given here is missing in the feed-forward.
     pub rotor_inertia_kg_m2: [f64; 7],
 }
 
@@ -84,15 +83,15 @@ impl ImpedanceConfig {
     }
 }
 
-/// Dry friction that an arm leaves uncompensated, fed forward in the direction of the planned motion. It is found by turning joints slowly
-/// one by one; what is not known is left out.
+/// Dry friction that an arm leaves uncompensated, fed forward in the direction of the planned motion. Measure it by turning joints slowly one by one;
+/// unknown friction is zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionLeft {
-    /// Of joints that hardly move, N m; default zero.
+    /// Friction of joints that hardly move, N m; default zero.
     pub slow_n_m: [f64; 7],
-    /// Of joints in motion, N m; default zero.
+    /// Friction of joints in motion, N m; default zero.
     pub moving_n_m: [f64; 7],
-    /// Up to which speed the one holds, and from which the other, rad/s; default 0.01 and 0.05.
+    /// Speeds up to which the first value holds, and from which the second holds, rad/s; default 0.01 and 0.05.
     pub between_rad_per_s: [f64; 2],
 }
 
@@ -106,7 +105,7 @@ impl Default for FrictionLeft {
     }
 }
 
-/// Planned speed at which a direction counts as known, rad/s.
+/// Planned speed at which the direction counts as known, rad/s.
 const DIRECTION_RAD_PER_S: f64 = 0.003;
 
 impl FrictionLeft {
@@ -122,7 +121,7 @@ impl FrictionLeft {
         Ok(())
     }
 
-    /// Torque against it at a planned speed, N m.
+    /// Torque that compensates it at a planned speed, N m.
     fn torque_n_m(&self, joint: usize, qd_rad_per_s: f64) -> f64 {
         let [slow, moving] = self.between_rad_per_s;
         let share = ((qd_rad_per_s.abs() - slow) / (moving - slow)).clamp(0.0, 1.0);
@@ -131,24 +130,24 @@ impl FrictionLeft {
     }
 }
 
-/// Where the face shall be at an instant, and how it shall move there.
+/// Planned pose and motion of the face at an instant.
 #[derive(Debug, Clone, Copy)]
 pub struct FaceMotion {
     /// Pose of the face, base frame.
     pub pose: Pose,
-    /// Its velocity, base axes, about the middle of the face.
+    /// Its velocity about the centre of the face, base axes.
     pub twist: Twist,
-    /// Joint angles with which that is planned, rad.
+    /// Planned joint angles, rad.
     pub q: JointPositions,
-    /// Their velocities, rad/s.
+    /// Planned joint velocities, rad/s.
     pub qd: JointVelocities,
-    /// Their accelerations, rad/s².
+    /// Planned joint accelerations, rad/s².
     pub qdd_rad_per_s2: [f64; 7],
 }
 
-/// Torques over those that carry gravity: `τ = Jᵀ (K e + D ė − s F) + M q̈_d + integral + friction + joint terms`, the measured external wrench
-/// `F` counteracted by a share `s`; the damping from the effective mass along each axis, `D_i = 2 ζ √(K_i m_i)`
-/// ([Khatib 1995], [Ott 2008]). Allocates nothing after construction.
+/// Torques in addition to gravity compensation: `τ = Jᵀ (K e + D ė − s F) + M q̈_d + integral + friction + joint terms`. A share `s` of the measured
+/// external wrench `F` is compensated; the damping follows from the effective mass along each axis, `D_i = 2 ζ √(K_i m_i)` ([Khatib 1995], [Ott
+/// 2008]). Allocates nothing after construction.
 #[derive(Debug, Clone)]
 pub struct CartesianImpedance {
     arm: Arc<dyn ArmKinematics>,
@@ -156,12 +155,12 @@ pub struct CartesianImpedance {
     scratch: DynamicsScratch,
     config: ImpedanceConfig,
     mass: [f64; 49],
-    /// What works off lasting errors, N m.
+    /// Integral torque against lasting errors, N m.
     integral: [f64; 7],
 }
 
 impl CartesianImpedance {
-    /// The tool of the arm is the face of the board; `dynamics` are those of the same arm with the board.
+    /// The arm's tool is the face of the board; `dynamics` are those of the same arm with the board.
     ///
     /// # Errors
     /// A setting outside its range, or dynamics with another number of joints.
@@ -188,13 +187,12 @@ impl CartesianImpedance {
         })
     }
 
-    /// Forgets what lasting errors have left.
+    /// Resets the integral.
     pub const fn begin(&mut self) {
         self.integral = [0.0; 7];
     }
 
-    /// The torques for a measured state and the measured external wrench on the face (base axes, about its middle), once
-    /// in a period.
+    /// The torques for a measured state and the measured external wrench on the face (base axes, about its centre). Call once in a period.
     ///
     /// # Errors
     /// NaN or infinity, a period that is not positive; a mass matrix that is not positive definite.
@@ -288,8 +286,8 @@ impl CartesianImpedance {
     }
 }
 
-/// What a push, or a turn, along an axis feels, kg or kg m²; from the Cholesky factor of the mass matrix. At most a ton: where
-/// no joint moves the face, there is nothing to damp.
+/// Effective mass, or inertia, along an axis, kg or kg m²; from the Cholesky factor of the mass matrix. At most a ton: where no joint moves the face,
+/// there is nothing to damp.
 fn effective(jacobian: &Jacobian, lower: &[f64], joints: usize, axis: DVec3, turns: bool) -> f64 {
     const HEAVIEST: f64 = 1e3;
     let columns = if turns {
@@ -303,7 +301,7 @@ fn effective(jacobian: &Jacobian, lower: &[f64], joints: usize, axis: DVec3, tur
     (1.0 / mobility.max(1.0 / HEAVIEST)).min(HEAVIEST)
 }
 
-/// Axis times angle of a rotation, rad.
+/// Rotation vector (axis times angle), rad.
 fn rotation_vector(rotation: DMat3) -> DVec3 {
     DQuat::from_mat3(&rotation).normalize().to_scaled_axis()
 }

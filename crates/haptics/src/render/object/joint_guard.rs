@@ -4,23 +4,22 @@ use crate::error::HapticsError;
 use hwall_kinematics::JointLimit;
 use hwall_numeric::check::{positive, that};
 
-/// What keeps the joints of an arm under torques off their limits of angle and speed: nothing else does, since an overlay says where the
-/// face shall be, and a push may turn the joints in ways that were not planned.
+/// Keeps the joints of a torque-controlled arm off their limits of angle and speed. Nothing else does: an overlay sets only the pose of the face, and
+/// a push may turn the joints in unplanned ways.
 ///
-/// Within a margin of a limit a spring and a damper of the joint's own inertia push back, `M (ω² x + 2 ω (x / margin) q̇)`;
-/// beyond a share of the largest speed a damper brakes, `M r (|q̇| - share)`. A motion that is planned to go there does so: only what is
-/// beyond it is held.
+/// Within a margin of a limit a spring and a damper scaled by the joint's own inertia push back, `M (ω² x + 2 ω (x / margin) q̇)`; beyond a share of
+/// the largest speed a damper brakes, `M r (|q̇| - share)`. A planned motion there is not resisted: only the excess over it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointGuard {
     /// Width of the margin, rad; default 0.1.
     pub margin_rad: f64,
     /// Angular frequency of spring and damper, rad/s; default 15.
     pub rate_rad_per_s: f64,
-    /// Share of the largest speed from which on joints are braked; default 0.97, above what objects are followed with.
+    /// Share of the largest speed above which joints are braked; default 0.97, above the speeds for following objects.
     pub speed_share: f64,
     /// Rate of that brake, 1/s; default 30.
     pub brake_per_s: f64,
-    /// Largest torque of all that, N m; default a third of what the joints of an iiwa 7 can.
+    /// Largest total torque, N m; default a third of the torque limits of an iiwa 7.
     pub most_n_m: [f64; 7],
 }
 
@@ -54,7 +53,7 @@ impl JointGuard {
         Ok(())
     }
 
-    /// The torque on a joint with an inertia (kg m²), N m; measured and planned angle and speed, rad and rad/s.
+    /// The torque on a joint of an inertia (kg m²), N m; measured and planned angle and speed, rad and rad/s.
     pub(in crate::render) fn torque_n_m(
         &self,
         joint: usize,
@@ -64,7 +63,7 @@ impl JointGuard {
         [q, qd]: [f64; 2],
         [planned_q, planned_qd]: [f64; 2],
     ) -> f64 {
-        // Joints with less room than two margins have theirs in the middle.
+        // In a joint with a range below two margins, both end at the centre.
         let margin = self
             .margin_rad
             .min(0.5 * (limit.max_rad - limit.min_rad).max(0.0));
@@ -103,7 +102,7 @@ mod tests {
         assert_eq!(at(-0.89, -1.9), 0.0);
         assert!((at(0.95, 0.0) + 2.0 * 225.0 * 0.05).abs() < 1e-9);
         assert!((at(-0.95, 0.0) - 2.0 * 225.0 * 0.05).abs() < 1e-9);
-        // Away from the limit nothing is damped; towards it more.
+        // Away from the limit there is no damping; towards it there is.
         assert_eq!(at(0.95, -1.0), at(0.95, 0.0));
         assert!(at(0.95, 1.0) < at(0.95, 0.0));
         assert_eq!(at(5.0, 0.0), -guard.most_n_m[0]);

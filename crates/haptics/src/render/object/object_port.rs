@@ -1,4 +1,4 @@
-//! The account of energy between a hand and the board on a moving object, and what may still be commanded.
+//! Energy balance between a hand and the board on a moving object, and the resulting limits of commands.
 
 use super::felt_stiffness::FeltStiffness;
 use crate::error::HapticsError;
@@ -7,26 +7,25 @@ use crate::passivity::{HandBounds, PassivePort, PassivityMethod, PortConfig, Por
 use hwall_geometry::Pose;
 use hwall_numeric::check::{non_negative, positive};
 
-/// Positions that are remembered until the force that belongs to them is known; a power of two.
+/// Positions stored until the corresponding force is known; a power of two.
 const POSITIONS: usize = 64;
-/// Longest delay that the account knows, periods; a longer one counts as this.
+/// Longest delay in the balance, periods; longer ones count as this.
 const MOST_PERIODS: f64 = 60.0;
-/// Even of perfect sensors, m: smaller motions say nothing about the hand.
+/// Smallest position error, even of perfect sensors, m: smaller motions say nothing about the hand.
 const LEAST_ERROR_M: f64 = 1e-6;
-/// Lever of an object that turns about the middle of the face, m.
+/// Lever of an object that turns about the centre of the face, m.
 const LEAST_LEVER_M: f64 = 0.1;
-/// Cosine between path and normal from which on it is known which way a bare hand can push.
+/// Cosine between path and normal above which the pushing direction of a bare hand is known.
 const FACING: f64 = 0.1;
 
-/// Settings of the energy account of a touched object.
+/// Settings of the energy balance of a touched object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObjectPortConfig {
-    /// What is done when energy runs out; default [`Tank`](PassivityMethod::Tank). [`Off`](PassivityMethod::Off): the account is kept, and nothing is
-    /// limited.
+    /// Response when energy runs out; default [`Tank`](PassivityMethod::Tank). With [`Off`](PassivityMethod::Off) the balance is tracked without
+    /// limiting anything.
     pub method: PassivityMethod,
-    /// Energy that may come out before any has gone in, beside what the object itself holds when the touch begins, and that the
-    /// tank keeps afterwards, J; default 0.05. It covers what the sensors hide in slow pushes; a loop that swings by itself
-    /// stops once it is spent.
+    /// Energy that may come out before any has gone in, in addition to the object's energy at the beginning of the touch, and that the tank keeps
+    /// afterwards, J; default 0.05. It covers what the sensors hide in slow pushes; a self-excited oscillation stops once it is spent.
     pub reserve_j: f64,
     /// Largest error of a measured force, N; default 0.1.
     pub force_error_n: f64,
@@ -34,10 +33,10 @@ pub struct ObjectPortConfig {
     pub position_error_m: f64,
     /// Fastest motion against the push of a hand, m/s at the face; default 1.
     pub most_m_per_s: f64,
-    /// What the hand may do while a command is on its way: by default it waits with 1000 N/m and 20 N s/m, or with the
-    /// stiffness that it has shown in this touch. What it takes beyond that is a debt, which is paid before anything else comes out.
+    /// What the hand may do while a command is pending: by default it has 1000 N/m and 20 N s/m, or the stiffness detected in this touch. Energy that
+    /// it takes beyond that is a debt, which is paid before anything else comes out.
     pub hand: HandBounds,
-    /// Time in which the tank lets go what neither the object nor the reserve holds, s; default 0.05.
+    /// Time constant with which the tank drops energy beyond that of the object and the reserve, s; default 0.05.
     pub spill_s: f64,
 }
 
@@ -74,7 +73,7 @@ impl ObjectPortConfig {
         self.port(sampling, 0.0).validate()
     }
 
-    /// `held_j`: what the object holds when the touch begins.
+    /// `held_j`: energy of the object when the touch begins.
     fn port(&self, sampling: Sampling, held_j: f64) -> PortConfig {
         PortConfig {
             method: self.method,
@@ -89,16 +88,16 @@ impl ObjectPortConfig {
     }
 }
 
-/// Energy between the hand and the board on a moving object, since the touch began.
+/// Energy exchanged between the hand and the board on a moving object, since the touch began.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PortLedger {
-    /// What the hand has put in, as measured, J.
+    /// Energy from the hand, as measured, J.
     pub given_j: f64,
-    /// What it got back, as measured, J.
+    /// Energy returned to the hand, as measured, J.
     pub returned_j: f64,
-    /// What may still be given out, J.
+    /// Energy that may still come out, J.
     pub tank_j: f64,
-    /// What came out unforeseen and is not paid back yet, J.
+    /// Unpredicted energy that came out and is not paid back yet, J.
     pub debt_j: f64,
     /// Was the motion of the last step limited?
     pub limited: bool,
@@ -108,14 +107,14 @@ pub struct PortLedger {
     pub steps: u64,
 }
 
-/// A passive port along the path of an object. Forces and ways are those of the middle of the face.
+/// A passive port along the path of an object. Forces and displacements are those of the centre of the face.
 #[derive(Debug, Clone)]
 pub(in crate::render) struct ObjectPort {
     config: ObjectPortConfig,
     force_delay_s: f64,
     motion_delay_s: f64,
     port: Option<PassivePort>,
-    /// Way of the face for one rad or m of the object, m; the sign says which way the hand pushes.
+    /// Displacement of the face per rad or m of the object, m; the sign shows which way the hand pushes.
     lever_m: f64,
     path: ObjectPath,
     /// The face where the touch began.
@@ -126,7 +125,7 @@ pub(in crate::render) struct ObjectPort {
 }
 
 impl ObjectPort {
-    /// `loop_s`: all delays from the force to the motion together, s.
+    /// `loop_s`: sum of all delays from the force to the motion, s.
     pub(in crate::render) fn new(
         config: ObjectPortConfig,
         force_delay_s: f64,
@@ -150,7 +149,7 @@ impl ObjectPort {
         })
     }
 
-    /// A touch begins with the face here.
+    /// Begins a touch with the face at a pose.
     pub(in crate::render) fn begin(&mut self, path: ObjectPath, face: Pose) {
         let way = path.velocity_at(face.position_m(), 1.0).linear_m_per_s;
         let size_m = way.length().max(LEAST_LEVER_M);
@@ -166,7 +165,7 @@ impl ObjectPort {
         self.ledger = PortLedger::default();
     }
 
-    /// How stiff the hand is felt to be, N m/rad or N/m along the path.
+    /// Estimated stiffness of the hand, N m/rad or N/m along the path.
     pub(in crate::render) fn felt_stiffness(&self) -> f64 {
         self.stiffness.n_per_m() * self.lever_m * self.lever_m
     }
@@ -175,15 +174,14 @@ impl ObjectPort {
         &self.ledger
     }
 
-    /// Did more want to come out in the last step than may?
+    /// Was less energy available in the last step than wanted?
     pub(in crate::render) fn is_spent(&self) -> bool {
         let acts = self.config.method != PassivityMethod::Off;
         self.ledger.limited || (acts && self.ledger.debt_j > 0.0)
     }
 
-    /// One period: the measured force along the path (N m or N), where the face was measured, how much of that is a slide of the board and no
-    /// motion of the object (rad or m), what the object holds (J); `rate` is what the board is meant to move at, rad/s or m/s. Returns how
-    /// it may move.
+    /// One period, with the measured force along the path (N m or N), the measured face, the part of its position that is a slide of the board and no
+    /// motion of the object (rad or m), and the energy of the object (J). `rate` is the wanted rate, rad/s or m/s; returns the allowed one.
     pub(in crate::render) fn limited(
         &mut self,
         (force, face, slid_along): (f64, &Pose, f64),
@@ -223,7 +221,7 @@ impl ObjectPort {
             wanted: wanted.min(most),
             stored_j: Some(held_j + 0.5 * self.config.reserve_j),
         })?;
-        // Away from the hand it may go as fast as it likes.
+        // Moving away from the hand is not limited.
         let command = if wanted > 0.0 { wanted } else { out.command };
         let limited = (command - wanted).abs() > 1e-9;
         self.ledger = PortLedger {
@@ -242,7 +240,7 @@ impl ObjectPort {
         })
     }
 
-    /// What the board was really told, rad/s or m/s, and how fast it can brake, rad/s² or m/s².
+    /// Reports the rate actually commanded, rad/s or m/s, and the largest deceleration, rad/s² or m/s².
     pub(in crate::render) fn sent(&mut self, rate: f64, braking: f64) {
         if let Some(port) = &mut self.port {
             port.sent(self.lever_m * rate);

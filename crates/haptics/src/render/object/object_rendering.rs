@@ -1,4 +1,4 @@
-//! A touched object that moves: the board goes along with it.
+//! A touched object that moves: the board moves along with it.
 
 use super::force_lead::ForceLead;
 use super::impedance::{CartesianImpedance, FaceMotion, ImpedanceConfig};
@@ -15,17 +15,16 @@ use hwall_kinematics::{
 use hwall_numeric::check::{all_finite, non_negative, positive};
 use std::sync::Arc;
 
-/// An object in the scene: how it moves, and where.
+/// An object in the scene: its dynamics and its path.
 #[derive(Debug, Clone)]
 pub struct RenderedObject {
     /// Its motion.
     pub object: MovingObject,
-    /// What its position means, base frame.
+    /// Maps its position to space, base frame.
     pub path: ObjectPath,
 }
 
-/// How the arm is told to go along with an object. The object itself is the same: a simulation that the measured force
-/// pushes.
+/// How the arm is commanded to move along with an object. The object is the same: a simulation driven by the measured force.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[expect(
     clippy::large_enum_variant,
@@ -47,24 +46,23 @@ pub enum ObjectCommand {
 /// Settings of [`ObjectRendering`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObjectRenderingConfig {
-    /// Delay of the filter (two equal low passes) on the measured wrench, s; default 0.008. It is made up for, like the other
-    /// delays; a longer one makes commands quieter and light objects heavier.
+    /// Delay of the filter (two equal low-passes) on the measured wrench, s; default 0.008. It is compensated like the other delays; a longer one
+    /// makes commands smoother and light objects heavier.
     pub filter_s: f64,
-    /// From a force to its measurement, s. `None`, the default: 0.0005 for positions (half a period), 0.0055 for
-    /// torques (external torques of 25 Hz).
+    /// From a force to its measurement, s. `None`, the default: 0.0005 for positions (half a period), 0.0055 for torques (external torques of 25 Hz
+    /// bandwidth).
     pub force_delay_s: Option<f64>,
-    /// From a command to the motion of the face, s. `None`, the default: 0.022 for positions, the reaction of an
-    /// iiwa ([H-Wall]), and 0.0085 for torques: 5 ms on the way, 3 ms in the torque loop, half a period.
+    /// From a command to the motion of the face, s. `None`, the default: 0.022 for positions, the reaction of an iiwa ([H-Wall]), and 0.0085 for
+    /// torques: 5 ms of transport, 3 ms in the torque loop, half a period.
     pub motion_delay_s: Option<f64>,
-    /// Stiffest hand under which the board must be stable from the first moment on, N/m; default 3000; 0: none, and nothing is made heavier. Objects that are too
-    /// light for it and the delays are made [heavier](ObjectRendering::least_inertia); under a hand that proves to be stiffer, as soon as
-    /// that is felt.
+    /// Stiffest hand under which the board must be stable from the start, N/m; default 3000; 0: none, and no object is made heavier. Objects too
+    /// light for it and the delays are made [heavier](ObjectRendering::least_inertia); if a hand turns out to be stiffer, as soon as that is
+    /// detected.
     pub hand_stiffness_n_per_m: f64,
-    /// Joint accelerations that following an object may use, rad/s²; default nine tenths of
-    /// [`IIWA7_ACCELERATION_RAD_PER_S2`](hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2). An object that a hand throws about faster is
-    /// followed later.
+    /// Joint accelerations for following an object, rad/s²; default nine tenths of
+    /// [`IIWA7_ACCELERATION_RAD_PER_S2`](hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2). An object that accelerates faster is followed later.
     pub max_acceleration_rad_per_s2: [f64; 7],
-    /// What the board may give out: no more energy than hands have put into the object.
+    /// Limits the energy that the board delivers to what hands have put into the object.
     pub port: ObjectPortConfig,
 }
 
@@ -82,32 +80,32 @@ impl Default for ObjectRenderingConfig {
     }
 }
 
-/// What a step with an object amounts to.
+/// The result of a step with an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObjectStep {
     /// For the coming cycle.
     pub command: ArmCommand,
-    /// Force that moves the object, after the filter, N m or N.
+    /// Force that moves the object, filtered, N m or N.
     pub force: f64,
-    /// Why the arm cannot go along, if so; the object is held back.
+    /// Why the arm cannot follow, if so; the object is held back.
     pub unreachable: Option<Unreachable>,
-    /// Why the board cannot slide as it was asked to, if so; it then stands within the face.
+    /// Why the board cannot slide as requested, if so; it then stands within the face.
     pub cannot_slide: Option<Unreachable>,
-    /// What the object's inertia had to be raised to, kg m² or kg; `None`: it is as it was asked for.
+    /// Raised inertia of the object, kg m² or kg; `None`: as configured.
     pub raised_inertia: Option<f64>,
-    /// The energy between hand and board since the touch began.
+    /// Energy exchanged between hand and board since the touch began.
     pub ledger: PortLedger,
 }
 
-/// Renders one object at a time under a hand.
+/// Renders one moving object at a time under a hand.
 ///
-/// In every step the measured wrench on the face moves the object by its own law, exactly ([`MovingObject`]). Filter and sensors
-/// make that late by `t_f`, and the arm moves later still by `t_m`: so the face is led to where the object will be `t_f + t_m`
-/// later, by the same law and under a force that goes on changing as it does (for torques the reference leads by `t_f`, feed-forward
-/// and counteracted wrench by both). The face stays on the path; a door's board turns with it.
+/// In every step the measured wrench on the face moves the object exactly by its own dynamics ([`MovingObject`]). Filter and sensors delay that by
+/// `t_f`, and the arm by a further `t_m`. So the face is led to the object's predicted position `t_f + t_m` later, by the same dynamics and an
+/// extrapolated force. (For torques the reference leads by `t_f`; feed-forward and compensated wrench lead by both.) The face stays on the path; a
+/// door's board turns with it.
 ///
-/// What is left of the delays cannot be made up for: hands act within them. Objects lighter than
-/// [`least_inertia`](Self::least_inertia) are made heavier, and the step says so. Allocates nothing after construction.
+/// Compensation cannot remove the delays: hands act within them. Objects lighter than [`least_inertia`](Self::least_inertia) are made heavier, and
+/// the step reports it. Allocates nothing after construction.
 #[derive(Debug, Clone)]
 pub struct ObjectRendering {
     follower: PathFollower,
@@ -118,16 +116,16 @@ pub struct ObjectRendering {
     hand_stiffness_n_per_m: f64,
     force: ForceLead<1>,
     port: ObjectPort,
-    /// Of the arm along the path, as of the last step, rad/s² or m/s².
+    /// The arm's acceleration limit along the path, after the last step, rad/s² or m/s².
     most_acceleration: f64,
 }
 
-/// Stiffness that every hand has in front of the bound, N/m: even soft hands swing on what is too light. What is stable in
-/// docs/FEEL.md lies below `(k + 1000) t²` for all hands and arms.
+/// Stiffness added to the configured one, N/m: even soft hands oscillate on very light objects. The stable cases of docs/FEEL.md lie below
+/// `(k + 1000) t²` for all hands and arms.
 const SOFTEST_N_PER_M: f64 = 1000.0;
 
 impl ObjectRendering {
-    /// The tool of the arm is the face of the board.
+    /// The arm's tool is the face of the board.
     ///
     /// # Errors
     /// A setting outside its range; dynamics of another arm.
@@ -172,7 +170,7 @@ impl ObjectRendering {
         })
     }
 
-    /// Begins with joints that hold the face on the object.
+    /// Begins with a configuration that holds the face on the object.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -193,32 +191,32 @@ impl ObjectRendering {
         Ok(())
     }
 
-    /// Joint angles that hold the face on the object, as of the last step, rad.
+    /// Joint angles that hold the face on the object, after the last step, rad.
     #[must_use]
     pub const fn q(&self) -> &JointPositions {
         self.follower.q()
     }
 
-    /// Is the arm told torques?
+    /// Is the arm controlled by torques?
     pub(in crate::render) const fn by_torques(&self) -> bool {
         self.impedance.is_some()
     }
 
-    /// The energy between hand and board since the touch began.
+    /// Energy exchanged between hand and board since the touch began.
     #[must_use]
     pub const fn ledger(&self) -> &PortLedger {
         self.port.ledger()
     }
 
-    /// How they move when the object moves at a velocity (rad/s or m/s), rad/s.
+    /// Joint velocities when the object moves at a velocity (rad/s or m/s), rad/s.
     #[must_use]
     pub fn qd_at(&self, velocity: f64) -> JointVelocities {
         let rates = self.follower.joint_rates().unwrap_or_default();
         JointVelocities(rates.map(|rate| rate * velocity))
     }
 
-    /// Least inertia with which the object is stable under the stiffest hand, kg m² or kg: at the face `(k + 1000 N/m) t²`, with the hand's
-    /// stiffness `k` and all delays `t` together.
+    /// Smallest inertia that is stable under the stiffest hand, kg m² or kg: at the face `(k + 1000 N/m) t²`, with the hand's stiffness `k` and the
+    /// sum `t` of all delays.
     #[must_use]
     pub fn least_inertia(&self, rendered: &RenderedObject) -> f64 {
         let face = self.follower.face_at(rendered.object.position());
@@ -234,24 +232,24 @@ impl ObjectRendering {
         stiffness_n_per_m * (self.delay_s() * lever).powi(2)
     }
 
-    /// From the force to the motion, s.
+    /// Delay from the force to the motion, s.
     fn delay_s(&self) -> f64 {
         self.filter_s + self.force_delay_s + self.motion_delay_s
     }
 
-    /// How the board slides within the face from now on, beside the motion of the object; at rest from the begin of a touch. A slide
-    /// that is not finite is none.
+    /// Sets the slide of the board within the face, in addition to the motion of the object; zero at the beginning of a touch. A non-finite slide
+    /// counts as none.
     ///
-    /// Along its own path an object moves as the hand pushes it: of a slide on a panel or a drawer only what points across the path is
-    /// done, until the object has been held for 0.1 s: by a stop that it is pushed against, or by friction, with 1 N to spare. Then the
-    /// board slides along the path, too, and stops when the object gives way. Neither moves the object.
+    /// Along its own path an object moves as the hand pushes it. So on a panel or a drawer only the slide's component across the path is used, until
+    /// the object has been held for 0.1 s by a stop that it is pushed against or by friction, with 1 N to spare. Then the board also slides along the
+    /// path, and stops when the object moves again. Neither slide moves the object.
     pub fn set_slide(&mut self, slide: Option<&Slide>) {
         let finite = slide.filter(|slide| slide.validate().is_ok());
         self.follower
             .set_slide(&finite.copied().unwrap_or_default());
     }
 
-    /// One step under the measured wrench of the hand on the face (base axes, about its middle).
+    /// One step under the measured wrench of the hand on the face (base axes, about its centre).
     ///
     /// # Errors
     /// NaN or infinity, a step that is not positive; the object then stays as it was.
@@ -265,7 +263,7 @@ impl ObjectRendering {
         positive("dt_s", dt_s)?;
         state.validate()?;
         all_finite("wrench", &wrench.to_array())?;
-        // A hand that proves to be stiffer than expected makes the loop swing, until the object is heavy enough for it.
+        // A hand stiffer than expected makes the loop oscillate until the object is heavy enough for it.
         let felt = self.port.felt_stiffness() * self.delay_s().powi(2);
         let least = match self.hand_stiffness_n_per_m > 0.0 {
             true => self.least_inertia(rendered).max(felt),
@@ -285,7 +283,7 @@ impl ObjectRendering {
         let (from, before) = (object.position(), object.velocity());
         object.step(force, dt_s)?;
         self.force = filtered;
-        // What speeds up faster than the arm can is felt as heavier.
+        // An object that accelerates faster than the arm can feels heavier.
         let most = self.most_acceleration * dt_s;
         let (gained, speed) = (object.velocity() - before, object.velocity());
         if gained.abs() > most && gained * speed > 0.0 {
@@ -305,7 +303,7 @@ impl ObjectRendering {
             None => both_s,
             Some(_) => force_lead_s,
         };
-        // The constant forces that move a mass as far, and make it as fast, as one that goes on changing.
+        // Constant forces that give a mass the same displacement, or the same velocity, as a ramp.
         let (wanted, _) = object.after(self.force.after(lead_s / 3.0)[0], lead_s)?;
         let (_, velocity) = object.after(self.force.after(lead_s / 2.0)[0], lead_s)?;
         let measured = (pushed, self.follower.arm().forward(&state.q));
@@ -318,7 +316,7 @@ impl ObjectRendering {
         })?;
         port.sent(followed.rate, followed.most_acceleration);
         self.most_acceleration = followed.most_acceleration;
-        // What the port takes off a motion back to where it was goes with the object: it loses that energy.
+        // If the port reduces a motion, the object is reduced as well: it loses that energy. Not when it reverses.
         let same_way = followed.rate * object.velocity() >= 0.0;
         let share = followed.share * if same_way { followed.allowed } else { 1.0 };
         if share < 1.0 {
@@ -330,15 +328,15 @@ impl ObjectRendering {
         let command = match &mut self.impedance {
             None => ArmCommand::Position(q),
             Some(impedance) => {
-                // Where there are none, the object stands.
+                // Without joint rates the object stands.
                 let rates = self.follower.joint_rates().unwrap_or_default();
                 let pose = self.follower.face_at(self.follower.reached());
-                // Across the path the stiffness holds the face: a counteracted wrench that is late would make it swing there.
+                // Only along the path: across it the stiffness holds the face, and a delayed compensation would make it oscillate there.
                 let way = rendered
                     .path
                     .velocity_at(pose.position_m(), 1.0)
                     .linear_m_per_s;
-                // What is foreseen of a loop that swings by itself makes it swing more.
+                // Extrapolating a self-excited oscillation amplifies it.
                 let spent = self.port.is_spent();
                 let lead_n = if spent {
                     filtered.value()[0]
@@ -356,7 +354,7 @@ impl ObjectRendering {
                     both_s,
                     self.force.after(both_s)[0],
                 )?;
-                // No more than the reference may do: the torques of a faster one would throw the arm about.
+                // Limited to the acceleration of the reference: torques for a faster object would throw the arm about.
                 let most = if spent {
                     0.0
                 } else {
@@ -393,14 +391,14 @@ impl ObjectRendering {
     }
 }
 
-/// What is held by less than this beside the hand's push may move at any time, N at the face.
+/// An object held with less margin than this against the hand's push may move at any time, N at the face.
 const HELD_WITH_N: f64 = 1.0;
 
-/// Does the object stand, and would under a force that is a little larger or smaller, N m or N?
+/// Does the object stand, also under a slightly larger or smaller force, N m or N?
 fn is_held(object: &MovingObject, force: f64, to_spare: f64) -> bool {
     let stays = |force: f64| object.acceleration(force) == 0.0;
     object.velocity() == 0.0 && stays(force - to_spare) && stays(force + to_spare)
 }
 
-/// Largest joint acceleration that is fed forward, rad/s²: beyond that of any arm, but not that of a stop that is met.
+/// Largest joint acceleration in the feed-forward, rad/s²: above that of any arm, but below that of hitting a stop.
 const MOST: f64 = 20.0;

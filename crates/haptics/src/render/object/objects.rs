@@ -1,4 +1,4 @@
-//! The moving objects of a scene: one may be under the hand, the others go on by themselves.
+//! The moving objects of a scene: one may be under the hand, the others move by themselves.
 
 use super::object_port::PortLedger;
 use super::object_rendering::{ObjectRendering, ObjectStep, RenderedObject};
@@ -37,34 +37,34 @@ impl Objects {
         self.touched
     }
 
-    /// Is the arm told torques?
+    /// Is the arm controlled by torques?
     pub(in crate::render) const fn by_torques(&self) -> bool {
         self.rendering.by_torques()
     }
 
-    /// The energy between hand and board, while it is on an object.
+    /// Energy exchanged between hand and board, while the board is on an object.
     pub(in crate::render) fn ledger(&self) -> Option<PortLedger> {
         self.touched.map(|_| *self.rendering.ledger())
     }
 
-    /// The touch is over: where the arm is on the path of the object, and how it moves there. `None` if nothing was touched.
+    /// Ends the touch: returns the arm's configuration on the object's path and its velocity; `None` if nothing was touched.
     pub(in crate::render) fn release(&mut self) -> Option<(JointPositions, JointVelocities)> {
         let rendered = self.all.get(self.touched.take()?)?;
         let velocity = rendered.object.velocity();
         Some((*self.rendering.q(), self.rendering.qd_at(velocity)))
     }
 
-    /// Time passes for what is not touched.
+    /// Advances the objects that are not touched.
     pub(in crate::render) fn go_on(&mut self, dt_s: f64) {
         for (index, rendered) in self.all.iter_mut().enumerate() {
             if self.touched != Some(index) {
-                // A motion beyond what numbers can hold stands still.
+                // An object whose motion overflows stands still.
                 let _ = rendered.object.step(0.0, dt_s);
             }
         }
     }
 
-    /// One step with the object under the hand; `None` for an index that is none. `q` holds the face on it when the touch begins.
+    /// One step with the object under the hand; `None` for an invalid index. `q` holds the face on it when the touch begins.
     pub(in crate::render) fn render(
         &mut self,
         index: usize,

@@ -1,4 +1,4 @@
-//! The joints that hold the face on the path of a moving object.
+//! Joint angles that hold the face on the path of a moving object.
 
 mod joints;
 
@@ -15,35 +15,34 @@ use hwall_kinematics::{
 use hwall_numeric::check::{all_finite, finite, positive};
 use std::sync::Arc;
 
-/// A solution further than this from the last one belongs to another family of configurations, rad.
+/// A solution further than this from the last one is on another branch, rad.
 const NEXT_RAD: f64 = 0.2;
 
-/// Time in which the face catches up with what is missing, s. It smooths the noise of wanted positions, not their motion.
+/// Time constant with which the face catches up, s. It smooths the noise of wanted positions, not their motion.
 const CATCHING_S: f64 = 0.005;
-/// Share of the acceleration that catching up counts upon to brake with.
+/// Share of the acceleration that catching up reserves for braking.
 const BRAKING: f64 = 0.4;
-/// The face comes to rest so far before the end of the arm's reach, rad or m.
+/// The face comes to rest this far before the end of the arm's reach, rad or m.
 const BEFORE_END: f64 = 1e-4;
-/// So many halvings say where the end of the reach is when it comes in sight; then one in each step.
+/// Number of bisections when the end of the reach is first detected; then one in each step.
 const HALVINGS: usize = 6;
-/// An end further away than this many ways to brake is out of sight again.
+/// An end further away than this many braking distances is dropped again.
 const OUT_OF_SIGHT: f64 = 4.0;
-/// A path whose share in the face is larger than this leads along it: a drawer that is pushed sideways does not slide there, unless it
-/// is held.
+/// A path whose component in the face exceeds this leads along it: a drawer that is pushed sideways does not slide there, unless it is held.
 const ACROSS: f64 = 0.1;
-/// An object counts as held after this time at rest, s: one that breaks away again and again is not.
+/// An object counts as held after this time at rest, s: one that breaks away repeatedly does not.
 const HELD_S: f64 = 0.1;
-/// Share of the accelerations that following an object leaves to braking.
+/// Following an object uses this share of the accelerations; braking may use all.
 const BRAKED_SHARE: f64 = 0.9;
-/// A slide that has to be slower than this share of what is wanted counts as one that cannot be.
+/// A slide that would have to be slower than this share of the wanted one counts as impossible.
 const LEAST_SLIDE: f64 = 0.02;
 
-/// Share of the acceleration with which the face brakes before a joint's limit: rates of joints change on the way.
+/// Share of the acceleration with which the face brakes before a joint's limit: joint rates change along the path.
 const BEFORE_LIMITS: f64 = 0.4;
-/// No path is longer, rad or m.
+/// Upper bound of any path, rad or m.
 const FARTHEST: f64 = 1e3;
 
-/// Carries the face along with an object: from its position to joint angles, within the speeds of the joints.
+/// Moves the face along with an object: converts its position to joint angles, within the joint speeds.
 #[derive(Debug, Clone)]
 pub(in crate::render) struct PathFollower {
     arm: Arc<dyn ArmKinematics>,
@@ -53,21 +52,21 @@ pub(in crate::render) struct PathFollower {
     /// The face where the touch began, base frame, and the object's position then.
     face: Pose,
     position: f64,
-    /// Where the face is on the path, and how fast it goes there.
+    /// Position of the face on the path, and its rate.
     reached: f64,
     rate: f64,
-    /// How far the board has slid within the face, and how it shall.
+    /// The board's slide within the face, and the wanted one.
     slide: FaceSlide,
     wanted_slide: InFace,
-    /// For so long the object has been held, s.
+    /// How long the object has been held, s.
     held_s: f64,
-    /// The end of the arm's reach that the face goes towards, if it is in sight.
+    /// The end of the reach ahead of the face, if detected.
     end: Option<EndOfReach>,
     max_acceleration_rad_per_s2: [f64; 7],
     q: JointPositions,
 }
 
-/// Where on the path the arm's reach ends: between a position that it reaches and one that it does not.
+/// The end of the arm's reach on the path: between a reachable position and an unreachable one.
 #[derive(Debug, Clone, Copy)]
 struct EndOfReach {
     reachable: f64,
@@ -79,22 +78,22 @@ struct EndOfReach {
 /// How far the face could follow.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::render) struct Followed {
-    /// Share of the way asked for, 0 to 1; less where the joints are too slow, 0 where they cannot hold the face.
+    /// Share of the requested motion, 0 to 1; less where the joints are too slow, 0 where they cannot hold the face.
     pub(in crate::render) share: f64,
-    /// Share of the rate that `limited` let through, 0 to 1.
+    /// Share of the rate that `limited` allowed, 0 to 1.
     pub(in crate::render) allowed: f64,
-    /// How fast the face goes along the path now, rad/s or m/s.
+    /// Rate of the face along the path now, rad/s or m/s.
     pub(in crate::render) rate: f64,
     /// Why the board cannot slide within the face, if so.
     pub(in crate::render) cannot_slide: Option<Unreachable>,
-    /// Why not at all.
+    /// Why it cannot follow at all, if so.
     pub(in crate::render) unreachable: Option<Unreachable>,
     /// Largest acceleration along the path here, rad/s² or m/s².
     pub(in crate::render) most_acceleration: f64,
 }
 
 impl PathFollower {
-    /// The tool of the arm is the face of the board.
+    /// The arm's tool is the face of the board.
     pub(in crate::render) fn new(
         arm: Arc<dyn ArmKinematics>,
         max_acceleration_rad_per_s2: [f64; 7],
@@ -126,7 +125,7 @@ impl PathFollower {
         }
     }
 
-    /// Begins with joints that hold the face on an object at a position.
+    /// Begins with a configuration that holds the face on an object at a position.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -155,14 +154,14 @@ impl PathFollower {
         &self.q
     }
 
-    /// Pose of the face on the object at a position, slid as far as it has.
+    /// Pose of the face on the object at a position, including the slide.
     pub(in crate::render) fn face_at(&self, position: f64) -> Pose {
         let place = self.path.moved(&self.face, position - self.position);
         self.slide.on(&place)
     }
 
-    /// Goes on to a position that moves at a rate, or as far towards it as the joints allow: all slow down together, so that the face
-    /// stays on the path. `limited` says how fast it may go of a rate that the joints allow: no faster, and not the other way.
+    /// Moves towards a position with a rate, as far as the joints allow: all slow down together, so that the face stays on the path. `limited`
+    /// returns how much of a rate the joints allow may be used: no faster, and not in reverse.
     pub(in crate::render) fn follow(
         &mut self,
         (wanted, rate): (f64, f64),
@@ -174,7 +173,7 @@ impl PathFollower {
         finite("rate", rate)?;
         self.spare_joints();
         let Some(rates) = self.joint_rates() else {
-            // No joints take the face along here: the object stands.
+            // No joints move the face along here: the object stands.
             (self.rate, self.slide) = (0.0, self.slide.stopped());
             return Ok(Followed {
                 share: 0.0,
@@ -191,7 +190,7 @@ impl PathFollower {
         let room = self.left(&rates, free).min(self.before_end());
         let before_limits = (2.0 * BEFORE_LIMITS * most * room).sqrt().max(0.0);
         let allowed = limited(free.clamp(-before_limits, before_limits))?;
-        // What is allowed may be less at once; a board that moves takes its time.
+        // The allowed rate may drop at once; a moving board needs time.
         let least = if self.rate * free > 0.0 {
             self.rate.abs() - most / BRAKED_SHARE * dt_s
         } else {
@@ -212,7 +211,7 @@ impl PathFollower {
             most_acceleration: most,
             cannot_slide: None,
         };
-        // The object goes first: a slide that the joints have no room or speed for comes to rest.
+        // The object has priority: a slide comes to rest if the joints lack range or speed for it.
         let share = self.slide_share(&rates, rate);
         let share = if share < LEAST_SLIDE {
             followed.cannot_slide = Some(Unreachable::OtherBranch);
@@ -262,8 +261,7 @@ impl PathFollower {
         Ok(followed)
     }
 
-    /// How fast the face goes on, within the accelerations of the joints. What is missing to the wanted position is caught up
-    /// with, at a speed that can still be braked.
+    /// Next rate of the face, within the joint accelerations. It catches up with the wanted position at a speed that can still be braked.
     fn next_rate(&self, wanted: f64, rate: f64, most: f64, dt_s: f64) -> f64 {
         let missing = wanted - (self.reached + rate * dt_s);
         let closing = (missing.abs() / CATCHING_S.max(dt_s))
@@ -272,8 +270,7 @@ impl PathFollower {
         (rate + closing).clamp(self.rate - most * dt_s, self.rate + most * dt_s)
     }
 
-    /// Is the object held, by a stop or by friction, in the step of this length that comes? Once it has been for a while, the board slides
-    /// along its path, too.
+    /// Is the object held, by a stop or by friction, during the coming step? Once it has been held for a while, the board also slides along its path.
     pub(in crate::render) fn hold(&mut self, held: bool, dt_s: f64) {
         self.held_s = if held { self.held_s + dt_s } else { 0.0 };
     }
@@ -283,14 +280,14 @@ impl PathFollower {
         self.path.moved(&self.face, self.reached - self.position)
     }
 
-    /// How far the slide takes the face along the path of the object, rad or m: that is no motion of the object.
+    /// Component of the slide along the object's path, rad or m: it is no motion of the object.
     pub(in crate::render) fn slid_along(&self) -> f64 {
         let place = self.place();
         self.path.way_between(&place, &self.slide.on(&place))
     }
 
-    /// How the board slides within the face from now on. What points along the normal is left out; so is what points along the path of the
-    /// object, in which the hand feels the object itself, unless the object is held.
+    /// Sets the slide within the face. The component along the normal is dropped; so is the component along the object's path, where the hand feels
+    /// the object itself, unless the object is held.
     pub(in crate::render) fn set_slide(&mut self, slide: &Slide) {
         let place = self.place();
         let local = |v: DVec3| place.rotation().transpose() * v;
@@ -307,9 +304,9 @@ impl PathFollower {
         };
     }
 
-    /// How the board slides now, base axes, and the joint velocities for that, rad/s.
+    /// Velocity of the slide, base axes, and the joint velocities for it, rad/s.
     ///
-    /// A board that no joints can slide stands.
+    /// Zero if no joints can slide the board.
     pub(in crate::render) fn slide_motion(&self) -> (Twist, [f64; 7]) {
         let place = self.place();
         let twist = self.slide.twist(&place);
@@ -320,8 +317,8 @@ impl PathFollower {
         }
     }
 
-    /// Looks for where the reach ends, if the face would be beyond its end once its joints had braked: where the arm is straight, joints turn
-    /// ever faster for the same motion, and would have to stop at once.
+    /// Searches for the end of the reach if the face would be beyond it once its joints had braked: near a straight arm joints turn ever faster for
+    /// the same motion, and would have to stop at once.
     fn look_for_end(&mut self, free: f64, most: f64) -> Result<(), HapticsError> {
         let stop = BEFORE_END + self.rate * self.rate / (2.0 * BEFORE_LIMITS * most);
         if free == 0.0 || self.rate * free < 0.0 || !stop.is_finite() {
@@ -363,7 +360,7 @@ impl PathFollower {
         Ok(())
     }
 
-    /// Room of the face before the end of the reach, rad or m.
+    /// Distance of the face from the end of the reach, rad or m.
     fn before_end(&self) -> f64 {
         match self.end {
             Some(end) => ((end.reachable - self.reached).abs() - BEFORE_END).max(0.0),
@@ -371,18 +368,18 @@ impl PathFollower {
         }
     }
 
-    /// Why no joints hold the face at a position, if none do.
+    /// Why no joints hold the face at a position, if so.
     fn no_reach_at(&mut self, position: f64) -> Result<Option<Unreachable>, HapticsError> {
         let slide = self.slide;
         Ok(self.nearest_at(position, &slide)?.err())
     }
 
-    /// Where the face is on the path: position of the object as of the last step.
+    /// Position of the face on the path: that of the object after the last step.
     pub(in crate::render) const fn reached(&self) -> f64 {
         self.reached
     }
 
-    /// Goes to a position on the path, which is near; why the face cannot be there, if so. The joints then stay.
+    /// Moves to a nearby position on the path. Returns why the face cannot be there, if so; the joints then stay.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -400,7 +397,7 @@ impl PathFollower {
         })
     }
 
-    /// Joints for a position that the face can go to in a step, or why there are none.
+    /// Joint angles for a position within a step, or why there are none.
     fn solved(
         &mut self,
         position: f64,

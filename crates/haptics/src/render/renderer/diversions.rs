@@ -1,4 +1,4 @@
-//! What a step does instead of going to its target: along with an object, or as a supervisor asks.
+//! Alternatives to following the target: moving along with an object, or a supervisor's request.
 
 use super::{AT_REST_S, Renderer};
 use crate::arm::{ArmCommand, ArmState};
@@ -8,13 +8,13 @@ use crate::safety::SafeRequest;
 use hwall_geometry::Wrench;
 use hwall_kinematics::{JointTorques, Unreachable};
 
-/// A finger within this of the middle of the face keeps the board on a moving object between two pushes, m.
+/// A finger within this distance of the centre of the face keeps the board on a moving object between two pushes, m.
 const RIDES_M: f64 = 0.2;
-/// What is less than this may be an error of the torque sensors, and moves no object, N.
+/// A smaller force may be a torque sensor error, and moves no object, N.
 const LIGHT_N: f64 = 0.5;
 
 impl Renderer {
-    /// What a supervisor asks for instead of going on: to stand, to withdraw, or to give way.
+    /// Carries out a supervisor's request: stand, withdraw, or yield.
     pub(super) fn supervised(
         &mut self,
         request: Option<SafeRequest>,
@@ -60,14 +60,14 @@ impl Renderer {
         ArmCommand::Hold
     }
 
-    /// The motion goes on from where the board has withdrawn to.
+    /// The motion continues from where the board has withdrawn to.
     pub(super) fn end_withdrawal(&mut self) {
         if let Some((q, qd)) = self.withdrawal.end() {
             let _ = self.follower.restart(&q, &qd);
         }
     }
 
-    /// No object is under the hand any more; all go on by themselves.
+    /// No object is under the hand any more; all continue by themselves.
     pub(super) fn stop_objects(&mut self, dt_s: f64) {
         self.let_go(None);
         if let Some(objects) = &mut self.objects {
@@ -75,8 +75,7 @@ impl Renderer {
         }
     }
 
-    /// The board leaves the object that it was on; its motion goes on from there, or from the measured state of an arm that
-    /// torques took there.
+    /// The board leaves its object; its motion continues from there, or from the measured state if torques moved the arm.
     pub(super) fn let_go(&mut self, state: Option<&ArmState>) {
         let Some(objects) = &mut self.objects else {
             return;
@@ -90,8 +89,8 @@ impl Renderer {
         let _ = self.follower.restart(&q, &qd);
     }
 
-    /// Does the board stay on the object that it was pushed on? A push may be lighter than what begins a touch, and a finger that a
-    /// door runs away from will meet it again: it stays until the finger leaves.
+    /// Does the board stay on the object that it was pushed on? A push may be too light to begin a touch, and a finger will meet a door that ran
+    /// ahead of it again: the board stays until the finger leaves.
     pub(super) fn rides(&self, input: &RenderInput<'_>, state: &ArmState) -> bool {
         let touched = self.touched_object();
         touched.is_some()
@@ -102,7 +101,7 @@ impl Renderer {
             })
     }
 
-    /// A board that is met on its way to an object comes to rest before it goes along with that, or slides: joints cannot stop at once.
+    /// Touched on its way to an object, the board first comes to rest before it follows the object or slides: joints cannot stop at once.
     pub(super) fn comes_to_rest(&self, input: &RenderInput<'_>) -> bool {
         self.objects.is_some()
             && input.object.is_some()
@@ -110,7 +109,7 @@ impl Renderer {
             && self.follower.stop_s() > AT_REST_S
     }
 
-    /// The command that goes along with a touched object; `None` without one.
+    /// The command that moves along with a touched object; `None` without one.
     pub(super) fn along_with_object(
         &mut self,
         phase: Phase,

@@ -1,4 +1,4 @@
-//! What a step makes of its inputs: whether they are sound, and what is felt.
+//! Checks a step's inputs and estimates the contact force.
 
 use super::{AT_REST_S, Renderer};
 use crate::arm::ArmState;
@@ -9,8 +9,7 @@ use crate::render::hold::HoldReason;
 use hwall_geometry::Wrench;
 use hwall_kinematics::{JointVelocities, WrenchConfig, WrenchEstimate};
 
-/// No hand presses and no arm bears more, N: beyond it the torque sensors are broken, and the filter would take long
-/// to forget what they say.
+/// Larger forces are implausible, N: the torque sensors are broken, and the filter would take long to recover from such values.
 const MAX_FORCE_N: f64 = 1e4;
 /// Joints slower than this count as at rest even if they brake gently, rad/s: ten times the noise of velocities.
 const NOISE_RAD_PER_S: f64 = 5e-3;
@@ -18,12 +17,12 @@ const NOISE_RAD_PER_S: f64 = 5e-3;
 const ROUNDING_S: f64 = 1e-9;
 
 impl Renderer {
-    /// The time by which the command goes on.
+    /// The time by which the command advances.
     pub(super) fn tick(&mut self, now_s: f64) -> Result<f64, HoldReason> {
         if !now_s.is_finite() {
             return Err(HoldReason::NonFiniteTime);
         }
-        // After a clock was set back, time counts from its new value.
+        // After the clock was set back, time counts from its new value.
         let elapsed_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
         if elapsed_s < 0.0 {
             return Err(HoldReason::TimeReversed { by_s: -elapsed_s });
@@ -48,7 +47,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Commands the arm again from where it is, once it has come to rest; false until then.
+    /// Resumes commanding the arm from its current configuration once it is at rest; false until then.
     pub(super) fn attach(&mut self, state: &ArmState) -> Result<bool, HoldReason> {
         if !self.is_detached {
             return Ok(true);
@@ -62,7 +61,7 @@ impl Renderer {
         let qd = if stop_s > AT_REST_S && fastest > NOISE_RAD_PER_S {
             state.qd
         } else if self.follower.stop_s() > ROUNDING_S {
-            // What is left of the measured speed may be noise, or the end of a motion.
+            // The remaining measured speed may be noise, or the end of a motion.
             return Ok(false);
         } else {
             self.is_detached = false;
@@ -76,7 +75,7 @@ impl Renderer {
         Ok(!self.is_detached)
     }
 
-    /// Force and moment of the outside on the face at its measured place, base axes, about its middle; and how hard it is pressed, N.
+    /// External wrench on the face at its measured pose (base axes, about its centre), and the pressing force, N.
     pub(super) fn felt(&self, state: &ArmState) -> Result<Option<(Wrench, f64)>, HoldReason> {
         let Some(torque) = state.external_torque else {
             return Ok(None);

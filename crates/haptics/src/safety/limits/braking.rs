@@ -1,16 +1,15 @@
-//! Cuts of a command that an arm can follow.
+//! Cuts a command so that the arm can follow it.
 
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 
-/// Time constant with which a command that was cut catches up with what is wanted, s.
+/// Time constant with which a cut command catches up with the wanted one, s.
 const CATCHING_S: f64 = 0.05;
-/// Share of the accelerations that catching up counts upon to brake with.
+/// Share of the accelerations that catching up reserves for braking.
 const CATCHING: f64 = 0.5;
-/// A command that is behind by less than this share of what a joint's acceleration makes of a cycle is behind no more.
+/// A command counts as caught up if it lags by less than this share of a joint's acceleration times the squared cycle time.
 const BEHIND: f64 = 0.01;
 
-/// What was wanted and what was sent last: a cut slows the joints down as hard as they may, not harder, and what is missing
-/// afterwards is made up for in the same way.
+/// The last wanted and the last sent command: a cut slows the joints down no harder than allowed, and the lag is made up for in the same way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::safety) struct Braking {
     wanted: JointPositions,
@@ -19,8 +18,7 @@ pub(in crate::safety) struct Braking {
 }
 
 impl Braking {
-    /// An arm that nothing was sent to so far: where it is, and how it moves. It may be measured a little faster than a command
-    /// may be.
+    /// For an arm that has received no command: its configuration and velocity. The measured velocity may slightly exceed the command limits.
     pub(in crate::safety) fn from_state(
         q: &JointPositions,
         qd: &[f64; MOST_JOINTS],
@@ -40,7 +38,7 @@ impl Braking {
         }
     }
 
-    /// Is the command that was sent last the one that was wanted?
+    /// Does the last sent command equal the wanted one?
     fn is_beside(&self, acceleration_rad_per_s2: &[f64; MOST_JOINTS], dt_s: f64) -> bool {
         (0..MOST_JOINTS).all(|i| {
             let least = BEHIND * acceleration_rad_per_s2[i] * dt_s * dt_s;
@@ -48,7 +46,7 @@ impl Braking {
         })
     }
 
-    /// How fast the joints would have to be now, rad/s: as is wanted, and faster if something is missing. `dt_s` is positive.
+    /// Joint velocities needed now, rad/s: the wanted ones, and faster while the command lags. `dt_s` is positive.
     pub(in crate::safety) fn rates_rad_per_s(
         &self,
         wanted: &JointPositions,
@@ -65,8 +63,8 @@ impl Braking {
         })
     }
 
-    /// The command for rates of which a share is allowed, no harder on the joints than they bear. All change alike, so that
-    /// the board keeps to its way. What nobody cuts (`share` is `None`) and nothing is missing from goes out as it is.
+    /// The command for an allowed share of the velocities, within the joint accelerations. All joints change alike, so that the board stays on its
+    /// path. Without a cut (`share` is `None`) and without a lag the wanted command passes unchanged.
     pub(in crate::safety) fn next(
         &self,
         wanted: &JointPositions,
@@ -100,17 +98,17 @@ impl Braking {
         }
     }
 
-    /// What is sent.
+    /// The command sent.
     pub(in crate::safety) const fn sent(&self) -> &JointPositions {
         &self.sent
     }
 
-    /// How fast the joints move with it.
+    /// Its joint velocities.
     pub(in crate::safety) const fn rates(&self) -> &JointVelocities {
         &self.rates
     }
 
-    /// The share of these rates that the joints move with, 0 to 1.
+    /// The share of the given velocities that the joints move with, 0 to 1.
     pub(in crate::safety) fn share_of(&self, rates_rad_per_s: &[f64; MOST_JOINTS]) -> f64 {
         let dot = |a: &[f64; MOST_JOINTS]| -> f64 {
             a.iter().zip(rates_rad_per_s).map(|(a, b)| a * b).sum()
@@ -118,7 +116,7 @@ impl Braking {
         (dot(&self.rates.0) / dot(rates_rad_per_s).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
     }
 
-    /// The same with another command sent instead, which a limit of angle asks for.
+    /// The same with another command sent, as required by an angle limit.
     pub(in crate::safety) fn sending(self, sent: JointPositions) -> Self {
         Self { sent, ..self }
     }
@@ -131,7 +129,7 @@ mod tests {
     const DT_S: f64 = 1e-3;
     const MOST: [f64; MOST_JOINTS] = [8.0, 5.0, 5.0, 10.0, 10.0, 12.0, 12.0];
 
-    /// Joint rates of a second at a share of a steady motion, and how far the command is behind at the end, rad.
+    /// Joint velocities over one second at a share of a steady motion, and the lag at the end, rad.
     fn run(share: impl Fn(usize) -> f64) -> (Vec<[f64; MOST_JOINTS]>, f64) {
         let rate = [0.5, -0.4, 0.3, 0.9, 0.0, -1.0, 0.2];
         let start = JointPositions::default();
@@ -161,7 +159,7 @@ mod tests {
                 }
             }
             assert!(behind_rad < 1e-5, "{least}: {behind_rad} rad behind");
-            // As hard as the slowest joint to stop may: joint 4 needs 90 ms. The share is one of what is missing, too.
+            // As hard as the joint that needs longest allows: joint 4 needs 90 ms. The share also applies to the lag.
             let slowed = rates[200][0] / rates[0][0];
             assert!(
                 (least - 1e-9..1.5 * least + 1e-9).contains(&slowed),

@@ -1,15 +1,15 @@
-//! What a hand may meet.
+//! Limits of contact with a hand.
 
 use crate::error::HapticsError;
 use hwall_numeric::check::{non_negative, positive, that};
 
 /// Limits of contact with a hand, named after [ISO/TS 15066].
 ///
-/// Secondary publications quote the standard with different values, and parts of the hand differ. The defaults are a starting
-/// point that whoever runs a set-up confirms against the standard itself and the risk assessment of the set-up.
+/// Secondary publications quote the standard with different values, and parts of the hand differ. Confirm these defaults for each setup against the
+/// standard itself and the risk assessment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactLimits {
-    /// Force that may last, a hand between board and something else included, N; default 140 (hands and fingers).
+    /// Force that may last, also on a hand clamped by the board, N; default 140 (hands and fingers).
     pub quasi_static_n: f64,
     /// Force of a short impact on a free hand, N; default 280, twice the quasi-static one.
     pub transient_n: f64,
@@ -19,7 +19,7 @@ pub struct ContactLimits {
     pub energy_j: f64,
     /// Pressure that may last, N/m²; default 1.9e6 (190 N/cm², the least of the values for a hand).
     pub pressure_n_per_m2: f64,
-    /// What an impact may exceed the lasting pressure by, a factor; default 2.
+    /// Factor by which an impact may exceed the lasting pressure; default 2.
     pub transient_pressure_factor: f64,
     /// Area over which the board meets a hand, m²; default 1e-4 (a fingertip, 1 cm²).
     pub contact_area_m2: f64,
@@ -27,9 +27,9 @@ pub struct ContactLimits {
     pub hand_mass_kg: f64,
     /// Stiffness of a hand in an impact, N/m; default 75 000.
     pub hand_stiffness_n_per_m: f64,
-    /// A hand that was pressed too hard is free again below this, N; default 65, the least force of any region of the body (face).
+    /// A hand that was pressed too hard counts as free below this, N; default 65, the smallest force limit of any body region (face).
     pub relaxed_n: f64,
-    /// No hand presses like that, N: the sensors are broken. Default 1000.
+    /// Forces above this are implausible: the sensors are broken, N; default 1000.
     pub implausible_n: f64,
 }
 

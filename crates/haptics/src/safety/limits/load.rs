@@ -8,14 +8,14 @@ use hwall_numeric::check::{non_negative, positive};
 /// Limits of pushes near the edge of the board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadLimits {
-    /// A push nearer to the edge of the face than this, or beyond it, is one at the edge, m; default 0.005.
+    /// A push closer to the edge of the face than this, or beyond it, counts as a push at the edge, m; default 0.005.
     pub edge_m: f64,
-    /// Pushes below this are not located, N; default 10: the centre of a weak push is all noise.
+    /// Weaker pushes are not located, N; default 10: noise dominates their centre.
     pub least_n: f64,
-    /// Time constant of the filter before a push is located, s; default 0.05. White noise at 1 kHz shrinks by a factor of 10:
-    /// sensors of 0.1 to 0.3 N m leave 0.35 N m in the moment, which at 10 N is 35 mm unfiltered.
+    /// Time constant of the filter before a push is located, s; default 0.05. It reduces white noise at 1 kHz by a factor of 10: sensors of 0.1 to
+    /// 0.3 N m leave 0.35 N m in the moment, which at 10 N is 35 mm unfiltered.
     pub filter_s: f64,
-    /// Largest moment about the middle of the face, N m; default 14: 140 N at the edge of a board of 0.2 m.
+    /// Largest moment about the centre of the face, N m; default 14: 140 N at the edge of a board of 0.2 m.
     pub moment_n_m: f64,
 }
 
@@ -44,21 +44,21 @@ impl LoadLimits {
     }
 }
 
-/// A wrench on the board, seen in the frame of its face.
+/// A wrench on the board in the frame of its face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardLoad {
     /// Force against the outward normal, N.
     pub normal_n: f64,
     /// Size of the force, N.
     pub force_n: f64,
-    /// Size of the moment about the axes in the face, N m: what tilts the board.
+    /// Size of the tilting moment (about the axes in the face), N m.
     pub moment_n_m: f64,
-    /// Where a single push of that moment would act, x and y of the face, m; infinite or NaN without a normal force.
+    /// Point where a single push would cause that moment, x and y of the face, m; infinite or NaN without a normal force.
     pub centre_m: [f64; 2],
 }
 
 impl BoardLoad {
-    /// Of a wrench about the middle of the face, base axes.
+    /// The load of a wrench about the centre of the face, base axes.
     #[must_use]
     pub fn new(base_from_board: &Pose, wrench: &Wrench) -> Self {
         let force = base_from_board.inverse_transform_vector(wrench.force_n);

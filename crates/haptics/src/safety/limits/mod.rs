@@ -1,4 +1,4 @@
-//! What arm, board and contact may do: to themselves, to the joints, to a person.
+//! Limits of arm, board and contact.
 
 pub(in crate::safety) mod braking;
 pub(in crate::safety) mod contact_limits;

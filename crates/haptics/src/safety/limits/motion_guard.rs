@@ -1,4 +1,4 @@
-//! Joint and workspace limits of a command, and of what the arm does.
+//! Joint and workspace limits of commands and of the measured state.
 
 use crate::arm::ArmState;
 use crate::error::HapticsError;
@@ -41,14 +41,14 @@ impl WorkspaceBox {
     }
 }
 
-/// What joints may do.
+/// Joint limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GuardLimits {
     /// Commanded angles stay within, rad.
     pub position: [JointLimit; MOST_JOINTS],
     /// Commanded speeds stay within, rad/s.
     pub velocity_rad_per_s: [f64; MOST_JOINTS],
-    /// Commands are cut, and make up for it, no harder than this, rad/s²; default those of the iiwa 7.
+    /// Largest acceleration when a command is cut or catches up, rad/s²; default that of the iiwa 7.
     pub acceleration_rad_per_s2: [f64; MOST_JOINTS],
     /// Commanded torques (beyond gravity) and external torques stay within, N m.
     pub torque_n_m: [f64; MOST_JOINTS],
@@ -58,21 +58,21 @@ pub struct GuardLimits {
     pub position_slack_rad: f64,
     /// The measured speed may be this share above its limit; default 0.2.
     pub velocity_slack: f64,
-    /// A commanded position further from the last one than this (any joint) is a leap, not a motion, rad; default 0.5.
+    /// A commanded position further from the last one than this (any joint) is a jump, not a motion, rad; default 0.5.
     pub leap_rad: f64,
-    /// The middle of the face stays inside; `None`: anywhere.
+    /// The centre of the face stays inside; `None`: anywhere.
     pub workspace: Option<WorkspaceBox>,
 }
 
-/// An unknown torque limit is the torque of this force at the joint's longest lever, N: the force that a hand may be pressed with
-/// (ISO/TS 15066, table A.2). A larger torque near a person is a fault.
+/// An unknown torque limit is the torque of this force at the joint's longest lever, N: the force limit for a pressed hand (ISO/TS 15066, table A.2).
+/// A larger torque near a person is a fault.
 const PRESSED_HAND_N: f64 = 140.0;
-/// A hand may press so far beside the tool point, m.
+/// A hand may press this far from the tool point, m.
 const BESIDE_TOOL_M: f64 = 0.1;
-/// Postures that are looked at for the longest lever.
+/// Number of postures tried for the longest lever.
 const POSTURES: u32 = 64;
 
-/// How far the tool point is from the axis of each joint at most, m, over postures spread evenly; 1 for a sliding joint.
+/// Largest distance of the tool point from each joint axis, m, over evenly distributed postures; 1 for a sliding joint.
 fn longest_levers_m(arm: &dyn ArmKinematics) -> [f64; MOST_JOINTS] {
     let mut levers_m = [0.0_f64; MOST_JOINTS];
     for posture in 0..POSTURES {
@@ -168,7 +168,7 @@ impl GuardLimits {
         Ok(())
     }
 
-    /// A commanded position within the limits of angle, and what was cut.
+    /// A commanded position clamped to the angle limits, and what was cut.
     pub(in crate::safety) fn within(
         &self,
         wanted: &JointPositions,
@@ -187,12 +187,12 @@ impl GuardLimits {
         (out, cut)
     }
 
-    /// Share of joint rates that keeps them all within the limits of speed, and the joint that is first to meet one.
+    /// Share of the joint velocities that keeps all of them within their limits, and the joint that meets a limit first.
     pub(in crate::safety) fn share_of_rates(
         &self,
         rates_rad_per_s: &[f64; MOST_JOINTS],
     ) -> (f64, Option<SafeReason>) {
-        // Rounding of a motion that is planned at the limit is no excess.
+        // Rounding of a motion planned at the limit is not a violation.
         const ROUNDING: f64 = 1.0 + 1e-6;
         let (mut share, mut cut) = (1.0, None);
         for (joint, rate) in rates_rad_per_s.iter().enumerate() {

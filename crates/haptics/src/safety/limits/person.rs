@@ -31,13 +31,13 @@ impl PersonPart {
         Self::OtherHand,
     ];
 
-    /// Does the arm stop when this part is no longer tracked? Elbow and other hand come and go with every headset. Without an elbow the
-    /// person's arm counts as straight; without the other hand, the other arm is unknown. Parts that are missed stand first in [`ALL`](Self::ALL).
+    /// Does the arm stop when this part is no longer tracked? Headsets lose elbow and other hand all the time. Without an elbow the person's arm
+    /// counts as straight; without the other hand, the other arm is unknown. Parts that are missed come first in [`ALL`](Self::ALL).
     pub(in crate::safety) const fn is_missed(self) -> bool {
         matches!(self, Self::Fingertip | Self::Palm | Self::Head)
     }
 
-    /// Is it a hand? The face slows down near hands; head and elbow count in the separation of the whole arm only.
+    /// Is it a hand? The face slows down near hands; head and elbow count only in the separation of the whole arm.
     pub(in crate::safety) const fn is_hand(self) -> bool {
         matches!(self, Self::Fingertip | Self::Palm | Self::OtherHand)
     }
@@ -55,7 +55,7 @@ impl PersonPart {
     }
 }
 
-/// Where a part of the person is.
+/// Position of a part of the person.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PersonPoint {
     /// The part.
@@ -66,12 +66,12 @@ pub struct PersonPoint {
     pub stamp_s: f64,
 }
 
-/// How fast the board may move near the hand.
+/// Speed limits of the board near the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PersonLimits {
-    /// Speed at which the face may come nearer to the hand, by distance.
+    /// Approach speed of the face to the hand, by distance.
     pub separation: ProximityConfig,
-    /// Within this distance of a hand the speed at which the face comes nearer is capped by what a contact may do
+    /// Within this distance of a hand the approach speed of the face is capped by the contact limits
     /// ([`ContactLimits::speed_cap_m_per_s`](crate::safety::ContactLimits::speed_cap_m_per_s)), m; default 0.3.
     pub contact_zone_m: f64,
 }

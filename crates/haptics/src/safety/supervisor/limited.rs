@@ -10,7 +10,7 @@ use crate::safety::state::SafeReason;
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities};
 
 impl Supervisor {
-    /// A torque within its limits, from the last that was sent, and what was cut.
+    /// A torque within its limits, relative to the last one sent, and what was cut.
     pub(super) fn limited_torque(
         &self,
         wanted: &JointTorques,
@@ -23,7 +23,7 @@ impl Supervisor {
         self.guard.limited_torque(&last, wanted, dt_s)
     }
 
-    /// The renderer's command within all limits. `retreat`: the speed of one, m/s.
+    /// The renderer's command within all limits. `retreat`: the speed of a retreat, m/s.
     pub(super) fn limited(
         &mut self,
         input: &SupervisorInput<'_>,
@@ -46,7 +46,7 @@ impl Supervisor {
         }
     }
 
-    /// Cuts slow the arm down as hard as its joints may, not harder; the share is what was allowed.
+    /// Cuts slow the arm down as hard as its joints may, but no harder; the returned share is the allowed one.
     fn limited_position(
         &mut self,
         input: &SupervisorInput<'_>,
@@ -62,7 +62,7 @@ impl Supervisor {
             _ => Braking::from_state(&state.q, &state.qd.0, &self.guard.velocity_rad_per_s),
         };
         if dt_s <= 0.0 {
-            // No time passes: where it was sent, it stays.
+            // No time has passed: repeat the last position.
             self.braking = Some(last);
             return (ArmCommand::Position(*last.sent()), slowed);
         }
@@ -77,16 +77,16 @@ impl Supervisor {
             share *= less;
             slowed = Some((share, reason));
         }
-        // A way back begins at rest, wherever the arm was going.
+        // A retreat begins at rest, wherever the arm was going.
         let is_cut = share < 1.0 || retreat.is_some();
         let mut next = last.next(&wanted, &rates, is_cut.then_some(share), &most, dt_s);
-        // Nothing is safer than braking, so braking is not judged again.
+        // Nothing is safer than braking, so braking is not checked again.
         let (at, qd) = (next.sent(), next.rates());
         if let Some(reason) = self.too_near(input.now_s, at, qd, retreat.is_some()) {
             next = last.next(&wanted, &rates, Some(0.0), &most, dt_s);
             slowed = Some((next.share_of(&rates), reason));
         }
-        // While it makes up for a cut it is slowed for the same reason, and asks for nothing more.
+        // While the arm catches up after a cut, the same reason still applies, without a further reduction.
         self.cut_for = match slowed {
             Some((_, reason)) => Some(reason),
             None => self.cut_for.filter(|_| next.sent() != &wanted),
@@ -97,8 +97,8 @@ impl Supervisor {
         (ArmCommand::Position(sent), slowed)
     }
 
-    /// What would the arm come too near to before it had come to rest from this motion: itself, the room, head or torso? One that
-    /// `leaves` may move away from a person.
+    /// What would the arm come too close to before it could stop: itself, the room, head or torso? With `leaves`, the arm may move away from a
+    /// person.
     fn too_near(
         &self,
         now_s: f64,
@@ -119,7 +119,7 @@ impl Supervisor {
         })
     }
 
-    /// Share of a joint motion that the person's points (and a retreat) allow, and the tightest reason; `None`: all of it.
+    /// The share of a joint motion that the person's points (and a retreat) allow, and the tightest reason; `None`: all of it.
     fn near(
         &self,
         input: &SupervisorInput<'_>,
@@ -127,7 +127,7 @@ impl Supervisor {
         qd: &JointVelocities,
         retreat: Option<f64>,
     ) -> Option<(f64, SafeReason)> {
-        /// Slower than this nothing is slowed down, m/s.
+        /// Approach speeds below this are treated as this speed, m/s.
         const SLOWEST_M_PER_S: f64 = 1e-3;
         if input.person.is_empty() && retreat.is_none() {
             return None;
@@ -135,7 +135,7 @@ impl Supervisor {
         let (face, jacobian) = self.arm.forward_and_jacobian(q);
         let twist = jacobian.twist(qd);
         let limits = &self.config.person;
-        // Cuts brake no harder than the joints may, all together.
+        // All joints brake together, no harder than allowed.
         let stop_s = (qd.0.iter().zip(&self.guard.acceleration_rad_per_s2))
             .map(|(qd, most)| qd.abs() / most)
             .fold(0.0, f64::max);
@@ -186,7 +186,7 @@ impl Supervisor {
                 false => speed,
             };
             cap(speed, twist.linear_m_per_s.length(), reason);
-            // A retreat goes back, and not forward, unless it is pushed there.
+            // A retreat must not move forward, unless it is pushed there.
             if outward > SLOWEST_M_PER_S && !gives_way {
                 cap(0.0, outward, reason);
             }

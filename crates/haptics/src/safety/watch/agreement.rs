@@ -4,13 +4,12 @@ use crate::arm::ArmState;
 use crate::safety::limits::motion_guard::GuardLimits;
 use hwall_kinematics::{JointPositions, MOST_JOINTS};
 
-/// States may differ by this beyond what joints turn meanwhile, rad.
+/// States may differ by this plus the distance that a joint can turn meanwhile, rad.
 const SAME_RAD: f64 = 0.02;
-/// States further apart than this in time say nothing about each other, s: meanwhile a joint may be anywhere.
+/// States further apart in time than this cannot confirm each other, s: a joint may have moved anywhere.
 const TOGETHER_S: f64 = 0.1;
 
-/// Counts states that agree with the one before. A single one may be wrong by any amount, and a command that starts from it would send
-/// the arm there.
+/// Counts consecutive states that agree. A single state may be wrong by any amount, and a command that starts from it would send the arm there.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::safety) struct Agreement {
     last: Option<(JointPositions, f64)>,
@@ -18,7 +17,7 @@ pub(in crate::safety) struct Agreement {
 }
 
 impl Agreement {
-    /// How many states in a row agree, this one included; the same state again does not count.
+    /// Number of consecutive agreeing states, including this one; a repeated state does not count.
     pub(in crate::safety) fn step(
         &mut self,
         joints: usize,
@@ -61,7 +60,7 @@ mod tests {
     use super::*;
     use hwall_kinematics::SrsArm;
 
-    /// What a sequence of states (time, s, and angle of joint 2, rad) counts as.
+    /// The count for a sequence of states (time, s, and angle of joint 2, rad).
     fn counted(states: &[(f64, f64)]) -> u32 {
         let limits = GuardLimits::of_arm(&SrsArm::iiwa7());
         let mut agreement = Agreement::default();
@@ -87,10 +86,10 @@ mod tests {
             assert_eq!(counted(&[(1.0, 0.0), (t_s, 1.0)]), 1, "{t_s} s");
         }
         assert_eq!(counted(&[(1.0, 0.0), (1.101, 0.0)]), 1);
-        // Two states of one time that are not the same.
+        // Two different states with one time stamp.
         assert_eq!(counted(&[(1.0, 0.0), (1.0, 0.01)]), 1);
         assert_eq!(counted(&[(1.0, 0.0), (0.999, 0.0)]), 1);
-        // The same state again says nothing new, and takes nothing back.
+        // A repeated state changes nothing.
         assert_eq!(counted(&[(1.0, 0.0), (1.001, 0.0), (1.001, 0.0)]), 2);
     }
 }

@@ -4,25 +4,25 @@ use crate::safety::state::{Channel, SafeReason};
 use crate::safety::supervisor_config::SupervisorConfig;
 use crate::usual_step::UsualStep;
 
-/// Watches the time that is handed in, and adds up its sound steps.
+/// Checks the time of each step and sums the sound steps.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::safety) struct Clock {
     last_s: Option<f64>,
     steps: UsualStep,
     repeated: usize,
-    /// Sum of the sound steps, s: states last by this, whatever the clock shows.
+    /// Sum of the sound steps, s: the durations of states use it instead of the clock.
     pub(in crate::safety) elapsed_s: f64,
 }
 
 impl Clock {
-    /// The time by which a command goes on, s.
+    /// The time by which a command advances, s.
     pub(in crate::safety) fn tick(
         &mut self,
         now_s: f64,
         config: &SupervisorConfig,
     ) -> Result<f64, SafeReason> {
         let channel = Channel::Time;
-        // A clock that is none goes on as it did: a state that lasts must still end.
+        // With a faulty clock, time advances by the nominal step: states with a duration must still end.
         let most_s = config.timing.max_step_s;
         let fault_s = self.steps.usual_s().unwrap_or(most_s);
         if !now_s.is_finite() {

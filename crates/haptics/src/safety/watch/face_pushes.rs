@@ -1,4 +1,4 @@
-//! Which external torques can hands that push the face of the board explain?
+//! Which external torques can be explained by hands that push the face of the board?
 
 use glam::DVec2;
 use hwall_geometry::Wrench;
@@ -8,12 +8,12 @@ use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, MOST_JOINTS}
 const EDGES: usize = 16;
 /// Largest friction of skin on the face; dry skin on plastic is between 0.3 and 1.
 const FRICTION: f64 = 0.8;
-/// Passes over all edges in a cycle. A cycle begins with the result of the one before.
+/// Passes over all edges in a cycle. Each cycle starts from the previous result.
 const PASSES: usize = 16;
 
-/// Any number of pushes on the face, each within its friction cone, is a sum of pushes at the four corners along the edges of a
-/// friction pyramid, none of them negative. So the torques that such pushes cause form a convex cone with 16 edges, and what
-/// is left of the measured torques beside the nearest point of that cone has another cause.
+/// Any set of pushes on the face, each within its friction cone, is a non-negative sum of pushes at the four corners along the edges of a friction
+/// pyramid. The torques of such pushes thus form a convex cone with 16 edges. The residual between the measured torques and the nearest point of that
+/// cone has another cause.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::safety) struct FacePushes {
     /// Force along each edge, N.
@@ -21,7 +21,8 @@ pub(in crate::safety) struct FacePushes {
 }
 
 impl FacePushes {
-    /// What is left of `torque` (N m) beside pushes on a face of half this width and height (m), nearest in units of `unit_n_m`. Stops early once less than a unit is left of each joint.
+    /// Residual of `torque` (N m) after subtracting pushes on a face of this half width and height (m), least squares in units of `unit_n_m`. Stops
+    /// early once the residual of each joint is below a unit.
     pub(in crate::safety) fn unexplained(
         &mut self,
         arm: &dyn ArmKinematics,
@@ -103,7 +104,7 @@ mod tests {
     use std::sync::Arc;
 
     const UNIT_N_M: [f64; MOST_JOINTS] = [5.28, 5.28, 3.3, 3.3, 3.3, 1.2, 1.2];
-    /// As long as a push on a link may stay unnamed.
+    /// Longest time in which a push on a link may stay undetected, in cycles.
     const CYCLES: usize = 50;
 
     fn arm(board: &Board) -> Arc<dyn ArmKinematics> {
@@ -139,7 +140,7 @@ mod tests {
         jacobian.torques(&sum)
     }
 
-    /// Of 65 N at a point of the body, by virtual work.
+    /// A push of 65 N at a point of the body, by virtual work.
     fn of_link(
         sampler: &mut Sampler,
         arm: &dyn ArmKinematics,
@@ -159,7 +160,7 @@ mod tests {
         (0..MOST_JOINTS).any(|i| torque[i].abs() > UNIT_N_M[i])
     }
 
-    /// A push on a link looks like one on the face where both turn the same joints: along the forearm's axes, about half of them.
+    /// A push on a link looks like one on the face if both turn the same joints: along the forearm's axes, about half of them.
     #[test]
     fn hands_on_the_face_are_explained_and_pushes_on_links_are_not() {
         let board = Board::default();

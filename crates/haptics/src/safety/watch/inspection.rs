@@ -1,4 +1,4 @@
-//! Looks at every input of a cycle and names the worst that is wrong.
+//! Checks every input of a cycle and names the worst fault.
 
 use super::obedience::Obedience;
 use super::state_consistency::{Doubt, StateConsistency};
@@ -21,14 +21,14 @@ use hwall_geometry::Wrench;
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 use std::sync::Arc;
 
-/// Angles that leap further than this need a person, rad.
+/// Angles that jump further than this need a person, rad.
 const LOST_RAD: f64 = 0.3;
 
-/// An arm that is sent somewhere sets off within this time, s: the reaction of an iiwa takes 0.022 s, a period of its interface up to
-/// 0.01 s, and four answers that do not arrive at 5 ms another 0.02 s. Only then its angles can be frozen.
+/// A commanded arm starts to move within this time, s: 0.022 s reaction of an iiwa, up to 0.01 s for a period of its interface, and 0.02 s for four
+/// lost answers at 5 ms. Only after that its angles can count as frozen.
 const SETS_OFF_S: f64 = 0.05;
 
-/// Friction may keep a joint this far from where it is told to be, rad.
+/// Friction may hold a joint this far from its commanded angle, rad.
 const STICKS_RAD: f64 = 1e-3;
 
 #[derive(Debug, Clone)]
@@ -41,16 +41,16 @@ struct Watches {
     force: Watch,
 }
 
-/// What was found in a cycle.
+/// Result of the checks in a cycle.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::safety) struct Found {
     /// The worst fault.
     pub(in crate::safety) worst: Option<Fault>,
-    /// Is the arm's own state believed?
+    /// Is the arm's own state trusted?
     pub(in crate::safety) arm_is_sound: bool,
 }
 
-/// Everything that is looked at, with what was seen last.
+/// All checked inputs, with their last values.
 #[derive(Debug, Clone)]
 pub(in crate::safety) struct Inspection {
     arm: Arc<dyn ArmKinematics>,
@@ -63,17 +63,17 @@ pub(in crate::safety) struct Inspection {
     obedience: Option<Obedience>,
     leaps: LeapLimits,
     leapt: TargetLeaps,
-    /// Since when the force is above what may last, s.
+    /// Since when the force has been above the lasting limit, s.
     pressed_since_s: Option<f64>,
     last_q: Option<JointPositions>,
-    /// What was sent last; and did it differ from what was sent before? A command that the supervisor cuts to nothing moves nothing.
+    /// The last command sent, and whether it differed from the one before. A command that the supervisor cuts to nothing moves nothing.
     last_sent: Sent,
     told_to_move: bool,
-    /// Since when the arm is not where it was sent, s.
+    /// Since when the arm has not been at its commanded position, s.
     away_since_s: Option<f64>,
-    /// Filtered force and moment, and the stamp of the last, s.
+    /// Filtered force and moment, and the last time stamp, s.
     located: Option<(Wrench, f64)>,
-    /// Which parts of the person were sound once.
+    /// Parts of the person that have been seen.
     seen: [bool; PersonPart::ALL.len()],
     required: Vec<PersonPart>,
 }
@@ -116,13 +116,13 @@ impl Inspection {
         })
     }
 
-    /// A part without which the arm does not move, and that was never seen.
+    /// A required part that was never seen.
     pub(in crate::safety) fn unseen(&self) -> Option<PersonPart> {
         let unseen = |part: &&PersonPart| !self.seen[**part as usize];
         self.required.iter().find(unseen).copied()
     }
 
-    /// The part is not missed until it comes again.
+    /// The part is not missed until it is seen again.
     pub(in crate::safety) fn forget(&mut self, part: PersonPart) {
         let [tip, palm, head] = &mut self.watches.person;
         match part {
@@ -133,18 +133,18 @@ impl Inspection {
         }
     }
 
-    /// No part is missed, and none was seen.
+    /// No part is missed, and none has been seen.
     pub(in crate::safety) fn forget_person(&mut self) {
         self.watches.person.iter_mut().for_each(Watch::forget);
         self.seen = [false; PersonPart::ALL.len()];
     }
 
-    /// A person has looked at the arm: it is where it says it is.
+    /// A person has checked the arm: its measured position is trusted.
     pub(in crate::safety) fn believe(&mut self) {
         self.consistency.believe();
     }
 
-    /// Keeps the angles to compare the next ones with, and what is sent. `held`: the arm was told to hold.
+    /// Stores the angles for the next comparison, and the command sent. `held`: the arm was commanded to hold.
     pub(in crate::safety) fn remember(
         &mut self,
         state: &ArmState,
@@ -165,7 +165,7 @@ impl Inspection {
         }
     }
 
-    /// Looks at everything.
+    /// Checks all inputs.
     pub(in crate::safety) fn look(
         &mut self,
         input: &SupervisorInput<'_>,
@@ -188,7 +188,7 @@ impl Inspection {
         }
     }
 
-    /// What needs a sound state of the arm: the force, and whether it does what it is told.
+    /// Checks that need a sound arm state: the force, and whether the arm obeys.
     fn look_at_forces(&mut self, input: &SupervisorInput<'_>, elapsed_s: f64) -> Option<Fault> {
         let force = self.look_at_force(input, elapsed_s);
         let joints = self.arm.joint_count();
@@ -202,12 +202,12 @@ impl Inspection {
 
     fn look_at_arm(&mut self, input: &SupervisorInput<'_>) -> Option<Fault> {
         let SupervisorInput { now_s, state, .. } = *input;
-        // An arm that is nearly there may be kept by its friction.
+        // Friction may hold an arm that is nearly there.
         let is_there = match self.last_sent {
             Sent::Position(to) => to.max_abs_difference(&state.q) <= STICKS_RAD,
             _ => false,
         };
-        // Before its servo has had time to react it stands still without a fault.
+        // Standing still is no fault before the servo has had time to react.
         self.away_since_s = (!is_there).then(|| self.away_since_s.unwrap_or(now_s));
         let reacted = self
             .away_since_s
@@ -217,7 +217,7 @@ impl Inspection {
         let q = &mut self.watches.position;
         let should_move = self.told_to_move && reacted || moving;
         if let Err(fault) = q.check(now_s, state.t_s, &state.q.0, should_move) {
-            // The velocity is watched all the same, so that both start from the same sample afterwards.
+            // Check the velocity as well, so that both start from the same sample afterwards.
             let _ = self
                 .watches
                 .velocity
@@ -231,7 +231,7 @@ impl Inspection {
                 _ => 0.0,
             };
             self.consistency.lose(state, frozen_s, aged_s);
-            // So far off, nobody knows where the arm is, even if it says the right thing again.
+            // After such a jump the position is unknown, even if the reading is right again.
             let severity = match fault {
                 WatchFault::Jump { by } if by > LOST_RAD => Severity::Broken,
                 _ => Severity::Blind,
@@ -247,7 +247,7 @@ impl Inspection {
             let reason = reason_of(fault, Channel::Velocity);
             return Some(Fault::new(reason, Severity::Blind));
         }
-        // With velocities that are sound: how far the arm may have come is judged by them.
+        // Uses velocities that are sound: they limit how far the arm may have moved.
         let joints = self.arm.joint_count();
         if let Err(doubt) = self.consistency.find(state) {
             let channel = Channel::Position;
@@ -256,12 +256,12 @@ impl Inspection {
                 Doubt::StillFrozen(for_s) => SafeReason::Frozen { channel, for_s },
                 Doubt::Elsewhere(by) => SafeReason::Jump { channel, by },
             });
-            // Nobody but a person can say where the arm is.
+            // Only a person can say where the arm is.
             return Some(Fault::new(reason, Severity::Broken));
         }
         let torque = match state.external_torque {
             Some(torque) => {
-                // Without noise an arm in free air feels exactly nothing, as long as it likes.
+                // Without noise an arm in free air may read exactly zero forever.
                 let something = torque.0.iter().any(|v| *v != 0.0);
                 let watch = &mut self.watches.torque;
                 watch.check(now_s, state.t_s, &torque.0, turned && something)
@@ -276,7 +276,7 @@ impl Inspection {
         beyond.map(|reason| Fault::new(reason, Severity::Broken))
     }
 
-    /// Do the angles change in another way than the velocities say?
+    /// Do the angles change differently from the velocities?
     fn moved_otherwise(&self, state: &ArmState) -> bool {
         const APART_RAD_PER_S: f64 = 0.1;
         let (Some(last), Some(before_s)) = (self.last_q, self.watches.velocity.last_stamp_s())
@@ -322,7 +322,7 @@ impl Inspection {
         let pose = self.arm.forward(&wanted);
         if let Some(inside) = self.guard.workspace {
             let now = self.arm.forward(&from);
-            // Back into the box is always allowed.
+            // Returning into the box is always allowed.
             if !inside.contains(pose.position_m()) && inside.contains(now.position_m()) {
                 return blind(SafeReason::Workspace);
             }
@@ -413,7 +413,7 @@ impl Inspection {
 }
 
 impl Inspection {
-    /// First-order low pass; from nothing after a gap.
+    /// First-order low-pass; restarts from zero after a gap.
     fn located(&mut self, wrench: &Wrench, stamp_s: f64) -> Wrench {
         const GAP_S: f64 = 0.1;
         let (last, last_s) = self.located.unwrap_or((Wrench::default(), stamp_s));

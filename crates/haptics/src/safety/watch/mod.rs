@@ -1,4 +1,4 @@
-//! What is looked at in every cycle: is it to be believed, is it obeyed, is it possible?
+//! Checks in every cycle: are the inputs credible and possible, and does the arm obey?
 
 pub(in crate::safety) mod agreement;
 pub(in crate::safety) mod clock;

@@ -1,26 +1,25 @@
-//! Does the arm do what it was told?
+//! Does the arm follow its commands?
 
 use crate::error::HapticsError;
 use crate::safety::cycle::Sent;
 use hwall_kinematics::{JointPositions, MOST_JOINTS};
 use hwall_numeric::check::{non_negative, positive};
 
-/// When an arm counts as one that does not do what it is told.
+/// When an arm counts as disobeying its commands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObedienceConfig {
-    /// Longest time from a commanded position to its place, s; default 0.15: the reaction of an iiwa is 0.022 s, and a motion
-    /// that its servo rounds off takes longer.
+    /// Longest time until a commanded position is reached, s; default 0.15: an iiwa reacts in 0.022 s, and its servo smooths the motion.
     pub delay_s: f64,
-    /// A joint may be this far beyond all positions that were commanded within that time, rad; default 0.3: a push bends an arm, and
-    /// one that is told to stop at once at full speed goes on for 0.1 to 0.2 rad.
+    /// A joint may be this far outside all positions commanded within that time, rad; default 0.3: a push bends an arm, and an arm that has to stop
+    /// at once from full speed overruns by 0.1 to 0.2 rad.
     pub tolerance_rad: f64,
-    /// For this long, s; default 0.1.
+    /// Longest time that a joint may be further out, s; default 0.1.
     pub lasting_s: f64,
-    /// A joint that does not move for `delay_s` while all positions of that time are this far away is stuck: no doubt is left, rad; default 0.1.
+    /// A joint that does not move for `delay_s` although all positions commanded in that time are this far away is stuck, rad; default 0.1.
     pub stuck_rad: f64,
-    /// Time in which an arm that is told to hold comes to rest, s; default 0.4.
+    /// Time in which an arm that is commanded to hold comes to rest, s; default 0.4.
     pub rest_s: f64,
-    /// From then on no joint may drift further than this, rad; default 0.05.
+    /// Afterwards no joint may drift further than this, rad; default 0.05.
     pub drift_rad: f64,
 }
 
@@ -56,10 +55,10 @@ impl ObedienceConfig {
 /// A joint that turned less than this has not moved, rad.
 const STANDS_RAD: f64 = 2e-3;
 
-/// Pieces that the delay is cut into.
+/// Number of time slots within the delay.
 const PIECES: usize = 16;
 
-/// Least and largest of each joint within a piece of time.
+/// Smallest and largest angle of each joint in a time slot.
 #[derive(Debug, Clone, Copy)]
 struct Span {
     began_s: f64,
@@ -89,29 +88,29 @@ impl Span {
     }
 }
 
-/// What the arm was told last.
+/// The kind of the last command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Told {
-    /// Torques, or nothing so far: it may be anywhere.
+    /// Torques, or nothing so far: the arm may be anywhere.
     Anything,
     Positions,
-    /// To hold: since when, and where it came to rest.
+    /// Hold: since when, and where the arm came to rest.
     Hold {
         since_s: f64,
         rested: Option<JointPositions>,
     },
 }
 
-/// Compares where the arm is with where it was told to be. An arm under torques goes where it is pushed; it is not judged.
+/// Compares the arm's position with its commands. An arm under torques goes where it is pushed; it is not checked.
 #[derive(Debug, Clone)]
 pub(in crate::safety) struct Obedience {
     config: ObedienceConfig,
     told: Told,
     spans: [Span; PIECES],
-    /// Where it was in the same pieces of time.
+    /// Measured angles in the same time slots.
     measured: [Span; PIECES],
     newest: usize,
-    /// Since when it is elsewhere, s.
+    /// Since when the arm has been elsewhere, s.
     astray_since_s: Option<f64>,
 }
 
@@ -127,7 +126,7 @@ impl Obedience {
         }
     }
 
-    /// Is the arm where it was told to be? `q` is measured and finite; times are of sound clocks.
+    /// Is the arm where it was commanded to be? `q` is measured and finite; times are of sound clocks.
     pub(in crate::safety) fn holds(
         &mut self,
         q: &JointPositions,
@@ -144,7 +143,7 @@ impl Obedience {
                 let at = *rested.get_or_insert(*q);
                 let drifts = (0..joints).any(|i| (q[i] - at[i]).abs() > c.drift_rad);
                 if drifts {
-                    // Said once; from here on anew.
+                    // Report once, then restart from here.
                     *rested = Some(*q);
                 }
                 !drifts
@@ -175,7 +174,7 @@ impl Obedience {
         }
     }
 
-    /// Keeps what is sent in this cycle; `q` is where the arm is.
+    /// Stores the command of this cycle; `q` is the measured configuration.
     pub(in crate::safety) fn remember(
         &mut self,
         sent: Sent,
@@ -190,7 +189,7 @@ impl Obedience {
                     self.spans = [Span::EMPTY; PIECES];
                     self.measured = [Span::EMPTY; PIECES];
                     self.spans[self.newest].began_s = now_s;
-                    // It starts from where it is.
+                    // The motion starts from the measured configuration.
                     if is_finite {
                         self.spans[self.newest].widen(q);
                     }

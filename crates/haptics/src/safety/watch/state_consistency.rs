@@ -1,14 +1,14 @@
-//! Where the arm was last known to be, and whether it can be where it says it is now.
+//! The last known position of the arm, and whether the measured one is consistent with it.
 
 use crate::arm::ArmState;
 use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 
-/// An arm that holds gives way by this under a push, rad.
+/// A holding arm may deflect by this under a push, rad.
 const GIVES_WAY_RAD: f64 = 0.05;
-/// An arm that is told to hold goes on for this long, s, and then brakes at least so hard, rad/s².
+/// An arm commanded to hold continues for this long, s, and then brakes at least this hard, rad/s².
 const REACTS_S: f64 = 0.05;
 const BRAKES_RAD_PER_S2: f64 = 5.0;
-/// While its angles were not seen to change it gained speed at most so fast, rad/s², for at most so long, s.
+/// While the angles were not observed, the arm gained speed at most at this rate, rad/s², for at most this long, s.
 const GAINS_RAD_PER_S2: f64 = 10.0;
 const LONGEST_UNSEEN_S: f64 = 0.2;
 
@@ -19,45 +19,45 @@ struct Sighting {
     qd: JointVelocities,
 }
 
-/// Velocities that add up to this while the angles are the same show that those are frozen, rad.
+/// If velocities integrate to this while the angles stay the same, the angles are frozen, rad.
 const MOVED_RAD: f64 = 0.01;
-/// Longest time between two states that is added up, s.
+/// Longest time between two states that is integrated, s.
 const LONGEST_TICK_S: f64 = 0.02;
 
-/// How the angles were lost.
+/// How the angles became unusable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Lost {
-    /// They leapt, were no numbers, or were too old: for so long nothing was seen of the arm, s.
+    /// They jumped, were not finite, or were too old: the arm was unobserved for this long, s.
     Suddenly { unseen_s: f64 },
-    /// They were the same for so long, s, while the velocities say that the arm moved: until they change they say nothing.
+    /// They stayed the same for this long, s, while the velocities show motion: until they change they carry no information.
     Frozen { for_s: f64 },
 }
 
-/// Why the arm is not where it says it is.
+/// Why the measured position is not trusted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::safety) enum Doubt {
-    /// It cannot have come there: a joint is this far from where it was known to be, rad.
+    /// The arm cannot have moved there: a joint is this far from its last known angle, rad.
     Elsewhere(f64),
-    /// The angles are still those that were frozen for so long, s.
+    /// The angles are still the frozen ones, since this long, s.
     StillFrozen(f64),
 }
 
-/// Follows the angles of the arm while they are sound. Once they were not, the arm holds, and they are believed again only where the
-/// held arm can be: an angle that leapt and stays where it leapt to is still wrong, however well its states agree with each other.
+/// Tracks the angles of the arm while they are sound. After a fault the arm holds, and angles are trusted again only where the held arm can be: an
+/// angle that jumped and stays there is still wrong, however well its states agree with each other.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::safety) struct StateConsistency {
-    /// The last that were sound.
+    /// The last sound state.
     sound: Option<Sighting>,
-    /// The first with these angles.
+    /// The first state with these angles.
     changed: Option<Sighting>,
     lost: Option<Lost>,
-    /// What the velocities add up to since the angles changed, rad.
+    /// Integral of the velocities since the angles changed, rad.
     drift_rad: [f64; MOST_JOINTS],
     last_s: f64,
 }
 
 impl StateConsistency {
-    /// The angles are not sound. `frozen_s`: for how long they have been the same, if that is what is wrong; `aged_s`: how old they are.
+    /// The angles are not sound. `frozen_s`: how long they have been frozen, if that is the fault; `aged_s`: their age.
     pub(in crate::safety) fn lose(&mut self, state: &ArmState, frozen_s: Option<f64>, aged_s: f64) {
         self.add_up(state);
         let moved = self.drift_rad.iter().any(|drift| drift.abs() > MOVED_RAD);
@@ -82,12 +82,12 @@ impl StateConsistency {
         }
     }
 
-    /// Wherever the arm says it is from now on, there it is: somebody has looked.
+    /// Trusts the measured position from now on: a person has checked it.
     pub(in crate::safety) fn believe(&mut self) {
         *self = Self::default();
     }
 
-    /// Takes angles that are sound by themselves.
+    /// Takes angles that passed their own checks.
     ///
     /// # Errors
     /// Why the arm cannot be there.
@@ -122,13 +122,13 @@ impl StateConsistency {
     }
 }
 
-/// A time within 0 and a bound; 0 for NaN, s.
+/// A time clamped to between 0 and a bound; 0 for NaN, s.
 fn at_most(bound_s: f64, s: f64) -> f64 {
     if s > 0.0 { s.min(bound_s) } else { 0.0 }
 }
 
-/// Can the arm have come there from where it was seen, if it was not seen for so long and then told to hold? The joint that is
-/// furthest beyond that, by how much it is away.
+/// Can the arm have moved here from its last seen state, if it was unobserved for `unseen_s` and then commanded to hold? If not, the deviation of the
+/// worst joint.
 fn elsewhere(seen: &Sighting, state: &ArmState, unseen_s: f64) -> Option<Doubt> {
     let mut worst = (0.0, 0.0);
     for i in 0..MOST_JOINTS {
@@ -136,11 +136,11 @@ fn elsewhere(seen: &Sighting, state: &ArmState, unseen_s: f64) -> Option<Doubt> 
         let gained = GAINS_RAD_PER_S2 * unseen_s;
         let speed = seen.qd[i].abs() + gained;
         let way_rad = speed * (REACTS_S + unseen_s + speed / (2.0 * BRAKES_RAD_PER_S2));
-        // It comes to rest ahead of where it was, not behind; one that was not seen may have turned back.
+        // The arm stops ahead of where it was, not behind; unobserved, it may have turned back.
         let ahead_rad = by_rad * seen.qd[i].signum();
         let back_rad = if unseen_s > 0.0 { way_rad } else { 0.0 };
         let beyond_rad = (-ahead_rad - back_rad).max(ahead_rad - way_rad) - GIVES_WAY_RAD;
-        // NaN is no proof that it can.
+        // NaN does not prove that it can.
         if beyond_rad.is_nan() {
             return Some(Doubt::Elsewhere(by_rad.abs()));
         }
@@ -173,7 +173,7 @@ mod tests {
             panic!("believed");
         };
         assert!((by_rad - 0.1).abs() < 1e-12);
-        // It stays lost, however often it says the same.
+        // It stays lost, however often it reports the same angles.
         assert!(consistency.find(&at(1.1, 0.0)).is_err());
         assert_eq!(consistency.find(&at(1.02, 0.0)), Ok(()));
         assert_eq!(consistency.find(&at(1.1, 0.0)), Ok(()));
@@ -228,7 +228,7 @@ mod tests {
     fn frozen_angles_say_nothing_until_they_change() {
         let mut consistency = StateConsistency::default();
         for k in 0..100 {
-            // The velocities go on, so that the arm is known to move.
+            // The velocities continue, so the arm is known to move.
             let t_s = 1e-3 * f64::from(k);
             let state = ArmState {
                 t_s,

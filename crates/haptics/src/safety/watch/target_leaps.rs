@@ -1,18 +1,18 @@
-//! Targets that leap to and fro.
+//! Targets that jump back and forth.
 
 use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_numeric::check::{non_negative, positive};
 
-/// How often a target may leap.
+/// How often a target may jump.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeapLimits {
-    /// A target that goes this far from one cycle to the next has leapt, m; default 0.05. A shorter way counts with the cube of its
-    /// share: a target that trembles by half as much may do so eight times as often.
+    /// A target that moves this far in one cycle has jumped, m; default 0.05. A shorter motion counts with the cube of its ratio: a target that
+    /// jitters by half as much may do so eight times as often.
     pub leap_m: f64,
-    /// So many leaps at once are borne; default 30: eyes and predictions change their minds.
+    /// Number of jumps tolerated at once; default 30: eyes and predictions change their minds.
     pub most: f64,
-    /// So many are forgotten every second, 1/s; default 10.
+    /// Rate at which jumps are forgotten, 1/s; default 10.
     pub forgotten_per_s: f64,
 }
 
@@ -39,7 +39,7 @@ impl LeapLimits {
     }
 }
 
-/// Counts leaps, and forgets them.
+/// Counts jumps, and forgets them.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::safety) struct TargetLeaps {
     last: Option<(DVec3, f64)>,
@@ -47,14 +47,14 @@ pub(in crate::safety) struct TargetLeaps {
 }
 
 impl TargetLeaps {
-    /// How far the target leapt, m, if it has leapt too often; times are of sound clocks.
+    /// Size of the jump, m, if the target has jumped too often; times are of sound clocks.
     pub(in crate::safety) fn step(
         &mut self,
         point_m: DVec3,
         now_s: f64,
         limits: &LeapLimits,
     ) -> Option<f64> {
-        // What is no place is named by others; the next one is compared with the last that was one.
+        // Another check reports a point that is not finite; the next point is compared with the last finite one.
         if !point_m.is_finite() {
             return None;
         }
@@ -63,7 +63,7 @@ impl TargetLeaps {
         self.count = (self.count - forgotten).max(0.0);
         let by_m = point_m.distance(before_m);
         let leaps = (by_m / limits.leap_m).powi(3).min(1.0);
-        // However long it leapt, soon after the last one it is forgotten.
+        // Limit the count, so that it is forgotten soon after the last jump.
         self.count = (self.count + leaps).min(1.1 * limits.most + 1.0);
         (self.count > limits.most).then_some(by_m)
     }
@@ -73,7 +73,7 @@ impl TargetLeaps {
 mod tests {
     use super::*;
 
-    /// The step of 1 ms in which leaps of a target are noticed.
+    /// The 1 ms step in which a target's jumps are detected.
     fn noticed(steps: usize, y_m: impl Fn(usize) -> f64) -> Option<usize> {
         let (limits, mut leaps) = (LeapLimits::default(), TargetLeaps::default());
         (0..steps).find(|k| {
@@ -88,7 +88,7 @@ mod tests {
             let k = noticed(2000, |k| if k % 2 == 0 { 0.0 } else { flip_m });
             assert!(k.is_some(), "{flip_m} m");
         }
-        // The place that a tracker of 90 Hz foresees trembles, or goes along with a hand at 2 m/s.
+        // The prediction of a 90 Hz tracker jitters, or follows a hand at 2 m/s.
         let frame = |k: usize| (k / 11) as f64;
         assert_eq!(noticed(20_000, |k| 0.02 * (frame(k) % 2.0)), None);
         assert_eq!(noticed(20_000, |k| 2e-3 * k as f64), None);

@@ -1,4 +1,4 @@
-//! What torque sensors say while nobody can touch the board.
+//! Torque sensor bias, measured while nobody can touch the board.
 
 use crate::arm::ArmState;
 use crate::error::HapticsError;
@@ -7,24 +7,25 @@ use crate::safety::limits::motion_guard::GuardLimits;
 use hwall_kinematics::{JointTorques, MOST_JOINTS};
 use hwall_numeric::check::{non_negative, positive};
 
-/// How the bias of the torque sensors is found, and how much of it is borne.
+/// How the torque sensor bias is estimated, and how much of it is tolerated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BiasConfig {
-    /// Largest bias, as a share of the largest torque of its joint; default 0.1 (17.6 N m at the shoulder of an iiwa 7, 4 N m at its wrist).
-    /// More hides a touch, or is taken for one.
+    /// Largest tolerated bias, as a share of the joint's largest torque; default 0.1 (17.6 N m at the shoulder of an iiwa 7, 4 N m at its wrist). A
+    /// larger bias hides a touch, or counts as one.
     pub most_share: f64,
-    /// Joints slower than this rest, rad/s; default 0.02.
+    /// Joints slower than this are at rest, rad/s; default 0.02.
     pub rest_rad_per_s: f64,
-    /// So long must the arm rest and the board be out of reach, s; default 0.5.
+    /// The arm must rest, and the board be out of reach, for this long, s; default 0.5.
     pub rest_s: f64,
     /// Time constant of the estimate, s; default 0.3.
     pub filter_s: f64,
-    /// The estimate is the mean of so many samples at least, from the last fifth of the rest on; default 50.
+    /// Least number of samples in the mean, from the last fifth of the rest on; default 50.
     pub least_samples: u32,
-    /// More than this beyond the bias is a contact of the arm: any while the board is out of reach, otherwise what pushes on its face do not explain. A share of the largest torque of
-    /// each joint; default 0.03 (5.3 N m at the shoulder of an iiwa 7, 1.2 N m at its wrist), above noise and errors of its model.
+    /// A torque beyond the bias by more than this is a contact of the arm: any such torque while the board is out of reach, otherwise what pushes on
+    /// its face do not explain. A share of each joint's largest torque; default 0.03 (5.3 N m at the shoulder of an iiwa 7, 1.2 N m at its wrist),
+    /// above noise and model errors.
     pub contact_share: f64,
-    /// Time constant with which that is smoothed, s; default 0.005.
+    /// Time constant of its low-pass filter, s; default 0.005.
     pub contact_filter_s: f64,
 }
 
@@ -58,22 +59,22 @@ impl BiasConfig {
     }
 }
 
-/// From this share of the rest on samples count: until then what they say may be an echo of the motion.
+/// Share of the rest after which samples count: earlier ones may be echoes of the motion.
 const SETTLED: f64 = 0.8;
 
 /// Averages external torques while the arm rests and the board is out of everybody's reach.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::safety) struct TorqueBias {
     config: BiasConfig,
-    /// For how long so far, s.
+    /// Duration of the rest so far, s.
     rested_s: f64,
-    /// Mean of the samples of this rest, until it is the bias, and their number.
+    /// Mean and number of the samples of this rest.
     mean: JointTorques,
     samples: u32,
-    /// Stamp of the newest sample, s: the same one again is none.
+    /// Time stamp of the newest sample, s: repeated samples do not count.
     last_s: Option<f64>,
     bias: Option<JointTorques>,
-    /// Beyond the bias, smoothed, N m.
+    /// Filtered torque beyond the bias, N m.
     beyond: JointTorques,
 }
 
@@ -90,8 +91,8 @@ impl TorqueBias {
         }
     }
 
-    /// The joint that feels a contact most, and how much beyond its bias, N m; of what is left beside the pushes that are expected.
-    /// Without a bias nothing is known.
+    /// The joint with the largest contact torque relative to its limit, and that torque beyond its bias, N m, less the expected pushes. `None`
+    /// without a bias.
     pub(in crate::safety) fn contact(
         &mut self,
         state: &ArmState,
@@ -119,12 +120,12 @@ impl TorqueBias {
         most.map(|(joint, _)| (joint, left[joint]))
     }
 
-    /// As of the last rest, N m.
+    /// The bias from the last rest, N m.
     pub(in crate::safety) const fn bias(&self) -> Option<JointTorques> {
         self.bias
     }
 
-    /// One cycle. `out_of_reach`: nobody can touch the board. A state that is not finite ends the rest.
+    /// One cycle. `out_of_reach`: nobody can touch the board. A non-finite state ends the rest.
     pub(in crate::safety) fn step(&mut self, state: &ArmState, out_of_reach: bool, dt_s: f64) {
         let slow = |qd: &f64| qd.abs() <= self.config.rest_rad_per_s;
         let torque = state.external_torque.filter(|torque| {
@@ -145,7 +146,7 @@ impl TorqueBias {
         if self.samples == 1 {
             self.mean = torque;
         }
-        // The plain mean at first, of the newest samples later.
+        // A plain mean at first, later an exponential one.
         let filtered = low_pass::share(dt_s, self.config.filter_s);
         let share = filtered.max(1.0 / f64::from(self.samples));
         for joint in 0..MOST_JOINTS {
@@ -156,7 +157,7 @@ impl TorqueBias {
         }
     }
 
-    /// The first joint whose bias is more than is borne, and the bias, N m.
+    /// The first joint whose bias exceeds the tolerance, and the bias, N m.
     pub(in crate::safety) fn beyond(
         &self,
         joints: usize,
@@ -197,7 +198,7 @@ mod tests {
                 assert!(t_s < 0.51, "{t_s} s");
             }
         }
-        // Each rest begins anew: no sample of the last one is left over.
+        // Each rest starts anew: no sample of the last one remains.
         bias.step(&state(2.0, 5.0), false, 1e-3);
         assert_eq!(bias.samples, 0);
     }

@@ -1,4 +1,4 @@
-//! Is an input still to be believed?
+//! Is an input still credible?
 
 use crate::error::HapticsError;
 use hwall_kinematics::MOST_JOINTS;
@@ -9,11 +9,11 @@ use hwall_numeric::check::{positive, that};
 pub struct ChannelWatch {
     /// Largest age, s, into the past and into the future.
     pub max_age_s: f64,
-    /// Largest change of any of its numbers between two samples, beside `rate_per_s`; in the input's unit, infinite for none.
+    /// Largest change of any value between two samples, in addition to `rate_per_s`; in the input's unit, infinite for none.
     pub jump: f64,
-    /// Fastest change that is possible, unit/s.
+    /// Fastest possible change, unit/s.
     pub rate_per_s: f64,
-    /// New samples that are the same to the last bit for longer than this are frozen, s; `None`: may be the same for ever.
+    /// New samples that stay bit-identical for longer than this are frozen, s; `None`: no check.
     pub frozen_s: Option<f64>,
 }
 
@@ -44,7 +44,7 @@ pub enum WatchFault {
         /// s; negative from the future.
         age_s: f64,
     },
-    /// It leapt.
+    /// It jumped.
     Jump {
         /// By how much, in the input's unit.
         by: f64,
@@ -67,7 +67,7 @@ pub struct Watch {
 struct Sample {
     values: [f64; MOST_JOINTS],
     stamp_s: f64,
-    /// Stamp of the first of the samples that are the same.
+    /// Time stamp of the first of the identical samples.
     same_since_s: f64,
 }
 
@@ -81,25 +81,24 @@ impl Watch {
         Ok(Self { limits, last: None })
     }
 
-    /// Forgets what was seen: the next sample may be anywhere.
+    /// Forgets the last sample: the next one may have any value.
     pub fn forget(&mut self) {
         self.last = None;
     }
 
-    /// Stamp of the newest sample that was finite, s.
+    /// Time stamp of the newest finite sample, s.
     #[must_use]
     pub fn last_stamp_s(&self) -> Option<f64> {
         self.last.map(|sample| sample.stamp_s)
     }
 
-    /// Looks at a sample. `should_change`: does something move that this input would show? Only then it can be frozen.
+    /// Checks a sample. `should_change`: does something move that this input would show? Only then can it be frozen.
     ///
-    /// Every finite sample is remembered, also one that is at fault: what leaps and then stays is sound again. The same sample
-    /// handed in again (same stamp) ages, but is not frozen.
+    /// Every finite sample is stored, also a faulty one: an input that jumps and then stays is sound again. A sample handed in again (same stamp)
+    /// ages, but is not frozen.
     ///
     /// # Errors
-    /// The first fault found: not finite, stale, leapt, frozen. More than seven values: those beyond are only checked to be
-    /// finite.
+    /// The first fault found: not finite, stale, jumped, frozen. Values beyond the seventh are only checked to be finite.
     pub fn check(
         &mut self,
         now_s: f64,
@@ -148,7 +147,7 @@ impl Watch {
         }
     }
 
-    /// The input did not come at all: once seen, it ages.
+    /// The input is missing in this cycle: once seen, it ages.
     ///
     /// # Errors
     /// Stale.

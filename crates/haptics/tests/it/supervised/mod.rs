@@ -8,7 +8,7 @@ use hwall_haptics::safety::{
 use hwall_haptics::{ArmCommand, ArmState, Board};
 use hwall_kinematics::{SrsArm, Wrench};
 
-/// A loop with an arm that does at once what it is told.
+/// A loop with an arm that executes commands at once.
 pub(crate) struct Bench {
     pub(crate) supervisor: Supervisor,
     pub(crate) now_s: f64,
@@ -18,7 +18,7 @@ pub(crate) struct Bench {
     pub(crate) force: Option<Wrench>,
     pub(crate) command: ArmCommand,
     pub(crate) ticks: u32,
-    /// Things that tremble, as measured ones do.
+    /// Values with jitter, like measurements.
     trembles: bool,
 }
 
@@ -59,7 +59,7 @@ impl Bench {
         }
     }
 
-    /// One cycle; `spoil` changes what the supervisor is handed.
+    /// One cycle; `spoil` changes the supervisor's inputs.
     pub(crate) fn step_with(&mut self, spoil: impl Fn(&mut Self, &mut f64)) -> SupervisorStep {
         self.now_s += DT_S;
         self.ticks += 1;

@@ -22,15 +22,15 @@ use std::sync::Arc;
 
 /// A hand that is overdue by this may not come at all, s.
 pub(super) const OVERDUE_S: f64 = 0.3;
-/// A board this close to its goal in time has come to rest there, s.
+/// A board with less motion time left than this has come to rest at its goal, s.
 pub(super) const RESTS_S: f64 = 0.02;
 /// A board stays short of the surface only if contact is expected within this time, s.
 const SOON_S: f64 = 0.3;
 
-/// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is waited for,
-/// no clock is read, and no input makes it fail.
+/// Answers every state of the arm with a command, at the rate of the control loop. It never allocates, waits for a lock, reads a clock or
+/// fails.
 ///
-/// One half of a [`Session`](crate::Session), for a thread of its own: [`Session::split`](crate::Session::split).
+/// One half of a [`Session`](crate::Session), which can run on its own thread: [`Session::split`](crate::Session::split).
 pub struct Control {
     pub(in crate::session) renderer: Renderer,
     pub(in crate::session) board: Board,
@@ -43,43 +43,43 @@ pub struct Control {
     pub(in crate::session) guidance: Guidance,
     pub(in crate::session) scratch: ArmScratch,
     pub(in crate::session) events: EventQueue,
-    /// The surfaces of the moving objects, in the order in which the renderer has them.
+    /// The surfaces of the moving objects, in the renderer's order.
     pub(in crate::session) objects: Vec<SurfaceId>,
-    /// Which of them the touch under way began on.
+    /// The object on which the current touch began.
     pub(in crate::session) touched_object: Option<usize>,
-    /// Its position then, rad or m.
+    /// Its position when the touch began, rad or m.
     #[cfg(feature = "texture")]
     pub(in crate::session) touched_at: f64,
     pub(in crate::session) safety: Safety,
     pub(in crate::session) state: SessionState,
     pub(in crate::session) step: Option<RenderStep>,
-    /// The touch under way; a hold for want of a good state or clock does not end it.
+    /// The current touch; a hold because of a bad state or clock does not end it.
     pub(in crate::session) contact: Option<Contact>,
     /// The hand was expected at the goal by now.
     pub(in crate::session) late: bool,
-    /// The board cannot be at its goal in time, and stays short of it.
+    /// The board cannot be at its goal in time and stays short of it.
     pub(in crate::session) short: bool,
-    /// It has come to rest short of this goal once: from there on the way is short.
+    /// The board has come to rest short of this goal once; the remaining motion is short.
     pub(in crate::session) rested_short: bool,
-    /// Until when the board stays where it is although it was sent to a place that it cannot reach in time, s.
+    /// Until then the board stays where it is, although it was sent to a place that it cannot reach in time, s.
     pub(in crate::session) stays_until_s: Option<f64>,
-    /// The goal was announced late; once for each goal.
+    /// The goal was reported late; once for each goal.
     pub(in crate::session) late_announced: bool,
     /// As of the last step.
     pub(in crate::session) link_in_front: Option<LinkInFront>,
     /// Guidance older than this no longer moves a touched board, s.
     #[cfg(feature = "texture")]
     pub(in crate::session) max_guidance_age_s: f64,
-    /// The goal that was announced unreachable.
+    /// The goal that was reported unreachable.
     pub(in crate::session) unreachable: Option<BoardTarget>,
 }
 
-/// What a touch began with, and what became of it.
+/// State of a touch.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::session) struct Contact {
-    /// How often the world had moved before.
+    /// How many times the world had moved before the touch.
     moves_before: u64,
-    /// Once moved it stays so: what is touched is no longer where it is shown.
+    /// Did the world move since? Stays set, because what is touched is no longer where it is shown.
     world_moved: bool,
 }
 
@@ -92,14 +92,14 @@ pub struct MovingSurface {
     pub position: f64,
     /// Velocity of the same, rad/s or m/s.
     pub velocity: f64,
-    /// Kinetic energy and that of springs and latches, J.
+    /// Kinetic energy plus that of springs and latches, J.
     pub energy_j: f64,
     /// Is it under the hand: touched, or the finger still near?
     pub touched: bool,
 }
 
 impl Control {
-    /// The command for the coming cycle. `now_s` and the stamp of the state are on one clock, that of the arm.
+    /// The command for the coming cycle. `now_s` and the stamp of the state are on the clock of the arm.
     ///
     /// If an input is missing or wrong, the state is [`SessionState::Holding`] with the reason
     /// ([`HoldReason`](hwall_haptics::HoldReason)); motion resumes once the inputs are good again.
@@ -145,7 +145,7 @@ impl Control {
             .guidance
             .answer
             .zip(target)
-            // Where a person is in the way, the board stays further behind.
+            // If a person is in the way, use the target instead: the board then stays further behind.
             .filter(|(_, target)| !self.renderer.recedes_for(target, &person_m[..points]))
             .map(|(answer, target)| PostureTarget {
                 q: answer.q(self.short),
@@ -183,7 +183,7 @@ impl Control {
         match self.contact {
             Some(contact) if contact.world_moved => None,
             Some(_) => self.touched_object,
-            // Paths are those of a world that stands where it stood.
+            // Paths are valid only in a world that has not moved.
             None if self.guidance.world_moves > 0 => None,
             None => {
                 let surface = self.guidance.surface?;
@@ -235,13 +235,13 @@ impl Control {
         self.safety.state()
     }
 
-    /// What judges its motions; `None`: nobody does.
+    /// The supervisor; `None` without one.
     #[must_use]
     pub const fn supervisor(&self) -> Option<&Supervisor> {
         self.safety.supervisor()
     }
 
-    /// Is a fault latched? Then the arm stands, or gives way, until [`Control::reset`].
+    /// Is a fault latched? The arm then stands still or yields until [`Control::reset`].
     #[must_use]
     pub const fn is_latched(&self) -> bool {
         self.safety.is_latched()
@@ -252,13 +252,13 @@ impl Control {
         self.safety.reset();
     }
 
-    /// The arm did not take the last command: it holds with the next step, until commands are taken again. Without a supervisor it does
-    /// nothing.
+    /// Reports that the arm did not take the last command: it holds from the next step on, until it takes commands again. Without a
+    /// supervisor this does nothing.
     pub fn refused(&mut self) {
         self.safety.refused();
     }
 
-    /// Stops the arm with the next step, latched. Without a supervisor it does nothing.
+    /// Stops the arm with the next step, latched. Without a supervisor this does nothing.
     pub fn stop(&mut self) {
         self.stop_for(SafeReason::Requested);
     }
@@ -292,12 +292,12 @@ impl Control {
         self.texture.as_ref()
     }
 
-    /// The next event of this half that was not taken yet, in order of time.
+    /// The next event of this half that was not yet taken, in order of time.
     pub fn next_event(&mut self) -> Option<Event> {
         self.events.pop()
     }
 
-    /// Number of events lost because nobody took them in time.
+    /// Number of events lost because they were not taken in time.
     #[must_use]
     pub const fn missed_events(&self) -> u64 {
         self.events.missed()

@@ -1,19 +1,18 @@
-//! Where two surfaces meet, a board keeps to the one that it serves if it would be too late on the other.
+//! At the edge of two surfaces, keeps the board on the one that it serves if it would be late on the other.
 
 use super::commands::{Control, OVERDUE_S, RESTS_S};
 use crate::session::handover::Guidance;
 use hwall_haptics::{BoardTarget, QUARTER_TURNS_RAD, board_pose};
 use hwall_kinematics::{BranchPolicy, NearestConfig};
 
-/// A way round an edge, to another surface, takes this much longer than its joints need at the least: the board has to back out.
+/// A motion around an edge to another surface takes this multiple of its least joint time: the board has to back out.
 const AROUND: f64 = 1.5;
-/// A place this near to another one may be the one that is touched instead, m: a board's width.
+/// Within this distance of a place, another one may be touched instead, m: a board's width.
 const BESIDE_M: f64 = 0.2;
 
 impl Control {
-    /// Keeps the place that is served if the new one is on another surface beside it, and cannot be reached before the hand: a board
-    /// that leaves a place where the touch may come for one where it cannot be is in neither. At the edge of two surfaces
-    /// predictions waver between them.
+    /// Keeps the served place if the new one is beside it on another surface and cannot be reached before the hand. Predictions at an edge
+    /// waver between its surfaces, and a board that leaves for a place it cannot reach in time is at neither.
     pub(super) fn stay_if_other_is_too_far(&mut self, now_s: f64, guidance: &mut Guidance) {
         let until_s = self.stays_until_s.take();
         let (Some(last), Some(next), Some(contact_s)) =
@@ -21,16 +20,16 @@ impl Control {
         else {
             return;
         };
-        // What is not finite is passed on: the arm holds for it, and says so.
+        // Non-finite values are passed on: the arm holds and reports them.
         let is_sound =
             next.normal.is_finite() && next.roll_rad.is_none_or(|roll_rad| roll_rad.is_finite());
         let is_beside = is_sound && last.point_m.distance(next.point_m) <= BESIDE_M;
         let presents = last.behind_m == 0.0 && next.behind_m == 0.0 && self.contact.is_none();
-        // A solver that searches has no time to be asked again.
+        // A solver that searches is too slow to be called again.
         let is_other_kind = self.guidance.answer.is_some()
             || guidance.answer.is_some()
             || self.renderer.arm().searches();
-        // Surfaces of a world that moved are no longer where they were.
+        // In a world that moved, surfaces are no longer where they were.
         let has_moved = self.guidance.world_moves != guidance.world_moves;
         let is_same_surface = self.guidance.surface == guidance.surface;
         if is_same_surface || has_moved || !is_beside || !presents || is_other_kind {
@@ -51,13 +50,13 @@ impl Control {
         }
     }
 
-    /// Least time to a target, s: the way that its map knows, or else at whichever quarter turn; infinite for one that cannot be held.
+    /// Least time to a target, s: to the configuration from its map, or else at any quarter turn; infinite if it cannot be held.
     fn takes_s(&mut self, target: &BoardTarget) -> f64 {
         let follower = self.renderer.follower();
         if let Some(near) = &target.near {
             return follower.least_time_to_s(near);
         }
-        // No map knows the place: a shelf's top, say.
+        // No map has the place, for example the top of a shelf.
         let (arm, here) = (follower.arm(), follower.commanded());
         let mut least_s = f64::INFINITY;
         for turn_rad in QUARTER_TURNS_RAD {
@@ -65,7 +64,7 @@ impl Control {
             let Ok(pose) = board_pose(target.point_m, target.normal, roll_rad) else {
                 continue;
             };
-            // Looking through all branches takes ten times as long, too long for a step.
+            // Searching all branches takes ten times as long, too long for a step.
             let config = NearestConfig {
                 policy: BranchPolicy::Keep,
                 ..NearestConfig::default()
@@ -94,12 +93,12 @@ mod tests {
 
     const NOW_S: f64 = 0.0;
 
-    /// Serves a place on a wall, `left_s` away from it, and is sent to another one, a quarter turn away: is the first one kept?
+    /// Serves a place on a wall, `left_s` away from it, and is sent to another one, a quarter turn away. Is the first one kept?
     fn keeps(left_s: f64, change: impl Fn(&mut Guidance)) -> bool {
         keeps_until(None, left_s, change)
     }
 
-    /// The same where it has been kept before, until some time at the latest.
+    /// The same if it has been kept before, until `until_s` at the latest.
     fn keeps_until(until_s: Option<f64>, left_s: f64, change: impl Fn(&mut Guidance)) -> bool {
         let obj = "o wall\nv 0.7 -1 0\nv 0.7 1 0\nv 0.7 1 2\nv 0.7 -1 2\nf 1 2 3 4\n";
         let (scene, _) = Scene::from_obj_str(obj, None).expect("a wall");
@@ -155,13 +154,13 @@ mod tests {
     fn a_board_that_is_in_time_does_not_leave_for_a_place_round_the_edge_that_it_cannot_reach() {
         assert!(keeps(0.0, |_| {}));
         assert!(keeps(0.3, |_| {}));
-        // It would not be in time here either, or would be in time there.
+        // Late here as well, or in time there.
         assert!(!keeps(0.4, |_| {}));
         assert!(!keeps(0.0, |guidance| guidance.contact_s = Some(3.0)));
-        // Not for ever: once the hand is overdue, where it is expected now counts.
+        // Not for ever: once the hand is overdue, the new place counts.
         assert!(keeps_until(Some(NOW_S + 0.01), 0.0, |_| {}));
         assert!(!keeps_until(Some(NOW_S - 0.01), 0.0, |_| {}));
-        // What is far away, on the same surface, behind it, or in a world that moved is another matter.
+        // Not for a place that is far away, in a world that moved, without a target or without a normal.
         let far = |guidance: &mut Guidance| {
             if let Some(target) = &mut guidance.target {
                 target.point_m.y = 0.5;
@@ -176,7 +175,7 @@ mod tests {
             }
         };
         assert!(!keeps(0.0, no_normal));
-        // One that no map knows is looked for: the arm cannot hold the board with its face towards itself there.
+        // A place outside the maps is solved for: the arm cannot hold the board there with its face towards itself.
         let unknown = |normal: DVec3| {
             move |guidance: &mut Guidance| {
                 if let Some(target) = &mut guidance.target {

@@ -11,13 +11,13 @@ use hwall_haptics::{
 };
 use hwall_kinematics::{ArmKinematics, JointPositions};
 
-/// The supervisor, if there is one, and what it said last.
+/// The supervisor, if there is one, and its last result.
 pub(in crate::session) struct Safety {
     supervisor: Option<Supervisor>,
     last: Option<SupervisorStep>,
-    /// The name that the renderer has given to the fault, and the supervisor's.
+    /// The fault as reported by the renderer and by the supervisor.
     named: Option<(HoldReason, SafeState)>,
-    /// As the guidance had it last.
+    /// As in the last guidance.
     people_before: u64,
 }
 
@@ -44,7 +44,7 @@ impl Safety {
         })
     }
 
-    /// What ways keep clear of.
+    /// What paths keep clear of.
     pub(in crate::session) fn separation(&self) -> Option<Separation> {
         Some(self.supervisor.as_ref()?.separation().clone())
     }
@@ -59,12 +59,12 @@ impl Safety {
         supervisor.map_or(PersonBody::default(), |supervisor| *supervisor.person())
     }
 
-    /// Where the arm is known to be free.
+    /// The configuration in which the arm was first free to move, rad.
     pub(super) fn began(&self) -> Option<JointPositions> {
         self.supervisor.as_ref().and_then(Supervisor::began)
     }
 
-    /// What the renderer is asked to do in the coming step. A touched board stands: it is not withdrawn from under a hand, unless
+    /// What the renderer is asked to do in the coming step. A touched board stands still instead of withdrawing from under a hand, unless
     /// that hand presses too hard.
     pub(super) fn request(&self, is_touched: bool) -> Option<SafeRequest> {
         let last = self.last?;
@@ -106,8 +106,8 @@ impl Safety {
 
     /// The command to send instead of the renderer's.
     ///
-    /// A touch does not heed the tracked hand: it is known by its force, and the board stands under it, or goes along with what it
-    /// pushes. The board stops under the hand when the head is lost.
+    /// During a touch the tracked hand is ignored: the contact force locates it, and the board stands still under it or moves with the
+    /// pushed object. The board stops under the hand when the head is lost.
     pub(super) fn step(
         &mut self,
         now_s: f64,
@@ -172,7 +172,7 @@ impl Safety {
             force: step.wrench,
             command: step.command,
         });
-        // What does not withdraw, stands.
+        // A retreat without motion is a hold.
         if let (SafeState::Retreating { reason }, ArmCommand::Hold) = (said.state, said.command) {
             said.state = SafeState::Holding { reason };
         }
@@ -180,8 +180,8 @@ impl Safety {
         said.command
     }
 
-    /// The state that is in force instead of the session's; `None` while commands go through. A fault that the renderer has
-    /// named keeps that name until the arm stands for another one.
+    /// The state that replaces the session's; `None` while commands go through. A fault that the renderer has reported keeps its name until
+    /// the arm stands still for another one.
     pub(super) fn in_force(&mut self, phase: Phase) -> Option<SessionState> {
         let last = self.last?;
         // The first states of an arm that has nothing to do yet.
@@ -197,7 +197,7 @@ impl Safety {
                 self.named = None;
                 return None;
             }
-            // A renderer that has no sound state of the arm cannot withdraw, but stands.
+            // Without a sound state of the arm, the renderer cannot withdraw, but stands still.
             _ => !last.latched && last.command == ArmCommand::Hold,
         };
         if let Phase::Hold(reason) = phase
@@ -215,7 +215,7 @@ impl Safety {
     }
 }
 
-/// A board further than this from fingertip, palm and head is touched by none of them, m.
+/// A board further than this from fingertip, palm and head is out of their reach, m.
 const OUT_OF_REACH_M: f64 = 0.3;
 
 /// Does the supervisor do the same for the same fault? Numbers may differ.

@@ -1,4 +1,4 @@
-//! What a session says of its board.
+//! What a session reports about its board.
 
 use hwall_haptics::{HoldReason, SafeState};
 
@@ -10,12 +10,12 @@ pub enum SessionState {
     Holding(HoldReason),
     /// At its waiting posture, or on the way there: nothing is about to be touched.
     Waiting,
-    /// Behind the surface that is looked at, or on the way there.
+    /// At a target behind the surface, or on the way there.
     GettingReady,
     /// On its way to the goal.
     Approaching,
-    /// The board cannot be at its goal before the hand, or the hand was expected there by now: it stays behind the surface,
-    /// creeps, or stands because no way leads there behind the surfaces.
+    /// The board cannot be at its goal before the hand, or the hand is overdue. It stays behind the surface, creeps, or stands still
+    /// because no path behind the surfaces leads there.
     Late,
     /// A person is where the board would have to be: it stays behind them.
     Obstructed,
@@ -25,7 +25,7 @@ pub enum SessionState {
     Touched,
     /// Touched while the virtual world moves around the arm: it stands still where it is until it is released.
     TouchedInMovingWorld,
-    /// The supervisor has taken over: the board stands, withdraws, or gives way. Not for a fault that the renderer has named and
-    /// for which the arm stands: that is [`SessionState::Holding`].
+    /// The supervisor has taken over: the board stands still, withdraws, or yields. If the renderer reported the fault and the arm stands
+    /// still for it, the state is [`SessionState::Holding`].
     Safe(SafeState),
 }

@@ -1,4 +1,4 @@
-//! The surfaces that the board stays behind, where the world and its doors are now.
+//! The surfaces that the board stays behind, at the current pose of the world and opening of its doors.
 
 use crate::error::SessionError;
 use crate::objects::paths_of;
@@ -9,47 +9,46 @@ use hwall_haptics::{BarrierTree, ObjectPath, Planner};
 use hwall_scene::{Facet, Scene, SurfaceId};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Doors that opened by more than this since, rad or m, are barriers elsewhere.
+/// A change of an opening above this moves barriers, rad or m.
 const OPENED: f64 = 1e-3;
 
-/// A world that tilted by more than this since shows other surfaces upright, as a cosine; 1 degree, as for
-/// [`Scene::vertical_facets`].
+/// A world that tilted by more than this has other upright surfaces, as a cosine; 1 degree, as for [`Scene::vertical_facets`].
 const TILTED: f64 = 0.99985;
 
-/// A vertical piece of a surface where it was when the scene was looked at, base frame.
+/// A vertical surface piece where it was when the scene was scanned, base frame.
 struct Piece {
     facet: Facet,
-    /// How its surface moves, and the opening at which it was looked at.
+    /// How its surface moves, and its opening during the scan.
     moves: Option<(ObjectPath, f64)>,
 }
 
-/// Follows the surfaces of a scene, and tells the planner where they are. Pieces that are upright are carried along with
-/// doors and world; only a world that leapt or tilted is looked at again.
+/// Tracks the surfaces of a scene and sends them to the planner. Upright pieces move with doors and world; only a world that jumped or
+/// tilted is scanned again.
 pub(in crate::session) struct WorldBarriers {
     paths: Vec<(SurfaceId, ObjectPath)>,
     pieces: Vec<Piece>,
-    /// Where the world stood when it was looked at.
+    /// Pose of the world during the scan.
     base_from_seen: Pose,
     corners_m: Vec<DVec3>,
-    /// What was told last: openings by surface, the place of the world, how often it had leapt.
+    /// What was sent last: openings by surface, pose of the world, number of jumps.
     openings: Vec<f64>,
     base_from_world: Pose,
     leaps: u64,
     is_known: bool,
     barriers: BarrierTree,
-    /// How often they were told.
+    /// How many times barriers were sent.
     told: u64,
     newest: Newest,
 }
 
-/// Of what does not move it is 0, rad or m.
+/// Opening of a surface, rad or m; 0 if it does not move.
 fn opening(scene: &Scene, surface: SurfaceId) -> f64 {
     scene.opening(surface).unwrap_or(0.0)
 }
 
-/// Surfaces that were told and not yet taken.
+/// Surfaces that were sent and not yet taken.
 struct Told {
-    /// `None`: nobody knows them.
+    /// `None`: they are unknown.
     barriers: Option<BarrierTree>,
     base_from_world: Pose,
     leaps: u64,
@@ -58,7 +57,7 @@ struct Told {
 
 type Newest = Arc<Mutex<Option<Told>>>;
 
-/// Where the planner finds them.
+/// The planner's end.
 pub(in crate::session) struct BarrierReceiver {
     newest: Newest,
     base_from_world: Pose,
@@ -66,7 +65,7 @@ pub(in crate::session) struct BarrierReceiver {
 }
 
 impl WorldBarriers {
-    /// Those of a scene in the base frame, and the other end.
+    /// Both ends, with the barriers of a scene in the base frame.
     pub(in crate::session) fn new(scene: &Scene) -> Result<(Self, BarrierReceiver), SessionError> {
         let newest = Newest::default();
         let receiver = BarrierReceiver {
@@ -93,7 +92,7 @@ impl WorldBarriers {
         Ok((made, receiver))
     }
 
-    /// Finds the upright pieces where the world stands now.
+    /// Finds the upright pieces at the current pose of the world.
     fn look(&mut self, scene: &Scene) -> Result<(), SessionError> {
         self.pieces.clear();
         let facets = match self.base_from_world == Pose::IDENTITY {
@@ -114,27 +113,27 @@ impl WorldBarriers {
         Ok(())
     }
 
-    /// Has the world tilted since it was looked at?
+    /// Has the world tilted since the scan?
     fn is_tilted(&self) -> bool {
         let moved = self.base_from_world * self.base_from_seen.inverse();
         let upright = moved.rotation().z_axis.z;
         upright.is_nan() || upright < TILTED
     }
 
-    /// How often they were told to the planner.
+    /// How many times barriers were sent to the planner.
     pub(in crate::session) const fn told(&self) -> u64 {
         self.told
     }
 
-    /// Those of now.
+    /// The current barriers.
     pub(in crate::session) const fn all(&self) -> &BarrierTree {
         &self.barriers
     }
 
-    /// Sees whether something has moved since, and tells the other half if so.
+    /// Updates the barriers and sends them to the planner if something has moved.
     ///
     /// # Errors
-    /// The surfaces cannot be made out, since the last call; the other half knows none from then on.
+    /// The surfaces cannot be computed; reported once. Until they can be again, the planner knows none.
     pub(in crate::session) fn keep(
         &mut self,
         scene: &Scene,
@@ -160,7 +159,7 @@ impl WorldBarriers {
         let was_known = std::mem::replace(&mut self.is_known, made.is_ok());
         self.send();
         match made {
-            // Said once.
+            // Reported once.
             Err(_) if !was_known => Ok(()),
             made => made,
         }

@@ -1,4 +1,4 @@
-//! Touches that the board felt, on their way back to the tracker's half.
+//! Touches that the board felt, sent to the tracker's half.
 
 use glam::DVec3;
 use hwall_hand::{HandFrame, HandState};
@@ -12,7 +12,7 @@ const NONE: u64 = u64::MAX;
 pub(in crate::session) struct Feeler(Arc<AtomicU64>);
 
 impl Feeler {
-    /// The board was pressed, s, on the arm's clock. Neither allocates nor waits.
+    /// Reports a press of the board, s, on the arm's clock. Neither allocates nor waits.
     pub(in crate::session) fn felt(&self, t_s: f64) {
         if t_s.is_finite() {
             self.0.store(t_s.to_bits(), Ordering::Release);
@@ -25,15 +25,15 @@ pub(in crate::session) struct FeltTouches {
     newest: Arc<AtomicU64>,
     heard: u64,
     seen: u64,
-    /// The touching point in the frame before, in the frame of the scene: when, s, and where, m.
+    /// The touching point of the previous frame, in the frame of the scene: time, s, and position, m.
     last: Option<(f64, DVec3)>,
-    /// The place of the last touch, until the hand has gone away from it, m.
+    /// Position of the last touch, until the hand has left it, m.
     at_m: Option<DVec3>,
 }
 
-/// A touch and a frame of the tracker are this far apart at most, s; else one of the clocks is wrong.
+/// Most time between a touch and a frame of the tracker, s; beyond it one of the clocks is wrong.
 const APART_S: f64 = 0.1;
-/// A hand that has not been this far away since the last touch presses again; that is no other reach, m.
+/// A hand that has not been this far away since the last touch presses again, m; that is no new reach.
 const AWAY_M: f64 = 0.05;
 
 /// Both ends.
@@ -50,14 +50,13 @@ pub(in crate::session) fn felt_touches() -> (Feeler, FeltTouches) {
 }
 
 impl FeltTouches {
-    /// The touches until now count in the next step.
+    /// Makes the touches until now count in the next step.
     pub(in crate::session) fn listen(&mut self) {
         self.heard = self.newest.load(Ordering::Acquire);
     }
 
-    /// Takes a frame in the frame of the scene and the hand in it, `None` if it is lost; returns where, m, and when, s, on
-    /// the clock of the tracker, a touch was felt since the frame before. A touch of a hand that was not seen in both is
-    /// not told.
+    /// Takes a frame in the frame of the scene, and its hand (`None` if lost). Returns where, m, and when, s, on the clock of the tracker,
+    /// a touch was felt since the previous frame. A touch is dropped unless the hand was seen in both frames.
     pub(in crate::session) fn step(
         &mut self,
         frame: &HandFrame,
@@ -88,7 +87,7 @@ impl FeltTouches {
         Some((at_m, felt_s))
     }
 
-    /// The world leapt: places of before mean nothing.
+    /// Drops earlier positions after the world jumped.
     pub(in crate::session) const fn reset(&mut self) {
         self.last = None;
         self.at_m = None;
@@ -129,7 +128,7 @@ mod tests {
         feeler.felt(11.005);
         let (at_m, t_s) = step(1.01, 0.02).expect("felt");
         assert!((at_m.x - 0.01).abs() < 1e-9 && (t_s - 1.005).abs() < 1e-9);
-        // Pressed again without having left: no other reach.
+        // Pressed again without leaving: no new reach.
         feeler.felt(11.015);
         assert_eq!(step(1.02, 0.03), None);
         assert_eq!(step(1.03, 0.20), None);
@@ -152,7 +151,7 @@ mod tests {
             touches.listen();
             assert_eq!(touches.step(&frame(1.04, 0.0), Some(&hand), 0.0), None);
         }
-        // A tracker's clock that stands still or goes back.
+        // A tracker clock that stands still or goes back.
         feeler.felt(1.045);
         touches.listen();
         assert_eq!(touches.step(&frame(1.03, 0.0), Some(&hand), 0.0), None);

@@ -1,4 +1,4 @@
-//! What the tracker's side tells the control side.
+//! What the tracker's side sends to the control side.
 
 use crate::fingertip::Fingertip;
 use crate::session::response::Answer;
@@ -7,12 +7,12 @@ use hwall_haptics::{BoardTarget, PostureTarget};
 use hwall_kinematics::JointPositions;
 use hwall_scene::SurfaceId;
 
-/// Where the board shall go and what it shall stand for there, as of one frame of the tracker.
+/// Where the board should go and what it represents there, as of one frame of the tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(in crate::session) struct Guidance {
-    /// In the base frame, its stamp on the clock of the arm; `None`: no touch is foreseen.
+    /// In the base frame, stamped on the clock of the arm; `None`: no touch is predicted.
     pub(in crate::session) target: Option<BoardTarget>,
-    /// The surface that the board stands for.
+    /// The surface that the board represents.
     pub(in crate::session) surface: Option<SurfaceId>,
     /// Its roughness in the scene.
     pub(in crate::session) roughness: Option<f64>,
@@ -28,10 +28,10 @@ pub(in crate::session) struct Guidance {
     pub(in crate::session) other_hand_m: Option<DVec3>,
     /// When hands, elbow and head were seen, on the clock of the arm, s.
     pub(in crate::session) seen_s: f64,
-    /// Where the arm waits for this person; counts while there is no target.
+    /// Waiting posture for this person; used while there is no target.
     pub(in crate::session) waits: Option<PostureTarget>,
-    /// The configuration that answers the hand, from a predictor that knows joints: the arm goes there, whatever the target's
-    /// place, which then is where the face is by these angles.
+    /// The configuration that answers the hand, from a predictor that gives joints. The arm goes there whatever the target's place, which
+    /// is then the position of the face at these joints.
     pub(in crate::session) answer: Option<Answer>,
     /// When the hand is expected at the surface, on the clock of the arm, s.
     pub(in crate::session) contact_s: Option<f64>,
@@ -61,7 +61,7 @@ const ELBOW: u64 = 4096;
 const OTHER_HAND: u64 = 8192;
 
 impl Guidance {
-    /// As plain words, for the hand-over between threads.
+    /// As words, for the hand-over between threads.
     pub(super) fn to_words(self) -> [u64; WORDS] {
         let mut words = [0; WORDS];
         let mut present = 0;

@@ -1,4 +1,4 @@
-//! What goes between the two halves of a session, on one thread or on two: nobody waits, and the newest counts.
+//! Hand-over between the halves of a session, on one thread or on two: nobody waits, and the newest value counts.
 
 mod barriers;
 mod felt;

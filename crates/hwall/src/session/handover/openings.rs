@@ -1,10 +1,10 @@
-//! How far doors are open, from the control loop to the tracker's side.
+//! Door openings, from the control loop to the tracker's side.
 
 use super::sequence_lock::{Reader, Writer, sequence_lock};
 use hwall_haptics::RenderedObject;
 use hwall_scene::{Scene, SurfaceId};
 
-/// Tells how far objects have moved.
+/// Sends the positions of objects.
 pub(in crate::session) struct OpeningSender {
     writer: Writer,
     told: Box<[f64]>,
@@ -34,7 +34,7 @@ pub(in crate::session) fn openings(surfaces: &[SurfaceId]) -> (OpeningSender, Op
 }
 
 impl OpeningSender {
-    /// Tells positions that have changed.
+    /// Sends the positions if one has changed.
     pub(in crate::session) fn tell(&mut self, objects: &[RenderedObject]) {
         let mut changed = false;
         for (told, rendered) in self.told.iter_mut().zip(objects) {
@@ -49,7 +49,7 @@ impl OpeningSender {
 }
 
 impl OpeningReceiver {
-    /// What the hand has opened is open in the scene, too.
+    /// Opens in the scene what the hand has opened.
     pub(in crate::session) fn take(&mut self, scene: &mut Scene) {
         let count = self.words.len();
         if !self.reader.read(&mut self.words, |_| count) {
@@ -58,7 +58,7 @@ impl OpeningReceiver {
         for (surface, word) in self.surfaces.iter().zip(&self.words) {
             let position = f64::from_bits(*word);
             if scene.opening(*surface) != Some(position) {
-                // The object keeps to the range of its surface.
+                // The object stays within the range of its surface.
                 let _ = scene.set_opening(*surface, position);
             }
         }

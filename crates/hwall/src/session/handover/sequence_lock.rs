@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering, fence};
 
-/// After this many interrupted reads the reader keeps what it had; it tries again later.
+/// After this many interrupted reads, the reader keeps its old value and tries again later.
 const TRIES: usize = 8;
 
 /// A sequence lock on atomic words. Neither side allocates, blocks or waits for the other; a reader that a writer interrupts
@@ -23,7 +23,7 @@ pub(super) struct Reader {
     seen: u64,
 }
 
-/// Both ends of so many words, all zero.
+/// Both ends for this many words, all zero.
 pub(super) fn sequence_lock(words: usize) -> (Writer, Reader) {
     let slot = Arc::new(Slot {
         sequence: AtomicU64::new(0),
@@ -37,7 +37,7 @@ pub(super) fn sequence_lock(words: usize) -> (Writer, Reader) {
 }
 
 impl Writer {
-    /// Replaces the first words; more than there are do not count.
+    /// Replaces the first words; surplus ones are ignored.
     pub(super) fn write(&mut self, words: impl IntoIterator<Item = u64>) {
         let Slot {
             sequence,
@@ -54,8 +54,8 @@ impl Writer {
 }
 
 impl Reader {
-    /// Copies the words if they were replaced since the last call; were they? If not, `copy` holds nothing of value. `count` says
-    /// from the first word how many there are to be copied.
+    /// Copies the words if they were replaced since the last call; returns whether they were. If not, `copy` holds nothing useful. `count`
+    /// returns, from the first word, how many words to copy.
     pub(super) fn read(&mut self, copy: &mut [u64], count: impl Fn(u64) -> usize) -> bool {
         let Slot { sequence, words } = &*self.slot;
         for _ in 0..TRIES {

@@ -1,4 +1,4 @@
-//! From what is foreseen to where the board shall be.
+//! From the prediction to the target of the board.
 
 use super::{Intent, Perception};
 use crate::session::event::{EventKind, Foreseen, Goal};
@@ -9,14 +9,14 @@ use hwall_haptics::{BoardTarget, PostureTarget};
 use hwall_reachability::Presented;
 
 impl<P: Predictor> Perception<P> {
-    /// Where the control half shall bring the board.
+    /// Sets the guidance for the control half.
     pub(super) fn guide(&mut self, foreseen: Option<Foreseen>) {
         let mut guidance = Guidance {
             world_moves: self.world.moves(),
             ..self.newest.person
         };
         let stamp_s = guidance.seen_s;
-        // Joints were learnt in a world that stands where it stood.
+        // Joints were learnt in a world that has not moved.
         let intent = match self.newest.responds_with {
             Some(_) if self.world.world_from_base().is_some() => Some(Intent::Wait),
             _ => self.newest.intent,
@@ -44,17 +44,17 @@ impl<P: Predictor> Perception<P> {
                     ..posture
                 });
             }
-            // Without a posture to wait at, joints that do not count lead nowhere: the arm holds.
+            // Without a waiting posture, unusable joints lead nowhere: the arm holds.
             (Some(Intent::Wait), _) if self.newest.responds_with.is_some() => {}
             (Some(_), Some(foreseen)) => self.aim(&mut guidance, foreseen),
-            // Nobody is seen, or nothing is about to be touched.
+            // Without a predicted touch, the arm waits if a hand is tracked.
             _ if guidance.fingertip.is_some() => guidance.waits = posture,
             _ => {}
         }
         self.untold = Some(guidance);
     }
 
-    /// Fills in where the board shall be for a contact.
+    /// Sets the target of the board for a contact.
     fn aim(&mut self, guidance: &mut Guidance, foreseen: Foreseen) {
         let Foreseen { contact, presented } = foreseen;
         let stamp_s = guidance.seen_s;
@@ -121,7 +121,7 @@ impl<P: Predictor> Perception<P> {
             } = goal.target;
             (goal.surface, point_m, normal, roll_rad)
         };
-        // The control side holds for a place that is NaN, and says so.
+        // A NaN place is not announced: the control side holds and reports it.
         if !(goal.target.point_m.is_finite() && goal.target.normal.is_finite()) {
             return;
         }

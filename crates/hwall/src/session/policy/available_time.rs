@@ -143,7 +143,7 @@ mod tests {
     use super::*;
     use hwall_hand::HandPoint;
 
-    /// The board is sent at a time, s, to a place that is touched so much later, s.
+    /// Dispatches the board at `sent_s` to a place that is touched `left_s` later, s.
     fn touch_after(time: &mut AvailableTime, sent_s: f64, left_s: f64) {
         for k in 0..=200 {
             let t_s = sent_s + 0.01 * f64::from(k) * left_s;
@@ -163,7 +163,7 @@ mod tests {
         touch_after(&mut time, 0.0, 0.4);
         touch_after(&mut time, 10.0, 0.4);
         assert!((time.budget_s() - 0.4).abs() < 0.1, "{}", time.budget_s());
-        // And one who slows down, after a dozen.
+        // A person who slows down is known after a dozen.
         for k in 2..14 {
             touch_after(&mut time, 10.0 * f64::from(k), 1.2);
         }
@@ -196,7 +196,7 @@ mod tests {
             distance_m,
         };
         let mut time = AvailableTime::usual(0.86);
-        // A hand that is found on the surface, and one that nobody was sent for.
+        // A hand that is found on the surface, and one without a dispatch.
         time.step(&at(1.0, 0.0));
         time.forget_reach();
         let nowhere = |t_s: f64, distance_m: f64| TimeFrame {
@@ -213,7 +213,7 @@ mod tests {
             assert_eq!(time.budget_s(), 0.86);
             time.forget_reach();
         }
-        // Clocks that leap, either way.
+        // Clocks that jump, either way.
         for t_s in [-100.0, 1e9] {
             time.step(&at(4.0, 0.3));
             time.step(&at(t_s, 0.0));
@@ -255,7 +255,7 @@ mod tests {
                 .distance_m
                 .is_nan()
         );
-        // What is not known neither touches nor ends a touch.
+        // An unknown distance neither starts nor ends a touch.
         let mut time = AvailableTime::usual(0.86);
         let at = |t_s: f64, distance_m: f64| TimeFrame {
             t_s,

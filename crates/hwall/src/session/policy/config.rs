@@ -3,33 +3,33 @@
 use crate::error::SessionError;
 use hwall_numeric::check::{non_negative, positive, within};
 
-/// What the policy holds against what.
+/// Costs and thresholds of the policy.
 ///
-/// In every frame the arm waits, pre-positions itself or presents a place, whichever has the least expected loss. The unit of loss is a
-/// touch that the board misses. All that is known of the person is in the belief about the next touch.
+/// In every frame the arm waits, pre-positions itself or presents a place, whichever has the least expected loss. The unit of loss is one
+/// missed touch. The belief about the next touch holds all that is known of the person.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolicyConfig {
-    /// Loss of a board that is sent to a place which is not touched, touches; default 0.3. It chooses the point on the curve of the
-    /// boards in time against the boards sent in vain: a smaller one sends more boards.
+    /// Loss of a false dispatch (a board sent to a place that is not touched), touches; default 0.3. It trades boards in time against false
+    /// dispatches: a smaller value sends more boards.
     pub false_dispatch: f64,
-    /// Share of the loss of a late touch that is saved when the board arrives after the hand, in [0, 1]; default 0.1.
+    /// Share of the loss of a touch that is saved if the board arrives after the hand, in [0, 1]; default 0.1.
     pub late_share: f64,
-    /// Share of the time until the touch that is left once the motion of the hand has told where it goes, in (0, 1]; default 0.4. An
-    /// arm that waits knows the place only then.
+    /// Share of the time to the touch that is left once the motion of the hand reveals its goal, in (0, 1]; default 0.4. Only then does a
+    /// waiting arm know the place.
     pub onset_share: f64,
-    /// Probability that a hand which seems to reach, or eyes that seem to choose a place, lead to no touch, in [0, 1]; default 0.05.
+    /// Probability that an apparent reach or an apparent choice by the eyes leads to no touch, in [0, 1]; default 0.05.
     pub detour_share: f64,
-    /// A change of mind must spare at least this, touches; default 0.02. Less is within the noise of the predictions.
+    /// Hysteresis: a new choice must save at least this loss, touches; default 0.02. Less is within the noise of the predictions.
     pub least_gain: f64,
-    /// Mean speed over 0.1 s towards the predicted place above which the hand is reaching, m/s; default 0.045: three standard
-    /// deviations of a hand at rest, seen by a tracker with 1 mm of noise.
+    /// Mean speed over 0.1 s towards the predicted place above which the hand is reaching, m/s; default 0.045: three standard deviations
+    /// for a resting hand that is tracked with 1 mm of noise.
     pub reach_m_per_s: f64,
-    /// A hand slower than this is at rest, m/s; default 0.3. A third of it is measurement noise.
+    /// A hand slower than this is at rest, m/s; default 0.3. Measurement noise is a third of it.
     pub still_m_per_s: f64,
-    /// A hand closer than this to the predicted surface is about to touch it, m; default 0.06: from there the direction to a point on it
-    /// is noise.
+    /// A hand closer than this to the predicted surface is about to touch it, m; default 0.06: within it, the direction to a point on the
+    /// surface is noise.
     pub near_m: f64,
-    /// A reach may pause for this time, s; default 0.3.
+    /// Longest pause within a reach, s; default 0.3.
     pub pause_s: f64,
     /// How much of the face is slack.
     pub slack: SlackConfig,
@@ -38,9 +38,9 @@ pub struct PolicyConfig {
 /// How far the middle of the board may be from the predicted point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlackConfig {
-    /// Standard deviations of the predicted point that must lie on the face; the rest of the face is slack. Default 1.
+    /// Number of standard deviations of the predicted point that must lie on the face; the rest of the face is slack. Default 1.
     pub deviations: f64,
-    /// Standard deviation of a prediction that states none, m; default 0.02.
+    /// Standard deviation assumed for a prediction that states none, m; default 0.02.
     pub default_sd_m: f64,
     /// Margin at the edge of the face, in addition to [`PlaceTolerance::inset_m`](hwall_haptics::PlaceTolerance::inset_m), m; default
     /// 0.005.

@@ -31,7 +31,7 @@ enum Motion {
     Leaves,
 }
 
-/// So many predictions are weighed at most; the rest are less probable.
+/// Most predictions that are weighed; the rest are less probable.
 const MOST: usize = 8;
 /// Mean speed over 0.1 s above which the hand is treated as leaving, m/s.
 const LEAVES_M_PER_S: f64 = 0.1;
@@ -41,11 +41,11 @@ const ALONG_SHARE: f64 = 0.2;
 const SLOWS_DOWN: f64 = 3.0;
 /// Below this speed the direction of motion is dominated by noise, m/s.
 const SLOWEST_M_PER_S: f64 = 0.1;
-/// Standard deviation of a time to contact that states none, as a share of it.
+/// Standard deviation of a time to contact that states none, as a share of the mean.
 const USUAL_SD_SHARE: f64 = 0.25;
-/// The arm waits until all predictions have been finite for this time, s: as long as the supervisor waits for sound inputs.
+/// The arm waits until all predictions have been finite for this time, s; as the default recovery time of the supervisor.
 const RECOVERY_S: f64 = 0.25;
-/// Looks that begin less than this after the hand has come to rest follow the last touch, s.
+/// Fixations that begin less than this after the hand came to rest belong to the last touch, s.
 const RESTED_S: f64 = 0.1;
 
 /// The policy with its state.
@@ -56,11 +56,11 @@ pub(in crate::session) struct Policy {
     reach_m: f64,
     choice: Choice,
     way: Option<Way>,
-    /// What was told after the last frame.
+    /// The contact reported after the last frame.
     told: Option<ContactPrediction>,
-    /// When the hand was last seen to reach, s.
+    /// When the hand last reached, s.
     reached_s: f64,
-    /// When the hand was last seen not to rest, s.
+    /// When the hand was last not at rest, s.
     moved_s: f64,
     /// When a prediction was last not finite, s.
     bad_s: f64,
@@ -95,7 +95,7 @@ impl Policy {
         })
     }
 
-    /// Forgets everything, for a world that leapt.
+    /// Drops the current choice and reach, for a world that jumped; what was learnt of the person stays.
     pub(in crate::session) fn reset(&mut self) {
         self.choice = Choice::Wait;
         (self.way, self.told) = (None, None);
@@ -110,8 +110,8 @@ impl Policy {
         self.available_time.budget_s()
     }
 
-    /// The contact that counts after a frame and what is done about it: the ranked contacts and the hand, all in one frame. `None`
-    /// without a contact in sight.
+    /// The contact that counts after a frame, and the decision about it. Ranked contacts and hand are in one frame. `None` if no contact is
+    /// predicted.
     pub(in crate::session) fn step(
         &mut self,
         t_s: f64,
@@ -161,7 +161,7 @@ impl Policy {
             let stand = arm.stand(&contact)?;
             Some(Choice::Present(Goal { contact, stand }))
         };
-        // An arm without a waiting posture waits where it was sent last.
+        // An arm without a waiting posture waits where it was last sent.
         let last = match self.choice {
             Choice::Wait => stays().unwrap_or(Choice::Wait),
             choice => choice,
@@ -177,7 +177,7 @@ impl Policy {
         };
         let contact = match decision {
             Decision::Wait => {
-                // An arm without a waiting posture follows what is told, and need not follow its noise.
+                // An arm without a waiting posture follows this contact, and need not follow its noise.
                 let near = |told: &ContactPrediction| {
                     told.surface == first.surface
                         && told.point_m.distance(first.point_m) <= self.reach_m
@@ -188,7 +188,7 @@ impl Policy {
             Decision::Preposition(contact) | Decision::Present(contact) => contact,
         };
         self.told = Some(contact);
-        // The time counts from when the place is known, whether the board is sent at once or not.
+        // The time counts from when the place is known, whether or not the board is dispatched at once.
         let known = hypotheses
             .iter()
             .find(|hypothesis| hypothesis.chance >= 0.5);
@@ -209,7 +209,7 @@ impl Policy {
         }
     }
 
-    /// Keeps what is known of hand and eyes.
+    /// Updates what is known of hand and eyes.
     fn watch(&mut self, t_s: f64, ranked: &[ContactPrediction], hand: Option<&HandState>) {
         let still_m_per_s = self.config.still_m_per_s;
         let is_still = hand.is_none_or(|hand| hand.velocity_m_per_s.length() < still_m_per_s);
@@ -233,13 +233,13 @@ impl Policy {
         });
     }
 
-    /// Since when the eyes have rested on a place, s, if they have not just followed the last touch.
+    /// Begin of the fixation on a place, s, unless it only follows the last touch.
     fn chosen_since_s(&self, contact: &ContactPrediction) -> Option<f64> {
         let since_s = contact.looked_at_since_s?;
         (since_s >= self.moved_s + RESTED_S).then_some(since_s)
     }
 
-    /// When the next touch comes if nothing is known of it.
+    /// Time of the next touch if nothing is known of it.
     const fn usual(&self) -> TouchTime {
         TouchTime {
             median_s: self.budget_s(),
@@ -248,7 +248,7 @@ impl Policy {
         }
     }
 
-    /// A predicted place, with what hand and eyes say about whether it will be touched soon.
+    /// A predicted place, with the evidence of hand and eyes that it will be touched soon.
     fn hypothesis(
         &self,
         t_s: f64,
@@ -280,14 +280,14 @@ impl Policy {
                             passed_s: (t_s - since_s).max(0.0),
                             ..usual
                         };
-                        // The longer the eyes rest there without a reach, the less it is meant.
+                        // The longer the eyes rest there without a reach, the less likely is a touch.
                         let trusted = meant * self.fixations.share();
                         let awaited = trusted * time.still_awaited();
                         (awaited / (awaited + 1.0 - trusted), time)
                     }
                     None => (0.0, usual),
                 },
-                // Of what nobody looks at only a habit says that it is next.
+                // Without a fixation, only habit says that a place is next.
                 None if contact.source == PredictionSource::TouchedBefore => (1.0, usual),
                 None => (0.0, usual),
             },
@@ -306,12 +306,12 @@ impl Policy {
         }
     }
 
-    /// Is the board there, or on its way?
+    /// Is the board there, or on its way there?
     fn is_goal(&self, contact: &ContactPrediction) -> bool {
         matches!(self.choice, Choice::Present(goal) if goal.contact.surface == contact.surface)
     }
 
-    /// What is known of a held place by now: the newest prediction on its surface, at the point that is held.
+    /// A held place as known now: the newest prediction on its surface, at the point that is held.
     fn newest(&self, held: &ContactPrediction, hypotheses: &[Hypothesis]) -> ContactPrediction {
         let near = hypotheses.iter().map(|hypothesis| &hypothesis.contact);
         let near = near.filter(|contact| contact.surface == held.surface);
@@ -358,7 +358,7 @@ impl Policy {
         }
         let way = (contact.point_m - hand.point_m).normalize_or_zero();
         let closing_m_per_s = mean_m_per_s.dot(way);
-        // A hand that comes to rest after a touch approaches something, too.
+        // A hand that comes to rest after a touch also approaches something.
         let gains = |course: MeanVelocity| course.gained_m_per_s.dot(way) >= 0.0;
         let sets_off = is_goal || is_fast || course.is_none_or(gains);
         // A hand that retracts upwards approaches a point above it, but not its surface.

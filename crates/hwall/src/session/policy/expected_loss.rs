@@ -13,48 +13,48 @@ pub(super) struct Hypothesis {
     pub(super) contact: ContactPrediction,
     /// Standard deviations of the point along the axes of its surface, m.
     pub(super) sds_m: [f64; 2],
-    /// Probability that the next touch is there, and comes soon.
+    /// Probability that the next touch is there and comes soon.
     pub(super) chance: f64,
-    /// How soon.
+    /// When.
     pub(super) time: TouchTime,
-    /// How the arm presents it; `None` for a place that cannot be held.
+    /// How the arm presents it; `None` if it cannot.
     pub(super) stand: Option<Stand>,
 }
 
-/// When a touch comes: a logistic distribution, of which some time has passed.
+/// Time of a touch: a logistic distribution, of which some time has passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TouchTime {
     pub(super) median_s: f64,
     pub(super) scale_s: f64,
-    /// How long the touch has been awaited without coming, s.
+    /// Time already waited, s.
     pub(super) passed_s: f64,
 }
 
 impl TouchTime {
-    /// Probability that the touch has not come after a time, s.
+    /// Probability that the touch has not come within a time, s.
     fn survives(&self, after_s: f64) -> f64 {
         logistic((self.median_s - after_s) / self.scale_s)
     }
 
-    /// Probability that a touch is not over, given that it should have come by now with the probability of the distribution.
+    /// Probability that the touch is still to come after the time already waited.
     pub(super) fn still_awaited(&self) -> f64 {
         self.survives(self.passed_s)
     }
 
-    /// Probability that the touch comes before a time from now, s, and that nothing is known until the rest of its time is the share.
+    /// Probability that less than `left_s` (s) is left when the place becomes known, at `share` of the remaining time.
     fn comes_before(&self, left_s: f64, share: f64) -> f64 {
         let survives = self.survives(self.passed_s + left_s / share);
         1.0 - survives / self.still_awaited().max(f64::MIN_POSITIVE)
     }
 }
 
-/// What the arm may do.
+/// What the arm can do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Choice {
     Wait,
     /// Part of the way towards a place.
     Preposition(Goal),
-    /// All of it.
+    /// All the way.
     Present(Goal),
 }
 
@@ -65,11 +65,11 @@ pub(super) struct Goal {
     pub(super) stand: Stand,
 }
 
-/// A place on another surface that lies in the plane of the face within this, m, is covered by it ...
+/// A face also covers places on other surfaces that lie this close to its plane, m,
 const IN_PLANE_M: f64 = 0.02;
-/// ... if the normals agree to this, as a cosine: 5 degrees.
+/// if the normals agree to this, as a cosine: 5 degrees.
 const SAME_COSINE: f64 = 0.996;
-/// A board that stands beside the touch has to be moved on: 0.3 s for 0.15 m, and with the root of the distance.
+/// Time to move a board that stands beside the touch: 0.3 s for 0.15 m, growing with the root of the distance.
 const MOVES_S_PER_ROOT_M: f64 = 0.77;
 
 /// Weighs the choices of one frame.
@@ -80,12 +80,12 @@ pub(super) struct Chooser<'a, A> {
     pub(super) reach_m: f64,
     pub(super) hypotheses: &'a [Hypothesis],
     pub(super) t_s: f64,
-    /// When a touch comes of which nothing is known.
+    /// Time of a touch of which nothing is known.
     pub(super) unknown: TouchTime,
 }
 
 impl<A: Presenting> Chooser<'_, A> {
-    /// The best choice, and the way there: the last one unless another spares enough.
+    /// The best choice, and the motion there: the last one unless another saves enough.
     pub(super) fn best(&self, last: Choice, way: &Way) -> (Choice, Way) {
         let mut best = (last, *way);
         let mut least = self.loss(&last, way) - self.config.least_gain;
@@ -114,7 +114,7 @@ impl<A: Presenting> Chooser<'_, A> {
             .filter(|hypothesis| hypothesis.chance > 0.0)
     }
 
-    /// Where a choice leads, rad.
+    /// Configuration that a choice leads to, rad.
     fn leads_to(&self, choice: &Choice) -> Option<JointPositions> {
         let waits_at = self.arm.waits_at();
         match choice {
@@ -126,7 +126,7 @@ impl<A: Presenting> Chooser<'_, A> {
         }
     }
 
-    /// Expected loss of a choice: the touches for which the board is late, and a board sent in vain.
+    /// Expected loss of a choice: touches for which the board is late, and a false dispatch.
     pub(super) fn loss(&self, choice: &Choice, way: &Way) -> f64 {
         let to = self.leads_to(choice);
         let goal = match choice {
@@ -153,7 +153,7 @@ impl<A: Presenting> Chooser<'_, A> {
             late += hypothesis.chance * (covered * here + (1.0 - covered) * elsewhere);
             there += hypothesis.chance * covered;
         }
-        // The touch may come where nothing says so; most places are near the waiting posture.
+        // The touch may come where none is predicted; most places are near the waiting posture.
         let unknown: f64 = 1.0
             - self
                 .possible()

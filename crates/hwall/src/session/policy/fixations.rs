@@ -151,7 +151,7 @@ mod tests {
         for k in 0..30 {
             fixations.step(&frame(0.3 + 0.01 * f64::from(k), Some(0.0), true));
         }
-        // Else one look in vain would be forgiven at once.
+        // Otherwise the reach would offset a false fixation at once.
         assert!((fixations.all - (LED_BEFORE * FADES + 1.0)).abs() < 1e-12);
     }
 

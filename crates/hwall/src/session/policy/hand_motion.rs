@@ -1,11 +1,11 @@
-//! How the hand has moved of late: what tells one that sets off from a tracker that trembles.
+//! Recent motion of the hand, to tell a hand that starts to move from tracker noise.
 
 use glam::DVec3;
 
-/// Where the hand was over the last tenth of a second.
+/// Positions of the hand over the last 0.1 s.
 ///
-/// The velocity of a single frame is that of the tracker's noise as long as the hand is slow: a resting hand seen with 1 mm at 90 Hz
-/// seems to move at 0.05 m/s in each axis. Over 0.1 s it moves at 0.01 m/s, and a hand that sets off has gone 5 mm by then.
+/// For a slow hand, the velocity from frame to frame is tracker noise: with 1 mm of noise at 90 Hz, a resting hand seems to move at 0.05
+/// m/s in each axis. Averaged over 0.1 s this is 0.01 m/s, and a hand that starts to move has gone 5 mm by then.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct HandMotion {
     /// Times, s, and places, m; newest first.
@@ -18,23 +18,23 @@ pub(super) struct HandMotion {
 pub(super) struct MeanVelocity {
     /// Over the whole time.
     pub(super) mean_m_per_s: DVec3,
-    /// How much faster the second half was than the first.
+    /// Mean velocity of the second half minus that of the first.
     pub(super) gained_m_per_s: DVec3,
 }
 
-/// Time that means are taken over, s.
+/// Averaging time, s.
 const COURSE_S: f64 = 0.1;
-/// Places are kept this far apart, s, at any rate of the tracker.
+/// Spacing of the stored positions, s, at any rate of the tracker.
 const APART_S: f64 = 0.01;
-/// Enough for that time, and for half of it again where frames come at uneven times.
+/// Enough for the averaging time, and half of it again for frames at uneven times.
 const PLACES: usize = 16;
-/// A mean over so many times as long is none: frames are missing.
+/// A mean over more than this multiple of the averaging time is dropped: frames are missing.
 const LONGEST: f64 = 2.0;
-/// Times are exact to this, s.
+/// Tolerance of times, s.
 const EXACT_S: f64 = 1e-6;
 
 impl HandMotion {
-    /// The hand of the next frame; `None`: it is lost, and what was before counts no more.
+    /// The hand of the next frame; `None`: it is lost, and its history is dropped.
     pub(super) fn step(&mut self, t_s: f64, point_m: Option<DVec3>) {
         let Some(point_m) = point_m else {
             *self = Self::default();
@@ -48,7 +48,7 @@ impl HandMotion {
         }
     }
 
-    /// `None` while too little has been seen.
+    /// `None` while the history is too short.
     pub(super) fn velocity(&self) -> Option<MeanVelocity> {
         let (t_s, now_m) = self.newest?;
         let ago = |age_s: f64| {

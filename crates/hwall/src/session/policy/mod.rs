@@ -1,4 +1,4 @@
-//! When the board goes where: the choice of least expected loss, from the belief about the next touch and the times of the arm.
+//! When and where to send the board: the choice of least expected loss, from the belief about the next touch and travel times.
 
 mod available_time;
 mod config;

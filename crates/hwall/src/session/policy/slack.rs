@@ -5,14 +5,13 @@ use hwall_contact::ContactPrediction;
 use hwall_haptics::{Board, PlaceTolerance, surface_axes};
 
 impl SlackConfig {
-    /// How far the middle of the board may be from a touch on its face, m. Of a face turned about its normal at least the disc about its
-    /// middle is there.
+    /// How far the middle of the board may be from a touch on its face, m. At any roll, the face covers at least the disc about its middle.
     pub(in crate::session) fn reach_m(&self, board: &Board, place: &PlaceTolerance) -> f64 {
         let half_m = board.half_width_m.min(board.half_height_m);
         half_m - place.inset_m - self.margin_m
     }
 
-    /// Standard deviations of a predicted point along the axes of its surface, m; NaN for a covariance that is none.
+    /// Standard deviations of a predicted point along the axes of its surface, m; NaN for an invalid covariance.
     pub(super) fn sds_m(&self, contact: &ContactPrediction) -> [f64; 2] {
         let Ok(axes) = surface_axes(contact.normal) else {
             return [f64::NAN; 2];
@@ -23,7 +22,7 @@ impl SlackConfig {
         })
     }
 
-    /// How far the middle of the board may be from a predicted point along the axes of the surface, the half axes of an ellipse, m.
+    /// How far the middle of the board may be from a predicted point along the axes of the surface, m: half axes of an ellipse.
     pub(in crate::session) fn slack_m(
         &self,
         contact: &ContactPrediction,

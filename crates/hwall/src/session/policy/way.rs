@@ -1,4 +1,4 @@
-//! Where the arm is on its way, and how long it takes elsewhere, as far as the tracker's side knows.
+//! Where the arm is on its path, and travel times to other places, as far as the tracker's side knows.
 
 use glam::DVec3;
 use hwall_contact::ContactPrediction;
@@ -7,30 +7,30 @@ use hwall_kinematics::JointPositions;
 /// How the arm presents a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::session) struct Stand {
-    /// The middle of the board then, in the frame of the scene, m.
+    /// The middle of the board, in the frame of the scene, m.
     pub(in crate::session) point_m: DVec3,
-    /// With these joints, rad; `None` where nobody knows.
+    /// The joints, rad; `None` if unknown.
     pub(in crate::session) q: Option<JointPositions>,
 }
 
 /// What the arm can do.
 pub(in crate::session) trait Presenting {
-    /// Where it waits, rad; `None`: where it is.
+    /// Waiting posture, rad; `None`: where it is.
     fn waits_at(&self) -> Option<JointPositions>;
 
-    /// How it presents a place, given in the frame of the scene; `None` for a place that cannot be held.
+    /// How it presents a place in the frame of the scene; `None` if it cannot.
     fn stand(&self, contact: &ContactPrediction) -> Option<Stand>;
 
     /// Least time from rest to rest, s.
     fn travel_s(&self, from: &JointPositions, to: &JointPositions) -> Option<f64>;
 }
 
-/// The usual time of a way that nobody knows, s.
+/// Travel time assumed if it is unknown, s.
 pub(super) const USUAL_S: f64 = 0.5;
-/// From a decision until the arm moves, s: the delay of the arm and of the frame.
+/// Delay from a decision to the motion, s: of the arm and of the frame.
 const REACTION_S: f64 = 0.03;
 
-/// The time between two configurations, s; the usual one where nobody knows.
+/// Time between two configurations, s; the default if unknown.
 pub(super) fn travel_s(
     arm: &impl Presenting,
     from: Option<&JointPositions>,
@@ -40,12 +40,12 @@ pub(super) fn travel_s(
     known().unwrap_or(USUAL_S)
 }
 
-/// A configuration at a share of the way to another one.
+/// The configuration at a share of the path to another one.
 pub(super) fn part_way(from: &JointPositions, to: &JointPositions, share: f64) -> JointPositions {
     JointPositions(std::array::from_fn(|i| from[i] + share * (to[i] - from[i])))
 }
 
-/// The motion of the arm that was decided last.
+/// The last motion of the arm that was decided.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Way {
     from: Option<JointPositions>,
@@ -55,7 +55,7 @@ pub(super) struct Way {
 }
 
 impl Way {
-    /// An arm that has always been at a place.
+    /// An arm that has always been at one configuration.
     pub(super) fn at(q: Option<JointPositions>) -> Self {
         Self {
             from: q,
@@ -64,19 +64,19 @@ impl Way {
         }
     }
 
-    /// Time left until the arm is where it goes, s.
+    /// Time left until the arm arrives, s.
     pub(super) fn left_s(&self, t_s: f64) -> f64 {
         (self.since_s + self.takes_s - t_s).max(0.0)
     }
 
-    /// Where the arm is, by the share of the way of a minimum-jerk motion.
+    /// Current configuration of the arm on a minimum-jerk motion.
     fn now(&self, t_s: f64) -> Option<JointPositions> {
         let u = 1.0 - self.left_s(t_s) / self.takes_s.max(f64::MIN_POSITIVE);
         let share = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
         Some(part_way(&self.from?, &self.to?, share.clamp(0.0, 1.0)))
     }
 
-    /// The way to another place, s. What has begun must end first: braking takes as long as the motion has lasted, or would still last.
+    /// The motion to another place. The current motion must end first: braking takes as long as it has lasted or would still last.
     pub(super) fn to(&self, arm: &impl Presenting, to: Option<JointPositions>, t_s: f64) -> Self {
         let from = self.now(t_s);
         let left_s = self.left_s(t_s);
@@ -89,7 +89,7 @@ impl Way {
         }
     }
 
-    /// How far another place lies against the motion, from 0, on its way, to 1, back.
+    /// How far the direction to another place is off the current motion: 0 along it, 1 back.
     fn turned(&self, to: Option<&JointPositions>, now: Option<&JointPositions>) -> f64 {
         let cosine = || {
             let (to, now, goal) = (to?, now?, self.to?);

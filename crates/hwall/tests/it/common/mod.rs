@@ -1,4 +1,4 @@
-//! A session before a wall, a simulated arm, and a hand that touches the wall once.
+//! A session in front of a wall, a simulated arm, and a hand that touches the wall once.
 
 use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
 use hwall::geometry::Pose;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 pub(crate) const DT_S: f64 = 1e-3;
 /// Period of the tracker, s.
 pub(crate) const TRACKER_S: f64 = 1.0 / 90.0;
-/// How far the finger wants to go beyond the face, m: 500 N/m make that 7.5 N.
+/// How far the finger aims beyond the face, m: at 500 N/m, 7.5 N.
 const DEPTH_M: f64 = 0.015;
 
 /// An upright wall facing +x, 2 m wide and high.
@@ -43,7 +43,7 @@ pub(crate) fn home() -> JointPositions {
     JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
 }
 
-/// A posture from which the roll is taken that leaves joint 7 room.
+/// A posture from which the chosen roll leaves joint 7 room.
 #[cfg(feature = "texture")]
 pub(crate) fn with_room() -> JointPositions {
     let mut q = home();
@@ -51,7 +51,7 @@ pub(crate) fn with_room() -> JointPositions {
     q
 }
 
-/// Contacts are foreseen by the gaze ray.
+/// Contacts are predicted by the gaze ray.
 pub(crate) type GazeSession = Session<DeterministicPredictor>;
 
 /// Settings for a hand without tremor.
@@ -71,7 +71,7 @@ pub(crate) fn session(scene: Scene) -> GazeSession {
     session_with(scene, by_gaze(), config())
 }
 
-/// The same with another predictor or other settings; what is known of the walls are their maps.
+/// The same with another predictor or other settings; the walls are known by maps only.
 pub(crate) fn session_with<P: Predictor>(
     scene: Scene,
     predictor: P,
@@ -81,7 +81,7 @@ pub(crate) fn session_with<P: Predictor>(
     session_on(scene, maps, predictor, config)
 }
 
-/// The same with whatever is known of the walls.
+/// The same with any knowledge of the walls.
 pub(crate) fn session_on<P: Predictor>(
     scene: Scene,
     walls: impl Into<Walls>,
@@ -110,13 +110,13 @@ pub(crate) fn corners_m(face: &Pose) -> [DVec3; 4] {
     })
 }
 
-/// A hand that rests, reaches straight for a wall facing +x, presses, slides while it does, and goes back. It has
-/// neither tremor nor noise; the person looks at the target.
+/// A hand that rests, reaches straight for a wall facing +x, presses, slides while pressing, and retracts. It has neither tremor nor noise;
+/// the person looks at the target.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Hand {
     pub(crate) rest_m: DVec3,
     pub(crate) target_m: DVec3,
-    /// When it leaves its rest, presses, lets go, and is back, s.
+    /// When it starts to move, presses, lets go, and is back, s.
     pub(crate) start_s: f64,
     pub(crate) press_s: f64,
     pub(crate) leave_s: f64,
@@ -126,7 +126,7 @@ pub(crate) struct Hand {
 }
 
 impl Hand {
-    /// Rests for half a second, reaches for so long, s, and presses for one second.
+    /// Rests for half a second, reaches for the given time, s, and presses for one second.
     pub(crate) fn reaching_in(reach_s: f64, target_m: DVec3) -> Self {
         Self {
             rest_m: target_m + DVec3::new(0.4, 0.1, 0.1),
@@ -150,7 +150,7 @@ impl Hand {
         }
     }
 
-    /// Where the tip of the index finger would be if nothing stopped it, m.
+    /// Free position of the tip of the index finger, m.
     pub(crate) fn tip_m(&self, t_s: f64) -> DVec3 {
         let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
         let out = share(self.start_s, self.press_s) - share(self.leave_s, self.end_s);
@@ -221,7 +221,7 @@ impl Bench {
         self.servo.state().expect("a simulated arm has a state")
     }
 
-    /// Lets a cycle pass with a command that must be within the limits of the arm.
+    /// Runs a cycle with a command, which must be within the limits of the arm.
     pub(crate) fn obey(&mut self, command: ArmCommand) {
         if let ArmCommand::Position(q) = command {
             let limits = self.servo.model().limits();
@@ -242,12 +242,12 @@ impl Bench {
             .expect("finite");
     }
 
-    /// A cycle passes in which the arm heard nothing and was moved on by the caller.
+    /// Skips a cycle in which the arm got no command and was moved by the caller.
     pub(crate) fn skip(&mut self) {
         self.cycles += 1;
     }
 
-    /// Shows a session what the tracker has sent by now.
+    /// Shows a session the frames that the tracker has sent by now.
     pub(crate) fn show_frames<P: Predictor>(&mut self, session: &mut Session<P>) {
         while let Some(frame) = self.next_frame() {
             session.frame(&frame);
@@ -259,7 +259,7 @@ impl Bench {
         self.cycle_with(session, |_| {})
     }
 
-    /// The same with a state that is spoiled on its way to the session.
+    /// The same with a state that is spoiled before the session gets it.
     pub(crate) fn cycle_with<P: Predictor>(
         &mut self,
         session: &mut Session<P>,

@@ -11,7 +11,7 @@ use hwall::response::{EndToEnd, ResponseModel, ResponseState, Task};
 use hwall::{EventKind, Perception, Walls, WorldPose};
 use std::sync::Arc;
 
-/// A session that is led by a response, for an arm with limits of its own; without its other half.
+/// A session led by a response, for an arm with given limits; without its other half.
 fn led(model: &ResponseModel, limited: SrsArm) -> Perception<EndToEnd> {
     let predictor = EndToEnd::new(model, Arc::new(limited)).expect("a predictor");
     session_on(wall(WALL_X_M), Walls::default(), predictor, config())
@@ -19,7 +19,7 @@ fn led(model: &ResponseModel, limited: SrsArm) -> Perception<EndToEnd> {
         .0
 }
 
-/// Shows a frame and tells how often the hand was said to be unfamiliar.
+/// Shows a frame; returns how often the hand was reported as unfamiliar.
 fn strangers(perception: &mut Perception<EndToEnd>, frame: &HandFrame) -> usize {
     perception.frame(frame);
     let events = std::iter::from_fn(|| perception.next_event());
@@ -28,7 +28,7 @@ fn strangers(perception: &mut Perception<EndToEnd>, frame: &HandFrame) -> usize 
         .count()
 }
 
-/// An answer that is outside the limits by a hair in one frame and inside in the next would send the arm to and fro.
+/// Regression: a response slightly outside the limits in one frame and inside in the next would move the arm back and forth.
 #[test]
 fn an_answer_outside_the_limits_is_none_until_it_is_well_inside() {
     const INSIDE_RAD: f64 = 0.03;
@@ -45,13 +45,13 @@ fn an_answer_outside_the_limits_is_none_until_it_is_well_inside() {
         free.predictor().response_rad().map(|q_rad| q_rad[JOINT])
     });
     let answers: Vec<Option<f64>> = answers.collect();
-    // Once the reach is over, what was answered last is kept.
+    // After the reach, the last response is kept.
     let over = 1 + answers.windows(2).rposition(|w| w[0] != w[1]).unwrap();
     let answers = &answers[..=over];
     let first_rad = answers.iter().flatten().next().copied().expect("an answer");
     let last_rad = answers[over].expect("an answer");
     let towards = (last_rad - first_rad).signum();
-    // How far beyond the last answer a limit is, whether the answers come from outside it, and what becomes of them.
+    // Distance of a limit beyond the last response, whether the responses come from outside it, and the final state.
     let cases = [
         (-0.5 * INSIDE_RAD, true, ResponseState::BeyondLimits),
         (-1.5 * INSIDE_RAD, true, ResponseState::Answering),
@@ -121,7 +121,7 @@ fn an_unfamiliar_hand_is_named_once_for_each_reach_and_a_reset_forgets_it() {
         assert!(unfamiliar > 10, "{unfamiliar}");
         assert_eq!(perception.predictor().state(), ResponseState::Idle);
     }
-    // A reach that is known is not named, and one of which the beginning is forgotten is no longer strange.
+    // A familiar reach is not reported, and a reach whose beginning is forgotten is no longer unfamiliar.
     for frame in &seen(&drawn(Task::Touch, 1, 31)[0], 20.0) {
         assert_eq!(strangers(&mut perception, frame), 0);
     }

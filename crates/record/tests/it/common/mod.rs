@@ -1,4 +1,4 @@
-//! A session before a door, an ideal arm, and a hand that touches: everything that a recording may hold.
+//! A session in front of a door, an ideal arm, and a hand that touches: everything that a recording can contain.
 
 #![allow(dead_code)] // benches use a part
 
@@ -90,13 +90,13 @@ pub(crate) fn hand(t_s: f64) -> HandFrame {
     frame
 }
 
-/// One run: frames at 100 Hz, cycles at 1 kHz, now and then a place of the world and a request. Returns the commands.
+/// One run: frames at 100 Hz, cycles at 1 kHz, occasionally a pose of the world and a request. Returns the commands.
 pub(crate) fn run(recorder: &mut Recorder, number: u32, seconds: f64) -> Vec<ArmCommand> {
     let session = session_of(&setup());
     run_of(recorder, number, seconds, session, Duration::ZERO, hand)
 }
 
-/// The same, of a session, with so much time between two cycles, and this hand.
+/// The same for a given session, with a pause between cycles, and a given hand.
 pub(crate) fn run_of(
     recorder: &mut Recorder,
     number: u32,
@@ -185,14 +185,14 @@ pub(crate) fn recorded(path: &Path, seconds: f64) -> Summary {
     recorder.finish().expect("a file")
 }
 
-/// A recording whose file is no longer needed.
+/// A recording, whose file is deleted.
 pub(crate) fn taken(path: &Path) -> Recording {
     let recording = Recording::open(path).expect("a recording");
     std::fs::remove_file(path).expect("its file");
     recording
 }
 
-/// The same session once more.
+/// Replays with the same session.
 pub(crate) fn again(recording: &Recording) -> Replayed {
     let replayed = replay(recording, |setup, _| {
         Ok::<_, RecordError>(session_of(setup))

@@ -1,4 +1,4 @@
-//! How the joints turn for a motion of the face, and how far and fast they may.
+//! Joint motion for a motion of the face, and its limits.
 
 use super::{BEFORE_LIMITS, FARTHEST, PathFollower};
 use crate::render::object::face_slide::MOST_M_PER_S2;
@@ -6,24 +6,24 @@ use hwall_geometry::Twist;
 use hwall_kinematics::{JointPositions, JointVelocities};
 use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transposed};
 
-/// Share of the joint speeds that following an object may use.
+/// Share of the joint speeds for following an object.
 const SPEED_SHARE: f64 = 0.95;
-/// Joints nearer than this to a limit turn less, rad; on the limit so many times less, about.
+/// Joints closer than this to a limit turn less, rad; at the limit by about this factor.
 const SPARED_RAD: f64 = 0.6;
 const SPARED: f64 = 40.0;
-/// A joint that a slide turns no faster than this is not stopped for it, rad/s.
+/// A joint that a slide turns no faster than this does not limit the slide, rad/s.
 const IDLE_RAD_PER_S: f64 = 1e-3;
-/// A slide comes no nearer than this to a joint's limit, rad: the object under it needs room, too, and an arm under torques that is
-/// late must not run into its stop, which it could not tell from a hand. As wide as the margin of [`JointGuard`](crate::render::JointGuard).
+/// Distance that a slide keeps from a joint's limit, rad: the object under it needs range as well, and a lagging torque-controlled arm must not hit
+/// its stop, which it could not tell from a hand. As wide as the margin of [`JointGuard`](crate::render::JointGuard).
 const KEPT_RAD: f64 = 0.2;
-/// Keeps joint rates finite near singular poses; m² rad²/s².
+/// Damping that keeps joint rates finite near singular poses; m² rad²/s².
 const DAMPING: f64 = 1e-6;
-/// Rates that miss more than this share of a motion of the face do not make it.
+/// Joint rates that miss more than this share of the face's motion do not count as a solution.
 const MISSING: f64 = 0.5;
 
 impl PathFollower {
-    /// A joint near its limit turns less than the others, as far as the arm has a choice: an object goes on opening where it
-    /// would be stopped by a single joint.
+    /// Makes a joint near its limit turn less than the others, as far as the arm is redundant: an object keeps opening where a single joint would
+    /// stop it.
     pub(super) fn spare_joints(&mut self) {
         let speeds = self.arm.max_velocity_rad_per_s();
         let limits = self.arm.limits();
@@ -34,7 +34,7 @@ impl PathFollower {
         }
     }
 
-    /// How many times too fast the joints would have to be.
+    /// By which factor the joints would be too fast, at least 1.
     pub(super) fn excess(&self, q: &JointPositions, dt_s: f64) -> f64 {
         let speeds = self.arm.max_velocity_rad_per_s();
         (0..self.arm.joint_count())
@@ -51,8 +51,8 @@ impl PathFollower {
         }
     }
 
-    /// Share of the wanted slide from which every joint can still brake before its limit, while the object takes the face along its path
-    /// at a rate; 0 where no joints slide it.
+    /// Share of the wanted slide at which every joint can still brake before its limit, while the object moves the face along its path at a rate; 0
+    /// if no joints can slide it.
     pub(super) fn slide_share(&self, rates: &[f64; 7], rate: f64) -> f64 {
         let size = self.wanted_slide.size();
         if size == 0.0 {
@@ -65,7 +65,7 @@ impl PathFollower {
         let share = |i: usize| {
             let towards = wanted[i].signum();
             let room = self.room_rad(i, towards);
-            // From this speed a joint comes to rest that brakes at a rate.
+            // From this speed, a joint that brakes at a rate comes to rest.
             let room = (room - KEPT_RAD).max(0.0);
             let most = |braking: f64| (2.0 * BEFORE_LIMITS * braking * room).sqrt();
             let alone = most(wanted[i].abs() / size * MOST_M_PER_S2);
@@ -79,8 +79,7 @@ impl PathFollower {
             .fold(1.0, f64::min)
     }
 
-    /// How far the face can go in the direction of a rate before a joint meets its limit, rad or m: as if the joints went on
-    /// turning as they do.
+    /// How far the face can move in the direction of a rate before a joint meets its limit, rad or m, assuming constant joint rates.
     pub(super) fn left(&self, rates: &[f64; 7], rate: f64) -> f64 {
         let left = |i: usize| {
             let towards = rates[i] * rate.signum();
@@ -92,7 +91,7 @@ impl PathFollower {
             .fold(FARTHEST, f64::min)
     }
 
-    /// Along the path, rad/s² or m/s².
+    /// Largest acceleration along the path, rad/s² or m/s².
     pub(super) fn largest_acceleration(&self, rates: &[f64; 7]) -> f64 {
         rates
             .iter()
@@ -102,14 +101,14 @@ impl PathFollower {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Change of the joint angles with the position, rad for each rad or m: the least that moves the face along its path, joints
-    /// weighted as in [`follow`](Self::follow). `None` where the arm is singular.
+    /// Change of the joint angles with the position, rad for each rad or m: the smallest that moves the face along its path, with joints weighted as
+    /// in [`follow`](Self::follow). `None` where the arm is singular.
     pub(in crate::render) fn joint_rates(&self) -> Option<[f64; 7]> {
         let at_m = self.face_at(self.reached).position_m();
         self.rates_for(&self.path.velocity_at(at_m, 1.0))
     }
 
-    /// Rates of the joints for a motion of the face; `None` where none make it, or it is not finite.
+    /// Joint rates for a motion of the face; `None` if there are none, or the motion is not finite.
     pub(super) fn rates_for(&self, twist: &Twist) -> Option<[f64; 7]> {
         let joints = self.arm.joint_count();
         let jacobian = self.arm.jacobian(&self.q);
@@ -142,7 +141,7 @@ impl PathFollower {
             let pull: f64 = (0..6).map(|k| row(k, i) * forces[k]).sum();
             pull / weights[i]
         });
-        // The damping leaves out what no joints can do.
+        // The damping drops what no joints can do.
         let made = jacobian.twist(&JointVelocities(rates)).to_array();
         let size = |v: &[f64; 6]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
         let missing: [f64; 6] = std::array::from_fn(|k| wanted[k] - made[k]);

@@ -23,7 +23,7 @@ fn where_no_joints_slide_the_board_its_share_is_zero() {
     bent.wanted_slide = slide;
     let rates = bent.joint_rates().expect("away from singular poses");
     assert!(bent.slide_share(&rates, 0.0) > 0.0);
-    // NaN never comes out as a share.
+    // A share is never NaN.
     bent.wanted_slide.linear.x = f64::NAN;
     assert_eq!(bent.slide_share(&rates, 0.0), 0.0);
     bent.wanted_slide = slide;

@@ -7,7 +7,7 @@ use crate::texture::{SurfaceMotion, TextureInput};
 use hwall_haptics::{ArmCommand, ArmState, ObjectPath, RenderStep, Slide};
 
 impl Control {
-    /// How a touched board moves within its plane, judged by the state after the last step.
+    /// How a touched board slides in its plane, by the state after the last step.
     pub(super) fn slide(&mut self, now_s: f64, state: &ArmState) -> Option<Slide> {
         // A lost hand, or guidance that is too old, ends the slide.
         let heard = self
@@ -15,7 +15,7 @@ impl Control {
             .target
             .is_some_and(|target| (now_s - target.stamp_s).abs() <= self.max_guidance_age_s);
         let touched = heard && self.contact.is_some_and(|contact| !contact.world_moved);
-        // While the arm brakes, the slide waits.
+        // While the arm brakes, the slide pauses.
         let stands = |s| matches!(s, SessionState::Holding(_) | SessionState::Safe(_));
         let holds = |step: RenderStep| step.command == ArmCommand::Hold;
         let braking = touched && (stands(self.state) || self.step.is_some_and(holds));
@@ -46,7 +46,7 @@ impl Control {
         step.slide
     }
 
-    /// How the touched panel or drawer moves, as of the last step. A door turns its board with it.
+    /// Motion of the touched panel or drawer, as of the last step. A door turns its board with it.
     fn surface_motion(&self) -> SurfaceMotion {
         let renderer = &self.renderer;
         let touched = renderer.touched_object();

@@ -1,26 +1,26 @@
-//! Whether the board or the hand arrives first, and what follows for where the board goes.
+//! Whether the board or the hand arrives first, and how that changes the target.
 
 use super::{Control, OVERDUE_S, RESTS_S, SOON_S};
 use crate::session::control::state::SessionState;
 use hwall_haptics::{ArmState, BoardTarget};
 
-/// A board that arrives later than this after the expected contact is late, s: the error of the expectation.
+/// A board that arrives later than this after the expected contact is late, s: the error of the prediction.
 const LATE_S: f64 = 0.2;
 /// A face within this distance and angle of its surface is on it, m and rad.
 const ON_SURFACE_M: f64 = 0.01;
 const ON_SURFACE_RAD: f64 = 0.1;
 /// Time to correct the goal by a small distance during the motion, s.
 const MOVES_ON_S: f64 = 0.15;
-/// A face serves a touch this far outside the area that counts as in place, m.
+/// A face also serves a touch this far outside the area that counts as in place, m.
 const EDGE_M: f64 = 0.005;
 /// A goal within this distance of a target's plane is on it, m.
 const SAME_PLANE_M: f64 = 1e-3;
-/// A board this close to its goal in time is slow, and goes on, s.
+/// A board with less motion time left than this is slow and continues, s.
 const SLOW_S: f64 = 0.2;
 
 impl Control {
-    /// The slack of a target. If there is no time to correct the goal before the hand arrives, the whole face is slack: a goal that
-    /// still covers the touch is better than a better one that is reached too late.
+    /// The slack of a target. If there is no time to correct the goal before the hand arrives, the whole face is slack: keeping a goal that
+    /// covers the touch is better than reaching a better one too late.
     pub(super) fn slack_m(&self, now_s: f64, target: &BoardTarget) -> [f64; 2] {
         let left_s = self.step.and_then(|step| step.left_s);
         let (Some(contact_s), Some(left_s)) = (self.guidance.contact_s, left_s) else {
@@ -94,13 +94,13 @@ mod tests {
         for (due_s, left_s, is_first) in [
             (10.2, 0.5, true),
             (10.5, 0.2, false),
-            // Overdue, and not come at all.
+            // The hand is overdue, then overdue for too long.
             (9.9, 0.5, true),
             (9.9 - OVERDUE_S, 0.5, false),
             // The board rests, or nearly.
             (9.9, 0.0, false),
             (9.9, RESTS_S, false),
-            // Nobody knows.
+            // Unknown times.
             (f64::NAN, 0.5, false),
             (10.2, f64::NAN, false),
         ] {

@@ -5,11 +5,11 @@ use hwall_hand::HandPoint;
 use hwall_kinematics::JointPositions;
 use hwall_scene::SurfaceId;
 
-/// Time that people leave, s.
+/// Available time, s.
 const USUAL_S: f64 = 0.86;
 
-/// An arm whose board takes so long from its waiting posture to each surface, s, and twice as long from one to another; `None`: there
-/// it cannot hold the board. It moves with its first joint to the surface, and with the second along it.
+/// An arm whose board takes the given times from its waiting posture to each surface, s; between surfaces they add. `None`: it cannot hold
+/// the board there. The joint with the number of the surface moves to it, the third one along it.
 #[derive(Clone, Copy)]
 struct Arm([Option<f64>; 2]);
 
@@ -63,7 +63,7 @@ fn hand_at(t_s: f64, point_m: DVec3, velocity_m_per_s: DVec3) -> HandState {
     }
 }
 
-/// Frames of a hand at rest while the belief stays as it is, from one time to another, s; the last decision.
+/// Frames of a hand at rest with a constant belief, from one time to another, s; the last decision.
 fn rests(
     policy: &mut Policy,
     ranked: &[ContactPrediction],
@@ -90,7 +90,7 @@ fn looked_at(contact: ContactPrediction, since_s: f64) -> ContactPrediction {
 
 #[test]
 fn at_an_edge_the_surface_is_served_on_which_the_board_is_in_time() {
-    // The eyes do not tell the surfaces of an edge from each other.
+    // Gaze does not distinguish the surfaces of an edge.
     let served = |shelf: f64| {
         let mut ledge = looked_at(place(1, 0.0, 0.02, shelf), 0.2);
         ledge.normal = DVec3::Z;
@@ -105,7 +105,7 @@ fn at_an_edge_the_surface_is_served_on_which_the_board_is_in_time() {
             other => panic!("{other:?}"),
         }
     };
-    // The board is late on the shelf.
+    // The board would be late on the shelf.
     assert_eq!(served(0.6), 0);
     assert_eq!(served(0.95), 1);
 }
@@ -118,7 +118,7 @@ fn people_in_a_hurry_are_met_by_a_board_that_the_look_alone_sends() {
         rests(&mut policy, &ranked, Arm([Some(0.4), None]), [0.0, 0.3])
     };
     assert!(matches!(decided(0.6), Decision::Present(_)));
-    // Whoever takes their time leaves enough of it once the hand has told where it goes.
+    // People who take their time leave enough of it after the hand reveals its goal.
     assert!(!matches!(decided(2.0), Decision::Present(_)));
 }
 
@@ -126,7 +126,7 @@ fn people_in_a_hurry_are_met_by_a_board_that_the_look_alone_sends() {
 fn for_people_who_look_around_the_arm_only_comes_nearer() {
     let arm = Arm([Some(0.5), Some(0.5)]);
     let mut policy = policy();
-    // Looks that lead to no touch, again and again.
+    // Fixations that lead to no touch, again and again.
     let mut last = Decision::Wait;
     for look in 0..6 {
         let since_s = f64::from(look) + 0.3;
@@ -160,7 +160,7 @@ fn a_hand_whose_eyes_are_not_seen_is_awaited_where_it_probably_touches_again() {
             _ => None,
         }
     };
-    // What else may come is too vague for any place of a board, although it is more probable.
+    // The alternative is more probable, but too vague for any place of a board.
     assert_eq!(decided(0.45, 0.2), Some(0.0));
     assert_eq!(decided(0.1, 0.2), None);
     assert_eq!(decided(0.45, 0.03), Some(0.5));
@@ -168,7 +168,7 @@ fn a_hand_whose_eyes_are_not_seen_is_awaited_where_it_probably_touches_again() {
 
 #[test]
 fn changing_ones_mind_costs_the_way_that_has_begun() {
-    // Two places, of which the second becomes the more probable one while the board is on its way to the first.
+    // Two places; the second becomes more probable while the board moves to the first.
     let sent_to = |share: f64| {
         let mut policy = policy();
         let arm = Arm([Some(0.5), Some(0.5)]);
@@ -200,7 +200,7 @@ fn nobody_is_awaited_where_the_board_cannot_be_or_where_the_belief_is_vague() {
     }
 }
 
-/// What is decided in the end about a place 0.3 m before a hand that has come so near to it over time, m.
+/// The last decision about a place 0.3 m in front of a hand that has approached it by `come_m` over time, m.
 fn decided(come_m: impl Fn(f64) -> f64) -> Decision {
     let mut policy = policy();
     let place = place(0, 0.0, 0.01, 1.0);
