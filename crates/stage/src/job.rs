@@ -63,6 +63,9 @@ pub struct JobOptions {
     /// The board presents no roughness: it may be rolled as suits the arm, and stands still while touched
     #[arg(long)]
     pub plain: bool,
+    /// Tells on standard error why the board is sent, or is not: at this time, or whenever the choice changes; of every person, so with --touches 12 of one
+    #[arg(long, num_args = 0..=1, value_name = "SECONDS")]
+    pub explain: Option<Option<f64>>,
     /// Control period in milliseconds, 0.1 to 20
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     pub period_ms: f64,
@@ -92,11 +95,11 @@ pub enum Adapt {
     Off,
 }
 
-/// Does the job: the tables go to `out`, what should be known about them to standard error, everything else into files.
-/// `progress` hears how much is done, 0 to 1.
+/// Runs the job: tables go to `out`, remarks on them to standard error, everything else into files.
+/// `progress` receives the share done, 0 to 1.
 ///
 /// # Errors
-/// Options that make no sense, files that cannot be read or written, whatever training and the runs refuse.
+/// Invalid options, files that cannot be read or written, errors of training and of the runs.
 pub fn run(
     options: &JobOptions,
     out: &mut impl Write,
@@ -164,6 +167,7 @@ pub fn run(
     let stage = Stage {
         level: options.arm_level,
         fri,
+        explain: options.explain,
         ..Stage::of(&scenery, &predictors, 1e-3 * options.period_ms)
     };
     let file = options.setting.scene.file();
@@ -196,7 +200,7 @@ mod tests {
     use super::*;
     use clap::Parser;
 
-    /// The predictors were trained before these were refused.
+    /// Regression: predictors were trained before these were refused.
     #[test]
     fn options_that_exclude_each_other_are_refused_before_the_work() {
         for (words, why) in [
@@ -206,7 +210,7 @@ mod tests {
             ),
             ("--fri-bursts 0.02 --period-ms 2.5", "whole milliseconds"),
         ] {
-            // No work: the scene is not there.
+            // No work is done: the scene does not exist.
             let words = words.split(' ').chain(["--scene", "nowhere.obj"]);
             let job = JobOptions::parse_from([""].into_iter().chain(words));
             let refused = run(&job, &mut Vec::new(), |_| {}).unwrap_err();

@@ -22,7 +22,7 @@ pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
 pub use planner::Planner;
 use planner::Planning;
-pub use policy::{PolicyConfig, SlackConfig};
+pub use policy::{Explanation, PolicyConfig, SlackConfig, WeighedChoice, WeighedPlace};
 pub use target_control::TargetControl;
 pub use world::WorldPose;
 

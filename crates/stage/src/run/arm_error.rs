@@ -1,15 +1,15 @@
-//! What a simulated arm refuses.
+//! Errors of a simulated arm.
 
 use hwall_fri::FriError;
 use hwall_sim::SimError;
 
-/// What a simulated arm refuses.
+/// An error of a simulated arm.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ArmError {
-    /// The arm.
+    /// From the arm.
     #[error(transparent)]
     Sim(#[from] SimError),
-    /// The interface.
+    /// From the interface.
     #[error(transparent)]
     Fri(#[from] FriError),
 }

@@ -1,4 +1,4 @@
-//! Where the base of the arm stands best for touches in a scene: a search by arrival times, then rehearsals.
+//! The best base of the arm for the touches in a scene: a search by arrival times, then simulated trials.
 
 use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
@@ -20,27 +20,27 @@ use hwall::{LikelyTouches, facets_of};
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_numeric::parallel;
 
-/// How far the base may be moved from the origin of the scene along each axis, m, and in which steps, m.
+/// Range of the base around the origin of the scene along each axis, m, and step, m.
 const RANGE_M: f64 = 0.2;
 const STEP_M: f64 = 0.1;
 const STEPS: usize = 5;
-/// And raised, m. It is not turned: that would only move the middle of the first joint, which is far from its limits.
+/// Heights of the base, m. No rotation: it would only shift the first joint, which is far from its limits.
 const HEIGHTS_M: [f64; 2] = [0.0, 0.1];
 
-/// Places of the search that are rehearsed, besides the origin.
+/// Number of candidates tried in simulation, besides the origin.
 const REHEARSED: usize = 4;
-/// Touches of a rehearsal, by people whom nobody meets again.
+/// Touches of a trial, by people used only here.
 const TOUCHES: usize = 240;
 const REHEARSAL_SEED: u64 = 0x7265_6865_6172_7365;
 const PERIOD_S: f64 = 1e-3;
 
-/// The place near the origin of the scene, on the floor or raised, from which most boards are in time, in the frame of the
+/// The place near the origin of the scene, on the floor or raised, from which the board is most often in time, in the frame of the
 /// scene.
 ///
-/// The arrival times of straight ways choose a few places; at each of them and at the origin the whole loop is run with
-/// simulated people, because what bent ways and late predictions cost is not in those times. People choose anew what they touch,
-/// within reach of the arm where it then stands; so the share in time is multiplied by how many of the likely touches the arm
-/// reaches, and a place is not better for reaching less.
+/// Arrival times of straight paths select a few candidates. At each of them and at the origin the whole loop is simulated
+/// with people, because arrival times do not include the cost of bent paths and late predictions. People choose new touches
+/// within reach of the arm at each place. The share in time is therefore multiplied by the share of likely touches that the arm
+/// reaches, so that a smaller reach is no advantage.
 ///
 /// # Errors
 /// An arm without a closed form, a scene without walls, nothing within reach from anywhere.
@@ -57,7 +57,7 @@ pub fn base_by_arrival(
     });
     let mut best: Option<(FloorPose, f64)> = None;
     for (place, share) in places.into_iter().zip(shares) {
-        // A place from which these people cannot be served is none.
+        // Skip a place from which these people cannot be served.
         let Ok(in_place) = share else { continue };
         let served = in_place * reached_share(arm, touches, place)?;
         if best.is_none_or(|(_, most)| served > most) {
@@ -114,7 +114,7 @@ fn such(touches: &LikelyTouches) -> anyhow::Result<&[WeightedTarget]> {
     Ok(targets)
 }
 
-/// The places from which most of the touches are reached in time by straight ways, best first.
+/// The places from which most touches are reached in time on straight paths, best first.
 fn places_by_arrival(
     scene: &Scene,
     arm: &BoardArm,

@@ -1,4 +1,4 @@
-//! A servo arm behind the Fast Robot Interface, on a connection as bad as wanted, in simulated time.
+//! A servo arm behind the Fast Robot Interface, on a connection with configurable faults, in simulated time.
 
 use super::arm_error::ArmError;
 use hwall::haptics::{Arm, ArmCommand, ArmState};
@@ -9,10 +9,10 @@ use std::time::Duration;
 
 /// Commanding begins after 0.75 s of the controller's time.
 const BEGINNING: Duration = Duration::from_secs(10);
-/// A cycle of the controller always comes.
+/// Timeout for a cycle of the controller, which always comes.
 const NEXT: Duration = Duration::from_secs(1);
 
-/// Its clock is at zero when commanding begins; it moves on by one send period at a time, which is the control period.
+/// The clock is zero when commanding begins and advances by one send period, which is the control period.
 #[derive(Debug)]
 pub struct FriArm {
     client: FriClient<InProcess<ServoArm>>,
@@ -20,7 +20,7 @@ pub struct FriArm {
 }
 
 impl FriArm {
-    /// Around an arm at rest.
+    /// Wraps an arm at rest.
     ///
     /// # Errors
     /// A control period that is not 1 to 10 whole milliseconds, or faults outside their ranges.
@@ -46,7 +46,7 @@ impl FriArm {
         self.client.transport_mut().controller_mut().plant_mut()
     }
 
-    /// What goes wrong with the connection from now on.
+    /// Sets the faults of the connection.
     ///
     /// # Errors
     /// A setting outside its range; nothing is then changed.
@@ -60,12 +60,12 @@ impl FriArm {
         Ok(self.client.wait_for_message(NEXT).map(|_| ())?)
     }
 
-    /// Whoever stands at the controller lets its application ask for commands again after a limit ended them.
+    /// Acknowledges at the controller, so that it accepts commands again after a limit ended them.
     pub fn acknowledge(&mut self) {
         self.client.transport_mut().controller_mut().acknowledge();
     }
 
-    /// What the client has counted.
+    /// Counters of the client.
     #[must_use]
     pub const fn statistics(&self) -> &ClientStatistics {
         self.client.statistics()

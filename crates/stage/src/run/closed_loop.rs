@@ -19,11 +19,12 @@ use hwall_contact::Predictor;
 use hwall_fri::controller::FaultConfig;
 use hwall_hand::{HandFrame, Tracking};
 use hwall_record::{Recorded, Recorder};
+use hwall_scene::SurfaceId;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Runs the loop to the end of a hand, calling `progress` with the share done. `seed` is that of the sensors' noise. A recorder
-/// records it as the run of this number; its errors are said when it is finished.
+/// Runs the loop to the end of a hand, calling `progress` with the share done. `seed`: for the sensors' noise. A recorder
+/// records it as run `number`; its errors are reported when it is finished.
 ///
 /// # Errors
 /// A configuration that a crate refuses, or a command that the simulated arm refuses.
@@ -45,7 +46,10 @@ pub fn run(
         sees_head: hand.sees_head(),
         arm_minus_tracker_s: -start_s,
     };
-    let session = settings.session(stage.predictors.for_another_person())?;
+    let mut session = settings.session(stage.predictors.for_another_person())?;
+    if stage.explain.is_some() {
+        session.perception_mut().explain();
+    }
     if let Some(recorder) = &mut recorder {
         recorder.begin(run_of(number, &settings)?);
     }
@@ -73,7 +77,7 @@ pub fn run(
         was_latched: false,
     };
     let model = Arc::clone(session.control().arm());
-    // The arm waits before anybody comes.
+    // The arm starts in its waiting posture.
     let start = scenery.start();
     let mut arm = match stage.fri {
         Some(faults) => {
@@ -99,6 +103,8 @@ pub fn run(
     let mut timed = Timed {
         recorded: Recorded { session, recorder },
         costs: Vec::with_capacity(steps + 1),
+        explain: stage.explain,
+        told: None,
     };
     drive(
         &mut timed,
@@ -145,15 +151,46 @@ pub fn run(
     Ok(log.finish(predictions))
 }
 
-/// A session whose steps are timed, with what it takes to record them.
+/// A recorded session with timed steps.
 struct Timed<'a, P> {
     recorded: Recorded<'a, P>,
     costs: Vec<StepCost>,
+    /// As [`Stage::explain`].
+    explain: Option<Option<f64>>,
+    /// The choice that was told last.
+    told: Option<(&'static str, Option<SurfaceId>)>,
+}
+
+impl<P: Predictor> Timed<'_, P> {
+    /// Tells why the policy decided as it did in the newest frame, if that is asked for.
+    fn explain(&mut self) {
+        let Some(at_s) = self.explain else {
+            return;
+        };
+        let perception = self.recorded.session.perception();
+        let Some(why) = perception.explanation() else {
+            return;
+        };
+        let choice = why.choice();
+        let chosen = Some((choice.kind, choice.place.map(|(surface, _)| surface)));
+        let is_due = match at_s {
+            Some(at_s) => why.t_s >= at_s,
+            None => chosen != self.told,
+        };
+        if is_due {
+            self.told = chosen;
+            note(why);
+            if at_s.is_some() {
+                self.explain = None;
+            }
+        }
+    }
 }
 
 impl<P: Predictor> Controller for Timed<'_, P> {
     fn frame(&mut self, frame: &HandFrame) {
         self.recorded.frame(frame);
+        self.explain();
     }
 
     fn world(&mut self, pose: &WorldPose) {
@@ -192,7 +229,7 @@ impl<P: Predictor> Controller for Timed<'_, P> {
     }
 }
 
-/// Time and hand around the simulated arm, whose clock starts at zero.
+/// Clock and hand for the simulated arm, whose clock starts at zero.
 struct Simulation<'a> {
     hand: &'a Hand,
     finger: Finger,
@@ -206,7 +243,7 @@ struct Simulation<'a> {
     steps: usize,
     next_step: usize,
     next_frame: usize,
-    /// Frames given since the last question.
+    /// Frames given since the last query.
     frames: usize,
 }
 
@@ -228,7 +265,7 @@ impl Surroundings<SimulatedArm> for Simulation<'_> {
 }
 
 impl Simulation<'_> {
-    /// What the session says of the newest frame. Of several frames in one cycle the newest counts, with the newest answer.
+    /// The session's tracking of the newest frame. With several frames in one cycle, the newest counts.
     fn measured(&mut self, tracking: &Tracking) {
         self.measured = tracking.state().and_then(|state| {
             let tip_m = self.frame.as_ref()?.contact_point()?.position_m;

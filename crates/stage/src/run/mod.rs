@@ -1,4 +1,4 @@
-//! One run of the closed loop: what it leaves behind, and how it is judged.
+//! One run of the closed loop: its log and its evaluation.
 
 pub(crate) mod arm_error;
 pub mod base_by_arrival;

@@ -1,4 +1,4 @@
-//! The closed loop for several people: each in a run of their own, with a session that knows nobody before.
+//! The closed loop for several people: a separate run and a fresh session for each.
 
 use crate::person::participants::Participant;
 use crate::person::predictors::PREDICTORS;
@@ -15,31 +15,31 @@ use hwall_haptics::PlaceTolerance;
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_record::Recorder;
 
-/// One touch, judged.
+/// One evaluated touch.
 #[derive(Debug, Clone)]
 pub struct JudgedTouch {
-    /// How the arm did.
+    /// The arm's result.
     pub outcome: Outcome,
-    /// What was possible.
+    /// The optimum.
     pub regret: Regret,
-    /// How long before the touch each predictor had been right, see [`judge::leads`].
+    /// Lead of each predictor, see [`judge::leads`].
     pub leads_s: [Option<f64>; PREDICTORS],
 }
 
-/// What became of one person's touches.
+/// Results of one person's run.
 pub struct PersonRun {
-    /// The log of the run, without its steps ([`Run::ticks`]), which are judged by then.
+    /// The log of the run, without its steps ([`Run::ticks`]), which are already evaluated.
     pub run: Run,
     /// The touches, in order of time.
     pub touches: Vec<JudgedTouch>,
 }
 
-/// Runs the loop for every participant and judges all touches, calling `progress` with the share done.
+/// Runs the loop for every participant and evaluates all touches, calling `progress` with the share done.
 ///
-/// The same participants give the same answer, whoever else takes part; only the times that steps took differ.
+/// A participant's result does not depend on the other participants; only the computing times differ.
 ///
 /// # Errors
-/// A configuration that a crate refuses, or a touch that no run can be judged by.
+/// A configuration that a crate refuses, or a touch that cannot be evaluated.
 pub fn run(
     stage: &Stage<'_>,
     participants: &[Participant],
@@ -76,7 +76,7 @@ pub fn run_recorded(
             let recorded = (done, recorder.as_deref_mut());
             let mut run = person(stage, &regrets, participant, recorded, report)?;
             if done > 0 {
-                // Megabytes for each person, and only the first one is shown.
+                // Megabytes per person, and only the first is shown.
                 run.run.view = ViewLog::default();
             }
             Ok(run)
@@ -107,7 +107,7 @@ fn person(
     let known_s: Vec<f64> = regret.iter().map(|regret| regret.known_s).collect();
     run.trace.boards = snapshots::at_contacts(arm, &run.ticks, &outcomes);
     run.trace.arms = snapshots::of_one_touch(arm, &run.ticks, &outcomes, &known_s);
-    // Tens of thousands of steps for each person: nobody asks for them any more.
+    // Free tens of thousands of steps per person, which are no longer needed.
     run.ticks = Vec::new();
     let touches = outcomes.into_iter().zip(regret).zip(leads);
     let touches = touches.map(|((outcome, regret), leads_s)| JudgedTouch {

@@ -1,4 +1,4 @@
-//! The simulated arm of a run: at one of two levels, or behind an interface that loses commands.
+//! The simulated arm of a run: at one of two levels, or behind an interface with faults.
 
 use super::behind_fri::FriArm;
 use crate::board_body::BOARD_KG;
@@ -38,7 +38,7 @@ impl ArmLevel {
         }
     }
 
-    /// How objects are rendered on it.
+    /// Method of rendering objects at this level.
     ///
     /// # Errors
     /// An arm whose links have no mass.
@@ -65,7 +65,7 @@ pub fn dynamics(arm: &BoardArm) -> anyhow::Result<ChainDynamics> {
     Ok(ChainDynamics::new(&arm.links()?)?.with_payload(&carried)?)
 }
 
-/// What the simulated arm answers, whatever it is behind.
+/// Forwards a query to the simulated plant of any variant.
 macro_rules! of_plant {
     ($this:ident, $arm:ident => $answer:expr) => {
         match $this {
@@ -79,7 +79,7 @@ macro_rules! of_plant {
     };
 }
 
-/// An arm with a clock of its own.
+/// A simulated arm with its own clock.
 #[derive(Debug)]
 pub enum SimulatedArm {
     /// See [`ArmLevel::Servo`].
@@ -172,7 +172,7 @@ impl SimulatedArm {
         }
     }
 
-    /// The wrench of the outside on the board, base axes, about the middle of its face, until it is set again.
+    /// Sets the external wrench on the board, base axes, about the middle of its face, until set again.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -221,7 +221,7 @@ impl SimulatedArm {
     }
 }
 
-/// A fingertip that meets the board.
+/// A fingertip in contact with the board.
 #[derive(Debug)]
 pub(crate) struct Finger(HandContact);
 

@@ -1,4 +1,4 @@
-//! What the runs of the main job share, and what a session of one is made of.
+//! Shared parts of the main job's runs, and the settings of a session.
 
 use crate::person::predictors::Predictors;
 use crate::person::responses::Scenery;
@@ -11,24 +11,26 @@ use hwall_contact::Predictor;
 use hwall_fri::controller::FaultConfig;
 use hwall_hand::HandFilterConfig;
 
-/// What all runs share: made once, however many people there are.
+/// Shared parts of all runs, created once.
 #[derive(Clone, Copy)]
 pub struct Stage<'a> {
-    /// Arm, scene and walls. The usual waiting posture of the walls is the one from which regret asks what was possible; where they
-    /// have none, that is the posture in which the arm starts.
+    /// Arm, scene and walls. Regret is computed from the walls' default waiting posture, or, if they have none, from the arm's
+    /// start posture.
     pub scenery: Scenery<'a>,
-    /// Who foresees the touches, as trained; every person meets a copy that has seen nobody.
+    /// The trained predictors; every person gets a fresh copy.
     pub predictors: &'a Predictors,
     /// How much of the arm is simulated.
     pub level: ArmLevel,
-    /// The arm is behind FRI, and this goes wrong.
+    /// Faults of FRI; `None`: the arm is not behind FRI.
     pub fri: Option<FaultConfig>,
+    /// Decisions of the policy are told: that of the frame at a time, s, or each that changes.
+    pub explain: Option<Option<f64>>,
     /// Control period, s.
     pub period_s: f64,
 }
 
 impl<'a> Stage<'a> {
-    /// At servo level, the usual one for many touches.
+    /// At servo level, the default for many touches.
     #[must_use]
     pub const fn of(scenery: &Scenery<'a>, predictors: &'a Predictors, period_s: f64) -> Self {
         Self {
@@ -36,31 +38,32 @@ impl<'a> Stage<'a> {
             predictors,
             level: ArmLevel::Servo,
             fri: None,
+            explain: None,
             period_s,
         }
     }
 }
 
-/// What a session of the main job is made of, besides the predictor. The same settings, predictor and inputs give the
+/// Settings of a session of the main job, besides the predictor. The same settings, predictor and inputs give the
 /// same commands bit by bit.
 #[derive(Clone, Copy)]
 pub struct SessionSettings<'a> {
     /// Arm, scene and walls.
     pub scenery: Scenery<'a>,
-    /// What really stands around the arm; `None`: a floor.
+    /// The real room around the arm; `None`: a floor.
     pub room: Option<&'a Room>,
-    /// How much of the arm is simulated: says how objects are rendered.
+    /// How much of the arm is simulated; determines how objects are rendered.
     pub level: ArmLevel,
-    /// How frames of the hand are filtered.
+    /// Filter for frames of the hand.
     pub filter: HandFilterConfig,
-    /// Is the head tracked? Otherwise the arm does not wait for it, and nothing keeps it away from one.
+    /// Is the head tracked? Otherwise the arm does not wait for a head, and does not avoid one.
     pub sees_head: bool,
-    /// What is added to the time of the tracker to get that of the arm, s.
+    /// Offset from the tracker's time to the arm's, s.
     pub arm_minus_tracker_s: f64,
 }
 
 impl SessionSettings<'_> {
-    /// A session that has seen nobody.
+    /// A fresh session.
     ///
     /// # Errors
     /// A configuration that a crate refuses.

@@ -3,6 +3,7 @@
 use super::available_time::{AvailableTime, TimeFrame};
 use super::config::PolicyConfig;
 use super::expected_loss::{Choice, Chooser, Goal, Hypothesis, TouchTime, scale_of};
+use super::explanation::Explanation;
 use super::fixations::{FixationFrame, Fixations};
 use super::hand_motion::{HandMotion, MeanVelocity};
 use super::way::{Presenting, Way};
@@ -68,6 +69,8 @@ pub(in crate::session) struct Policy {
     fixations: Fixations,
     available_time: AvailableTime,
     course: HandMotion,
+    /// Why it decided as it did in the last frame, if somebody asks.
+    explanation: Option<Option<Explanation>>,
 }
 
 impl Policy {
@@ -92,6 +95,7 @@ impl Policy {
             fixations: Fixations::default(),
             available_time: AvailableTime::usual(usual_s),
             course: HandMotion::default(),
+            explanation: None,
         })
     }
 
@@ -103,6 +107,16 @@ impl Policy {
         self.fixations.forget_look();
         self.available_time.forget_reach();
         self.course = HandMotion::default();
+    }
+
+    /// From now on the policy explains its decisions, which allocates.
+    pub(in crate::session) fn explain(&mut self) {
+        self.explanation.get_or_insert_default();
+    }
+
+    /// Why the policy decided as it did in the last frame with a prediction.
+    pub(in crate::session) fn explanation(&self) -> Option<&Explanation> {
+        self.explanation.as_ref()?.as_ref()
     }
 
     /// Time available to the arm before this person touches, s.
@@ -166,6 +180,9 @@ impl Policy {
             Choice::Wait => stays().unwrap_or(Choice::Wait),
             choice => choice,
         };
+        if let Some(explanation) = &mut self.explanation {
+            *explanation = Some(chooser.explain(last, &way));
+        }
         let (choice, way) = chooser.best(last, &way);
         (self.choice, self.way) = (choice, Some(way));
         let decision = match choice {

@@ -1,6 +1,7 @@
 //! The choice of least expected loss.
 
 use super::config::PolicyConfig;
+use super::explanation::{Explanation, WeighedChoice, WeighedPlace};
 use super::way::{Presenting, Stand, USUAL_S, Way, part_way, travel_s};
 use hwall_contact::ContactPrediction;
 use hwall_haptics::{PREPOSITION_SHARE, surface_axes};
@@ -85,27 +86,70 @@ pub(super) struct Chooser<'a, A> {
 }
 
 impl<A: Presenting> Chooser<'_, A> {
-    /// The best choice, and the motion there: the last one unless another saves enough.
+    /// The best choice and the path there: the last choice, unless another saves enough.
     pub(super) fn best(&self, last: Choice, way: &Way) -> (Choice, Way) {
         let mut best = (last, *way);
         let mut least = self.loss(&last, way) - self.config.least_gain;
-        let goals = self.possible().filter_map(|hypothesis| {
-            let (contact, stand) = (hypothesis.contact, hypothesis.stand?);
-            Some(Goal { contact, stand })
-        });
-        let choices = goals.flat_map(|goal| [Choice::Preposition(goal), Choice::Present(goal)]);
-        for choice in std::iter::once(Choice::Wait).chain(choices) {
-            let waits = choice == Choice::Wait;
-            if waits && (last == Choice::Wait || self.arm.waits_at().is_none()) {
-                continue;
-            }
-            let way = way.to(self.arm, self.leads_to(&choice), self.t_s);
-            let loss = self.loss(&choice, &way);
+        for (choice, way, loss) in self.others(last, way) {
             if loss < least {
                 (best, least) = ((choice, way), loss);
             }
         }
         best
+    }
+
+    /// What the arm may do instead of the last choice, the path there and the loss.
+    fn others<'b>(
+        &'b self,
+        last: Choice,
+        way: &'b Way,
+    ) -> impl Iterator<Item = (Choice, Way, f64)> + 'b {
+        let goals = self.possible().filter_map(|hypothesis| {
+            let (contact, stand) = (hypothesis.contact, hypothesis.stand?);
+            Some(Goal { contact, stand })
+        });
+        let choices = goals.flat_map(|goal| [Choice::Preposition(goal), Choice::Present(goal)]);
+        let may_wait = last != Choice::Wait && self.arm.waits_at().is_some();
+        let wait = may_wait.then_some(Choice::Wait);
+        wait.into_iter().chain(choices).map(move |choice| {
+            let way = way.to(self.arm, self.leads_to(&choice), self.t_s);
+            (choice, way, self.loss(&choice, &way))
+        })
+    }
+
+    /// What was weighed for [`best`](Self::best).
+    pub(super) fn explain(&self, last: Choice, way: &Way) -> Explanation {
+        let weighed = |(choice, way, loss): (Choice, Way, f64)| {
+            WeighedChoice::of(&choice, way.left_s(self.t_s), loss)
+        };
+        let others: Vec<_> = self.others(last, way).map(weighed).collect();
+        let last = weighed((last, *way, self.loss(&last, way)));
+        let losses = others.iter().map(|other| other.loss).enumerate();
+        let least = losses.min_by(|(_, a), (_, b)| a.total_cmp(b));
+        let saves = |(_, loss): &(usize, f64)| *loss < last.loss - self.config.least_gain;
+        let place = |hypothesis: &Hypothesis| WeighedPlace {
+            surface: hypothesis.contact.surface,
+            point_m: hypothesis.contact.point_m,
+            probability: hypothesis.chance,
+            touch_s: hypothesis.time.median_s,
+            awaited_s: hypothesis.time.passed_s,
+            is_held: hypothesis.stand.is_some(),
+        };
+        Explanation {
+            t_s: self.t_s,
+            places: self.possible().map(place).collect(),
+            elsewhere: self.elsewhere(),
+            last,
+            taken: least.filter(saves).map(|(taken, _)| taken),
+            others,
+            least_gain: self.config.least_gain,
+        }
+    }
+
+    /// Probability that no hypothesis takes.
+    fn elsewhere(&self) -> f64 {
+        let chances: f64 = self.possible().map(|hypothesis| hypothesis.chance).sum();
+        (1.0 - chances).max(0.0)
     }
 
     fn possible(&self) -> impl Iterator<Item = &Hypothesis> {
@@ -154,13 +198,8 @@ impl<A: Presenting> Chooser<'_, A> {
             there += hypothesis.chance * covered;
         }
         // The touch may come where none is predicted; most places are near the waiting posture.
-        let unknown: f64 = 1.0
-            - self
-                .possible()
-                .map(|hypothesis| hypothesis.chance)
-                .sum::<f64>();
         let back_s = USUAL_S + travel_s(self.arm, to.as_ref(), self.arm.waits_at().as_ref());
-        late += unknown.max(0.0) * self.unknown.comes_before(back_s, self.config.onset_share);
+        late += self.elsewhere() * self.unknown.comes_before(back_s, self.config.onset_share);
         late + goal.map_or(0.0, |_| self.config.false_dispatch * (1.0 - there))
     }
 

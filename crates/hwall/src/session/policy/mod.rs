@@ -4,6 +4,7 @@ mod available_time;
 mod config;
 mod decision;
 mod expected_loss;
+mod explanation;
 mod fixations;
 mod hand_motion;
 mod slack;
@@ -11,4 +12,5 @@ mod way;
 
 pub use config::{PolicyConfig, SlackConfig};
 pub(super) use decision::{Decision, Policy};
+pub use explanation::{Explanation, WeighedChoice, WeighedPlace};
 pub(super) use way::{Presenting, Stand};

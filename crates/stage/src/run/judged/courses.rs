@@ -1,4 +1,4 @@
-//! Where the board was sent while a run lasted, and how often it turned back or went in vain.
+//! Dispatches of the board during a run, with its reversals and false dispatches.
 
 use crate::run::kept::tick::Tick;
 use glam::DVec3;
@@ -6,14 +6,14 @@ use hwall_haptics::{Board, BoardTarget, PlaceTolerance};
 use hwall_kinematics::JointPositions;
 use std::f64::consts::SQRT_2;
 
-/// What the board was told from a time on.
+/// A command to the board, from a time on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sent {
-    /// From when, s.
+    /// Time of the command, s.
     pub t_s: f64,
-    /// The place on a wall that it is sent to; `None` while it waits or holds.
+    /// The target on a wall; `None` while the board waits or holds.
     pub target: Option<WallPlace>,
-    /// The configuration that it is on its way to, rad.
+    /// The goal configuration, rad.
     pub goal: Option<JointPositions>,
 }
 
@@ -35,21 +35,21 @@ impl From<&BoardTarget> for WallPlace {
     }
 }
 
-/// Places on one wall within this of each other are one place to go to, m: half of the board.
+/// Targets on one wall within this distance count as the same, m: half of the board.
 const SAME_M: f64 = 0.1;
-/// Walls whose normals differ by less are one wall, rad; if they are in one plane as well.
+/// Walls count as the same if their normals differ by less, rad, ...
 const SAME_RAD: f64 = 0.2;
-/// And places this far from the plane are on another one, m.
+/// ... and the target is this close to the plane, m.
 const SAME_PLANE_M: f64 = 0.05;
 
 impl WallPlace {
-    /// Would a board that is sent to one of the two be moved on by less than half of its size to serve the other?
+    /// Are the two targets less than half of the board apart?
     #[must_use]
     pub fn is_near(&self, other: &Self) -> bool {
         self.is_within(SAME_M, other)
     }
 
-    /// Is the other place on a board whose middle is here, however that is turned?
+    /// Can a board with its middle here cover the other place, at some roll?
     fn holds(&self, other: &Self) -> bool {
         self.is_within(SAME_M * SQRT_2, other)
     }
@@ -62,24 +62,24 @@ impl WallPlace {
     }
 }
 
-/// A board sent to a place on a wall: from the first target there until one elsewhere, or none.
+/// A dispatch to a place on a wall: from the first target there until a target elsewhere or none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Course {
     /// The first target of the course.
     pub place: WallPlace,
-    /// From when, s.
+    /// Start, s.
     pub from_s: f64,
-    /// Until when, s; infinite for the last of a run.
+    /// End, s; infinite for the last of a run.
     pub until_s: f64,
     /// Did the board move by at least 20 mm?
     pub moved: bool,
-    /// Was the board under way, and not in place, when the course ended?
+    /// Was the board still moving, not in place, when the course ended?
     pub cut_short: bool,
 }
 
-/// A board that moved less on a course was not sent anywhere, m.
+/// Least motion of the board on a course that counts as a dispatch, m.
 const SENT_M: f64 = 0.02;
-/// A board slower than this stands, m/s.
+/// Below this speed the board counts as at rest, m/s.
 const STANDING_M_PER_S: f64 = 0.02;
 
 /// The courses of a run, in order of time.
@@ -139,29 +139,29 @@ fn course(place: WallPlace, from_s: f64, until_s: f64, ticks: &[Tick], board: &B
     }
 }
 
-/// A touch, as far as courses are concerned.
+/// Place and time of a touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TouchedPlace {
-    /// Where.
+    /// Place.
     pub place: WallPlace,
     /// The hand meets the surface, s.
     pub contact_s: f64,
-    /// It leaves, s.
+    /// The hand leaves, s.
     pub end_s: f64,
 }
 
-/// Courses that led to nothing before a touch.
+/// Useless courses before a touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Detours {
-    /// The board was on its way and was sent to another wall, further than 0.1 m away, or back, since the touch before.
+    /// Reversals since the previous touch: a moving board was sent to another wall, further than 0.1 m away, or back.
     pub reversals: usize,
-    /// Boards that set out, by 20 mm at least, for a place that was then left without a touch there, since the contact before.
+    /// False dispatches since the previous contact: motions of at least 20 mm to a place without a touch.
     pub in_vain: usize,
 }
 
-/// The detours before each touch, which come in order of time.
+/// The detours before each touch; touches are in order of time.
 ///
-/// Leaving the place of a touch, to wait or for the next one, is no detour.
+/// Leaving the place of a touch, to wait or for the next one, is not a detour.
 #[must_use]
 pub fn detours(courses: &[Course], touches: &[TouchedPlace]) -> Vec<Detours> {
     let served = |course: &Course| {
@@ -245,21 +245,21 @@ mod tests {
     fn a_board_that_goes_once_and_waits_has_no_detours() {
         let sent = [to(0.5, Some(0.3)), to(2.0, None), to(2.5, Some(-0.2))];
         let ticks = ticks(|t| 0.3 * (t - 0.5).clamp(0.0, 1.0) - 0.5 * (t - 2.2).clamp(0.0, 1.0));
-        // To the first touch, back to where it waits, to the second one.
+        // To the first touch, back to waiting, to the second touch.
         let touches = [touch(0.32, 1.6, 1.9), touch(-0.2, 3.3, 3.6)];
         assert_eq!(counted(&sent, &ticks, &touches), [[0, 0], [0, 0]]);
     }
 
     #[test]
     fn a_board_that_turns_back_on_its_way_is_a_reversal_and_in_vain() {
-        // Sent to the left, on its way sent to the right, where the touch is.
+        // Sent to the left, then while moving to the right, where the touch is.
         let sent = [to(0.5, Some(0.5)), to(1.0, Some(-0.2))];
         let ticks = ticks(|t| 0.5 * (t - 0.5).clamp(0.0, 0.5) - 0.5 * (t - 1.0).clamp(0.0, 0.9));
         assert_eq!(counted(&sent, &ticks, &[touch(-0.2, 2.2, 2.6)]), [[1, 1]]);
-        // Nobody had moved by then: a change of plan, but none of direction.
+        // The board had not moved yet: a change of plan, not a reversal.
         let still = super::tests::ticks(|t| -0.2 * (t - 1.0).clamp(0.0, 1.0));
         assert_eq!(counted(&sent, &still, &[touch(-0.2, 2.2, 2.6)]), [[0, 0]]);
-        // It had arrived and stood: in vain, but it did not turn back on its way.
+        // It had arrived and stopped: a false dispatch, but not a reversal.
         let stood = super::tests::ticks(|t| {
             0.5 * (5.0 * (t - 0.5)).clamp(0.0, 1.0) - 0.7 * (t - 1.0).clamp(0.0, 1.0)
         });

@@ -1,4 +1,4 @@
-//! How the arm and the predictors did, touch by touch.
+//! Results of arm and predictors, touch by touch.
 
 use crate::input::arms::BoardArm;
 use crate::person::predictors::{PREDICTORS, PredictionRecord};
@@ -9,14 +9,14 @@ use hwall_haptics::PlaceTolerance;
 use hwall_kinematics::Unreachable;
 use hwall_scene::Scene;
 
-/// How the arm did at one touch.
+/// The arm's result at one touch.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// The touch.
     pub touch: Touch,
     /// Why the board cannot be there, if it cannot.
     pub unreachable: Option<Unreachable>,
-    /// How long before the hand arrived the board was in place to stay, s; `None` if it was not.
+    /// Time before the hand's arrival from which the board stayed in place, s; `None` if it was not.
     pub lead_s: Option<f64>,
     /// Distance of the touched point from the middle of the face, along the face, m.
     pub offset_m: f64,
@@ -24,9 +24,9 @@ pub struct Outcome {
     pub gap_m: f64,
     /// Angle between the face and the surface, rad.
     pub tilt_rad: f64,
-    /// From the hand's arrival until the contact was felt, s.
+    /// Time from the hand's arrival until the contact was felt, s.
     pub felt_after_s: Option<f64>,
-    /// How fast the touched point of the face was when they met first, m/s; `None` if they did not.
+    /// Speed of the touched point of the face at the first contact, m/s; `None` without contact.
     pub met_m_per_s: Option<f64>,
 }
 
@@ -41,7 +41,7 @@ impl Outcome {
 /// A contact may be felt a little before the noise-free crossing, s.
 const FELT_EARLY_S: f64 = 0.05;
 
-/// Judges every touch from the log of the run.
+/// Evaluates every touch from the log of the run.
 ///
 /// # Errors
 /// A touch outside the run.
@@ -65,7 +65,7 @@ fn judge_one(arm: &BoardArm, touch: &Touch, ticks: &[Tick]) -> anyhow::Result<Ou
     let pose = &ticks[last].base_from_board;
     let p = pose.inverse_transform_point(touch.point_m);
     let tilt_rad = pose.rotation().z_axis.angle_between(touch.normal);
-    // A press that is felt away from the touched point is not this touch.
+    // A press felt away from the touched point is not this touch.
     let board_holds = |tick: &Tick| {
         let p = tick.base_from_board.inverse_transform_point(touch.point_m);
         p.x.abs() <= board.half_width_m && p.y.abs() <= board.half_height_m
@@ -92,10 +92,10 @@ fn judge_one(arm: &BoardArm, touch: &Touch, ticks: &[Tick]) -> anyhow::Result<Ou
 /// of the board's half width.
 pub const RIGHT_M: f64 = 0.05;
 
-/// How long before each touch each predictor had been right without a break, s, in the order
+/// Time before each touch from which each predictor was continuously right, s, in the order
 /// of [`PredictorKind::ALL`](crate::person::predictors::PredictorKind::ALL); `None`: wrong in the last sample.
 ///
-/// Samples from before the end of the previous touch do not count.
+/// Ignores samples before the end of the previous touch.
 #[must_use]
 pub fn leads(
     scene: &Scene,

@@ -1,7 +1,7 @@
 //! The least time in which an arm could bring the board to a touch, by brute force.
 //!
-//! Shares nothing with what steers the board: every branch, arm angle, quarter turn and place of the board under the
-//! touched point is tried on a grid, and the best ones are refined.
+//! Independent of the code that steers the board: tries every branch, arm angle, quarter turn and position of the board under
+//! the touched point on a grid, and refines the best.
 
 use crate::input::arms::{BoardArm, nearest};
 use glam::DVec3;
@@ -11,46 +11,46 @@ use hwall_kinematics::{JointLimit, JointPositions, SrsArm};
 use hwall_motion::MotionLimits;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Steps of the grid: places of the middle of the board in each direction, and arm angles.
+/// Grid size: positions of the middle of the board in each direction, and arm angles.
 const PLACES: usize = 5;
 const ARM_ANGLES: usize = 72;
-/// So many of the best on the grid are refined, each of another branch or another sector of arm angles: the least of the
-/// slowest of seven joints has valleys side by side.
+/// Number of grid points to refine, each of another branch or sector of arm angles: the minimum over the slowest of seven
+/// joints has several valleys side by side.
 const REFINED: usize = 8;
 const SECTORS: usize = 12;
 /// Halvings of the steps while refining.
 const HALVINGS: usize = 8;
-/// Places of the board in each direction for an arm without a closed form.
+/// Positions of the board in each direction for an arm without a closed form.
 const SEARCHED_PLACES: usize = 3;
 
-/// So much is left of the slack, that a board at its very end is in place however that is rounded, m.
+/// Margin inside the slack, m: a board at its end is then in place despite rounding.
 const ROUNDING_M: f64 = 1e-6;
 
-/// The quickest way to a touch.
+/// The quickest motion to a touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quickest {
-    /// From rest to rest, without the delay of the arm, s.
+    /// Duration from rest to rest, without the delay of the arm, s.
     pub time_s: f64,
-    /// Where it ends.
+    /// Final configuration.
     pub q: JointPositions,
 }
 
-/// Searches for the quickest way to a touch: the touched point lies inside the edge of the board as far as
-/// [`PlaceTolerance`] asks, but anywhere there; the board may be turned by quarter turns.
+/// Searches for the quickest motion to a touch. The touched point may be anywhere on the board at least the margin of
+/// [`PlaceTolerance`] inside its edge; the board may be turned by quarter turns.
 ///
-/// Error, for an arm with a closed form: at most 1 ms too long, against a search sixteen times as dense (tests). Without one the solver is asked for a few places only:
-/// what is found is a way, but perhaps not the quickest.
+/// Error, for an arm with a closed form: at most 1 ms too long, against a search sixteen times as dense (tests). Without a closed
+/// form the solver tries only a few positions: the result is a valid motion, but perhaps not the quickest.
 #[derive(Debug, Clone)]
 pub struct LeastTime<'a> {
     arm: &'a BoardArm,
     limits: MotionLimits,
-    /// How far the middle of the board may be off along its axes, m.
+    /// Allowed offset of the middle of the board along its axes, m.
     slack_m: [f64; 2],
-    /// The same arm with a last joint that goes all the way round: the board's turns about its normal are turns of that joint.
+    /// The same arm with an unlimited last joint: turns of the board about its normal are turns of that joint.
     round: Option<SrsArm>,
 }
 
-/// A place of the board on the surface, along the axes that it has at roll 0, m, and an arm angle, rad.
+/// Position of the board on the surface, along its axes at roll 0, m, and arm angle, rad.
 type Choice = [f64; 3];
 
 impl<'a> LeastTime<'a> {
@@ -94,7 +94,7 @@ impl<'a> LeastTime<'a> {
         self.arm
     }
 
-    /// How far the middle of the board may be off the touched point, along the board's axes, m.
+    /// Allowed offset of the middle of the board from the touched point, along the board's axes, m.
     #[must_use]
     pub const fn slack_m(&self) -> [f64; 2] {
         self.slack_m
@@ -106,7 +106,7 @@ impl<'a> LeastTime<'a> {
         &self.limits
     }
 
-    /// The quickest ways from rest at each start to a touch of a surface; `None` where none was found.
+    /// The quickest motions from rest at each start to a touch of a surface; `None` if none was found.
     ///
     /// # Errors
     /// NaN or infinity, or a normal without a direction.
@@ -157,7 +157,7 @@ impl<'a> LeastTime<'a> {
                 look([u, v, angle as f64 * step_rad - PI]);
             }
         }
-        // Near the end of the reach arcs of arm angles are narrower than the grid.
+        // Near the limit of the reach, arcs of arm angles are narrower than the grid.
         if let Ok(angles) = round.feasible_arm_angles(upright) {
             for branch in angles.branches() {
                 for arc in angles.arcs(branch) {
@@ -180,7 +180,7 @@ impl<'a> LeastTime<'a> {
         })
     }
 
-    /// Looks about a choice in ever smaller steps, as long as something quicker is found.
+    /// Searches around a choice with decreasing steps, as long as it finds something quicker.
     fn refined(
         &self,
         round: &SrsArm,
@@ -198,7 +198,7 @@ impl<'a> LeastTime<'a> {
         let (mut choice, mut best) = (choice, at(choice)?);
         for _ in 0..HALVINGS {
             steps = steps.map(|step| 0.5 * step);
-            // Each way is quicker than the one before, so this ends.
+            // Each motion is quicker than the previous one, so this ends.
             loop {
                 let around = (0..27).filter(|i| *i != 13).map(|i| {
                     let by = |power: i32| f64::from(i / power % 3 - 1);
@@ -222,7 +222,7 @@ impl<'a> LeastTime<'a> {
         Some(best)
     }
 
-    /// The quickest of a configuration's turns of the last joint: the board's quarter turns.
+    /// The quickest turn of the last joint among the board's quarter turns.
     fn turned(
         &self,
         q: &JointPositions,
@@ -303,7 +303,7 @@ mod tests {
         LeastTime::new(arm, &PlaceTolerance::default(), limits).unwrap()
     }
 
-    /// Where the board stands at `q`, in touches of the surface that it then presents.
+    /// The touched point and normal that the board at `q` presents.
     fn touch_at(arm: &BoardArm, q: &JointPositions) -> (DVec3, DVec3) {
         let pose = arm.kinematics().forward(q);
         (pose.position_m(), pose.rotation().z_axis)
@@ -329,7 +329,7 @@ mod tests {
                 let time_s = least.limits().travel_time_s(from, &found.q);
                 assert_eq!(time_s, found.time_s);
                 if *from == start {
-                    // The board's own roll is no quarter turn, so the last joint may have to turn a little.
+                    // The board's roll is not a quarter turn, so the last joint may have to turn slightly.
                     assert!(found.time_s < 0.12, "{}", found.time_s);
                 }
             }
@@ -345,7 +345,7 @@ mod tests {
         let (mut compared, mut worst_s) = (0, 0.0_f64);
         let limits = *srs.limits();
         while compared < 60 {
-            // A planted way: any configuration that holds a board upright on a wall, and any start near the waiting posture.
+            // A known solution: any configuration with the board upright on a wall, and any start near the waiting posture.
             let point_m =
                 sampler.point_in_box(DVec3::new(0.4, -0.4, 0.3), DVec3::new(0.7, 0.4, 0.9));
             let yaw: f64 = sampler.uniform(-0.6, 0.6);
@@ -381,7 +381,7 @@ mod tests {
         solutions[sampler.index(8)]
     }
 
-    /// A grid sixteen times as fine in each direction finds nothing much quicker.
+    /// A grid sixteen times as fine in each direction finds nothing more than 1 ms quicker.
     #[test]
     fn what_is_found_is_within_1_ms_of_a_dense_search() {
         let (arm, _) = setup();

@@ -1,4 +1,4 @@
-//! How a run went: touch by touch, what was possible, and why it was not done.
+//! Evaluation of a run: for each touch the result, the optimum, and the cause of a miss.
 
 pub mod courses;
 pub mod judge;

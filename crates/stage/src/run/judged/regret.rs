@@ -1,7 +1,7 @@
-//! What was possible at each touch, and whose fault a miss is.
+//! The optimum for each touch, and the cause of a miss.
 //!
-//! Everything follows from the truth about the person, the log of the run and the limits of the arm, by
-//! [`LeastTime`]; nothing from what steers the board.
+//! Uses only the ground truth about the person, the log of the run and the limits of the arm, by
+//! [`LeastTime`]; nothing of the code that steers the board.
 
 use crate::person::touches::Touch;
 use crate::run::judged::courses::{self, Detours, Sent, TouchedPlace, WallPlace};
@@ -13,7 +13,7 @@ use hwall_haptics::{PlaceTolerance, board_pose};
 use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
 
-/// From the landing of the gaze, or from the start of a hand without one, until the target can be known, s.
+/// Time from the landing of the gaze (or the start of the hand) until the target can be known, s.
 pub const NOTICE_S: f64 = 0.1;
 
 /// Why the board was not in place.
@@ -21,19 +21,19 @@ pub const NOTICE_S: f64 = 0.1;
 pub enum Miss {
     /// The arm cannot hold the board there.
     Unreachable,
-    /// Nobody could have been in time: from the instant at which the target could be known, the least time from the waiting
-    /// posture is longer than what was left until the contact.
+    /// Impossible for any policy: from the instant at which the target could be known, the least time from the waiting
+    /// posture exceeds the time left until the contact.
     Impossible,
-    /// At the contact the board was led to another surface, or to a place from which the board does not cover the touched
+    /// At the contact the board was led to another surface, or to a place from which it does not cover the touched
     /// point.
     PredictionWrong,
-    /// The board was led to the right place without a break until the contact, but only since the least time was over: too late
-    /// from the waiting posture, and from where the arm stood.
+    /// The board was led to the right place without a break until the contact, but less than the least time before it, both
+    /// from the waiting posture and from the arm's posture then.
     PredictionLate,
-    /// The board was led to the right place early enough, but not sent there early enough: it waited, had another goal, or had
-    /// been sent away so far before that it could no longer come back.
+    /// The board was led to the right place early enough, but dispatched there too late: it waited, had another goal, or had
+    /// been sent too far away to return in time.
     Policy,
-    /// A configuration that serves the touch was the goal early enough, but the way to it took longer than the least time.
+    /// A suitable configuration was the goal early enough, but the motion took longer than the least time.
     Arm,
 }
 
@@ -62,54 +62,54 @@ impl Miss {
     }
 }
 
-/// What was possible at one touch. Least times are from rest to rest, without the delay of the arm.
+/// The optimum for one touch. Least times are from rest to rest, without the delay of the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Regret {
-    /// When the target could be known, s: [`NOTICE_S`] after the gaze has landed on it, or, where it never does, after the
-    /// hand has started.
+    /// When the target could be known, s: [`NOTICE_S`] after the gaze lands on it, or, if it never does, after the
+    /// hand starts to move.
     pub known_s: f64,
-    /// What was left of the time then until the contact, less the delay of the arm, s.
+    /// Available time from `known_s` to the contact, less the delay of the arm, s.
     pub budget_s: f64,
-    /// Least time from the waiting posture, s; `None` if there is no way.
+    /// Least time from the waiting posture, s; `None` if there is no motion.
     pub from_waiting_s: Option<f64>,
-    /// Least time from where the arm stood when the target could be known, as if it stood still there, s.
+    /// Least time from the arm's posture at `known_s`, as if it were at rest there, s.
     pub from_there_s: Option<f64>,
-    /// Could the board have been there in time? Depends on the person, the arm and its waiting posture alone.
+    /// Could the board have been there in time? Depends only on the person, the arm and its waiting posture.
     pub possible: bool,
     /// Why the board was not in place; `None` if it was.
     pub miss: Option<Miss>,
-    /// What stopped the arm last between `known_s` and the contact, at a touch that it missed.
+    /// The last stop of the arm between `known_s` and the contact, for a missed touch.
     pub stopped_by: Option<Stop>,
-    /// How long before the contact the board was led to the right place without a break, s; `None`: not at the contact.
+    /// Time before the contact from which the board was continuously led to the right place, s; `None`: not at the contact.
     pub foreseen_s: Option<f64>,
-    /// Boards that turned back or went in vain.
+    /// Reversals and false dispatches.
     pub detours: Detours,
 }
 
-/// What a run left behind, in order of time.
+/// Log of a run, in order of time.
 #[derive(Debug, Clone, Copy)]
 pub struct RunLog<'a> {
     /// One entry for each control step.
     pub ticks: &'a [Tick],
-    /// Where the board was led, frame by frame.
+    /// The predicted contact that led the board, frame by frame.
     pub led: &'a [Led],
-    /// Where it was sent, change by change.
+    /// The board's targets, change by change.
     pub sent: &'a [Sent],
 }
 
-/// Works out what was possible.
+/// Computes the regret of touches.
 pub struct Regrets<'a> {
     /// Least times of the arm.
     pub least: &'a LeastTime<'a>,
-    /// What is touched.
+    /// The scene.
     pub scene: &'a Scene,
-    /// Where the arm waits, rad.
+    /// The waiting posture, rad.
     pub waiting: JointPositions,
     /// From a command to its first effect, s.
     pub delay_s: f64,
 }
 
-/// A goal that was replaced by another turn of the arm, with joints further away than this, is not the same goal, rad.
+/// Goals with a larger joint difference are not the same goal, rad.
 const SAME_GOAL_RAD: f64 = 0.3;
 
 impl Regrets<'_> {
@@ -151,7 +151,7 @@ impl Regrets<'_> {
         let known_s = touch.landed_s.unwrap_or(touch.start_s) + NOTICE_S;
         let budget_s = touch.contact_s - known_s - self.delay_s;
         let foreseen_s = self.foreseen_s(log.led, touch, since_s)?;
-        // Where the arm stood when the target could be known, and when it was known.
+        // The arm's posture when the target could be known, and when it was predicted.
         let there = at(log.ticks, known_s)?.q;
         let told = at(log.ticks, touch.contact_s - foreseen_s.unwrap_or(0.0))?.q;
         let starts = [self.waiting, there, told];
@@ -187,8 +187,8 @@ impl Regrets<'_> {
         })
     }
 
-    /// How long before the contact the led place was on the touched surface, and so near that a board whose middle is
-    /// there holds the touched point.
+    /// Time before the contact from which the led place was on the touched surface, and so near that a board with its middle
+    /// there covers the touched point.
     fn foreseen_s(&self, led: &[Led], touch: &Touch, since_s: f64) -> anyhow::Result<Option<f64>> {
         let upright = board_pose(touch.point_m, touch.normal, 0.0)?;
         let [x_m, y_m] = self.least.slack_m();
@@ -207,8 +207,8 @@ impl Regrets<'_> {
         Ok(first.map(|led| touch.contact_s - led.t_s))
     }
 
-    /// Was the goal in force at the contact one that serves the touch, and did it become the goal early enough for the least
-    /// time of the way to it?
+    /// Does the goal in force at the contact serve the touch, and was it set early enough for the least
+    /// time of the motion to it?
     fn sent_in_time(&self, log: &RunLog<'_>, touch: &Touch) -> anyhow::Result<bool> {
         let place = PlaceTolerance::default();
         let serves = |goal: &JointPositions| {
@@ -233,7 +233,7 @@ impl Regrets<'_> {
     }
 }
 
-/// What stopped the arm last.
+/// The last stop of the arm in an interval.
 fn stop_of(ticks: &[Tick], from_s: f64, until_s: f64) -> Option<Stop> {
     let until = ticks.partition_point(|tick| tick.t_s <= until_s);
     let before = ticks[..until].iter().rev();
@@ -248,7 +248,7 @@ fn place(touch: &Touch) -> WallPlace {
     }
 }
 
-/// The last step not later than this; the first one for what was before.
+/// The last step not later than `t_s`; the first step for earlier times.
 fn at(ticks: &[Tick], t_s: f64) -> anyhow::Result<&Tick> {
     let after = ticks.partition_point(|tick| tick.t_s <= t_s);
     ticks

@@ -1,4 +1,4 @@
-//! What a run writes down while it lasts.
+//! The log of a run.
 
 use crate::input::counted::Asked;
 use crate::person::predictors::{PredictionRecord, PredictorKind, SurfacePlace};
@@ -21,30 +21,30 @@ use hwall_view::ViewMarkerKind;
 pub struct Run {
     /// One entry for each control step.
     pub ticks: Vec<Tick>,
-    /// Of each control step.
+    /// Cost of each control step.
     pub costs: Vec<StepCost>,
-    /// Who led the board.
+    /// The predictor that led the board.
     pub leader: PredictorKind,
-    /// What the predictors predicted from each frame.
+    /// Predictions from each frame.
     pub predictions: Vec<PredictionRecord>,
-    /// The contact that led the board, from each frame.
+    /// The predicted contact that led the board, for each frame.
     pub led: Vec<Led>,
-    /// Where the board was sent, change by change.
+    /// The board's targets, change by change.
     pub sent: Vec<Sent>,
-    /// For the figures.
+    /// Data for the figures.
     pub trace: Trace,
-    /// Number of frames by what pointed to the surface: gaze, hand direction, nearest, motion, none.
+    /// Number of frames by source of the prediction: gaze, hand direction, nearest, motion, none.
     pub sources: [usize; 5],
     /// Frames in which the target was out of reach.
     pub unreachable_frames: usize,
-    /// Predictions that were looked up in the maps, and for which the board was sent to the
-    /// nearest place in reach instead.
+    /// Predictions looked up in the maps, and those of them for which the board was sent to the nearest
+    /// reachable place instead.
     pub look_ups: usize,
     /// See `look_ups`.
     pub moved: usize,
-    /// Each loss of the hand: when, and why.
+    /// Each loss of the hand.
     pub losses: Vec<Loss>,
-    /// How often the arm was held, and how often a person had to let it go.
+    /// Number of holds of the arm, and of latched ones that needed a reset by a person.
     pub holds: usize,
     /// See `holds`.
     pub latches: usize,
@@ -52,24 +52,24 @@ pub struct Run {
     pub textures: Option<Vec<TextureTouch>>,
     /// Each push at something that moves.
     pub pushes: Vec<Push>,
-    /// How far a link was in front of a surface within reach of the person, m, in each control step in which one was.
+    /// Distance of a link in front of a surface within the person's reach, m, for each control step with one.
     pub links_in_front_m: Vec<f64>,
     /// Force of the hand and opening over time.
     pub forces: Vec<ForceSample>,
-    /// What was to be seen.
+    /// Data for the views.
     pub view: ViewLog,
 }
 
-/// What a control step, and the planning after it, took.
+/// Cost of a control step and the planning after it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepCost {
     /// Time of [`Session::step`], ns.
     pub step_ns: f32,
     /// Time of [`Session::plan`], ns.
     pub plan_ns: f32,
-    /// What the step asked of the arm, if that is [counted](crate::input::arms::BoardArm::counted).
+    /// Queries of the arm in the step, if [counted](crate::input::arms::BoardArm::counted).
     pub asked: Asked,
-    /// At how many instants of ways the planner looked at the board in the call before, and how many boxes and rectangles it tested.
+    /// In the previous planning call: instants of paths checked for the board, and boxes and rectangles tested.
     pub looks: u32,
     /// See `looks`.
     pub tests: u32,
@@ -78,15 +78,15 @@ pub struct StepCost {
 /// The hand was lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Loss {
-    /// When, s.
+    /// Time, s.
     pub t_s: f64,
-    /// Why.
+    /// Reason.
     pub reason: LostReason,
 }
 
 /// The hand after a cycle.
 pub(in crate::run) struct HandNow<'a> {
-    /// Did frames of it come in the cycle?
+    /// Did frames arrive in this cycle?
     pub(in crate::run) is_new: bool,
     /// The newest frame.
     pub(in crate::run) frame: Option<&'a HandFrame>,
@@ -96,7 +96,7 @@ pub(in crate::run) struct HandNow<'a> {
     pub(in crate::run) force_n: DVec3,
 }
 
-/// Fifty points a second of the board are enough for a figure.
+/// Sampling period of the board for the figure, s.
 const BOARD_S: f64 = 0.02;
 
 /// Collects a [`Run`].
@@ -107,7 +107,7 @@ pub(in crate::run) struct Log {
     pub(in crate::run) period_s: f64,
     pub(in crate::run) texture: Option<TextureLog>,
     pub(in crate::run) pushes: PushLog,
-    /// When the board is drawn next, s.
+    /// Time of the next board sample, s.
     pub(in crate::run) next_board_s: f64,
     pub(in crate::run) is_lost: bool,
     pub(in crate::run) was_tracked: bool,
@@ -135,7 +135,7 @@ impl Log {
                 }
             }
             EventKind::Frame(Tracking::Lost { reason, .. }) => {
-                // The first frames of the filter are no loss.
+                // The filter's first frames do not count as a loss.
                 let is_starting = matches!(reason, LostReason::Starting) && !self.was_tracked;
                 if !is_starting && !std::mem::replace(&mut self.is_lost, true) {
                     run.losses.push(Loss { t_s, reason });
@@ -148,7 +148,7 @@ impl Log {
                     Some(PredictionSource::Gaze) => 0,
                     Some(PredictionSource::HandDirection) => 1,
                     Some(PredictionSource::Nearest) => 2,
-                    // Which of the places touched before comes next the motion says, too.
+                    // The choice among previously touched places also comes from the motion.
                     Some(PredictionSource::Motion | PredictionSource::TouchedBefore) => 3,
                     _ => 4,
                 };

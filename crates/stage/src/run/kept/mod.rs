@@ -1,4 +1,4 @@
-//! What a run leaves behind, for tables and figures.
+//! Log of a run, for tables and figures.
 
 pub mod log;
 pub mod push_log;

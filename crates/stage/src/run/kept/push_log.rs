@@ -1,4 +1,4 @@
-//! What the hand did to moving objects: force, way, energy.
+//! Pushes of the hand at moving objects: force, opening, energy.
 
 use glam::DVec3;
 use hwall::MovingSurface;
@@ -9,11 +9,11 @@ use hwall_scene::{Scene, SurfaceKind};
 pub struct Push {
     /// Name of the surface.
     pub surface: String,
-    /// Its opening turns (rad) or slides (m).
+    /// Does it turn (rad) or slide (m)?
     pub turns: bool,
     /// When the touch was felt, s.
     pub felt_s: f64,
-    /// How long it lasted, s.
+    /// Duration, s.
     pub lasted_s: f64,
     /// Largest true force on the face, N.
     pub peak_n: f64,
@@ -21,7 +21,7 @@ pub struct Push {
     pub opening_before: f64,
     /// Largest opening, rad or m.
     pub opening_most: f64,
-    /// Energy that the hand gave to the board, J, and that the board gave back.
+    /// Energy given by the hand to the board, and returned by it, J.
     pub given_j: f64,
     /// See `given_j`.
     pub returned_j: f64,

@@ -1,4 +1,4 @@
-//! The arm and its board at a few instants, to draw.
+//! Drawable snapshots of the arm and its board.
 
 use crate::input::arms::BoardArm;
 use crate::run::judged::judge::Outcome;
@@ -35,19 +35,19 @@ impl BoardFace {
 /// The arm at an instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
-    /// What it is doing, for the legend.
+    /// Description for the legend.
     pub what: &'static str,
-    /// When, s.
+    /// Time, s.
     pub t_s: f64,
-    /// Its bends, from the base to the board, m.
+    /// Polyline from the base to the board, m.
     pub skeleton_m: Vec<DVec3>,
     /// Its board.
     pub board: BoardFace,
 }
 
-/// The way of the board to a touch in three instants: when the target could be known, half of the way later, and at the
-/// contact. Of the touch that the board came to from furthest away, one where it was in place if there is any; empty where
-/// nothing within reach was touched.
+/// The board's motion to a touch in three snapshots: when the target could be known, half of the distance later, and at the
+/// contact. Chooses the touch with the longest motion, preferably with the board in place; empty if nothing within reach
+/// was touched.
 #[must_use]
 pub fn of_one_touch(
     arm: &BoardArm,
@@ -90,7 +90,7 @@ pub fn of_one_touch(
     instants.map(snapshot).into()
 }
 
-/// The board as each touch within reach met it.
+/// The board at each contact within reach.
 #[must_use]
 pub fn at_contacts(arm: &BoardArm, ticks: &[Tick], outcomes: &[Outcome]) -> Vec<BoardFace> {
     let within = outcomes.iter().filter(|o| o.unreachable.is_none());
@@ -100,7 +100,7 @@ pub fn at_contacts(arm: &BoardArm, ticks: &[Tick], outcomes: &[Outcome]) -> Vec<
         .collect()
 }
 
-/// The last step not later than this, or the first one.
+/// The last step not later than `t_s`, or the first one.
 fn index(ticks: &[Tick], t_s: f64) -> usize {
     let after = ticks.partition_point(|tick| tick.t_s <= t_s);
     after.saturating_sub(1)

@@ -1,4 +1,4 @@
-//! What textured touches felt like: what was to pass under the finger, and what did.
+//! Log of textured touches: wanted and rendered texture.
 
 use glam::{DVec2, DVec3};
 use hwall::texture::{TextureLevels, TexturedTouch};
@@ -8,12 +8,12 @@ use hwall_scene::Scene;
 use hwall_testkit::quantile;
 use hwall_texton::{Level, ScanAngle};
 
-/// The wanted speed counts as reached within this share of it.
+/// Relative tolerance for the wanted speed to count as reached.
 const WITHIN: f64 = 0.05;
-/// The board has this long to reach it, s.
+/// Time allowed for the board to reach it, s.
 const RAMP_S: f64 = 0.05;
 
-/// What one touch of a textured surface felt like.
+/// One touch of a textured surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TextureTouch {
     /// The surface that the board stood for.
@@ -22,14 +22,14 @@ pub struct TextureTouch {
     pub roughness: f64,
     /// When the touch was felt, s.
     pub felt_s: f64,
-    /// What was to be presented.
+    /// The wanted level.
     pub wanted: Level,
-    /// What was presented: medians from 50 ms after the touch was felt until the stroke or the touch ended; `None`
-    /// for a touch that was shorter.
+    /// The rendered level: medians from 50 ms after the touch was felt until the stroke or the touch ended; `None`
+    /// for a shorter touch.
     pub rendered: Option<Level>,
     /// Time after the touch was felt from which the speed stayed within 5 % until then, s.
     pub reached_s: Option<f64>,
-    /// How long the board moved, or tried to move, at the wanted speed, s.
+    /// Duration for which the board moved, or tried to move, at the wanted speed, s.
     pub lasted_s: f64,
 }
 
@@ -42,7 +42,7 @@ pub struct TextureLog {
     done: Vec<TextureTouch>,
 }
 
-/// A touch under way.
+/// The current touch.
 struct Feeling {
     touch: TexturedTouch,
     surface: String,
@@ -66,7 +66,7 @@ impl TextureLog {
         }
     }
 
-    /// Takes what the session reports.
+    /// Processes an event of the session.
     pub fn event(&mut self, event: &Event) {
         match event.kind {
             EventKind::TextureStarted(touch) => {
@@ -88,7 +88,7 @@ impl TextureLog {
         }
     }
 
-    /// Takes what really passes under the finger: the true board, its velocity, and the estimate of the scan, rad.
+    /// Records the true motion under the finger: true board, its velocity, and the estimate of the scan, rad.
     pub fn feel(
         &mut self,
         t_s: f64,
@@ -152,7 +152,7 @@ impl TextureLog {
         }
     }
 
-    /// Every touch of a textured surface, once the last one is over.
+    /// All touches of textured surfaces; ends the current one.
     #[must_use]
     pub fn into_touches(mut self) -> Vec<TextureTouch> {
         self.end();

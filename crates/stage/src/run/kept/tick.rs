@@ -1,4 +1,4 @@
-//! What one control step, and one frame of the tracker, left behind.
+//! Log entries of a control step and of a tracker frame.
 
 use crate::person::predictors::SurfacePlace;
 use hwall::SessionState;
@@ -7,24 +7,24 @@ use hwall_geometry::Pose;
 use hwall_kinematics::JointPositions;
 use std::fmt;
 
-/// What one control step left behind.
+/// Log entry of one control step.
 #[derive(Debug, Clone, Copy)]
 pub struct Tick {
     /// Time, s.
     pub t_s: f64,
-    /// Where the board is.
+    /// Pose of the board.
     pub base_from_board: Pose,
-    /// Where the arm is, rad.
+    /// Joint positions, rad.
     pub q: JointPositions,
     /// Is a touch felt?
     pub in_contact: bool,
-    /// How fast the point of the face is that the fingertip presses, m/s; `None`: it presses none.
+    /// Speed of the point of the face under the pressing fingertip, m/s; `None`: no press.
     pub pressed_m_per_s: Option<f64>,
-    /// What kept the arm from where it was wanted.
+    /// What stopped the arm, if anything.
     pub stop: Option<Stop>,
 }
 
-/// What keeps the arm from where it is wanted, without numbers: `stale head`.
+/// Reason for a stop of the arm, without numbers: `stale head`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Stop {
     reason: &'static str,
@@ -32,7 +32,7 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// In this state; `None` if nothing does.
+    /// The stop in this state; `None` if the arm is not stopped.
     #[must_use]
     pub fn of(state: SessionState) -> Option<Self> {
         let (reason, channel) = match state {
@@ -44,7 +44,7 @@ impl Stop {
         Some(Self { reason, channel })
     }
 
-    /// Does the arm take no commands?
+    /// Does the arm refuse commands?
     #[must_use]
     pub fn is_refusal(self) -> bool {
         self.reason == SafeReason::Refused.name()
@@ -58,11 +58,11 @@ impl fmt::Display for Stop {
     }
 }
 
-/// The contact that the board is led to, as of one frame.
+/// The predicted contact that leads the board, for one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Led {
     /// Time of the frame, s.
     pub t_s: f64,
-    /// Where it is foreseen; `None` if none is.
+    /// Predicted place; `None` without a prediction.
     pub place: Option<SurfacePlace>,
 }

@@ -1,4 +1,4 @@
-//! What a run leaves behind to draw.
+//! Data of a run for the figures.
 
 use crate::person::predictors::{PREDICTORS, PredictionRecord};
 use crate::run::judged::judge::Outcome;
@@ -8,10 +8,10 @@ use glam::DVec3;
 /// Time, s, and place, m.
 pub type TimedPoint = (f64, DVec3);
 
-/// What a run leaves behind to draw.
+/// Data of a run for the figures.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// Time and place of the filtered hand, gaps where it was lost.
+    /// Filtered hand over time, with gaps where it was lost.
     pub hand_m: Vec<TimedPoint>,
     /// Middle of the board's face.
     pub board_m: Vec<TimedPoint>,
@@ -20,11 +20,11 @@ pub struct Trace {
     pub predicted_m: [Vec<DVec3>; PREDICTORS],
     /// Time, and distance of the predicted point from the next touch, m; in the same order.
     pub errors_m: [Vec<(f64, f64)>; PREDICTORS],
-    /// Touched points, m, and what became of them.
+    /// Touched points, m, and their outcomes.
     pub touched_m: Vec<(DVec3, TouchMark)>,
-    /// The board as each touch within reach met it.
+    /// The board at each contact within reach.
     pub boards: Vec<BoardFace>,
-    /// The arm on its way to one of the touches.
+    /// The arm during the motion to one of the touches.
     pub arms: Vec<Snapshot>,
     /// Hand to the predicted point, m.
     pub hand_distance_m: Vec<(f64, f64)>,
@@ -38,12 +38,12 @@ pub struct Trace {
     pub reach_m: f64,
 }
 
-/// What became of a touch.
+/// Outcome of a touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TouchMark {
     /// The board was there before the hand.
     InPlace,
-    /// It was not, though the arm can reach the place.
+    /// The board was not there in time, though the arm can reach the place.
     Late,
     /// The arm cannot reach the place.
     OutOfReach,
@@ -53,7 +53,7 @@ pub enum TouchMark {
 const DRAWN_M: f64 = 0.01;
 
 impl Trace {
-    /// Ends what is under way with the run, and takes the points to draw from all predictions.
+    /// Ends open spans with the run, and selects the predicted points to draw.
     pub(in crate::run) fn finish(&mut self, end_s: f64, predictions: &[PredictionRecord]) {
         for span in self.contacts_s.iter_mut().chain(&mut self.lost_s) {
             span.1 = span.1.min(end_s);

@@ -1,4 +1,4 @@
-//! What was to be seen during a run: frames for the replay, and what its time line names.
+//! Frames for the replay of a run, and markers for its time line.
 
 use hwall::haptics::ArmState;
 use hwall::{Event, EventKind, Session};
@@ -39,7 +39,7 @@ impl ViewLog {
         });
     }
 
-    /// What an event says, its time on the hand's clock; when the hand was lost is [marked](Self::mark).
+    /// Adds the marker of an event; `t_s` on the hand's clock. Losses of the hand use [`mark`](Self::mark).
     pub(in crate::run) fn event(&mut self, t_s: f64, event: &Event) {
         let (kind, text) = match event.kind {
             EventKind::Touched { normal_force_n } => (
@@ -56,7 +56,7 @@ impl ViewLog {
         self.mark(t_s, kind, text);
     }
 
-    /// Something happened.
+    /// Adds a marker.
     pub(in crate::run) fn mark(&mut self, t_s: f64, kind: ViewMarkerKind, text: impl Into<String>) {
         let text = text.into();
         self.markers.push(ViewMarker { t_s, kind, text });

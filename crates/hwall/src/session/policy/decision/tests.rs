@@ -256,6 +256,46 @@ fn a_point_that_is_held_is_less_well_known_by_how_far_the_newest_one_is_off() {
 }
 
 #[test]
+fn the_explanation_names_the_choice_and_what_it_saves() {
+    let mut policy = policy();
+    assert!(policy.explanation().is_none());
+    policy.explain();
+    let ranked = [
+        looked_at(place(0, 0.0, 0.02, 0.7), 0.2),
+        looked_at(place(1, 0.0, 0.02, 0.2), 0.2),
+    ];
+    let arm = Arm([Some(0.5), Some(0.6)]);
+    let mut taken = 0;
+    for frame in 0..60 {
+        let from_s = 0.01 * f64::from(frame);
+        let decision = rests(&mut policy, &ranked, arm, [from_s, from_s]);
+        let Some(why) = policy.explanation() else {
+            continue;
+        };
+        let kind = match decision {
+            Decision::Wait => "wait",
+            Decision::Preposition(_) => "pre-position",
+            Decision::Present(_) => "present",
+        };
+        assert_eq!(why.choice().kind, kind, "{why}");
+        let probability: f64 = why.places.iter().map(|place| place.probability).sum();
+        assert!((probability + why.elsewhere - 1.0).abs() < 1e-12);
+        let least = why
+            .others
+            .iter()
+            .fold(f64::INFINITY, |least, other| least.min(other.loss));
+        let saved = why.last.loss - why.choice().loss;
+        assert!(why.taken.is_none() || saved > why.least_gain, "{why}");
+        assert!(
+            why.taken.is_some() || least >= why.last.loss - why.least_gain,
+            "{why}"
+        );
+        taken += u32::from(why.taken.is_some());
+    }
+    assert!(taken > 0);
+}
+
+#[test]
 fn a_fast_hand_is_expected_when_it_would_have_slowed_down() {
     let time = TimeToContact {
         mean_s: 0.6,

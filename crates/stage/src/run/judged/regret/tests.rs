@@ -1,4 +1,4 @@
-//! Regret on planted stories: what happened is made up, so what follows is known.
+//! Regret on constructed runs with known results.
 
 use super::*;
 use crate::input::arms::BoardArm;
@@ -42,7 +42,7 @@ impl Planted {
         LeastTime::new(&self.arm, &PlaceTolerance::default(), limits).unwrap()
     }
 
-    /// The posture that the quickest way from waiting ends in, and its time, s.
+    /// Final posture of the quickest motion from waiting, and its time, s.
     fn there(&self) -> (JointPositions, f64) {
         let ways = self.least().to_touch(POINT_M, DVec3::X, &[waiting_iiwa7()]);
         let way = ways.unwrap()[0].unwrap();
@@ -107,7 +107,7 @@ impl Planted {
     }
 }
 
-/// What happened, planted.
+/// A constructed run.
 struct Story {
     landed_s: Option<f64>,
     start_s: f64,
@@ -119,7 +119,7 @@ struct Story {
     stop: Box<dyn Fn(f64) -> Option<Stop>>,
 }
 
-/// The gaze lands at 1 s, the board is led to the touch from 1.1 s on, and never moves.
+/// The gaze lands at 1 s; the board is led to the touch from 1.1 s on but never moves.
 fn story(planted: &Planted) -> Story {
     let (waiting, surface) = (waiting_iiwa7(), planted.surface("front_wall"));
     Story {
@@ -163,12 +163,12 @@ fn what_was_possible_depends_on_gaze_and_waiting_posture_alone() {
         let regret = planted.regret(&story);
         assert_eq!(regret.possible, possible);
         assert_eq!(regret.miss == Some(Miss::Impossible), !possible);
-        // Wherever the policy has taken the arm.
+        // For any posture the policy has chosen.
         let there = planted.arm.start();
         story.q = Box::new(move |_| there);
         assert_eq!(planted.regret(&story).possible, possible);
     }
-    // A gaze that never lands: the hand tells, once it moves.
+    // A gaze that never lands: the hand reveals the target once it moves.
     for (start_s, possible) in [(1.0, true), (1.7, false)] {
         let mut story = story(&planted);
         (story.landed_s, story.start_s) = (None, start_s);
@@ -213,7 +213,7 @@ fn a_prediction_that_is_wrong_at_the_contact_or_right_too_late_is_named() {
         // The touched point would lie beyond the edge of the board.
         led(right, DVec3::Y * 0.09, 0.0, 3.0),
         led(right, DVec3::Z * 0.09, 0.0, 3.0),
-        // Right for long, and then no longer.
+        // Right for a long time, then wrong.
         led(right, zero, 0.0, 1.95),
     ];
     for regret in wrong {
@@ -270,7 +270,7 @@ fn the_policy_is_blamed_for_what_it_did_not_order_and_the_arm_for_what_it_did_no
     assert_eq!(told(gone), Some(Miss::Policy));
 }
 
-/// A head that was too old was the policy's fault, or the arm's.
+/// Regression: a stop by stale head data counted as a miss of the policy or the arm.
 #[test]
 fn what_stopped_the_arm_is_named() {
     let planted = Planted::new();

@@ -1,0 +1,129 @@
+//! Why the policy decided as it did in a frame.
+
+use super::expected_loss::Choice;
+use glam::DVec3;
+use hwall_scene::SurfaceId;
+use std::fmt;
+
+/// A place that may be touched next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WeighedPlace {
+    /// Its surface.
+    pub surface: SurfaceId,
+    /// The predicted point, frame of the scene, m.
+    pub point_m: DVec3,
+    /// Probability that the next touch is there and comes soon.
+    pub probability: f64,
+    /// Median of the time until that touch, counted from when the place was known, s.
+    pub touch_s: f64,
+    /// How long that touch has been awaited, s.
+    pub awaited_s: f64,
+    /// Can the arm hold the board there?
+    pub is_held: bool,
+}
+
+/// Something that the arm may do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WeighedChoice {
+    /// `wait`, `pre-position` or `present`.
+    pub kind: &'static str,
+    /// The place that the board is sent to; `None` for waiting.
+    pub place: Option<(SurfaceId, DVec3)>,
+    /// Time until the arm has arrived, s.
+    pub arrival_s: f64,
+    /// Expected loss, touches.
+    pub loss: f64,
+}
+
+/// What was weighed in a frame, and the result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Explanation {
+    /// Time of the frame, s.
+    pub t_s: f64,
+    /// The places.
+    pub places: Vec<WeighedPlace>,
+    /// Probability that the next touch is elsewhere, or does not come soon.
+    pub elsewhere: f64,
+    /// What the arm does already.
+    pub last: WeighedChoice,
+    /// What it may do instead.
+    pub others: Vec<WeighedChoice>,
+    /// A change must save at least this loss, touches.
+    pub least_gain: f64,
+    /// The place in `others` of the choice taken; `None`: the arm goes on with the last one.
+    pub taken: Option<usize>,
+}
+
+impl Explanation {
+    /// The choice taken.
+    #[must_use]
+    pub fn choice(&self) -> &WeighedChoice {
+        let taken = self.taken.and_then(|taken| self.others.get(taken));
+        taken.unwrap_or(&self.last)
+    }
+}
+
+impl WeighedChoice {
+    pub(super) fn of(choice: &Choice, arrival_s: f64, loss: f64) -> Self {
+        let (kind, goal) = match choice {
+            Choice::Wait => ("wait", None),
+            Choice::Preposition(goal) => ("pre-position", Some(goal)),
+            Choice::Present(goal) => ("present", Some(goal)),
+        };
+        Self {
+            kind,
+            place: goal.map(|goal| (goal.contact.surface, goal.stand.point_m)),
+            arrival_s,
+            loss,
+        }
+    }
+}
+
+impl fmt::Display for WeighedChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.kind)?;
+        if let Some((surface, p)) = self.place {
+            write!(
+                f,
+                " surface {} at {:.2}, {:.2}, {:.2} m",
+                surface.0, p.x, p.y, p.z
+            )?;
+        }
+        write!(
+            f,
+            ": there in {:.2} s, loss {:.3}",
+            self.arrival_s, self.loss
+        )
+    }
+}
+
+/// Several lines: the choice, the places, what else there was.
+impl fmt::Display for Explanation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:9.3} s  {}", self.t_s, self.choice())?;
+        for place in &self.places {
+            let (surface, p) = (place.surface.0, place.point_m);
+            let held = if place.is_held { "" } else { ", out of reach" };
+            writeln!(
+                f,
+                "             {:5.1} %  surface {surface} at {:.2}, {:.2}, {:.2} m, touched {:.2} s after it is known ({:.2} s ago){held}",
+                100.0 * place.probability,
+                p.x,
+                p.y,
+                p.z,
+                place.touch_s,
+                place.awaited_s
+            )?;
+        }
+        writeln!(
+            f,
+            "             {:5.1} %  elsewhere, or not soon",
+            100.0 * self.elsewhere
+        )?;
+        writeln!(f, "             last choice: {}", self.last)?;
+        for other in &self.others {
+            writeln!(f, "             else: {other}")?;
+        }
+        write!(f, "             a change must save {:.3}", self.least_gain)
+    }
+}
